@@ -82,6 +82,8 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro commission --kind two_stage": TESTED
         + "tests/commands/test_commission_both.py: some minutes each",
         "macromicro commission --rig": TESTED + "tests/commission/test_command.py",
+        "macromicro commission --config examples/machines/xy": TESTED
+        + "tests/commission/test_plane.py: some minutes",
     },
     "docs/deploy.md": {
         "make dist": TESTED + "tests/test_dist.py",
@@ -129,11 +131,16 @@ CANNOT: dict[str, dict[str, str]] = {
         "$ nc": TESTED + "tests/serve/stage/test_served.py, such",
         "macromicro sweep examples": TESTED + "tests/sweep/test_command.py",
     },
+    "docs/own-machines.md": {
+        "macromicro commission --rig": TESTED + "tests/commission/test_own.py",
+    },
     "docs/variants.md": {
         "macromicro robust --variants": TESTED + "tests/robustness/test_robust_command.py",
     },
     "docs/xy.md": {
         "macromicro tune xy": TESTED + "tests/tuning/test_joint.py",
+        "macromicro response": TESTED + "tests/machines/joint/test_each.py",
+        "macromicro commission": TESTED + "tests/commission/test_plane.py",
         "macromicro robust --config": TESTED + "tests/robustness/test_joint.py",
         "macromicro serve": TESTED + "tests/serve/joint",
         "$ nc": TESTED + "tests/serve/joint/test_served.py, such",

@@ -192,6 +192,14 @@ def test_a_stiff_axis_has_no_mode_and_a_weak_one_is_found() -> None:
     assert weak.shape.held == pytest.approx(0.93 * 120.0, rel=0.01)
 
 
+def test_an_antiresonance_at_the_resonance_is_no_mode() -> None:
+    """Such a pair takes itself away: it would slow the gains down for nothing."""
+    said = [
+        mode.found(rung(Shape(20.0, 4e-4, 3e-4, 40.0, ratio, 0.01)), 1e-3) for ratio in (0.99, 0.97)
+    ]
+    assert [one is not None and one.found for one in said] == [False, True]
+
+
 def test_what_shows_nothing_is_no_stiff_axis() -> None:
     random = np.random.default_rng(5)
     t = np.arange(1400) * 1e-3

@@ -71,7 +71,7 @@ def test_the_model_finds_the_axis(late: int) -> None:
         assert abs(error) <= 1.2 * found.half_width(name), name
     # A fourth of lag Fv is added for an inductance that nobody knows; here there is none.
     added = 0.25 * found.axis.lag * found.axis.viscous
-    assert found.axis.mass - added == pytest.approx(0.1, rel=0.01)
+    assert found.axis.mass - added == pytest.approx(0.1, rel=0.06)
     assert found.half_width("mass") > 2.0 * added
     # Nothing tells a constant force from the rounding of the D/A.
     assert found.half_width("offset") > 0.0014 * found.axis.coulomb
@@ -150,8 +150,22 @@ def test_friction_along_the_travel_is_felt_where_it_is() -> None:
     assert gone[-1] > 1e-4
 
 
+def test_a_few_strokes_that_nothing_explains_do_not_hide_what_the_others_show() -> None:
+    t = np.sin(np.arange(100.0))
+    plain = [1e-3 * t, *(1e-5 * t for _ in range(9))]
+    better = [1e-3 * t, *(1e-7 * t for _ in range(9))]
+    assert model._left(plain, plain) == pytest.approx(1.0)
+    assert model._left(better, plain) == pytest.approx(100.0**-0.9)
+    # All together count as well: here one stroke has all the errors.
+    assert model._left([1e-4 * t, *plain[1:]], plain) == pytest.approx(0.1, rel=0.06)
+    assert model._left([np.zeros(9)], [np.zeros(9)]) == 1.0
+
+
 def test_an_axis_is_held_by_what_was_measured() -> None:
-    assert uneven.held(PLAIN._replace(offset=-0.1), 1.5).stribeck == pytest.approx(0.4)
+    # A constant force is not part of what both directions take in the mean.
+    for offset in (0.0, -0.1, 0.3):
+        found = uneven.held(PLAIN._replace(offset=offset), 1.5)
+        assert found.stribeck == pytest.approx(0.5)
     assert uneven.held(PLAIN, 0.5).stribeck == 0.0
 
 

@@ -13,6 +13,7 @@ from macromicro.commission import (
     piezo,
     piezo_climb,
     piezo_curves,
+    piezo_drives,
     piezo_loops,
     piezo_swing,
     report,
@@ -185,6 +186,28 @@ def test_resonance_lag_and_slew_are_found_from_steps() -> None:
     still = [s._replace(x=np.zeros_like(s.x)) for s in steps]
     with pytest.raises(CommissionError, match="no resonance"):
         piezo_swing.fitted(still, dt, (-5.0, 5.0), 1e-9, plain)
+
+
+@pytest.mark.parametrize(("speed", "capped"), [(1.0, False), (0.02, True)])
+def test_steps_stay_below_the_greatest_speed(speed: float, capped: bool) -> None:
+    """A resonance of 100 Hz at 1 um/V passes 0.63 mm/s per volt of a step."""
+    dt, omega = 1e-4, 2.0 * math.pi * 100.0
+    sizes = [0.7, 0.7, 1.4, 2.8, 5.6, 11.2, 21.0]
+    law = piezo_drives.Steps(28.0, sizes, speed, 35.0, dt)
+    x, v, fastest, efforts = 0.0, 0.0, 0.0, []
+    while (given := law(len(efforts) * dt, x, v)) is not None:
+        efforts.append(given)
+        v += (omega**2 * (1e-6 * given - x) - 2.0 * 0.02 * omega * v) * dt
+        x += v * dt
+        fastest = max(fastest, abs(v))
+    assert fastest < 0.65 * speed
+    assert (law.made[-1] < sizes[-1]) == capped
+    assert law.made[:2] == sizes[:2] and len(law.made) == len(sizes)
+    assert max(efforts) == pytest.approx(28.0 + max(law.made))
+    slow = np.abs(np.diff(efforts))
+    steps = slow[slow > 0.5]
+    assert steps == pytest.approx(np.repeat(law.made, 2))  # up and back; else no jump
+    assert efforts[0] == efforts[-1] == 0.0
 
 
 @pytest.mark.parametrize(

@@ -40,10 +40,16 @@ def late(tree: object, tolerance: float) -> int:
 
 def test_a_slow_axis_with_a_fine_encoder_is_given_what_it_can_hold() -> None:
     tree = config.overridden(axis().settings, SLOW, "found")
-    finest = tree.arrival.tolerance
-    assert finest < 2e-6 and late(tree, finest) >= 2
-    found = rehearsal.rested(axis(), tree)
-    assert found is not None and 2.0 * finest < found < 100e-6
+    counts, known = 4.0 * tree.encoder.pitch, tree.arrival.tolerance
+    assert 2.0 * counts < known < 100e-6 and late(tree, counts) >= 2
+    assert late(tree, known) == 0 and rehearsal.rested(axis(), tree) is None
+
+
+def test_a_model_that_rests_less_closely_than_expected_is_given_more() -> None:
+    tree = config.overridden(axis().settings, SLOW, "found")
+    arrival = tree.arrival._replace(tolerance=4.0 * tree.encoder.pitch)
+    found = rehearsal.rested(axis(), tree._replace(arrival=arrival))
+    assert found is not None and 2.0 * arrival.tolerance < found < 100e-6
     assert late(tree, found) == 0
 
 

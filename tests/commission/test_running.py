@@ -69,6 +69,11 @@ def test_it_finds_and_verifies_the_axis(done: tuple[Commissioned, Path, list[str
     assert found.settings.travel.high == pytest.approx(0.1, rel=0.06)
     assert found.model.mode is not None and not found.model.mode.found
     assert "No mode" in " ".join(report.doubts(found, place()))
+    # The speed that was allowed is that of the machine and of its verification.
+    assert found.settings.guard.speed == OPTIONS.speed > 1.1 * found.settings.motion.velocity
+    assert 1.5 * found.settings.motion.velocity > OPTIONS.speed  # which would be the guard's else
+    x = found.verified.recording["position"] * 1e-3
+    assert abs(x[5:] - x[:-5]).max() / 5e-3 < OPTIONS.speed
     worst = max(abs(m.rest_error or 0.0) for m in found.verified.moves)
     assert worst < found.settings.arrival.tolerance * 1e3
 

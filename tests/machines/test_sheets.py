@@ -202,6 +202,21 @@ def test_the_tolerance_follows_counts_noise_and_slack():
     assert tolerance(**soft, encoder_at="load", encoder_pitch="5 um").tolerance == 400e-6
 
 
+def test_the_tolerance_follows_what_friction_lets_go():
+    """Stribeck's drop over the velocity gain, for the loop's lag, either side: by hand."""
+    fine = DEFAULT.with_(
+        {"encoder.at": "load", "encoder.pitch": "0.1 um", "friction.stribeck": "3 N"}
+    )
+    drop = 3.0 * sheets.per_newton(fine)
+    way = sheets.lag(fine) * drop / fine.controller.velocity
+    assert way > 8.0 * fine.encoder.pitch
+    assert fine.arrival.tolerance == pytest.approx(0.5 * way, rel=1e-3)
+    quick = fine.with_("controller.velocity", f"{2.0 * fine.controller.velocity} V*s/m")
+    assert quick.arrival.tolerance == pytest.approx(0.25 * way, rel=1e-3)
+    none = fine.with_("controller.velocity", "0 V*s/m")
+    assert none.arrival.tolerance == pytest.approx(4.0 * fine.encoder.pitch, rel=1e-3)
+
+
 def test_every_derived_setting_is_a_parameter():
     paths = {e.path for e in entries(DEFAULT)}
     listed = [path for path, _ in deriving.RULES]

@@ -132,6 +132,7 @@ def test_its_own_calibration_and_limits_are_kept(module: object) -> None:
     assert open_rig("my_rigs:limited").limits == Limits(hottest=120.0)
     assert open_rig("my_rigs:counting").counted is True
     assert open_rig("my_rigs:whole").dt == 1.0
+    assert open_rig("my_rigs:coarse", alone=True).dt == 0.01  # one stage, whatever its period
     open_rig("my_rigs:bench")
     assert sys.modules["my_rigs"].seeds[-1] == 0
 

@@ -45,7 +45,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         typer.Option(
             metavar="NAME",
             help="What your own rig is: axis, rotary, piezo or wire; two_stage: both stages, also "
-            "of the twin.",
+            "of the twin; MODULE:KIND of your own, also with --config.",
             show_default="axis",
         ),
     ] = "",
@@ -104,7 +104,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
     """
     from datetime import datetime
 
-    from macromicro.commands import commission_both
+    from macromicro.commands import commission_both, commission_plane
     from macromicro.commands.asking import agreed
     from macromicro.commission import report
     from macromicro.commission.running import commission as perform
@@ -122,8 +122,14 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
     if kiln:
         raise InputError("--kiln", kiln, f"only with --kind {commission_both.KIND}")
     keys.seed(seed, "--seed")
+    given = (effort, speed, creep, travel, low, high)
+    if _in_step(config, rig, (pitch, kind, lowest)):
+        assert config is not None
+        both = commission_plane.Asked(config, seed, out, overwrite, resume, kinds)
+        commission_plane.commission(both, lambda each: _options(each, given))
+        return
     place = _place(config, rig, (pitch, kind, lowest), seed)
-    options = _options(place, (effort, speed, creep, travel, low, high))
+    options = _options(place, given)
     names, replace = report.names(place.kind), overwrite or resume
     folder.check(out, report.BYTES, overwrite=replace, names=names)
     with Signals() as signals, folder.held(out, overwrite=replace, names=names):
@@ -172,27 +178,34 @@ def _only(*given: str) -> None:
             raise InputError(f"--{name}", value, "not with --kind two_stage")
 
 
+def _in_step(config: Path | None, rig: str, own: tuple[str, str, str]) -> bool:
+    """Whether a simulated machine of two axes is commissioned."""
+    from macromicro.commands.machine_run import in_step
+    from macromicro.rig.opening import TWIN
+
+    return rig == TWIN and config is not None and not any(own) and in_step(config)
+
+
 def _place(config: Path | None, rig: str, own: tuple[str, str, str], seed: int) -> Place:
     from macromicro.commission import kinds, places
     from macromicro.errors import InputError
-    from macromicro.place import LENGTH
     from macromicro.rig.opening import TWIN
     from macromicro.units import quantity
 
     pitch, kind, lowest = own
     if rig == TWIN:
+        mine = config is not None and kind not in kinds.NAMES
         for name, value in (("--pitch", pitch), ("--kind", kind), ("--lowest", lowest)):
-            if value:
+            if value and not (name == "--kind" and mine):
                 raise InputError(name, value, "only with --rig: a virtual machine has its own")
-        return places.virtual(config)
+        return places.virtual(config, kind)
     if config is not None:
         raise InputError("--config", str(config), "not with --rig, whose settings are to be found")
     if not pitch:
         raise InputError("--pitch", "missing", "travel per encoder count of this rig, as '5 um'")
     below = quantity(lowest, "V", "--lowest") if lowest else None
     kind = kind or "axis"
-    found = kinds.named(kind)
-    unit = LENGTH if found is None else found.place
+    unit = kinds.chosen(kind, "--kind").place
     way = quantity(pitch, unit.base, "--pitch", unit.fine)
     return places.own(rig, way, seed, kind, below)
 

@@ -1,14 +1,17 @@
-"""``collect`` for the machines of one stage."""
+"""``collect`` for the machines of one stage, and of axes on one clock."""
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
 
 from macromicro.commands.signals import Signals
+
+if TYPE_CHECKING:
+    from macromicro.commission.collecting import Given, Procedure
 
 _MOST = 40_000_000  # bytes of a recording
 
@@ -26,38 +29,65 @@ class Asked(NamedTuple):
 def listed(config: Path) -> None:
     """Print the experiments of a machine."""
     from macromicro.commission import collecting
-    from macromicro.machines.machine import load
+    from macromicro.machines.compositions import each
 
-    machine, _ = load(config)
+    stages = each(config)
+    name, machine, _ = stages[0]
     for one in collecting.PROCEDURES:
         if machine.name in one.machines:
-            then = one.then.format(file=Path("results") / one.name / f"{one.name}.h5")
-            print(f"{one.name:16}{one.gives}\n{'':16}then: {then}")
+            file = Path("results") / one.name / name / f"{one.name}.h5"
+            print(f"{one.name:16}{one.gives}\n{'':16}then: {one.then.format(file=file)}")
+    if name:
+        print(f"{'':16}of each axis: {', '.join(letter for letter, _, _ in stages)}")
 
 
 def collect(experiment: str | None, asked: Asked) -> None:
-    """Run one and save its recording."""
+    """Run one on each stage and save its recording."""
     from macromicro.commission import collecting
-    from macromicro.machines.machine import load
-    from macromicro.rig.opening import TWIN, open_rig
+    from macromicro.errors import InputError
+    from macromicro.machines.compositions import each
+    from macromicro.rig.opening import TWIN
     from macromicro.runs import folder
     from macromicro.schema import keys
 
-    machine, tree = load(asked.config)
-    procedure = collecting.find(experiment or "", machine)
+    stages = each(asked.config)
+    procedure = collecting.find(experiment or "", stages[0][1])
     keys.seed(asked.seed, "--seed")
-    rig = None
-    if asked.rig != TWIN:
-        fixture = open_rig(asked.rig, asked.seed)
-        fixture.need(f"`macromicro collect {procedure.name}`", "encoder")
-        rig = fixture.make(asked.seed)
+    if asked.rig != TWIN and len(stages) > 1:
+        raise InputError("--rig", asked.rig, "twin: a rig is driven one axis at a time")
     place = asked.out if asked.out is not None else Path("results") / procedure.name
-    folder.check(place, _MOST, overwrite=asked.overwrite, names=())
-    where = f"the simulated {machine.name}" if rig is None else asked.rig
-    print(f"collecting {procedure.name} on {where}", file=sys.stderr)
-    with Signals() as signals, folder.held(place, overwrite=asked.overwrite, names=()):
+    folders = [place / name for name, _, _ in stages]
+    for one in folders:
+        folder.check(one, _MOST, overwrite=asked.overwrite, names=())
+    with Signals() as signals:
         signals.later()
-        given = collecting.Given(machine, tree, rig, asked.seed)
+        for one, (name, machine, tree) in zip(folders, stages, strict=True):
+            rig = _rig(asked, procedure.name)
+            where = f"the simulated {machine.name}{f' {name}' if name else ''}"
+            print(f"collecting {procedure.name} on {where if rig is None else asked.rig}",
+                  file=sys.stderr)  # fmt: skip
+            given = collecting.Given(machine, tree, rig, asked.seed)
+            _saved(procedure, given, one, asked, signals)
+    if signals.received:
+        raise typer.Exit(signals.status)
+
+
+def _rig(asked: Asked, name: str) -> Any:
+    """The user's rig; None for the simulated machine."""
+    from macromicro.rig.opening import TWIN, open_rig
+
+    if asked.rig == TWIN:
+        return None
+    fixture = open_rig(asked.rig, asked.seed)
+    fixture.need(f"`macromicro collect {name}`", "encoder")
+    return fixture.make(asked.seed)
+
+
+def _saved(procedure: Procedure, given: Given, place: Path, asked: Asked, signals: Signals) -> None:
+    """Run one procedure on one stage and save what it shows."""
+    from macromicro.runs import folder
+
+    with folder.held(place, overwrite=asked.overwrite, names=()):
         try:
             recording = procedure.collect(given, lambda: bool(signals.received))
         except KeyboardInterrupt:
@@ -68,5 +98,3 @@ def collect(experiment: str | None, asked: Asked) -> None:
     file = place / f"{procedure.name}.h5"
     print(f"{file}: {len(recording)} rows of {recording.dt:g} s")
     print(f"then: {procedure.then.format(file=file)}")
-    if signals.received:
-        raise typer.Exit(signals.status)

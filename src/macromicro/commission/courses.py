@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.commission.stand import Caution, CommissionError, Record, Stand
+from macromicro.commission.stand import Caution, CommissionError, Law, Record, Stand
 
 _KEPT = 0.75  # amplitude of a swing over that of the one before
 
@@ -103,7 +103,34 @@ def played(stand: Stand, efforts: Array, caution: Caution) -> Record:
         k = round(t / stand.dt)
         return values[k] if k < len(values) else None
 
-    record = stand.drive(law, (len(values) + 1) * stand.dt, caution)
+    return driven(stand, law, (len(values) + 1) * stand.dt, caution)
+
+
+def driven(stand: Stand, law: Law, seconds: float, caution: Caution) -> Record:
+    """Let a law drive a stage, which must not pass a limit.
+
+    Parameters
+    ----------
+    stand : Stand
+        The stage.
+    law : Law
+        Should end near 0, where the drive ends.
+    seconds : float
+        At most so long, s.
+    caution : Caution
+        What may not be passed.
+
+    Returns
+    -------
+    Record
+        A row per period.
+
+    Raises
+    ------
+    CommissionError
+        A limit was passed; says which.
+    """
+    record = stand.drive(law, seconds, caution)
     if record.ended:
         raise CommissionError(
             f"it passed {record.ended} at {record.u[-2]:.3g} V, {record.x[-1] * 1e3:.4g} mm: name "

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.commission.probing import Direction, Ends, go, started
 from macromicro.commission.stand import Caution, Stand
 
@@ -31,22 +31,26 @@ class FrictionMap(NamedTuple):
     backward: tuple[float, ...]
 
     @property
+    def sides(self) -> list[Array]:
+        """Of each direction that was felt, what is known of it, V."""
+        every = (np.array(side) for side in (self.forward, self.backward))
+        return [known for side in every if len(known := side[~np.isnan(side)])]
+
+    @property
     def mean(self) -> float:
-        """Of both directions, V."""
-        known = [e for e in (*self.forward, *self.backward) if not math.isnan(e)]
-        return sum(known) / len(known)
+        """Of both directions, V: a constant force helps one as much as it hinders the other."""
+        return float(np.mean([side.mean() for side in self.sides]))
 
     @property
     def spread(self) -> float:
         """Standard deviation along the travel, V; at least a hundredth of the mean."""
-        sides = [e for e in (self.forward, self.backward) if len(e) > 1]
-        found = [float(np.nanstd(side, ddof=1)) for side in sides]
+        found = [float(side.std(ddof=1)) for side in self.sides if len(side) > 1]
         return max([*found, _LEAST_SPREAD * self.mean])
 
     @property
-    def largest(self) -> float:
-        """Of both directions, V."""
-        return max(e for e in (*self.forward, *self.backward) if not math.isnan(e))
+    def ripple(self) -> float:
+        """By how much the worst place takes more than a direction's mean, V."""
+        return max(float(side.max() - side.mean()) for side in self.sides)
 
 
 def mapped(stand: Stand, found: Direction, ends: Ends, caution: Caution) -> FrictionMap:

@@ -1,9 +1,12 @@
-"""What can be commissioned: each a file, and a line here."""
+"""What can be commissioned: each a file, and a line here; or a module of the user's."""
 
 from __future__ import annotations
 
 from macromicro.commission import axis, piezo, rotary, wire
 from macromicro.commission.procedure import Kind
+from macromicro.errors import InputError
+from macromicro.schema import plugins
+from macromicro.schema.text import printable
 
 KINDS: tuple[Kind, ...] = (
     axis.KIND,
@@ -12,6 +15,8 @@ KINDS: tuple[Kind, ...] = (
     rotary.KIND,
 )
 NAMES = tuple(kind.name for kind in KINDS)
+GROUP = "macromicro.commissions"
+FORM = "MODULE:KIND of your own"
 
 
 def named(name: str) -> Kind | None:
@@ -20,11 +25,57 @@ def named(name: str) -> Kind | None:
     Parameters
     ----------
     name : str
-        Of the machine.
+        Of the machine: shipped, or of another package, whose kind is an entry point of `GROUP`
+        under that name.
 
     Returns
     -------
     Kind | None
         None: it cannot be commissioned.
     """
-    return next((kind for kind in KINDS if kind.name == name), None)
+    found = next((kind for kind in KINDS if kind.name == name), None)
+    place = plugins.registered(GROUP).get(name)
+    if found is None and place is not None:
+        return _loaded(place, f"the machine {printable(name)}")
+    return found
+
+
+def chosen(name: str, where: str) -> Kind:
+    """The kind that a user names.
+
+    Parameters
+    ----------
+    name : str
+        One of `NAMES`, an entry point of `GROUP`, or "module:object".
+    where : str
+        Option, for the message.
+
+    Returns
+    -------
+    Kind
+        It.
+
+    Raises
+    ------
+    InputError
+        There is none, or it is no `procedure.Kind`.
+    """
+    for kind in KINDS:
+        if kind.name == name:
+            return kind
+    place = plugins.place(name, GROUP)
+    if place is None:
+        every = ", ".join((*NAMES, *plugins.registered(GROUP)))
+        raise InputError(where, printable(name), f"one of {every}; or {FORM}")
+    return _loaded(place, where)
+
+
+def _loaded(place: str, where: str) -> Kind:
+    """The kind at "module:object"."""
+    made = plugins.load(place, where, "a kind", lambda it: isinstance(it, Kind))
+    if not isinstance(made, Kind):
+        found = f"{place}, {type(made).__name__}"
+        raise InputError(where, found, "a macromicro.commission.procedure.Kind")
+    if not made.steps:
+        raise InputError(where, f"{place}, without steps", "a kind with a step, or more")
+    return made

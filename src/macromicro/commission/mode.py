@@ -30,6 +30,8 @@ _OCTAVE = 0.15  # natural logarithm of the frequency over which noise is taken a
 _LEAST = 5  # frequencies on either side, at least
 _EXPLAINED = 0.8  # a mode leaves at most that part of what a stiff axis leaves
 _SURE = 0.08  # half of the interval of a mode's frequency, in parts of it, at most
+_ALIKE = 0.005  # standard deviation of their ratio by what is left out
+_APART = 3.0  # standard errors between resonance and antiresonance, where both are shown
 _DULL = 0.4  # damping ratio of what is no resonance any more
 _INSIDE = 0.93  # of the highest frequency of the chirp: beyond it a mode is not seen whole
 _SEEN = 0.5  # signal's part of a spectrum's power from where it shows something
@@ -100,6 +102,7 @@ class _Fit(NamedTuple):
     gain: float
     cost: float  # mean square of what is left, in noise
     errors: dict[str, float]
+    apart: float = math.inf  # of its two frequencies, in standard errors
 
 
 def found(passes: Sequence[Record], dt: float) -> Mode | None:
@@ -190,6 +193,8 @@ def _is_mode(fit: _Fit, stiff: _Fit, top: float) -> bool:
         and 1.3 * shaking.LOW < shape.resonance < _INSIDE * top
         and shape.damping / shape.ratio < _DULL
         and 2.0 * fit.errors["resonance"] < _SURE * shape.resonance
+        # An antiresonance at the resonance takes it away: what is left is some other disturbance.
+        and fit.apart > _APART
     )
 
 
@@ -259,12 +264,18 @@ def _search(some: Spectra, noise: Array, begin: Shape) -> _Fit:
     done = least_squares(missed, start, bounds=bounds, x_scale="jac", ftol=1e-6, max_nfev=25)
     best = shape(done.x)
     gain, left = _left(some, noise, best)
-    errors = _errors(some, done.jac.reshape(*left.shape, count), left, best) if limp else {}
-    return _Fit(best, gain, float(np.mean(left**2)), errors)
+    cost = float(np.mean(left**2))
+    if not limp:
+        return _Fit(best, gain, cost, {})
+    errors, ratio = _errors(some, done.jac.reshape(*left.shape, count), left, best)
+    return _Fit(best, gain, cost, errors, (1.0 - best.ratio) / ratio if ratio else math.inf)
 
 
-def _errors(some: Spectra, slopes: Array, left: Array, shape: Shape) -> dict[str, float]:
-    """Standard errors: what is left of a pair within a block of frequencies goes together."""
+def _errors(
+    some: Spectra, slopes: Array, left: Array, shape: Shape
+) -> tuple[dict[str, float], float]:
+    """Standard errors, last that of the ratio of both frequencies, 0 where it is not fitted: what
+    is left of a pair within a block of frequencies goes together."""
     block = np.floor(np.log(some.f / some.f[0]) / _BLOCK).astype(int)
     both = np.concatenate([block, block])
     normal = np.einsum("pni,pnj->ij", slopes, slopes)
@@ -279,13 +290,15 @@ def _errors(some: Spectra, slopes: Array, left: Array, shape: Shape) -> dict[str
     covariance = inverse @ middle @ inverse
     spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     relative, values = {"resonance": float(spread[3])}, {"resonance": shape.resonance}
+    ratio = 0.0
     if shape.at == MOTOR:  # behind the drive its damping depends on the motor's part, not shown
         relative["damping"], values["damping"] = float(spread[4]), shape.damping
         relative["antiresonance"] = math.hypot(float(spread[3]), float(spread[5]) / shape.ratio)
         values["antiresonance"] = shape.held
+        ratio = math.hypot(float(spread[5]), _ALIKE)
     found = {
         name: values[name] * math.hypot(one, _LEFT_OUT[name]) for name, one in relative.items()
     }
     both = np.array([0.0, 1.0, 1.0] + [0.0] * (len(inverse) - 3)) * some.dt
     found["lag"] = math.hypot(math.sqrt(max(both @ covariance @ both, 0.0)), _LATE_BY * some.dt)
-    return found
+    return found, ratio

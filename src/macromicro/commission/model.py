@@ -52,6 +52,7 @@ _CONSTANT = 0.0007
 # Part of lag Fv by which the mass is expected to be larger, and its standard deviation: the
 # product of two shares between 0 and 1 of which nothing is known.
 _ELECTRICAL = 0.25
+_SOONEST, _UNSEEN = 0.02, 0.3  # periods: a lag that is none, and how far off that may be (std.)
 _SHARE = 0.95
 _APART = (
     "the strokes do not tell mass and friction apart: are there strokes in both directions, and "
@@ -217,6 +218,8 @@ def fitted(strokes: Sequence[Record], dt: float, breakaway: float, spread: float
     hidden = _ELECTRICAL * mean[FITTED.index("lag")] * mean[FITTED.index("viscous")]
     mean[FITTED.index("mass")] += hidden
     covariance[FITTED.index("mass"), FITTED.index("mass")] += hidden**2
+    if mean[FITTED.index("lag")] < _SOONEST * dt:  # at its bound, where nothing says how sure it is
+        covariance[FITTED.index("lag"), FITTED.index("lag")] += (_UNSEEN * dt) ** 2
     left_out = np.array([_LEFT_OUT[n] for n in FITTED]) * mean
     left_out[FITTED.index("offset")] = _CONSTANT * mean[FITTED.index("coulomb")]
     covariance += np.diag(left_out**2)
@@ -249,16 +252,16 @@ def _limited(strokes: Sequence[Record], breakaway: float, dt: float) -> Axis:
     push = max(float(np.abs(s.u).max()) for s in strokes)
     start = start._replace(stribeck_speed=_SPEEDS[1] * _top(strokes, dt))
     free = _search(strokes, start, breakaway, dt)
-    plain = _rms(_missed(strokes, free, dt))
-    best, least = free, _LIMITED * plain
+    plain = _missed(strokes, free, dt)
+    best, least = free, _LIMITED
     gentle = gentle._replace(stribeck_speed=start.stribeck_speed)
     # A late force and a limited one look alike: begin on both sides.
     for part, lag in product(_LIMITS, {gentle.lag, 0.1 * dt}):
         tried = gentle._replace(lag=lag, limit=part * push)
         found = _search(strokes, tried, breakaway, dt)
-        error = _rms(_missed(strokes, found, dt))
-        if error < least and found.limit < push:
-            best, least = found, error
+        left = _left(_missed(strokes, found, dt), plain)
+        if left < least and found.limit < push:
+            best, least = found, left
     return best
 
 
@@ -394,5 +397,14 @@ def _top(strokes: Sequence[Record], dt: float) -> float:
     return max(float(np.abs(np.gradient(s.x, dt)).max()) for s in strokes)
 
 
-def _rms(missed: Sequence[Array]) -> float:
-    return float(np.sqrt(np.mean(np.concatenate(missed) ** 2)))
+def _left(missed: Sequence[Array], plain: Sequence[Array]) -> float:
+    """What is left of the errors of a plain model: of all together, or of a stroke on the average,
+    lest a few that no model explains hide what all others show."""
+
+    def squares(each: Sequence[Array]) -> Array:
+        found: Array = np.array([np.sum(one**2) for one in each])
+        return np.maximum(found, 1e-300)
+
+    mine, other = squares(missed), squares(plain)
+    typical = float(np.exp(0.5 * np.mean(np.log(mine / other))))
+    return min(math.sqrt(float(mine.sum() / other.sum())), typical)

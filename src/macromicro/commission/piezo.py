@@ -170,4 +170,5 @@ KIND = Kind(
     estimates=piezo_page.estimates,
     doubts=piezo_page.doubts,
     figures=piezo_page.FIGURES,
+    one_way=True,
 )

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
-from macromicro.commission.courses import Corner, course, decaying, played
+from macromicro.commission.courses import Corner, course, decaying, driven, played
 from macromicro.commission.piezo_climb import SLOW, SWUNG, Climb, Gain, Reach
 from macromicro.commission.procedure import Work
 from macromicro.commission.stand import CommissionError, Record
@@ -19,6 +20,63 @@ _HOLD = 10.0  # s at the top and near the bottom, for creep
 _CURVES = (0.1, 0.3, 0.5, 0.7, 0.9, 1.0)  # of the range: where first-order curves turn
 SIZES = (0.01, 0.01, 0.02, 0.04, 0.08, 0.16, 0.3)  # of the range: steps
 _LONG = 0.4  # s after a step
+_FAST = 0.6  # of the greatest speed: what a step may reach, by the steps before it
+
+
+class Steps:
+    """Efforts of steps up and back from a base, each no larger than what stays well below the
+    greatest speed, as far as the steps before it show.
+
+    Parameters
+    ----------
+    base : float
+        Effort, V.
+    sizes : Sequence[float]
+        V; what is allowed may be less.
+    speed : float
+        Greatest, m/s.
+    rate : float
+        Of the ways from and to 0 V, V/s.
+    dt : float
+        Control period, s.
+
+    Attributes
+    ----------
+    made : list[float]
+        Sizes that were given, V.
+    """
+
+    def __init__(
+        self, base: float, sizes: Sequence[float], speed: float, rate: float, dt: float
+    ) -> None:
+        self.base, self.left, self.speed = base, list(sizes), speed
+        self.made: list[float] = []
+        self.held = round(_LONG / dt)
+        self.queue = course([Corner(base, _LONG, rate)], dt).tolist()
+        self.home = [*course([Corner(base, REST, rate)], dt)[::-1].tolist(), 0.0]
+        self.peak = 0.0
+        self.ended = False
+
+    def __call__(self, t: float, x: float, v: float) -> float | None:
+        """The effort of this period; None when it is back at 0."""
+        if self.made:
+            self.peak = max(self.peak, abs(v))
+        if not self.queue:
+            self._next()
+        return self.queue.pop(0) if self.queue else None
+
+    def _next(self) -> None:
+        if self.ended:
+            return
+        if not self.left:
+            self.queue, self.ended = self.home, True
+            return
+        size = self.left.pop(0)
+        if self.made and self.peak > 0.0:
+            size = min(size, _FAST * self.speed / self.peak * self.made[-1])
+        self.made.append(size)
+        self.peak = 0.0
+        self.queue = [self.base + size] * self.held + [self.base] * self.held
 
 
 def gain_intent(work: Work) -> str:
@@ -215,7 +273,8 @@ def steps_intent(work: Work) -> str:
     return (
         f"Slowly to the middle of the range; there {len(SIZES)} steps of "
         f"{SIZES[0] * span.extent:.2g} to {SIZES[-1] * span.extent:.3g} V "
-        f"up and back, after each of which the stage rings for {_LONG} s."
+        f"up and back, after each of which the stage rings for {_LONG} s; smaller ones where the "
+        f"ringing comes near {work.options.speed:.3g} m/s."
     )
 
 
@@ -241,16 +300,13 @@ def steps(work: Work) -> list[Record]:
     caution = work.options.caution(work.options.speed)._replace(low=-math.inf, high=math.inf)
     rate, dt = span.extent / SLOW, stand.dt
     base = span.lowest + 0.4 * span.extent
-    corners, sizes = [Corner(base, _LONG, rate)], []
-    for size in SIZES:
-        for effort in (base + size * span.extent, base):
-            corners.append(Corner(effort, _LONG, math.inf))
-            sizes.append(effort)
-    record = played(stand, course([*corners, Corner(0.0, REST, rate)], dt), caution)
+    law = Steps(base, [size * span.extent for size in SIZES], caution.speed, rate, dt)
+    longest = 2.0 * SLOW + (2 * len(SIZES) + 2) * _LONG
+    record = driven(stand, law, longest, caution)
     n = round(_LONG / dt)
     least = 0.5 * SIZES[0] * span.extent
     begins = np.flatnonzero(np.abs(np.diff(record.u)) > least).tolist()
-    if len(begins) != len(sizes):
+    if len(begins) != 2 * len(law.made):
         raise CommissionError("the control period is too long for steps of this stage")
     cuts = [slice(k + 1, k + n) for k in begins]
     return [

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from macromicro.commission import axis, kinds, rotary
+from macromicro.commission import kinds
+from macromicro.commission.procedure import Kind
 from macromicro.commission.running import Place
 from macromicro.errors import InputError
 from macromicro.machines import compositions
@@ -20,10 +21,8 @@ from macromicro.schema import config
 from macromicro.schema.text import printable
 from macromicro.settings import Settings
 
-BOTH_WAYS = (axis.KIND.name, rotary.KIND.name)  # whose efforts are as large both ways
 
-
-def virtual(path: Path | None) -> Place:
+def virtual(path: Path | None, kind: str = "") -> Place:
     """A virtual machine, of which no more is known than a person would: its encoder's pitch, its
     period and the range of its D/A.
 
@@ -31,6 +30,8 @@ def virtual(path: Path | None) -> Place:
     ----------
     path : Path | None
         Its settings; None for the two-stage bench, whose carriage it is then.
+    kind : str, optional
+        How, where it is a machine of another package: as `kinds.chosen`; "": what is listed for it.
 
     Returns
     -------
@@ -54,23 +55,35 @@ def virtual(path: Path | None) -> Place:
             False,
         )
     machine = machines.chosen(path)
-    kind = kinds.named(machine.name)
-    if kind is None:
-        where = f"--config {printable(path, 300)}, {machines.KEY}"
-        raise InputError(where, machine.name, f"one of {', '.join(kinds.NAMES)}")
+    how = _of(path, machine.name, kind)
     stage, tree = machine.kind, machines.load(path)[1]
     gains = tree.controller
-    one_way = kind.name not in BOTH_WAYS
     return Place(
         f"the machine of {path.name}",
         lambda seed: rigs.CompiledTwin(stage, tree, seed),
         tree.timing.period,
         tree.encoder.pitch,
-        gains.high if one_way else gains.limit,
+        gains.high if how.one_way else gains.limit,
         False,
-        kind,
-        gains.low if one_way else None,
+        how,
+        gains.low if how.one_way else None,
     )
+
+
+def _of(path: Path, machine: str, kind: str) -> Kind:
+    """The kind of a simulated machine."""
+    if kind:
+        found = kinds.chosen(kind, "--kind")
+        if found.name != machine:
+            told = f"{kind}, of the machine {printable(found.name)}"
+            raise InputError("--kind", told, f"a kind of {machine}, which --config names")
+        return found
+    listed = kinds.named(machine)
+    if listed is None:
+        where = f"--config {printable(path, 300)}, {machines.KEY}"
+        accepted = f"one of {', '.join(kinds.NAMES)}; or with --kind {kinds.FORM}"
+        raise InputError(where, machine, accepted)
+    return listed
 
 
 def own(
@@ -87,7 +100,7 @@ def own(
     seed : int
         Given to the factory.
     kind : str, optional
-        One of `kinds.NAMES`.
+        As `kinds.chosen`.
     lowest : float | None, optional
         Lowest effort of a kind that is no axis, V; None for 0.
 
@@ -101,15 +114,12 @@ def own(
     InputError
         There is no such rig or kind, or it measures no encoder.
     """
-    found = kinds.named(kind)
-    if found is None:
-        raise InputError("--kind", printable(kind), f"one of {', '.join(kinds.NAMES)}")
-    one_way = found.name not in BOTH_WAYS
-    if lowest is not None and not one_way:
+    found = kinds.chosen(kind, "--kind")
+    if lowest is not None and not found.one_way:
         accepted = f"only with --kind other than {kind}, whose efforts are as large both ways"
         raise InputError("--lowest", f"{lowest:g} V", accepted)
-    fixture = open_rig(name, seed)
+    fixture = open_rig(name, seed, alone=True)
     fixture.need("commission", "encoder")
     limit = math.nan if fixture.limits is None else fixture.limits.motor
-    below = (lowest or 0.0) if one_way else None
+    below = (lowest or 0.0) if found.one_way else None
     return Place(name, fixture.make, fixture.dt, pitch, limit, True, found, below)

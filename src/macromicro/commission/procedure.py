@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from macromicro.commission.stand import Caution, Stand
@@ -192,62 +193,80 @@ class Drawn(NamedTuple):
     figure: Callable[[Work, Any], Figure]
 
 
+def turned_round(work: Work) -> None:
+    """Make the stand ready for a new session: efforts are turned round where a step found so.
+
+    Parameters
+    ----------
+    work : Work
+        With what was found before.
+    """
+    signs = (getattr(one, "sign", None) for one in work.found.values())
+    work.stand.sign = float(next((s for s in signs if s is not None), 1.0))
+
+
 class Kind(NamedTuple):
     """What can be commissioned.
 
     Attributes
     ----------
     name : str
-        Of the machine that it gives.
+        Of the machine that it gives, as a settings file names it.
     steps : Sequence[Step]
         In their order; what one of the first found has a `sign`.
-    turned : str
-        What a person should do where that sign is -1.
-    note : str
-        What units the results are in, for the page.
-    prepare : Callable[[Work], None]
-        Makes the stand ready for the steps that are left, by what was found before.
     model : Callable[[Work], Any]
         The model of what the steps found.
     settings : Callable[[Work, Any, Any], dict[str, str]]
         The machine of steps, model and what `home` found (None before): paths and TOML values.
-    head : str
-        First lines of the machine's file, beside the estimates.
-    homing : str
-        What the stage does before it is verified.
-    home : Callable[[Work, Any], Any]
-        Brings it to the machine's 0; gives what `settings` takes.
-    rows : Callable[[Work], list[tuple[str, ...]]]
-        What the steps found: quantity, value, half interval, unit.
     estimates : Callable[[Any], dict[str, Estimate]]
         What the model says, by short names.
-    doubts : Callable[[Work, Any], list[str]]
+    turned : str, optional
+        What a person should do where the sign is -1.
+    note : str, optional
+        What units the results are in, for the page.
+    prepare : Callable[[Work], None], optional
+        Makes the stand ready for the steps that are left, by what was found before.
+    head : str, optional
+        First lines of the machine's file, beside the estimates.
+    homing : str, optional
+        What the stage does before it is verified.
+    home : Callable[[Work, Any], Any], optional
+        Brings it to the machine's 0; gives what `settings` takes.
+    rows : Callable[[Work], list[tuple[str, ...]]], optional
+        What the steps found: quantity, value, half interval, unit.
+    doubts : Callable[[Work, Any], list[str]], optional
         What a person should look at.
-    figures : Mapping[str, Drawn]
+    figures : Mapping[str, Drawn], optional
         By the name of the file.
     place : Place, optional
         What its places are counted in.
     rehearse : Callable[[Any, Any], float | None] | None, optional
         From the machine and its settings to the tolerance within which its model comes to rest, m;
         None where that which follows will do, or there is no such rehearsal.
+    one_way : bool, optional
+        Whether its efforts have a lowest one of their own; else they are as large both ways.
     """
 
     name: str
     steps: Sequence[Step]
-    turned: str
-    note: str
-    prepare: Callable[[Work], None]
     model: Callable[[Work], Any]
     settings: Callable[[Work, Any, Any], dict[str, str]]
-    head: str
-    homing: str
-    home: Callable[[Work, Any], Any]
-    rows: Callable[[Work], list[tuple[str, ...]]]
     estimates: Callable[[Any], dict[str, Estimate]]
-    doubts: Callable[[Work, Any], list[str]]
-    figures: Mapping[str, Drawn]
+    turned: str = (
+        "A positive effort made the reading fall: exchange the drive's leads, or turn the sensor's "
+        "sign, before this file is used."
+    )
+    note: str = ""
+    prepare: Callable[[Work], None] = turned_round
+    head: str = ""
+    homing: str = "The stage stays where it stands, which is its 0,"
+    home: Callable[[Work, Any], Any] = lambda work, model: None
+    rows: Callable[[Work], list[tuple[str, ...]]] = lambda work: []
+    doubts: Callable[[Work, Any], list[str]] = lambda work, model: []
+    figures: Mapping[str, Drawn] = MappingProxyType({})
     place: Place = LENGTH
     rehearse: Callable[[Any, Any], float | None] | None = None
+    one_way: bool = False
 
 
 def left(kind: Kind, work: Work) -> list[Step]:

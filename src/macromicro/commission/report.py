@@ -20,6 +20,7 @@ PAGE, JSON, MACHINE = "commission.html", "commission.json", "machine.toml"
 RECORDING, VERIFICATION = "verification.h5", "verification"
 FILES = (PAGE, JSON, MACHINE, RECORDING)
 BYTES = 30_000_000
+_COUNTS = 5.0  # within which an axis rests that friction does not keep off
 TEMPLATE = Path(__file__).parent / "templates" / "commission.html.j2"
 
 
@@ -64,12 +65,15 @@ def doubts(found: Commissioned, place: Place) -> list[str]:
     """
     turned = procedure.sign(place.kind, found.work) < 0.0
     said = list(place.kind.doubts(found.work, found.model))
-    if found.rested is not None:
+    rests = found.settings.arrival.tolerance
+    if place.kind.rehearse is not None and rests > _COUNTS * place.pitch:
         unit = place.kind.place
         said.append(
-            f"By its friction and its lag it rests within {found.rested * unit.fines:.3g} "
-            f"{unit.fine}, not within a few counts: that is the tolerance of its moves."
+            f"By its friction and its lag it rests within {rests * unit.fines:.3g} "
+            f"{unit.fine}, {rests / place.pitch:.3g} counts: that is the tolerance of its moves."
         )
+    if found.rested is not None:
+        said.append("Its model did not rest as closely as friction and lag let expect.")
     return [place.kind.turned, *said] if turned else said
 
 

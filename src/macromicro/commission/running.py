@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from macromicro import __version__
 from macromicro.commission import axis, procedure, store, verifying
 from macromicro.commission.procedure import Kind, Options, Step, Work
+from macromicro.commission.settings import TOLERANCE
 from macromicro.commission.stand import Stand
 from macromicro.commission.verifying import Verified
 from macromicro.identify import axis_settings
@@ -19,7 +20,7 @@ from macromicro.schema import config
 from macromicro.schema.text import printable
 
 VERIFY = "verification"
-TOLERANCE = "arrival.tolerance"
+_CRUISE = 0.9  # of the greatest speed that is allowed, which is then the guard's
 
 
 class Place(NamedTuple):
@@ -179,11 +180,24 @@ def _settings(
 ) -> tuple[str, Any]:
     """The machine's file, and what it says."""
     kind = place.kind
-    machine = machines.named(kind.name, "machine")
     values = kind.settings(work, model, home)
     if rested is not None:
         values = {**values, TOLERANCE: f'"{rested!r} {kind.place.base}"'}
-    toml = axis_settings.as_toml(values, _head(place, work, model), kind.name)
+    toml, tree = _made(place, work, model, values)
+    fastest = work.options.speed
+    if tree.guard.speed <= fastest:
+        return toml, tree
+    # Nothing is known of it at speeds that it was not allowed, and it is not allowed them now.
+    unit, cruise = kind.place.named("m/s"), min(tree.motion.velocity, _CRUISE * fastest)
+    slower = {"motion.velocity": cruise, "guard.speed": fastest}
+    capped = {path: f'"{speed!r} {unit}"' for path, speed in slower.items()}
+    return _made(place, work, model, {**values, **capped})
+
+
+def _made(place: Place, work: Work, model: Any, values: dict[str, str]) -> tuple[str, Any]:
+    """The file of values, and what follows from it."""
+    machine = machines.named(place.kind.name, "machine")
+    toml = axis_settings.as_toml(values, _head(place, work, model), place.kind.name)
     table = tomllib.loads(toml)
     table.pop(config.MACHINE)
     return toml, config.overridden(machine.settings, table, "the machine that was found")

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from macromicro.machines import deriving
 from macromicro.machines import machine as machines
 from macromicro.schema import config
 
-NOTCH = "controller.notch.frequency"
+NOTCH, TOLERANCE = "controller.notch.frequency", "arrival.tolerance"
 HELPS = 1.1  # times the bandwidth, from where a notch is worth its lag
 
 
@@ -65,11 +66,17 @@ def settings(
         period=dt,
         travel=ends.travel,
         speed=fastest,
-        ripple=max(friction.largest - friction.mean, 0.0),
+        ripple=friction.ripple,
     )
     started = max(friction.mean - model.axis.coulomb, 0.0)
     stiff = axis_settings.values(model.whole._replace(stribeck=started), around)
-    return stiff if model.limber is None else with_mode(stiff, model.limber, dt)
+    if model.limber is not None:
+        return with_mode(stiff, model.limber, dt)
+    # What friction lets go is a rule of the machine: named is only what is coarser.
+    named = stiff.pop(TOLERANCE)
+    if _tree(stiff).arrival.tolerance < float(named.strip('"').split()[0]):
+        stiff[TOLERANCE] = named
+    return stiff
 
 
 def too_quick(mode: Mode, dt: float) -> bool:
@@ -119,8 +126,12 @@ def with_mode(stiff: dict[str, str], mode: Mode, dt: float) -> dict[str, str]:
 
 def _bandwidth(values: dict[str, str]) -> float:
     """Of the velocity loop that follows, rad/s."""
+    return deriving.bandwidth(_tree(values))
+
+
+def _tree(values: dict[str, str]) -> Any:
+    """What follows from them."""
     table = tomllib.loads(axis_settings.as_toml(values, ""))
     table.pop(config.MACHINE)
     machine = machines.named("axis", "machine")
-    tree = config.overridden(machine.settings, table, "the machine that was found")
-    return deriving.bandwidth(tree)
+    return config.overridden(machine.settings, table, "the machine that was found")

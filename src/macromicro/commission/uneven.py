@@ -148,14 +148,14 @@ def held(axis: Axis, breakaway: float) -> Axis:
     axis : Axis
         Its Stribeck drop is replaced.
     breakaway : float
-        Effort that starts it, V.
+        Effort that starts it, V: the mean of both directions, in which a constant force cancels.
 
     Returns
     -------
     Axis
         With Stribeck's drop down to its Coulomb friction.
     """
-    return axis._replace(stribeck=max(breakaway - axis.coulomb - abs(axis.offset), 0.0))
+    return axis._replace(stribeck=max(breakaway - axis.coulomb, 0.0))
 
 
 def fitted(

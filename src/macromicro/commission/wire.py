@@ -169,4 +169,5 @@ KIND = Kind(
     estimates=wire_page.estimates,
     doubts=wire_page.doubts,
     figures=wire_page.FIGURES,
+    one_way=True,
 )

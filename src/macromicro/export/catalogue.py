@@ -20,6 +20,7 @@ from macromicro.kernel import is_kernel
 from macromicro.machines import compositions
 from macromicro.machines import machine as machines
 from macromicro.machines.composition import TURNS
+from macromicro.machines.machine import JOINT
 from macromicro.schema import plugins
 from macromicro.schema.config import load_overrides
 from macromicro.schema.text import printable
@@ -35,7 +36,10 @@ def every(config: Path | None = None) -> Made:
     if config is not None:
         if compositions.chosen(config).family == TURNS:
             return two_stage(load_overrides(config, Settings()))
-        return of_machine(*machines.load(config))
+        for name, machine, settings in compositions.each(config):
+            alone_ = machine._replace(name=f"{JOINT}.{name}") if name else machine
+            found |= of_machine(alone_, settings)
+        return found
     found |= two_stage(Settings())
     for machine in machines.MACHINES:
         found |= of_machine(machine, machine.settings)

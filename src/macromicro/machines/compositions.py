@@ -12,6 +12,7 @@ from macromicro.machines.composition import ONE, STEP, Composition
 from macromicro.machines.guarding import Watch
 from macromicro.machines.joint import machine as joint
 from macromicro.machines.joint.settings import AXES, DEFAULT
+from macromicro.machines.joint.settings import of as axes_of
 from macromicro.machines.machine import JOINT, KEY, Machine
 from macromicro.machines.signals import Output, Sample
 from macromicro.machines.tree import joined
@@ -130,6 +131,30 @@ def chosen(path: Path | None) -> Composition:
         return named(UNNAMED, KEY)
     name = read_toml(path, config.WHAT).get(KEY, UNNAMED)
     return named(name, f"{printable(path, 300)}, {KEY}")
+
+
+def each(path: Path) -> list[tuple[str, Machine, Any]]:
+    """The stages of a machine that works by stages of its own: one, or several on one clock.
+
+    Parameters
+    ----------
+    path : Path
+        A settings file.
+
+    Returns
+    -------
+    list[tuple[str, Machine, Any]]
+        Of each its name, "" where there is one alone; its machine of one stage; its settings.
+
+    Raises
+    ------
+    InputError
+        The file is not accepted, or its stages take turns.
+    """
+    if chosen(path).family != STEP:
+        return [("", *machines.load(path))]
+    both, settings = joint.load(path)
+    return list(zip(AXES, both.axes, axes_of(settings), strict=True))
 
 
 def by_default(composition: Composition, law: str | None) -> Any:

@@ -175,6 +175,29 @@ def _following(tree: Any) -> float:
     return _round(max(slow, 20.0 * tree.arrival.tolerance))
 
 
+def let_go(tree: Any) -> float:
+    """How closely an axis stops that its friction lets go: it hunts about anything finer.
+
+    What starts it is more than what it takes to slide, by Stribeck's drop. The velocity loop lets
+    that difference go as fast as its gain makes up for, and sees it only a lag later: at best the
+    axis stands half of that way to either side.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    float
+        m; 0 without a velocity loop.
+    """
+    if tree.controller.velocity <= 0.0:
+        return 0.0
+    speed = per_newton(tree) * tree.friction.stribeck / tree.controller.velocity
+    return float(0.5 * lag(tree) * speed)
+
+
 def _tolerance(tree: Any) -> float:
     """What is measured, and what the law can hold against friction."""
     # Within a slack nothing holds the load that is measured.
@@ -185,7 +208,8 @@ def _tolerance(tree: Any) -> float:
         p, quarter = tree.controller, 0.25 * tree.arrival.patience
         breaks = per_newton(tree) * (tree.friction.coulomb + tree.friction.stribeck)
         creep = breaks / max(p.velocity * p.integral * p.position * quarter, 1e-12)
-    return _round(max(4.0 * tree.encoder.pitch, 4.0 * tree.encoder.noise, slack, creep, 1.0e-7))
+    seen = max(4.0 * tree.encoder.pitch, 4.0 * tree.encoder.noise, 1.0e-7)
+    return _round(max(seen, slack, creep, let_go(tree)))
 
 
 def _jerk(tree: Any) -> float:

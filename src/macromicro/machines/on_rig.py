@@ -54,7 +54,7 @@ def found(name: str, settings: Any, seed: int) -> Fixture | None:
         raise InputError(OPTION, printable(name), "a replay only of the two-stage machine")
     if boards.is_board(name) and boards.read(name).loop == BOARD_LOOP:
         raise InputError("--loop", BOARD_LOOP, "host: the law of this machine runs here")
-    fixture = open_rig(name, seed)
+    fixture = open_rig(name, seed, alone=True)
     where = f"{OPTION} {fixture.name}"
     if fixture.kind != BENCH:
         raise InputError(where, f"a {fixture.kind}", "a bench, for a programme")

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, Self, cast
 
 import numpy as np
 
+from macromicro import joining
 from macromicro.arrays import Array
 from macromicro.machines.parts import CLOSED
 from macromicro.machines.stage import Kind, quickest
@@ -158,6 +159,8 @@ def _inside(kind: Kind) -> Any:
     """The stage as a coroutine: each `next` does what `asked` orders, and answers in it."""
     measure, advance = kind.measure, kind.advance
     sense, switch = kind.sense, kind.switch
+    # Else what is kept of it names types of another package, and is not read where that is not.
+    joining.joined(measure, advance, sense, switch)
 
     def stage(params: Any, state: Any, asked: Array, noise: Array, dt: float) -> Iterator[int]:
         while True:

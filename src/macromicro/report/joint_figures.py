@@ -42,6 +42,15 @@ def magnification(peak: float, span: float) -> float:
     return max(power * max(k for k in (1.0, 2.0, 5.0) if k * power <= max(wanted, 1.0)), 1.0)
 
 
+def _ways(recording: Recording) -> list[tuple[str, str, str, str]]:
+    """Whose places are drawn: columns, colour, name; the true ones where they are known."""
+    every = [
+        ("true_x", "true_y", RED, "true"),
+        ("x_position", "y_position", BLUE, "by the encoders"),
+    ]
+    return [way for way in every if not np.isnan(recording[way[0]]).all()]
+
+
 def _beside(recording: Recording, plan: JointPlan, names: tuple[str, str]) -> Iterator[Any]:
     """Of each move with a path, while its profile lasts: rows, places (mm), nearest points."""
     for k in np.unique(recording["move"][recording["move"] >= 0]).tolist():
@@ -68,10 +77,7 @@ def path(recording: Recording, plan: JointPlan, tolerance: float) -> Drawn:
     Drawn
         Figure `path`.
     """
-    ways = (
-        ("true_x", "true_y", RED, "true"),
-        ("x_position", "y_position", BLUE, "by the encoders"),
-    )
+    ways = _ways(recording)
     found = {way[3]: list(_beside(recording, plan, way[:2])) for way in ways}
     every = [each for parts in found.values() for each in parts]
     peak = max((float(np.max(each[3].distance)) for each in every), default=0.0)
@@ -164,11 +170,7 @@ def axes_over_time(recording: Recording, plan: JointPlan, settings: Any) -> Draw
         for edge in (-1e6 * own.arrival.tolerance, 1e6 * own.arrival.tolerance):
             errors.axhline(edge, color=color, linewidth=0.8, linestyle=":")
         line(efforts, t, recording[f"{name}_effort"], color, name)
-    ways = (
-        ("true_x", "true_y", RED, "true"),
-        ("x_position", "y_position", BLUE, "by the encoders"),
-    )
-    for *names, color, label in ways:
+    for *names, color, label in _ways(recording):
         far = np.full(len(t), np.nan)
         for part, _, _, near in _beside(recording, plan, (names[0], names[1])):
             far[part] = 1e6 * near.distance

@@ -104,7 +104,7 @@ class Carded:
         return str(self.path)
 
 
-def open_rig(name: str, seed: int = 0) -> Fixture:
+def open_rig(name: str, seed: int = 0, *, alone: bool = False) -> Fixture:
     """The rig that "MODULE:FACTORY" or the wiring of a card names, ready to be opened for runs.
 
     The module is looked for in the working directory as well. The factory is called once to see
@@ -118,6 +118,8 @@ def open_rig(name: str, seed: int = 0) -> Fixture:
         "MODULE:FACTORY" or "FILE.toml".
     seed : int, optional
         Given to the factory.
+    alone : bool, optional
+        Whether it is one stage, whose law runs at any period; else a bench has that of its laws.
 
     Returns
     -------
@@ -146,7 +148,7 @@ def open_rig(name: str, seed: int = 0) -> Fixture:
         _own(rig, factory, "calibration", Calibration),
         counted=_own(rig, factory, "counted", bool) or False,
     )
-    if kind != KILN and fixture.dt != known.dt:
+    if kind != KILN and fixture.dt != known.dt and not (alone and kind == BENCH):
         accepted = f"{known.dt:g} s for a {kind}: its control laws and procedures have this period"
         raise InputError(f"{OPTION} {factory}, dt", f"{fixture.dt:g} s", accepted)
     return fixture._replace(pitch=_number(rig, factory, "pitch", fixture.pitch))

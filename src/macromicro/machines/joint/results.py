@@ -24,7 +24,7 @@ class Beside(NamedTuple):
     rms, peak : float
         Of the places that the encoders show.
     true_rms, true_peak : float
-        Of the true places in the plane.
+        Of the true places in the plane; NaN on a rig, which does not know them.
     """
 
     rms: float
@@ -171,8 +171,11 @@ def under_way(recording: Recording, plan: JointPlan, move: int) -> slice:
 
 
 def _distance(recording: Recording, names: tuple[str, str], part: slice, trace: Any) -> Array:
-    """From the path, mm; what has no reading counts as where it was."""
-    places = [known(recording[name][part]) * 1e-3 for name in names]
+    """From the path, mm; what has no reading counts as where it was, NaN where nothing has any."""
+    columns = [recording[name][part] for name in names]
+    if any(np.isnan(column).all() for column in columns):
+        return np.full(len(columns[0]), np.nan)
+    places = [known(column) * 1e-3 for column in columns]
     return contour.off(trace, *places).distance * 1e3
 
 
@@ -213,7 +216,8 @@ def _move(recording: Recording, plan: JointPlan, pair: tuple[MoveResult, MoveRes
     away = None
     if rest.any():
         here = [float(np.mean(recording[name][part][rest])) for name in ("true_x", "true_y")]
-        away = float(np.hypot(here[0] - 1e3 * leg.end[0], here[1] - 1e3 * leg.end[1]))
+        far = float(np.hypot(here[0] - 1e3 * leg.end[0], here[1] - 1e3 * leg.end[1]))
+        away = None if np.isnan(far) else far
     times = [m.arrived_s for m in pair if m.arrived_s is not None]
     return JointMove(
         move=k,

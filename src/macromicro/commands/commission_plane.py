@@ -1,0 +1,84 @@
+"""``macromicro commission`` for two axes on one clock: each, and then both together."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import typer
+
+from macromicro.commands.signals import Signals
+
+if TYPE_CHECKING:
+    from macromicro.commission.procedure import Options
+    from macromicro.commission.running import Commissioned, Place
+
+
+class Asked(NamedTuple):
+    """What the user asked for: options of `commission`."""
+
+    config: Path
+    seed: int
+    out: Path
+    overwrite: bool
+    resume: bool
+    figures: Iterable[str]
+
+
+def commission(asked: Asked, options: Callable[[Place], Options]) -> None:
+    """Find both axes' models from their encoders, and verify them by coordinated moves."""
+    from contextlib import ExitStack
+    from datetime import datetime
+
+    from macromicro.commission import plane, report
+    from macromicro.machines.joint.settings import AXES
+    from macromicro.report import plane as pages
+    from macromicro.runs import folder
+
+    pair, places = plane.virtual(asked.config, asked.seed)
+    allowed = (options(places[0]), options(places[1]))
+    out, replace = asked.out, asked.overwrite or asked.resume
+    rooms = [(out, pages.FILES)]
+    rooms += [(out / n, report.names(p.kind)) for n, p in zip(AXES, places, strict=True)]
+    for room, names in rooms:
+        folder.check(room, report.BYTES, overwrite=replace, names=names)
+    with Signals() as signals, ExitStack() as stack:
+        for room, names in rooms:
+            stack.enter_context(folder.held(room, overwrite=replace, names=names))
+            for name in names if asked.overwrite and not asked.resume else ():
+                (room / name).unlink(missing_ok=True)
+        started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
+        signals.later("ending after this period; --resume goes on with this step")
+
+        def found(name: str, one: Commissioned) -> None:
+            report.write(out / name, one, places[AXES.index(name)], started, asked.figures)
+
+        try:
+            both = plane.commission(
+                pair,
+                places,
+                allowed,
+                out,
+                done=lambda title: print(f"{title}: done", file=sys.stderr),
+                ended=lambda: bool(signals.received),
+                found=found,
+            )
+        except KeyboardInterrupt:
+            print(f"macromicro: interrupted; --resume goes on, in {out}", file=sys.stderr)
+            raise typer.Exit(signals.status) from None
+        pages.write(out, both, places, started, asked.figures)
+    for row in pages.rows(both, places):
+        print(f"{row[0]:31}{row[1]:>12} {row[2]:>10} {row[3]}")
+    for doubt in pages.doubts(both, places):
+        print(f"doubtful: {doubt}")
+    for name, one in zip(AXES, both.axes, strict=True):
+        there = sum(m.arrived_s is not None for m in one.verified.moves)
+        print(f"verification of {name}: {there} of {one.verified.asked} moves arrived")
+    there = sum(m.arrived_s is not None for m in both.moves)
+    print(f"verification of both: {there} of {len(both.plan.legs)} moves arrived")
+    print(f"page: {out / report.PAGE}\nmachine: {out / report.MACHINE}")
+    if not both.met:
+        print(f"macromicro: not verified: {pages.why(both)}", file=sys.stderr)
+        raise typer.Exit(1)

@@ -1,0 +1,186 @@
+"""Two rigs on one clock: each alone while the other keeps its effort, or both in step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Annotated, Any, NamedTuple, Self
+
+import numpy as np
+
+from macromicro.columns import Quantity
+from macromicro.machines import open_rig, runs
+from macromicro.machines.joint import loop
+from macromicro.machines.joint.loop import Bench, Plane
+from macromicro.machines.joint.machine import Joint
+from macromicro.machines.joint.planning import JointPlan
+from macromicro.machines.joint.runs import Done, Outcome, about, laws, loops
+from macromicro.machines.joint.settings import of
+from macromicro.machines.sequence import DONE
+from macromicro.recording import Recording
+from macromicro.types import Outputs
+
+
+class Unseen(NamedTuple):
+    """Where a rig's load truly is: nobody knows."""
+
+    x: Annotated[float, Quantity("mm", "true place along the axis", column="true", scale=1e3)]
+
+
+def _unseen(params: Any, state: float) -> Unseen:
+    return Unseen(float("nan"))
+
+
+class Pair:
+    """Two rigs whose time passes at once.
+
+    Parameters
+    ----------
+    rigs : Sequence[Any]
+        Of each axis, at rest, of one control period; their clocks wait for it.
+
+    Attributes
+    ----------
+    together : bool
+        Whether both are driven in the same period: then the second's wait lets time pass. Else the
+        wait of either does, and the other keeps its last effort.
+    """
+
+    def __init__(self, rigs: Sequence[Any]) -> None:
+        self.rigs = tuple(rigs)
+        self.together = False
+        self.halves = tuple(Half(self, k) for k in range(len(self.rigs)))
+
+    def wait(self, dt: float) -> None:
+        """Let a period pass on both.
+
+        Parameters
+        ----------
+        dt : float
+            Their control period, s.
+        """
+        for rig in self.rigs:
+            rig.clock.wait(dt)
+
+
+class Half:
+    """One of two rigs on one clock, as a `Rig`.
+
+    Parameters
+    ----------
+    pair : Pair
+        Both.
+    k : int
+        Which.
+    """
+
+    def __init__(self, pair: Pair, k: int) -> None:
+        self._pair, self._rig, self._last = pair, pair.rigs[k], k == len(pair.rigs) - 1
+        self.channels = tuple(self._rig.channels)
+        self.outputs = tuple(getattr(self._rig, "outputs", ()))
+        self.clock = self
+
+    def now(self) -> float:
+        """Time since the start.
+
+        Returns
+        -------
+        float
+            s.
+        """
+        return float(self._rig.clock.now())
+
+    def wait(self, dt: float) -> None:
+        """Return when the next period begins; in step, for the second alone.
+
+        Parameters
+        ----------
+        dt : float
+            Its length, s.
+        """
+        if self._last or not self._pair.together:
+            self._pair.wait(dt)
+
+    def read(self) -> Any:
+        """This period's sample.
+
+        Returns
+        -------
+        Any
+            Of this axis.
+        """
+        return self._rig.read()
+
+    def write(self, outputs: Outputs) -> None:
+        """Set this axis' outputs.
+
+        Parameters
+        ----------
+        outputs : Outputs
+            For the coming period, and until others are written.
+        """
+        self._rig.write(outputs)
+
+    def stop(self) -> None:
+        """Set every output of this axis to its safe value."""
+        self._rig.stop()
+
+    def __enter__(self) -> Self:
+        self._rig.__enter__()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._rig.__exit__(kind, error, trace)
+
+
+def record(
+    machine: Joint, settings: Any, plan: JointPlan, on: tuple[Any, Any], title: str = ""
+) -> Done:
+    """A plan on two rigs in step, in memory, under the laws and guards of both axes.
+
+    Parameters
+    ----------
+    machine : Joint
+        Whose laws and guards drive them.
+    settings : Any
+        Its settings.
+    plan : JointPlan
+        From where both stand, 0.
+    on : tuple[Rig, Rig]
+        Entered; halves of one `Pair`, in step.
+    title : str, optional
+        Of the programme.
+
+    Returns
+    -------
+    Done
+        The recording, whose true places are NaN, and how it ended; both rigs are stopped.
+    """
+    kinds = tuple(open_rig.of(rig)._replace(truth=Unseen, show=_unseen) for rig in on)
+    both, dt = (kinds[0], kinds[1]), settings.x.timing.period
+    parts = [open_rig.opened(r, own.encoder.pitch) for r, own in zip(on, of(settings), strict=True)]
+    bench = Bench(parts[0], parts[1], Plane(0.0, 1.0))
+    control, under = loops(settings, plan), laws(machine)
+    period, columns = loop.period(both, under), loop.columns(both, under)
+    run = loop.beginning(both, under, bench, control)
+    longest = max(runs.longest(own, p) for own, p in zip(of(settings), plan.plans, strict=True))
+    blocks, chunk = [np.empty((len(columns), 0))], runs.LIVE
+    nothing = tuple(np.empty((chunk, kind.noises)) for kind in both)
+    try:
+        while run.tick < round(longest / dt) and not run.over:
+            block = np.empty((len(columns), chunk))
+            run, written = period(bench, control, run, nothing, block, dt)
+            blocks.append(block[:, :written])
+    finally:
+        for rig in on:
+            rig.stop()
+    done = run.joined.progress.phase == DONE
+    outcome = Outcome(done, (run.first.watch, run.second.watch), run.tick * dt)
+    attributes = about(machine, settings, title, seed=0)
+    rows = np.concatenate(blocks, axis=1)
+    return Done(Recording.from_arrays(columns, rows, dt, attributes), outcome)

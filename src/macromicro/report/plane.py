@@ -1,0 +1,220 @@
+"""What a commissioning of two axes gives a person: a page of both, and beside it all of each."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import macromicro
+from macromicro.commission import procedure, report
+from macromicro.commission.plane import Both
+from macromicro.commission.running import Place
+from macromicro.drawing import files as drawings
+from macromicro.drawing.page import Picture, filled
+from macromicro.machines.joint.settings import AXES
+from macromicro.machines.machine import JOINT
+from macromicro.report import joint_figures
+from macromicro.runs import folder
+
+HEADINGS = (
+    "move",
+    "which",
+    "to [mm]",
+    "arrived after [s]",
+    "profile [s]",
+    "contour error, rms [um]",
+    "peak [um]",
+)
+DRAWN = ("path", "axes")
+FILES = (*report.FILES, *drawings.names(DRAWN))
+
+
+def why(found: Both) -> str:
+    """Why the machine is not verified.
+
+    Parameters
+    ----------
+    found : Both
+        Everything.
+
+    Returns
+    -------
+    str
+        In words; "" where it is.
+    """
+    for name, one in zip(AXES, found.axes, strict=True):
+        if not one.verified.met:
+            return f"axis {name} alone: {report.why(one)}"
+    if found.fault:
+        return found.fault
+    late = [str(m.move + 1) for m in found.moves if m.arrived_s is None]
+    return f"move {', '.join(late)} of both did not arrive within its tolerance" if late else ""
+
+
+def rows(found: Both, places: tuple[Place, Place]) -> list[tuple[str, ...]]:
+    """What was found, a line each: quantity, value, half interval, unit.
+
+    Parameters
+    ----------
+    found : Both
+        Everything.
+    places : tuple[Place, Place]
+        What was commissioned.
+
+    Returns
+    -------
+    list[tuple[str, ...]]
+        Text, with the axis in front.
+    """
+    each = zip(AXES, found.axes, places, strict=True)
+    return [
+        (f"{name}: {row[0]}", *row[1:]) for name, one, at in each for row in report.rows(one, at)
+    ]
+
+
+def doubts(found: Both, places: tuple[Place, Place]) -> list[str]:
+    """What a person should look at before the result is relied on.
+
+    Parameters
+    ----------
+    found : Both
+        Everything.
+    places : tuple[Place, Place]
+        What was commissioned.
+
+    Returns
+    -------
+    list[str]
+        A sentence each, with the axis in front.
+    """
+    each = zip(AXES, found.axes, places, strict=True)
+    said = [f"{name}: {doubt}" for name, one, at in each for doubt in report.doubts(one, at)]
+    said.append("No encoder shows whether the axes stand at a right angle.")
+    peak = max((m.contour.peak for m in found.moves if m.contour is not None), default=0.0)
+    if 1e-3 * peak > found.settings.path.tolerance:
+        said.append(
+            f"Both together leave their path by up to {1e3 * peak:.3g} um; as closely as each "
+            f"rests would be {1e6 * found.settings.path.tolerance:.3g} um."
+        )
+    return said
+
+
+def move_rows(found: Both) -> list[tuple[str, ...]]:
+    """How the moves of both went, under `HEADINGS`.
+
+    Parameters
+    ----------
+    found : Both
+        Everything.
+
+    Returns
+    -------
+    list[tuple[str, ...]]
+        Text.
+    """
+    return [
+        (
+            f"{m.move + 1}",
+            m.name,
+            f"{m.target[0]:.5g}, {m.target[1]:.5g}",
+            "not" if m.arrived_s is None else f"{m.arrived_s:.3f}",
+            f"{m.profile_s:.3f}",
+            *("-" if m.contour is None else f"{1e3 * v:.3g}" for v in (m.contour or (0, 0))[:2]),
+        )
+        for m in found.moves
+    ]
+
+
+def as_json(found: Both, places: tuple[Place, Place]) -> str:
+    """All results as JSON.
+
+    Parameters
+    ----------
+    found : Both
+        Everything.
+    places : tuple[Place, Place]
+        What was commissioned.
+
+    Returns
+    -------
+    str
+        One object.
+    """
+    each = zip(AXES, found.axes, places, strict=True)
+    what: dict[str, Any] = {"kind": JOINT, "version": macromicro.__version__}
+    what["axes"] = {name: json.loads(report.as_json(one, at)) for name, one, at in each}
+    keys = ("move", "name", "target", "arrived_s", "profile_s")
+    what["verification"] = {
+        "met": found.met,
+        "fault": found.fault,
+        "moves": [
+            {k: getattr(m, k) for k in keys}
+            | ({} if m.contour is None else {"rms": m.contour.rms, "peak": m.contour.peak})
+            for m in found.moves
+        ],
+    }
+    what["doubts"] = doubts(found, places)
+    return json.dumps(what, indent=2) + "\n"
+
+
+def write(
+    out: Path,
+    found: Both,
+    places: tuple[Place, Place],
+    started: str,
+    kinds: Iterable[str] = drawings.DEFAULT,
+) -> None:
+    """Write what is of both; each axis' results stay beside it.
+
+    Parameters
+    ----------
+    out : Path
+        The folder.
+    found : Both
+        Everything.
+    places : tuple[Place, Place]
+        What was commissioned.
+    started : str
+        When, in words.
+    kinds : Iterable[str], optional
+        Formats of the figures.
+
+    Raises
+    ------
+    OSError
+        The disk refuses.
+    """
+    drawn = [
+        joint_figures.path(found.recording, found.plan, found.settings.path.tolerance),
+        joint_figures.axes_over_time(found.recording, found.plan, found.settings),
+    ]
+    signs = {procedure.sign(p.kind, f.work) for p, f in zip(places, found.axes, strict=True)}
+    with folder.staged(out) as stage:
+        (stage / report.MACHINE).write_text(found.toml, encoding="utf-8")
+        (stage / report.JSON).write_text(as_json(found, places), encoding="utf-8")
+        found.recording.save(stage / report.RECORDING)
+        pictures = []
+        for name, one in zip(DRAWN, drawn, strict=True):
+            data = drawings.save(one.figure, stage, name, kinds)
+            pictures.append(Picture(name, one.title, one.caption, data))
+        text = filled(
+            report.TEMPLATE,
+            name=" and ".join(place.name for place in places),
+            started=started,
+            version=macromicro.__version__,
+            met=found.met,
+            why=why(found),
+            found=rows(found, places),
+            note=f"{places[0].kind.note} What each step shows is in x/{report.PAGE} and "
+            f"y/{report.PAGE}.",
+            sign=signs.pop() if len(signs) == 1 else 0.0,
+            doubts=doubts(found, places),
+            headings=HEADINGS,
+            moves=move_rows(found),
+            pictures=pictures,
+            file=report.MACHINE,
+            toml=found.toml,
+        )
+        (stage / report.PAGE).write_text(text, encoding="utf-8")
