@@ -23,6 +23,7 @@ from macromicro.serve.web import bins
 NAME = "epics"
 TRACE_S, TRACE_ROWS = 10.0, 1000  # of the traces
 DIGITS = 5
+_SHOWN_BY = 200  # looks at the snapshot until it shows that a motion has ended
 _OFF = (m.MODES[m.DISABLED], m.MODES[m.FAULT], "off")
 
 
@@ -34,6 +35,7 @@ class Channels:
         self.client = Client(instrument, NAME)
         self._instrument, self._station = instrument, instrument.station
         self._per = instrument.place.per
+        self._looking = asyncio.Lock()
         self._turn, self._under_way = "", 0  # the record that moves, and how many moves it has
         self._asked, self._stopped = 0, 0  # moves and stops so far; the last stop's number
         self._gathering = Gathering(self._ask, self._in_turn)
@@ -160,7 +162,13 @@ class Channels:
             if not self._station.snapshot().running:
                 await self._fail("the loop process has ended")
             await asyncio.sleep(POLL_S)
-        await self.look()  # who waited for its end sees the machine as it is then
+        # Who waited for its end sees the machine as it is then. The end is told before the snapshot
+        # shows it: a DMOV that came later would be taken for the end of the client's next move.
+        for _ in range(_SHOWN_BY):
+            if self._station.snapshot().motion != motion:
+                break
+            await asyncio.sleep(POLL_S)
+        await self.look()
         if end.outcome != DONE:
             await self._fail(f"it ended as {end.outcome}")
 
@@ -213,6 +221,10 @@ class Channels:
 
     async def look(self) -> None:
         """Bring everything up to date."""
+        async with self._looking:  # one look that waits must not write what is old by then
+            await self._look()
+
+    async def _look(self) -> None:
         self.client.beat(0.0)
         now = self._station.snapshot()
         for name, record in self._records.items():

@@ -138,6 +138,7 @@ class Record:
         await show(fields["CNEN"], _ENABLE[now.enabled])
         if not self._going:
             await show(fields["MOVN"], int(now.moving))
+        if not self._going:  # a move may have begun meanwhile
             await show(fields["DMOV"], int(not now.moving))
 
     # What clients put
