@@ -174,8 +174,24 @@ def why(found: Commissioned) -> str:
     """
     if found.verified.fault:
         return found.verified.fault
-    late = [str(m.move + 1) for m in found.verified.moves if m.arrived_s is None]
-    return f"move {', '.join(late)} did not arrive within its tolerance" if late else ""
+    which = late(found.verified.moves)
+    return f"move {which} did not arrive within its tolerance" if which else ""
+
+
+def late(moves: Iterable[Any]) -> str:
+    """Which moves did not arrive.
+
+    Parameters
+    ----------
+    moves : Iterable[Any]
+        With `move` from 0, and `arrived_s`, which is None for one that did not.
+
+    Returns
+    -------
+    str
+        Their numbers from 1.
+    """
+    return ", ".join(str(m.move + 1) for m in moves if m.arrived_s is None)
 
 
 def write(

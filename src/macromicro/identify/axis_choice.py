@@ -166,7 +166,7 @@ def chosen(rows: list[Rows]) -> Judged:
         else:
             squares[name] = found
     # Of a typical block: one in which the axis sticks would outweigh all others in a plain mean.
-    scores = {n: float(np.exp(0.5 * np.mean(np.log(each)))) for n, each in squares.items()}
+    scores = {n: typical(each) for n, each in squares.items()}
     best = ""
     for name, score in scores.items():
         if not best:
@@ -206,6 +206,22 @@ def _held_out(rows: list[Rows], name: str) -> Array | str:
         missed = [r for r in force_residuals(test, estimate) if len(r)]
         squares += [float(np.mean(r**2)) for r in missed]
     return np.array(squares) if squares else _TOO_POOR
+
+
+def typical(squares: Array) -> float:
+    """RMS in a typical block.
+
+    Parameters
+    ----------
+    squares : ndarray, shape (k,)
+        Mean square in each block.
+
+    Returns
+    -------
+    float
+        Root of their geometric mean.
+    """
+    return float(np.exp(0.5 * np.mean(np.log(squares))))
 
 
 def no_better(score: float, richer: float, gained: Array, than: str) -> str:

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.identify import axis_choice
+from macromicro.identify.axis_choice import FOLDS, no_better, turn, typical
 from macromicro.identify.axis_pieces import settled
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.presliding import REACHES
@@ -121,10 +121,10 @@ def chosen(
         best = _better(best, [(end.x, finer)], squares, reasons)
         if best is before and nodes > NODES[1]:
             break
-    scores = {n: _typical(s) for n, s in squares.items()}
+    scores = {n: typical(s) for n, s in squares.items()}
     taken = named(best[1])
     gained = np.log(squares[RIGID] / squares[taken])
-    why = axis_choice.no_better(scores[RIGID], scores[taken], gained, RIGID)
+    why = no_better(scores[RIGID], scores[taken], gained, RIGID)
     reasons[RIGID if not why else _ASKED] = why or f"{taken} is better"
     return *best, scores, reasons
 
@@ -155,11 +155,6 @@ def asked_for(friction: str, reasons: dict[str, str]) -> bool:
     return False
 
 
-def _typical(squares: Array) -> float:
-    """RMS of a typical piece: the geometric mean of all."""
-    return float(np.exp(0.5 * np.mean(np.log(squares))))
-
-
 def _better(
     best: Candidate, others: list[Candidate], squares: dict[str, Array], reasons: dict[str, str]
 ) -> Candidate:
@@ -167,7 +162,7 @@ def _better(
     for other in others:
         poor, rich = squares[named(best[1])], squares[named(other[1])]
         gained = np.log(poor / rich)
-        why = axis_choice.no_better(_typical(poor), _typical(rich), gained, named(best[1]))
+        why = no_better(typical(poor), typical(rich), gained, named(best[1]))
         if why:
             reasons[named(other[1])] = why
         else:
@@ -190,13 +185,13 @@ def _refined(z: Array, shape: Shape, nodes: int) -> Array:
 def _held_out(problem: Problem, z: Array, shape: Shape) -> Array:
     """Mean square of the free run over each piece, by a fit that it had no part in."""
     found: list[tuple[int, float]] = []
-    for held in range(axis_choice.FOLDS):
+    for held in range(FOLDS):
         end = searched(problem, z, shape, 8, held)
         first = 0
         for p, error in zip(problem.pieces, problem.missed(end.x, shape), strict=True):
             means = np.add.reduceat(error**2, p.starts) / p.lengths
             number = first + np.arange(len(p.starts))
-            mine = axis_choice.turn(number) == held
+            mine = turn(number) == held
             found += zip(number[mine].tolist(), means[mine].tolist(), strict=True)
             first += len(number)
     return np.array([m for _, m in sorted(found)])

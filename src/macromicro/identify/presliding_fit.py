@@ -176,7 +176,10 @@ def presliding_drive(
     if not asked:
         spread[[n.startswith(_ELASTIC) for n in names]] = np.nan
     free, errors = [], []
-    for one in rows_of(records, gain, Filtering(), limit, delay, 0.3):
+    whole = rows
+    if fitted is not records:
+        whole = rows_of(records, gain, Filtering(), limit, delay, 0.3)
+    for one in whole:
         free.append(simulate(model, one.force, one.run.dt, *begun(one)))
         errors.append(one.run.x - free[-1])
     rms = float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))

@@ -12,6 +12,7 @@ from macromicro.arrays import Array
 from macromicro.identify import axis_choice
 from macromicro.identify.axis_inverse import Estimate, Rows
 from macromicro.identify.axis_pieces import Pieces, cut, settled
+from macromicro.identify.central import central
 from macromicro.identify.presliding import Presliding
 
 _STIFFEST = 2.0 * math.pi  # of the stuck mass' circular frequency times the sample time
@@ -37,6 +38,7 @@ class Problem(NamedTuple):
     dt: float
     low: float
     high: float
+    fastest: float  # greatest measured speed
 
     @property
     def coulomb(self) -> float:
@@ -62,7 +64,7 @@ class Problem(NamedTuple):
         a = self.rigid.axis
         levels, shares = _parts(z, shape)
         mass = a.mass * own["mass"]
-        speed = a.stribeck_speed if "stribeck_speed" in self.rigid.names else self.fastest() / 20.0
+        speed = a.stribeck_speed if "stribeck_speed" in self.rigid.names else self.fastest / 20.0
         return Presliding(
             mass=mass,
             viscous=a.viscous * own["viscous"],
@@ -77,16 +79,6 @@ class Problem(NamedTuple):
             low=self.low,
             high=self.high,
         )
-
-    def fastest(self) -> float:
-        """Greatest measured speed.
-
-        Returns
-        -------
-        float
-            Per second.
-        """
-        return max(float(np.abs(p.rows.v).max()) for p in self.pieces)
 
     def missed(self, z: Array, shape: Shape) -> list[Array]:
         """Measured less free run, of each record.
@@ -136,7 +128,8 @@ def problem_of(rows: list[Rows], rigid: Estimate) -> Problem:
     pieces = pieces_of(rows, max(total // _PIECES, _LEAST))
     every = [r.run.x for r in rows]
     low, high = min(float(x.min()) for x in every), max(float(x.max()) for x in every)
-    return Problem(pieces, rigid, rows[0].run.dt, low, high)
+    fastest = max(float(np.abs(r.v).max()) for r in rows)
+    return Problem(pieces, rigid, rows[0].run.dt, low, high, fastest)
 
 
 def pieces_of(rows: list[Rows], length: int) -> list[Pieces]:
@@ -202,7 +195,7 @@ def searched(
 
     low, high, scale = bounds(z, shape)
     kept = _weights(problem, held)
-    size = math.sqrt(sum(float(np.sum(w)) for w in kept)) * problem.fastest() * problem.dt
+    size = math.sqrt(sum(float(np.sum(w)) for w in kept)) * problem.fastest * problem.dt
 
     def missed(at: Array) -> Array:
         errors = problem.missed(at, shape)
@@ -284,11 +277,5 @@ def slopes(
     ndarray, shape (n, p)
         Jacobian.
     """
-    columns = []
-    for k in range(len(at)):
-        up, down = at.copy(), at.copy()
-        nudge = part * max(scale[k] * 5.0, abs(at[k]))
-        up[k] += nudge
-        down[k] = max(at[k] - nudge, low[k])
-        columns.append((missed(up) - missed(down)) / (up[k] - down[k]))
-    return np.stack(columns, axis=1)
+    nudge = part * np.maximum(scale * 5.0, np.abs(at))
+    return central(missed, at, nudge, low, np.full(len(at), math.inf))

@@ -21,6 +21,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.actuator import AMBIENT, hysteresis
+from macromicro.identify.central import central
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.spread import clustered
 from macromicro.identify.transformation import Branch, quantile, relays
@@ -333,13 +334,7 @@ def _search(missed: Callable[[Array], Array], z: Array, low: Array, high: Array,
 
 
 def _slopes(missed: Callable[[Array], Array], z: Array, low: Array, high: Array) -> Array:
-    columns = []
-    for k in range(len(z)):
-        up, down = z.copy(), z.copy()
-        nudge = _SLOPE * max(1.0, abs(float(z[k])))
-        up[k], down[k] = min(z[k] + nudge, high[k]), max(z[k] - nudge, low[k])
-        columns.append((missed(up) - missed(down)) / (up[k] - down[k]))
-    return np.stack(columns, axis=1)
+    return central(missed, z, _SLOPE * np.maximum(1.0, np.abs(z)), low, high)
 
 
 def _told(

@@ -49,8 +49,8 @@ def why(found: Both) -> str:
             return f"axis {name} alone: {report.why(one)}"
     if found.fault:
         return found.fault
-    late = [str(m.move + 1) for m in found.moves if m.arrived_s is None]
-    return f"move {', '.join(late)} of both did not arrive within its tolerance" if late else ""
+    which = report.late(found.moves)
+    return f"move {which} of both did not arrive within its tolerance" if which else ""
 
 
 def rows(found: Both, places: tuple[Place, Place]) -> list[tuple[str, ...]]:

@@ -10,7 +10,6 @@ import numpy as np
 from macromicro.errors import InputError
 from macromicro.identify.kinds import model_file, presliding, sprung, testing
 from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.picking import RUN, Picked, Role, railed, runs
 from macromicro.identify.result import Line, Result, rounded
 from macromicro.identify.runs import Run, checked
@@ -142,7 +141,7 @@ def identify(picking: Picking, options: Options) -> Result:
         delay=delay,
     )
     lines = _lines(fit, units)
-    trials = [tried(fit, run, file) for file, run in unseen]
+    trials = [testing.driven(fit, run, file) for file, run in unseen]
     lines += testing.lines(trials, x_unit)
     samples = sum(len(r.t) for r in records)
     remarks = [
@@ -251,29 +250,6 @@ def measured(table: Picked) -> list[Run]:
         railed(part["x"], f"{table.file}, x")
         found.append(checked(part["t"], part["u"], part["x"], table.file, 200))
     return found
-
-
-def tried(fit: DriveFit, run: Run, file: str) -> Trial:
-    """A free run of the axis over a record that was not fitted, from its measured start.
-
-    Parameters
-    ----------
-    fit : DriveFit
-        What was found.
-    run : Run
-        The record.
-    file : str
-        Its name.
-
-    Returns
-    -------
-    Trial
-        Measured and simulated positions.
-    """
-    from macromicro.identify.axis_fit import start
-
-    x, v = start(run, fit.gain, fit.delay)
-    return Trial(file, run.t, run.x, fit.simulate(run.u, run.dt, x, v))
 
 
 def units_of(force: str, x: str) -> dict[str, str]:

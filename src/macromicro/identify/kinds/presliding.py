@@ -9,7 +9,6 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.identify.kinds import model_file, testing
-from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run
 
@@ -108,7 +107,7 @@ def identify(records: Records, friction: str, along: int | None, driven: Driven)
         **driven._asdict(),
     )
     lines = _lines(fit, records)
-    trials = [_tried(fit, run, file) for file, run in records.tests]
+    trials = [testing.driven(fit, run, file) for file, run in records.tests]
     lines += testing.lines(trials, place)
     percent = 100.0 * (1.0 - fit.rms / float(np.std(np.concatenate([r.x for r in runs]))))
     samples = sum(len(r.t) for r in runs)
@@ -191,14 +190,6 @@ def _judged(fit: PreslidingFit, place: str) -> str:
         why = "taken" if name == fit.taken else fit.reasons.get(name, "")
         told.append(f"{name} {error:.4g}" + (f": {why}" if why else ""))
     return f"RMS of free runs over pieces held out, in {place}: " + "; ".join(told)
-
-
-def _tried(fit: PreslidingFit, run: Run, file: str) -> Trial:
-    """A free run over a record that was not fitted, from its measured start."""
-    from macromicro.identify.axis_fit import start
-
-    x, v = start(run, fit.gain, fit.delay)
-    return Trial(file, run.t, run.x, fit.simulate(run.u, run.dt, x, v))
 
 
 def _toml(lines: list[Line], fit: PreslidingFit) -> str:

@@ -18,6 +18,10 @@ from macromicro.schema.text import printable
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from macromicro.identify.axis_fit import DriveFit
+    from macromicro.identify.presliding_fit import PreslidingFit
+    from macromicro.identify.runs import Run
+
 _SHOWN = 3  # records in a figure
 
 
@@ -89,6 +93,29 @@ def unseen(
     for table in found:
         alike(table, first)
     return found
+
+
+def driven(fit: DriveFit | PreslidingFit, run: Run, file: str) -> Trial:
+    """A free run of an axis over a record that was not fitted, from its measured start.
+
+    Parameters
+    ----------
+    fit : DriveFit | PreslidingFit
+        What was found.
+    run : Run
+        The record.
+    file : str
+        Its name.
+
+    Returns
+    -------
+    Trial
+        Measured and simulated positions.
+    """
+    from macromicro.identify.axis_fit import start
+
+    x, v = start(run, fit.gain, fit.delay)
+    return Trial(file, run.t, run.x, fit.simulate(run.u, run.dt, x, v))
 
 
 def lines(trials: Sequence[Trial], unit: str) -> list[Line]:

@@ -1,0 +1,38 @@
+"""Slopes by differences to both sides, within bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from macromicro.arrays import Array
+
+
+def central(
+    made: Callable[[Array], Array], at: Array, nudge: Array, low: Array, high: Array
+) -> Array:
+    """Slopes of a function by its parameters.
+
+    Parameters
+    ----------
+    made : Callable[[Array], Array]
+        Gives shape (n,) for shape (p,).
+    at : ndarray, shape (p,)
+        Where.
+    nudge : ndarray, shape (p,)
+        How far to go to either side.
+    low, high : ndarray, shape (p,)
+        No further than there.
+
+    Returns
+    -------
+    ndarray, shape (n, p)
+        Jacobian.
+    """
+    columns = []
+    for k in range(len(at)):
+        up, down = at.copy(), at.copy()
+        up[k], down[k] = min(at[k] + nudge[k], high[k]), max(at[k] - nudge[k], low[k])
+        columns.append((made(up) - made(down)) / (up[k] - down[k]))
+    return np.stack(columns, axis=1)
