@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from macromicro.identify import axis_fit
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_instruments import instrumented
 from macromicro.identify.axis_inverse import Estimate, Rows, differences, fitted
@@ -52,3 +53,17 @@ def test_stribecks_speed_stays() -> None:
     found = instrumented(rows, plain)
     assert found.axis.stribeck_speed == plain.axis.stribeck_speed
     assert found.covariance.shape == (6, 6) and np.isnan(found.std[5])
+
+
+def test_a_clean_record_gives_back_what_it_was_made_with() -> None:
+    """Reversals that the low-pass blurs cost 0.1 % of the mass, where noise allows 0.02 %."""
+    truth = Axis(mass=4.0, viscous=25.0, coulomb=12.0, offset=2.0)
+    random = np.random.default_rng(5)
+    u = np.repeat(random.uniform(-60.0, 60.0, 27), 300)
+    t = np.arange(len(u)) * 1e-3
+    runs = axis_fit.runs_of(t, u, simulate(truth, u, 1e-3))
+    rows = axis_fit.rows_of(runs, 1.0, axis_fit.Filtering(), None, 0, 0.3)
+    start = fitted(rows, "coulomb")
+    found = instrumented(rows, start)
+    assert found.axis.mass == pytest.approx(4.0, rel=2e-4)
+    assert found.axis.coulomb == pytest.approx(12.0, rel=2e-3)

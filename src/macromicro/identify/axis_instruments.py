@@ -76,7 +76,26 @@ def instrumented(rows: list[Rows], start: Estimate) -> Estimate:
         moved = np.abs(found.values - before.values)[: len(names)]
         if (moved <= _SETTLED * found.std[: len(names)]).all():
             break
-    return found if plausible(found) or not plausible(start) else start
+    if not plausible(found):
+        return start if plausible(start) else found
+    return _unblurred(rows, found, names)
+
+
+def _unblurred(rows: list[Rows], found: Estimate, names: tuple[str, ...]) -> Estimate:
+    """Less what the method makes of the found axis' own free run.
+
+    The low-pass of the position blurs reversals, where friction changes sign at once, so even a
+    run without any noise gives other values than those that it was made with.
+    """
+    guides = np.concatenate([_instruments(r, found, names) for r in rows])
+    force = np.concatenate([columns(r, names, found.axis.stribeck_speed)[:, -1] for r in rows])
+    sizes = np.sqrt((guides**2).sum(axis=0))
+    own = np.linalg.lstsq(guides / sizes, force, rcond=None)[0] / sizes
+    values = found.values[: len(names)]
+    other = replace(
+        found, axis=found.axis._replace(**dict(zip(names, 2.0 * values - own, strict=True)))
+    )
+    return other if plausible(other) else found
 
 
 def _instruments(rows: Rows, estimate: Estimate, names: tuple[str, ...]) -> Array:

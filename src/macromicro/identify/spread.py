@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
+from macromicro.identify.slow_noise import Fit, factors
 
 MAX_ORDER = 30
 _ALIKE = 0.2  # of a record: over which residuals go together at most
@@ -26,7 +27,7 @@ def robust_covariance(
     Residuals are modelled as an autoregression D(z) e = w of the order (at most 30) that Akaike's
     criterion prefers, so S = var(w) |F' W psi|^2, where F' runs the filter 1 / D backwards. For
     white residuals this is the usual var(e) (psi' psi)^-1 (Ljung, System Identification, section
-    9.4).
+    9.4). Noise as slow as the record is drawn anew to see what is missing (`slow_noise`).
 
     Parameters
     ----------
@@ -46,24 +47,43 @@ def robust_covariance(
     ndarray, shape (p, p)
         Covariance of the parameters.
     """
-    from scipy.signal import lfilter
-
-    n, p = psi.shape
     cuts = np.asarray(ends)[:-1]
-    # Of a record that stands nothing is left.
-    d, power = autoregression(list(filter(len, np.split(residual, cuts))))
     scale = np.sqrt(np.einsum("ij,ij->j", psi, psi))
     scale[scale == 0.0] = 1.0
     even = psi / scale
     heavy = even if weights is None else even * weights[:, None]
-    s = np.zeros((p, p))
-    for part in filter(len, np.split(heavy, cuts)):
-        back = lfilter([1.0], np.concatenate([[1.0], d]), part[::-1].T.copy())
-        s += back @ back.T
     guided = even if regressors is None else regressors / scale
     inverse = np.linalg.pinv(heavy.T @ guided)
-    result = inverse @ s @ inverse.T * (power * n / max(n - p, 1))
-    return np.asarray(result / np.outer(scale, scale))
+    parts = np.split(heavy, cuts)
+
+    def by(noise: tuple[Array, float]) -> Array:
+        return inverse @ _driven(parts, noise) @ inverse.T
+
+    def told(noise: tuple[Array, float]) -> Array:
+        return np.sqrt(np.diag(by(noise)))
+
+    def model(residuals: list[Array]) -> tuple[Array, float]:
+        return autoregression(list(filter(len, residuals)))  # of one that stands nothing is left
+
+    noise = model(np.split(residual, cuts))
+    n, p = psi.shape
+    fit = Fit([len(x) for x in parts], inverse @ heavy.T, guided)
+    wide = factors(fit, noise, model, told)
+    if (wide == 1.0).all():
+        wide = np.full(p, (n / max(n - p, 1)) ** 0.5)
+    return np.asarray(by(noise) * np.outer(wide / scale, wide / scale))
+
+
+def _driven(parts: list[Array], noise: tuple[Array, float]) -> Array:
+    """S of `robust_covariance`: the filter 1 / D backwards over each record's rows."""
+    from scipy.signal import lfilter
+
+    d, power = noise
+    s = np.zeros((parts[0].shape[1],) * 2)
+    for part in filter(len, parts):
+        back = lfilter([1.0], np.concatenate([[1.0], d]), part[::-1].T.copy())
+        s += back @ back.T
+    return np.asarray(power * s)
 
 
 def autoregression(residuals: list[Array]) -> tuple[Array, float]:

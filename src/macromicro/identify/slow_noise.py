@@ -1,0 +1,127 @@
+"""Errors where the noise is as slow as the record.
+
+A record that is ten correlation times long holds ten independent values of its noise. What was
+fitted has taken part of them, so that residuals show too little, and how strong the noise is can
+only be guessed. By how much too small errors are told is found by drawing such noise anew: each
+draw is fitted, its errors are told, and both are compared (a bootstrap of the studentised error: B.
+Efron, R. Tibshirani, An Introduction to the Bootstrap, 1993, section 12.5).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+
+_SLOW = 0.01  # of the samples: noise whose correlation is longer is slow
+_DRAWS, _FEWEST, _WORK = 80, 20, 4_000_000  # draws; fewer of long records, by samples in all
+_BURN = 3  # correlations before a draw begins
+_POINTS = 1 << 14  # of a spectrum
+_SHARES = ((0.683, 1.0), (0.9, 1.645), (0.954, 2.0))  # of a normal error, and its width
+
+Noise = tuple[Array, float]  # D of D(z) e = w, and the variance of w
+Model = Callable[[list[Array]], Noise]  # of the residuals of each record
+Told = Callable[[Noise], Array]  # standard errors under a noise, (p,)
+
+
+class Fit(NamedTuple):
+    """How parameters follow from noise.
+
+    Attributes
+    ----------
+    lengths : list[int]
+        Samples of each record.
+    solve : ndarray, shape (p, n)
+        From noise to errors of the parameters.
+    guided : ndarray, shape (n, p)
+        What these errors take off the noise.
+    """
+
+    lengths: list[int]
+    solve: Array
+    guided: Array
+
+
+def factors(fit: Fit, noise: Noise, model: Model, told: Told) -> Array:
+    """By how much errors are told too small.
+
+    Parameters
+    ----------
+    fit : Fit
+        How parameters follow from noise.
+    noise : tuple[ndarray, float]
+        As the residuals show it.
+    model : Callable[[list[Array]], tuple[ndarray, float]]
+        How it was found from residuals.
+    told : Callable[[tuple[ndarray, float]], ndarray]
+        How errors are told by it.
+
+    Returns
+    -------
+    ndarray, shape (p,)
+        1 where the noise is not slow, or the record too long to try.
+    """
+    n, p = fit.guided.shape
+    draws = min(_DRAWS, _WORK // n)
+    seen = together(noise)
+    if draws < _FEWEST or not _SLOW * n < seen < np.inf:
+        return np.ones(p)
+    random = np.random.default_rng(0)
+    # Residuals show noise quicker than it is: so much slower, and they show what was seen.
+    shown = [together(model(left)) for left, _ in _drawn(fit, noise, draws, random)]
+    slower = _slowed(noise, max(seen / float(np.median(shown)), 1.0))
+    found = []
+    for left, off in _drawn(fit, slower, draws, random):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found.append(np.abs(off) / told(model(left)))
+    widths = [np.nanquantile(found, share, axis=0) / wide for share, wide in _SHARES]
+    return np.asarray(np.maximum(np.mean(widths, axis=0), 1.0))
+
+
+def together(noise: Noise) -> float:
+    """Samples of noise that go together: its spectrum at rest over the mean of it.
+
+    Parameters
+    ----------
+    noise : tuple[ndarray, float]
+        D, and the variance of what drives it.
+
+    Returns
+    -------
+    float
+        1 of white noise.
+    """
+    response = np.abs(np.fft.fft(np.r_[1.0, noise[0]], _POINTS)) ** 2
+    return float(1.0 / (response[0] * np.mean(1.0 / response))) if response.min() > 0.0 else np.inf
+
+
+def _slowed(noise: Noise, by: float) -> Noise:
+    """The same with its slowest real root nearer to 1, by this factor; not beyond it."""
+    d, power = noise
+    roots = np.roots(np.r_[1.0, d])
+    real = np.flatnonzero((np.abs(roots.imag) < 1e-9) & (roots.real > 0.0))
+    if not len(real):
+        return noise
+    at = real[np.argmax(roots[real].real)]
+    roots[at] = 1.0 - (1.0 - roots[at].real) / by
+    return np.real(np.poly(roots))[1:], power
+
+
+def _drawn(
+    fit: Fit, noise: Noise, draws: int, random: np.random.Generator
+) -> Iterator[tuple[list[Array], Array]]:
+    """Residuals of each record, and errors of the parameters, of noise drawn anew."""
+    from scipy.signal import lfilter
+
+    d, power = noise
+    burn = int(min(_BURN * together(noise), 3 * len(fit.guided)))
+    for _ in range(draws):
+        every = np.concatenate([
+            lfilter([power**0.5], np.r_[1.0, d], random.standard_normal(m + burn))[burn:]
+            for m in fit.lengths
+        ])  # fmt: skip
+        off = fit.solve @ every
+        yield np.split(every - fit.guided @ off, np.cumsum(fit.lengths)[:-1]), off
