@@ -162,6 +162,8 @@ def open_machine(spec: Spec) -> Drivable:
         raise InputError(f"--rig {fixture.name}, channels", shown, accepted)
     own = fixture.calibrated() if MICRO in stages else calibration.shipped()  # of no use
     rig = fixture.make(spec.seed)
+    if hasattr(rig, "yielding"):  # homing takes a limit switch for the stop
+        rig.yielding = True
     limits = guard.prepare(fixture.limits or settings.guard, own)
     paced = not isinstance(rig.clock, VirtualClock)
     return Opened(rig, limits, own, paced, fixture.counted, settings, make, stages)
