@@ -80,6 +80,19 @@ def test_a_rig_that_waits_by_its_own_clock_is_judged_by_its_beginnings(time: Tim
     assert pacer.begun(done) == 4
 
 
+def test_the_machines_time_says_what_was_missed_where_it_is_told(time: Time) -> None:
+    pacer = Pacer(1e-3, 100)
+    found = []
+    for periods in (1.0, 1.0 - 1e-9, 2.0 - 1e-9, 1.6, 4.0, -3.0, 0.0):
+        time.now += 9e-3  # whatever the computer's clock says
+        found.append(pacer.begun(time.now, periods * 1e-3))
+    assert found == [0, 0, 1, 0, 3, 0, 0]
+    assert (pacer.missed, pacer.periods, pacer.share) == (4, 11, 0.04)
+    assert pacer.lateness.largest == pytest.approx(8e-3)
+    time.now += 9.5e-3
+    assert pacer.begun(time.now, math.nan) == 8  # a clock that gave nothing
+
+
 def test_quantiles_of_a_histogram() -> None:
     histogram = Histogram()
     assert math.isnan(histogram.quantile(0.5))

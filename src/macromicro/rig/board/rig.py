@@ -90,6 +90,7 @@ class BoardRig:
     _SWITCHES = ("limit_low", "limit_high")
     _MACRO = ("encoder", *_SWITCHES)
     _BOTH = ("encoder", "hall", "extend", "contract", *_SWITCHES)
+    timed = True  # its clock is the board's, which each sample tells
     counted = False  # most boards are reset as their port is opened
 
     def __init__(
