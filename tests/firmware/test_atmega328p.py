@@ -212,7 +212,7 @@ def test_one_spike_of_the_hall_sensor_is_no_noise_whenever_it_comes() -> None:
 def test_noise_that_goes_on_is_found_between_the_guards_looks() -> None:
     with (
         board("board") as (rig, wire),
-        pytest.raises(BoardError, match="the board stopped.*noisy"),
+        pytest.raises(BoardError, match=r"the board stopped.*noisy"),
     ):
         _hall(wire, rig, 20 * [2.4, 2.6])
 
