@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from macromicro.control import calibration
 from macromicro.control.live import messages as m
 from macromicro.nominal import PERIOD
 from macromicro.rig import guard
-from macromicro.rig.board.rig import BOARD_LOOP, HOST_LOOP, LOOPS, BoardRig
+from macromicro.rig.board.rig import LOOPS, BoardRig
 from macromicro.rig.guarded import CompiledGuarded
 from macromicro.serve import live
 from macromicro.serve.persist import Restored
@@ -54,33 +56,67 @@ def test_a_yielding_board_puts_nothing_out_on_a_switch_and_drives_away_from_it(l
         assert wire.bench.outputs()[0] > 3.0
 
 
-@pytest.mark.parametrize("loop", [HOST_LOOP, pytest.param(BOARD_LOOP, marks=pytest.mark.slow)])
+class Driven:
+    """The live machine on a yielding board, period by period."""
+
+    def __init__(self, wire: Wire, loop: str) -> None:
+        self.wire, self.said, self.low = wire, [""][:0], 0.0
+        self.settings, table = LiveSettings(), calibration.shipped()
+        self.machine = live.make(self.settings, table, (m.MACRO,))
+        rig = BoardRig("simulated", loop, open_port=lambda _: wire)
+        rig.yielding = True
+        self.guarded = CompiledGuarded(rig, guard.prepare(self.settings.guard, table), PERIOD)
+
+    def begin(self, *requests: object) -> None:
+        """The sensors answer, and then the machine these requests."""
+        self.machine.begin(self.guarded.read(), Restored(False, 0.0, ""))
+        self.period()
+        for request in requests:
+            assert isinstance(self.machine.accept(request)[0], m.Accepted)
+
+    def period(self) -> None:
+        """One, and what was said in it."""
+        command, outputs, notices = self.machine.step(self.guarded.read(), PERIOD)
+        self.guarded.expect(command)
+        self.guarded.write(outputs)
+        self.guarded.clock.wait(PERIOD)
+        assert not self.guarded.tripped
+        self.said += [each.cause for each in notices if isinstance(each, m.Event)]
+        self.low = min(self.low, self.wire.bench.state.macro.x)
+
+    def until(self, over: Callable[[], bool]) -> None:
+        """Periods until something is so."""
+        for _ in range(LONGEST):
+            if over():
+                return
+            self.period()
+        raise AssertionError(self.said)
+
+
+@pytest.mark.parametrize("loop", LOOPS)
 def test_homing_takes_the_lower_switch_for_the_stop(loop: str) -> None:
     wire = _wire()
-    settings, table = LiveSettings(), calibration.shipped()
-    machine = live.make(settings, table, (m.MACRO,))
-    rig = BoardRig("simulated", loop, open_port=lambda _: wire)
-    rig.yielding = True
-    low, said = 0.0, []
-    with CompiledGuarded(rig, guard.prepare(settings.guard, table), PERIOD) as guarded:
-        machine.begin(guarded.read(), Restored(False, 0.0, ""))
-        for k in range(LONGEST):
-            if k == 1:  # the sensors have answered
-                for request in (m.Enable(), m.Home()):
-                    assert isinstance(machine.accept(request)[0], m.Accepted)
-            command, outputs, notices = machine.step(guarded.read(), PERIOD)
-            guarded.expect(command)
-            guarded.write(outputs)
-            guarded.clock.wait(PERIOD)
-            said += [each.cause for each in notices if isinstance(each, m.Event)]
-            low = min(low, wire.bench.state.macro.x)
-            if machine.view().mode == m.READY:
-                break
-        assert not guarded.tripped
-    assert said == ["end stop found", "end stop confirmed", "homed", "homed"]
-    assert machine.view().trusted
+    driven = Driven(wire, loop)
+    with driven.guarded:
+        driven.begin(m.Enable(), m.Home())
+        driven.until(lambda: driven.machine.view().mode == m.READY)
+    assert driven.said == ["end stop found", "end stop confirmed", "homed", "homed"]
+    assert driven.machine.view().trusted
     # A few counts beyond the switch, before the stop; the zero is the way back from there.
     pitch = wire.bench.plant.encoder.pitch
-    assert SWITCHES[0] - 10 * pitch < low < SWITCHES[0]
-    away = settings.live.homing.back_off * pitch
+    assert SWITCHES[0] - 10 * pitch < driven.low < SWITCHES[0]
+    away = driven.settings.live.homing.back_off * pitch
     assert wire.bench.state.macro.x == pytest.approx(SWITCHES[0] + away, abs=10 * pitch)
+
+
+@pytest.mark.parametrize("loop", LOOPS)
+def test_a_jog_into_a_switch_stalls_as_at_a_stop_and_one_away_goes_on(loop: str) -> None:
+    wire = _wire()
+    driven = Driven(wire, loop)
+    with driven.guarded:
+        driven.begin(m.Enable(), m.Jog(m.MACRO, -0.01))
+        driven.until(lambda: "stalled" in driven.said)
+        driven.until(lambda: driven.machine.view().motion == 0)
+        assert wire.bench.tripped() == (True, False)
+        assert isinstance(driven.machine.accept(m.Jog(m.MACRO, 0.01))[0], m.Accepted)
+        driven.until(lambda: wire.bench.state.macro.x > 0.001)
