@@ -136,7 +136,7 @@ def test_its_own_calibration_and_limits_are_kept(module: object) -> None:
     assert open_rig("my_rigs:telling").timed is True
     assert open_rig("my_rigs:whole").dt == 1.0
     assert open_rig("my_rigs:coarse", alone=True).dt == 0.01  # one stage, whatever its period
-    with pytest.raises(InputError, match="accepted: 0.001 s for a cycle"):
+    with pytest.raises(InputError, match=r"accepted: 0\.001 s for a cycle"):
         open_rig("my_rigs:cycling", alone=True)
     open_rig("my_rigs:bench")
     assert sys.modules["my_rigs"].seeds[-1] == 0
