@@ -11,8 +11,10 @@
 #define PERIOD (1e-6f * PROTOCOL_PERIOD) /* s */
 #define FULL ((int16_t)PROTOCOL_FULL)
 #define LONG_AGO 60000U
+#define HALL_CODE (BOARD_FULL_SCALE / 4096.0f) /* V */
 #define REBASE 1000000UL /* periods after which the guard's time begins again: floats end */
 #define PATIENCE 50 /* periods that the guard may take before the board stops */
+#define SPIKE 9000 /* codes; PATIENCE squares of it have room */
 
 static const uint16_t offsets[PARAMETERS_ALONE] PORT_CONSTANT = {PARAMETER_OFFSETS};
 
@@ -35,7 +37,13 @@ static bool driving, trusted, silent, streaming;
 static uint16_t skipped; /* edges lost until the host said where the carriage stands */
 static ControlOrder asked;
 static PortInputs seen;
-static uint16_t hall_before[2]; /* of the last period and of that before it */
+static uint16_t hall_before; /* of the last period */
+/* Second differences of its codes since the guard's last look: motion has next to none. */
+static struct {
+    uint32_t squares;
+    uint8_t count;
+    uint16_t most; /* one counts for no more */
+} jitter;
 static float motor, ctrl; /* V, from the next period on; from now on in the host's loop */
 static int16_t out_motor, out_ctrl; /* the same, in parts of the full scale, as put out now */
 static int16_t left_motor, left_ctrl; /* of the rounding to duties, in such parts */
@@ -148,7 +156,7 @@ static int16_t dithered(int16_t wanted, int16_t each, int16_t *left)
 /* Codes of the Hall sensor's converter in V; NaN for no value. */
 static float hall_volts(uint16_t code)
 {
-    return code > 4095 ? NAN : code * (BOARD_FULL_SCALE / 4096.0f);
+    return code > 4095 ? NAN : code * HALL_CODE;
 }
 
 /* The laws, which pass nothing on that the limits forbid. */
@@ -179,15 +187,32 @@ static void tell_sample(void)
     send(FRAME_SAMPLE, fields, SIZE_SAMPLE);
 }
 
+/* The Hall sensor's code of this period, and what it differs from a line through the last two. */
+static void note_hall(uint16_t before)
+{
+    const uint16_t earlier = hall_before;
+    hall_before = before;
+    if ((seen.hall | before | earlier) > 4095 || jitter.count >= PATIENCE) {
+        return;
+    }
+    const int16_t second = (int16_t)(seen.hall - 2 * before + earlier);
+    uint16_t size = second < 0 ? (uint16_t)-second : (uint16_t)second;
+    if (size > jitter.most) {
+        size = jitter.most;
+    }
+    jitter.squares += (uint32_t)size * size;
+    jitter.count++;
+}
+
 void core_tick(void)
 {
     now++;
     if (quiet < LONG_AGO) {
         quiet++;
     }
-    hall_before[1] = hall_before[0];
-    hall_before[0] = seen.hall;
+    const uint16_t hall = seen.hall;
     seen = port_inputs();
+    note_hall(hall);
     if (seen.skipped != skipped) {
         trusted = false;
     }
@@ -225,14 +250,19 @@ void core_ticked(uint16_t cycles, bool late)
     }
 }
 
-/* The guard, some periods behind: it takes longer than the interrupt may. The Hall sensor's noise
- * is that of three periods in a row, as where the guard sees each: in ten of them the stage moves. */
+/* The guard, some periods behind: it takes longer than the interrupt may. It is shown a reading
+ * before the last two whose second difference has the mean square of all that it has missed: a motor
+ * that turns in motion shakes the stage, and one such reading is not to stand for ten. */
 static void judge(void)
 {
     port_lock(); /* copies alone: the control interrupt waits meanwhile */
     const uint32_t at = now;
     const PortInputs in_now = seen;
-    const uint16_t before = hall_before[0], earlier = hall_before[1];
+    const uint16_t before = hall_before;
+    const uint32_t squares = jitter.squares;
+    const uint8_t count = jitter.count;
+    jitter.squares = 0;
+    jitter.count = 0;
     const ControlOrder order = asked;
     TypesOutputs out = {motor, ctrl, 0.0f, 0.0f};
     const bool drove = driving;
@@ -241,14 +271,16 @@ static void judge(void)
     if (passed == 0.0f) {
         return;
     }
+    const float hall = hall_volts(in_now.hall), last = hall_volts(before);
+    const float second = count > 0 ? HALL_CODE * sqrtf((float)squares / count) : NAN;
     if (at - base >= REBASE) {
         base += REBASE;
         watch.seen.time -= REBASE * PERIOD;
     }
-    watch.seen.hall = hall_volts(before);
-    watch.seen.before = hall_volts(earlier);
+    watch.seen.hall = last;
+    watch.seen.before = second - hall + 2.0f * last;
     const TypesSample sample = {(at - base) * PERIOD, (float)in_now.encoder,
-            hall_volts(in_now.hall), NAN, in_now.lines & LINES_EXTEND ? 1.0f : 0.0f,
+            hall, NAN, in_now.lines & LINES_EXTEND ? 1.0f : 0.0f,
             in_now.lines & LINES_CONTRACT ? 1.0f : 0.0f};
     const bool holds = order.holds && drove;
     const TypesCommand command = {order.macro_reference,
@@ -337,9 +369,13 @@ static uint8_t begin(uint16_t crc)
     if (crc != parameters_crc()) {
         return REFUSALS_PARAMETERS;
     }
+    const float most = two_stage_board_spike(&params.guard.limits) / HALL_CODE;
     port_lock();
     safe();
     renewed();
+    jitter.squares = 0;
+    jitter.count = 0;
+    jitter.most = most > 0.0f && most < SPIKE ? (uint16_t)most : SPIKE;
     effort = two_stage_board_rest;
     fault.code = 0;
     fault.value = fault.limit = 0.0f;

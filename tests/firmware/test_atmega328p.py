@@ -192,6 +192,31 @@ def test_both_stages_at_once_are_no_noise_of_the_hall_sensor() -> None:
         assert rig.status()["fault"] == 0
 
 
+def _hall(wire: Wire, rig: object, volts: list[float | None]) -> None:
+    """Both stages under control while the Hall sensor shows this; None: what is so."""
+    for level in volts:
+        wire.bench.hall = level
+        rig.read()
+        rig.aim(Command(1000.0, 1.0, 2e-3, 1.0, 0.0))
+        rig.write(SAFE)
+        rig.wait(1e-3)
+
+
+def test_one_spike_of_the_hall_sensor_is_no_noise_whenever_it_comes() -> None:
+    """The guard comes every ten periods then: three that it sees do not stand for ten."""
+    with board("board") as (rig, wire):
+        _hall(wire, rig, 12 * [4.9, *130 * [None]])
+        assert rig.status()["fault"] == 0
+
+
+def test_noise_that_goes_on_is_found_between_the_guards_looks() -> None:
+    with (
+        board("board") as (rig, wire),
+        pytest.raises(BoardError, match=r"the board stopped.*noisy"),
+    ):
+        _hall(wire, rig, 20 * [2.4, 2.6])
+
+
 def test_a_run_has_no_gap_where_the_board_begins_to_drive() -> None:
     with board() as (rig, _):
         times = []

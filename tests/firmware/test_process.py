@@ -39,12 +39,12 @@ def _environment() -> dict[str, str]:
 
 
 @contextmanager
-def simulated(folder: Path) -> Iterator[Path]:
+def simulated(folder: Path, *options: str) -> Iterator[Path]:
     """The board's port; its trace lies in the folder behind it."""
     port, end, trace = folder / "board", folder / "end", folder / "trace.npy"
     command = [sys.executable, "-m", "boardsim", "--elf", str(elf()), "--link", str(port)]
     command += ["--until", str(end), "--trace", str(trace)]
-    command += ["--alone", str(folder / "alone")]
+    command += ["--alone", str(folder / "alone"), *options]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, env=_environment())
     try:
         assert process.stdout is not None

@@ -208,6 +208,11 @@ def test_a_device_that_is_not_there(board: Board, tmp_path: Path) -> None:
         pass
 
 
+def test_its_counters_may_count_on(tmp_path: Path) -> None:
+    assert open_rig(written(tmp_path)).counted is False
+    assert open_rig(written(tmp_path, "keeps_count = true\n" + WIRING)).counted is True
+
+
 def test_a_library_that_is_not_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ctypes.util.find_library", lambda name: None)
     rig: Any = named(written(tmp_path))(0)

@@ -160,6 +160,25 @@ def _late(rig: Bench) -> None:
     rig.wait = lambda dt: time.sleep(1.6e-3 - 1e-4)
 
 
+def _late_by_its_own_time(rig: Bench, leap: int) -> None:
+    """Late by the computer's clock; by its own one reading in 50 is followed by `leap` periods."""
+    periods = iter(range(10**6))
+
+    def wait(dt: float) -> None:
+        rig.ticks += leap if next(periods) % 50 == 0 else 1
+        time.sleep(1.6e-3 - 1e-4)
+
+    rig.wait = wait
+
+
+@pytest.mark.parametrize(("leap", "said"), [(1, "0 of 500 missed"), (2, "10 of 500 missed")])
+def test_a_machines_own_time_says_what_was_missed(leap: int, said: str) -> None:
+    rig = Bench()
+    _late_by_its_own_time(rig, leap)
+    rate = found(rig, timed=True)["rate"]
+    assert said in rate.found and rate.passed is (leap == 1)
+
+
 def _waiting(rig: Bench) -> None:
     rig.stop = lambda: time.sleep(0.06)
 

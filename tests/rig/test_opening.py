@@ -66,6 +66,8 @@ uncalibrated = changed(calibration=[1.0])
 clockless = changed(clock=3)
 counting = changed(counted=True)
 unsure = changed(counted=1)
+telling = changed(timed=True)
+cycling = changed(kind="cycle", channels=("encoder",), dt=0.01)
 mixed = changed(channels=("encoder", 5))
 single = changed(channels=5)
 kinds = changed(kind=["bench"])
@@ -113,7 +115,7 @@ def test_a_bench_is_what_it_says(module: object) -> None:
     assert found.name == "my_rigs:bench" and found.kind == "bench"
     assert found.channels == ("encoder", "hall")
     assert (found.dt, found.rest, found.table) == (1e-3, 0.0, None)
-    assert found.counted is False and found.pitch == KilnBench().encoder.pitch
+    assert found.counted is found.timed is False and found.pitch == KilnBench().encoder.pitch
     found.make(9)
     assert sys.modules["my_rigs"].seeds == [7, 9]
     sample = found.open(1).read()
@@ -131,8 +133,11 @@ def test_its_own_calibration_and_limits_are_kept(module: object) -> None:
     assert open_rig("my_rigs:bench").limits is None
     assert open_rig("my_rigs:limited").limits == Limits(hottest=120.0)
     assert open_rig("my_rigs:counting").counted is True
+    assert open_rig("my_rigs:telling").timed is True
     assert open_rig("my_rigs:whole").dt == 1.0
     assert open_rig("my_rigs:coarse", alone=True).dt == 0.01  # one stage, whatever its period
+    with pytest.raises(InputError, match=r"accepted: 0\.001 s for a cycle"):
+        open_rig("my_rigs:cycling", alone=True)
     open_rig("my_rigs:bench")
     assert sys.modules["my_rigs"].seeds[-1] == 0
 

@@ -120,6 +120,10 @@ def test_noise_is_the_mean_square_of_second_differences() -> None:
     assert s.noise == pytest.approx(0.0001 + (square - 0.0001) * 0.01)
     spike = look(hall=4.9)  # counts for no more than (4 guard.noise)^2
     assert spike.noise == pytest.approx(0.0001 + (0.1 * 0.1 - 0.0001) * 0.01)
+    just = look(hall=3.0 + sensing.spike(P))
+    assert just.noise == pytest.approx(spike.noise, rel=1e-12)
+    below = look(hall=3.0 + 0.99 * sensing.spike(P))
+    assert below.noise < just.noise
     assert look(SEEN._replace(before=NAN), hall=3.03).noise == 0.0001
     slow = sensing.look(P, SEEN, Sample(5.001, 100.0, 3.03, NAN, NAN, NAN), 0.0, 1.0)
     assert slow.noise == pytest.approx(square)  # never more than all of it

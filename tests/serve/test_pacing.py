@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+import os
 from typing import Any
 
+import numpy as np
 import pytest
 
 from macromicro.serve import pacing
 from macromicro.serve.pacing import Histogram, Pacer
 from macromicro.serve.settings import ServeSettings
+from macromicro.serve.shared import BIN_S, BINS
 
 
 class Time:
@@ -80,6 +83,19 @@ def test_a_rig_that_waits_by_its_own_clock_is_judged_by_its_beginnings(time: Tim
     assert pacer.begun(done) == 4
 
 
+def test_the_machines_time_says_what_was_missed_where_it_is_told(time: Time) -> None:
+    pacer = Pacer(1e-3, 100)
+    found = []
+    for periods in (1.0, 1.0 - 1e-9, 2.0 - 1e-9, 1.6, 4.0, -3.0, 0.0):
+        time.now += 9e-3  # whatever the computer's clock says
+        found.append(pacer.begun(time.now, periods * 1e-3))
+    assert found == [0, 0, 1, 0, 3, 0, 0]
+    assert (pacer.missed, pacer.periods, pacer.share) == (4, 11, 0.04)
+    assert pacer.lateness.largest == pytest.approx(8e-3)
+    time.now += 9.5e-3
+    assert pacer.begun(time.now, math.nan) == 8  # a clock that gave nothing
+
+
 def test_quantiles_of_a_histogram() -> None:
     histogram = Histogram()
     assert math.isnan(histogram.quantile(0.5))
@@ -94,6 +110,75 @@ def test_quantiles_of_a_histogram() -> None:
     assert histogram.quantile(1.0) == histogram.largest == 2.0
 
 
+def test_each_time_has_its_bin_and_what_is_out_of_range_the_end_of_its_side() -> None:
+    for seconds, place in ((0.0, 0), (1.5e-6, 1), (-1.0, 0), (2.0, -1), (BINS * BIN_S, -1)):
+        histogram = Histogram()
+        histogram.add(seconds)
+        assert histogram.counts[place] == histogram.counts.sum() == 1
+    histogram.add(0.5e-6)
+    assert histogram.quantile(0.0) == pytest.approx(1e-6)
+
+
+def test_lateness_and_work_are_counted_where_they_are_told_to_be(time: Time) -> None:
+    counts = np.zeros((2, BINS), np.int64)
+    pacer = Pacer(1e-3, 0, counts)
+    assert pacer.late == pacer.worked == 0.0
+    time.now += 5e-3  # before it starts
+    pacer.start()
+    done = time.now = time.now + 20.5e-6
+    time.now += 1e-3
+    assert pacer.begun(done) == 0
+    late, work = (np.flatnonzero(row).tolist() for row in counts)
+    assert (late, work) == ([20], [20])
+    time.now += 3.5e-3
+    assert pacer.begun(time.now) == 2
+    assert pacer.share == 0.0  # of a window of one period, the last
+
+
+def test_what_is_forgotten_is_not_taken_off_again(time: Time) -> None:
+    pacer = Pacer(1e-3, 10)
+    time.now += 5.5e-3
+    assert pacer.begun(time.now) == 4
+    pacer.forget()
+    for _ in range(12):
+        time.now += 1e-3
+        pacer.begun(time.now)
+        assert pacer.share == 0.0
+
+
+def test_what_is_permitted_is_asked_for_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Any] = []
+
+    class Library:
+        def __init__(self, name: None) -> None: ...
+
+        def prctl(self, *values: int) -> None:
+            asked.append(values)
+
+    monkeypatch.setattr(pacing.ctypes, "CDLL", Library)
+    for name in ("sched_setscheduler", "sched_setaffinity"):
+        monkeypatch.setattr(pacing.os, name, lambda *values: asked.append(values))
+    got = pacing.prepare(ServeSettings(core=0, priority=7))
+    assert (got.realtime, got.core) == (True, 0)
+    timer, (process, policy, wanted), affinity = asked
+    assert timer == (29, 1, 0, 0, 0)  # PR_SET_TIMERSLACK of linux/prctl.h
+    assert (process, policy, wanted.sched_priority) == (0, os.SCHED_FIFO, 7)
+    assert affinity == (0, {0})
+
+
+@pytest.mark.parametrize("error", [OSError("odd"), AttributeError("odd")])
+def test_a_refusal_without_the_system_s_words(
+    error: Exception, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: Any) -> None:
+        raise error
+
+    for name in ("sched_setscheduler", "sched_setaffinity"):
+        monkeypatch.setattr(pacing.os, name, refuse)
+    words = pacing.prepare(ServeSettings(core=0)).words
+    assert "no real-time priority (odd;" in words and "not bound to core 0 (odd)" in words
+
+
 @pytest.mark.parametrize("realtime", ["auto", "off"])
 def test_what_is_not_permitted_is_said(realtime: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: Any) -> None:
@@ -104,5 +189,6 @@ def test_what_is_not_permitted_is_said(realtime: str, monkeypatch: pytest.Monkey
     got = pacing.prepare(ServeSettings(realtime=realtime, core=0))
     assert (got.realtime, got.core) == (False, -1)
     assert "not bound to core 0 (Operation not permitted)" in got.words
+    assert "Errno" not in got.words
     wanted = "macromicro doctor" if realtime == "auto" else "switched off"
     assert wanted in got.words

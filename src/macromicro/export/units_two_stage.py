@@ -13,7 +13,7 @@ from macromicro.export.units import Entry, Made, Unit, law_of
 from macromicro.nominal import PERIOD
 from macromicro.plant import bench, carriage, cycle, kiln
 from macromicro.programme import travel
-from macromicro.rig import guard
+from macromicro.rig import guard, sensing
 from macromicro.rig.board import control as board
 
 TWO_STAGE = "two_stage"
@@ -95,6 +95,7 @@ def two_stage(settings: Any) -> Made:
             Entry("drive", board.drive, (params, board.REST, 0.0, 0.0, order, 0.0)),
             Entry("judge", guard.step, (params.guard, first, sample, command, types.SAFE, 0.0)),
             Entry("temperature", guard.temperature, (first,)),
+            Entry("spike", sensing.spike, (params.guard.limits,)),
         )
         given = {"params": params, "guard": params.guard, "rest": board.REST}
         words = "a period of the microcontroller board (docs/firmware.md)"

@@ -110,7 +110,7 @@ def open_rig(name: str, seed: int = 0, *, alone: bool = False) -> Fixture:
     The module is looked for in the working directory as well. The factory is called once to see
     what the rig has: `channels`; and where it has them, `kind` ("bench", "kiln" or "cycle"), `dt`
     (s), `rest` (s), `limits`, `calibration` (the table) and `pitch` (m) as in `Fixture`, and
-    `counted` (bool). The twin is no `Fixture`: callers know it by its name.
+    `counted`, `timed` (bool). The twin is no `Fixture`: callers know it by its name.
 
     Parameters
     ----------
@@ -147,6 +147,7 @@ def open_rig(name: str, seed: int = 0, *, alone: bool = False) -> Fixture:
         _own(rig, factory, "limits", Limits),
         _own(rig, factory, "calibration", Calibration),
         counted=_own(rig, factory, "counted", bool) or False,
+        timed=_own(rig, factory, "timed", bool) or False,
     )
     if kind != KILN and fixture.dt != known.dt and not (alone and kind == BENCH):
         accepted = f"{known.dt:g} s for a {kind}: its control laws and procedures have this period"

@@ -146,6 +146,26 @@ def _against(p: Limits, before: float, moved: float, effort: float) -> float:
     return before
 
 
+_SPIKE = 4.0  # times the largest rms noise: one reading counts for no more
+
+
+@kernel
+def spike(p: Limits) -> float:
+    """Largest second difference of Hall readings that counts: one spike alone is no noise.
+
+    Parameters
+    ----------
+    p : Limits
+        Limits.
+
+    Returns
+    -------
+    float
+        V.
+    """
+    return _SPIKE * math.sqrt(6.0) * p.noise
+
+
 @kernel
 def _noise(p: Limits, s: Seen, hall: float, dt: float) -> float:
     """Mean square of the Hall noise [V^2], by second differences: motion has next to none.
@@ -155,7 +175,7 @@ def _noise(p: Limits, s: Seen, hall: float, dt: float) -> float:
     second = hall - 2.0 * s.hall + s.before
     if math.isnan(second):
         return s.noise
-    most = 4.0 * p.noise
+    most = _SPIKE * p.noise
     square = min(second * second / 6.0, most * most)
     return s.noise + (square - s.noise) * min(dt / p.noise_time, 1.0)
 

@@ -77,6 +77,8 @@ class Fixture(NamedTuple):
         Travel per encoder count of a kiln, m.
     counted : bool
         Whether its encoder keeps its count, and counts on, while nothing runs.
+    timed : bool
+        Whether its clock is the machine's own, which says what was missed.
     """
 
     name: str
@@ -89,6 +91,7 @@ class Fixture(NamedTuple):
     table: Calibration | None = None
     pitch: float = KilnBench().encoder.pitch
     counted: bool = False
+    timed: bool = False
 
     def has(self, *channels: str) -> bool:
         """Whether it measures some channels.

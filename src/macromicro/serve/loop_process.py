@@ -162,6 +162,8 @@ def open_machine(spec: Spec) -> Drivable:
         raise InputError(f"--rig {fixture.name}, channels", shown, accepted)
     own = fixture.calibrated() if MICRO in stages else calibration.shipped()  # of no use
     rig = fixture.make(spec.seed)
+    if hasattr(rig, "yielding"):  # homing takes a limit switch for the stop
+        rig.yielding = True
     limits = guard.prepare(fixture.limits or settings.guard, own)
     paced = not isinstance(rig.clock, VirtualClock)
     return Opened(rig, limits, own, paced, fixture.counted, settings, make, stages)
@@ -196,7 +198,8 @@ def drive(
     """Loop until ordered to end; returns the exit status. The rig is stopped on every way out;
     `session` knows whether its stop returned."""
     rig = opened.guarded(session)
-    loop = Loop(rig, machine, shared, outbox, spec.settings.serve, PERIOD, opened.paced)
+    timed = bool(getattr(opened.rig, "timed", False))
+    loop = Loop(rig, machine, shared, outbox, spec.settings.serve, PERIOD, opened.paced, timed)
     _die_with(spec.parent, loop, spec.settings.serve.loop_timeout)
     privileges = pacing.prepare(spec.settings.serve)
     shared.ring[:] = 0.0  # every page is there before the first period

@@ -17,6 +17,7 @@ from macromicro.serve.shared import BIN_S, BINS
 Counts = NDArray[np.int64]
 
 _PR_SET_TIMERSLACK = 29
+_NEAR = 1e-3  # of a period: how exactly a machine's time is told
 
 
 class Histogram:
@@ -86,26 +87,31 @@ class Pacer:
             time.sleep(left)
         return self._begin(time.monotonic())
 
-    def begun(self, began: float) -> int:
+    def begun(self, began: float, passed: float = math.nan) -> int:
         """The rig's own clock has waited, from `began` (monotonic, when the work was done);
         the next period begins now. Returns how many were missed before it.
 
         Its period is measured from one beginning to the next: another clock runs at its own
-        rate, and deadlines of ours would drift away from it.
+        rate, and deadlines of ours would drift away from it. `passed` [s]: since the last
+        beginning by the machine's time, which then says what was missed; NaN: not known.
         """
         self._end_work(began)
         self._deadline = self._woke + self.dt
-        return self._begin(time.monotonic())
+        if not math.isfinite(passed):
+            return self._begin(time.monotonic())
+        return self._begin(time.monotonic(), max(int(passed / self.dt + _NEAR) - 1, 0))
 
     def _end_work(self, now: float) -> None:
         self.worked = now - self._woke
         self.work.add(self.worked)
 
-    def _begin(self, now: float) -> int:
+    def _begin(self, now: float, missed: int = -1) -> int:
+        """`missed`: as known, or -1."""
         self._woke = now
         self.late = now - self._deadline
         self.lateness.add(self.late)
-        missed = int(self.late / self.dt) if self.late >= self.dt else 0
+        if missed < 0:
+            missed = int(self.late / self.dt) if self.late >= self.dt else 0
         self._deadline += missed * self.dt
         for _ in range(min(missed, len(self._recent))):
             self._note(1)

@@ -48,7 +48,7 @@ ORDERED, ORPHANED = "ordered", "orphaned"
 
 class Loop:
     """The loop around an opened rig. `paced`: does the rig's own clock wait (a real rig), or
-    must we (the twin)?"""
+    must we (the twin)? `timed`: is that clock the machine's, which says what was missed?"""
 
     def __init__(
         self,
@@ -59,6 +59,7 @@ class Loop:
         settings: ServeSettings,
         dt: float,
         paced: bool,
+        timed: bool = False,
     ) -> None:
         self.pacer = Pacer(dt, round(settings.miss_window / dt), shared.histograms)
         self.orphaned = False  # set by a signal handler when the serving process dies
@@ -66,7 +67,7 @@ class Loop:
         self._shared, self._cells = shared, shared.cells
         self._outbox = outbox
         self._settings = settings
-        self._dt, self._paced = dt, paced
+        self._dt, self._paced, self._timed = dt, paced, timed
         self._lines: Callable[[], tuple[float, ...]] = getattr(rig, "lines", lambda: NO_LINES)
         self._lamps: Callable[[], float] = getattr(rig, "lamps", lambda: 0.0)
         self._second: Callable[[], Second] = getattr(machine, "second", lambda: SECONDLY)
@@ -95,6 +96,7 @@ class Loop:
         self._outbox.send(("begun", restored))
         self.pacer.start()
         self._heard = time.monotonic()
+        began = self._rig.clock.now()
         sample: Sample | None = first
         while True:
             ending = self._tick(self._rig.read() if sample is None else sample)
@@ -105,7 +107,9 @@ class Loop:
             if self._paced:
                 done = time.monotonic()
                 self._rig.clock.wait(self._dt)
-                missed = self.pacer.begun(done)
+                now = self._rig.clock.now() if self._timed else math.nan
+                missed = self.pacer.begun(done, now - began)
+                began = now
             else:
                 self._rig.clock.wait(self._dt)
                 missed = self.pacer.wait()

@@ -78,12 +78,19 @@ class BoardRig:
     both : bool | None, optional
         Whether there is a micro-stage behind the macro-stage; None: if there is a calibration.
         Without one its Hall sensor and lines are shown as no value.
+
+    Attributes
+    ----------
+    yielding : bool
+        Whether a limit switch that is pushed on is the end of a way, as a stop is: the board puts
+        nothing out, and drives again for what does not push on it. Else it ends the run.
     """
 
     kind = BENCH
     _SWITCHES = ("limit_low", "limit_high")
     _MACRO = ("encoder", *_SWITCHES)
     _BOTH = ("encoder", "hall", "extend", "contract", *_SWITCHES)
+    timed = True  # its clock is the board's, which each sample tells
     counted = False  # most boards are reset as their port is opened
 
     def __init__(
@@ -99,6 +106,7 @@ class BoardRig:
         self._both = calibration is not None if both is None else both
         self.channels = self._BOTH if self._both else self._MACRO
         self.clock = self
+        self.yielding = False
         self._params = control.thesis(Limits(), calibration) if params is None else params
         self._open_port = open_port
         self.link: Link | None = None
@@ -236,7 +244,7 @@ class BoardRig:
         ------
         BoardError
             One is not a number, the board is gone, or a limit switch has stopped it, that was
-            read, and more than safe outputs is asked for before a stop.
+            read, and more than safe outputs is asked for before a stop; not where it is `yielding`.
         """
         command, self._command = self._command, None
         if not (math.isfinite(outputs.motor) and math.isfinite(outputs.ctrl)):
@@ -244,9 +252,13 @@ class BoardRig:
             raise BoardError(f"{self.device}: asked for {outputs}; all outputs were made safe")
         held = self.loop == BOARD_LOOP and command is not None and _active(command)
         if self._switched:
-            if outputs != SAFE or held:
+            if outputs == SAFE and not held:
+                return  # until a stop
+            if not self.yielding:
                 raise BoardError(self._why())
-            return  # until a stop
+            if self._pushes(outputs.motor, command if held else None):
+                return
+            self._driving = self._switched = False  # the board begins anew
         if not self._driving:
             if outputs == SAFE and not held:
                 return
@@ -264,6 +276,16 @@ class BoardRig:
         else:
             self._board.tell("outputs", sample=self._number, motor=outputs.motor, ctrl=outputs.ctrl)
         self._answered = True
+
+    def _pushes(self, motor: float, command: Command | None) -> bool:
+        """Whether an effort, or the way to a set point, goes against a switch that is tripped."""
+        assert self._last is not None
+        seen = self._last.values
+        if command is not None:
+            ahead = command.macro_reference - float(seen["encoder"])
+            motor = ahead if command.macro_active > 0.5 else 0.0
+        lines = protocol.bits(seen["lines"], SPEC["lines"])
+        return bool((lines["limit_low"] and motor < 0.0) or (lines["limit_high"] and motor > 0.0))
 
     def _begin(self) -> None:
         crc = framing.crc16(parameters.words(self._params))
