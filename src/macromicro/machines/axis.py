@@ -85,6 +85,7 @@ def prepare(tree: Axis) -> axis.Axis:
         drive.error_period,
         drive.cogging,
         drive.cogging_period,
+        *sheets.unbalanced(tree),
     )
     reading = Reading(
         Encoder(tree.encoder.pitch, tree.encoder.bits),

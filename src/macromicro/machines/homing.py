@@ -8,7 +8,7 @@ from typing import Any
 from macromicro.control.live.leading import Seek, Touch
 from macromicro.machines import wiring
 from macromicro.machines.parts import CAM, HOME, INDEX, LOW_LIMIT, STOP
-from macromicro.machines.sheets import force, mass, per_newton, weight
+from macromicro.machines.sheets import force, mass, per_newton, pulled
 from macromicro.nominal import PERIOD
 
 SHARE = 0.9  # of the guard's push, under which the stage has to move
@@ -199,7 +199,8 @@ def stop(tree: Any) -> Touch:
     # As far ahead as the law needs for the effort, within half of what the guard allows.
     lead = min(0.5 * tree.guard.error, 2.0 * effort / (law.velocity * law.position))
     wound = effort / (law.velocity * law.integral * law.position * lead)
-    leans = max(push - tree.friction.coulomb + weight(tree), 0.0) / load.stop_stiffness
+    weighs = pulled(tree, load.stop_low)
+    leans = max(push - tree.friction.coulomb + weighs, 0.0) / load.stop_stiffness
     way = load.stop_high - load.stop_low
     give = max(4.0 * tree.encoder.pitch, tree.arrival.tolerance)
     slow = max(SLOW * tree.motion.velocity, 2.0 * give / STAND)

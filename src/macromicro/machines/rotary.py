@@ -33,6 +33,7 @@ from macromicro.machines.rotary_parts import (
     Rubbing,
     Switches,
     Travel,
+    Turned,
     Turntable,
 )
 from macromicro.machines.rounding import rounded
@@ -90,7 +91,7 @@ def as_axis(tree: Any) -> Any:
             cogging=gear.cogging,
             cogging_period=gear.cogging_period,
         ),
-        load=linear.Load(
+        load=Turned(
             mass=load.inertia,
             payload=load.payload,
             incline=0.0,
@@ -98,6 +99,8 @@ def as_axis(tree: Any) -> Any:
             stop_high=load.stop_high,
             stop_stiffness=load.stop_stiffness,
             stop_damping=load.stop_damping,
+            unbalance=load.unbalance,
+            hangs=load.hangs,
         ),
         friction=tree.friction,
         encoder=linear.Feedback(

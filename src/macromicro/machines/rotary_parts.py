@@ -93,6 +93,43 @@ class Turntable(NamedTuple):
     stop_damping: Annotated[
         float, Par("N*m*s/rad", "damping of the end stops", _MEASURED, lo=0.0)
     ] = 0.5
+    unbalance: Annotated[
+        float,
+        Par(
+            "N*m",
+            "greatest torque of gravity on an eccentric load: its weight times its distance from "
+            "a horizontal shaft",
+            _SHEET,
+            lo=0.0,
+        ),
+    ] = 0.0
+    hangs: Annotated[float, Par("rad", "angle at which such a load hangs", _SHEET, shown="deg")] = (
+        0.0
+    )
+
+
+class Turned(NamedTuple):
+    """What turns, as the rules of an axis read it: a `parts.Load` without an incline, and eccentric.
+
+    Attributes
+    ----------
+    mass, payload : float
+        Inertias, kg m^2.
+    incline : float
+        0.
+    stop_low, stop_high, stop_stiffness, stop_damping, unbalance, hangs : float
+        As of `Turntable`.
+    """
+
+    mass: float
+    payload: float
+    incline: float
+    stop_low: float
+    stop_high: float
+    stop_stiffness: float
+    stop_damping: float
+    unbalance: float
+    hangs: float
 
 
 class Feedback(NamedTuple):
