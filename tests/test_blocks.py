@@ -216,7 +216,7 @@ FILES = {
     "docs/beyond.md": ("both.toml",),
     "docs/cards.md": ("multiq3.toml", "ni.toml"),
     "docs/laws.md": ("mine.toml", "axis.toml"),
-    "docs/machines.md": ("machine.toml", "switches.toml", "turntable.toml"),
+    "docs/machines.md": ("machine.toml", "switches.toml", "turntable.toml", "endless.toml"),
     "docs/own-machines.md": ("coil.toml", "mylab/flexure.toml"),
     "docs/own-parts.md": ("seal.toml", "mylab/seal.toml"),
     "docs/rigs.md": ("moves.toml",),
@@ -229,7 +229,10 @@ FILES = {
 BEFORE = {"docs/recording.md": ("run thesis --out results/thesis",)}
 BEHIND = {
     "docs/laws.md": ("run staircase --config mine.toml --out results/mine",),
-    "docs/machines.md": ("run --config turntable.toml --out results/turntable",),
+    "docs/machines.md": (
+        "run --config turntable.toml --out results/turntable",
+        "run --config endless.toml --out results/endless",
+    ),
     "docs/programmes.md": ("run sequenced.toml", "run scheduled.csv", "run profiles.toml"),
 }
 

@@ -127,6 +127,22 @@ def unbalanced(tree: Any) -> tuple[float, float]:
     return float(getattr(load, "unbalance", 0.0)), float(getattr(load, "hangs", 0.0))
 
 
+def endless(tree: Any) -> bool:
+    """Whether nothing ends the way of an axis: it turns on.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    bool
+        False for a slide.
+    """
+    return bool(getattr(tree.load, "endless", False))
+
+
 def pulled(tree: Any, place: float) -> float:
     """Pull of gravity at a place, towards lower positions.
 
