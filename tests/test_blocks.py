@@ -138,6 +138,8 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro robust --variants": TESTED + "tests/robustness/test_robust_command.py",
     },
     "docs/xy.md": {
+        "macromicro run --config examples/machines/xy-plotter.toml --rig": TESTED
+        + "tests/machines/joint/test_two_rigs.py",
         "macromicro tune xy": TESTED + "tests/tuning/test_joint.py",
         "macromicro response": TESTED + "tests/machines/joint/test_each.py",
         "macromicro commission": TESTED + "tests/commission/test_plane.py",
