@@ -74,6 +74,18 @@ def test_a_disabled_machine_fails_a_move(motor: Any) -> None:
     assert get("trusted") == 1 and get("mode") == "ready"
 
 
+def test_the_news_of_an_end_come_before_its_put_is_answered(ready: None) -> None:
+    """Else the end of a homing is taken for that of the move behind it."""
+    seen: list[int] = []
+    done = epics.PV(f"{PREFIX}:whole.DMOV", callback=lambda value, **_: seen.append(value))
+    assert done.wait_for_connection(20.0)
+    for _ in range(3):
+        seen.clear()
+        put("home")
+        assert seen[-1:] == [1] and 0 in seen
+    done.disconnect()
+
+
 def test_ophyd_sets_and_waits(ready: None, motor: Any) -> None:
     status = motor.set(12.5)
     status.wait(60.0)

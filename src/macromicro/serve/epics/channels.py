@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Awaitable, Callable
 from typing import Any
 
 from caproto import AccessRights, ChannelDouble, ChannelEnum, ChannelInteger, ChannelString
 
 Put = Callable[[Any], Awaitable[None]]
+SENT_S = 0.1  # in which the server has sent what was shown: it gathers news for some 10 ms
 
 
 class _Own:
@@ -23,7 +25,13 @@ class _Own:
     async def verify_value(self, data: Any) -> Any:
         """Do what a client has put."""
         if self.put is not None:
-            await self.put(data[0] if isinstance(data, list | tuple) and len(data) == 1 else data)
+            one = isinstance(data, list | tuple) and len(data) == 1
+            try:
+                await self.put(data[0] if one else data)
+            finally:
+                # Its reply must not overtake the news of its end: a client would take that DMOV
+                # for the end of its next move.
+                await asyncio.sleep(SENT_S)
         return data
 
 

@@ -9,10 +9,9 @@ from typing import Any, NamedTuple
 
 from caproto import AlarmSeverity, AlarmStatus, ChannelAlarm
 
-from macromicro.serve.epics.channels import channel, show
+from macromicro.serve.epics.channels import SENT_S, channel, show
 
 _PATIENCE = 5  # times that a look at the machine is waited for
-SETTLE_S = 0.1  # between the alarm of a move and its end, which clients read in turn
 _FINE = {"status": AlarmStatus.NO_ALARM, "severity": AlarmSeverity.NO_ALARM}
 _ENABLE = ("Disable", "Enable")
 
@@ -197,13 +196,13 @@ class Record:
             await self.alarm.write(**bad)
             for name in ("LVIO", "MISS"):
                 await show(fields[name], 1)
-        await asyncio.sleep(SETTLE_S)
+        await asyncio.sleep(SENT_S)  # clients read the alarm before the end
         # Clients read the place when DMOV is 1: two looks on, it is that of after the motion.
         before = self._looks
         for _ in range(_PATIENCE):
             if self._looks >= before + 2:
                 break
-            await asyncio.sleep(SETTLE_S)
+            await asyncio.sleep(SENT_S)
         if mine != self._moves:
             return
         await show(fields["MOVN"], 0)
