@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,11 +12,10 @@ from commissioning_table import Tried, compared
 
 from macromicro.errors import MacromicroError
 from macromicro.settings import Settings
-from macromicro.thesis import commissioning
+from macromicro.thesis import commissioning, commissioning_page
 from macromicro.thesis.procedure import Lab
 
 NUMBER, SEED = 20, 2034
-HALF = 1.96  # standard errors of a 95 % interval
 
 
 class Found(NamedTuple):
@@ -49,6 +47,6 @@ def one(label: str, tree: Settings, seed: int, out: Path) -> Tried:
         return Tried(label, {}, refused=str(error))
     values: dict[str, Any] = {}
     for row in found.found[commissioning.CARRIAGE.name]["values"]:
-        error = math.nan if row["error"] is None else row["error"]
-        values[row["name"]] = Found(row["value"], HALF * error)
+        half = commissioning_page.half_width(commissioning.CARRIAGE.name, row)
+        values[row["name"]] = Found(row["value"], half)
     return Tried(label, compared(values, truth(tree)), unmet=found.why)
