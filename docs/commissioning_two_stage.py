@@ -28,7 +28,7 @@ class Found(NamedTuple):
 def truth(tree: Settings) -> dict[str, float]:
     """What the estimates with a standard error are, by the bench's figures."""
     belt = tree.bench.belt
-    return {"frequency": belt.frequency, "decay": belt.decay}
+    return {"frequency": belt.frequency, "decay": belt.decay, "share": belt.participation}
 
 
 def tried(number: int | None = None) -> Iterator[Tried]:
