@@ -128,6 +128,17 @@ class Tried(NamedTuple):
     unmet: str = ""
 
 
+def compared(
+    estimates: Mapping[str, Any], truth: Mapping[str, float]
+) -> dict[str, tuple[float, bool]]:
+    """Of each parameter: its error as a share of the truth, and whether the interval holds it."""
+    found = {}
+    for name, true in truth.items():
+        off = abs(estimates[name].value - true)
+        found[name] = off / abs(true), bool(off <= estimates[name].half)
+    return found
+
+
 def tried(what: Drawn, number: int) -> Iterator[Tried]:
     """Commission so many random machines one after the other, and compare them with the truth."""
     random = np.random.Generator(np.random.PCG64(what.seed))
@@ -139,11 +150,7 @@ def tried(what: Drawn, number: int) -> Iterator[Tried]:
         except (CommissionError, InputError) as error:
             yield Tried(label, {}, refused=str(error))
             continue
-        estimates = what.kind.estimates(found.model)
-        errors = {}
-        for name, true in what.truth(tree, found).items():
-            off = abs(estimates[name].value - true)
-            errors[name] = off / abs(true), bool(off <= estimates[name].half)
+        errors = compared(what.kind.estimates(found.model), what.truth(tree, found))
         unmet = ""
         if not found.verified.met:
             arrived = sum(m.arrived_s is not None for m in found.verified.moves)
@@ -173,8 +180,13 @@ def told(those: Sequence[Tried]) -> str:
 
 def table(what: Drawn, number: int | None = None) -> str:
     """Commission random machines of a kind: a table in Markdown."""
+    return shown(tried(what, what.number if number is None else number))
+
+
+def shown(every: Iterator[Tried]) -> str:
+    """A table in Markdown of machines that are tried one after the other."""
     those = []
-    for one in tried(what, what.number if number is None else number):
+    for one in every:
         print(one, flush=True)
         those.append(one)
     return told(those)

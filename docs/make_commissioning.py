@@ -5,7 +5,7 @@
 Machines are drawn over wide ranges of data-sheet figures; what cannot work is drawn anew, by the
 rules that a settings file meets, too. Each is commissioned as a person would do it, without a look
 at its figures; then what was found is compared with them. KIND is axis, hanging, rotary, piezo,
-wire or examples; all of them without it, within two hours.
+wire, xy, two_stage or examples; all of them without it, within some hours.
 """
 
 from __future__ import annotations
@@ -17,8 +17,10 @@ from pathlib import Path
 import commissioning_axis
 import commissioning_piezo
 import commissioning_rotary
+import commissioning_two_stage
 import commissioning_wire
-from commissioning_table import examples, table
+import commissioning_xy
+from commissioning_table import examples, shown, table
 
 PAGE = Path(__file__).resolve().parent / "commissioning.md"
 DRAWN = {
@@ -28,13 +30,14 @@ DRAWN = {
     "piezo": commissioning_piezo.DRAWN,
     "wire": commissioning_wire.DRAWN,
 }
+OTHERS = {"xy": commissioning_xy.tried, "two_stage": commissioning_two_stage.tried}
 EXAMPLES = "examples"
 
 
 def main(names: list[str], number: int | None) -> None:
     """Commission machines of some kinds and write their tables."""
     for name in names:
-        text = examples() if name == EXAMPLES else table(DRAWN[name], number)
+        text = _text(name, number)
         print(text)
         marked = re.compile(rf"(<!-- measured: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
         page = PAGE.read_text(encoding="utf-8")
@@ -43,8 +46,14 @@ def main(names: list[str], number: int | None) -> None:
         PAGE.write_text(marked.sub(lambda m, t=text: m[1] + t + m[2], page), encoding="utf-8")
 
 
+def _text(name: str, number: int | None) -> str:
+    if name == EXAMPLES:
+        return examples()
+    return shown(OTHERS[name](number)) if name in OTHERS else table(DRAWN[name], number)
+
+
 if __name__ == "__main__":
     main(
-        sys.argv[1:2] or [*DRAWN, EXAMPLES],
+        sys.argv[1:2] or [*DRAWN, *OTHERS, EXAMPLES],
         int(sys.argv[2]) if len(sys.argv) > 2 else None,
     )

@@ -138,6 +138,8 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro robust --variants": TESTED + "tests/robustness/test_robust_command.py",
     },
     "docs/xy.md": {
+        "macromicro run --config examples/machines/xy-plotter.toml --rig": TESTED
+        + "tests/machines/joint/test_two_rigs.py",
         "macromicro tune xy": TESTED + "tests/tuning/test_joint.py",
         "macromicro response": TESTED + "tests/machines/joint/test_each.py",
         "macromicro commission": TESTED + "tests/commission/test_plane.py",
@@ -216,7 +218,7 @@ FILES = {
     "docs/beyond.md": ("both.toml",),
     "docs/cards.md": ("multiq3.toml", "ni.toml"),
     "docs/laws.md": ("mine.toml", "axis.toml"),
-    "docs/machines.md": ("machine.toml", "switches.toml", "turntable.toml"),
+    "docs/machines.md": ("machine.toml", "switches.toml", "turntable.toml", "endless.toml"),
     "docs/own-machines.md": ("coil.toml", "mylab/flexure.toml"),
     "docs/own-parts.md": ("seal.toml", "mylab/seal.toml"),
     "docs/rigs.md": ("moves.toml",),
@@ -229,7 +231,10 @@ FILES = {
 BEFORE = {"docs/recording.md": ("run thesis --out results/thesis",)}
 BEHIND = {
     "docs/laws.md": ("run staircase --config mine.toml --out results/mine",),
-    "docs/machines.md": ("run --config turntable.toml --out results/turntable",),
+    "docs/machines.md": (
+        "run --config turntable.toml --out results/turntable",
+        "run --config endless.toml --out results/endless",
+    ),
     "docs/programmes.md": ("run sequenced.toml", "run scheduled.csv", "run profiles.toml"),
 }
 

@@ -165,7 +165,7 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
             kinds = formats(figures)
             rig = joined(rig, port, loop, calibration)
             if config is not None and not machine_run.takes_turns(config):
-                machine_run.refuse(config, fan=fan, rig=rig)
+                machine_run.refuse(fan=fan)
                 asked = (config, programme, out, cycles, seed, overwrite, kinds, law, rig)
                 machine_run.run(asked, as_json, yes, signals)
                 return

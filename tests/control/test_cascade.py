@@ -51,6 +51,14 @@ def test_each_gain_has_its_share():
     assert step(s=AT_REST._replace(velocity=0.5))[1] == pytest.approx(0.2 - 1.0)
 
 
+def test_an_eccentric_load_is_held_where_it_is_to_be():
+    turned = P._replace(ahead_unbalance=1.5, hangs=-math.pi / 2.0)
+    assert step(p=turned)[1] == pytest.approx(0.2 + 1.5)  # a quarter turn from where it hangs
+    at = 0.25 * math.pi
+    effort = step(p=turned, s=AT_REST._replace(place=at), target=(at, 0.0, 0.0), place=at)[1]
+    assert effort == pytest.approx(0.2 + 1.5 * math.sin(0.75 * math.pi))
+
+
 def test_a_resting_target_leaves_small_errors_alone():
     held = AT_REST._replace(integral=0.3)
     memory, effort = step(s=held, target=(1e-4, 0.0, 0.0))

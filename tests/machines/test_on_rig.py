@@ -170,3 +170,17 @@ def test_a_way_of_which_nothing_is_left_is_no_arrival(lab: Path) -> None:
     with pytest.raises(MacromicroError, match="it came to"):
         on_rig.perform(made, weak, checked.plan, blocks, fixture.open(0))
     assert blocks.blocks == []
+
+
+def test_a_rig_of_its_own_period_is_collected_from(
+    lab: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (lab / "m.toml").write_text('machine = "axis"\n[timing]\nperiod = "0.5 ms"\n')
+    slow = "\ndef slow(seed):\n    there = axis(seed)\n    there.dt = 1e-3\n    return there\n"
+    (lab / "on_mine.py").write_text(MINE + slow)
+    words = ["collect", "drive", "--config", "m.toml", "--out", "c", "--rig"]
+    monkeypatch.setattr("sys.argv", ["macromicro", *words, "on_mine:slow"])
+    assert cli.main() == 2 and "timing.period" in capsys.readouterr().err
+    monkeypatch.setattr("sys.argv", ["macromicro", *words, "on_mine:axis"])
+    assert cli.main() == 0
+    assert Recording.load(lab / "c" / "drive.h5").dt == pytest.approx(0.5e-3)

@@ -55,7 +55,7 @@ def before(job: Job, yes: bool) -> None:
 
 
 def before_one(job: Any, yes: bool) -> None:
-    """The same of a run of a machine of one stage.
+    """The same of a run of a machine of one stage, or of two axes.
 
     Raises
     ------
@@ -63,13 +63,17 @@ def before_one(job: Any, yes: bool) -> None:
         Nobody has agreed.
     """
     from macromicro.machines import on_rig
+    from macromicro.machines.joint import two_rigs
 
     source = getattr(job, "source", None)
     if source is None:
         return
-    what = (job.machine, job.settings, job.plan, job.programme.title)
-    lines = on_rig.said(*what, source.name, job.expected)
-    agreed(lines, f"--rig {source.name}", yes=yes)
+    about = (job.settings, job.plan, job.programme.title)
+    if isinstance(source, Fixture):
+        lines = on_rig.said(job.machine, *about, source.name, job.expected)
+    else:
+        lines = two_rigs.said(*about, source, job.expected)
+    agreed(lines, f"--rig {job.request.rig}", yes=yes)
 
 
 def said(job: Job, rig: Fixture) -> list[str]:

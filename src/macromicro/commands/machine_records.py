@@ -44,27 +44,24 @@ def listed(config: Path) -> None:
 def collect(experiment: str | None, asked: Asked) -> None:
     """Run one on each stage and save its recording."""
     from macromicro.commission import collecting
-    from macromicro.errors import InputError
     from macromicro.machines.compositions import each
-    from macromicro.rig.opening import TWIN
     from macromicro.runs import folder
     from macromicro.schema import keys
 
     stages = each(asked.config)
     procedure = collecting.find(experiment or "", stages[0][1])
     keys.seed(asked.seed, "--seed")
-    if asked.rig != TWIN and len(stages) > 1:
-        raise InputError("--rig", asked.rig, "twin: a rig is driven one axis at a time")
+    rigs = _named(asked.rig, len(stages))
     place = asked.out if asked.out is not None else Path("results") / procedure.name
     folders = [place / name for name, _, _ in stages]
     for one in folders:
         folder.check(one, _MOST, overwrite=asked.overwrite, names=())
     with Signals() as signals:
         signals.later()
-        for one, (name, machine, tree) in zip(folders, stages, strict=True):
-            rig = _rig(asked, procedure.name)
+        for one, (name, machine, tree), named in zip(folders, stages, rigs, strict=True):
+            rig = _rig(named, tree, asked.seed)
             where = f"the simulated {machine.name}{f' {name}' if name else ''}"
-            print(f"collecting {procedure.name} on {where if rig is None else asked.rig}",
+            print(f"collecting {procedure.name} on {where if rig is None else named}",
                   file=sys.stderr)  # fmt: skip
             given = collecting.Given(machine, tree, rig, asked.seed)
             _saved(procedure, given, one, asked, signals)
@@ -72,15 +69,26 @@ def collect(experiment: str | None, asked: Asked) -> None:
         raise typer.Exit(signals.status)
 
 
-def _rig(asked: Asked, name: str) -> Any:
-    """The user's rig; None for the simulated machine."""
-    from macromicro.rig.opening import TWIN, open_rig
+def _named(rig: str, stages: int) -> list[str]:
+    """The rig of each stage: the axes of two are driven one after the other."""
+    from macromicro.errors import InputError
+    from macromicro.machines.joint.two_rigs import ACCEPTED, AND
+    from macromicro.rig.opening import TWIN
 
-    if asked.rig == TWIN:
-        return None
-    fixture = open_rig(asked.rig, asked.seed)
-    fixture.need(f"`macromicro collect {name}`", "encoder")
-    return fixture.make(asked.seed)
+    names = [rig] if stages == 1 else [one.strip() for one in rig.split(AND)]
+    if rig == TWIN:
+        return [TWIN] * stages
+    if len(names) != stages or TWIN in names:
+        raise InputError("--rig", rig, ACCEPTED)
+    return names
+
+
+def _rig(name: str, tree: Any, seed: int) -> Any:
+    """The user's rig, of the period of the settings; None for the simulated machine."""
+    from macromicro.machines import on_rig
+
+    fixture = on_rig.found(name, tree, seed)
+    return None if fixture is None else fixture.make(seed)
 
 
 def _saved(procedure: Procedure, given: Given, place: Path, asked: Asked, signals: Signals) -> None:

@@ -30,12 +30,10 @@ def in_step(config: Path) -> bool:
     return chosen(config).family == STEP
 
 
-def refuse(config: Path, *, fan: bool, rig: str) -> None:
+def refuse(*, fan: bool) -> None:
     """InputError for options that a machine does not have."""
     if fan:
         raise InputError("--fan", "", "nothing: this machine has no fan")
-    if rig != "twin" and in_step(config):
-        raise InputError("--rig", rig, "twin: a rig is driven one axis at a time (docs/xy.md)")
 
 
 def run(asked: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals) -> None:

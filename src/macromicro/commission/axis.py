@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from macromicro.commission import (
+    axis_margins,
     axis_page,
     exciting,
     friction,
@@ -262,4 +263,6 @@ KIND = Kind(
     doubts=axis_page.doubts,
     figures=axis_page.FIGURES,
     rehearse=rehearsal.rested,
+    margins=axis_margins.rows,
+    unsure=axis_margins.doubts,
 )

@@ -151,12 +151,13 @@ def strokes(given: Given, ended: Callable[[], bool] = lambda: False) -> Recordin
     tree, place = as_axis(given.tree), given.machine.kind.place
     per_newton, weight = sheets.per_newton(tree), sheets.weight(tree)
     rubbing = tree.friction
-    if abs(weight) >= rubbing.coulomb:
+    heaviest, newton = sheets.heaviest(tree), place.named("N")
+    if heaviest >= rubbing.coulomb:
         raise CommissionError(
-            f"its weight ({abs(weight):.3g} N) moves the axis against its friction "
-            f"({rubbing.coulomb:.3g} N) without an effort: strokes cannot end at rest"
+            f"its weight ({heaviest:.3g} {newton}) moves the axis against its friction "
+            f"({rubbing.coulomb:.3g} {newton}) without an effort: strokes cannot end at rest"
         )
-    starts = rubbing.coulomb + rubbing.stribeck + rubbing.ripple
+    starts = rubbing.coulomb + rubbing.stribeck + rubbing.ripple + heaviest - abs(weight)
     up, down = per_newton * (starts + weight), per_newton * (starts - weight)
     found = Direction(1.0, up, down, 0.0, 1.0)
     rig: Any = given.rig

@@ -243,6 +243,10 @@ class Kind(NamedTuple):
     rehearse : Callable[[Any, Any], float | None] | None, optional
         From the machine and its settings to the tolerance within which its model comes to rest, m;
         None where that which follows will do, or there is no such rehearsal.
+    margins : Callable[[Any, Any], list[tuple[str, ...]]], optional
+        From the settings that were found and the model to how robust the gains are, as `rows`.
+    unsure : Callable[[Any, Any], list[str]], optional
+        From the same to what a person should look at.
     one_way : bool, optional
         Whether its efforts have a lowest one of their own; else they are as large both ways.
     """
@@ -266,6 +270,8 @@ class Kind(NamedTuple):
     figures: Mapping[str, Drawn] = MappingProxyType({})
     place: Place = LENGTH
     rehearse: Callable[[Any, Any], float | None] | None = None
+    margins: Callable[[Any, Any], list[tuple[str, ...]]] = lambda settings, model: []
+    unsure: Callable[[Any, Any], list[str]] = lambda settings, model: []
     one_way: bool = False
 
 

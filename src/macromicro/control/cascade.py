@@ -46,6 +46,12 @@ class Cascade(NamedTuple):
         Par("V", "effort against friction at rest, back to the target", _DERIVED, lo=0.0),
     ] = 0.0
     ahead_gravity: Annotated[float, Par("V", "effort against the weight", _DERIVED)] = 0.0
+    ahead_unbalance: Annotated[
+        float, Par("V", "greatest effort against an eccentric load that turns", _DERIVED)
+    ] = 0.0
+    hangs: Annotated[
+        float, Par("rad", "angle at which an eccentric load hangs", _DERIVED, shown="deg")
+    ] = 0.0
     rest: Annotated[
         float,
         Par("m", "position error that a resting target leaves alone", _DERIVED, shown="um", lo=0.0),
@@ -157,6 +163,8 @@ def step(p: Cascade, s: Memory, target: Target, sample: Sample, dt: float) -> tu
     slip = target.velocity + p.position * error - velocity
     ahead = p.ahead_velocity * target.velocity + p.ahead_acceleration * target.acceleration
     ahead += p.ahead_gravity
+    if p.ahead_unbalance != 0.0:
+        ahead += p.ahead_unbalance * math.sin(target.position - p.hangs)
     # Friction of the way that is asked for; at rest that back to the target.
     if target.velocity != 0.0:
         ahead += math.copysign(p.ahead_friction, target.velocity)

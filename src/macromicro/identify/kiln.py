@@ -24,6 +24,7 @@ from macromicro.recording import Recording
 NOISE_S = 6.0
 # A leg is a rise or fall of at least this many degC.
 LEAST_LEG = 3.0
+_COLD, _ABOVE = 35.0, 4.0  # degC, and K above the coldest of a record: cold enough
 
 
 class Profile(NamedTuple):
@@ -160,7 +161,7 @@ def first_order_curves(
 
 def fod_table(
     recordings: Sequence[Recording],
-    cold: float = 35.0,
+    cold: float | None = None,
     nodes: int = 151,
     shape: Shape = "nonnegative",
     smooth: float = 1.0,
@@ -171,8 +172,9 @@ def fod_table(
     ----------
     recordings : Sequence[Recording]
         Recordings with the columns t, thermocouple and position.
-    cold : float, optional
-        A curve counts after a rise from this temperature or less, deg C.
+    cold : float | None, optional
+        A curve counts after a rise from this temperature or less, deg C; None: 35 deg C, or of a
+        record in a warmer room 4 K above the coldest that it shows.
     nodes : int, optional
         Grid points per axis.
     shape : Shape, optional
@@ -190,7 +192,11 @@ def fod_table(
     InputError
         The recordings or the curves are unusable.
     """
-    curves = [c for r in recordings for c in first_order_curves(cleaned(r), cold)]
+    records = [cleaned(r) for r in recordings]
+    least = [
+        max(_COLD, float(r.temperature.min()) + _ABOVE) if cold is None else cold for r in records
+    ]
+    curves = [c for r, low in zip(records, least, strict=True) for c in first_order_curves(r, low)]
     return FodTable.from_curves(curves, "descending", shape=shape, smooth=smooth, nodes=nodes)
 
 

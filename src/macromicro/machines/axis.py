@@ -28,6 +28,7 @@ from macromicro.machines.stage import Kind
 from macromicro.machines.tree import machine_tree, settled
 from macromicro.plant import axis, power
 from macromicro.plant.axis import Body, Reading
+from macromicro.plant.carriage import Carriage
 from macromicro.plant.encoder import Encoder
 from macromicro.plant.power import Amplifier, Motor
 from macromicro.plant.transmission import Transmission
@@ -85,6 +86,7 @@ def prepare(tree: Axis) -> axis.Axis:
         drive.error_period,
         drive.cogging,
         drive.cogging_period,
+        *sheets.unbalanced(tree),
     )
     reading = Reading(
         Encoder(tree.encoder.pitch, tree.encoder.bits),
@@ -93,13 +95,20 @@ def prepare(tree: Axis) -> axis.Axis:
     )
     return axis.Axis(
         power.prepare(tree.amplifier, tree.motor, sheets.constant(tree), drive.efficiency),
-        parts.carriage(tree.load),
+        _ended(tree),
         body,
         parts.friction(tree.friction, sheets.mass(tree)),
         reading,
         tree.timing.delay,
         tree.timing.steps,
     )
+
+
+def _ended(tree: Any) -> Carriage:
+    load = parts.carriage(tree.load)
+    if not sheets.endless(tree):
+        return load
+    return load._replace(stop_low=-math.inf, stop_high=math.inf)
 
 
 @kernel

@@ -24,6 +24,7 @@ from macromicro.machines.sheets import (
     plant,
     turn,
     turning,
+    unbalanced,
     weight,
 )
 from macromicro.machines.tree import Rule
@@ -250,6 +251,8 @@ RULES: tuple[Rule, ...] = (
     ("controller.ahead_friction", _friction_volts),
     ("controller.loosen", _loosen),
     ("controller.ahead_gravity", lambda t: _round(per_newton(t) * weight(t))),
+    ("controller.ahead_unbalance", lambda t: _round(per_newton(t) * unbalanced(t)[0])),
+    ("controller.hangs", lambda t: unbalanced(t)[1]),
     ("arrival.tolerance", _tolerance),
     ("controller.rest", lambda t: _round(0.5 * t.arrival.tolerance)),
     ("motion.jerk", _jerk),

@@ -130,7 +130,7 @@ def _encoder(tree: Any) -> Iterator[Checked]:
         longest >= 2.0 ** (encoder.bits - 1.0),
         "encoder.bits",
         encoder.bits,
-        f"a counter that holds the {longest:.0f} counts to the end stop without wrapping",
+        f"a counter that holds the {longest:.0f} counts to the end of its way without wrapping",
     )
 
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from macromicro.control.live.leading import Seek, Touch
 from macromicro.machines import wiring
-from macromicro.machines.parts import CAM, HOME, INDEX, LOW_LIMIT, STOP
-from macromicro.machines.sheets import force, mass, per_newton, weight
+from macromicro.machines.parts import CAM, HOME, INDEX, LOW_LIMIT, START, STOP
+from macromicro.machines.sheets import endless, force, mass, per_newton, pulled
 from macromicro.nominal import PERIOD
 
 SHARE = 0.9  # of the guard's push, under which the stage has to move
@@ -21,7 +21,7 @@ LINES = {HOME: "home", LOW_LIMIT: "limit_low"}
 BRISK = 10.0  # times the speed of the touch, off a switch and to an index pulse
 
 
-def touch(tree: Any) -> Touch:
+def touch(tree: Any) -> Touch | None:
     """How an axis finds its place: by what `homing.on` names.
 
     Parameters
@@ -31,16 +31,19 @@ def touch(tree: Any) -> Touch:
 
     Returns
     -------
-    Touch
-        For `control.live.touching`, or `control.live.seeking` of a switch or an index pulse.
+    Touch | None
+        For `control.live.touching`, or `control.live.seeking` of a switch or an index pulse; None:
+        its place counts from where it is switched on.
     """
+    if tree.homing.on == START:
+        return None
     return stop(tree) if tree.homing.on == STOP else _seek(tree)
 
 
 def _seek(tree: Any) -> Touch:
     """The same effort and lead as to the stop; speeds and ways by the switch."""
     found, on = stop(tree), tree.homing.on
-    away, way = back(tree), tree.load.stop_high - tree.load.stop_low
+    away, way = back(tree), _way(tree)
     apart = wiring.spacing(tree)
     fast, gentle = speed(tree), slow(tree)
     seek = Seek(
@@ -56,9 +59,17 @@ def _seek(tree: Any) -> Touch:
         slow=gentle,
         back=away,
         place=pulse(tree) if seek.pulse else edge(tree),
+        out=pulse(tree) if endless(tree) else found.out,
         patience=PATIENCE * (2.0 * way / fast + away / gentle + way / seek.rise) + 10.0,
         seek=seek,
     )
+
+
+def _way(tree: Any) -> float:
+    """The longest search: from stop to stop, or a turn and a half of what turns on."""
+    if endless(tree):
+        return 3.0 * math.pi
+    return float(tree.load.stop_high - tree.load.stop_low)
 
 
 def edge(tree: Any) -> float:
@@ -92,7 +103,7 @@ def pulse(tree: Any) -> float:
         m.
     """
     place, apart = float(tree.encoder.index_place), wiring.spacing(tree)
-    if apart == 0.0:
+    if apart == 0.0 or tree.homing.on == INDEX:
         return place
     return place + apart * math.ceil((edge(tree) - place) / apart)
 
@@ -199,8 +210,9 @@ def stop(tree: Any) -> Touch:
     # As far ahead as the law needs for the effort, within half of what the guard allows.
     lead = min(0.5 * tree.guard.error, 2.0 * effort / (law.velocity * law.position))
     wound = effort / (law.velocity * law.integral * law.position * lead)
-    leans = max(push - tree.friction.coulomb + weight(tree), 0.0) / load.stop_stiffness
-    way = load.stop_high - load.stop_low
+    weighs = pulled(tree, load.stop_low)
+    leans = max(push - tree.friction.coulomb + weighs, 0.0) / load.stop_stiffness
+    way = _way(tree)
     give = max(4.0 * tree.encoder.pitch, tree.arrival.tolerance)
     slow = max(SLOW * tree.motion.velocity, 2.0 * give / STAND)
     back = max(4.0 * give + 2.0 * leans, 0.01 * way)

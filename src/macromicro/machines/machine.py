@@ -46,7 +46,7 @@ class Machine(NamedTuple):
     model : Callable[[Any, Array], Any] | None
         From settings and frequencies (Hz) to the linear plant there, complex, m/V; None: there is
         none, and no `response`.
-    touch : Callable[[Any], Touch] | None
+    touch : Callable[[Any], Touch | None] | None
         From settings to how the stage finds its place live; None: its encoder is absolute.
     spread : Path | None
         The table of what is not known exactly about such a machine (`uncertainty.table`); None:
@@ -62,7 +62,7 @@ class Machine(NamedTuple):
     kind: Kind
     law: StageLaw
     model: Callable[[Any, Array], Any] | None = None
-    touch: Callable[[Any], Touch] | None = None
+    touch: Callable[[Any], Touch | None] | None = None
     spread: Path | None = None
     equip: Callable[[Any], Kind] | None = None
 
@@ -70,7 +70,7 @@ class Machine(NamedTuple):
 def _shipped(
     part: Any,
     model: Callable[[Any, Array], Any] | None = None,
-    touch: Callable[[Any], Touch] | None = None,
+    touch: Callable[[Any], Touch | None] | None = None,
     equip: Callable[[Any], Kind] | None = None,
 ) -> Machine:
     table = _TABLES / f"{part.NAME}.toml"

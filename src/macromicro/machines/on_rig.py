@@ -121,24 +121,52 @@ def perform(
     blocks = Blocks()
     with rig:
         rig.idle(rest)
-        place = float(rig.read().encoder) * float(settings.encoder.pitch)
-        if not abs(place - plan.origin) <= settings.arrival.tolerance:
-            _bring(machine, settings, _from(place, plan, settings), rig)
+        bring(machine, settings, plan, rig)
         try:
             return runs.perform(machine, settings, plan, blocks, on=rig, progress=progress)
         finally:
             if blocks.blocks:
-                _flush(blocks.blocks, sink)
+                flush(blocks.blocks, sink)
 
 
-def _flush(blocks: list[Array], sink: Sink) -> None:
+def flush(blocks: list[Array], sink: Sink) -> None:
+    """Hand over what was kept in memory.
+
+    Parameters
+    ----------
+    blocks : list[ndarray]
+        Of shape (columns, rows).
+    sink : Sink
+        As for `runs.perform`.
+    """
     rows = np.concatenate(blocks, axis=1)
     for k in range(0, rows.shape[1], runs.CHUNK):
         sink.append(rows[:, k : k + runs.CHUNK])
 
 
-def _bring(machine: Machine, settings: Any, way: Plan, rig: Session) -> None:
-    """Go to where a plan begins. MacromicroError where it does not arrive."""
+def bring(machine: Machine, settings: Any, plan: Plan, rig: Any) -> None:
+    """Go to where a plan begins, unless it stands there.
+
+    Parameters
+    ----------
+    machine : Machine
+        The machine.
+    settings : Any
+        Its settings.
+    plan : Plan
+        The programme.
+    rig : Any
+        A rig that was entered.
+
+    Raises
+    ------
+    MacromicroError
+        It does not arrive.
+    """
+    place = float(rig.read().encoder) * float(settings.encoder.pitch)
+    if abs(place - plan.origin) <= settings.arrival.tolerance:
+        return
+    way = _from(place, plan, settings)
     blocks, unit = Blocks(), place_of(settings)
     outcome = runs.perform(machine, settings, way, blocks, on=rig)
     where = f"the way to {unit.told(way.target[0])}, where the programme begins"

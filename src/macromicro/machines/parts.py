@@ -15,7 +15,8 @@ NONE, TURN, MARK = "none", "turn", "mark"
 LOW, HIGH, BOTH = "low", "high", "both"
 CLOSED, OPEN = "closed", "open"
 BELOW, CAM = "below", "cam"
-STOP, LOW_LIMIT, HOME, INDEX = "stop", "limit", "home", "index"
+STOP, LOW_LIMIT, HOME, INDEX, START = "stop", "limit", "home", "index", "start"
+HOMING = (STOP, LOW_LIMIT, HOME, f"{LOW_LIMIT}+{INDEX}", f"{HOME}+{INDEX}", INDEX)
 _SHEET = "data sheet or drawing"
 _MEASURED = "data sheet or measurement"
 _DERIVED = "derived from the data sheets"
@@ -201,7 +202,7 @@ class Homing(NamedTuple):
             "",
             "stop, limit, home, index (a mark), or limit or home with the next index pulse above",
             _CHOICE,
-            choices=(STOP, LOW_LIMIT, HOME, f"{LOW_LIMIT}+{INDEX}", f"{HOME}+{INDEX}", INDEX),
+            choices=HOMING,
         ),
     ] = STOP
 

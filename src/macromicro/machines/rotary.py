@@ -8,7 +8,7 @@ settings of an axis with the same numbers, and this file has the words and units
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ from macromicro.control import cascade
 from macromicro.control.live.leading import Touch
 from macromicro.machines import axis, deriving, equipped, feasible, homing, sheets
 from macromicro.machines import parts as linear
-from macromicro.machines.parts import MOTOR, Homing, Timing
+from macromicro.machines.parts import INDEX, MARK, MOTOR, NONE, START, STOP, Timing
 from macromicro.machines.rotary_parts import (
     FRICTION,
     SWITCHES,
@@ -27,17 +27,19 @@ from macromicro.machines.rotary_parts import (
     Cascade,
     Feedback,
     Gear,
+    Homing,
     Limits,
     Motion,
     Motor,
     Rubbing,
     Switches,
     Travel,
+    Turned,
     Turntable,
 )
 from macromicro.machines.rounding import rounded
 from macromicro.machines.stage import Kind
-from macromicro.machines.tree import Problem, Rule, machine_tree, settled
+from macromicro.machines.tree import Checked, Problem, Rule, machine_tree, settled
 from macromicro.place import ANGLE
 from macromicro.plant import power
 from macromicro.plant.axis import Axis as Plant
@@ -48,6 +50,7 @@ from macromicro.schema.par import entries
 
 NAME = "rotary"
 TITLE = "one axis that a motor turns"
+TURN = 2.0 * math.pi  # rad
 
 
 def as_axis(tree: Any) -> Any:
@@ -66,6 +69,10 @@ def as_axis(tree: Any) -> Any:
     if isinstance(tree, axis.Axis):
         return tree
     motor, gear, load, encoder = tree.motor, tree.drive, tree.load, tree.encoder
+    low, high, endless = load.stop_low, load.stop_high, load.ends == NONE
+    if endless:  # what is watched, and a turn beyond
+        low = min(tree.travel.low, tree.guard.low) - TURN
+        high = max(tree.travel.high, tree.guard.high) + TURN
     return axis.DEFAULT._replace(
         law=tree.law,
         own=tree.own,
@@ -90,14 +97,17 @@ def as_axis(tree: Any) -> Any:
             cogging=gear.cogging,
             cogging_period=gear.cogging_period,
         ),
-        load=linear.Load(
+        load=Turned(
             mass=load.inertia,
             payload=load.payload,
             incline=0.0,
-            stop_low=load.stop_low,
-            stop_high=load.stop_high,
+            stop_low=low,
+            stop_high=high,
             stop_stiffness=load.stop_stiffness,
             stop_damping=load.stop_damping,
+            unbalance=load.unbalance,
+            hangs=load.hangs,
+            endless=endless,
         ),
         friction=tree.friction,
         encoder=linear.Feedback(
@@ -128,21 +138,58 @@ def _pitch(tree: Any) -> float:
 
 def _rule(path: str, rule: Callable[[Any], Any]) -> Rule:
     """A rule of an axis; an angle is rounded in degrees, as it is read."""
+    return path, lambda tree: _in_degrees(tree, path, rule(as_axis(tree)))
+
+
+def _in_degrees(
+    tree: Any, path: str, value: Any, as_read: Callable[[float], float] = rounded
+) -> Any:
+    par = next(e.par for e in entries(tree) if e.path == path)
+    if "deg" not in par.read_in:
+        return value
+    return par.taken(as_read(par.given(value)))
+
+
+def _unless(path: str, plain: Callable[[Any], Any], endless: Callable[[Any], Any]) -> Rule:
+    """The rule of an axis with stops, and what stands in its place without."""
+    stopped = _rule(path, plain)[1]
 
     def made(tree: Any) -> Any:
-        value = rule(as_axis(tree))
-        par = next(e.par for e in entries(tree) if e.path == path)
-        if "deg" not in par.read_in:
-            return value
-        return par.taken(rounded(par.given(value)))
+        if tree.load.ends != NONE:
+            return stopped(tree)
+        return _in_degrees(tree, path, endless(tree), lambda degrees: round(degrees, 6))
 
     return path, made
 
 
-RULES: tuple[Rule, ...] = tuple(
-    (path, _pitch) if path == "encoder.pitch" else _rule(path, rule)
-    for path, rule in deriving.RULES
-)
+def _named(tree: Any) -> str:
+    """What names the place, where no file says it."""
+    if tree.load.ends != NONE:
+        return STOP
+    return INDEX if tree.encoder.index_pulse == MARK else START
+
+
+_ENDLESS: dict[str, Callable[[Any], float]] = {
+    "travel.low": lambda tree: -TURN,
+    "travel.high": lambda tree: TURN,
+    "guard.low": lambda tree: tree.travel.low - 0.5 * TURN,
+    "guard.high": lambda tree: tree.travel.high + 0.5 * TURN,
+    "encoder.index_place": lambda tree: 0.0,
+}
+
+
+def _rules() -> Iterator[Rule]:
+    yield "homing.on", _named
+    for path, rule in deriving.RULES:
+        if path == "encoder.pitch":
+            yield path, _pitch
+        elif path in _ENDLESS:
+            yield _unless(path, rule, _ENDLESS[path])
+        else:
+            yield _rule(path, rule)
+
+
+RULES: tuple[Rule, ...] = tuple(_rules())
 
 
 def problems(tree: Any) -> list[Problem]:
@@ -158,7 +205,24 @@ def problems(tree: Any) -> list[Problem]:
     list[Problem]
         As `feasible.problems`, whose parameters have the same paths here.
     """
-    return feasible.problems(as_axis(tree))
+    broken = [(path, value, words) for wrong, path, value, words in _ends(tree) if wrong]
+    return broken or feasible.problems(as_axis(tree))
+
+
+def _ends(tree: Any) -> Iterator[Checked]:
+    """What needs an end of the way, and what needs none."""
+    on, endless = tree.homing.on, tree.load.ends == NONE
+    remedy = f'"{START}", or "{INDEX}" with encoder.index_pulse = "{MARK}": it turns on'
+    yield endless and on not in (START, INDEX), "homing.on", on, remedy
+    yield (
+        on == START and not endless,
+        "homing.on",
+        on,
+        f'what it has; "{START}" is for ends = "none"',
+    )
+    for name in ("limits", "home"):
+        what = getattr(tree.switches, name)
+        yield endless and what != NONE, f"switches.{name}", what, f'"{NONE}": it turns past them'
 
 
 @machine_tree(cascade.LAW, RULES, problems)
@@ -218,7 +282,7 @@ def model(tree: Any, frequency: Array) -> npt.NDArray[np.complex128]:
     return sheets.plant(as_axis(tree), frequency)
 
 
-def touch(tree: Any) -> Touch:
+def touch(tree: Any) -> Touch | None:
     """How it feels for its lower end stop.
 
     Parameters
@@ -228,7 +292,7 @@ def touch(tree: Any) -> Touch:
 
     Returns
     -------
-    Touch
+    Touch | None
         As `homing.touch`.
     """
     return homing.touch(as_axis(tree))

@@ -7,10 +7,11 @@ from typing import Annotated, NamedTuple
 
 from macromicro.control import cascade
 from macromicro.machines import guarding, parts, sequence
-from macromicro.machines.parts import LOAD, MARK, MOTOR, NONE, TURN
+from macromicro.machines.parts import LOAD, MARK, MOTOR, NONE, START, STOP, TURN
 from macromicro.place import turned
 from macromicro.schema.par import Par
 
+STOPS = "stops"
 _MOTOR = "motor's data sheet"
 _GEAR = "gear's data sheet"
 _SHEET = "data sheet or drawing"
@@ -80,6 +81,15 @@ class Turntable(NamedTuple):
         float, Par("kg*m^2", "of what turns, without payload and gear", _SHEET, positive=True)
     ] = 0.01
     payload: Annotated[float, Par("kg*m^2", "inertia of the payload", _SHEET, lo=0.0)] = 0.0
+    ends: Annotated[
+        str,
+        Par(
+            "",
+            "stops, or none: it turns on, and its place counts on, turn after turn",
+            _SHEET,
+            choices=(STOPS, NONE),
+        ),
+    ] = STOPS
     stop_low: Annotated[
         float, Par("rad", "lower end stop", _SHEET, shown="deg", hi=0.0)
     ] = -0.08726646259971647
@@ -93,6 +103,46 @@ class Turntable(NamedTuple):
     stop_damping: Annotated[
         float, Par("N*m*s/rad", "damping of the end stops", _MEASURED, lo=0.0)
     ] = 0.5
+    unbalance: Annotated[
+        float,
+        Par(
+            "N*m",
+            "greatest torque of gravity on an eccentric load: its weight times its distance from "
+            "a horizontal shaft",
+            _SHEET,
+            lo=0.0,
+        ),
+    ] = 0.0
+    hangs: Annotated[float, Par("rad", "angle at which such a load hangs", _SHEET, shown="deg")] = (
+        0.0
+    )
+
+
+class Turned(NamedTuple):
+    """What turns, as the rules of an axis read it: a `parts.Load` on no slope, perhaps eccentric.
+
+    Attributes
+    ----------
+    mass, payload : float
+        Inertias, kg m^2.
+    incline : float
+        0.
+    stop_low, stop_high, stop_stiffness, stop_damping, unbalance, hangs : float
+        As of `Turntable`; without stops the window of what is watched.
+    endless : bool
+        Whether it has no stops.
+    """
+
+    mass: float
+    payload: float
+    incline: float
+    stop_low: float
+    stop_high: float
+    stop_stiffness: float
+    stop_damping: float
+    unbalance: float
+    hangs: float
+    endless: bool
 
 
 class Feedback(NamedTuple):
@@ -176,6 +226,20 @@ class Switches(parts.Switches):
     """Limit and home switches; what there is none of is not read."""
 
     __slots__ = ()
+
+
+class Homing(NamedTuple):
+    """What names the place of an axis that turns."""
+
+    on: Annotated[
+        str,
+        Par(
+            "",
+            "as of `axis`; start, of an axis without ends: where it is switched on is 0",
+            _DERIVED,
+            choices=(*parts.HOMING, START),
+        ),
+    ] = STOP
 
 
 SWITCHES = Switches(hysteresis=8.726646259971648e-04, repeatability=8.726646259971648e-05)

@@ -108,6 +108,76 @@ def weight(tree: Any) -> float:
     return float(moved * GRAVITY * math.sin(tree.load.incline))
 
 
+def unbalanced(tree: Any) -> tuple[float, float]:
+    """Gravity on an eccentric load.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    unbalance : float
+        Greatest torque, N m; 0 of a slide.
+    hangs : float
+        Angle at which the load hangs, rad.
+    """
+    load = tree.load
+    return float(getattr(load, "unbalance", 0.0)), float(getattr(load, "hangs", 0.0))
+
+
+def endless(tree: Any) -> bool:
+    """Whether nothing ends the way of an axis: it turns on.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    bool
+        False for a slide.
+    """
+    return bool(getattr(tree.load, "endless", False))
+
+
+def pulled(tree: Any, place: float) -> float:
+    """Pull of gravity at a place, towards lower positions.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+    place : float
+        m, or rad.
+
+    Returns
+    -------
+    float
+        N, or N m.
+    """
+    most, hangs = unbalanced(tree)
+    return weight(tree) + most * math.sin(place - hangs)
+
+
+def heaviest(tree: Any) -> float:
+    """Greatest pull of gravity anywhere, of either sign.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    float
+        N, or N m.
+    """
+    return abs(weight(tree)) + unbalanced(tree)[0]
+
+
 def current(tree: Any) -> float:
     """Greatest current that amplifier, supply and D/A give at rest.
 
@@ -177,7 +247,7 @@ def held(tree: Any) -> float:
         N.
     """
     rubbing = tree.friction
-    return float(rubbing.coulomb + rubbing.stribeck + rubbing.ripple + abs(weight(tree)))
+    return float(rubbing.coulomb + rubbing.stribeck + rubbing.ripple + heaviest(tree))
 
 
 def rubbed(tree: Any) -> float:
@@ -193,7 +263,7 @@ def rubbed(tree: Any) -> float:
     float
         N.
     """
-    return float(tree.friction.coulomb + tree.friction.ripple + abs(weight(tree)))
+    return float(tree.friction.coulomb + tree.friction.ripple + heaviest(tree))
 
 
 def left(tree: Any) -> float:

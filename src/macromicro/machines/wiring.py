@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from macromicro.machines import sheets
-from macromicro.machines.parts import BOTH, HIGH, LOW, NONE, TURN
+from macromicro.machines.parts import BOTH, HIGH, LOW, MARK, NONE, TURN
 from macromicro.plant.power import LINE
 from macromicro.types import ENABLE
 
@@ -47,6 +48,8 @@ def spacing(tree: Any) -> float:
     Returns
     -------
     float
-        m; 0: there is one at most.
+        m; 0: there is one at most. A mark on an axis that turns on comes each turn.
     """
+    if tree.encoder.index_pulse == MARK and sheets.endless(tree):
+        return 2.0 * math.pi
     return sheets.turn(tree) if tree.encoder.index_pulse == TURN else 0.0

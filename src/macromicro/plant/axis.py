@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, NamedTuple
 
 from macromicro.arrays import Array
@@ -34,6 +35,10 @@ class Body(NamedTuple):
         Pitch error, m.
     cogging, cogging_period : float
         N, m.
+    unbalance : float
+        Greatest pull of gravity on an eccentric load of an axis that turns, N m; 0 of a slide.
+    hangs : float
+        Angle at which that load hangs, rad.
     """
 
     motor: float
@@ -45,6 +50,8 @@ class Body(NamedTuple):
     error_period: float
     cogging: float
     cogging_period: float
+    unbalance: float
+    hangs: float
 
 
 class Reading(NamedTuple):
@@ -144,8 +151,32 @@ def at_rest(p: Axis) -> State:
     State
         Without current.
     """
-    held = rubbing.begun(p.friction, p.body.weight)
+    held = rubbing.begun(p.friction, gravity(p.body, 0.0))
     return State(0.0, 0.0, 0.0, 0.0, held, 0.0, 0.0)
+
+
+@kernel
+def gravity(p: Body, x: float) -> float:
+    """Pull of gravity towards lower positions.
+
+    Of a weight on a slope, and of an eccentric load: m g r sin(x - hangs), which turns it to where
+    it hangs.
+
+    Parameters
+    ----------
+    p : Body
+        Parameters.
+    x : float
+        Where the load is, m, or rad.
+
+    Returns
+    -------
+    float
+        N, or N m.
+    """
+    if p.unbalance == 0.0:
+        return p.weight
+    return p.weight + p.unbalance * math.sin(x - p.hangs)
 
 
 @kernel
@@ -155,7 +186,9 @@ def _joined(p: Axis, s: State, effort: float, offset: float, h: float) -> State:
     i0, i1 = power.current_terms(p.power, s.i, effort, s.v, h)
     z0, z1, f0, f1 = rubbing.terms(p.friction, s.rubbed, s.x, s.v, offset, h)
     e0, e1 = carriage.stop_terms(p.load, s.x, h)
-    outer = transmission.wave(p.body.cogging, p.body.cogging_period, s.x) - p.body.weight
+    # Gravity where the load is half a step later: so a free pendulum keeps its energy.
+    outer = transmission.wave(p.body.cogging, p.body.cogging_period, s.x)
+    outer -= gravity(p.body, s.x + 0.5 * h * s.v)
     push = p.power.push * i0 - f0 + e0 + outer
     drag = p.power.push * i1 + f1 + e1 + rubbing.viscous(p.friction)
     v = (mass * s.v + h * push) / (mass + h * drag)
@@ -187,7 +220,7 @@ def _apart(p: Axis, s: State, effort: float, offset: float, h: float) -> State:
     a = body.motor + h * p.power.push * i1 + c
     b = body.motor * s.vm + h * (p.power.push * i0 + cogging - pull)
     d = p.load.mass + h * (f1 + e1 + rubbing.viscous(p.friction)) + c
-    e = p.load.mass * s.v + h * (pull - f0 + e0 - body.weight)
+    e = p.load.mass * s.v + h * (pull - f0 + e0 - gravity(body, s.x + 0.5 * h * s.v))
     whole = a * d - c * c
     vm = (b * d + c * e) / whole
     v = (a * e + b * c) / whole

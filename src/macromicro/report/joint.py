@@ -63,7 +63,7 @@ def table(ended: Ended) -> list[Line]:
             f"{m.target[0]:.6g}, {m.target[1]:.6g} mm",
             lost if m.arrived_s is None else f"{m.arrived_s:.3f} s",
             f"{m.profile_s:.3f} s",
-            *(amount(None if e is None else 1e3 * e, 1, "um") for e in errors),
+            *(amount(None if e is None or math.isnan(e) else 1e3 * e, 1, "um") for e in errors),
             amount(None if m.true_error is None else 1e3 * m.true_error, 1, "um"),
         )
         lines.append(Line(cells, m.arrived_s is not None))
@@ -90,8 +90,10 @@ def remarks(ended: Ended) -> list[tuple[str, str]]:
         rms = math.sqrt(sum(c.rms**2 for c in beside) / len(beside))
         word = "within" if 1e3 * peak <= tolerance else "beyond"
         text = f"at most {1e3 * peak:.1f} um, {word} the tolerance of {tolerance:.4g} um; "
-        text += f"rms {1e3 * rms:.1f} um; true at most {1e3 * max(c.true_peak for c in beside):.1f}"
-        found.append(("contour", f"{text} um"))
+        text, true = f"{text}rms {1e3 * rms:.1f} um", max(c.true_peak for c in beside)
+        if not math.isnan(true):  # no rig knows it
+            text += f"; true at most {1e3 * true:.1f} um"
+        found.append(("contour", text))
     path = settings.path
     found.append(
         ("path", f"at most {path.speed:.4g} m/s and {path.acceleration:.4g} m/s^2 in the plane")

@@ -128,3 +128,17 @@ def test_profiles_that_do_not_turn_are_refused(turns: list[float]) -> None:
 def test_unreachable_temperature_is_told() -> None:
     with pytest.raises(InputError, match=r"turns\[0\]"):
         kiln.run(fixture.prepare(KilnBench()), [250.0])
+
+
+def test_in_a_warm_room_it_cools_to_a_little_above_it() -> None:
+    """Nothing cools below the room: profiles that end at 31 degC would not end at 34 degC."""
+    plain = fixture.prepare(KilnBench())
+    warm = plain._replace(oven=plain.oven._replace(ambient=34.0))
+    assert kiln.coldest(plain) == kiln.COLD and kiln.coldest(warm) == 36.0
+    rig = Fixture("a kiln", KILN, lambda seed: None, ("thermocouple", "encoder"), KILN_PERIOD)
+    assert kiln.coldest(rig) == kiln.COLD  # what its room is, no settings say
+    cold = kiln.coldest(warm)
+    record = kiln.run(warm, kiln.cycles((114.0, 104.0, 96.0, 88.0), cold), seed=1)
+    assert record["thermocouple"][-1] == pytest.approx(cold, abs=1.5)
+    assert fod_table([record], nodes=41).span > 3.0  # mm, of all its curves
+    assert all(low >= cold for turns in kiln.profiles(cold) for low in turns)

@@ -81,6 +81,8 @@ class Touch(NamedTuple):
         Longest search, s.
     seek : Seek | None
         How it finds a switch; None: the stop.
+    out : float
+        Where it goes then, m; NaN: to the lowest target.
     """
 
     speed: float
@@ -93,6 +95,7 @@ class Touch(NamedTuple):
     place: float
     patience: float
     seek: Seek | None = None
+    out: float = math.nan
 
 
 class Guide(NamedTuple):

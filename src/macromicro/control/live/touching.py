@@ -116,7 +116,8 @@ def leave(
     """
     known = work.phase == OUT
     stop = work.stop * p.settings.pitch
-    goal = stop - touch.place + p.settings.limits.whole_low if known else stop + touch.back
+    out = p.settings.limits.whole_low if math.isnan(touch.out) else touch.out
+    goal = stop - touch.place + out if known else stop + touch.back
     g, late = led(_gently(q, touch), g, _LEG, goal, s.time, dt)
     if late < 0.0:
         return s, g, ()

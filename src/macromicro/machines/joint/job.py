@@ -12,11 +12,12 @@ from macromicro import programme as programmes
 from macromicro.drawing import files
 from macromicro.errors import InputError
 from macromicro.machines.job import Request
-from macromicro.machines.joint import course, planning, results, runs
+from macromicro.machines.joint import course, on_rig, planning, results, runs, two_rigs
 from macromicro.machines.joint.course import Course
 from macromicro.machines.joint.machine import Joint, load
 from macromicro.machines.joint.planning import JointPlan
 from macromicro.machines.joint.results import JointMove
+from macromicro.machines.joint.two_rigs import Two
 from macromicro.programme.moves import MAX_MOVES
 from macromicro.recording import Recorder, Recording, needed_bytes
 from macromicro.rig.faults import Fault
@@ -49,6 +50,8 @@ class Job(NamedTuple):
         Folder of the results.
     expected : float
         Simulated time, roughly, s.
+    source : tuple[Fixture, Fixture] | None
+        The rigs that it runs on; None: the simulated machine.
     """
 
     request: Request
@@ -59,6 +62,7 @@ class Job(NamedTuple):
     overrides: dict[str, str]
     out: Path
     expected: float
+    source: Two | None = None
 
 
 class Ended(NamedTuple):
@@ -143,6 +147,7 @@ def check(request: Request) -> Job:
     machine, settings = load(request.config)
     programme = chosen(settings, request.programme)
     keys.seed(request.seed, "--seed")
+    source = two_rigs.found(request.rig, settings, request.seed)
     keys.whole(request.cycles, 1, MAX_MOVES // len(programme.legs), "--cycles")
     plan = planning.plan(programme, settings, request.cycles)
     name = Path(request.programme or request.config).stem
@@ -151,7 +156,7 @@ def check(request: Request) -> Job:
     needed = needed_bytes(runs.columns(machine), _capacity(settings, expected))
     folder.check(out, needed, overwrite=request.overwrite, names=FILES)
     overrides = runs.overridden(machine, settings)
-    return Job(request, machine, settings, programme, plan, overrides, out, expected)
+    return Job(request, machine, settings, programme, plan, overrides, out, expected, source)
 
 
 def _capacity(settings: Any, expected: float) -> int:
@@ -179,6 +184,8 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
     ------
     OSError
         The disk refuses.
+    MacromicroError
+        On rigs: an axis did not come to where the programme begins.
     """
     request, settings = job.request, job.settings
     folder.make(job.out)
@@ -186,12 +193,19 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
         job.machine, settings, job.programme.title, seed=request.seed, cycles=request.cycles
     )
     place, outcome, began = job.out / folder.RECORDING, None, time.perf_counter()
-    rows, dt = runs.columns(job.machine), settings.x.timing.period
+    dt, rows = settings.x.timing.period, runs.columns(job.machine)
+    if job.source is not None:
+        attributes["rig"] = request.rig
+        pair = two_rigs.opened(job.source, request.seed)
+        rows = on_rig.columns(job.machine, pair.halves)
     capacity = _capacity(settings, job.expected)
     with Recorder(place, rows, capacity, dt, attributes) as recorder, contextlib.suppress(Stop):
-        outcome = runs.perform(
-            job.machine, settings, job.plan, recorder, seed=request.seed, progress=progress
-        )
+        what = (job.machine, settings, job.plan, recorder)
+        if job.source is None:
+            outcome = runs.perform(*what, seed=request.seed, progress=progress)
+        else:
+            first, second = job.source
+            outcome = two_rigs.perform(*what, pair, (first.rest, second.rest), progress)
     wall = time.perf_counter() - began
     recording = Recording.load(place)
     return Ended(

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 
-from macromicro.columns import Quantity
+from macromicro.columns import Column, Quantity, whole
 from macromicro.machines import open_rig, runs
 from macromicro.machines.joint import loop
 from macromicro.machines.joint.loop import Bench, Plane
@@ -16,8 +16,11 @@ from macromicro.machines.joint.machine import Joint
 from macromicro.machines.joint.planning import JointPlan
 from macromicro.machines.joint.runs import Done, Outcome, about, laws, loops
 from macromicro.machines.joint.settings import of
+from macromicro.machines.runs import Blocks
 from macromicro.machines.sequence import DONE
+from macromicro.machines.stage import Kind
 from macromicro.recording import Recording
+from macromicro.simulate import Sink
 from macromicro.types import Outputs
 
 
@@ -161,26 +164,86 @@ def record(
     Done
         The recording, whose true places are NaN, and how it ended; both rigs are stopped.
     """
-    kinds = tuple(open_rig.of(rig)._replace(truth=Unseen, show=_unseen) for rig in on)
-    both, dt = (kinds[0], kinds[1]), settings.x.timing.period
+    blocks, there = Blocks(), columns(machine, on)
+    blocks.append(np.empty((len(there), 0)))
+    outcome = driven(machine, settings, plan, on, blocks)
+    attributes = about(machine, settings, title, seed=0)
+    rows = np.concatenate(blocks.blocks, axis=1)
+    dt = settings.x.timing.period
+    return Done(Recording.from_arrays(there, rows, dt, attributes), outcome)
+
+
+def _kinds(on: Sequence[Any]) -> tuple[Kind, Kind]:
+    first, second = (open_rig.of(rig)._replace(truth=Unseen, show=_unseen) for rig in on)
+    return first, second
+
+
+def columns(machine: Joint, on: Sequence[Any]) -> tuple[Column, ...]:
+    """What a run on two rigs records.
+
+    Parameters
+    ----------
+    machine : Joint
+        Whose laws drive them.
+    on : Sequence[Rig]
+        Of each axis.
+
+    Returns
+    -------
+    tuple[Column, ...]
+        In the order of the rows.
+    """
+    return loop.columns(_kinds(on), laws(machine))
+
+
+def driven(
+    machine: Joint,
+    settings: Any,
+    plan: JointPlan,
+    on: tuple[Any, Any],
+    sink: Sink,
+    progress: Callable[[float, int], None] | None = None,
+) -> Outcome:
+    """Run a plan on two rigs in step and append every period to a sink; both are stopped then.
+
+    Parameters
+    ----------
+    machine : Joint
+        Whose laws and guards drive them.
+    settings : Any
+        Its settings.
+    plan : JointPlan
+        From where both stand.
+    on : tuple[Rig, Rig]
+        Entered; halves of one `Pair`, in step.
+    sink : Sink
+        Takes blocks of shape (columns, rows).
+    progress : Callable[[float, int], None] | None, optional
+        As for `runs.perform`.
+
+    Returns
+    -------
+    Outcome
+        How it ended.
+    """
+    both, dt = _kinds(on), settings.x.timing.period
     parts = [open_rig.opened(r, own.encoder.pitch) for r, own in zip(on, of(settings), strict=True)]
     bench = Bench(parts[0], parts[1], Plane(0.0, 1.0))
     control, under = loops(settings, plan), laws(machine)
-    period, columns = loop.period(both, under), loop.columns(both, under)
-    run = loop.beginning(both, under, bench, control)
+    period, rows = loop.period(both, under), loop.columns(both, under)
     longest = max(runs.longest(own, p) for own, p in zip(of(settings), plan.plans, strict=True))
-    blocks, chunk = [np.empty((len(columns), 0))], runs.LIVE
+    chunk = runs.LIVE
     nothing = tuple(np.empty((chunk, kind.noises)) for kind in both)
     try:
+        run = loop.beginning(both, under, bench, control)
         while run.tick < round(longest / dt) and not run.over:
-            block = np.empty((len(columns), chunk))
+            block = np.empty((len(rows), chunk))
             run, written = period(bench, control, run, nothing, block, dt)
-            blocks.append(block[:, :written])
+            sink.append(whole(block[:, :written], rows))
+            if progress is not None:
+                progress(run.tick * dt, run.joined.progress.move)
     finally:
         for rig in on:
             rig.stop()
     done = run.joined.progress.phase == DONE
-    outcome = Outcome(done, (run.first.watch, run.second.watch), run.tick * dt)
-    attributes = about(machine, settings, title, seed=0)
-    rows = np.concatenate(blocks, axis=1)
-    return Done(Recording.from_arrays(columns, rows, dt, attributes), outcome)
+    return Outcome(done, (run.first.watch, run.second.watch), run.tick * dt)

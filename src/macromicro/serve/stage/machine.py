@@ -21,7 +21,10 @@ from macromicro.serve.stage import playing
 from macromicro.types import QUIET, SAFE, Command, Lines, Outputs, Sample
 
 _WORKS = {**guided.WORKS, Played: playing.step}
-_ABSOLUTE = Refused("this machine's sensor is absolute: its place is known", "move it")
+_ABSOLUTE = Refused(
+    "this machine's place is known: by an absolute sensor, or from where it was switched on",
+    "move it",
+)
 
 
 class Led(Live):
