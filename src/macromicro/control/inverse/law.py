@@ -23,7 +23,7 @@ from macromicro.models.stressed import Stressed, StressedState
 
 JUMP = 1e-3  # mm: a target that changes by more begins a step
 AWAY = 0.02  # mm: further from the target the filter stays quick
-EDGE = 1e-5  # mm: this side of a place the relays' dead zone ends
+EDGE = 1e-7  # mm: this side of a place the relays' dead zone ends
 BACK = 20e-3  # mm: a trajectory that is further back is followed back at once
 MOST_OWED = 20.0  # K of heat that rounding may owe
 
