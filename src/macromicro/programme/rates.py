@@ -13,6 +13,7 @@ from macromicro.programme.moves import FEWEST, LONGEST, Programme
 
 BACK = 1e-3  # of a trajectory's range: less is noise of its targets, and no turn
 
+
 def rates(programme: Programme) -> tuple[Array, Array]:
     """Velocity and acceleration of the set point at each target.
 
