@@ -94,9 +94,7 @@ def test_what_the_model_made_is_found_again() -> None:
     assert values["heat 0.5"] == pytest.approx(90.0 * (0.5 / 1.6) ** 2)
     grid = unheated._gridded(Heated(u, x, DT))
     assert np.abs(unheated._missed(known, [grid], z)).max() < 1e-12
-    slopes = unheated._slopes(
-        lambda z: unheated._missed(known, [grid], z), z, *unheated._bounds(known)
-    )
+    slopes = unheated.slopes(lambda z: unheated._missed(known, [grid], z), z, unheated._span(known))
     assert np.all(np.abs(slopes).max(axis=0)[[0, 5, 10, 14]] > 1e-3)
 
 

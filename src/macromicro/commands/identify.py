@@ -226,6 +226,13 @@ def hysteresis(  # noqa: PLR0913, PLR0917 -- one parameter per option
     smooth: Annotated[
         str, typer.Option(help="Noise is shorter than this [grid steps]; auto: by curves held out.")
     ] = "1",
+    between: Annotated[
+        str,
+        typer.Option(
+            help="Between curves: along the input, or the output where branches are steep; auto: "
+            "by curves held out."
+        ),
+    ] = "input",
     drift: Annotated[
         bool,
         typer.Option("--drift", help="Scale each curve of a MicroMag file by its calibration."),
@@ -240,6 +247,7 @@ def hysteresis(  # noqa: PLR0913, PLR0917 -- one parameter per option
         "curves": curves,
         "shape": shape,
         "smooth": _number(smooth),
+        "between": between,
         "tests": tuple(test or ()),
         "drift": drift,
     }

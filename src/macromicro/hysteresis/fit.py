@@ -10,6 +10,8 @@ diagonal cells, which are relays of zero width, are compared among themselves.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from macromicro.arrays import Array
@@ -19,6 +21,7 @@ from macromicro.hysteresis.stencils import Grid, densities, numbered, readings, 
 
 # A roughness of the density must be paid for at all, or nothing fills the gaps.
 LEAST_SMOOTH = 0.3
+_GUESSED = 0.1  # weight of a curve that nobody measured
 
 
 def branches(curves: list[Curve], grid: Grid, monotone: bool) -> tuple[Array, Array, float]:
@@ -135,7 +138,12 @@ def _isotonic(f: Array) -> Array:
 
 
 def fitted(
-    curves: list[Curve], grid: Grid, loop: tuple[Array, Array], shape: str, smooth: float
+    curves: list[Curve],
+    grid: Grid,
+    loop: tuple[Array, Array],
+    shape: str,
+    smooth: float,
+    between: Sequence[Curve] = (),
 ) -> Array:
     """E at the grid points, for outputs scaled so that the major loop is 0 to 1.
 
@@ -152,6 +160,8 @@ def fitted(
         less than nothing: non-negative least squares); the last two hold exactly.
     smooth : float
         Length, in cells, below which the density's roughness is taken for noise.
+    between : Sequence[Curve], optional
+        Curves that nobody measured, between those that were: each counts for less than one.
 
     Returns
     -------
@@ -173,11 +183,13 @@ def fitted(
     known = held[below]
     free = np.isnan(known)
 
-    alpha = np.concatenate([np.full(c.u.size, c.u[0]) for c in curves])
-    beta = np.concatenate([c.u for c in curves])
-    f = np.concatenate([c.f for c in curves])
+    every = [*curves, *between]
+    alpha = np.concatenate([np.full(c.u.size, c.u[0]) for c in every])
+    beta = np.concatenate([c.u for c in every])
+    f = np.concatenate([c.f for c in every])
     rows = readings(grid, ids, alpha, beta)
-    weight = _evened(curves, grid)
+    weight = _evened(every, grid)
+    weight[sum(c.u.size for c in curves) :] *= _GUESSED
     branch = np.interp(alpha, grid.nodes, rising)
     density = densities(n, ids)
     rough = roughness(n) @ density

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
+from macromicro.hysteresis.between import along_output
 from macromicro.hysteresis.curves import (
     KINDS,
     ClockwiseWarning,
@@ -28,6 +29,8 @@ from macromicro.hysteresis.stencils import Grid, numbered, readings
 
 Shape = Literal["free", "monotone", "nonnegative"]
 SHAPES = ("free", "monotone", "nonnegative")
+Between = Literal["input", "output"]
+BETWEENS = ("input", "output")
 NODES = 151
 MOST_NODES = 801
 
@@ -76,6 +79,8 @@ class FodTable:
         The law that it obeys, as for `from_curves`.
     smooth : float
         As for `from_curves`, grid steps.
+    between : Between
+        As for `from_curves`.
     """
 
     lo: float
@@ -86,6 +91,7 @@ class FodTable:
     raw: tuple[tuple[Array, Array], ...] = field(default=(), repr=False)
     shape: Shape = "free"
     smooth: float = 0.0
+    between: Between = "input"
 
     def __post_init__(self) -> None:
         """Refuse what is no table at all."""
@@ -101,6 +107,7 @@ class FodTable:
         for name, value, accepted in (
             ("kind", self.kind, KINDS),
             ("shape", self.shape, SHAPES),
+            ("between", self.between, BETWEENS),
         ):
             if value not in accepted:
                 raise InputError(f"table, {name}", value, " or ".join(map(repr, accepted)))
@@ -113,6 +120,7 @@ class FodTable:
         *,
         shape: Shape = "free",
         smooth: float = 1.0,
+        between: Between = "input",
         nodes: int = NODES,
         limits: tuple[float, float] | None = None,
     ) -> Self:
@@ -133,6 +141,9 @@ class FodTable:
         smooth : float, optional
             Length in grid steps below which structure of the density is taken for noise; it leaves
             the major loop as it is.
+        between : Between, optional
+            How the table goes on between two curves: smoothly over the "input", or along the
+            "output" (`hysteresis.between`), where branches are steep.
         nodes : int, optional
             Grid points per axis.
         limits : tuple[float, float] | None, optional
@@ -150,7 +161,7 @@ class FodTable:
             The curves or an option are not accepted, or both ends have the same output.
         """
         raw = tuple((np.array(u), np.array(f)) for u, f in _pairs(curves))
-        _check(kind, shape, smooth, nodes)
+        _check(kind, shape, smooth, nodes, between)
         used = tidy(raw, kind)
         sign = 1.0 if kind == "descending" else -1.0
         turn = 1.0 if sum(curve.f[0] - curve.f[-1] for curve in used) >= 0.0 else -1.0
@@ -170,12 +181,15 @@ class FodTable:
             warnings.warn(message, ClockwiseWarning, stacklevel=2)
         scaled = [Curve(curve.u, (curve.f - low) / span) for curve in used]
         loop = ((rising - low) / span, (falling - low) / span)
-        values = turn * span * fitted(scaled, grid, loop, shape, smooth)
+        filled = along_output(scaled, grid.nodes, loop[0]) if between == "output" else []
+        values = turn * span * fitted(scaled, grid, loop, shape, smooth, filled)
         lo, f_low = grid.lo, turn * low
         if sign < 0.0:
             lo, f_low = -(grid.lo + (nodes - 1) * grid.step), -turn * (low + span)
             values = values[::-1, ::-1].T
-        return cls(lo, grid.step, np.ascontiguousarray(values), f_low, kind, raw, shape, smooth)
+        return cls(
+            lo, grid.step, np.ascontiguousarray(values), f_low, kind, raw, shape, smooth, between
+        )
 
     @classmethod
     def from_everett(cls, table: Everett, f_low: float = 0.0, f_high: float = 1.0) -> Self:
@@ -338,12 +352,14 @@ def _pairs(
     return listed
 
 
-def _check(kind: str, shape: str, smooth: float, nodes: int) -> None:
+def _check(kind: str, shape: str, smooth: float, nodes: int, between: str = "input") -> None:
     """Refuse options outside their range."""
     if kind not in KINDS:
         raise InputError("first-order curves, kind", kind, "'descending' or 'ascending'")
     if shape not in SHAPES:
         raise InputError("table, shape", shape, " or ".join(map(repr, SHAPES)))
+    if between not in BETWEENS:
+        raise InputError("table, between", between, " or ".join(map(repr, BETWEENS)))
     if not 0.0 <= smooth <= 100.0:
         raise InputError("table, smooth", smooth, "a length of 0 to 100 grid steps")
     if not 8 <= nodes <= MOST_NODES:

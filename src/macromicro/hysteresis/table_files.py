@@ -1,7 +1,7 @@
 """Tables of first-order curves on disk: HDF5 with the raw curves, or CSV to look at.
 
 HDF5: dataset `values` (n, n), dataset `inputs` (n,), attributes `format`, `lo`, `step`,
-`f_low`, `kind`, `shape`, `smooth`, and the raw curves as `raw/0000`, `raw/0001`, ...,
+`f_low`, `kind`, `shape`, `smooth`, `between`, and the raw curves as `raw/0000`, `raw/0001`, ...,
 shape (m, 2) each.
 
 CSV: the lookup table of Figure 5.8. First row the inputs m_j, first column the inputs
@@ -25,7 +25,8 @@ from macromicro.schema.text import printable, read_text
 
 FORMAT = "macromicro first-order curves 1"
 _WHAT = "a table of first-order curves (.h5, .hdf5 or .csv)"
-_ATTRIBUTES = ("lo", "step", "f_low", "kind", "shape", "smooth")
+_ATTRIBUTES = ("lo", "step", "f_low", "kind", "shape", "smooth", "between")
+_LATER = {"between": "input"}  # what files written before it mean
 
 
 def save_table(table: FodTable, path: str | Path) -> None:
@@ -155,7 +156,9 @@ def _read_hdf5(file: Path) -> FodTable:
             raw = [
                 np.asarray(store["raw"][name], dtype=np.float64) for name in store.get("raw", ())
             ]
-            kept = {name: store.attrs[name] for name in _ATTRIBUTES}
+            kept = {**_LATER, **{n: store.attrs[n] for n in _ATTRIBUTES if n in store.attrs}}
+            if missing := [n for n in _ATTRIBUTES if n not in kept]:
+                raise KeyError(f"no attribute {missing[0]}")
             values = np.asarray(store["values"], dtype=np.float64)
     except (OSError, KeyError, TypeError, ValueError) as error:
         raise InputError(where, printable(error, 120), _WHAT) from None
@@ -170,6 +173,7 @@ def _read_hdf5(file: Path) -> FodTable:
         tuple((points[:, 0].copy(), points[:, 1].copy()) for points in raw),
         kept["shape"],
         float(kept["smooth"]),
+        kept["between"],
     )
 
 
@@ -221,6 +225,7 @@ def _read_csv(file: Path) -> FodTable:
         (),
         settings.get("shape", "free"),  # type: ignore[arg-type]
         _number(settings, "smooth", 0.0),
+        settings.get("between", _LATER["between"]),  # type: ignore[arg-type]
     )
 
 

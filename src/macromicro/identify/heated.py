@@ -78,8 +78,8 @@ def found(table: FodTable, records: Sequence[Recording], ambient: float = AMBIEN
     if not quick:
         slowest = min(r.dt for r in records) if records else math.nan
         raise InputError("records", f"periods of {slowest:g} s", f"some of at most {_QUICK:g} s")
-    first = stressed.fit(table, records, ambient=ambient)
-    fit = stressed.fit(table, records, ambient=ambient, lag=driver_lag(first.model, quick))
+    first = stressed.fit(table, records, ambient)
+    fit = stressed.fit(table, records, ambient, driver_lag(first.model, quick), first)
     with_sensor = [r for r in quick if "hall_voltage" in r]
     lag = sensor_lag(with_sensor) if with_sensor else math.nan
     sensor = lag if math.isfinite(lag) else 0.0

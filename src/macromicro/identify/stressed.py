@@ -6,6 +6,7 @@ laser, by non-linear least squares. The hysteresis table comes from the kiln and
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
@@ -16,31 +17,31 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
+from macromicro.identify import stressed_begin
 from macromicro.identify.actuator import AMBIENT, Judgement, hysteresis, judged
+from macromicro.identify.free_run_search import Span, ended, nearest, search
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.records import signal
 from macromicro.identify.spread import standard_errors
+from macromicro.identify.stressed_begin import NAMES, TIMES
 from macromicro.models import stressed
 from macromicro.models.actuator import Hysteresis
 from macromicro.models.heating import Ladder
 from macromicro.models.stressed import Stressed
-from macromicro.models.weighted_gain import Weighted, weighted
 from macromicro.recording import Recording
 
-# Below this the actuator does not respond at all (Section 5.3.2).
-SILENT = 1.25
-NAMES = ("c1", "r1", "c2", "r2", "c3", "latent", "shift", "stiffening")
-# In the order of NAMES: as an engineer would guess, and what is still believable.
-_GUESS = (0.8, 0.75, 40.0, 0.2, 1500.0, 20.0, 0.5, 0.5)
-_LOW = (0.3, 0.4, 5.0, 0.02, 200.0, 0.0, -10.0, 0.0)
-_HIGH = (2.0, 0.95, 300.0, 0.5, 20000.0, 80.0, 20.0, 6.0)
 # Measurement is believed to this [mm]: the kiln's encoder and the table, not the laser.
 _TABLE_ERROR = 0.01
-_MOST_HEAT = 600.0
 _LEAST_R3 = 0.002
 _POINTS = 150
-_END = 1e-3  # of the range between the bounds: what is so near has reached one
-MOST_VOLTAGES = 60
+# Searches on a grid so much coarser choose where the last one begins: rounds of every begin, how
+# many go on, their rounds, those of the last one.
+_COARSE = 8.0
+_FEW, _BEST, _MORE, _ROUNDS = 4, 2, 8, 40
+_SETTLED = 1e-7
+# Of 2 ms steps for two seconds where moves take half a second, and in proportion.
+_USUAL = 0.5
+_LOGS = [NAMES.index(name) for name in TIMES]
 
 
 class StressedFit(NamedTuple):
@@ -89,11 +90,12 @@ class _Run(NamedTuple):
     x: Array
 
 
-def _grid(recording: Recording) -> _Run:
+def _grid(recording: Recording, scale: float = 1.0) -> _Run:
     """A time grid that is fine where CTRL has just changed, and the positions to meet.
 
-    2 ms for two seconds after each change, then 10 ms up to ten seconds, then 50 ms.
-    Comparisons are spread evenly over this grid, so that the fast parts count most.
+    2 ms for two seconds after each change, then 10 ms up to ten seconds, then 50 ms; all of it
+    times `scale`, by which the wires are slower than those of the thesis. Comparisons are spread
+    evenly over this grid, so that the fast parts count most.
     """
     t, sent = signal(recording["t"], "t"), signal(recording["ctrl"], "ctrl")
     x = signal(recording["laser"], "laser") * 1e-3
@@ -101,11 +103,10 @@ def _grid(recording: Recording) -> _Run:
     places = []
     for a, b in pairwise(edges):
         for begin, end, step in ((0.0, 2.0, 0.002), (2.0, 10.0, 0.01), (10.0, np.inf, 0.05)):
-            first = a + round(begin / recording.dt)
-            last = b if np.isinf(end) else min(b, a + round(end / recording.dt))
-            places.append(
-                np.arange(first, last, max(round(step / recording.dt), 1), dtype=np.int64)
-            )
+            first = a + round(scale * begin / recording.dt)
+            last = b if np.isinf(end) else min(b, a + round(scale * end / recording.dt))
+            apart = max(round(scale * step / recording.dt), 1)
+            places.append(np.arange(first, last, apart, dtype=np.int64))
     grid = np.concatenate(places)
     ends = np.append(grid[1:], len(t) - 1)
     contract = recording["contract"] if "contract" in recording else np.zeros(len(t))
@@ -136,15 +137,16 @@ def _cut(recordings: Sequence[Recording], end: float) -> tuple[float, float]:
 def fit(
     table: FodTable,
     recordings: Sequence[Recording],
-    gain: Weighted | None = None,
     ambient: float = AMBIENT,
     lag: float = 0.0,
+    near: StressedFit | None = None,
 ) -> StressedFit:
     """The better model from open-loop recordings.
 
     The map from CTRL to heat gets a point at every voltage that is held in one of them. The sum of
     the resistances is 1: heat is counted as the warming that it leads to. Where `contract` was
-    recorded it is followed, since when it acts to the millisecond cannot be predicted. Warns where
+    recorded it is followed, since when it acts to the millisecond cannot be predicted. Searches
+    begin at several warmings and paces, within bounds that table and records give. Warns where
     the search does not settle, or ends at a bound of a parameter.
 
     Parameters
@@ -154,12 +156,12 @@ def fit(
     recordings : Sequence[Recording]
         Recordings with the columns t, ctrl, laser, and contract perhaps; two or more. Each must
         start cold and fully extended.
-    gain : Weighted | None, optional
-        A first guess for the heats.
     ambient : float, optional
         Room temperature, deg C.
     lag : float, optional
         Lag of the driver, s: too short to be found from such records, and taken as given.
+    near : StressedFit | None, optional
+        A fit of the same records with another lag: the search begins there.
 
     Returns
     -------
@@ -169,65 +171,92 @@ def fit(
     Raises
     ------
     InputError
-        Fewer than two recordings, or no voltage above 1.25 V.
+        Fewer than two recordings, no drive that moves the wires, or too many levels of it.
     """
-    from scipy.optimize import least_squares
-
     if len(recordings) < 2:
         raise InputError("recordings", len(recordings), "2 open-loop recordings or more")
-    volts = sorted({float(v) for r in recordings for v in np.unique(r["ctrl"]) if v > SILENT})
-    if not 1 <= len(volts) <= MOST_VOLTAGES:
-        found = f"{len(volts)} different voltages above {SILENT} V"
-        accepted = f"1 to {MOST_VOLTAGES} levels that are held for a while"
-        raise InputError("recordings, ctrl", found, accepted)
-    runs = [_grid(r) for r in recordings]
+    means = stressed_begin.means(table, recordings, ambient)
+    step = 2.0 ** round(math.log2(means.pace / _USUAL))
+    runs = [_grid(r, step) for r in recordings]
     places = _cut(recordings, table.f_low + table.span)
-    known = _Known(np.array([SILENT, *volts]), lag, *places, ambient, hysteresis(table))
+    known = _Known(means.volts, lag, *places, ambient, hysteresis(table))
+    span = stressed_begin.span(means)
 
-    def residual(theta: Array) -> Array:
-        p = _with(known, theta)
+    def residual(z: Array, runs: Sequence[_Run] = runs) -> Array:
+        p = _with(known, _values(z))
         made = [stressed.simulate(p, r.ctrl, r.dt, r.cut)[0][r.at] for r in runs]
         return np.concatenate([(m - r.x) / _TABLE_ERROR for m, r in zip(made, runs, strict=True)])
 
-    start = np.r_[_GUESS, _first_heats(volts, gain or Weighted())]
-    low = np.r_[_LOW, np.zeros(len(volts))]
-    high = np.r_[_HIGH, np.full(len(volts), _MOST_HEAT)]
-    found = least_squares(
-        residual,
-        start,
-        bounds=(low, high),
-        x_scale="jac",
-        diff_step=1e-3,
-        max_nfev=40,
-        xtol=1e-5,
-        ftol=2e-3,
-    )
+    if near is None:
+        coarse = [_grid(r, _COARSE * step) for r in recordings]
+
+        def rough(z: Array) -> Array:
+            return residual(z, coarse)
+
+        begins = nearest(rough, stressed_begin.begins(means), span, _FEW, _BEST)
+        (begin,) = nearest(rough, begins, span, _MORE, 1)
+    else:
+        begin = _searched(np.array(list(near.values.values())))
+    found = search(residual, begin, span, _ROUNDS, _SETTLED)
     if found.status <= 0:
         notice(ConvergenceWarning, "actuator model: search stopped before it settled")
-    variance = 2.0 * float(found.cost) / max(len(found.fun) - len(start), 1)
+    variance = 2.0 * float(found.cost) / max(len(found.fun) - len(found.x), 1)
+    values = _values(found.x)
     std = standard_errors(found.jac) * variance**0.5
-    names = [*NAMES, *(f"heat {v:g} V" for v in volts)]
-    if ended := _ended(names, found.x, low, high):
+    std[_LOGS] *= values[_LOGS]
+    names = [*NAMES, *(f"heat {v:g} V" for v in means.volts[1:])]
+    if at_end := _at_end(names, found.x, span, means.warming):
         notice(
             DataWarning,
-            f"actuator model: {', '.join(ended)}: at the end of what is believable; the records do "
+            f"actuator model: {', '.join(at_end)}: at the end of what is searched; the records do "
             "not determine it, or ask for another model, and its standard error says little",
         )
+    model = _with(known, values)
+    if late := _late(model.ladder, means.longest):
+        notice(
+            DataWarning,
+            f"actuator model: {late} longer than the longest record ({means.longest:.3g} s): what "
+            "warms last is a guess, and so is the scale of heats and resistances; their standard "
+            "errors say little. Hold a level for longer",
+        )
     return StressedFit(
-        _with(known, found.x),
-        dict(zip(names, (float(v) for v in found.x), strict=True)),
+        model,
+        dict(zip(names, (float(v) for v in values), strict=True)),
         dict(zip(names, (float(v) for v in std), strict=True)),
         float(np.sqrt(np.mean(found.fun**2))) * _TABLE_ERROR,
         int(found.nfev),
     )
 
 
-def _ended(names: Sequence[str], values: Array, low: Array, high: Array) -> list[str]:
-    """The parameters that the search left at a bound, in words."""
-    width = _END * (high - low)
-    least, most = values <= low + width, values >= high - width
+def _values(z: Array) -> Array:
+    """The values that search values stand for."""
+    values = z.copy()
+    values[_LOGS] = np.exp(values[_LOGS])
+    return values
+
+
+def _searched(values: Array) -> Array:
+    """The reverse of `_values`."""
+    z = values.copy()
+    z[_LOGS] = np.log(z[_LOGS])
+    return z
+
+
+def _late(ladder: Ladder, longest: float) -> str:
+    """The time constants that the records are too short for, in words."""
+    times = {"c2 r2": ladder.c2 * ladder.r2, "c3 r3": ladder.c3 * ladder.r3}
+    late = [f"{name} ({value:.3g} s)" for name, value in times.items() if value > longest]
+    return f"{' and '.join(late)} {'is' if len(late) == 1 else 'are'}" if late else ""
+
+
+def _at_end(names: Sequence[str], z: Array, span: Span, warming: float) -> list[str]:
+    """The parameters that the search left at a bound, in words; heats by parts of `warming`."""
+    within = span.high - span.low
+    within[len(NAMES) :] = warming
+    least, most = ended(z, span.low, span.high, within)
+    lowest, highest = _values(span.low), _values(span.high)
     return [
-        f"{name} {'at least' if below else 'at most'} {low[k] if below else high[k]:g}"
+        f"{name} {'at least' if below else 'at most'} {lowest[k] if below else highest[k]:.4g}"
         for k, (name, below, above) in enumerate(zip(names, least, most, strict=True))
         if below or above
     ]
@@ -244,12 +273,6 @@ def _with(known: _Known, theta: Array) -> Stressed:
         shift=shift,
         stiffening=stiffening,
     )
-
-
-def _first_heats(volts: list[float], gain: Weighted) -> Array:
-    """A first guess of the heats [K]: the static gain, tamed at both ends, and rising."""
-    guess = [min(max(weighted(gain, v), 5.0), 0.5 * _MOST_HEAT) for v in volts]
-    return np.maximum.accumulate(np.array(guess))
 
 
 def against(model: Stressed, recording: Recording) -> Judgement:

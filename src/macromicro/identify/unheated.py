@@ -10,7 +10,7 @@ load, that of a data sheet (`AUSTENITE` of a usual alloy).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -21,7 +21,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.actuator import AMBIENT, hysteresis
-from macromicro.identify.central import central
+from macromicro.identify.free_run_search import Span, ended, nearest, search, slopes
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.spread import clustered
 from macromicro.identify.transformation import Branch, quantile, relays
@@ -35,8 +35,6 @@ _POINTS = 600  # of a record that are compared
 _FINEST = 5000  # steps of a record
 _PART = 0.15  # of the wire's time constant: the longest step
 _FEW, _BEST, _ROUNDS = 5, 3, 40  # rounds of every search, how many go on, their rounds
-_SLOPE = 1e-3
-_END = 1e-3  # of the range between the bounds: what is so near has reached one
 _BLOCKS = 40  # stretches of all records that tell the errors
 _WARM = (80.0, 140.0, 250.0, 450.0)  # K of final warming by the greatest drive: searches begin
 _QUICK = (0.3, 1.0, 4.0)  # s: time constant of the wire, likewise
@@ -212,10 +210,10 @@ def unheated(
     cold = float(np.median([r.x[0] for r in records]))
     known = _Known(_nodes(drives), ambient, austenite, extent, cold)
     grids = [_gridded(r) for r in records]
-    ended = _searched(known, grids)
-    if ended.status == 0:
+    end = _searched(known, grids)
+    if end.status == 0:
         notice(ConvergenceWarning, "actuator: search stopped before it settled")
-    return _told(known, records, grids, ended)
+    return _told(known, records, grids, end)
 
 
 def _nodes(drives: Array) -> Array:
@@ -286,16 +284,17 @@ def _pulled(known: _Known, grids: Sequence[_Grid], z: Array) -> Array:
     return np.concatenate([_missed(known, grids, z), _PULL * z[len(_SCALARS) :]])
 
 
-def _bounds(known: _Known) -> tuple[Array, Array]:
+def _span(known: _Known) -> Span:
     least = [math.log(lo) if log else lo for _, _, lo, _, log in _SCALARS]
     most = [math.log(hi) if log else hi for _, _, _, hi, log in _SCALARS]
     count = len(known.volts) - 1
-    return np.array([*least, *[-_LOOSE] * count]), np.array([*most, *[_LOOSE] * count])
+    low, high = np.array([*least, *[-_LOOSE] * count]), np.array([*most, *[_LOOSE] * count])
+    return Span(low, high, np.zeros(len(low)))
 
 
 def _searched(known: _Known, grids: Sequence[_Grid]) -> Any:
     """The best of searches from several begins: first by the power law, then with all heats."""
-    low, high = _bounds(known)
+    span = _span(known)
     count, free = len(_SCALARS), np.zeros(len(known.volts) - 1)
     rough = [g._replace(at=g.at[::4], x=g.x[::4]) for g in grids]
 
@@ -305,60 +304,38 @@ def _searched(known: _Known, grids: Sequence[_Grid]) -> Any:
     def by_all(z: Array) -> Array:
         return _pulled(known, grids, z)
 
-    ends = []
+    begins = []
     for warm, quick in product(_WARM, _QUICK):
         begin = [math.log(v) if log else v for _, v, _, _, log in _SCALARS]
         begin[NAMES.index("warm")], begin[NAMES.index("wire")] = math.log(warm), math.log(quick)
-        ends.append(_search(by_law, np.array(begin), low[:count], high[:count], _FEW))
-    ends.sort(key=lambda end: float(end.cost))
-    further = [
-        _search(by_all, np.concatenate([end.x, free]), low, high, _ROUNDS) for end in ends[:_BEST]
-    ]
+        begins.append(np.array(begin))
+    ends = nearest(by_law, begins, Span(*(row[:count] for row in span)), _FEW, _BEST)
+    further = [search(by_all, np.concatenate([z, free]), span, _ROUNDS) for z in ends]
     best = min(further, key=lambda end: float(end.cost))
-    return _search(by_all, best.x, low, high, _ROUNDS)
-
-
-def _search(missed: Callable[[Array], Array], z: Array, low: Array, high: Array, most: int) -> Any:
-    from scipy.optimize import least_squares
-
-    return least_squares(
-        missed,
-        np.clip(z, low + 1e-9, high - 1e-9),
-        lambda at: _slopes(missed, at, low, high),
-        bounds=(low, high),
-        x_scale="jac",
-        ftol=1e-5,
-        xtol=1e-5,
-        max_nfev=most,
-    )
-
-
-def _slopes(missed: Callable[[Array], Array], z: Array, low: Array, high: Array) -> Array:
-    return central(missed, z, _SLOPE * np.maximum(1.0, np.abs(z)), low, high)
+    return search(by_all, best.x, span, _ROUNDS)
 
 
 def _told(
-    known: _Known, records: Sequence[Heated], grids: Sequence[_Grid], ended: Any
+    known: _Known, records: Sequence[Heated], grids: Sequence[_Grid], end: Any
 ) -> UnheatedFit:
     """Values with errors by the scatter of what stretches of the records ask for."""
-    low, high = _bounds(known)
-    model, table, values = _model(known, ended.x)
+    span = _span(known)
+    model, table, values = _model(known, end.x)
     names = list(values)
 
     def shown(z: Array) -> Array:
         return np.array(list(_model(known, z)[2].values()))
 
-    turn = _slopes(shown, ended.x, low, high)
+    turn = slopes(shown, end.x, span)
     # Stretches of the records, then each heat's pull by what heats are usually off the law.
-    error, count = ended.fun.copy(), len(known.volts) - 1
+    error, count = end.fun.copy(), len(known.volts) - 1
     seen = len(error) - count
     error[seen:] = _PULL * _USUAL
     parts = np.linspace(0, seen, max(_BLOCKS, 2 * len(names)) + 1)[:-1]
     starts = np.concatenate([np.unique(parts.astype(int)), seen + np.arange(count)])
-    spread = clustered(ended.jac, error, starts)
+    spread = clustered(end.jac, error, starts)
     std = np.sqrt(np.maximum(np.diag(turn @ spread @ turn.T), 0.0))
-    width = _END * (high - low)
-    at_end = (ended.x <= low + width) | (ended.x >= high - width)
+    at_end = np.logical_or(*ended(end.x, span.low, span.high))
     searched = [*NAMES, *names[len(NAMES) - 2 :]]
     bound = [searched[k] for k in np.flatnonzero(at_end)]
     if bound:
@@ -374,7 +351,7 @@ def _told(
         table,
         values,
         dict(zip(names, (float(v) for v in std), strict=True)),
-        known.stroke * float(np.sqrt(np.mean(ended.fun[:seen] ** 2))),
+        known.stroke * float(np.sqrt(np.mean(end.fun[:seen] ** 2))),
         known.stroke,
         free,
     )

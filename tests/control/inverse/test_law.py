@@ -49,7 +49,7 @@ def test_it_extends_as_quickly_as_no_heat_does() -> None:
     quiet = next(k for k, v in enumerate(sent) if v > 0.0)
     assert np.all(np.array(sent[:quiet]) == 0.0)
     # Heat comes back just before the place is reached, and in time.
-    assert places[quiet] < 1.02 and places.min() > 0.998
+    assert places[quiet] < 1.025 and places.min() > 0.998
     assert np.abs(places[-300:] - 1.0).max() < 5e-4
 
 

@@ -15,7 +15,7 @@ from tests.identify.kinds.seen import facts, given, plots, table
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.hysteresis import FodTable, forc, table_files
+from macromicro.hysteresis import FodTable, forc, from_density, table_files
 from macromicro.hysteresis.table import Misfit
 from macromicro.identify.kinds import hysteresis
 from macromicro.identify.kinds.hysteresis import Errors, Options
@@ -102,7 +102,7 @@ def test_few_curves_hold_none_out_and_a_free_density_has_negative_weight(tmp_pat
     assert set(found.plot()) == {"curves", "density"}
     assert "# unit of the input\n" in found.toml and "# unit of the output\n" in found.toml
     assert lines["input, to"].unit == lines["output, low"].unit == ""
-    assert Options() == ("auto", "monotone", 1.0, (), False)
+    assert Options() == ("auto", "monotone", 1.0, (), False, "input")
     with pytest.raises(InputError, match="--shape: 'x'; accepted: free, monotone, nonnegative"):
         hysteresis.identify(given(file), Options(shape="x"))
 
@@ -257,7 +257,8 @@ def test_smoothing_by_curves_held_out(tmp_path: Path) -> None:
     pairs = [(u, f + 0.05 * random.standard_normal(len(f))) for u, f in relays(TOPS, n=21)]
     file = written(tmp_path / "noisy.csv", pairs)
     found = hysteresis.identify(given(file), Options(smooth="auto"))
-    said = dict(found.remarks)["smooth"]
+    said = dict(found.remarks)["along the input"]
+    assert "along the output" not in dict(found.remarks)
     tried = {float(a): float(b) for a, b in re.findall(r"(\d+\.?\d*) ([\d.]+)(?:,|$)", said)}
     assert list(tried) == [0.5, 1.0, 2.0, 4.0, 8.0]
     assert tried[found.model.smooth] == min(tried.values())
@@ -276,3 +277,46 @@ def test_smoothing_by_curves_held_out(tmp_path: Path) -> None:
         hysteresis.identify(given(few), Options(smooth="auto"))
     with pytest.raises(InputError, match="--smooth: 'much'; accepted: a length in grid steps"):
         hysteresis.identify(given(few), Options(smooth="much"))
+
+
+def steep(many: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Curves of wires whose branches are steep and lie apart by their reversal."""
+
+    def relays(up: np.ndarray, down: np.ndarray) -> np.ndarray:
+        return np.exp(-0.5 * ((up - 60.0) / 6.0) ** 2 - 2.0 * (up - down - 10.0) ** 2)
+
+    table = FodTable.from_everett(from_density(relays, 20.0, 0.2, 401), 0.0, 4.0)
+    grid, rising, _ = table.major_loop
+    low, high = np.interp([0.12, 3.98], rising, grid)
+    starts = [*np.linspace(low, high, many - 1), table.hi]
+    return [(u, table.curve(u[0], u)) for u in (np.linspace(s, 20.0, 300) for s in starts)]
+
+
+def test_the_way_between_curves_is_chosen_by_curves_held_out(tmp_path: Path) -> None:
+    """Where branches are steep and curves few, along the output; else as it was."""
+    file = written(tmp_path / "steep.csv", steep(8))
+    found = hysteresis.identify(given(file), Options(shape="free", between="auto"))
+    said = dict(found.remarks)
+    tried = {way: float(said[f"along the {way}"].rsplit(" ", 1)[1]) for way in ("input", "output")}
+    assert found.model.between == "output" and tried["output"] < tried["input"]
+    assert found.model.smooth == 1.0
+    once = hysteresis.identify(given(file), Options(shape="free", between="output"))
+    np.testing.assert_array_equal(once.model.values, found.model.values)
+    with pytest.raises(InputError, match="--between: 'steps'; accepted: input, output, auto"):
+        hysteresis.identify(given(file), Options(between="steps"))
+    few = written(tmp_path / "few.csv", steep(5))
+    with pytest.raises(InputError, match="--between: 'auto, 5 curves'"):
+        hysteresis.identify(given(few), Options(between="auto"))
+
+
+def test_what_is_held_out_chooses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The error told for every second curve is of a table chosen by the other ones alone."""
+    pairs = steep(15)
+    given_to: list[int] = []
+    real = hysteresis.chosen
+    monkeypatch.setattr(
+        hysteresis, "chosen", lambda make, some: given_to.append(len(some)) or real(make, some)
+    )
+    file = written(tmp_path / "steep.csv", pairs)
+    hysteresis.identify(given(file), Options(shape="free", between="auto"))
+    assert given_to == [15, 8]

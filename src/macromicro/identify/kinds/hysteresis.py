@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,10 +13,10 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.files.reading import is_forc, read
 from macromicro.hysteresis import FodTable, Preisach, congruency, wiping_out
-from macromicro.hysteresis.table import SHAPES
+from macromicro.hysteresis.table import BETWEENS, SHAPES
 from macromicro.identify.kinds import curves as cutting
 from macromicro.identify.kinds import model_file
-from macromicro.identify.kinds.curves import Found
+from macromicro.identify.kinds.curves import Found, Pair
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import Role, pick, railed
@@ -42,7 +43,9 @@ _FEWEST = 6  # curves from which on every second one is held out
 _SHOWN = 5
 AUTO = "auto"
 _TRIED = (0.5, 1.0, 2.0, 4.0, 8.0)  # grid steps
+Choice = tuple[float, str]  # smoothness in grid steps, and how tables go on between curves
 _FOLDS = 3
+_ENOUGH = 2 + 2 * _FOLDS  # curves by which something is chosen: the outer ones, two in each fold
 
 
 class Options(NamedTuple):
@@ -60,6 +63,8 @@ class Options(NamedTuple):
         Recordings to predict.
     drift : bool
         Whether each curve of a MicroMag file is scaled by the calibration before it.
+    between : str
+        "input" or "output", as for ``FodTable.from_curves``; "auto": what predicts best, too.
     """
 
     curves: str = "auto"
@@ -67,6 +72,7 @@ class Options(NamedTuple):
     smooth: float | str = 1.0
     tests: tuple[str, ...] = ()
     drift: bool = False
+    between: str = "input"
 
 
 class Errors(NamedTuple):
@@ -107,10 +113,7 @@ def identify(picking: Picking, options: Options) -> Result:
     InputError
         An option or the data are not accepted.
     """
-    if isinstance(options.smooth, str) and options.smooth != AUTO:
-        raise InputError("--smooth", options.smooth, f"a length in grid steps, or {AUTO}")
-    if options.shape not in SHAPES:
-        raise InputError("--shape", options.shape, ", ".join(SHAPES))
+    _checked(options)
     found, units = _found(picking, options)
     pairs = sorted(found.curves, key=lambda pair: float(pair[0][0]))
     ends = np.concatenate([u[np.isfinite(u)] for u, _ in pairs])
@@ -123,13 +126,13 @@ def identify(picking: Picking, options: Options) -> Result:
         )
         raise InputError(printable(picking.files[0], 300), same, accepted)
     make = _Maker(found, options, limits)
-    tried = chosen(make, pairs) if options.smooth == AUTO else {}
+    tried = chosen(make, pairs) if make.open else {}
     if tried:
-        make.smooth = min(tried, key=lambda smooth: tried[smooth])
+        make.choice = min(tried, key=lambda choice: tried[choice])
     table = make(pairs)
     extent = abs(table.span)
     own = table.misfit()
-    held = _held_out(make, pairs)
+    held = _held_out(lambda some: make(some, _best(make, some)), pairs)
     f_unit, u_unit = units["f"], units["u"]
     lines = [
         Line("input, from", table.lo, unit=u_unit),
@@ -148,13 +151,17 @@ def identify(picking: Picking, options: Options) -> Result:
         ("curves", f"{len(table.raw)} {table.kind}, {sum(len(u) for u, _ in pairs)} points"),
         (
             "table",
-            f"{table.n} by {table.n}, density {table.shape}, smoothed over {table.smooth:g} steps",
+            f"{table.n} by {table.n}, density {table.shape}, smoothed over {table.smooth:g} steps, "
+            f"between curves along the {table.between}",
         ),
         ("+-", "the RMS misfit of the curves"),
     ]
     if tried:
-        told = ", ".join(f"{k:g} {100.0 * v / extent:.3g}" for k, v in tried.items())
-        remarks.append(("smooth", f"RMS on curves held out, % of range, by grid steps: {told}"))
+        for way in dict.fromkeys(way for _, way in tried):
+            errors = [(k, v) for (k, other), v in tried.items() if other == way]
+            told = ", ".join(f"{k:g} {100.0 * v / extent:.3g}" for k, v in errors)
+            head = "RMS on curves held out, % of range, by grid steps"
+            remarks.append((f"along the {way}", f"{head}: {told}"))
     remarks += [_tested(table, test, picking.columns) for test in options.tests]
 
     def draw() -> dict[str, Figure]:
@@ -198,6 +205,16 @@ def identify(picking: Picking, options: Options) -> Result:
     return Result("hysteresis", title, table, lines, remarks, toml, draw, data, files)
 
 
+def _checked(options: Options) -> None:
+    """Refuse options that are none."""
+    if isinstance(options.smooth, str) and options.smooth != AUTO:
+        raise InputError("--smooth", options.smooth, f"a length in grid steps, or {AUTO}")
+    if options.between not in (*BETWEENS, AUTO):
+        raise InputError("--between", options.between, ", ".join((*BETWEENS, AUTO)))
+    if options.shape not in SHAPES:
+        raise InputError("--shape", options.shape, ", ".join(SHAPES))
+
+
 def _found(picking: Picking, options: Options) -> tuple[Found, dict[str, str]]:
     """Curves of the files and the units of u and f."""
     if not any(is_forc(file) for file in picking.files):
@@ -222,24 +239,33 @@ def _found(picking: Picking, options: Options) -> tuple[Found, dict[str, str]]:
 
 
 class _Maker:
-    """Makes tables of one kind and grid from some of the curves."""
+    """Makes tables of one kind and grid from some of the curves; `open`: choices to be made."""
 
     def __init__(self, found: Found, options: Options, limits: tuple[float, float]) -> None:
         self.found, self.options, self.limits = found, options, limits
-        self.smooth = 1.0 if options.smooth == AUTO else float(options.smooth)
+        smooth = 1.0 if options.smooth == AUTO else float(options.smooth)
+        lengths = _TRIED if options.smooth == AUTO else (smooth,)
+        ways = BETWEENS if options.between == AUTO else (options.between,)
+        self.open = [(length, way) for way in ways for length in lengths]
+        self.first: Choice = (smooth, ways[0])
+        self.choice = self.first
+        if len(self.open) == 1:
+            self.open = []
 
-    def __call__(self, pairs: list[tuple[Array, Array]]) -> FodTable:
+    def __call__(self, pairs: list[Pair], choice: Choice | None = None) -> FodTable:
+        smooth, between = choice or self.choice
         return FodTable.from_curves(
             pairs,
             self.found.kind,
             shape=self.options.shape,  # type: ignore[arg-type]
-            smooth=self.smooth,
+            smooth=smooth,
+            between=between,  # type: ignore[arg-type]
             limits=self.limits,
         )
 
 
-def chosen(make: _Maker, pairs: list[tuple[Array, Array]]) -> dict[float, float]:
-    """How well tables of each smoothness predict curves that they did not see.
+def chosen(make: _Maker, pairs: list[Pair]) -> dict[Choice, float]:
+    """How well tables of each choice predict curves that they did not see.
 
     Parameters
     ----------
@@ -250,8 +276,9 @@ def chosen(make: _Maker, pairs: list[tuple[Array, Array]]) -> dict[float, float]
 
     Returns
     -------
-    dict[float, float]
-        RMS by smoothness in grid steps: every third curve is held out in turn, but the outer ones.
+    dict[tuple[float, str], float]
+        RMS by smoothness in grid steps and by the way between curves: every third curve is held
+        out in turn, but the outer ones.
 
     Raises
     ------
@@ -260,12 +287,14 @@ def chosen(make: _Maker, pairs: list[tuple[Array, Array]]) -> dict[float, float]
     """
     import warnings
 
-    if len(pairs) < _FEWEST:
-        accepted = f"a length in grid steps, or {_FEWEST} curves or more"
-        raise InputError("--smooth", f"{AUTO}, {len(pairs)} curves", accepted)
-    kept, found = make.smooth, {}
-    for smooth in _TRIED:
-        make.smooth = smooth
+    if len(pairs) < _ENOUGH:
+        by_length = make.options.smooth == AUTO
+        name = "--smooth" if by_length else "--between"
+        other = "a length in grid steps" if by_length else " or ".join(BETWEENS)
+        accepted = f"{other}, or {_ENOUGH} curves or more"
+        raise InputError(name, f"{AUTO}, {len(pairs)} curves", accepted)
+    found = {}
+    for choice in make.open:
         squares, count = 0.0, 0
         for fold in range(_FOLDS):
             unseen = [p for k, p in enumerate(pairs[1:-1]) if k % _FOLDS == fold]
@@ -276,15 +305,22 @@ def chosen(make: _Maker, pairs: list[tuple[Array, Array]]) -> dict[float, float]
             ]
             with warnings.catch_warnings():  # they were said about the whole table
                 warnings.simplefilter("ignore")
-                misfit = make(seen).misfit(unseen)
+                misfit = make(seen, choice).misfit(unseen)
             points = sum(len(u) for u, _ in unseen)
             squares, count = squares + misfit.rms**2 * points, count + points
-        found[smooth] = math.sqrt(squares / count)
-    make.smooth = kept
+        found[choice] = math.sqrt(squares / count)
     return found
 
 
-def _held_out(make: _Maker, pairs: list[tuple[Array, Array]]) -> Errors | None:
+def _best(make: _Maker, pairs: list[Pair]) -> Choice:
+    """What is chosen by these curves alone, or as it is where they are too few."""
+    if not make.open or len(pairs) < _ENOUGH:
+        return make.first
+    tried = chosen(make, pairs)
+    return min(tried, key=lambda choice: tried[choice])
+
+
+def _held_out(make: Callable[[list[Pair]], FodTable], pairs: list[Pair]) -> Errors | None:
     """Curves 2, 4, ... by a table from curves 1, 3, ...; the last one is always in it."""
     import warnings
 

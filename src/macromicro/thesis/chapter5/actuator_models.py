@@ -81,9 +81,7 @@ def measured(table: FodTable, plant: Machine | None = None, seed: int = 0) -> Mo
 
 def _fitted(table: FodTable, data: StepData, plant: Machine | None, seed: int) -> Models:
     first = actuator.thesis(table, data.steps, data.cooled[1.575])
-    better = stressed.fit(
-        table, electrothermal_runs.for_fit(plant, seed + 10_000), first.model.gain
-    )
+    better = stressed.fit(table, electrothermal_runs.for_fit(plant, seed + 10_000))
     printed = first.model._replace(gain=Weighted())
     unseen = {
         name: Compared(

@@ -1,0 +1,185 @@
+"""Where the search of `stressed.fit` begins, and between which bounds: from table and records.
+
+The kiln's table says at which temperatures the wires contract and how far apart they do so and
+extend; the records say how soon they move and how long anything was watched.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise, product
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.errors import InputError
+from macromicro.hysteresis.table import FodTable
+from macromicro.identify.free_run_search import SLOPE, Span
+from macromicro.identify.records import signal
+from macromicro.recording import Recording
+
+MOST_VOLTAGES = 60
+TIMES = ("c1", "c2", "c3")  # in s; searched in their logarithms
+NAMES = ("c1", "r1", "c2", "r2", "c3", "latent", "shift", "stiffening")
+_MOVED = 0.02  # of the table's span: what counts as a move
+_LARGE = 0.1  # of the same: a move whose pace is looked at
+_FULL = (1.5, 3.0, 6.0)  # final warming by the greatest drive, over what contraction needs
+_QUICK = (0.4, 1.5)  # the wires' time constant, over the pace of quick moves
+_PLATES, _BODY = 15.0, 120.0  # time constants of plates and body, likewise
+_R1, _R2 = 0.7, 0.2
+_LATENT, _STIFF = 0.3, 0.05  # of the warming that contraction needs
+_POWER = 2.0  # of the drive: heat of a current or a voltage in a resistance
+_MOST = 30.0  # times the warming that contraction needs: of every heat
+
+
+class Means(NamedTuple):
+    """What table and records say before any search.
+
+    Attributes
+    ----------
+    volts : ndarray, shape (k,)
+        Points of the heat map: 0, and every level of the drive.
+    warming : float
+        From the room to where the wires contract, K.
+    width : float
+        By how much less they extend, K.
+    span : float
+        Of the contraction, mm.
+    pace : float
+        Time in which the quickest tenth of moves are 63 % done, s.
+    shortest, longest : float
+        A sample, and a record, s.
+    """
+
+    volts: Array
+    warming: float
+    width: float
+    span: float
+    pace: float
+    shortest: float
+    longest: float
+
+
+def means(table: FodTable, recordings: Sequence[Recording], ambient: float) -> Means:
+    """What is known before the search.
+
+    Parameters
+    ----------
+    table : FodTable
+        From the kiln, deg C to mm.
+    recordings : Sequence[Recording]
+        Columns t, ctrl and laser, each from cold.
+    ambient : float
+        Room temperature, deg C.
+
+    Returns
+    -------
+    Means
+        By table and records alone.
+
+    Raises
+    ------
+    InputError
+        No drive moves the wires, too many levels of it, or a room in which they are contracted.
+    """
+    holds = [hold for r in recordings for hold in _holds(r)]
+    span = table.span
+    if not any(h.level > 0.0 and np.abs(h.x - h.cold).max() > _MOVED * span for h in holds):
+        raise InputError(
+            "recordings, ctrl",
+            f"no drive that moves the wires by {100 * _MOVED:g} % of {span:g} mm",
+            "levels that contract them, held for a while",
+        )
+    pace = _pace(holds, span)
+    levels = sorted({float(v) for r in recordings for v in np.unique(r["ctrl"]) if v > 0.0})
+    if len(levels) > MOST_VOLTAGES:
+        accepted = f"1 to {MOST_VOLTAGES} levels that are held for a while"
+        found = f"{len(levels)} different levels above 0"
+        raise InputError("recordings, ctrl", found, accepted)
+    up, rise, fall = table.major_loop
+    middle = 0.5 * (float(rise.min()) + float(rise.max()))
+    there = float(np.interp(middle, rise, up))
+    if not there > ambient:
+        accepted = f"less than {there:g} deg C, where the table is half contracted"
+        raise InputError("ambient", ambient, accepted)
+    width = max(there - float(np.interp(middle, fall, up)), table.step)
+    longest = max(len(r["t"]) * r.dt for r in recordings)
+    shortest = min(r.dt for r in recordings)
+    return Means(np.array([0.0, *levels]), there - ambient, width, span, pace, shortest, longest)
+
+
+def span(m: Means) -> Span:
+    """Bounds of the search values, and steps for slopes.
+
+    Values are NAMES with logarithms of times, then the heats. A step of a temperature covers the
+    kinks that a table of cells has.
+
+    Parameters
+    ----------
+    m : Means
+        From table and records.
+
+    Returns
+    -------
+    Span
+        What records of their length and a table such as this can show.
+    """
+    soon, late = np.log(0.2 * m.shortest), np.log(100.0 * m.longest)
+    many, most, stiff = len(m.volts) - 1, _MOST * m.warming, m.warming / m.span
+    away = m.warming  # a shift by more, and they were contracted in the room
+    low = [soon, 0.02, soon, 0.005, soon, 0.0, -away, 0.0, *[0.0] * many]
+    high = [late, 0.98, late, 0.9, late, 5.0 * m.warming, away, 4.0 * stiff, *[most] * many]
+    nudge = [1.0, 1.0, 1.0, 1.0, 1.0, m.warming, m.warming, stiff, *[m.warming] * many]
+    return Span(np.array(low), np.array(high), SLOPE * np.array(nudge))
+
+
+def begins(m: Means) -> list[Array]:
+    """Where searches begin.
+
+    Parameters
+    ----------
+    m : Means
+        From table and records.
+
+    Returns
+    -------
+    list[ndarray]
+        Search values by several warmings and paces of the wires, heat by the drive's square.
+    """
+    found = []
+    share = m.volts[1:] / m.volts[-1]
+    for full, quick in product(_FULL, _QUICK):
+        wire = quick * m.pace
+        times = np.log([wire / _R1, _PLATES * m.pace / _R2, _BODY * m.pace / (1.0 - _R1 - _R2)])
+        stiff = _STIFF * m.warming / m.span
+        values = [times[0], _R1, times[1], _R2, times[2], _LATENT * m.warming, 0.0, stiff]
+        found.append(np.concatenate([values, full * m.warming * share**_POWER]))
+    return found
+
+
+class _Hold(NamedTuple):
+    """A level of the drive; sample time [s], places [mm], where the record began [mm]."""
+
+    level: float
+    dt: float
+    x: Array
+    cold: float
+
+
+def _holds(r: Recording) -> list[_Hold]:
+    sent, x = signal(r["ctrl"], "ctrl"), 1e-3 * signal(r["laser"], "laser")
+    edges = [0, *(np.flatnonzero(np.diff(sent)) + 1), len(sent)]
+    return [_Hold(float(sent[a]), r.dt, x[a:b], float(x[0])) for a, b in pairwise(edges)]
+
+
+def _pace(holds: Sequence[_Hold], span: float) -> float:
+    """The time to 63 % of the way, of the quickest tenth of all moves."""
+    times = []
+    for h in holds:
+        way = h.x - h.x[0]
+        if abs(way[-1]) > _LARGE * span:
+            times.append(h.dt * (1 + int(np.argmax(np.abs(way) >= 0.63 * abs(way[-1])))))
+    if not times:
+        times = [h.dt * len(h.x) for h in holds]
+    return float(np.quantile(times, 0.1))
