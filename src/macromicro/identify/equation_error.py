@@ -134,14 +134,23 @@ def gls(
         new = Solution(theta, phi, target - phi @ theta)
         done = settled(task, theta, solution.theta, new)
         solution = new
-    fit = finished("gls", task, solution, count, converged=done, noise=d)
+    # Past outputs hold past noise, so what D is off goes with what a is off: errors are those of
+    # both together.
+    past = [_lags(e, noise_order) for e in per_record(task, target0 - phi0 @ solution.theta)]
+    joint = solution._replace(psi=np.hstack([solution.psi, np.concatenate(past)]))
+    fit = finished("gls", task, joint, count, converged=done, noise=d)
     return compared(task, solution, fit)
 
 
 def _autoregression(residuals: tuple[Array, ...], order: int) -> Array:
     """d1 ... of D(z) e = white, by least squares over all records."""
-    left = np.concatenate(
-        [np.column_stack([-delayed(e, i + 1) for i in range(order)])[order:] for e in residuals]
-    )
+    left = np.concatenate([_lags(e, order)[order:] for e in residuals])
     right = np.concatenate([e[order:] for e in residuals])
     return np.asarray(np.linalg.lstsq(left, right, rcond=None)[0])
+
+
+def _lags(e: Array, order: int) -> Array:
+    """Residuals of 1 to `order` samples before, negative; zero where D cannot judge, (n, order)."""
+    rows = np.column_stack([-delayed(e, i + 1) for i in range(order)])
+    rows[:order] = 0.0
+    return rows
