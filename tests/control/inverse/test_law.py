@@ -153,7 +153,7 @@ def test_half_of_the_way_across_the_dead_zone_lies_before_the_turn() -> None:
     phase, off, sent = waved(True)
     late = waved(False)[2]
     near = np.abs(phase - math.pi) < 0.3
-    cold, tardy = (phase[near & (volts < GAINS.volts[0])] - math.pi for volts in (sent, late))
+    cold, tardy = (phase[near & (volts == 0.0)] - math.pi for volts in (sent, late))
     assert cold[0] < 0.0 < tardy[0] and cold[-1] < tardy[-1]
     assert np.abs(off[near]).max() < 1e-3
     # Where it turns upwards, full heat does it, all of it before the turn but for the delays.
