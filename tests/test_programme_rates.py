@@ -11,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from macromicro import kernel, simulate
-from macromicro.control import supervisor
+from macromicro.control import micro, supervisor
 from macromicro.control.settings import Control, prepare
 from macromicro.control.supervisor import Plan
 from macromicro.motion import Trajectory, s_curve
 from macromicro.programme import FEWEST, LONGEST, Programme, follow
-from macromicro.programme.rates import rates
+from macromicro.programme.rates import rates, turns
 from macromicro.settings import Settings
 from macromicro.types import Sample
 from tests.control.own_laws import HERE, Memory
@@ -71,6 +71,53 @@ def test_those_of_each_stage_and_each_piece_alone() -> None:
         assert velocity[rows] == pytest.approx(slope)
         assert velocity[(k + 1) * n - 1] == 0.0
     assert acceleration == pytest.approx(0.0, abs=1e-6)
+
+
+@given(st.floats(0.2, 2.0), st.integers(2, 4), st.booleans())
+def test_a_set_point_turns_where_it_goes_back(seconds: float, count: int, wave: bool) -> None:
+    """A sine or a triangle, its targets rounded so that they tremble at the top."""
+    t = np.arange(0.0, count * seconds, 0.002)
+    phase = 2.0 * np.pi * t / seconds
+    place = np.cos(phase) if wave else np.arccos(np.cos(phase))
+    tremble = np.random.default_rng(1).uniform(-2e-4, 2e-4, len(t))
+    until = turns(steps(t.tolist(), (5.0 + place + tremble).tolist()))
+    turning = 0.5 * seconds * np.arange(1, 2 * count)
+    near = 0.01 + 0.02 * seconds
+    for k, at in enumerate(turning):
+        before = (t < at - near) & (t > (turning[k - 1] + near if k else 0.0))
+        assert until[before] == pytest.approx(at - t[before], abs=near)
+    assert np.all(np.isinf(until[t > turning[-1] + near]))
+
+
+def test_turns_are_of_trajectories_alone_and_a_rest_turns_in_its_middle() -> None:
+    n = 3 * FEWEST
+    assert turns(steps([2.0 * k for k in range(n)], [1.0] * n)).shape == (0,)
+    up = [0.1 * k for k in range(21)]
+    place = [*up, *[2.0] * 10, *up[::-1]]
+    t = [0.01 * k for k in range(len(place))]
+    # The second, later, climbs alone: it does not turn, and ends no other's way.
+    start = [*t, *[9.0 + 0.01 * k for k in range(FEWEST)]]
+    until = turns(steps(start, [*place, *up[:FEWEST]]))
+    assert until[:25] == pytest.approx(0.25 - np.array(t[:25]))
+    assert np.all(np.isinf(until[26:]))
+
+
+@pytest.mark.parametrize("step", [supervisor.step, kernel.compiled(supervisor.step)])
+def test_the_supervisor_tells_the_micro_law_when_its_trajectory_turns(step: Any) -> None:
+    control = Control()._with("micro_law", f"{HERE}:foreseeing", "a test")
+    p = prepare(control)
+    first = supervisor.begin(0.0, p)
+    sample = Sample(0.0, 0.0, 2.5, *[math.nan] * 3)
+    made = Plan(
+        *(np.array(c) for c in ([0.0, 1.0], [1, 1], [1e-3, 1e-3], [1.0, 1.0])), 2.0,
+        np.array([1e-3, 0.0]), np.zeros(2),
+    )  # fmt: skip
+    given = [
+        step(p, made._replace(turn=np.array(turn)), first, sample, 1e-3)[2].ctrl
+        for turn in ([0.25, 9.0], [math.inf, 0.0], [])
+    ]
+    assert given == [0.25, 1.0, 1.0]
+    assert micro.begun(p.fine)  # a law of one's own had the turn
 
 
 def plan(velocity: Any, acceleration: Any) -> Plan:

@@ -19,7 +19,7 @@ from macromicro.loop import PERIOD, Run
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Plant, Truth
 from macromicro.programme import Programme, moves
-from macromicro.programme.rates import rates
+from macromicro.programme.rates import rates, turns
 from macromicro.rig import guard
 from macromicro.rig.codes import OK
 from macromicro.rig.guard import Guard, Watch
@@ -111,6 +111,7 @@ def plan(programme: Programme) -> Plan:
         float(programme.end),
         velocity,
         acceleration,
+        turns(programme),
         programme.correction,
     )
 

@@ -67,6 +67,26 @@ def step(
 sliding = StageLaw("sliding mode", Gains, Memory, start, step)
 
 
+class TurnGains(NamedTuple):
+    most: Annotated[float, gain("s")] = 1.0
+
+
+@kernel
+def begin_turn(gains: TurnGains, sample: Sample) -> Memory:
+    return Memory(sample.position, 0.0)
+
+
+@kernel
+def foresee(
+    gains: TurnGains, memory: Memory, target: Target, sample: Sample, dt: float
+) -> tuple[Memory, float]:
+    """Its effort (V) is the time until the set point turns (s)."""
+    return memory, min(target.turn, gains.most)
+
+
+foreseeing = StageLaw("foreseeing", TurnGains, Memory, begin_turn, foresee)
+
+
 class LimitedGains(NamedTuple):
     slope: Annotated[float, gain("1/s")] = 50.0
     reach: Annotated[float, gain("V")] = 2.0

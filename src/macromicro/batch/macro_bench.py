@@ -86,7 +86,7 @@ def run(
     for k in range(samples):
         seen = encoder.count(p.encoder, s.x)
         error = target - seen
-        aim, shown = Target(target, 0.0, 0.0), Sample(k * dt, seen)
+        aim, shown = Target(target, 0.0, 0.0, math.inf), Sample(k * dt, seen)
         _, asked = control.step(p.free, memory, aim, shown, dt)
         now, sent = control.step(law, memory, aim, shown, dt)
         so_far = course.follow(judged, so_far, k + 1.0, seen, error, before, asked, sent)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
 from contextlib import suppress
@@ -94,7 +95,7 @@ def told(each: contract.Finding) -> Finding:
 
 def _speed(law: StageLaw) -> str:
     """How long a period of the law takes, interpreted, as the live machine runs it."""
-    gains, target = outside.given(law, law.gains()), Target(0.1, 0.0, 0.0)
+    gains, target = outside.given(law, law.gains()), Target(0.1, 0.0, 0.0, math.inf)
     memory, began = law.start(gains, Sample(0.0, 0.0)), time.perf_counter()
     for k in range(_CALLS):
         sample = Sample(k * PERIOD, 1e-6 * k)

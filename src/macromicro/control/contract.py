@@ -152,7 +152,7 @@ def _run(law: StageLaw, errors: list[float], dt: float = PERIOD, step: Any = Non
     memory, done = law.start(gains, first), []
     for k, error in enumerate(errors):
         place = 0.1 * far * math.sin(k * dt)
-        target = Target(place, 0.1 * far * math.cos(k * dt), -place)
+        target = Target(place, 0.1 * far * math.cos(k * dt), -place, math.inf)
         answer = one(gains, memory, target, Sample(k * dt, place - error), dt)
         memory, effort = _answered(law, answer)
         done.append((law.tell(memory), effort))
@@ -259,7 +259,7 @@ def _direction(law: StageLaw) -> str:
         sample = Sample(0.0, 0.0)
         memory, effort = law.start(gains, sample), 0.0
         for k in range(5):
-            target = Target(error, 0.0, 0.0)
+            target = Target(error, 0.0, 0.0, math.inf)
             memory, effort = law.step(gains, memory, target, Sample(k * PERIOD, 0.0), PERIOD)
         efforts.append(effort)
     above, below = efforts
@@ -283,7 +283,7 @@ def _compiled(law: StageLaw) -> str:
     course, fast = _course(law), compiled(law.step)
     first = _given(law), law.start(_given(law), Sample(0.0, 0.0))
     try:
-        fast(*first, Target(0.0, 0.0, 0.0), Sample(0.0, 0.0), PERIOD)
+        fast(*first, Target(0.0, 0.0, 0.0, math.inf), Sample(0.0, 0.0), PERIOD)
     except Exception as error:  # numba's own, of which it has many
         words = " ".join(str(error).split())[:200]
         remedy = "floats, math and NamedTuples alone (CONTRIBUTING.md, Kernels); or no @kernel"

@@ -222,7 +222,9 @@ def step(p: MacroLaw, s: Memory, target: Target, sample: Sample, dt: float) -> t
         mine, effort = _stepped(p, s[:SHIPPED], target.position - sample.position, dt)
         return (*mine, *s[SHIPPED:]), sent(effort, p.dead_zone, p.limit)
     size = p.scale
-    aim = Target(target.position * size, target.velocity * size, target.acceleration * size)
+    aim = Target(
+        target.position * size, target.velocity * size, target.acceleration * size, target.turn
+    )
     seen = Sample(sample.t, sample.position * size)
     own, effort = outside.step(p.gains[SHIPPED:], s[SHIPPED:], aim, seen, dt)
     return (*s[:SHIPPED], *own), sent(effort, p.dead_zone, p.limit)

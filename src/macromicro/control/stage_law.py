@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Annotated, Any, NamedTuple
 
@@ -17,7 +18,11 @@ class Sample(NamedTuple):
 
 
 class Target(NamedTuple):
-    """Where a stage is to be just now, and how that changes."""
+    """Where a stage is to be just now, and how that changes.
+
+    `turn` is a preview, in s: until the set point of a trajectory next turns back; infinite where
+    it does not, or where nobody knows.
+    """
 
     position: Annotated[float, Quantity("mm", "set point", column="target", scale=1e3)]
     velocity: Annotated[
@@ -26,6 +31,7 @@ class Target(NamedTuple):
     acceleration: Annotated[
         float, Quantity("m/s^2", "acceleration of the set point", column="target_acceleration")
     ]
+    turn: float = math.inf
 
 
 @kernel

@@ -81,6 +81,8 @@ class Plan(NamedTuple):
         s, or NaN.
     velocity, acceleration : ndarray, shape (n,) or (0,)
         Of a trajectory's set point at each target, in units of the target per s and s^2; (0,): 0.
+    turn : ndarray, shape (n,) or (0,)
+        From each target of a trajectory until its set point turns back, s; (0,): no trajectory.
     correction : ndarray, shape (n,) or (0,)
         What the micro-stage's law is given beyond each target, m, as it was learned; (0,): 0.
     """
@@ -92,6 +94,7 @@ class Plan(NamedTuple):
     end: float
     velocity: npt.NDArray[np.float64] = _AT_REST
     acceleration: npt.NDArray[np.float64] = _AT_REST
+    turn: npt.NDArray[np.float64] = _AT_REST
     correction: npt.NDArray[np.float64] = _AT_REST
 
 
@@ -300,19 +303,25 @@ def step(
     moving = s.phase == MACRO or (p.sequence.park == 0 and s.move >= 0 and s.phase != DONE)
     # A missing reading gives no effort and leaves the memory: the guard counts how long.
     if moving and not math.isnan(sample.encoder):
-        target = Target(s.macro_reference, 0.0, 0.0)
+        target = Target(s.macro_reference, 0.0, 0.0, math.inf)
         if s.phase == MACRO and len(plan.velocity) > 0:
-            target = Target(s.macro_reference, plan.velocity[s.move], plan.acceleration[s.move])
+            speed, change = plan.velocity[s.move], plan.acceleration[s.move]
+            target = Target(s.macro_reference, speed, change, math.inf)
         memory, motor = macro.step(p.macro, memory, target, StageSample(t, sample.encoder), dt)
     ctrl = 0.0
     seen = StageSample(t, fine)
     driven = s.phase == MICRO or (p.sequence.overlap == 1 and s.phase in (MACRO, SETTLING))
     if driven and not math.isnan(sample.hall):
-        aim = Target(s.micro_reference, 0.0, 0.0)
+        aim = Target(s.micro_reference, 0.0, 0.0, math.inf)
         if s.phase == MICRO and len(plan.velocity) > 0:
-            aim = Target(s.micro_reference, plan.velocity[s.move], plan.acceleration[s.move])
+            turn = math.inf
+            if len(plan.turn) > 0:
+                turn = plan.turn[s.move]
+            speed, change = plan.velocity[s.move], plan.acceleration[s.move]
+            aim = Target(s.micro_reference, speed, change, turn)
         if s.phase == MICRO and len(plan.correction) > 0:
-            aim = Target(aim.position + plan.correction[s.move], aim.velocity, aim.acceleration)
+            place = aim.position + plan.correction[s.move]
+            aim = Target(place, aim.velocity, aim.acceleration, aim.turn)
         integral, kept, ctrl = micro.step(p.micro, p.fine, kept, integral, aim, seen, dt)
     else:
         kept = micro.rest(p.fine, kept, seen, dt)

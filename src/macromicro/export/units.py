@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -66,7 +67,7 @@ Made = dict[str, Callable[[], Unit]]
 
 def law_of(name: str, law: StageLaw, gains: Any, period: float) -> Unit:
     """A law of one stage, with its gains."""
-    sample, target = Sample(0.0, 0.0), Target(0.0, 0.0, 0.0)
+    sample, target = Sample(0.0, 0.0), Target(0.0, 0.0, 0.0, math.inf)
     gains = outside.given(law, gains)
     memory = law.start(gains, sample)
     entries = [Entry("step", law.step, (gains, memory, target, sample, 0.0))]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -26,7 +27,13 @@ def of_machine(machine: Any, settings: Any) -> Made:
         return law_of(f"{name}.law", law, tree.gains(settings), period)
 
     def guard_unit() -> Unit:
-        arguments = (settings.guard, guarding.fresh(), Sample(0.0, 0.0), Target(0.0, 0.0, 0.0), 0.0)
+        arguments = (
+            settings.guard,
+            guarding.fresh(),
+            Sample(0.0, 0.0),
+            Target(0.0, 0.0, 0.0, math.inf),
+            0.0,
+        )
         entry = Entry("step", guarding.step, arguments)
         words = f"guard of {title}"
         return Unit(f"{name}.guard", words, (entry,), {"limits": settings.guard}, arguments[1],

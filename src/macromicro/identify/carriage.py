@@ -235,6 +235,7 @@ def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
     surprise = float(np.mean(np.concatenate([m[4] for m in motion])))
     alone = [_likeliest(p, [r], dt, _SIZES[1:]) for r in rows] if len(rows) > 1 else []
     apart = {n: (min(v), max(v)) for n in RIGID if (v := [float(getattr(q, n)) for q in alone])}
+    p = p._replace(wary=Terminal().wary)
     return CarriageFit(p, std, apart, surprise, left, tuple(rows), tuple(motion), dt)
 
 
@@ -255,6 +256,7 @@ def _guess(rows: Sequence[Record], dt: float, pitch: float) -> Terminal:
         pitch=pitch,
         frequency=0.0,
         share=0.0,
+        wary=1.0,  # what is likeliest is what the counts show
     )
 
 

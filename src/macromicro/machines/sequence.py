@@ -130,10 +130,10 @@ def aim(plan: Plan, s: Progress, t: float) -> tuple[int, Target]:
         With its derivatives.
     """
     if s.move < 0:
-        return 0, Target(plan.origin, 0.0, 0.0)
+        return 0, Target(plan.origin, 0.0, 0.0, math.inf)
     since = t - s.began
     if s.phase != MOVING or since >= plan.length[s.move] - TICK:
-        return s.piece, Target(plan.target[s.move], 0.0, 0.0)
+        return s.piece, Target(plan.target[s.move], 0.0, 0.0, math.inf)
     piece, last = s.piece, plan.first[s.move + 1] - 1
     while piece < last and plan.pieces[piece + 1, 0] <= since:
         piece += 1
@@ -141,7 +141,7 @@ def aim(plan: Plan, s: Progress, t: float) -> tuple[int, Target]:
     p, v = plan.pieces[piece, 1], plan.pieces[piece, 2]
     a, j = plan.pieces[piece, 3], plan.pieces[piece, 4]
     place = p + h * (v + h * (0.5 * a + h * j / 6.0))
-    return piece, Target(place, v + h * (a + 0.5 * h * j), a + h * j)
+    return piece, Target(place, v + h * (a + 0.5 * h * j), a + h * j, math.inf)
 
 
 @kernel
@@ -219,10 +219,10 @@ def step(plan: Plan, rule: Arrival, s: Progress, sample: Sample) -> tuple[Progre
     """
     t = sample.t
     if s.phase == DONE:
-        return s, Target(plan.target[s.move], 0.0, 0.0)
+        return s, Target(plan.target[s.move], 0.0, 0.0, math.inf)
     if over(plan, s, t):
         done = Progress(DONE, s.move, s.piece, t, s.inside, s.arrived)
-        return done, Target(plan.target[s.move], 0.0, 0.0)
+        return done, Target(plan.target[s.move], 0.0, 0.0, math.inf)
     if due(plan, s, t):
         s = Progress(MOVING, s.move + 1, plan.first[s.move + 1], t, math.nan, 0)
     piece, target = aim(plan, s, t)

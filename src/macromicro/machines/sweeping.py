@@ -97,7 +97,7 @@ def excited(kind: Kind, law: StageLaw) -> Callable[..., int]:
     ) -> int:
         for k in range(added.shape[0]):
             sample = measure(params, stage, k * dt, noise, k)
-            target = Target(targets[k, 0], targets[k, 1], targets[k, 2])
+            target = Target(targets[k, 0], targets[k, 1], targets[k, 2], math.inf)
             memory, wanted = step(gains, memory, target, sample, dt)
             both = min(max(wanted + added[k], -limits.effort), limits.effort)
             watch, effort = guarding.step(limits, watch, sample, target, both)

@@ -383,7 +383,7 @@ def rollout(
             # Only a new count: the next effort need not wait for the position's arithmetic.
             seen = whole(s.x)
         memory, motor = control.step(
-            law, memory, Target(reference[k], 0.0, 0.0), Sample(k * dt, seen), dt
+            law, memory, Target(reference[k], 0.0, 0.0, math.inf), Sample(k * dt, seen), dt
         )
         out[0, k], out[1, k] = seen, motor
         s = step(p, s, motor)

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.nominal import PERIOD
 from macromicro.programme.moves import FEWEST, LONGEST, Programme
+
+BACK = 1e-3  # of a trajectory's range: less is noise of its targets, and no turn
 
 
 def rates(programme: Programme) -> tuple[Array, Array]:
@@ -27,30 +32,66 @@ def rates(programme: Programme) -> tuple[Array, Array]:
     acceleration : ndarray, shape (n,)
         The same per second.
     """
-    start, n = programme.start, len(programme.start)
-    place = programme.set_points
+    n = len(programme.start)
     velocity, acceleration = np.zeros(n), np.zeros(n)
-    if programme.mixed:
-        for span in programme.profiles:
-            some = slice(span.first, span.behind)
-            t = PERIOD * np.arange(span.behind - span.first, dtype=float)
-            _fill(velocity, acceleration, some, place, t)
-    elif n >= FEWEST and programme.scheduled:
-        apart = (np.diff(start) > LONGEST) | (np.diff(programme.stage) != 0)
-        for rows in np.split(np.arange(n), np.flatnonzero(apart) + 1):
-            if len(rows) >= FEWEST:
-                some = slice(rows[0], rows[-1] + 1)
-                _fill(velocity, acceleration, some, place, start[some])
+    for rows, t in _trajectories(programme):
+        velocity[rows] = _slope(programme.set_points[rows], t)
+        acceleration[rows] = _slope(velocity[rows], t)
+        velocity[rows.stop - 1] = acceleration[rows.stop - 1] = 0.0  # the last target rests
     if not velocity.any():
         return np.empty(0), np.empty(0)
     return velocity, acceleration
 
 
-def _fill(velocity: Array, acceleration: Array, rows: slice, target: Array, t: Array) -> None:
-    """Differences at some rows; at the last of them the target rests."""
-    velocity[rows] = _slope(target[rows], t)
-    acceleration[rows] = _slope(velocity[rows], t)
-    velocity[rows.stop - 1] = acceleration[rows.stop - 1] = 0.0
+def turns(programme: Programme) -> Array:
+    """From each target until the trajectory that it is part of next turns back.
+
+    A turn is an extremum from which the set point goes back by more than `BACK` of the trajectory's
+    range; one that rests turns in the middle of its rest.
+
+    Parameters
+    ----------
+    programme : Programme
+        Moves or set points.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        s; infinite where it does not turn any more; (0,) without any trajectory.
+    """
+    found, some = np.full(len(programme.start), math.inf), False
+    for rows, t in _trajectories(programme):
+        some = True
+        place = programme.set_points[rows]
+        back = BACK * max(float(np.ptp(place)), np.finfo(float).tiny)
+        at = np.sort(np.concatenate([_peaks(side, back) for side in (place, -place)]))
+        following = np.searchsorted(t[at], t, side="right")
+        until = np.append(t[at], math.inf)[following] - t
+        found[rows] = until
+    return found if some else np.empty(0)
+
+
+def _peaks(place: Array, back: float) -> Array:
+    """Maxima that stand out by more than `back` on both sides; of a flat one its middle."""
+    from scipy.signal import find_peaks
+
+    at, _ = find_peaks(place, prominence=back)
+    return np.asarray(at)
+
+
+def _trajectories(programme: Programme) -> Iterator[tuple[slice, Array]]:
+    """Rows of each trajectory, and the times (s) of its targets."""
+    start, n = programme.start, len(programme.start)
+    if programme.mixed:
+        for span in programme.profiles:
+            t = PERIOD * np.arange(span.behind - span.first, dtype=float)
+            yield slice(span.first, span.behind), t
+    elif n >= FEWEST and programme.scheduled:
+        apart = (np.diff(start) > LONGEST) | (np.diff(programme.stage) != 0)
+        for rows in np.split(np.arange(n), np.flatnonzero(apart) + 1):
+            if len(rows) >= FEWEST:
+                some = slice(int(rows[0]), int(rows[-1]) + 1)
+                yield some, start[some]
 
 
 def _slope(value: Array, t: Array) -> Array:

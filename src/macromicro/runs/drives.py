@@ -68,7 +68,7 @@ def _motor(
 ) -> tuple[Memory, float]:
     """Memory and volts [V]: by the law for `target` [counts] where `closed`, else `target` [V]."""
     if closed:
-        return control.step(p, memory, Target(target, 0.0, 0.0), x, dt)
+        return control.step(p, memory, Target(target, 0.0, 0.0, math.inf), x, dt)
     return memory, target
 
 

@@ -117,7 +117,7 @@ def approach(fixture: Fixture, session: Session, place: float) -> None:
             memory = macro.rest(place - x)
         elif not math.isnan(x):
             memory, motor = macro.step(
-                law, memory, Target(place, 0.0, 0.0), StageSample(k * dt, x), dt
+                law, memory, Target(place, 0.0, 0.0, math.inf), StageSample(k * dt, x), dt
             )
         rig.expect(Command(place, 1.0, 0.0, 0.0, 0.0))
         rig.write(Outputs(motor, 0.0, 0.0, 0.0))

@@ -86,7 +86,7 @@ def macro(settings: Settings) -> Shown:
 def _asked(law: MacroLaw, aim: Array, x: Array, out: Array, dt: float) -> None:
     memory = control.begun(law)
     for k in range(len(x)):
-        target, sample = Target(aim[k], 0.0, 0.0), Sample(k * dt, x[k])
+        target, sample = Target(aim[k], 0.0, 0.0, math.inf), Sample(k * dt, x[k])
         memory, out[k] = control.step(law, memory, target, sample, dt)
 
 

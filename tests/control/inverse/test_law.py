@@ -132,6 +132,50 @@ def test_on_a_way_heat_leads_by_the_speed() -> None:
     assert float(np.sqrt(np.mean(np.square(off[200:])))) < 1.5e-3
 
 
+SWING = 0.4 * math.pi  # rad/s of a slow sine
+
+
+def waved(foreseen: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A sine under a noisy sensor: its phase, what the wire is off by (mm), and what was sent."""
+    w, noise = Wire(SURE), np.random.default_rng(3).normal(0.0, 1e-3, 5000)
+    w.go(1.5, 1.0)
+    phase = SWING * DT * np.arange(5000)
+    goal = 1.5 + 0.5 * (1.0 - np.cos(phase))
+    for k, at in enumerate(phase):
+        w.beyond = noise[k]
+        until = (math.pi - at % math.pi) / SWING
+        speed = 0.5 * SWING * math.sin(at)
+        w.period(goal[k], speed, turn=until if foreseen else math.inf)
+    return phase, np.array(w.places[-5000:]) - goal, np.array(w.sent[-5000:])
+
+
+def test_half_of_the_way_across_the_dead_zone_lies_before_the_turn() -> None:
+    phase, off, sent = waved(True)
+    late = waved(False)[2]
+    near = np.abs(phase - math.pi) < 0.3
+    cold, tardy = (phase[near & (volts == 0.0)] - math.pi for volts in (sent, late))
+    assert cold[0] < 0.0 < tardy[0] and cold[-1] < tardy[-1]
+    assert np.abs(off[near]).max() < 1e-3
+    # Where it turns upwards, full heat does it, all of it before the turn but for the delays.
+    low = np.abs(phase - 2.0 * math.pi) < 0.1
+    full = phase[low & (sent >= TOP - 0.01)] - 2.0 * math.pi
+    assert full[0] < 0.0 and full[-1] < SWING * 0.01 and np.abs(off[low]).max() < 1e-3
+    assert late[low].max() < TOP - 0.01
+
+
+def test_a_trajectory_is_not_followed_back_for_a_few_micrometres() -> None:
+    """Nor for what noise makes of them; what is far off is."""
+    w = Wire(SURE)
+    w.go(2.0, 1.0)
+    place = w.s.x
+    for _ in range(200):
+        w.period(place - 0.005, 0.05)
+    assert w.s.x == pytest.approx(place, abs=1e-4)
+    for _ in range(300):
+        w.period(place - 0.05, 0.05)
+    assert place - 0.05 - 1e-3 < w.s.x < place - 0.05 + law.BACK
+
+
 def test_the_filter_is_quick_far_away_and_after_a_step_and_calm_later() -> None:
     w = Wire()
     w.go(2.0, 1.0)

@@ -41,10 +41,12 @@ class Wire:
         self.seen = mean + (self.seen - mean) * math.exp(-DT / lag) if lag > 0.0 else new.x
         self.s = new
 
-    def period(self, goal: float, speed: float = 0.0, missing: bool = False) -> float:
+    def period(
+        self, goal: float, speed: float = 0.0, missing: bool = False, turn: float = math.inf
+    ) -> float:
         """One period towards a goal."""
         reading = math.nan if missing else 1e-3 * (self.seen + self.beyond)
-        aim = Target(1e-3 * goal, 1e-3 * speed, 0.0)
+        aim = Target(1e-3 * goal, 1e-3 * speed, 0.0, turn)
         self.memory, volts = compiled(law.step)(
             self.p, self.memory, aim, Sample(self.t, reading), DT
         )

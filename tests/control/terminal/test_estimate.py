@@ -161,7 +161,7 @@ def test_the_covariance_goes_through_the_models_transition(parts, way, swings):
         kick = (fall - 1.0) * unit[1] + gain * unit[2]
         step[3:, column] = model.swung(p, unit[3], unit[4], kick, DT)
     noise[3:] = model.swung(p, 0.0, 0.0, 1.0, DT)
-    wanted = step @ whole @ step.T + np.outer(noise, noise) * (gain * p.unknown) ** 2
+    wanted = step @ whole @ step.T + np.outer(noise, noise) * (gain * p.unknown * p.wary) ** 2
     wanted[2, 2] += p.wander**2 * DT / 0.01
     for name, value in found.spread._asdict().items():
         i, j = told(name)

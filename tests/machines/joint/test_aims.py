@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from macromicro.control.stage_law import Sample
+from macromicro.control.stage_law import Sample, Target
 from macromicro.machines import sequence
 from macromicro.machines.joint.loop import Joined, aims
 from macromicro.machines.sequence import DONE, HOLDING, MOVING, WAITING, Arrival, Plan
@@ -63,7 +63,7 @@ def test_both_follow_their_own_plans_on_the_same_times():
         _, one, two = seen[k]
         assert one.position == pytest.approx(10.0 * k * DT) and one.velocity == 10.0
         assert two.position == pytest.approx(-20.0 * k * DT) and two.velocity == -20.0
-    assert seen[10][1:] == ((1.0, 0.0, 0.0), (-2.0, 0.0, 0.0))
+    assert seen[10][1:] == (Target(1.0, 0.0, 0.0), Target(-2.0, 0.0, 0.0))
 
 
 def test_the_hold_and_the_next_move_begin_when_both_have_arrived():
@@ -77,7 +77,7 @@ def test_the_hold_and_the_next_move_begin_when_both_have_arrived():
     assert seen[second][1].position == 1.0 and seen[second + 1][2].position < -2.0
     done = began(seen, DONE, 1)
     assert done == second + 12 + 5
-    assert seen[-1][1:] == ((3.0, 0.0, 0.0), (-2.5, 0.0, 0.0))
+    assert seen[-1][1:] == (Target(3.0, 0.0, 0.0), Target(-2.5, 0.0, 0.0))
     assert seen[-1][0].phase == DONE
 
 

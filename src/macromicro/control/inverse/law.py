@@ -23,6 +23,8 @@ from macromicro.models.stressed import Stressed, StressedState
 
 JUMP = 1e-3  # mm: a target that changes by more begins a step
 AWAY = 0.02  # mm: further from the target the filter stays quick
+EDGE = 1e-7  # mm: this side of a place the relays' dead zone ends
+BACK = 20e-3  # mm: a trajectory that is further back is followed back at once
 MOST_OWED = 20.0  # K of heat that rounding may owe
 
 
@@ -165,6 +167,26 @@ def wanted(p: Stressed, s: StressedState, place: float) -> float:
 
 
 @kernel
+def _onward(
+    m: Stressed, s: StressedState, aim: float, speed: float, turn: float, content: float,
+    loss: float, top: float,
+) -> float:  # fmt: skip
+    """Place to aim at on a trajectory: never back across the reversals' dead zone but at its turn.
+
+    The way across begins so early that half of it is done at the turn. Before, and afterwards until
+    the set point comes by, the wires wait at the edge.
+    """
+    side = math.copysign(1.0, speed)
+    edge = wanted(m, s, s.x - side * EDGE) - content
+    power = (loss if side > 0.0 else top - loss) / m.ladder.c1
+    if -side * edge > 0.0 and turn < 0.5 * abs(edge) / max(power, 1e-9):
+        side = -side
+    if side * (s.x - aim) > 0.0 and side * (s.x - aim) < BACK:
+        return s.x + side * EDGE
+    return aim
+
+
+@kernel
 def step(p: Prepared, s: State, target: Target, sample: Sample, dt: float) -> tuple[State, float]:
     """One period of the law.
 
@@ -209,14 +231,15 @@ def step(p: Prepared, s: State, target: Target, sample: Sample, dt: float) -> tu
     ahead = _heated(ahead, wrong)
     loss = (ahead.wire - ahead.plates) / n.r1
     content = ahead.content + m.lag * (ahead.heat - loss) / n.c1
+    top = m.heat[len(m.heat) - 1]
     then = 2.0 * dt + m.lag
-    rate = (wanted(m, ahead, goal + speed * then - offset - drift * then) - content) / max(
-        p.reach, dt
-    )
+    aim = goal + speed * then - offset - drift * then
+    if speed != 0.0:
+        aim = _onward(m, ahead, aim, speed, target.turn - then, content, loss, top)
+    rate = (wanted(m, ahead, aim) - content) / max(p.reach, dt)
     if speed == 0.0:  # slowly where little is missing, or reversals would swing to and fro
         most = p.floor + p.rise * abs(goal - offset - ahead.x)
         rate = min(max(rate, -most), most)
-    top = m.heat[len(m.heat) - 1]
     heat = min(max(loss + n.c1 * rate, 0.0), top)
     if goal <= m.hysteresis.low + JUMP:  # fully extended needs no heat
         heat = 0.0

@@ -67,7 +67,11 @@ def macro_effort(s: LiveState, encoder: float, reference: float, dt: float) -> t
     if math.isnan(encoder):
         return d._replace(macro_reference=reference), 0.0
     memory, motor = macro.step(
-        s.laws.macro, d.memory, Target(reference, 0.0, 0.0), StageSample(s.time, encoder), dt
+        s.laws.macro,
+        d.memory,
+        Target(reference, 0.0, 0.0, math.inf),
+        StageSample(s.time, encoder),
+        dt,
     )
     return Drive(reference, d.micro_reference, memory, d.integral, d.reset, d.fine), motor
 
@@ -96,7 +100,11 @@ def micro_effort(s: LiveState, hall: float, reference: float, dt: float) -> tupl
     d = s.drive
     if math.isnan(hall):
         return d._replace(micro_reference=reference), 0.0
-    laws, aim, seen = s.laws, Target(reference, 0.0, 0.0), StageSample(s.time, s.seen.fine)
+    laws, aim, seen = (
+        s.laws,
+        Target(reference, 0.0, 0.0, math.inf),
+        StageSample(s.time, s.seen.fine),
+    )
     integral, fine, ctrl = micro.step(laws.micro, laws.fine, d.fine, d.integral, aim, seen, dt)
     return Drive(d.macro_reference, reference, d.memory, integral, d.reset, fine), ctrl
 

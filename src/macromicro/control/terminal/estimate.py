@@ -150,7 +150,7 @@ def later(p: Terminal, b: Belief, u: float, h: float) -> Belief:
     xx = c.xx + h * (2.0 * c.xv + h * c.vv) + lead * (2.0 * (c.xf + h * c.vf) + lead * c.ff)
     vv = fall * (fall * c.vv + 2.0 * gain * c.vf) + gain * gain * c.ff
     vf = fall * c.vf + gain * c.ff
-    loose = gain * p.unknown
+    loose = gain * p.unknown * p.wary
     wander = p.wander * p.wander * h / 0.01
     qx, qv, qf, sx, sv, sf = _swung(p, c, fall, gain, lead, loose, h)
     vv, ff = vv + loose * loose, c.ff + wander

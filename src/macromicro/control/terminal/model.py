@@ -60,6 +60,9 @@ class Terminal(NamedTuple):
     unknown: Annotated[
         float, Par("V", "what the model does not explain, in a period", _CHOSEN, positive=True)
     ] = 0.10
+    wary: Annotated[
+        float, Par("1", "times as much is reckoned with: it is no white noise", _CHOSEN, lo=1.0)
+    ] = 2.0
 
 
 class Motion(NamedTuple):

@@ -189,8 +189,8 @@ def aims(
     if now.phase == DONE:
         return (
             Joined(now, s.inside),
-            Target(plan.target[now.move], 0.0, 0.0),
-            Target(other.target[now.move], 0.0, 0.0),
+            Target(plan.target[now.move], 0.0, 0.0, math.inf),
+            Target(other.target[now.move], 0.0, 0.0, math.inf),
         )
     inside = s.inside
     if sequence.due(plan, now, t):

@@ -189,7 +189,7 @@ def _aim(plan: Plan, progress: Progress, target: Target, now: float, offset: flo
     jerk = 0.0
     if progress.phase == MOVING and now - progress.began < plan.length[progress.move] - TICK:
         jerk = float(plan.pieces[progress.piece, 4])
-    position, velocity, acceleration = (float(x) for x in target)
+    position, velocity, acceleration = (float(x) for x in target[:3])
     return Aim(position + offset, velocity, acceleration, jerk)
 
 
