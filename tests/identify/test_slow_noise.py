@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from macromicro.identify.slow_noise import Fit, _slowed, factors, together
+from macromicro.identify.slow_noise import Fit, _slowed, factors, is_slow, together, unshown
 from macromicro.identify.spread import autoregression, robust_covariance
 
 
@@ -65,3 +65,22 @@ def test_a_record_that_stands_has_no_part() -> None:
     psi = np.r_[np.ones(300), np.zeros(300)][:, None]
     found = robust_covariance(psi, y - psi[:, 0] * y[:300].mean(), [300, 600])
     assert np.isfinite(found).all() and found[0, 0] > 0.0
+
+
+def test_residuals_show_noise_quicker_than_it_is() -> None:
+    """Of a record of eight correlations the mean is taken off; what is unshown comes back: in the
+    middle of many records, as slow as it was."""
+    n, pole = 400, 0.96
+    ones = np.ones((n, 1))
+    fit = Fit([n], ones.T / n, ones)
+    seen, mended = [], []
+    for seed in range(60):
+        y = walk(n, pole, seed)
+        shown = autoregression([y - y.mean()])
+        seen.append(together(shown))
+        if is_slow(fit, shown):
+            shown = unshown(fit, shown, autoregression, np.random.default_rng(0))
+        mended.append(together(shown))
+    truth = (1.0 + pole) / (1.0 - pole)
+    assert np.median(seen) < 0.8 * truth
+    assert 0.75 * truth < np.median(mended) < 1.35 * truth

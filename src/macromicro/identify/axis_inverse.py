@@ -386,7 +386,31 @@ def force_residuals(rows: list[Rows], estimate: Estimate) -> list[Array]:
     list[Array]
         Arrays of shape (m,), one per record.
     """
-    names = tuple(n for n in estimate.names if n != "stribeck_speed")
-    theta = np.array([getattr(estimate.axis, n) for n in names])
-    tables = [columns(r, names, estimate.axis.stribeck_speed) for r in rows]
-    return [table[:, -1] - table[:, :-1] @ theta for table in tables]
+    theta = np.array([getattr(estimate.axis, n) for n in _steady(estimate)])
+    return [table[:, -1] - table[:, :-1] @ theta for table in _tables(rows, estimate)]
+
+
+def regressors(rows: list[Rows], estimate: Estimate) -> list[Array]:
+    """What each parameter of an estimate adds to the force, decimated.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    estimate : Estimate
+        Whose parameters; Stribeck's speed has no regressor.
+
+    Returns
+    -------
+    list[Array]
+        Arrays of shape (m, p), one per record.
+    """
+    return [table[:, :-1] for table in _tables(rows, estimate)]
+
+
+def _steady(estimate: Estimate) -> tuple[str, ...]:
+    return tuple(n for n in estimate.names if n != "stribeck_speed")
+
+
+def _tables(rows: list[Rows], estimate: Estimate) -> list[Array]:
+    return [columns(r, _steady(estimate), estimate.axis.stribeck_speed) for r in rows]

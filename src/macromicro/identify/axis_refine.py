@@ -10,7 +10,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.identify import axis_spread
 from macromicro.identify.axis import Axis, late, simulate
-from macromicro.identify.axis_inverse import Estimate, Rows, force_residuals
+from macromicro.identify.axis_inverse import Estimate, Rows
 from macromicro.identify.axis_pieces import Pieces, cleared, cut, runs, settled
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 
@@ -228,7 +228,7 @@ def _spread(
 ) -> Array:
     """Covariance of the parameters; `found` is in their parts of `scale`."""
     pushed = [r._replace(force=late(r.force, final.lag / r.run.dt)) for r in rows]
-    noise = axis_spread.noise(pushed, force_residuals(pushed, start), start.axis)
+    noise = axis_spread.noise(pushed, start)
     spread, explained = axis_spread.covariance(pieces, final, found.jac, found.fun, noise)
     spread = spread * np.outer(scale, scale)
     # Two methods that ought to agree say how far apart a wrong model can be. Where the free run is

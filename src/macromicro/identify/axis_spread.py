@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.identify.axis import Axis
-from macromicro.identify.axis_inverse import Rows
+from macromicro.identify.axis_inverse import Estimate, Rows, force_residuals, regressors
 from macromicro.identify.axis_pieces import Pieces, cleared, runs, settled
 from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.slow_noise import Fit, is_slow, unshown
 from macromicro.identify.spread import autoregression, clustered
 
 MANY = 16  # pieces: from there on their own scatter tells the errors
@@ -63,20 +63,18 @@ def sensed(x: Array) -> float:
     return float(np.sqrt(np.mean(np.diff(x, 4) ** 2) / 70.0))
 
 
-def noise(rows: list[Rows], disturbed: list[Array], axis: Axis) -> Noise:
+def noise(rows: list[Rows], start: Estimate) -> Noise:
     """The noise of force and position that the residuals of inverse dynamics show.
 
     A free run answers to slow forces alone, so residuals are averaged over blocks. There noise of
     the position, which inverse dynamics differentiates twice, has next to no part, and its part is
-    taken off.
+    taken off. A force as slow as the record is slower than residuals show it (`slow_noise`).
 
     Parameters
     ----------
     rows : list[Rows]
         The records.
-    disturbed : list[Array]
-        Residual force of each, decimated.
-    axis : Axis
+    start : Estimate
         By inverse dynamics.
 
     Returns
@@ -84,23 +82,31 @@ def noise(rows: list[Rows], disturbed: list[Array], axis: Axis) -> Noise:
     Noise
         Of all records.
     """
-    dt, factor = rows[0].run.dt, rows[0].factor
+    dt, factor, axis = rows[0].run.dt, rows[0].factor, start.axis
+    disturbed = force_residuals(rows, start)
     total = sum(len(d) for d in disturbed)
     constant = axis.mass / axis.viscous if axis.mass > 0.0 and axis.viscous > 0.0 else 0.0
     many = min(round(_BLOCK * constant / (factor * dt)), total // _POINTS)
     many = max(many, 1)
     sensor = float(np.sqrt(np.mean([sensed(r.run.x) ** 2 for r in rows])))
-    means = [
-        d[: len(d) // many * many].reshape(-1, many).mean(axis=1)
-        for d in disturbed
-        if len(d) >= many
-    ]
-    d, power = autoregression(means)
+    means = [_means(d, many) for d in disturbed if len(d) >= many]
+    shown = autoregression(means)
+    taken = np.concatenate([_means(t, many) for t in regressors(rows, start) if len(t) >= many])
+    fit = Fit([len(m) for m in means], np.linalg.pinv(taken), taken)
+    if is_slow(fit, shown):
+        shown = unshown(fit, shown, autoregression, np.random.default_rng(0))
+    d, power = shown
     block = many * factor
     seen = float(np.mean(np.concatenate(means) ** 2))
     own = (axis.mass * sensor / dt**2) ** 2 * _differentiated(block, factor)
     left = max(1.0 - own / seen, 0.0) if seen > 0.0 else 0.0
     return Noise(block, d, power * left, sensor)
+
+
+def _means(rows: Array, many: int) -> Array:
+    """Means over blocks of so many rows."""
+    blocks = rows[: len(rows) // many * many].reshape(-1, many, *rows.shape[1:])
+    return np.asarray(blocks.mean(axis=1))
 
 
 def _differentiated(block: int, factor: int) -> float:

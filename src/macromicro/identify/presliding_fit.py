@@ -17,7 +17,7 @@ from macromicro.errors import InputError
 from macromicro.identify import axis_spread, axis_thin
 from macromicro.identify.axis import late
 from macromicro.identify.axis_fit import Filtering, drive, rows_of, runs_of
-from macromicro.identify.axis_inverse import Estimate, Rows, force_residuals
+from macromicro.identify.axis_inverse import Estimate, Rows
 from macromicro.identify.axis_refine import begun, piece
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.presliding import FRICTIONS, Presliding, simulate
@@ -236,7 +236,7 @@ def _spread(problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse:
         return np.concatenate(problem.missed(at, shape))
 
     jacobian = slopes(missed, z, scale, low)
-    noise = axis_spread.noise(rows, force_residuals(rows, inverse), inverse.axis)
+    noise = axis_spread.noise(rows, inverse)
     covariance, _ = axis_spread.covariance(problem.pieces, model, jacobian, missed(z), noise)
 
     def shown(at: Array) -> Array:

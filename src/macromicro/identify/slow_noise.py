@@ -64,21 +64,60 @@ def factors(fit: Fit, noise: Noise, model: Model, told: Told) -> Array:
     ndarray, shape (p,)
         1 where the noise is not slow, or the record too long to try.
     """
-    n, p = fit.guided.shape
-    draws = min(_DRAWS, _WORK // n)
-    seen = together(noise)
-    if draws < _FEWEST or not _SLOW * n < seen < np.inf:
-        return np.ones(p)
+    if not is_slow(fit, noise):
+        return np.ones(fit.guided.shape[1])
     random = np.random.default_rng(0)
-    # Residuals show noise quicker than it is: so much slower, and they show what was seen.
-    shown = [together(model(left)) for left, _ in _drawn(fit, noise, draws, random)]
-    slower = _slowed(noise, max(seen / float(np.median(shown)), 1.0))
     found = []
-    for left, off in _drawn(fit, slower, draws, random):
+    for left, off in _drawn(fit, unshown(fit, noise, model, random), _draws(fit), random):
         with np.errstate(divide="ignore", invalid="ignore"):
             found.append(np.abs(off) / told(model(left)))
     widths = [np.nanquantile(found, share, axis=0) / wide for share, wide in _SHARES]
     return np.asarray(np.maximum(np.mean(widths, axis=0), 1.0))
+
+
+def is_slow(fit: Fit, noise: Noise) -> bool:
+    """Whether a noise is so slow that residuals show too little of it, and can be drawn anew.
+
+    Parameters
+    ----------
+    fit : Fit
+        How parameters follow from noise.
+    noise : tuple[ndarray, float]
+        As the residuals show it.
+
+    Returns
+    -------
+    bool
+        False of records that are too long to try.
+    """
+    return _draws(fit) >= _FEWEST and _SLOW * len(fit.guided) < together(noise) < np.inf
+
+
+def unshown(fit: Fit, noise: Noise, model: Model, random: np.random.Generator) -> Noise:
+    """The noise whose residuals, on the whole, show the one that was seen.
+
+    Parameters
+    ----------
+    fit : Fit
+        How parameters follow from noise.
+    noise : tuple[ndarray, float]
+        As the residuals show it; slow.
+    model : Callable[[list[Array]], tuple[ndarray, float]]
+        How it was found from residuals.
+    random : np.random.Generator
+        Draws.
+
+    Returns
+    -------
+    tuple[ndarray, float]
+        Slower, at the same power of what drives it.
+    """
+    shown = [together(model(left)) for left, _ in _drawn(fit, noise, _draws(fit), random)]
+    return _slowed(noise, max(together(noise) / float(np.median(shown)), 1.0))
+
+
+def _draws(fit: Fit) -> int:
+    return min(_DRAWS, _WORK // max(len(fit.guided), 1))
 
 
 def together(noise: Noise) -> float:
