@@ -37,12 +37,15 @@ class Noise(NamedTuple):
         Variance of that white noise, force squared.
     sensor : float
         Standard deviation of the position's own noise, white.
+    unshown : ndarray, shape (order,) or None
+        Where the force is as slow as the record: D of the slower force that it is taken to be.
     """
 
     block: int
     filter: Array
     power: float
     sensor: float
+    unshown: Array | None = None
 
 
 def sensed(x: Array) -> float:
@@ -93,14 +96,15 @@ def noise(rows: list[Rows], start: Estimate) -> Noise:
     shown = autoregression(means)
     taken = np.concatenate([_means(t, many) for t in regressors(rows, start) if len(t) >= many])
     fit = Fit([len(m) for m in means], np.linalg.pinv(taken), taken)
+    slower = None
     if is_slow(fit, shown):
-        shown = unshown(fit, shown, autoregression, np.random.default_rng(0))
+        slower = unshown(fit, shown, autoregression, np.random.default_rng(0))[0]
     d, power = shown
     block = many * factor
     seen = float(np.mean(np.concatenate(means) ** 2))
     own = (axis.mass * sensor / dt**2) ** 2 * _differentiated(block, factor)
     left = max(1.0 - own / seen, 0.0) if seen > 0.0 else 0.0
-    return Noise(block, d, power * left, sensor)
+    return Noise(block, d, power * left, sensor, slower)
 
 
 def _means(rows: Array, many: int) -> Array:
@@ -168,6 +172,8 @@ def covariance(
             "another force); standard errors are widened, and parameters stand for something else",
         )
     if few:
+        if fits and told.unshown is not None:
+            drawn = _drawn(pieces, axis, jacobian, told._replace(filter=told.unshown), _DRAWS)
         found = np.atleast_2d(share * np.cov(drawn.forced.T) + np.cov(drawn.noisy.T))
         return (found if fits else found * wide**2), fits
     ends = np.cumsum([0] + [len(p.rows.v) for p in pieces[:-1]])
