@@ -60,7 +60,7 @@ def test_the_set_point_is_the_profile_with_its_derivatives():
             assert target.velocity == pytest.approx(truth.velocity, abs=1e-9)
             assert target.acceleration == pytest.approx(truth.acceleration, abs=1e-7)
         else:
-            assert target == (p.target[move], 0.0, 0.0)
+            assert target == (p.target[move], 0.0, 0.0, math.inf)
 
 
 def test_it_begins_with_nothing_and_keeps_the_piece_that_it_is_on():
@@ -116,8 +116,8 @@ def test_leaving_the_tolerance_begins_the_dwell_anew():
 def test_a_scheduled_move_waits_for_its_time_and_the_next_one_ends_it():
     p = plan(0.01, 0.02, hold=math.inf, start=[0.05, 0.3], end=0.5)
     rows = run(p)
-    assert rows[0][1:] == (WAITING, -1, 0, (0.0, 0.0, 0.0))
-    assert sequence.aim(p, begin(), 0.0) == (0, (0.0, 0.0, 0.0))
+    assert rows[0][1:] == (WAITING, -1, 0, (0.0, 0.0, 0.0, math.inf))
+    assert sequence.aim(p, begin(), 0.0) == (0, (0.0, 0.0, 0.0, math.inf))
     for move, t in ((0, 0.05), (1, 0.3)):
         assert next(r[0] for r in rows if r[2] == move) == pytest.approx(t, abs=0.5 * DT)
     assert rows[-1][1] == DONE and rows[-1][0] == pytest.approx(0.5, abs=0.5 * DT)
@@ -134,4 +134,4 @@ def test_done_stays_done():
     rows = run(p)
     s = sequence.Progress(DONE, 0, 0, rows[-1][0], math.nan, 1)
     again, target = sequence.step(p, RULE, s, Sample(9.0, 0.5))
-    assert again == s and target == (0.01, 0.0, 0.0) == rows[-1][4]
+    assert again == s and target == (0.01, 0.0, 0.0, math.inf) == rows[-1][4]
