@@ -1,7 +1,7 @@
 """Where the search of `stressed.fit` begins, and between which bounds: from table and records.
 
-The kiln's table says at which temperatures the wires contract and how far apart they do so and
-extend; the records say how soon they move and how long anything was watched.
+The kiln's table says at which temperature the wires contract and how far; the records say how soon
+they move and how long anything was watched.
 """
 
 from __future__ import annotations
@@ -42,8 +42,6 @@ class Means(NamedTuple):
         Points of the heat map: 0, and every level of the drive.
     warming : float
         From the room to where the wires contract, K.
-    width : float
-        By how much less they extend, K.
     span : float
         Of the contraction, mm.
     pace : float
@@ -54,7 +52,6 @@ class Means(NamedTuple):
 
     volts: Array
     warming: float
-    width: float
     span: float
     pace: float
     shortest: float
@@ -97,16 +94,15 @@ def means(table: FodTable, recordings: Sequence[Recording], ambient: float) -> M
         accepted = f"1 to {MOST_VOLTAGES} levels that are held for a while"
         found = f"{len(levels)} different levels above 0"
         raise InputError("recordings, ctrl", found, accepted)
-    up, rise, fall = table.major_loop
+    up, rise, _ = table.major_loop
     middle = 0.5 * (float(rise.min()) + float(rise.max()))
     there = float(np.interp(middle, rise, up))
     if not there > ambient:
         accepted = f"less than {there:g} deg C, where the table is half contracted"
         raise InputError("ambient", ambient, accepted)
-    width = max(there - float(np.interp(middle, fall, up)), table.step)
     longest = max(len(r["t"]) * r.dt for r in recordings)
     shortest = min(r.dt for r in recordings)
-    return Means(np.array([0.0, *levels]), there - ambient, width, span, pace, shortest, longest)
+    return Means(np.array([0.0, *levels]), there - ambient, span, pace, shortest, longest)
 
 
 def span(m: Means) -> Span:
