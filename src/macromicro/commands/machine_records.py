@@ -71,16 +71,10 @@ def collect(experiment: str | None, asked: Asked) -> None:
 
 def _named(rig: str, stages: int) -> list[str]:
     """The rig of each stage: the axes of two are driven one after the other."""
-    from macromicro.errors import InputError
-    from macromicro.machines.joint.two_rigs import ACCEPTED, AND
+    from macromicro.machines.joint import two_rigs
     from macromicro.rig.opening import TWIN
 
-    names = [rig] if stages == 1 else [one.strip() for one in rig.split(AND)]
-    if rig == TWIN:
-        return [TWIN] * stages
-    if len(names) != stages or TWIN in names:
-        raise InputError("--rig", rig, ACCEPTED)
-    return names
+    return [rig] * stages if stages == 1 or rig == TWIN else two_rigs.named(rig)
 
 
 def _rig(name: str, tree: Any, seed: int) -> Any:

@@ -78,17 +78,16 @@ def instrumented(rows: list[Rows], start: Estimate) -> Estimate:
             break
     if not plausible(found):
         return start if plausible(start) else found
-    return _unblurred(rows, found, names)
+    return _unblurred(rows, found, names, force)
 
 
-def _unblurred(rows: list[Rows], found: Estimate, names: tuple[str, ...]) -> Estimate:
+def _unblurred(rows: list[Rows], found: Estimate, names: tuple[str, ...], force: Array) -> Estimate:
     """Less what the method makes of the found axis' own free run.
 
     The low-pass of the position blurs reversals, where friction changes sign at once, so even a
     run without any noise gives other values than those that it was made with.
     """
     guides = np.concatenate([_instruments(r, found, names) for r in rows])
-    force = np.concatenate([columns(r, names, found.axis.stribeck_speed)[:, -1] for r in rows])
     sizes = np.sqrt((guides**2).sum(axis=0))
     own = np.linalg.lstsq(guides / sizes, force, rcond=None)[0] / sizes
     values = found.values[: len(names)]

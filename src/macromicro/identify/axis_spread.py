@@ -94,10 +94,10 @@ def noise(rows: list[Rows], start: Estimate) -> Noise:
     sensor = float(np.sqrt(np.mean([sensed(r.run.x) ** 2 for r in rows])))
     means = [_means(d, many) for d in disturbed if len(d) >= many]
     shown = autoregression(means)
-    taken = np.concatenate([_means(t, many) for t in regressors(rows, start) if len(t) >= many])
-    fit = Fit([len(m) for m in means], np.linalg.pinv(taken), taken)
     slower = None
-    if is_slow(fit, shown):
+    if is_slow(sum(map(len, means)), shown):
+        taken = np.concatenate([_means(t, many) for t in regressors(rows, start) if len(t) >= many])
+        fit = Fit([len(m) for m in means], np.linalg.pinv(taken), taken)
         slower = unshown(fit, shown, autoregression, np.random.default_rng(0))[0]
     d, power = shown
     block = many * factor

@@ -53,7 +53,7 @@ def factors(fit: Fit, noise: Noise, model: Model, told: Told) -> Array:
     fit : Fit
         How parameters follow from noise.
     noise : tuple[ndarray, float]
-        As the residuals show it.
+        As the residuals show it; slow.
     model : Callable[[list[Array]], tuple[ndarray, float]]
         How it was found from residuals.
     told : Callable[[tuple[ndarray, float]], ndarray]
@@ -62,26 +62,26 @@ def factors(fit: Fit, noise: Noise, model: Model, told: Told) -> Array:
     Returns
     -------
     ndarray, shape (p,)
-        1 where the noise is not slow, or the record too long to try.
+        1 where they are not.
     """
-    if not is_slow(fit, noise):
-        return np.ones(fit.guided.shape[1])
     random = np.random.default_rng(0)
     found = []
-    for left, off in _drawn(fit, unshown(fit, noise, model, random), _draws(fit), random):
+    for left, off in _drawn(
+        fit, unshown(fit, noise, model, random), _draws(len(fit.guided)), random
+    ):
         with np.errstate(divide="ignore", invalid="ignore"):
             found.append(np.abs(off) / told(model(left)))
     widths = [np.nanquantile(found, share, axis=0) / wide for share, wide in _SHARES]
     return np.asarray(np.maximum(np.mean(widths, axis=0), 1.0))
 
 
-def is_slow(fit: Fit, noise: Noise) -> bool:
+def is_slow(n: int, noise: Noise) -> bool:
     """Whether a noise is so slow that residuals show too little of it, and can be drawn anew.
 
     Parameters
     ----------
-    fit : Fit
-        How parameters follow from noise.
+    n : int
+        Samples in all.
     noise : tuple[ndarray, float]
         As the residuals show it.
 
@@ -90,7 +90,7 @@ def is_slow(fit: Fit, noise: Noise) -> bool:
     bool
         False of records that are too long to try.
     """
-    return _draws(fit) >= _FEWEST and _SLOW * len(fit.guided) < together(noise) < np.inf
+    return _draws(n) >= _FEWEST and _SLOW * n < together(noise) < np.inf
 
 
 def unshown(fit: Fit, noise: Noise, model: Model, random: np.random.Generator) -> Noise:
@@ -112,12 +112,14 @@ def unshown(fit: Fit, noise: Noise, model: Model, random: np.random.Generator) -
     tuple[ndarray, float]
         Slower, at the same power of what drives it.
     """
-    shown = [together(model(left)) for left, _ in _drawn(fit, noise, _draws(fit), random)]
+    shown = [
+        together(model(left)) for left, _ in _drawn(fit, noise, _draws(len(fit.guided)), random)
+    ]
     return _slowed(noise, max(together(noise) / float(np.median(shown)), 1.0))
 
 
-def _draws(fit: Fit) -> int:
-    return min(_DRAWS, _WORK // max(len(fit.guided), 1))
+def _draws(n: int) -> int:
+    return min(_DRAWS, _WORK // max(n, 1))
 
 
 def together(noise: Noise) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.identify.slow_noise import Fit, factors
+from macromicro.identify.slow_noise import Fit, factors, is_slow
 
 MAX_ORDER = 30
 _ALIKE = 0.2  # of a record: over which residuals go together at most
@@ -67,10 +67,10 @@ def robust_covariance(
 
     noise = model(np.split(residual, cuts))
     n, p = psi.shape
-    fit = Fit([len(x) for x in parts], inverse @ heavy.T, guided)
-    wide = factors(fit, noise, model, told)
-    if (wide == 1.0).all():
-        wide = np.full(p, (n / max(n - p, 1)) ** 0.5)
+    wide = np.full(p, (n / max(n - p, 1)) ** 0.5)
+    if is_slow(n, noise):
+        slow = factors(Fit([len(x) for x in parts], inverse @ heavy.T, guided), noise, model, told)
+        wide = slow if (slow > 1.0).any() else wide
     return np.asarray(by(noise) * np.outer(wide / scale, wide / scale))
 
 

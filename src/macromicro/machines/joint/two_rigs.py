@@ -47,15 +47,36 @@ def found(name: str, settings: Any, seed: int) -> Two | None:
     """
     if name == TWIN:
         return None
-    names = [one.strip() for one in name.split(AND)]
-    if len(names) != len(AXES) or TWIN in names:
-        raise InputError(OPTION, printable(name), ACCEPTED)
     made = [
         on_rig.found(one, own, seed + k)
-        for k, (one, own) in enumerate(zip(names, of(settings), strict=True))
+        for k, (one, own) in enumerate(zip(named(name), of(settings), strict=True))
     ]
     first, second = (one for one in made if one is not None)
     return first, second
+
+
+def named(name: str) -> list[str]:
+    """The rig of each axis.
+
+    Parameters
+    ----------
+    name : str
+        As of ``--rig``: two names, "+" between.
+
+    Returns
+    -------
+    list[str]
+        x first.
+
+    Raises
+    ------
+    InputError
+        They are not two, or one of them is the twin.
+    """
+    names = [one.strip() for one in name.split(AND)]
+    if len(names) != len(AXES) or TWIN in names:
+        raise InputError(OPTION, printable(name), ACCEPTED)
+    return names
 
 
 def opened(rigs: Two, seed: int) -> Pair:
