@@ -19,6 +19,7 @@ class Page(Window):
     def __init__(self, driver: Any, server: WebServer, station: Station) -> None:
         super().__init__(driver)
         self.server, self.station = server, station
+        self.last = 0  # the newest motion that a test knows of
 
     def show(self, size: tuple[int, int] = DESK, scheme: str = "light") -> None:
         """Load the page anew, as a new viewer."""
@@ -64,7 +65,16 @@ class Page(Window):
         field.clear()
         field.send_keys(f"{millimetres:.6f}")
         self.click("#move")
-        return int(until(lambda: self.station.snapshot().motion))
+        return self.begun()
+
+    def begun(self) -> int:
+        """Wait until a motion is under way that was not asked for before; its number.
+
+        The one before may still stand in the snapshot when its end has been told.
+        """
+        seen = (0, self.last)
+        self.last = int(until(lambda: (now := self.station.snapshot().motion) not in seen and now))
+        return self.last
 
     def moving(self) -> None:
         """Wait until the carriage moves in earnest."""
@@ -93,6 +103,7 @@ class Page(Window):
             assert isinstance(reply, m.Accepted) and self.outcome(reply.id) == m.DONE
         self.station.disconnect("test")
         until(lambda: self.station.snapshot().mode in ("ready", "stopped"))
+        self.last = 0
         self.take()
         until(lambda: self.find("#move").is_enabled())
 

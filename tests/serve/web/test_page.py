@@ -180,7 +180,7 @@ def test_an_emergency_stop_lets_a_held_jog_go(ready: Page) -> None:
     sign = "1" if here < 0.1 else "-1"
     button = ready.find(f".jog[data-stage=macro] .jog-button[data-sign='{sign}']")
     ActionChains(ready.driver).click_and_hold(button).perform()
-    motion = until(lambda: ready.station.snapshot().motion)
+    motion = ready.begun()
     ready.keys("\ue00c")
     assert ready.outcome(motion) == m.EMERGENCY
     assert "held" not in button.get_attribute("class")
@@ -198,7 +198,7 @@ def test_a_jog_lasts_as_long_as_its_button_is_held(ready: Page) -> None:
     sign = "1" if here < 0.1 else "-1"
     button = ready.find(f".jog[data-stage=macro] .jog-button[data-sign='{sign}']")
     ActionChains(ready.driver).click_and_hold(button).perform()
-    motion = until(lambda: ready.station.snapshot().motion)
+    motion = ready.begun()
     start = ready.station.snapshot().macro_count
     until(lambda: abs(ready.station.snapshot().macro_count - start) > 40)
     assert ready.station.finished(motion, 0.0) is None
@@ -208,7 +208,7 @@ def test_a_jog_lasts_as_long_as_its_button_is_held(ready: Page) -> None:
     ready.run("document.querySelector('.jog[data-stage=micro] [data-sign=\"1\"]').focus()")
     enter = {"key": "Enter", "code": "Enter", "windowsVirtualKeyCode": 13}
     ready.command("Input.dispatchKeyEvent", type="keyDown", **enter)
-    motion = until(lambda: ready.station.snapshot().motion)
+    motion = ready.begun()
     until(lambda: ready.station.snapshot().micro_reference_m > 0.05e-3)
     ready.command("Input.dispatchKeyEvent", type="keyUp", **enter)
     assert ready.outcome(motion) == m.STOPPED_BY_REQUEST
@@ -249,10 +249,10 @@ def test_by_keyboard_alone(ready: Page) -> None:
     walk("move-value")
     place = ready.station.snapshot().position_m * 1e3 + 2.0
     ready.keys(f"{place:.3f}", enter)
-    assert ready.outcome(until(lambda: ready.station.snapshot().motion)) == m.DONE
+    assert ready.outcome(ready.begun()) == m.DONE
     walk("run")
     ready.keys(enter)
-    motion = until(lambda: ready.station.snapshot().motion)
+    motion = ready.begun()
     ready.moving()
     walk("stop")
     ready.keys(enter)

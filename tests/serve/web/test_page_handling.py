@@ -48,7 +48,7 @@ def micro_step(page: Page) -> int:
     """A short move under way; its number."""
     choose(page, "#step", "0.0001")
     page.click("[data-stage=micro] .step-button[data-sign='1']")
-    return int(until(lambda: page.station.snapshot().motion))
+    return page.begun()
 
 
 def test_the_span_is_shown_whenever_the_greeting_comes(page: Page) -> None:
@@ -137,7 +137,7 @@ def test_lengths_are_in_one_unit(in_mm: Page) -> None:
     field.clear()
     field.send_keys(f"{place * 1e6:.1f}")
     page.click("#move")
-    motion = int(until(lambda: page.station.snapshot().motion))
+    motion = page.begun()
     assert page.outcome(motion) == m.DONE
     assert page.station.snapshot().position_m == pytest.approx(place, abs=20e-6)
     page.reload()  # the unit is kept
@@ -148,7 +148,7 @@ def test_steps_move_by_their_length(ready: Page) -> None:
     before = ready.station.snapshot()
     choose(ready, "#step", "0.001")
     ready.click("[data-stage=macro] .step-button[data-sign='1']")
-    motion = int(until(lambda: ready.station.snapshot().motion))
+    motion = ready.begun()
     assert ready.outcome(motion) == m.DONE
     counts = ready.station.snapshot().macro_count - before.macro_count
     assert counts == pytest.approx(14.0, abs=1.0)  # 1 mm of 71.4 um a count
@@ -156,7 +156,7 @@ def test_steps_move_by_their_length(ready: Page) -> None:
     assert ready.outcome(motion) == m.DONE
     before = ready.station.snapshot()
     ready.click("[data-stage=whole] .step-button[data-sign='1']")
-    motion = int(until(lambda: ready.station.snapshot().motion))
+    motion = ready.begun()
     assert ready.outcome(motion) == m.DONE
     moved = ready.station.snapshot().position_m - before.position_m
     assert moved == pytest.approx(1e-4, abs=2e-5)
@@ -182,7 +182,7 @@ def test_points_are_taught_visited_and_saved(in_mm: Page, tmp_path: Path) -> Non
     page.reload()  # points outlive the page
     until(lambda: page.find("#point-list button").is_enabled())
     page.click("#point-list button")
-    motion = int(until(lambda: page.station.snapshot().motion))
+    motion = page.begun()
     assert page.outcome(motion) == m.DONE
     assert page.station.snapshot().position_m == pytest.approx(taught, abs=20e-6)
     file = tmp_path / "points.toml"
@@ -202,7 +202,7 @@ def test_a_click_on_the_scales_proposes_and_moves_if_asked(ready: Page) -> None:
     assert ready.station.snapshot().motion == 0
     ready.click("#click-moves")
     ready.click("#ruler")
-    motion = int(until(lambda: ready.station.snapshot().motion))
+    motion = ready.begun()
     ready.click("#click-moves")
     assert ready.outcome(motion) == m.DONE
 
@@ -214,7 +214,7 @@ def test_a_programme_is_uploaded_and_run(ready: Page, tmp_path: Path) -> None:
     ready.find("#programme-file").send_keys(str(file))
     ready.says("mine.toml: 1 moves")
     ready.click("#run")
-    motion = int(until(lambda: ready.station.snapshot().motion))
+    motion = ready.begun()
     assert ready.outcome(motion) == m.DONE
     assert ready.station.snapshot().macro_count == pytest.approx(count, abs=1)
 
