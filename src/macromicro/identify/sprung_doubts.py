@@ -73,10 +73,8 @@ def covariance(
     return own
 
 
-def _larger(one: Array, other: Array | None) -> Array:
+def _larger(one: Array, other: Array) -> Array:
     """The first covariance with each standard error the larger of both."""
-    if other is None:
-        return one
     size, bound = np.sqrt(np.diag(one)), np.sqrt(np.diag(other))
     wide = bound > size
     base = other if wide.sum() > len(size) // 2 else one

@@ -13,7 +13,7 @@ from macromicro.errors import InputError
 from macromicro.identify import sprung_doubts, sprung_start
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung import Sprung, simulate
-from macromicro.identify.sprung_search import FRICTIONS, Model, first, judged, searched
+from macromicro.identify.sprung_search import FRICTIONS, Model, first, judged, moving, searched
 
 _HELD_OUT = 0.3
 _BETTER = 0.02  # a richer friction must lower the held-out error by this part
@@ -137,8 +137,9 @@ def sprung_drive(
 ) -> SprungFit:
     """Parameters of M dv/dt = D(gain u) - k x - friction(v) - F0 (`macromicro.identify.sprung`).
 
-    Position and speed at the start of each record are found with the parameters. Standard errors
-    allow for coloured residuals. Warns (`DataWarning`) of searches that end apart and of parameters
+    Position and speed at the start of each record are found with the parameters; what a free motion
+    holds after it is over is not fitted. Standard errors allow for disturbing forces and for
+    coloured residuals. Warns (`DataWarning`) of searches that end apart and of parameters
     that the records do not tell apart.
 
     Parameters
@@ -179,9 +180,11 @@ def sprung_drive(
         raise InputError(
             "record", "a free motion that turns back", "a spring (--spring), or a drive's u"
         )
-    kept = [r._replace(u=gain * r.u if driven else np.zeros_like(r.x)) for r in records]
+    whole = [r._replace(u=gain * r.u if driven else np.zeros_like(r.x)) for r in records]
     names = list(FRICTIONS) if friction == "auto" else [friction]
     models = [Model(n, spring, dead_zone, driven, speed) for n in names]
+    holding = [m for m in models if "coulomb" in m.names]
+    kept = whole if driven or not holding else moving(whole, holding[0], lag)
     scores: dict[str, float] = {}
     chosen = models[0]
     if len(models) > 1:
@@ -200,9 +203,12 @@ def sprung_drive(
     ends = searched(kept, chosen, lag)
     best = ends[0]
     spread = sprung_doubts.covariance(kept, best, chosen.names, lag, speed=speed)
-    residuals = tuple(np.split(best.residual, np.cumsum([len(r.x) for r in kept])[:-1]))
-    free = tuple(r.x - e for r, e in zip(kept, residuals, strict=True))
     starts = tuple((float(x), float(v)) for x, v in best.starts)
+    free = tuple(
+        simulate(best.axis, r.u, r.dt, x, v, lag)[int(speed)]
+        for r, (x, v) in zip(whole, starts, strict=True)
+    )
+    residuals = tuple(r.x - run for r, run in zip(whole, free, strict=True))
     rms = tuple(e.rms for e in ends)
     return SprungFit(
         chosen, best.axis, chosen.names, spread, starts, free, residuals, scores, rms, gain, lag

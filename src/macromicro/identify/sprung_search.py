@@ -28,6 +28,8 @@ _PARTS = (0.15, 0.4, 1.0)  # of each record, one after the other
 _WHOLE = (1.0,)
 _NUDGE = 1e-4  # of a parameter: over which slopes are taken
 _LEAST = 1e-4  # of a parameter's usual size: none
+_CUTS = 3
+_TAIL = 0.05  # of a motion without a spring
 
 
 class Model(NamedTuple):
@@ -235,3 +237,48 @@ def judged(records: list[Run], cut: list[Run], end: End, model: Model, lag: floa
         run = simulate(end.axis, r.u, r.dt, float(x), float(v), lag)[int(model.speed)]
         errors.append((r.x - run)[len(c.x) :])
     return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+
+
+def moving(records: list[Run], model: Model, lag: float) -> list[Run]:
+    """Free motions without what comes after they are over.
+
+    A mass that friction holds tells only that its rest is anywhere within a band, and where it
+    came to rest is chance: a free run that has to end there, too, is bent to it. The last swing, or
+    twentieth part, before the model comes to rest is left out as well.
+
+    Parameters
+    ----------
+    records : list[Run]
+        The records, in which nothing drives.
+    model : Model
+        What is asked; of a friction that can hold.
+    lag : float
+        As of `searched`.
+
+    Returns
+    -------
+    list[Run]
+        Each as long as it moves.
+    """
+    for _ in range(_CUTS):
+        end = searched(records, model, lag)[0]
+        kept = [
+            first(r, _moves(end.axis, r, x, v) / len(r.x))
+            for r, (x, v) in zip(records, end.starts.tolist(), strict=True)
+        ]
+        same = all(len(k.x) == len(r.x) for k, r in zip(kept, records, strict=True))
+        records = kept
+        if same:
+            break
+    return records
+
+
+def _moves(axis: Sprung, r: Run, x: float, v: float) -> int:
+    """Samples of a record until shortly before the model comes to rest."""
+    moved = np.flatnonzero(simulate(axis, r.u, r.dt, x, v)[1])
+    n = len(r.x)
+    last = int(moved[-1]) + 1 if len(moved) else n
+    if last == n:
+        return n
+    swing = 1.0 / (axis.frequency * r.dt) if axis.frequency > 0.0 else _TAIL * last
+    return max(last - int(swing), 1)

@@ -1,10 +1,10 @@
 """How sure a sprung drive's parameters are where forces disturb it.
 
 A disturbing force moves the mass for as long as it swings, so what is left of the output is neither
-white nor steady. The force that would account for it is estimated in blocks, its spectrum less what
-noise of the sensor makes of it, and drawn anew: the scatter of what free runs under drawn forces
-ask for is the covariance (a parametric bootstrap, B. Efron, R. Tibshirani, An Introduction to the
-Bootstrap, chapter 6, with one Gauss-Newton step for each refit).
+white nor steady. The force that would account for it is taken apart (`force_noise`) and drawn anew:
+the scatter of what free runs under drawn forces ask for is the covariance (a parametric bootstrap,
+B. Efron, R. Tibshirani, An Introduction to the Bootstrap, chapter 6, with one Gauss-Newton step for
+each refit).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.identify.axis_spread import sensed
+from macromicro.identify.force_noise import Shown, binned, drawn, levels
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung import Sprung, simulate
 from macromicro.identify.sprung_search import End
@@ -24,9 +24,7 @@ from macromicro.identify.sprung_search import End
 _BLOCKS = 20.0  # in a swing, or in 2 pi time constants
 _LEAST = 100  # blocks in a record
 _DRAWS = 80
-_LAGS = 0.2  # of the shortest record: over which forces are taken to be alike
-_COARSE = int(_BLOCKS) // 2  # lags of a spectrum as coarse as twice the swing's frequency
-_FORCED = 0.1  # of the forces' variance that the sensor does not explain: there is a force
+_TAKEN = 2.5  # frequencies of a record beside the swing's, of which parameters took part
 
 
 class Means(NamedTuple):
@@ -84,8 +82,8 @@ def scattered(
     lag: float,
     *,
     speed: bool,
-) -> Array | None:
-    """Covariance by drawn forces.
+) -> Array:
+    """Covariance by drawn forces and noise of the sensor.
 
     Parameters
     ----------
@@ -102,78 +100,53 @@ def scattered(
 
     Returns
     -------
-    ndarray, shape (p, p), or None
-        Of these columns; None where noise of the sensor explains the residuals.
+    ndarray, shape (p, p)
+        Of these columns.
     """
-    means = blocks(records, best, used)
-    noise = [sensed(r.x) for r in records]
-    power = _spectra(records, means, best.axis, noise, speed)
-    if power is None:
-        return None
+    ends = np.cumsum([len(r.x) for r in records])[:-1]
+    residuals = np.split(best.residual, ends)
+    shown = [_shown(r, e, best.axis, speed) for r, e in zip(records, residuals, strict=True)]
+    told = levels(shown, _DRAWS, max(len(r.x) * r.dt for r in records), records[0].dt)
     random = np.random.default_rng(0)  # the same data give the same errors
+    starts = best.starts.tolist()
     free = [
-        simulate(best.axis, r.u, r.dt, float(s[0]), float(s[1]), lag)[int(speed)]
-        for r, s in zip(records, best.starts, strict=True)
+        simulate(best.axis, r.u, r.dt, x, v, lag)[int(speed)]
+        for r, (x, v) in zip(records, starts, strict=True)
     ]
     slopes = best.slopes[:, used]
     size = np.linalg.norm(slopes, axis=0)
     back = np.linalg.pinv(slopes / size)
     asked = []
-    for _ in range(_DRAWS):
+    for level in told:
         errors = []
-        for r, s, m, spread, y in zip(records, best.starts, means, noise, free, strict=True):
-            drawn = np.repeat(_drawn(power, len(m.residual), random), m.many)
-            push = r.u + np.resize(drawn, len(r.u))
-            x, v = s.tolist()
+        for r, (x, v), y in zip(records, starts, free, strict=True):
+            push = r.u + drawn(level, len(r.u), r.dt, random)
             moved = simulate(best.axis, push, r.dt, x, v, lag)[int(speed)] - y
-            errors.append(moved + spread * random.standard_normal(len(y)))
+            errors.append(moved + np.sqrt(level.sensor) * random.standard_normal(len(y)))
         asked.append((back @ np.concatenate(errors)) / size)
     scatter = np.array(asked)
-    count = sum(len(m.residual) for m in means)
+    count = len(best.residual)
     return np.asarray(scatter.T @ scatter / _DRAWS * count / max(count - len(used), 1))
 
 
-def _spectra(
-    records: Sequence[Run], means: list[Means], p: Sprung, noise: list[float], speed: bool
-) -> Array | None:
-    """Autocovariances of the disturbing force from block to block, less the sensor's part; None
-    where there is next to nothing beyond it."""
-    last = max(int(_LAGS * min(len(m.residual) for m in means)), 3)
-    total, sensor, count = np.zeros(last + 1), np.zeros(last + 1), 0
-    for r, m, spread in zip(records, means, noise, strict=True):
-        h, e = m.many * r.dt, m.residual
-        if speed:
-            taps = np.array([-0.5 * p.mass / h, p.viscous, 0.5 * p.mass / h])
-            drift = p.spring * h * np.cumsum(e)[1:-1]
-        else:
-            bend, slope = p.mass / (h * h), 0.5 * p.viscous / h
-            taps = np.array([bend - slope, p.spring - 2.0 * bend, bend + slope])
-            drift = np.zeros(len(e) - 2)
-        w = taps[0] * e[:-2] + taps[1] * e[1:-1] + taps[2] * e[2:] + drift
-        w -= w.mean() if speed else 0.0
-        total += [float(w[k:] @ w[: len(w) - k]) for k in range(last + 1)]
-        own = np.correlate(taps, taps, "full")[2:] * spread**2 / m.many * len(w)
-        sensor[:3] += own
-        count += len(w)
-    force = (total - sensor) / count
-    return force if force[0] > _FORCED * total[0] / count else None
+def _shown(r: Run, e: Array, p: Sprung, speed: bool) -> Shown:
+    """Periodogram of the force that would account for a residual, and what it answers to.
 
-
-def _drawn(covariance: Array, many: int, random: np.random.Generator) -> Array:
-    """Forces of these autocovariances, each for one block.
-
-    What was fitted took up what forces did near the swing's own frequency, so there the residuals
-    show too little of them. The spectrum is taken as the larger of a fine one, which shows slow
-    forces, and of one so coarse that what is beside the swing stands for it.
+    A force held for a sample moves the second difference of a position by the mean of two forces,
+    so |K| = cos(pi f dt); likewise the difference of a speed over two samples.
     """
-    last = len(covariance) - 1
-    size = 2 * max(many, last + 1)
-    power = np.zeros(size // 2 + 1)
-    for lags in (last, min(_COARSE, last)):
-        kept = covariance[: lags + 1] * (1.0 - np.arange(lags + 1) / (lags + 1.0))  # Bartlett
-        ring = np.zeros(size)
-        ring[: lags + 1] = kept
-        ring[-lags:] = kept[:0:-1]
-        power = np.maximum(power, np.fft.rfft(ring).real)
-    draw = np.fft.rfft(random.standard_normal(size)) * np.sqrt(power)
-    return np.asarray(np.fft.irfft(draw, size)[:many])
+    h, n = r.dt, len(e) - 2
+    turn = 2.0 * np.pi * np.arange(n // 2 + 1) / n
+    bend, slope = p.mass / (h * h), 0.5 * p.viscous / h
+    if speed:
+        rate = 0.5 * p.mass / h
+        fallen = np.cumsum(e)[1:-1] - 0.5 * e[1:-1]  # the place, by the trapezoidal rule
+        w = rate * (e[2:] - e[:-2]) + p.viscous * e[1:-1] + p.spring * h * fallen
+        placed = 0.5 * p.spring * h / np.tan(0.5 * np.maximum(turn, turn[1]))
+        response = p.viscous + 1j * (2.0 * rate * np.sin(turn) - placed)
+    else:
+        w = (bend - slope) * e[:-2] + (p.spring - 2.0 * bend) * e[1:-1] + (bend + slope) * e[2:]
+        response = p.spring - 2.0 * bend * (1.0 - np.cos(turn)) + 2j * slope * np.sin(turn)
+    wide = _TAKEN / (n * h) + 0.25 * p.viscous / (np.pi * p.mass)  # and half the resonance's
+    taken = (p.frequency - wide, p.frequency + wide)
+    return binned(w, h, np.cos(0.5 * turn) ** 2, np.abs(response) ** 2, taken)

@@ -1,0 +1,225 @@
+"""What disturbs a mass: a force, white or slow, and noise of the sensor, as residuals show them.
+
+The force that would account for a free run's residual e is w = M d2e/dt2 + Fv de/dt + k e. Its
+spectrum is that of the disturbing force plus that of white noise of the sensor, differentiated:
+
+    S(f) = |K(f)|^2 (a + b / (1 + (f / c)^2)) + |A(f)|^2 s^2
+
+Whittle's likelihood (P. Whittle, Arkiv for Matematik 2, 1953, p. 423) of periodograms tells a, b, c
+and s. A record of a few correlation times tells little of a slow force; so levels are not taken as
+known, but drawn from what the likelihood leaves open, flat in their logarithms (N. Metropolis et
+al., J. Chem. Phys. 21, 1953, p. 1087, with H. Haario's adaptive steps, Bernoulli 7, 2001, p. 223).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+
+_BINS = 24  # per decade of frequency
+_HANN = 2.0 / 3.0  # independent values of a tapered periodogram, per frequency
+_LOWEST = 2  # frequencies of a record below this one hold its mean
+_NONE = 1e-6  # of the least that is seen: a level that is as good as none
+_MOST = (10.0, 100.0, 0.25, 10.0)  # a, b and s of the most that is seen, c of the sample rate
+_TOP = 3  # bins at the highest frequencies, where the sensor is what shows
+_BLIND = 1e-3  # of |K|^2's largest: below, no force shows
+_LONGEST = 1.0  # of a record: a force that is slower is an offset
+_BEGINS, _BURN, _STEPS, _ADAPT = 400, 3000, 6000, 500
+_PENALTY = 1.5  # of a, b and c, times the logarithm of how many values there are (Schwarz 1978)
+
+
+class Level(NamedTuple):
+    """What disturbs.
+
+    Attributes
+    ----------
+    white : float
+        a, spectral density of a white force, N^2 s.
+    slow : float
+        b, that of a slow force at rest, N^2 s.
+    corner : float
+        c, where the slow force has half of it, Hz.
+    sensor : float
+        s^2, variance of the sensor's noise.
+    """
+
+    white: float
+    slow: float
+    corner: float
+    sensor: float
+
+
+class Shown(NamedTuple):
+    """Periodograms in bins.
+
+    Attributes
+    ----------
+    count : ndarray, shape (m,)
+        Independent values in each bin.
+    power : ndarray, shape (m,)
+        Their mean, N^2 s.
+    f : ndarray, shape (m,)
+        Frequency, Hz.
+    force : ndarray, shape (m,)
+        |K|^2.
+    sensor : ndarray, shape (m,)
+        |A|^2, times the sample time.
+    """
+
+    count: Array
+    power: Array
+    f: Array
+    force: Array
+    sensor: Array
+
+
+def binned(
+    w: Array, dt: float, force: Array, sensor: Array, left_out: tuple[float, float]
+) -> Shown:
+    """A record's periodogram, in bins that grow with frequency.
+
+    Parameters
+    ----------
+    w : ndarray, shape (n,)
+        The force that would account for the residual.
+    dt : float
+        Sample time, s.
+    force, sensor : ndarray, shape (n // 2 + 1,)
+        |K|^2 and |A|^2 at the frequencies of its Fourier transform.
+    left_out : tuple[float, float]
+        Frequencies between which the fitted parameters took part of it, Hz.
+
+    Returns
+    -------
+    Shown
+        At frequencies above zero and below half the sample rate.
+    """
+    n = len(w)
+    taper = np.hanning(n + 2)[1:-1]
+    power = np.abs(np.fft.rfft((w - w.mean()) * taper)) ** 2 / np.sum(taper**2) * dt
+    f = np.arange(len(power)) / (n * dt)
+    used = ~((f > left_out[0]) & (f < left_out[1]))
+    used[:_LOWEST] = used[-1] = False
+    rows = np.flatnonzero(used)
+    bins = np.floor(np.log10(rows) * _BINS)
+    cuts = np.flatnonzero(np.diff(bins, prepend=-1.0))
+    size = np.diff(np.append(cuts, len(rows)))
+    means = [np.add.reduceat(a[rows], cuts) / size for a in (power, f, force, sensor * dt)]
+    return Shown(_HANN * size, *means)
+
+
+def levels(shown: Sequence[Shown], draws: int, longest: float, dt: float) -> list[Level]:
+    """Levels of what disturbs, drawn from what the records leave open.
+
+    Where a force explains the periodograms no better than the sensor alone, by Schwarz's
+    criterion, there is none.
+
+    Parameters
+    ----------
+    shown : Sequence[Shown]
+        Of each record.
+    draws : int
+        How many.
+    longest : float
+        Time of the longest record, s.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    list[Level]
+        So many.
+    """
+    from scipy.optimize import minimize
+
+    every = Shown(*(np.concatenate(each) for each in zip(*shown, strict=True)))
+    low, high = _bounds(every, longest, dt)
+    likely = _likelihood(every)
+    random = np.random.default_rng(0)  # the same data give the same levels
+    begin = max(random.uniform(low, high, (_BEGINS, len(low))), key=likely)
+    best = minimize(lambda at: -likely(at), begin, method="Nelder-Mead").x.clip(low, high)
+    alone = low.copy()
+    alone[3] = np.log(np.average(every.power / every.sensor, weights=every.count))
+    if likely(best) - likely(alone) < _PENALTY * np.log(every.count.sum()):
+        return [Level(0.0, 0.0, 1.0 / dt, float(np.exp(alone[3])))] * draws
+    kept = _wandered(likely, best, (low, high), random)
+    picked = np.exp(kept[np.linspace(0, len(kept) - 1, draws).astype(int)])
+    return [Level(*row) for row in picked.tolist()]
+
+
+def _bounds(every: Shown, longest: float, dt: float) -> tuple[Array, Array]:
+    """Logarithms of the least and largest levels that are looked at."""
+    force = every.power / np.maximum(every.force, _BLIND * every.force.max())
+    sensor = every.power / every.sensor
+    top = np.array([force.max(), force.max(), 1.0 / dt, sensor[-_TOP:].mean()])
+    corner = 1.0 / (2.0 * np.pi * _LONGEST * longest)
+    least = np.array([_NONE * force.min(), _NONE * force.min(), corner, _NONE * sensor.min()])
+    return np.log(least), np.log(_MOST * top)
+
+
+def _likelihood(every: Shown) -> Callable[[Array], float]:
+    """Whittle's, by the logarithms of a, b, c and s^2."""
+    count, power, f, force, sensor = every
+    floor = np.finfo(float).eps * power.max()
+
+    def likely(at: Array) -> float:
+        a, b, c, s = np.exp(at)
+        spectrum = force * (a + b / (1.0 + (f / c) ** 2)) + sensor * s + floor
+        return -float(count @ (np.log(spectrum) + power / spectrum))
+
+    return likely
+
+
+def _wandered(
+    likely: Callable[[Array], float],
+    begin: Array,
+    bounds: tuple[Array, Array],
+    random: np.random.Generator,
+) -> Array:
+    """A random walk that stays at each place as long as it is likely, shape (steps, p)."""
+    p = len(begin)
+    at, now, kept = begin, likely(begin), []
+    root = 0.1 * np.eye(p)
+    for k in range(_BURN + _STEPS):
+        if k and k % _ADAPT == 0 and k <= _BURN:
+            seen = np.cov(np.array(kept[k // 2 :]).T)
+            root = np.linalg.cholesky(2.38**2 / p * (seen + 1e-4 * np.eye(p)))
+        new = at + root @ random.standard_normal(p)
+        if (new >= bounds[0]).all() and (new <= bounds[1]).all():
+            there = likely(new)
+            if np.log(random.uniform()) < there - now:
+                at, now = new, there
+        kept.append(at)
+    return np.array(kept[_BURN:])
+
+
+def drawn(level: Level, n: int, dt: float, random: np.random.Generator) -> Array:
+    """A disturbing force.
+
+    Parameters
+    ----------
+    level : Level
+        What disturbs.
+    n : int
+        Samples.
+    dt : float
+        Sample time, s.
+    random : np.random.Generator
+        Draws.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        N.
+    """
+    from scipy.signal import lfilter
+
+    keep = np.exp(-2.0 * np.pi * level.corner * dt)
+    push = np.sqrt(level.slow / dt) * (1.0 - keep)
+    start = push / np.sqrt(1.0 - keep * keep) * random.standard_normal()
+    slow = lfilter([push], [1.0, -keep], random.standard_normal(n), zi=[keep * start])[0]
+    return np.asarray(np.sqrt(level.white / dt) * random.standard_normal(n) + slow)
