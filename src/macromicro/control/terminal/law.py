@@ -1,8 +1,9 @@
 """Full effort on the way, a landing of least energy, and impulses for the last counts.
 
 The start is shaped for the belt: the effort beyond friction comes in two steps half a swing apart,
-which leave none (Singer and Seering, 1990), or in three, which bear another frequency. From the first period on in which a landing
-(`landing`) keeps within the effort, it is planned anew every period over a horizon that shrinks.
+which leave none (Singer and Seering, 1990), or in three, which bear another frequency. From the
+first period on in which a landing (`landing`) keeps within the effort, it is planned anew every
+period over a horizon that shrinks.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import Annotated, NamedTuple
 from macromicro.columns import Quantity
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.control.terminal import estimate, landing, model
+from macromicro.control.terminal.adapting import adapted
 from macromicro.control.terminal.estimate import Belief, Spread
 from macromicro.control.terminal.model import FEWEST, MOST, Motion, Terminal
 from macromicro.kernel import kernel
@@ -372,4 +374,6 @@ def _followed(p: Terminal, b: Belief, at: Motion, target: Target, dt: float) -> 
     return min(max(f + (wanted + p.drag * v) / p.push, -p.full), p.full)
 
 
-TERMINAL = StageLaw("terminal", Terminal, Memory, start, step, compensated=False, again=again)
+TERMINAL = StageLaw(
+    "terminal", Terminal, Memory, start, step, compensated=False, again=again, kept=adapted
+)
