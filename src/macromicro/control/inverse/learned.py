@@ -4,9 +4,10 @@ A room that is warmer than told, or transformation temperatures that have aged, 
 place along its branch; heat and loss that are other than told let it run ahead; longer lags hold it
 back by speed times lag. All of it shows in what the sensor shows beyond the model while the stage
 moves, and hardly in a hold. Where the two are far apart, the model may be at the flat end of its
-branch while the stage is on the steep part of its own: how steep is then what the stage shows. It is a Kalman filter of the four, by the sensitivities of the wires'
-heat content; what is known before are the doubts of the settings. The model's own errors are many
-periods of one kind, so one reading is worth little.
+branch while the stage is on the steep part of its own: how steep is then what the stage shows. It
+is a Kalman filter of the four, by the sensitivities of the wires' heat content; what is known
+before are the doubts of the settings. The model's own errors are many periods of one kind, so one
+reading is worth little.
 """
 
 from __future__ import annotations
