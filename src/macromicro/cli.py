@@ -196,6 +196,7 @@ def _run_job(job: Job, as_json: bool, signals: Signals) -> None:
     from macromicro.report.summary import as_json as to_json
     from macromicro.report.write import write
     from macromicro.runs import job as experiment
+    from macromicro.runs.folder import LEARNED
 
     tell(job.settings.controller)
     if job.source is None:
@@ -224,6 +225,8 @@ def _run_job(job: Job, as_json: bool, signals: Signals) -> None:
     else:
         terminal.show(ended)
         print(f"results: {job.out}")
+        if (learned := job.out / LEARNED).exists():
+            print(f"the law has learned: go on with --config {learned}")
     problems = words.problems(ended)
     if problems:
         _say("; ".join(problems))

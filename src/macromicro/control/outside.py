@@ -30,9 +30,10 @@ FINE = {  # of the micro-stage
 }
 FORM = "MODULE:LAW, a law of your own (docs/laws.md)"
 UNITS = ("m", "count")
+PREFIX = "law_"  # of columns
 FRESH, RESTED = 1.0, 2.0  # see `Held`
 _NEEDED = ("gains", "memory", "start", "step")
-_OPTIONAL = ("unit", "compensated", "again", "prepare", "params", "rest")
+_OPTIONAL = ("unit", "compensated", "again", "prepare", "params", "rest", "kept")
 _SHAPE = (
     "a macromicro.control.stage_law.StageLaw, or a class with its gains, memory, start and step "
     "(docs/laws.md)"
@@ -478,7 +479,7 @@ def columns(gains: tuple[Any, ...]) -> tuple[Column, ...]:
         Named "law_" and the field.
     """
     found = [c for each in gains for c in layout(having(each).memory).columns]
-    return tuple(c._replace(name=f"law_{c.name}", dtype="f8") for c in found)
+    return tuple(c._replace(name=f"{PREFIX}{c.name}", dtype="f8") for c in found)
 
 
 def values(kept: Kept) -> list[float]:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, NamedTuple
 
+from macromicro.arrays import Array
 from macromicro.columns import Quantity
 from macromicro.kernel import kernel
 
@@ -87,6 +88,9 @@ class StageLaw(NamedTuple):
         Kernel, of a law of the micro-stage whose model runs on while it has no turn: from gains,
         memory, sample and period (s) to a new memory, the effort having been 0. Such a law begins
         once, with the run; its `start` need not be a kernel.
+    kept : Callable[[Any, Mapping[str, ndarray]], Any], optional
+        What a run has taught, no kernel: from gains and what was recorded of the memory, by column
+        names without their prefix, to the gains that a next run should begin with.
     """
 
     name: str
@@ -101,3 +105,4 @@ class StageLaw(NamedTuple):
     prepare: Callable[[Any], Any] | None = None
     params: Any = None
     rest: Callable[[Any, Any, Sample, float], Any] | None = None
+    kept: Callable[[Any, Mapping[str, Array]], Any] | None = None

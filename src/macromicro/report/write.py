@@ -9,7 +9,7 @@ from macromicro.drawing.page import Picture
 from macromicro.report import figures
 from macromicro.report.page import page
 from macromicro.report.summary import as_json, summary
-from macromicro.runs import folder
+from macromicro.runs import folder, keeping
 from macromicro.runs.job import Ended
 
 
@@ -34,6 +34,10 @@ def write(ended: Ended, started: str) -> dict[str, Any]:
         The disk refuses.
     """
     out = ended.job.out
+    learned = None if ended.fault else keeping.text(ended.recording, ended.job.settings)
+    (out / folder.LEARNED).unlink(missing_ok=True)
+    if learned is not None:
+        (out / folder.LEARNED).write_text(learned, encoding="utf-8")
     content = summary(ended, started)
     (out / folder.SUMMARY).write_text(as_json(content), encoding="utf-8")
     pictures = []

@@ -25,7 +25,8 @@ RECORDING = "recording.h5"
 SUMMARY = "summary.json"
 PAGE = "report.html"
 FIGURES = ("response", "tracking", "vibration", "micro", "efforts", "temperatures", "cycles")
-FILES = (RECORDING, SUMMARY, PAGE, *files.names(FIGURES))
+LEARNED = "learned.toml"
+FILES = (RECORDING, SUMMARY, PAGE, LEARNED, *files.names(FIGURES))
 # Summary, page and figures together stay well below this.
 REPORT_BYTES = 4_000_000
 

@@ -118,12 +118,17 @@ def states(way: float, turn: float, cut: float = 0.0) -> tuple[StressedState, St
 
 
 def taught(
-    way: float, turn: float, beyond: float, known: Learned | None = None, cut: float = 0.0
+    way: float,
+    turn: float,
+    beyond: float,
+    known: Learned | None = None,
+    cut: float = 0.0,
+    gone: float = 0.0,
 ) -> tuple[Learned, float]:
     """One reading."""
     known = known or learned.nothing(P.doubts)._replace(heat=10.0, loss=-5.0)
     a, b = states(way, turn, cut)
-    return compiled(learned.learn)(P.model, a, b, known, P.doubts, P.forget, beyond, DT)
+    return compiled(learned.learn)(P.model, a, b, known, P.doubts, P.forget, beyond, gone, DT)
 
 
 @pytest.mark.parametrize(
@@ -158,10 +163,47 @@ def test_one_reading_by_hand() -> None:
     assert content == pytest.approx((now.heat * gain[HEAT] + now.loss * gain[LOSS]) * beyond)
 
 
+FLAT = 0.5 * learned.STEEP * P.model.hysteresis.span  # mm/K
+STEEP = 0.02 * P.model.hysteresis.span
+
+
+def test_far_from_a_flat_model_the_stage_shows_how_steep_its_branch_is() -> None:
+    """The same as of a model that is as steep, but for what its own way tells of the lag."""
+    turn, beyond = 0.1, -0.4
+    now, _ = taught(FLAT * turn, turn, beyond, gone=STEEP * turn)
+    steep, _ = taught(STEEP * turn, turn, beyond)
+    assert now.values[BASE] < 0.0
+    assert now.values[BASE] == pytest.approx(steep.values[BASE], rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("beyond", "gone"),
+    [(-0.9 * learned.FAR, STEEP * 0.1), (-0.4, -STEEP * 0.1), (-0.4, 0.0)],
+    ids=["near", "against", "standing"],
+)
+def test_a_flat_model_learns_nothing_else(beyond: float, gone: float) -> None:
+    now, content = taught(FLAT * 0.1, 0.1, beyond, gone=gone)
+    assert content == 0.0 and not now.values.any()
+
+
+def test_no_branch_is_taken_for_steeper_than_any() -> None:
+    turn, most = 0.1, learned.STEEPEST * P.model.hysteresis.span
+    now, _ = taught(FLAT * turn, turn, -0.4, gone=5.0 * most * turn)
+    limit, _ = taught(FLAT * turn, turn, -0.4, gone=most * turn)
+    assert now.values == pytest.approx(limit.values, rel=1e-9)
+
+
+def test_a_loop_that_lies_far_lower_than_told_is_found_where_the_model_has_none_left() -> None:
+    plant = GAINS._replace(ambient=GAINS.ambient + 14.0)
+    w = moved(GAINS, plant)
+    assert w.memory.learned.values[BASE] == pytest.approx(14.0, abs=2.5)
+    assert abs(w.memory.offset) < 0.1
+
+
 def test_it_is_as_doubtful_again_after_a_time_of_motion() -> None:
     known = Learned(np.zeros(4), np.zeros((4, 4)), 0.0, 0.0)
     a, b = states(0.01, 0.1)
-    compiled(learned.learn)(P.model, a, b, known, P.doubts, P.forget, 0.0, DT)
+    compiled(learned.learn)(P.model, a, b, known, P.doubts, P.forget, 0.0, 0.0, DT)
     assert known.spread[BASE, BASE] == pytest.approx(P.doubts[BASE] ** 2 * DT / P.forget, rel=0.01)
 
 

@@ -1,5 +1,6 @@
 """The law `terminal`: which part acts when, and what it does on the bench."""
 
+import cmath
 import math
 
 import pytest
@@ -70,6 +71,53 @@ def test_the_start_is_half_the_effort_beyond_friction_for_half_a_swing(way):
     assert every[0] == (pytest.approx(way * (held + (P.full - held) * share)), WAY)
     assert all(abs(u) < P.full for u, _ in every[: half - 1])
     assert all(u == way * P.full for u, _ in every[half + 1 :])
+
+
+def _left(p, frequency):
+    """What the start leaves of a swing of a frequency, by what a single step leaves."""
+    steps, had = [], 0.0
+    for k in range(round(1.0 / p.frequency / 1e-5) + 2):
+        share = 1.0 / law.shaped(p, 1e-5 * k)
+        if share != had:
+            steps.append((1e-5 * k, share - had))
+            had = share
+    assert had == 1.0
+    w = 2.0j * math.pi * frequency
+    return abs(sum(a * cmath.exp((w + p.decay) * t) for t, a in steps))
+
+
+@pytest.mark.parametrize("off", [0.04, 0.1])
+def test_a_start_of_specified_insensitivity_leaves_no_swing_of_a_frequency_that_far_off(off):
+    p = P._replace(decay=0.0, insensitivity=off)
+    assert _left(p, p.frequency * (1.0 - off)) == pytest.approx(0.0, abs=1e-3)
+    assert _left(p, p.frequency * (1.0 + off)) == pytest.approx(0.0, abs=1e-3)
+    most = math.tan(0.5 * math.pi * off) ** 2
+    between = [_left(p, p.frequency * (1.0 + off * k / 10.0)) for k in range(-10, 11)]
+    assert max(between) == pytest.approx(most, abs=1e-3)
+    two = _left(p._replace(insensitivity=0.0), p.frequency * (1.0 + off))
+    assert two > 5.0 * most
+
+
+def test_the_swings_decay_is_in_the_three_steps():
+    p = P._replace(decay=8.0, insensitivity=1e-4)
+    wrong = p._replace(decay=0.0)
+    assert _left(p, p.frequency) < 1e-3
+    steps = [law.shaped(wrong, t) - law.shaped(p, t) for t in (0.0, 0.6 / p.frequency)]
+    assert all(abs(by) > 0.01 for by in steps)
+
+
+def test_without_a_swing_there_is_nothing_to_shape():
+    assert law.shaped(P._replace(frequency=0.0, insensitivity=0.1), 0.0) == 1.0
+
+
+def test_three_steps_begin_softer_and_end_in_the_count_as_well():
+    c = Carriage(P._replace(insensitivity=0.04))
+    every = c.go(1400, 600)
+    assert every[0][0] < Carriage().go(1400, 1)[0][0]
+    half = round(0.5 / P.frequency / DT)
+    assert every[half + 2][0] < P.full
+    assert every[2 * half + 1][0] == P.full
+    assert c.reading == pytest.approx(1400 * P.pitch)
 
 
 def test_it_lands_within_the_effort_and_comes_to_rest_in_the_count():

@@ -133,7 +133,7 @@ def rest(p: Prepared, s: State, sample: Sample, dt: float) -> State:
     m = learned.corrected(p.model, s.learned)
     ahead = stressed.step(m, s.model, s.sent, dt)
     shown = _sensed(p, s, ahead.x, dt)
-    known, _ = learned.learn(m, s.model, ahead, s.learned, p.doubts, p.forget, math.nan, dt)
+    known, _ = learned.learn(m, s.model, ahead, s.learned, p.doubts, p.forget, math.nan, 0.0, dt)
     return State(ahead, shown, s.offset, 0.0, math.nan, 0.0, 0.0, 0.0, known)
 
 
@@ -225,9 +225,8 @@ def step(p: Prepared, s: State, target: Target, sample: Sample, dt: float) -> tu
     # What was sent before acts until this period's effort does.
     ahead = stressed.step(m, s.model, s.sent, dt)
     shown = _sensed(p, s, ahead.x, dt)
-    known, wrong = learned.learn(
-        m, s.model, ahead, s.learned, p.doubts, p.forget, 1e3 * sample.position - s.shown, dt
-    )
+    beyond, gone = 1e3 * sample.position - s.shown, ahead.x - s.model.x + drift * dt
+    known, wrong = learned.learn(m, s.model, ahead, s.learned, p.doubts, p.forget, beyond, gone, dt)
     ahead = _heated(ahead, wrong)
     loss = (ahead.wire - ahead.plates) / n.r1
     content = ahead.content + m.lag * (ahead.heat - loss) / n.c1

@@ -3,9 +3,11 @@
 A room that is warmer than told, or transformation temperatures that have aged, shift the model's
 place along its branch; heat and loss that are other than told let it run ahead; longer lags hold it
 back by speed times lag. All of it shows in what the sensor shows beyond the model while the stage
-moves, and hardly in a hold. It is a Kalman filter of the four, by the sensitivities of the wires'
-heat content; what is known before are the doubts of the settings. The model's own errors are many
-periods of one kind, so one reading is worth little.
+moves, and hardly in a hold. Where the two are far apart, the model may be at the flat end of its
+branch while the stage is on the steep part of its own: how steep is then what the stage shows. It
+is a Kalman filter of the four, by the sensitivities of the wires' heat content; what is known
+before are the doubts of the settings. The model's own errors are many periods of one kind, so one
+reading is worth little.
 """
 
 from __future__ import annotations
@@ -27,6 +29,8 @@ WRONG = 1.0  # and by this share of what it is off
 ALIKE = 0.03  # s: for which it errs alike
 MOVES = 3.0  # K/s: the relays' input moves, and tells something
 STEEP = 0.004  # 1/K of the stroke: flatter branches, after a reversal, tell of the relays instead
+FAR = 0.1  # mm beyond the model: the stage itself shows how steep its branch is
+STEEPEST = 0.05  # 1/K of the stroke: no branch is steeper
 SHARE = 0.5  # of its rate, by which it is corrected at most: no correction makes a reversal
 FARTHEST = 3.0  # doubts from what the settings say
 
@@ -129,7 +133,7 @@ def _taken(
 @kernel
 def learn(
     p: Stressed, before: StressedState, after: StressedState, s: Learned, doubts: Array,
-    forget: float, beyond: float, dt: float,
+    forget: float, beyond: float, gone: float, dt: float,
 ) -> tuple[Learned, float]:  # fmt: skip
     """From what the sensor shows beyond the model's place.
 
@@ -147,6 +151,8 @@ def learn(
         Time of motion in which what was found is as doubtful again, s.
     beyond : float
         mm; NaN tells nothing.
+    gone : float
+        How far the stage went in this period, by the model and what the sensor shows beyond, mm.
     dt : float
         Control period, s.
 
@@ -161,6 +167,8 @@ def learn(
     slope = 0.0
     if way * turn > 0.0:
         slope = way / turn
+    if abs(beyond) > FAR and gone * turn > 0.0:
+        slope = max(slope, min(gone / turn, STEEPEST * p.hysteresis.span))
     latent = p.latent / p.hysteresis.span
     loose = 1.0 / (1.0 + (latent + p.stiffening) * slope)  # input per content
     fall = 1.0 - (1.0 - latent * slope * loose) * dt / (p.ladder.c1 * p.ladder.r1)

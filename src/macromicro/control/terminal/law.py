@@ -1,8 +1,9 @@
 """Full effort on the way, a landing of least energy, and impulses for the last counts.
 
 The start is shaped for the belt: the effort beyond friction comes in two steps half a swing apart,
-which leave none (Singer and Seering, 1990). From the first period on in which a landing
-(`landing`) keeps within the effort, it is planned anew every period over a horizon that shrinks.
+which leave none (Singer and Seering, 1990), or in three, which bear another frequency. From the
+first period on in which a landing (`landing`) keeps within the effort, it is planned anew every
+period over a horizon that shrinks.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import Annotated, NamedTuple
 from macromicro.columns import Quantity
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.control.terminal import estimate, landing, model
+from macromicro.control.terminal.adapting import adapted
 from macromicro.control.terminal.estimate import Belief, Spread
 from macromicro.control.terminal.model import FEWEST, MOST, Motion, Terminal
 from macromicro.kernel import kernel
@@ -197,13 +199,46 @@ def _periods(p: Terminal, dt: float) -> int:
 
 
 @kernel
+def shaped(p: Terminal, gone: float) -> float:
+    """By what a start still divides the effort beyond friction.
+
+    Steps half a swing apart, 1 and 1, each with the swing's decay up to it; with a specified
+    insensitivity d 1, 2 cos(pi d) and 1. These leave nothing of a swing whose frequency is off by
+    d, and of one in between at most tan(pi d / 2)^2 of what a single step leaves (Singhose,
+    Seering, Singer, J. Mech. Design 116 (1994) 654).
+
+    Parameters
+    ----------
+    p : Terminal
+        Model.
+    gone : float
+        Time on the way, s.
+
+    Returns
+    -------
+    float
+        1 from the last step on.
+    """
+    if p.frequency <= 0.0:
+        return 1.0
+    half, fall = 0.5 / p.frequency, math.exp(-0.5 * p.decay / p.frequency)
+    if p.insensitivity <= 0.0:
+        return 1.0 if gone >= half else 1.0 + fall
+    if gone >= 2.0 * half:
+        return 1.0
+    middle = 2.0 * math.cos(math.pi * p.insensitivity) * fall
+    whole = 1.0 + middle + fall * fall
+    return whole / (1.0 + middle) if gone >= half else whole
+
+
+@kernel
 def _pushed(p: Terminal, b: Belief, gone: float, sign: float) -> float:
     """Effort on the way: full, but for a shaped start."""
-    if p.frequency <= 0.0 or gone >= 0.5 / p.frequency:
+    parts = shaped(p, gone)
+    if parts <= 1.0:
         return sign * p.full
-    fall = math.exp(-0.5 * p.decay / p.frequency)
     f = model.friction(p, b.excess, b.motion.v)
-    return sign * (f + max(p.full - f, 0.0) / (1.0 + fall))
+    return sign * (f + max(p.full - f, 0.0) / parts)
 
 
 @kernel
@@ -339,4 +374,6 @@ def _followed(p: Terminal, b: Belief, at: Motion, target: Target, dt: float) -> 
     return min(max(f + (wanted + p.drag * v) / p.push, -p.full), p.full)
 
 
-TERMINAL = StageLaw("terminal", Terminal, Memory, start, step, compensated=False, again=again)
+TERMINAL = StageLaw(
+    "terminal", Terminal, Memory, start, step, compensated=False, again=again, kept=adapted
+)

@@ -46,6 +46,16 @@ class Terminal(NamedTuple):
     ] = 21.8
     decay: Annotated[float, Par("1/s", "rate at which the swing decays", _FOUND, lo=0.0)] = 1.15
     share: Annotated[float, Par("1", "share of the swinging mass", _FOUND, lo=0.0, hi=1.0)] = 0.0228
+    insensitivity: Annotated[
+        float,
+        Par(
+            "1",
+            "share by which the swing's frequency may be off for a start in three steps; 0: two",
+            _CHOSEN,
+            lo=0.0,
+            hi=0.5,
+        ),
+    ] = 0.0
     horizon: Annotated[
         float,
         Par("s", "length of a landing", _CHOSEN, shown="ms", positive=True, hi=1.0),
