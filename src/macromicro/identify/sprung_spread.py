@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
+from macromicro.identify import counts
 from macromicro.identify.force_noise import Shown, binned, drawn, levels
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung import Sprung, simulate
@@ -113,16 +114,17 @@ def scattered(
         simulate(best.axis, r.u, r.dt, x, v, lag)[int(speed)]
         for r, (x, v) in zip(records, starts, strict=True)
     ]
+    steps = [counts.pitch(r.x) for r in records]
     slopes = best.slopes[:, used]
     size = np.linalg.norm(slopes, axis=0)
     back = np.linalg.pinv(slopes / size)
     asked = []
     for level in told:
         errors = []
-        for r, (x, v), y in zip(records, starts, free, strict=True):
+        for r, (x, v), y, step in zip(records, starts, free, steps, strict=True):
             push = r.u + drawn(level, len(r.u), r.dt, random)
-            moved = simulate(best.axis, push, r.dt, x, v, lag)[int(speed)] - y
-            errors.append(moved + np.sqrt(level.sensor) * random.standard_normal(len(y)))
+            moved = simulate(best.axis, push, r.dt, x, v, lag)[int(speed)]
+            errors.append(moved - y + counts.noise(moved, level.sensor, step, random))
         asked.append((back @ np.concatenate(errors)) / size)
     scatter = np.array(asked)
     count = len(best.residual)

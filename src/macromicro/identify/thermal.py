@@ -10,6 +10,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
+from macromicro.identify import counts
 from macromicro.identify.inference import Doubt, on_cooling, on_heating
 from macromicro.identify.iterated import mls
 from macromicro.identify.linear_fit import LinearFit
@@ -205,8 +206,13 @@ def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
     errors = np.full(len(record.t), np.nan)
     model = step_response(Modes(*theta), record.t[usable])
     errors[usable] = np.asarray(model) - record.rise[usable] / goal
-    spread = sampled(found.jac, usable[chosen], errors)
-    std = theta * np.maximum(np.sqrt(np.diag(spread)), _least(found))
+    step = counts.pitch(record.rise[usable])
+    if step is not None and counts.explains(errors, step / goal):
+        spread = counts.covariance(found.jac, y + found.fun, step / goal)
+        least = np.zeros(len(theta))
+    else:
+        spread, least = sampled(found.jac, usable[chosen], errors), _least(found)
+    std = theta * np.maximum(np.sqrt(np.diag(spread)), least)
     order = np.argsort(-theta[:3])
     modes = Modes(*(float(v) for v in np.r_[theta[:3][order], theta[3:][order]]))
     doubt = Modes(*(float(v) for v in np.r_[std[:3][order], std[3:][order]]))
