@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
@@ -11,7 +13,7 @@ _MOST = 1e7  # counts in a record's range
 _WHOLE = 0.01  # of a count: as near to a whole one every value is
 _FEWEST = 3  # different values
 _OWN = 1.5  # times the variance of rounding: noise that rounding explains
-_PHASES = 200
+_PLACES = (np.arange(200) + 0.5) / 200  # of counts, in counts
 
 
 def pitch(x: npt.ArrayLike) -> float | None:
@@ -65,31 +67,32 @@ def noise(clean: Array, variance: float, step: float | None, random: np.random.G
     return np.asarray((np.round(clean / step + at) - at) * step - clean)
 
 
-def covariance(slopes: Array, clean: Array, step: float) -> Array:
-    """Covariance of least squares by rounding alone, its zero unknown within a count.
+def covariance(solve: Array, clean: Sequence[Array], steps: Sequence[float]) -> Array:
+    """Covariance of a fit by rounding alone, its zero unknown within a count.
 
     Rounding of a smooth curve is no noise: it goes together for as long as the curve stays within
     a count. It is drawn for each place that the counts may have.
 
     Parameters
     ----------
-    slopes : ndarray, shape (n, p)
-        J, of the residuals by the parameters.
-    clean : ndarray, shape (n,)
-        The curve, in the unit of the residuals.
-    step : float
-        A count, likewise.
+    solve : ndarray, shape (p, n)
+        From errors of all records, stacked, to errors of the parameters.
+    clean : Sequence[ndarray]
+        The curve of each record, n values in all.
+    steps : Sequence[float]
+        A count of each, in the unit of its curve.
 
     Returns
     -------
     ndarray, shape (p, p)
         Covariance of the parameters.
     """
-    back = np.linalg.pinv(slopes)
-    phases = (np.arange(_PHASES) + 0.5) / _PHASES
-    off = np.floor(clean / step + phases[:, None]) * step - clean
-    moved = off @ back.T
-    return np.asarray(moved.T @ moved / _PHASES)
+    found = np.zeros((len(solve),) * 2)
+    cuts = np.cumsum([len(x) for x in clean])[:-1]
+    for back, x, step in zip(np.split(solve, cuts, axis=1), clean, steps, strict=True):
+        moved = np.array([back @ (np.floor(x / step + at) * step - x) for at in _PLACES])
+        found += moved.T @ moved / len(_PLACES)
+    return found
 
 
 def explains(residual: Array, step: float) -> bool:
@@ -107,4 +110,34 @@ def explains(residual: Array, step: float) -> bool:
     bool
         False where residuals are larger.
     """
-    return bool(np.nanmean(residual**2) <= _OWN * step * step / 12.0)
+    spread, mean = np.nanvar(residual), abs(np.nanmean(residual))
+    return bool(spread <= _OWN * step * step / 12.0 and mean <= 0.5 * _OWN * step)
+
+
+def found(
+    slopes: Array, weights: Array, outputs: Sequence[Array], runs: Sequence[Array]
+) -> Array | None:
+    """Covariance of a fit of free runs where rounding of the outputs is all that they leave.
+
+    Parameters
+    ----------
+    slopes : ndarray, shape (n, p)
+        Of the runs by the parameters, records stacked.
+    weights : ndarray, shape (n,)
+        Of the samples.
+    outputs, runs : Sequence[ndarray]
+        Measured and by the model, n values in all.
+
+    Returns
+    -------
+    ndarray, shape (p, p), or None
+        None where more is left, or outputs are of no step.
+    """
+    steps = []
+    for y, run in zip(outputs, runs, strict=True):
+        step = pitch(y)
+        if step is None or not np.isfinite(run).all() or not explains(y - run, step):
+            return None
+        steps.append(step)
+    heavy = slopes * weights[:, None]
+    return covariance(np.linalg.pinv(heavy.T @ slopes) @ heavy.T, runs, steps)

@@ -14,6 +14,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
+from macromicro.identify import counts
 from macromicro.identify.linear_fit import LinearFit, percent, whiteness
 from macromicro.identify.notices import ConvergenceWarning, RestWarning, UnstableWarning, notice
 from macromicro.identify.records import Record, Signals, records
@@ -456,6 +457,7 @@ def finished(
     *,
     converged: bool = True,
     noise: Array | None = None,
+    free: bool = False,
 ) -> LinearFit:
     """The `LinearFit` of a solution, warnings included.
 
@@ -473,6 +475,8 @@ def finished(
         Whether they settled.
     noise : Array | None, optional
         d1, d2, ... of `gls`.
+    free : bool, optional
+        Whether residuals are those of free runs.
 
     Returns
     -------
@@ -497,13 +501,16 @@ def finished(
         _check_rest(method, task, residuals)
     with np.errstate(over="ignore", invalid="ignore"):
         fit = percent(outputs, runs)
+    w = np.concatenate([r.w for r in task.data])
+    rounding = counts.found(solution.psi, w, outputs, runs) if free else None
+    spread = covariance(task, solution) if rounding is None else rounding
     return LinearFit(
         method,
         a,
         theta[task.na : task.size],
         task.dt,
         task.delay,
-        covariance(task, solution)[: task.size, : task.size],
+        spread[: task.size, : task.size],
         residuals,
         runs,
         fit,

@@ -208,7 +208,7 @@ def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
     errors[usable] = np.asarray(model) - record.rise[usable] / goal
     step = counts.pitch(record.rise[usable])
     if step is not None and counts.explains(errors, step / goal):
-        spread = counts.covariance(found.jac, y + found.fun, step / goal)
+        spread = counts.covariance(np.linalg.pinv(found.jac), [y + found.fun], [step / goal])
         least = np.zeros(len(theta))
     else:
         spread, least = sampled(found.jac, usable[chosen], errors), _least(found)
