@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.identify import counts
 from macromicro.identify.axis_inverse import Estimate, Rows, force_residuals, regressors
 from macromicro.identify.axis_pieces import Pieces, cleared, runs, settled
 from macromicro.identify.notices import DataWarning, notice
@@ -128,8 +129,9 @@ def covariance(
 
     Of many pieces: by the scatter of what each asks for (Liang and Zeger 1986), neighbours taken
     together. Of few: noise of force and position is drawn anew and the change of the free run
-    mapped to the parameters. A free run that misses by far more than the drawn ones is said, and
-    widens errors from few pieces by as much.
+    mapped to the parameters. Where rounding to counts is all that is left, it is drawn alone. A
+    free run that misses by far more than the drawn ones is said, and widens errors from few pieces
+    by as much.
 
     Parameters
     ----------
@@ -151,6 +153,9 @@ def covariance(
     explained : bool
         False where the model is another than the axis.
     """
+    rounded = _by_rounding(pieces, axis, jacobian, error)
+    if rounded is not None:
+        return rounded, True
     count = sum(len(p.starts) for p in pieces)
     few = count < MANY
     drawn = _drawn(pieces, axis, jacobian, told, _DRAWS if few else _DRAWS // 4)
@@ -179,6 +184,27 @@ def covariance(
     ends = np.cumsum([0] + [len(p.rows.v) for p in pieces[:-1]])
     starts = [p.starts + end for p, end in zip(pieces, ends, strict=True)]
     return clustered(jacobian, error, np.concatenate(starts)), fits
+
+
+def _by_rounding(pieces: list[Pieces], axis: Any, jacobian: Array, error: Array) -> Array | None:
+    """Covariance where rounding of the positions is all that the free runs leave; else None."""
+    parts = np.split(error, np.cumsum([len(p.rows.v) for p in pieces])[:-1])
+    steps = []
+    for one, missed in zip(pieces, parts, strict=True):
+        step = counts.pitch(one.rows.run.x)
+        if not one.free or step is None or not counts.explains(missed, step):
+            return None
+        steps.append(step)
+    random = np.random.Generator(np.random.PCG64(0))
+    slopes = [settled(p, axis).slope for p in pieces]
+    pseudo, asked = np.linalg.pinv(jacobian), []
+    for _ in range(_DRAWS):
+        off = [
+            cleared(one, slope, counts.noise(one.rows.run.x - missed, 0.0, step, random))
+            for one, slope, missed, step in zip(pieces, slopes, parts, steps, strict=True)
+        ]
+        asked.append(pseudo @ np.concatenate(off))
+    return np.atleast_2d(np.cov(np.array(asked).T))
 
 
 def _slow(error: Array, block: int) -> float:

@@ -43,7 +43,7 @@ def pitch(x: npt.ArrayLike) -> float | None:
 
 
 def noise(clean: Array, variance: float, step: float | None, random: np.random.Generator) -> Array:
-    """Noise of a sensor: white, or that of rounding where the variance is no more than this makes.
+    """Noise of a sensor: white, or that of rounding where that is no less than the variance.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def noise(clean: Array, variance: float, step: float | None, random: np.random.G
         Added by the sensor.
     """
     if step is None or variance > _OWN * step * step / 12.0:
-        return np.sqrt(variance) * random.standard_normal(len(clean))
+        return np.asarray(np.sqrt(variance) * random.standard_normal(len(clean)))
     at = random.uniform()
     return np.asarray((np.round(clean / step + at) - at) * step - clean)
 

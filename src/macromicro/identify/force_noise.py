@@ -58,7 +58,7 @@ class Shown(NamedTuple):
 
     Attributes
     ----------
-    count : ndarray, shape (m,)
+    values : ndarray, shape (m,)
         Independent values in each bin.
     power : ndarray, shape (m,)
         Their mean, N^2 s.
@@ -70,7 +70,7 @@ class Shown(NamedTuple):
         |A|^2, times the sample time.
     """
 
-    count: Array
+    values: Array
     power: Array
     f: Array
     force: Array
@@ -143,8 +143,8 @@ def levels(shown: Sequence[Shown], draws: int, longest: float, dt: float) -> lis
     begin = max(random.uniform(low, high, (_BEGINS, len(low))), key=likely)
     best = minimize(lambda at: -likely(at), begin, method="Nelder-Mead").x.clip(low, high)
     alone = low.copy()
-    alone[3] = np.log(np.average(every.power / every.sensor, weights=every.count))
-    if likely(best) - likely(alone) < _PENALTY * np.log(every.count.sum()):
+    alone[3] = np.log(np.average(every.power / every.sensor, weights=every.values))
+    if likely(best) - likely(alone) < _PENALTY * np.log(every.values.sum()):
         return [Level(0.0, 0.0, 1.0 / dt, float(np.exp(alone[3])))] * draws
     kept = _wandered(likely, best, (low, high), random)
     picked = np.exp(kept[np.linspace(0, len(kept) - 1, draws).astype(int)])
@@ -163,13 +163,13 @@ def _bounds(every: Shown, longest: float, dt: float) -> tuple[Array, Array]:
 
 def _likelihood(every: Shown) -> Callable[[Array], float]:
     """Whittle's, by the logarithms of a, b, c and s^2."""
-    count, power, f, force, sensor = every
+    values, power, f, force, sensor = every
     floor = np.finfo(float).eps * power.max()
 
     def likely(at: Array) -> float:
         a, b, c, s = np.exp(at)
         spectrum = force * (a + b / (1.0 + (f / c) ** 2)) + sensor * s + floor
-        return -float(count @ (np.log(spectrum) + power / spectrum))
+        return -float(values @ (np.log(spectrum) + power / spectrum))
 
     return likely
 
@@ -182,12 +182,13 @@ def _wandered(
 ) -> Array:
     """A random walk that stays at each place as long as it is likely, shape (steps, p)."""
     p = len(begin)
-    at, now, kept = begin, likely(begin), []
-    root = 0.1 * np.eye(p)
+    at, now = begin, likely(begin)
+    kept: list[Array] = []
+    root: Array = 0.1 * np.eye(p)
     for k in range(_BURN + _STEPS):
         if k and k % _ADAPT == 0 and k <= _BURN:
             seen = np.cov(np.array(kept[k // 2 :]).T)
-            root = np.linalg.cholesky(2.38**2 / p * (seen + 1e-4 * np.eye(p)))
+            root = np.asarray(np.linalg.cholesky(2.38**2 / p * (seen + 1e-4 * np.eye(p))))
         new = at + root @ random.standard_normal(p)
         if (new >= bounds[0]).all() and (new <= bounds[1]).all():
             there = likely(new)

@@ -1,0 +1,86 @@
+"""Records in counts (`macromicro.identify.counts`)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from macromicro.identify import counts
+
+STEPS = st.floats(1e-6, 1e3)
+
+
+@given(STEPS, st.floats(-0.5, 0.5), st.integers(0, 99))
+def test_the_step_of_a_record_is_found_wherever_its_counts_lie(
+    step: float, shift: float, seed: int
+) -> None:
+    k = np.random.default_rng(seed).integers(-500, 500, 200)
+    k[:2] = 0, 1
+    assert counts.pitch((k + shift) * step) == pytest.approx(step, rel=1e-6)
+
+
+def test_values_of_no_step_have_none() -> None:
+    assert counts.pitch(np.random.default_rng(0).standard_normal(500)) is None
+    assert counts.pitch(np.sqrt(np.arange(400.0))) is None
+    assert counts.pitch([1.0, 1.0, 2.0]) is None  # one step shows no rule
+
+
+def test_what_is_smaller_than_rounding_is_rounding() -> None:
+    clean, step = np.linspace(0.0, 30.0, 4001), 2.0
+    random = np.random.default_rng(1)
+    own = counts.noise(clean, step * step / 12.0, step, random)
+    assert np.abs(own).max() <= 0.5 * step * (1.0 + 1e-9)
+    assert counts.pitch(clean + own) == pytest.approx(step)
+    assert np.var(own) == pytest.approx(step * step / 12.0, rel=0.02)
+    more = counts.noise(clean, step * step, step, random)
+    assert np.std(more) == pytest.approx(step, rel=0.05)
+    assert np.abs(more).max() > step
+    assert np.std(counts.noise(clean, 0.25, None, random)) == pytest.approx(0.5, rel=0.05)
+
+
+def test_a_covariance_by_rounding_is_the_scatter_of_fits_to_rounded_curves() -> None:
+    # A slow curve over few counts, whose rounding is far from white.
+    t = np.linspace(0.0, 1.0, 2000)
+    table, step = np.column_stack([t, np.exp(-3.0 * t)]), 0.25
+    truth = np.array([0.4, 1.0])
+    solve, random, off = np.linalg.pinv(table), np.random.default_rng(2), []
+    for at in random.uniform(size=2000):
+        off.append(solve @ (np.floor(table @ truth / step + at) * step) - truth)
+    told = counts.covariance(solve, [table @ truth], [step])
+    scatter = np.array(off)
+    assert np.diag(told) == pytest.approx(np.mean(scatter**2, axis=0), rel=0.08)
+    assert told[0, 1] == pytest.approx(np.mean(scatter[:, 0] * scatter[:, 1]), rel=0.08)
+    # Of two records that say the same, each with counts of its own, the mean is half as unsure.
+    both = np.linalg.pinv(np.vstack([table, table]))
+    twice = counts.covariance(both, [table @ truth] * 2, [step] * 2)
+    assert twice == pytest.approx(0.5 * told)
+
+
+def test_what_rounding_explains() -> None:
+    clean, step = np.linspace(0.0, 7.0, 3000), 0.5
+    for at in (0.0, 0.3, 0.99):
+        left = np.floor(clean / step + at) * step - clean
+        assert counts.explains(left, step)
+        assert counts.explains(np.r_[left, np.nan], step)
+        assert not counts.explains(left * 1.3, step)
+        assert not counts.explains(left + step * np.sin(clean), step)
+    assert not counts.explains(np.full(100, step), step)
+
+
+def test_free_runs_in_counts_alone() -> None:
+    t = np.linspace(0.0, 1.0, 500)
+    run, step = 3.0 * t, 0.1
+    y = np.round(run / step) * step
+    slopes, one = t[:, None], np.ones(500)
+    told = counts.found(slopes, one, [y], [run])
+    assert told is not None
+    expected = counts.covariance(np.linalg.pinv(slopes), [run], [step])
+    assert told == pytest.approx(expected)
+    half = np.r_[np.ones(250), np.zeros(250)]
+    first = counts.found(slopes, half, [y], [run])
+    assert first is not None and first[0, 0] > told[0, 0]
+    assert counts.found(slopes, one, [y], [run + 0.1 * np.sin(9.0 * t)]) is None
+    assert counts.found(slopes, one, [np.sqrt(t)], [np.sqrt(t)]) is None
+    assert counts.found(slopes, one, [y], [np.full(500, np.nan)]) is None

@@ -1,0 +1,80 @@
+"""What disturbs a mass, from periodograms (`macromicro.identify.force_noise`)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from macromicro.identify.force_noise import Level, Shown, binned, drawn, levels
+
+DT, N = 1e-3, 8000
+NOWHERE = (0.0, 0.0)
+
+
+def seen(level: Level, seed: int) -> Shown:
+    """A record of a force, seen as it is, and of a sensor whose noise is differentiated once."""
+    random = np.random.default_rng(seed)
+    noise = np.sqrt(level.sensor) * random.standard_normal(N + 1)
+    w = drawn(level, N, DT, random) + np.diff(noise)
+    turn = 2.0 * np.pi * np.arange(N // 2 + 1) / N
+    return binned(w, DT, np.ones(len(turn)), 4.0 * np.sin(0.5 * turn) ** 2, NOWHERE)
+
+
+def middle(found: list[Level], name: str) -> float:
+    return float(np.median([getattr(level, name) for level in found]))
+
+
+def test_a_drawn_force_has_the_spectrum_that_is_told() -> None:
+    level = Level(white=2e-3, slow=0.5, corner=8.0, sensor=0.0)
+    w = drawn(level, 4_000_000, DT, np.random.default_rng(3))
+    keep = np.exp(-2.0 * np.pi * level.corner * DT)
+    # White: a / dt; slow: an autoregression of the first order whose spectrum at rest is b.
+    power = level.white / DT + level.slow / DT * (1.0 - keep) / (1.0 + keep)
+    assert np.var(w) == pytest.approx(power, rel=0.05)
+    means = w.reshape(-1, 4000).mean(axis=1)
+    assert np.var(means) * 4.0 == pytest.approx(level.white + level.slow, rel=0.15)
+
+
+def test_a_slow_force_starts_as_it_goes_on() -> None:
+    level = Level(white=0.0, slow=1.0, corner=0.5, sensor=0.0)
+    first = [drawn(level, 2, DT, np.random.default_rng(k))[0] for k in range(4000)]
+    assert np.var(first) == pytest.approx(np.pi * level.corner, rel=0.1)
+
+
+def test_white_force_and_sensor_are_told_apart() -> None:
+    level = Level(white=4e-6, slow=0.0, corner=1.0, sensor=1e-3)
+    found = levels([seen(level, k) for k in range(2)], 60, N * DT, DT)
+    assert middle(found, "white") == pytest.approx(4e-6, rel=0.5)
+    assert middle(found, "sensor") == pytest.approx(1e-3, rel=0.05)
+
+
+def test_a_slow_force_is_left_as_open_as_it_is() -> None:
+    level = Level(white=1e-5, slow=0.4, corner=0.3, sensor=1e-3)
+    inside = 0
+    for k in range(8):
+        slow = [one.slow for one in levels([seen(level, k)], 60, N * DT, DT)]
+        inside += np.quantile(slow, 0.025) <= 0.4 <= np.quantile(slow, 0.975)
+        assert max(slow) > 1.5 * min(slow)
+    assert inside >= 6
+
+
+def test_a_sensor_alone_needs_no_force() -> None:
+    level = Level(white=0.0, slow=0.0, corner=1.0, sensor=2e-3)
+    found = levels([seen(level, 5)], 10, N * DT, DT)
+    assert all(one.white == one.slow == 0.0 for one in found)
+    assert found[0].sensor == pytest.approx(2e-3, rel=0.1)
+
+
+def test_the_same_records_give_the_same_levels() -> None:
+    level = Level(white=1e-5, slow=0.1, corner=0.3, sensor=1e-3)
+    assert levels([seen(level, 1)], 9, 8.0, DT) == levels([seen(level, 1)], 9, 8.0, DT)
+
+
+def test_bins_leave_out_what_was_fitted() -> None:
+    w = np.random.default_rng(0).standard_normal(1000)
+    ones = np.ones(501)
+    every, part = (binned(w, DT, ones, ones, out) for out in (NOWHERE, (17.5, 22.5)))
+    assert every.values.sum() - part.values.sum() == pytest.approx(5 * 2.0 / 3.0)
+    assert every.f.min() >= 2.0 and every.f.max() < 500.0
+    assert every.values @ every.power / every.values.sum() == pytest.approx(DT, rel=0.1)
+    assert every.sensor == pytest.approx(np.full(len(every.f), DT))
