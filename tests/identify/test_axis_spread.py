@@ -123,3 +123,16 @@ def test_a_piece_is_twenty_time_constants_or_a_thousand_samples() -> None:
     assert piece(record(10000, 0.0, 0.0), start, False) == int(20.0 * turn)
     heavy = fitted(record(40000, 1.0, 0.0, axis=TRUTH._replace(mass=0.5)), "coulomb")
     assert piece(rows, heavy, False) == 1000
+
+
+def test_counts_of_an_encoder_alone_give_errors_of_rounding() -> None:
+    n, step, off = 8000, 2e-5, []
+    for seed in range(12):
+        u = forces(n, seed)
+        at = np.random.default_rng(seed).uniform()
+        x = np.floor(simulate(TRUTH, u, DT) / step + at) * step
+        rows = [differences(Run(np.arange(n) * DT, u, x), u, 80.0, 10)]
+        found = refined(rows, fitted(rows, "coulomb"))
+        off.append(np.abs(found.values - TRUTH[: len(found.values)]) / found.std)
+    assert (np.array(off) < 2.0).mean() >= 0.85
+    assert (np.array(off) < 0.5).mean() < 0.6  # taken for white noise they are twice too wide

@@ -13,6 +13,7 @@ from macromicro.identify import DataWarning
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung import Sprung, simulate
 from macromicro.identify.sprung_fit import SprungFit, same, sprung_drive, started
+from macromicro.identify.sprung_search import Model, moving
 
 DT = 1e-3
 DRIVE = Sprung(
@@ -159,3 +160,64 @@ def test_refused() -> None:
         sprung_drive([Run(t, t, 0 * t)])
     with pytest.raises(InputError, match="u"):
         sprung_drive([wave], spring=True)
+
+
+RUBBED = DECAY._replace(offset=0.0, coulomb=0.05)
+
+
+def disturbed(p: Sprung, seed: int, white: float, n: int = 3000, step: float = 0.0) -> Run:
+    """A decay from 1 mm under a white force, its place in counts."""
+    random = np.random.default_rng(seed)
+    x = simulate(p, white * random.standard_normal(n), DT, 1e-3, 0.0)[0]
+    if step:
+        at = random.uniform()
+        x = (np.round(x / step + at) - at) * step
+    return Run(np.arange(n) * DT, np.zeros(n), x)
+
+
+def test_a_decay_is_fitted_until_it_is_over() -> None:
+    whole = disturbed(RUBBED, 1, 0.0)
+    model = Model("coulomb", spring=True, dead_zone=False, driven=False, speed=False)
+    moved = np.flatnonzero(simulate(RUBBED, whole.u, DT, 1e-3, 0.0)[1])[-1]
+    kept = moving([whole], model, 0.0)[0]
+    assert moved - 1.1 / (TONE * DT) < len(kept.x) < moved - 0.8 / (TONE * DT)
+    assert (kept.x == whole.x[: len(kept.x)]).all()
+    # Wherever friction holds it afterwards, what is found is the same.
+    far = whole._replace(x=np.where(np.arange(len(whole.x)) > moved, 3.5e-6, whole.x))
+    one, other = (
+        sprung_drive([r], driven=False, spring=True, friction="coulomb") for r in (whole, far)
+    )
+    assert other.values == pytest.approx(one.values, rel=1e-4, abs=1e-4)
+    assert len(one.free_run[0]) == len(whole.x)  # the model is told over the whole record
+    assert one.rms < 1e-8
+
+
+def test_a_coasting_mass_is_fitted_until_it_rests() -> None:
+    p = Sprung(mass=1.0, viscous=0.8, coulomb=0.4)
+    n = 2000
+    v = simulate(p, np.zeros(n), DT, 0.0, 0.5)[1]
+    model = Model("coulomb", spring=False, dead_zone=False, driven=False, speed=True)
+    last = np.flatnonzero(v)[-1]
+    kept = moving([Run(np.arange(n) * DT, np.zeros(n), v)], model, 0.0)[0]
+    assert len(kept.x) == pytest.approx(0.95 * last, abs=0.02 * last)
+
+
+def test_a_decay_that_goes_on_is_kept_whole() -> None:
+    run = disturbed(DECAY._replace(coulomb=0.0, offset=0.0), 1, 0.0)
+    model = Model("coulomb", spring=True, dead_zone=False, driven=False, speed=False)
+    assert len(moving([run], model, 0.0)[0].x) == len(run.x)
+
+
+@pytest.mark.parametrize(("white", "step"), [(0.05, 0.0), (0.0, 2e-6)])
+def test_errors_of_a_decay_cover_the_truth(white: float, step: float) -> None:
+    # benchmarks/intervals.py has more records, and other disturbances.
+    within, wide, many = 0, [], 8
+    for seed in range(many):
+        run = disturbed(RUBBED, seed, white, 2400, step)
+        fit = sprung_drive([run], driven=False, spring=True, friction="coulomb")
+        off = np.abs(fit.values - [getattr(RUBBED, n) for n in fit.names]) / fit.std
+        within += int((off < 2.0).sum())
+        wide.append(off)
+    assert within >= 0.85 * many * len(wide[0])
+    # Nor are they told twice too wide: then nearly all would lie within half an error.
+    assert np.mean(np.array(wide) < 0.5) < 0.62

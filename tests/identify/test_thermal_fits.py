@@ -239,3 +239,13 @@ def test_a_heating_fit_that_does_not_settle_is_said(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(optimize, "least_squares", lambda *a, **k: real(*a, **{**k, "max_nfev": 1}))
     with pytest.warns(ConvergenceWarning, match="heating"):
         heating(stepped(), 60.0)
+
+
+def test_errors_of_the_modes_allow_for_a_thermometer_in_steps() -> None:
+    record, off, step = stepped(60.0), [], 0.25
+    for at in (np.arange(12) + 0.5) / 12.0:
+        y = np.floor(record.rise / step + at) * step
+        found = heating(record._replace(rise=y), 60.0)
+        off.append(np.abs(np.array(found.modes) - MODES) / found.std)
+    assert (np.array(off) < 2.0).mean() >= 0.85
+    assert (np.array(off) < 0.5).mean() < 0.62  # as noise that goes together: nearly all
