@@ -56,7 +56,7 @@ def test_they_are_those_of_the_machine_that_was_found(mode: Mode | None) -> None
         assert getattr(told.found, name) == pytest.approx(getattr(expected, name), rel=0.05), name
     assert told.stable == axis_margins.DRAWS
     assert told.least == pytest.approx(told.found, rel=1e-9)  # nothing is uncertain
-    assert axis_margins.doubts(made, found) == []
+    assert axis_margins.told(made, found).doubts == ()
 
 
 def test_what_is_less_sure_leaves_less() -> None:
@@ -86,15 +86,15 @@ def test_gains_that_may_not_hold_are_doubtful() -> None:
     wild = made._replace(
         controller=made.controller._replace(velocity=3.0 * made.controller.velocity)
     )
-    said = axis_margins.doubts(wild, model({"lag": 0.2}))
+    said = axis_margins.told(wild, model({"lag": 0.2})).doubts
     assert len(said) == 1 and ("not stable" in said[0] or "ring" in said[0])
     worst = made._replace(
         controller=made.controller._replace(velocity=12.0 * made.controller.velocity)
     )
-    assert "of 200 models" in axis_margins.doubts(worst, model({}))[0]
+    assert "of 200 models" in axis_margins.told(worst, model({})).doubts[0]
 
 
 def test_the_page_has_a_line_each() -> None:
-    lines = axis_margins.rows(tree(model({})), model({"mass": 0.02}))
+    lines = axis_margins.told(tree(model({})), model({"mass": 0.02})).rows
     assert [line[3] for line in lines] == ["Hz", "deg", "", ""]
     assert all(line[2].startswith(">= ") and not math.isnan(float(line[1])) for line in lines)

@@ -263,6 +263,5 @@ KIND = Kind(
     doubts=axis_page.doubts,
     figures=axis_page.FIGURES,
     rehearse=rehearsal.rested,
-    margins=axis_margins.rows,
-    unsure=axis_margins.doubts,
+    margins=axis_margins.told,
 )

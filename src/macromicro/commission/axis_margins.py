@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from macromicro.commission.model import Model
+from macromicro.commission.procedure import Robustness
 from macromicro.machines import loops, sheets
 from macromicro.machines.loops import Margins
 from macromicro.machines.rotary import as_axis
@@ -117,8 +118,8 @@ def _least(values: Sequence[float]) -> float:
     return min((v for v in values if not math.isnan(v)), default=math.nan)
 
 
-def rows(settings: Any, model: Model) -> list[tuple[str, ...]]:
-    """What `robust` says, a line each.
+def told(settings: Any, model: Model) -> Robustness:
+    """What `robust` says, in words.
 
     Parameters
     ----------
@@ -129,43 +130,28 @@ def rows(settings: Any, model: Model) -> list[tuple[str, ...]]:
 
     Returns
     -------
-    list[tuple[str, ...]]
-        Quantity, value, the least of the draws, unit.
+    Robustness
+        Margins, and whether what is not known may spoil the loop.
     """
     found = robust(settings, model)
-    told = (
+    of = (
         ("loop's crossover", found.found.crossover, found.least.crossover, "Hz"),
         ("phase margin", found.found.phase, found.least.phase, "deg"),
         ("gain margin", found.found.gain, found.least.gain, ""),
         ("least distance of the loop from -1", found.found.modulus, found.least.modulus, ""),
     )
-    return [(name, f"{v:.3g}", f">= {least:.3g}", unit) for name, v, least, unit in told]
+    rows = tuple((name, f"{v:.3g}", f">= {least:.3g}", unit) for name, v, least, unit in of)
+    return Robustness(rows, tuple(_doubts(found)))
 
 
-def doubts(settings: Any, model: Model) -> list[str]:
-    """Whether what is not known may spoil the loop.
-
-    Parameters
-    ----------
-    settings : Any
-        Of the machine that was found.
-    model : Model
-        Of strokes and chirp.
-
-    Returns
-    -------
-    list[str]
-        A sentence, or none.
-    """
-    found = robust(settings, model)
+def _doubts(found: Robust) -> Iterator[str]:
     if found.stable < DRAWS:
-        return [
+        yield (
             f"On {DRAWS - found.stable} of {DRAWS} models within the uncertainty of what was "
             "found the loop is not stable: smaller gains, or strokes over a longer way."
-        ]
-    if found.least.modulus < NEAR:
-        return [
+        )
+    elif found.least.modulus < NEAR:
+        yield (
             f"On models within the uncertainty of what was found the loop comes as near as "
             f"{found.least.modulus:.2g} to -1: it may ring."
-        ]
-    return []
+        )

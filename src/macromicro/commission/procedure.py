@@ -23,6 +23,21 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+class Robustness(NamedTuple):
+    """How robust gains are to what is not known, in words.
+
+    Attributes
+    ----------
+    rows : tuple[tuple[str, ...], ...]
+        Quantity, value, the least of what may be, unit.
+    doubts : tuple[str, ...]
+        What a person should look at, a sentence each.
+    """
+
+    rows: tuple[tuple[str, ...], ...] = ()
+    doubts: tuple[str, ...] = ()
+
+
 class Options(NamedTuple):
     """What commissioning may do.
 
@@ -243,10 +258,8 @@ class Kind(NamedTuple):
     rehearse : Callable[[Any, Any], float | None] | None, optional
         From the machine and its settings to the tolerance within which its model comes to rest, m;
         None where that which follows will do, or there is no such rehearsal.
-    margins : Callable[[Any, Any], list[tuple[str, ...]]], optional
-        From the settings that were found and the model to how robust the gains are, as `rows`.
-    unsure : Callable[[Any, Any], list[str]], optional
-        From the same to what a person should look at.
+    margins : Callable[[Any, Any], Robustness], optional
+        From the settings that were found and the model to how robust the gains are.
     one_way : bool, optional
         Whether its efforts have a lowest one of their own; else they are as large both ways.
     """
@@ -270,8 +283,7 @@ class Kind(NamedTuple):
     figures: Mapping[str, Drawn] = MappingProxyType({})
     place: Place = LENGTH
     rehearse: Callable[[Any, Any], float | None] | None = None
-    margins: Callable[[Any, Any], list[tuple[str, ...]]] = lambda settings, model: []
-    unsure: Callable[[Any, Any], list[str]] = lambda settings, model: []
+    margins: Callable[[Any, Any], Robustness] = lambda settings, model: Robustness()
     one_way: bool = False
 
 

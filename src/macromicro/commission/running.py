@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from macromicro import __version__
 from macromicro.commission import axis, procedure, store, verifying
-from macromicro.commission.procedure import Kind, Options, Step, Work
+from macromicro.commission.procedure import Kind, Options, Robustness, Step, Work
 from macromicro.commission.settings import TOLERANCE
 from macromicro.commission.stand import Stand
 from macromicro.commission.verifying import Verified
@@ -89,6 +89,8 @@ class Commissioned(NamedTuple):
         How the machine's gains did on the stage.
     rested : float | None, optional
         Tolerance within which the model came to rest, m; None: as it follows from the encoder.
+    margins : Robustness, optional
+        How robust the gains are.
     """
 
     work: Work
@@ -97,6 +99,7 @@ class Commissioned(NamedTuple):
     settings: Any
     verified: Verified
     rested: float | None = None
+    margins: Robustness = Robustness()
 
 
 def commission(
@@ -172,7 +175,8 @@ def commission(
             toml, tree = _settings(place, work, model, home, rested)
         verified = verifying.verify(work.stand, machine, tree)
         done(VERIFY)
-    return Commissioned(work, model, toml, tree, verified, rested)
+    margins = kind.margins(tree, model)
+    return Commissioned(work, model, toml, tree, verified, rested, margins)
 
 
 def _settings(
