@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import DataWarning
+from macromicro.identify import DataWarning, sprung_doubts
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung import Sprung, simulate
 from macromicro.identify.sprung_fit import SprungFit, same, sprung_drive, started
@@ -221,3 +222,22 @@ def test_errors_of_a_decay_cover_the_truth(white: float, step: float) -> None:
     assert within >= 0.85 * many * len(wide[0])
     # Nor are they told twice too wide: then nearly all would lie within half an error.
     assert np.mean(np.array(wide) < 0.5) < 0.62
+
+
+@pytest.mark.parametrize(("white", "step"), [(0.05, 2e-6), (0.0, 2e-6), (0.05, 0.0)])
+def test_the_colour_of_residuals_counts_but_where_rounding_is_all(
+    white: float, step: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+    own = sprung_doubts._coloured
+
+    def wider(*args: Any) -> Array:
+        asked.append(True)
+        return 1e4 * own(*args)
+
+    run = disturbed(RUBBED, 3, white, 1500, step)
+    fits = [sprung_drive([run], driven=False, spring=True, friction="coulomb")]
+    monkeypatch.setattr(sprung_doubts, "_coloured", wider)
+    fits.append(sprung_drive([run], driven=False, spring=True, friction="coulomb"))
+    assert bool(asked) is (white > 0.0)
+    assert (fits[1].std > 1.1 * fits[0].std).all() == (white > 0.0)

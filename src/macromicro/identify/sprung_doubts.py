@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
@@ -12,7 +13,7 @@ from macromicro.identify.runs import Run
 from macromicro.identify.spread import robust_covariance
 from macromicro.identify.sprung import Sprung
 from macromicro.identify.sprung_search import SIGNED, End
-from macromicro.identify.sprung_spread import blocks, scattered
+from macromicro.identify.sprung_spread import blocks, rounded, scattered
 
 _BLIND = 1e-6  # of the largest singular value of the slopes: this way nothing moves
 _KNOWN = 0.02  # of a parameter: an error that does no harm, whatever it goes with
@@ -47,14 +48,11 @@ def covariance(
         notice(ConvergenceWarning, "output error: not settled; the last values are returned")
     used = np.flatnonzero(np.abs(best.slopes).max(axis=0) > 0.0)
     spread = np.full((best.slopes.shape[1],) * 2, np.nan)
-    means = blocks(records, best, used)
-    coloured = robust_covariance(
-        np.concatenate([m.slopes for m in means]),
-        np.concatenate([m.residual for m in means]),
-        np.cumsum([len(m.residual) for m in means]),
-    )
     disturbed = scattered(records, best, used, lag, speed=speed)
-    spread[np.ix_(used, used)] = _larger(coloured, disturbed)
+    if rounded(records, best):  # no noise, whose colour could tell more
+        spread[np.ix_(used, used)] = disturbed
+    else:
+        spread[np.ix_(used, used)] = _larger(_coloured(records, best, used), disturbed)
     own = spread[: len(names), : len(names)]
     lost = _unseen(best.slopes[:, used], [names[k] if k < len(names) else "" for k in used])
     for name in lost:
@@ -71,6 +69,16 @@ def covariance(
     _mixed(own, names, np.array([getattr(best.axis, n) for n in names]))
     _coarse(records, best.axis)
     return own
+
+
+def _coloured(records: Sequence[Run], best: End, used: npt.NDArray[np.intp]) -> Array:
+    """Covariance by the colour of the residuals, as means over blocks."""
+    means = blocks(records, best, used)
+    return robust_covariance(
+        np.concatenate([m.slopes for m in means]),
+        np.concatenate([m.residual for m in means]),
+        np.cumsum([len(m.residual) for m in means]),
+    )
 
 
 def _larger(one: Array, other: Array) -> Array:

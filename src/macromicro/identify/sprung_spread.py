@@ -131,6 +131,29 @@ def scattered(
     return np.asarray(scatter.T @ scatter / _DRAWS * count / max(count - len(used), 1))
 
 
+def rounded(records: Sequence[Run], best: End) -> bool:
+    """Whether rounding to counts is all that free runs leave.
+
+    Parameters
+    ----------
+    records : Sequence[Run]
+        The records.
+    best : End
+        Where the search ended.
+
+    Returns
+    -------
+    bool
+        False where one record is of no step, or more is left.
+    """
+    ends = np.cumsum([len(r.x) for r in records])[:-1]
+    for r, left in zip(records, np.split(best.residual, ends), strict=True):
+        step = counts.pitch(r.x)
+        if step is None or not counts.explains(left, step):
+            return False
+    return True
+
+
 def _shown(r: Run, e: Array, p: Sprung, speed: bool) -> Shown:
     """Periodogram of the force that would account for a residual, and what it answers to.
 
