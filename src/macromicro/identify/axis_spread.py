@@ -189,12 +189,9 @@ def covariance(
 def _by_rounding(pieces: list[Pieces], axis: Any, jacobian: Array, error: Array) -> Array | None:
     """Covariance where rounding of the positions is all that the free runs leave; else None."""
     parts = np.split(error, np.cumsum([len(p.rows.v) for p in pieces])[:-1])
-    steps = []
-    for one, missed in zip(pieces, parts, strict=True):
-        step = counts.pitch(one.rows.run.x)
-        if not one.free or step is None or not counts.explains(missed, step):
-            return None
-        steps.append(step)
+    steps = counts.steps([p.rows.run.x for p in pieces], parts)
+    if steps is None or not all(p.free for p in pieces):
+        return None
     random = np.random.Generator(np.random.PCG64(0))
     slopes = [settled(p, axis).slope for p in pieces]
     pseudo, asked = np.linalg.pinv(jacobian), []

@@ -114,6 +114,30 @@ def explains(residual: Array, step: float) -> bool:
     return bool(spread <= _OWN * step * step / 12.0 and mean <= 0.5 * _OWN * step)
 
 
+def steps(outputs: Sequence[Array], residuals: Sequence[Array]) -> list[float] | None:
+    """The step of each record, where rounding is all that a fit leaves of every one.
+
+    Parameters
+    ----------
+    outputs : Sequence[ndarray]
+        As measured.
+    residuals : Sequence[ndarray]
+        What is left of each; NaN where there is none.
+
+    Returns
+    -------
+    list[float] or None
+        None where more is left, or a record is of no step.
+    """
+    found = []
+    for y, left in zip(outputs, residuals, strict=True):
+        step = pitch(y)
+        if step is None or not explains(left, step):
+            return None
+        found.append(step)
+    return found
+
+
 def found(
     slopes: Array, weights: Array, outputs: Sequence[Array], runs: Sequence[Array]
 ) -> Array | None:
@@ -133,11 +157,10 @@ def found(
     ndarray, shape (p, p), or None
         None where more is left, or outputs are of no step.
     """
-    steps = []
-    for y, run in zip(outputs, runs, strict=True):
-        step = pitch(y)
-        if step is None or not np.isfinite(run).all() or not explains(y - run, step):
-            return None
-        steps.append(step)
+    if not all(np.isfinite(run).all() for run in runs):
+        return None
+    every = steps(outputs, [y - run for y, run in zip(outputs, runs, strict=True)])
+    if every is None:
+        return None
     heavy = slopes * weights[:, None]
-    return covariance(np.linalg.pinv(heavy.T @ slopes) @ heavy.T, runs, steps)
+    return covariance(np.linalg.pinv(heavy.T @ slopes) @ heavy.T, runs, every)

@@ -59,9 +59,14 @@ class Task(NamedTuple):
         return self.na + self.nb
 
     @property
+    def weights(self) -> Array:
+        """All weights, records stacked."""
+        return np.concatenate([r.w for r in self.data])
+
+    @property
     def roots(self) -> Array:
         """Square roots of all weights, records stacked."""
-        return np.asarray(np.sqrt(np.concatenate([r.w for r in self.data])))
+        return np.asarray(np.sqrt(self.weights))
 
 
 class Solution(NamedTuple):
@@ -413,7 +418,7 @@ def covariance(task: Task, solution: Solution) -> Array:
     ndarray, shape (p, p)
         In the order of theta.
     """
-    w = np.concatenate([r.w for r in task.data])
+    w = task.weights
     ends = np.cumsum([len(r.u) for r in task.data])
     return robust_covariance(solution.psi, solution.residual * w, ends, w)
 
@@ -501,8 +506,7 @@ def finished(
         _check_rest(method, task, residuals)
     with np.errstate(over="ignore", invalid="ignore"):
         fit = percent(outputs, runs)
-    w = np.concatenate([r.w for r in task.data])
-    rounding = counts.found(solution.psi, w, outputs, runs) if free else None
+    rounding = counts.found(solution.psi, task.weights, outputs, runs) if free else None
     spread = covariance(task, solution) if rounding is None else rounding
     return LinearFit(
         method,

@@ -8,12 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
+from macromicro.identify import counts
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.runs import Run
 from macromicro.identify.spread import robust_covariance
 from macromicro.identify.sprung import Sprung
 from macromicro.identify.sprung_search import SIGNED, End
-from macromicro.identify.sprung_spread import blocks, rounded, scattered
+from macromicro.identify.sprung_spread import blocks, parted, scattered
 
 _BLIND = 1e-6  # of the largest singular value of the slopes: this way nothing moves
 _KNOWN = 0.02  # of a parameter: an error that does no harm, whatever it goes with
@@ -49,7 +50,8 @@ def covariance(
     used = np.flatnonzero(np.abs(best.slopes).max(axis=0) > 0.0)
     spread = np.full((best.slopes.shape[1],) * 2, np.nan)
     disturbed = scattered(records, best, used, lag, speed=speed)
-    if rounded(records, best):  # no noise, whose colour could tell more
+    steps = counts.steps([r.x for r in records], parted(records, best.residual))
+    if steps is not None:  # rounding is no noise, whose colour could tell more
         spread[np.ix_(used, used)] = disturbed
     else:
         spread[np.ix_(used, used)] = _larger(_coloured(records, best, used), disturbed)

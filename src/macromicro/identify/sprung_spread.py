@@ -33,15 +33,12 @@ class Means(NamedTuple):
 
     Attributes
     ----------
-    many : int
-        Samples in a block.
     residual : ndarray, shape (m,)
         Means of the residual.
     slopes : ndarray, shape (m, p)
         Means of the slopes.
     """
 
-    many: int
     residual: Array
     slopes: Array
 
@@ -71,7 +68,7 @@ def blocks(records: Sequence[Run], best: End, used: npt.NDArray[np.intp]) -> lis
         q = int(min(max(min(turn, fall) / r.dt / _BLOCKS, 1.0), max(n // _LEAST, 1)))
         rows = slice(at, at + n // q * q)
         slopes = best.slopes[rows][:, used].reshape(-1, q, len(used)).mean(axis=1)
-        found.append(Means(q, best.residual[rows].reshape(-1, q).mean(axis=1), slopes))
+        found.append(Means(best.residual[rows].reshape(-1, q).mean(axis=1), slopes))
         at += n
     return found
 
@@ -104,16 +101,12 @@ def scattered(
     ndarray, shape (p, p)
         Of these columns.
     """
-    ends = np.cumsum([len(r.x) for r in records])[:-1]
-    residuals = np.split(best.residual, ends)
+    residuals = parted(records, best.residual)
     shown = [_shown(r, e, best.axis, speed) for r, e in zip(records, residuals, strict=True)]
     told = levels(shown, _DRAWS, max(len(r.x) * r.dt for r in records), records[0].dt)
     random = np.random.default_rng(0)  # the same data give the same errors
     starts = best.starts.tolist()
-    free = [
-        simulate(best.axis, r.u, r.dt, x, v, lag)[int(speed)]
-        for r, (x, v) in zip(records, starts, strict=True)
-    ]
+    free = [r.x - e for r, e in zip(records, residuals, strict=True)]
     steps = [counts.pitch(r.x) for r in records]
     slopes = best.slopes[:, used]
     size = np.linalg.norm(slopes, axis=0)
@@ -131,27 +124,22 @@ def scattered(
     return np.asarray(scatter.T @ scatter / _DRAWS * count / max(count - len(used), 1))
 
 
-def rounded(records: Sequence[Run], best: End) -> bool:
-    """Whether rounding to counts is all that free runs leave.
+def parted(records: Sequence[Run], rows: Array) -> list[Array]:
+    """What stands for all records in a row, of each one.
 
     Parameters
     ----------
     records : Sequence[Run]
         The records.
-    best : End
-        Where the search ended.
+    rows : ndarray, shape (n,)
+        A value per sample of all records.
 
     Returns
     -------
-    bool
-        False where one record is of no step, or more is left.
+    list[ndarray]
+        One per record.
     """
-    ends = np.cumsum([len(r.x) for r in records])[:-1]
-    for r, left in zip(records, np.split(best.residual, ends), strict=True):
-        step = counts.pitch(r.x)
-        if step is None or not counts.explains(left, step):
-            return False
-    return True
+    return np.split(rows, np.cumsum([len(r.x) for r in records])[:-1])
 
 
 def _shown(r: Run, e: Array, p: Sprung, speed: bool) -> Shown:
