@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from macromicro.control.live import messages as m
+from macromicro.nominal import PERIOD
 from macromicro.serve import watching
-from macromicro.serve.shared import INDEX, PERIOD, Shared, Status
+from macromicro.serve.shared import INDEX, Shared, Status
 
 STOOD = round(watching.STOOD_S / PERIOD)
 
@@ -33,17 +34,17 @@ def shown(counts: list[float], mode: int = m.DISABLED) -> Shared:
     ],
 )
 def test_a_carriage_that_coasts_is_moving(counts: list[float], moving: bool) -> None:
-    place = watching.place(shown(counts), "homed")
+    place = watching.place(shown(counts), "homed", PERIOD)
     assert place is not None
     assert place.moving is moving
     assert (place.row, place.encoder) == (len(counts), counts[-1])
 
 
 def test_a_motion_is_moving_where_nothing_counts() -> None:
-    place = watching.place(shown([5.0] * 2 * STOOD, m.MOVING_MICRO), "homed")
+    place = watching.place(shown([5.0] * 2 * STOOD, m.MOVING_MICRO), "homed", PERIOD)
     assert place is not None
     assert place.moving
 
 
 def test_before_the_first_row_there_is_no_place() -> None:
-    assert watching.place(Shared.create(5000), "") is None
+    assert watching.place(Shared.create(5000), "", PERIOD) is None

@@ -127,7 +127,7 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
         ports = _ports(scpi, web, port or ())
         settings = load(config)
         position = state or persist.default_path(settings.place(rig))
-        asked = preflight.Asked(rig, host, ports, position, record or FOLDER)
+        asked = preflight.Asked(rig, host, ports, position, record or FOLDER, settings.period)
         findings = preflight.findings(asked, settings.serve)
     else:
         findings = checking.law(law)

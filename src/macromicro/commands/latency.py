@@ -1,4 +1,4 @@
-"""``macromicro latency``: how well this computer keeps the 1 ms period."""
+"""``macromicro latency``: how well this computer keeps the loop's period."""
 
 from __future__ import annotations
 
@@ -80,12 +80,14 @@ def latency(
             other = "interrupted before it"
         elif cyclictest:
             rt = "SCHED_FIFO" in got.realtime
-            other = measuring.cyclictest(min(seconds, 10.0), settings.serve.priority, rt)
+            other = measuring.cyclictest(
+                min(seconds, 10.0), settings.serve.priority, rt, settings.period
+            )
     _give(got, other, settings, json)
     if figure is not None:
         from macromicro.drawing import files
 
-        figure.write_bytes(files.encoded(_draw(got), figure.suffix[1:].lower()))
+        figure.write_bytes(files.encoded(_draw(got, settings.period), figure.suffix[1:].lower()))
     if signals.received:
         print("macromicro: interrupted; the results are of the time until then", file=sys.stderr)
         raise typer.Exit(signals.status)
@@ -228,7 +230,7 @@ def _edges(values: Any) -> Any:
     )
 
 
-def _draw(got: Latency) -> Figure:
+def _draw(got: Latency, period: float) -> Figure:
     """Both histograms, periods over time, logarithmic in both directions."""
     from macromicro.drawing.style import BLUE, GREEN, RED, finish, new
 
@@ -237,7 +239,7 @@ def _draw(got: Latency) -> Figure:
     for ax, (title, values, colour) in zip(axes[0], shown, strict=True):
         edges = _edges(values)[1:]
         ax.hist(values.clip(min=edges[0]) * 1e6, bins=edges * 1e6, color=colour)
-        ax.axvline(1e3, color=RED, linestyle="--", label="one period")
+        ax.axvline(1e6 * period, color=RED, linestyle="--", label="one period")
         ax.set(xscale="log", yscale="log", ylim=(0.7, None))
         finish(ax, title, "time [us]", "periods", legend=True)
     return figure

@@ -130,7 +130,7 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
             persist.default_path(chosen.place(rig)), "state folder (--state, XDG_STATE_HOME):"
         )
     if record is not None:
-        storage.make_folder(record, chosen.serve.recorder_capacity)
+        storage.make_folder(record, round(chosen.serve.recorder_capacity / chosen.period))
     with Log(log), Signals() as signals:
         signals.later(_EARLY)
         print(f"starting {rig}; the first time it compiles, about 15 s", file=sys.stderr)

@@ -6,10 +6,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from macromicro import place as places
-from macromicro.machines import homing, sheets, wiring
+from macromicro.machines import homing, pace, sheets, wiring
 from macromicro.machines.parts import CAM, HOME, INDEX, LOW_LIMIT, MARK, NONE, STOP, TURN
 from macromicro.machines.tree import Checked
-from macromicro.nominal import PERIOD
 from macromicro.plant.power import LINE
 from macromicro.plant.transmission import LINEAR
 
@@ -88,7 +87,7 @@ def _home(tree: Any) -> Iterator[Checked]:
         "between its limit switches or end stops",
     )
     if s.home == CAM:
-        seen = 3.0 * homing.speed(tree) * PERIOD + free
+        seen = 3.0 * homing.speed(tree) * pace.period(tree) + free
         yield (
             width < seen,
             "switches.home_width",

@@ -6,10 +6,9 @@ import math
 from typing import Any
 
 from macromicro.control.live.leading import Seek, Touch
-from macromicro.machines import wiring
+from macromicro.machines import pace, wiring
 from macromicro.machines.parts import CAM, HOME, INDEX, LOW_LIMIT, START, STOP
 from macromicro.machines.sheets import endless, force, mass, per_newton, pulled
-from macromicro.nominal import PERIOD
 
 SHARE = 0.9  # of the guard's push, under which the stage has to move
 EMF = 0.35  # of the effort, for the back-EMF: kinetic friction takes less than 0.56 of it
@@ -122,7 +121,7 @@ def margin(tree: Any) -> float:
         m: its scatter, the way of a period, two counts.
     """
     scatter = SURE * tree.switches.repeatability
-    return float(scatter + slow(tree) * PERIOD + 2.0 * tree.encoder.pitch)
+    return float(scatter + slow(tree) * pace.period(tree) + 2.0 * tree.encoder.pitch)
 
 
 def speed(tree: Any) -> float:
@@ -160,7 +159,7 @@ def slow(tree: Any) -> float:
     float
         m/s.
     """
-    fine = max(tree.switches.repeatability, tree.encoder.pitch) / PERIOD
+    fine = max(tree.switches.repeatability, tree.encoder.pitch) / pace.period(tree)
     return float(min(stop(tree).slow, fine, speed(tree)))
 
 

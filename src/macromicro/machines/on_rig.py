@@ -59,11 +59,29 @@ def found(name: str, settings: Any, seed: int) -> Fixture | None:
     if fixture.kind != BENCH:
         raise InputError(where, f"a {fixture.kind}", "a bench, for a programme")
     fixture.need("a programme", "encoder")
+    in_step(settings, fixture)
+    return fixture
+
+
+def in_step(settings: Any, fixture: Fixture) -> None:
+    """Whether a rig keeps the period of the machine's law.
+
+    Parameters
+    ----------
+    settings : Any
+        Of the machine.
+    fixture : Fixture
+        The rig.
+
+    Raises
+    ------
+    InputError
+        It keeps another one.
+    """
     period = float(settings.timing.period)
     if abs(period - fixture.dt) > 1e-9:
         accepted = f"{fixture.dt:g} s, the period of {fixture.name}"
         raise InputError("timing.period", f"{period:g} s", accepted)
-    return fixture
 
 
 def _from(place: float, plan: Plan, settings: Any) -> Plan:

@@ -21,7 +21,7 @@ from macromicro.place import PLACES, Place
 from macromicro.schema.par import entries, replaced
 from macromicro.serve.guesses import Token
 from macromicro.serve.programmes import Planned, called
-from macromicro.serve.shared import OWN, PERIOD
+from macromicro.serve.shared import OWN
 from macromicro.serve.snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -67,6 +67,11 @@ class Instrument:
     def place(self) -> Place:
         """What the machine's places are counted in."""
         return self.settings.live.place
+
+    @property
+    def period(self) -> float:
+        """Of the loop, s."""
+        return self.settings.period
 
     @property
     def law_columns(self) -> tuple[Column, ...]:
@@ -155,7 +160,7 @@ class Instrument:
         with self._lock:
             last, seen = self._newest
             now = time.monotonic()
-            first = last + round((now - seen) / PERIOD) - count - SPARE if last >= 0 else -1
+            first = last + round((now - seen) / self.period) - count - SPARE if last >= 0 else -1
             last, rows, _ = self.station.telemetry(max(first, -1))
             if rows.shape[1] < count and first >= 0:
                 last, rows, _ = self.station.telemetry()

@@ -184,7 +184,11 @@ class LoopConnection:
         self.tell("loop", "trouble", {"reason": text})
 
     def _place(self) -> Place | None:
-        return watching.place(self.shared, self.trust) if self.shared is not None else None
+        return (
+            watching.place(self.shared, self.trust, self._settings.period)
+            if self.shared is not None
+            else None
+        )
 
     def _beat(self, shared: Shared) -> None:
         pause = min(self._settings.serve.parent_timeout / 10.0, 0.05)

@@ -40,7 +40,7 @@ from macromicro.serve.loop_spec import Spec
 from macromicro.serve.machine import Guard, Machine
 from macromicro.serve.persist import Evident, Kept
 from macromicro.serve.settings import LiveSettings
-from macromicro.serve.shared import PERIOD, Shared
+from macromicro.serve.shared import Shared
 from macromicro.serve.stage.settings import StageSettings
 from macromicro.serve.ticking import ORPHANED, Loop
 from macromicro.serve.warming import warm
@@ -94,7 +94,7 @@ class Opened(NamedTuple):
 
     def guarded(self, session: Session) -> CompiledGuarded:
         """The rig under its guard."""
-        return CompiledGuarded(session, self.guard, PERIOD)
+        return CompiledGuarded(session, self.guard, self.settings.period)
 
     def warm(self) -> None:
         """Everything that runs in a period, once."""
@@ -127,7 +127,7 @@ def main() -> None:
     except Exception:
         outbox.send(("failed", traceback.format_exc(limit=-3)))
         sys.exit(1)
-    session = Session(opened.rig, PERIOD)
+    session = Session(opened.rig, spec.settings.period)
     status = drive(spec, opened, session, machine, shared, outbox)
     outbox.send(("left", session.unstopped))
     outbox.flush()
@@ -199,7 +199,9 @@ def drive(
     `session` knows whether its stop returned."""
     rig = opened.guarded(session)
     timed = bool(getattr(opened.rig, "timed", False))
-    loop = Loop(rig, machine, shared, outbox, spec.settings.serve, PERIOD, opened.paced, timed)
+    settings = spec.settings
+    paced, serve, period = opened.paced, settings.serve, settings.period
+    loop = Loop(rig, machine, shared, outbox, serve, period, paced, timed)
     _die_with(spec.parent, loop, spec.settings.serve.loop_timeout)
     privileges = pacing.prepare(spec.settings.serve)
     shared.ring[:] = 0.0  # every page is there before the first period

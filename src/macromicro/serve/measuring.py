@@ -17,6 +17,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.control.live import messages as m
+from macromicro.nominal import PERIOD
 from macromicro.serve.choosing import AnySettings
 from macromicro.serve.joint.settings import JointSettings
 from macromicro.serve.settings import LiveSettings
@@ -137,14 +138,16 @@ def quantiles(times: Array) -> list[float]:
     return [*(float(x) for x in found), float(times.max())]
 
 
-def cyclictest(seconds: float, priority: int, realtime: bool) -> Cyclic | str:
-    """Wake-up latency by cyclictest with the loop's period and priority; in words, why not."""
+def cyclictest(
+    seconds: float, priority: int, realtime: bool, period: float = PERIOD
+) -> Cyclic | str:
+    """Wake-up latency by cyclictest with the loop's period [s] and priority; in words, why not."""
     program = shutil.which("cyclictest")
     if program is None:
         return "cyclictest is not installed (apt install rt-tests)"
     policy = ["-p", str(priority)] if realtime else ["--policy=other"]
     whole = max(round(seconds), 1)
-    command = [program, "-q", "-i", "1000", "-D", str(whole), *policy]
+    command = [program, "-q", "-i", str(round(period * _US)), "-D", str(whole), *policy]
     try:
         done = subprocess.run(
             command, capture_output=True, text=True, timeout=whole + 30, check=False

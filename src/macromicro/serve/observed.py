@@ -66,7 +66,8 @@ class Observed:
     def telemetry(self, since: int = -1) -> tuple[int, NDArray[np.float64], Sequence[str]]:
         """Rows of telemetry behind row number `since`: (number of the last one, block, names).
 
-        The block is float64[columns, rows], one row a millisecond, at most the last minute;
+        The block is float64[columns, rows], one row a period, at most those of the last minute,
+        or longer of a loop slower than 1 ms;
         pass the returned number as the next `since`. The names are those of
         `serve.shared.COLUMNS`, which has units and meaning too, and those of the law.
         """

@@ -10,26 +10,28 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from macromicro.errors import InputError, MacromicroError
+from macromicro.nominal import PERIOD
 from macromicro.recording_format import needed_bytes
 from macromicro.rig.opening import TWIN, named
 from macromicro.serve import health, hosts, persist, storage
 from macromicro.serve.health import FAIL, OK, WARN, Finding, unwritable
 from macromicro.serve.hosts import FOLDER, HOST, SCPI_PORT, WEB_PORT
 from macromicro.serve.settings import ServeSettings
-from macromicro.serve.shared import COLUMNS, PERIOD
+from macromicro.serve.shared import COLUMNS
 
 _LITTLE, _TOO_LITTLE = 1e9, 1e8
 
 
 class Asked(NamedTuple):
     """What the server would be given: its rig, address, ports with their purpose, position
-    file (None: the rig's own) and folder for recordings."""
+    file (None: the rig's own) and folder for recordings; the loop's period [s]."""
 
     rig: str = TWIN
     host: str = HOST
     ports: Mapping[int, str] = {SCPI_PORT: "SCPI", WEB_PORT: "web page"}
     state: Path | None = None
     record: Path = FOLDER
+    period: float = PERIOD
 
 
 def findings(asked: Asked, settings: ServeSettings) -> Iterator[Finding]:
@@ -46,7 +48,7 @@ def findings(asked: Asked, settings: ServeSettings) -> Iterator[Finding]:
     yield health.shared_memory()
     yield state_file(position)
     yield recording_folder(asked.record)
-    yield from disk({"recordings": asked.record, "position": position.parent})
+    yield from disk({"recordings": asked.record, "position": position.parent}, asked.period)
     yield address(asked.host)
     for port, what in asked.ports.items():
         yield free_port(port, what, asked.host)
@@ -97,9 +99,9 @@ def recording_folder(folder: Path) -> Finding:
     return Finding("recording folder", OK, str(folder))
 
 
-def disk(folders: Mapping[str, Path]) -> Iterator[Finding]:
+def disk(folders: Mapping[str, Path], period: float = PERIOD) -> Iterator[Finding]:
     """Is there room, and for how long a recording?"""
-    second = (needed_bytes(COLUMNS, 10_000) - needed_bytes(COLUMNS, 0)) / 10_000 / PERIOD
+    second = (needed_bytes(COLUMNS, 10_000) - needed_bytes(COLUMNS, 0)) / 10_000 / period
     for what, place in folders.items():
         folder = place
         while not folder.exists() and folder != folder.parent:

@@ -6,17 +6,19 @@ import threading
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from macromicro.columns import Column, whole
 from macromicro.control.live.messages import Stop
 from macromicro.errors import MacromicroError
+from macromicro.nominal import PERIOD
 from macromicro.place import LENGTH, Place
 from macromicro.recorder import Recorder
 from macromicro.recording_format import Attribute
 from macromicro.serve.choosing import AnySettings
 from macromicro.serve.loop_connection import LoopConnection
 from macromicro.serve.settings import STOP
-from macromicro.serve.shared import PERIOD, WRITTEN, Shared, columns
+from macromicro.serve.shared import WRITTEN, Shared, columns
 from macromicro.serve.shared import shown as told
 from macromicro.serve.snapshot import RecordingState
 from macromicro.serve.storage import make_folder
@@ -28,10 +30,22 @@ KEPT = 1000  # names of recordings that are remembered
 EVERY = 0.1  # s between looks at the ring
 
 
+class Means(NamedTuple):
+    """What places are counted in, and the columns of the law, as `shared.shown` takes them; the
+    loop's period [s]."""
+
+    place: Place = LENGTH
+    law: tuple[Column, ...] = ()
+    period: float = PERIOD
+
+
+_PLAIN = Means()
+
+
 class Recording:
     """One recording under way. `failed` is called once, in the thread, with the reason why it
-    ended early; all rows before are safe then, and the file is complete. `means`: what places are
-    counted in, and the columns of the law, as `shared.shown` takes them.
+    ended early; all rows before are safe then, and the file is complete. `capacity`: rows that have
+    room at first; `means`: what they mean.
 
     Raises what `Recorder` raises; from then on nothing raises.
     """
@@ -47,15 +61,21 @@ class Recording:
         *,
         overwrite: bool = False,
         channels: Sequence[str] = (),
-        means: tuple[Place, tuple[Column, ...]] = (LENGTH, ()),
+        means: Means = _PLAIN,
     ) -> None:
         self._shared, self._trail = shared, trail
-        self._kept = columns(channels, means[1])
+        self._kept = columns(channels, means.law)
         self._count = int(shared.cells[WRITTEN])
-        every, self._scales = told(*means)
+        every, self._scales = told(means.place, means.law)
         self._columns = tuple(every[k] for k in self._kept)
         self._recorder = Recorder(
-            path, self._columns, capacity, PERIOD, attributes, overwrite=overwrite, events=True
+            path,
+            self._columns,
+            capacity,
+            means.period,
+            attributes,
+            overwrite=overwrite,
+            events=True,
         )
         trail.begin()
         self._failed = failed
@@ -112,7 +132,7 @@ class Recordings:
         attributes: Mapping[str, Attribute],
     ) -> None:
         self._connection, self._settings, self._attributes = connection, settings.serve, attributes
-        self._means = settings.live.place, settings.law_columns
+        self._means = Means(settings.live.place, settings.law_columns, settings.period)
         self._lock = threading.Lock()
         self._recording: Recording | None = None
         self._begun: deque[Path] = deque(maxlen=KEPT)
@@ -138,13 +158,13 @@ class Recordings:
             if self.state.active:
                 found = self.state.path
                 raise MacromicroError(f"a recording is under way, into {found}; end it first")
-            capacity = self._settings.recorder_capacity
+            capacity = round(self._settings.recorder_capacity / self._means.period)
             make_folder(path.parent, capacity, "recording into")
             self._recording = Recording(
                 shared,
                 self._connection.trail,
                 path,
-                round(capacity / PERIOD),
+                capacity,
                 self._attributes,
                 self._failed,
                 overwrite=overwrite,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, NamedTuple, Self
 
@@ -11,6 +11,7 @@ from macromicro.columns import Column
 from macromicro.control import macro, outside
 from macromicro.control.live.parameters import Live, SoftLimits
 from macromicro.control.settings import Control
+from macromicro.errors import InputError
 from macromicro.nominal import PERIOD
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.programme.travel import Travel
@@ -24,6 +25,7 @@ from macromicro.settings import chosen
 CHOICE = "service choice"
 STOP, HOLD, GO_ON = "stop", "hold", "go on"
 AUTO, OFF = "auto", "off"
+LEAST_LOOKS = 5  # periods within the shortest silence or wait that means anything
 
 
 class ServeSettings(NamedTuple):
@@ -130,6 +132,24 @@ class ServeSettings(NamedTuple):
     ] = 300.0
 
 
+def problems(serve: ServeSettings, period: float) -> Iterator[rules.Problem]:
+    """What the server would take for a fault in a loop of this period [s] that is none."""
+    told, least = f"at a period of {1e3 * period:.4g} ms", LEAST_LOOKS * period
+    if serve.miss_share * round(serve.miss_window / period) < 1.0:
+        yield "serve.miss_share", serve.miss_share, f"at least one period of the window, {told}"
+    for name in ("loop_timeout", "parent_timeout", "reply_timeout"):
+        value = getattr(serve, name)
+        if value < least * (1.0 - 1e-9):
+            accepted = f"{1e3 * least:.4g} ms or more, {LEAST_LOOKS} periods {told}"
+            yield f"serve.{name}", f"{1e3 * value:.4g} ms", accepted
+
+
+def kept(serve: ServeSettings, period: float, where: str) -> None:
+    """InputError for the first of these `problems`."""
+    for name, value, accepted in problems(serve, period):
+        raise InputError(f"{where}, {name}", value, accepted)
+
+
 class LiveSettings(NamedTuple):
     """The tree behind ``--config`` of the commands that run the machine live: everything
     that `macromicro.settings.Settings` has, [live] and [serve]. Its guard is stricter."""
@@ -156,6 +176,11 @@ class LiveSettings(NamedTuple):
     def model(self) -> str:
         """What the machine is called."""
         return "two-stage positioner"
+
+    @property
+    def period(self) -> float:
+        """Of the live machine, s: that of its laws."""
+        return PERIOD
 
     @property
     def law_columns(self) -> tuple[Column, ...]:
@@ -199,10 +224,8 @@ class LiveSettings(NamedTuple):
 
     def together(self) -> list[rules.Problem]:
         """What cannot work together."""
-        serve = self.serve
-        if serve.miss_share * round(serve.miss_window / PERIOD) < 1.0:
-            return [("serve.miss_share", serve.miss_share, "at least one period of the window")]
-        return [*rules.machine(self), *rules.live(self)]
+        found = [*problems(self.serve, self.period)]
+        return found or [*rules.machine(self), *rules.live(self)]
 
 
 def load(path: Path | None, law: str | None = None) -> LiveSettings:

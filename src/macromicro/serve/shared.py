@@ -23,18 +23,17 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from macromicro import nominal
 from macromicro.arrays import Array, packed
 from macromicro.columns import Column, Quantity, layout
 from macromicro.control.live.alone import SENSORS
+from macromicro.machines import pace
 from macromicro.place import Place
 from macromicro.serve.machine import SECONDLY, Second, View
 from macromicro.types import Command, Enable, Lines, Outputs, Sample
 from macromicro.units import size
 
 RING_S = 60.0
-PERIOD = nominal.PERIOD
-ROWS = round(RING_S / PERIOD)
+ROWS = round(RING_S / pace.LEAST)  # longer ones have as many rows
 
 
 class Vitals(NamedTuple):

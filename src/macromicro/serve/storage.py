@@ -10,7 +10,7 @@ from macromicro.errors import InputError
 from macromicro.recorder import check_space
 from macromicro.recording_format import needed_bytes
 from macromicro.schema.text import printable
-from macromicro.serve.shared import COLUMNS, PERIOD
+from macromicro.serve.shared import COLUMNS
 
 _FILE = "a file in a folder that can be made and written to"
 _FOLDER = "a folder that exists or can be made, and be written to"
@@ -44,9 +44,9 @@ def kind(path: Path) -> str:
     return "" if stat.S_ISREG(mode) else "a folder" if stat.S_ISDIR(mode) else "no regular file"
 
 
-def make_folder(path: Path, seconds: float, option: str = "--record") -> None:
+def make_folder(path: Path, rows: int, option: str = "--record") -> None:
     """Make the folder for recordings; InputError where it cannot be, or lacks the space that
-    one of `seconds` takes."""
+    one of so many `rows` takes."""
     where = f"{option} {printable(path, 300)}"
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -55,6 +55,6 @@ def make_folder(path: Path, seconds: float, option: str = "--record") -> None:
     except OSError as error:
         raise InputError(where, error.strerror or str(error), _FOLDER) from None
     try:
-        check_space(path, needed_bytes(COLUMNS, round(seconds / PERIOD)))
+        check_space(path, needed_bytes(COLUMNS, rows))
     except InputError as error:
         raise InputError(where, error.value, error.accepted) from None

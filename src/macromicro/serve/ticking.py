@@ -1,4 +1,4 @@
-"""The 1 kHz loop: one control period after the other, and what may end it.
+"""The loop: one control period after the other, and what may end it.
 
 It does no file and no network access, and never waits for the serving process. Each period:
 read; emergency stop, requests; control; guard; write; telemetry; wait.

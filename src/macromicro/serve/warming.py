@@ -31,7 +31,7 @@ from macromicro.serve.link import Outbox, pair
 from macromicro.serve.machine import Machine
 from macromicro.serve.persist import Restored
 from macromicro.serve.settings import LiveSettings
-from macromicro.serve.shared import PERIOD, Shared
+from macromicro.serve.shared import Shared
 from macromicro.serve.ticking import Loop
 
 _REST = 200  # periods within which a motion is braked, and the carriage seen to stand
@@ -77,9 +77,9 @@ def warm(make: Callable[[], Machine], limits: Guard, settings: LiveSettings) -> 
     shared = Shared.create(256)
     ours, theirs = pair()
     try:
-        rig = CompiledGuarded(twin, limits, PERIOD)
+        rig = CompiledGuarded(twin, limits, settings.period)
         machine = make()
-        loop = Loop(rig, machine, shared, Outbox(theirs), settings.serve, PERIOD, False)
+        loop = Loop(rig, machine, shared, Outbox(theirs), settings.serve, settings.period, False)
         with rig:
             machine.begin(rig.read(), Restored(True, 0.0, "warming"))
             loop.rehearse(requests(settings.live))

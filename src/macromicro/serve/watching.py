@@ -12,7 +12,7 @@ from macromicro.control.live.parameters import Live, SoftLimits
 from macromicro.serve import faults, lamps
 from macromicro.serve.choosing import AnySettings
 from macromicro.serve.position_store import FLICKER, Place
-from macromicro.serve.shared import ALIVE, EMERGENCY, INDEX, PERIOD, SAFE_SINCE, SEEN, Shared
+from macromicro.serve.shared import ALIVE, EMERGENCY, INDEX, SAFE_SINCE, SEEN, Shared
 from macromicro.serve.snapshot import AxisNow, Pace, RecordingState, Snapshot, Trouble
 
 NO_RECORDING = RecordingState(False, "", 0, 0, "")
@@ -137,8 +137,8 @@ def emergency_time(shared: Shared | None) -> float:
     return (safe - stamp) * 1e-9 if stamp and stamp == int(shared.cells[EMERGENCY]) else math.nan
 
 
-def place(shared: Shared, why: str) -> Place | None:
-    """What the position file is to say; None before the first row.
+def place(shared: Shared, why: str, period: float) -> Place | None:
+    """What the position file is to say; None before the first row. `period` [s]: of the loop.
 
     It is moving while a motion is under way and as long as the carriage coasts, or is pushed.
     """
@@ -153,16 +153,16 @@ def place(shared: Shared, why: str) -> Place | None:
         status.offset,
         bool(row[INDEX["trusted"]] > 0.5),
         why,
-        moving or not _stands(shared, written),
+        moving or not _stands(shared, written, period),
         float(row[INDEX["laser"]] * 1e-6 - row[INDEX["hall_position"]] * 1e-3),
         float(row[INDEX["y_count"]]),
         status.second_offset,
     )
 
 
-def _stands(shared: Shared, written: int) -> bool:
+def _stands(shared: Shared, written: int, period: float) -> bool:
     """Has the carriage given no more than the flicker of one edge in the last `STOOD_S`?"""
-    _, _, block = shared.since(max(written - round(STOOD_S / PERIOD), 0))
+    _, _, block = shared.since(max(written - round(STOOD_S / period), 0))
     for name in ("macro_position", "y_count"):
         counts = block[INDEX[name]]
         counts = counts[np.isfinite(counts)]

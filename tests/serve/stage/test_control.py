@@ -21,23 +21,10 @@ from macromicro.machines.stage import Bounds
 from macromicro.serve import faults
 from macromicro.serve.stage import control as controls
 from macromicro.serve.stage import settings
-from macromicro.serve.stage.control import Control, periods
+from macromicro.serve.stage.control import Control
 from macromicro.serve.stage.rig import Simulated
 
 PRINTER = Path(__file__).parents[3] / "examples" / "machines" / "printer.toml"
-
-
-@pytest.mark.parametrize(("period", "number"), [("1 ms", 1), ("0.25 ms", 4), ("0.1 ms", 10)])
-def test_its_periods_fit_into_one_of_the_loop(period: str, number: int) -> None:
-    tree = machines.MACHINES[0].settings.with_("timing.period", period)
-    assert periods(tree, 1e-3) == number
-
-
-@pytest.mark.parametrize("period", [2e-3, 1e-3 / 3.3, 1e-3 / 3.7, 1e4])
-def test_no_whole_number_of_its_periods_is_refused(period: float) -> None:
-    tree = SimpleNamespace(timing=SimpleNamespace(period=period))
-    with pytest.raises(InputError, match="1 ms or a whole part"):
-        periods(tree, 1e-3)
 
 
 class Driven:
@@ -47,7 +34,7 @@ class Driven:
         found = settings.load(PRINTER)
         assert found is not None
         self.tree = found.tree
-        self.rig = Simulated(found.machine, found.tree, found.live.pitch, 1e-3, 0)
+        self.rig = Simulated(found.machine, found.tree, found.live.pitch, 0)
         self.control: Control = self.rig.control
 
     def run(self, course: Course, seconds: float) -> float:
@@ -151,7 +138,7 @@ class Watched:
         monkeypatch.setattr(stage, "quickest", lambda function, *kinds: compiled(function))
 
     def control(self, kind: Any = None) -> Control:
-        return Control(self.machine, self.tree, kind or self.machine.kind, 4)
+        return Control(self.machine, self.tree, kind or self.machine.kind)
 
     def start(self, gains: Any, seen: Sample) -> tuple[Any, ...]:
         self.begun += 1

@@ -18,7 +18,7 @@ from macromicro.recording import Recording as Recorded
 from macromicro.serve import choosing, shared
 from macromicro.serve.joint import control as joint
 from macromicro.serve.machine import View
-from macromicro.serve.recording import Recording
+from macromicro.serve.recording import Means, Recording
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import COLUMNS, OWN, Shared, Vitals, telemetry
 from macromicro.serve.stage import settings
@@ -61,7 +61,7 @@ def test_a_stage_tells_what_its_own_law_remembers(tmp_path: Path, monkeypatch) -
         "macromicro.serve.stage.control.checked", lambda *_: None
     )  # it has no limit
     assert found.law_columns == (SPEED,)
-    rig = Simulated(found.machine, found.tree, found.live.pitch, 1e-3, 0)
+    rig = Simulated(found.machine, found.tree, found.live.pitch, 0)
 
     class Session:
         channels, clock = rig.channels, rig.clock
@@ -122,7 +122,7 @@ def test_a_record_has_their_names_units_and_values(tmp_path: Path) -> None:
     memory = Shared.create(1000)
     recording = Recording(
         memory, Trail(), tmp_path / "a.h5", 10, {}, print, channels=("encoder",),
-        means=(LENGTH, (SPEED,)),
+        means=Means(LENGTH, (SPEED,)),
     )  # fmt: skip
     for k in range(5):
         memory.put(row([float(k)]))

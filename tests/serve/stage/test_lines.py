@@ -8,19 +8,17 @@ import sys
 import time
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import pytest
+from tests.serve.stage.bed import Bed
 
 from macromicro.control.live import messages as m
-from macromicro.control.live.messages import Accepted, Finished
+from macromicro.control.live.messages import Accepted
 from macromicro.errors import InputError
-from macromicro.rig.session import Session
+from macromicro.nominal import PERIOD
 from macromicro.serve import shared
-from macromicro.serve.persist import Restored
-from macromicro.serve.shared import LINES, PERIOD
-from macromicro.serve.stage import opening, settings
-from macromicro.serve.stage import rig as stage_rig
+from macromicro.serve.shared import LINES
+from macromicro.serve.stage import settings
 from macromicro.serve.station import Station
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "machines"
@@ -47,64 +45,6 @@ def written(
     text = ALL.format(on=on, home=home, pulse=pulse)
     file.write_text(f'machine = "{machine}"\n{text}{more}', encoding="utf-8")
     return file
-
-
-class Bed:
-    """The loop's own parts, without its process."""
-
-    def __init__(self, file: Path, seed: int = 0) -> None:
-        found = settings.load(file)
-        assert found is not None
-        self.tree, self.pitch = found.tree, found.live.pitch
-        self.rig = opening._simulated(found, seed)
-        self.machine = opening._live(found, self.rig)
-        self.led = stage_rig.Led(Session(self.rig, PERIOD), self.rig)
-        self.led.__enter__()
-        self.machine.begin(self.led.read(), Restored(False, math.nan, "no"))
-        self.notices: list[Any] = []
-        self.fault: Any = None
-        self.rows: list[tuple[float, ...]] = []
-        self.run(2)
-
-    def run(self, periods: int) -> None:
-        for _ in range(periods):
-            sample = self.led.read()
-            self.rows.append(self.led.lines())
-            _, outputs, notices = self.machine.step(sample, PERIOD)
-            self.notices += notices
-            if self.led.tripped and self.fault is None:
-                self.fault, blind = self.led.fault()
-                words = {"evidence": self.fault.evidence}
-                self.notices += self.machine.fail(self.fault.name, words, blind)
-            self.led.write(outputs)
-            self.led.clock.wait(PERIOD)
-
-    def ask(self, request: Any) -> Any:
-        reply, notices = self.machine.accept(request)
-        self.notices += notices
-        return reply
-
-    def end(self, request: Any) -> Finished:
-        reply = self.ask(request)
-        assert isinstance(reply, Accepted), reply
-        for _ in range(60_000):
-            self.run(1)
-            ends = [n for n in self.notices if isinstance(n, Finished) and n.id == reply.id]
-            if ends:
-                return ends[0]
-        raise AssertionError(reply)
-
-    def clear(self) -> None:
-        self.led.renew()
-        self.fault = None
-        assert isinstance(self.ask(m.ClearFault(gone=True)), Accepted)
-
-    def line(self, name: str) -> float:
-        return self.led.lines()[LINES.index(name)]
-
-    @property
-    def place(self) -> float:
-        return float(self.rig._state.axis.x)
 
 
 WAYS = [

@@ -26,7 +26,7 @@ class Machine:
         found = settings.load(SCREW)
         assert found is not None
         self.settings, tree = found, found.tree
-        self.rig = Simulated(found.machine, tree, found.live.pitch, 1e-3, 0)
+        self.rig = Simulated(found.machine, tree, found.live.pitch, 0)
         self.led = Led(
             guide.parameters(found.machine, tree),
             guide.guide(found.machine, tree),

@@ -71,10 +71,3 @@ def test_a_kept_position_is_of_one_machine_with_its_settings(tmp_path: Path) -> 
     text = found.as_toml(found.controller, found.live.limits._replace(whole_high=0.1))
     again = settings.load(written(tmp_path, text))
     assert again is not None and again.tree.travel.high == 0.1
-
-
-@pytest.mark.parametrize("period", ["2 ms", "0.3 ms"])
-def test_a_period_that_does_not_fit_is_refused(period: str, tmp_path: Path) -> None:
-    text = f'machine = "axis"\n[timing]\nperiod = "{period}"\n'
-    with pytest.raises(InputError, match=r"own.toml, timing.period.*1 ms or a whole part"):
-        settings.load(written(tmp_path, text))

@@ -45,6 +45,16 @@ def test_a_view_shows_its_span_in_no_more_columns(span: float, columns: int) -> 
     assert view.rows >= span * 1e3 > view.rows - view.width
 
 
+@pytest.mark.parametrize("period", [1.2e-3, 2e-3, 0.1])
+def test_a_view_of_another_period_has_as_many_seconds(period: float) -> None:
+    view = bins.view(3, 10.0, 400, period)
+    assert view.columns <= 400
+    assert view.rows * period == pytest.approx(10.0, abs=view.width * period)
+    block = np.zeros((len(NAMES), 5))
+    head = bins.HEADER.unpack_from(bins.frame(view, 5, block, NAMES, 1.0))
+    assert head[5] == pytest.approx(view.width * period)
+
+
 def test_a_frame_tells_place_and_time_of_its_bins() -> None:
     view = bins.view(9, 10.0, 1000)
     block = np.zeros((len(NAMES), 25))

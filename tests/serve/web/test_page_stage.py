@@ -158,3 +158,17 @@ def test_a_column_of_a_law_is_plotted_with_its_words_and_unit(
         # The law runs: it shows a number with its unit, and a line in its plot.
         until(lambda: "mm/s" in page.run(PLOTS)[-1] and page.run(PLOTS)[-1][-5] not in "-")
         until(lambda: page.run(DRAWN))
+
+
+def test_the_plots_go_by_the_loops_own_period(chromium: None, tmp_path: Path) -> None:
+    file = tmp_path / "slow.toml"
+    file.write_text('machine = "axis"\n[timing]\nperiod = "2 ms"\n', encoding="utf-8")
+    with opened(file, tmp_path) as page:
+        ring = "const r = window.macromicro.ring(); return r && [r.period, r.width * r.columns, "
+        ring += "r.end(r.newest) - r.time, r.newest]"
+        until(lambda: (page.run(ring) or [0.0])[0] == 2e-3 and page.run(ring)[3] > 0)
+        period, span, off, _ = page.run(ring)
+        assert span == pytest.approx(10.0, rel=0.05)
+        width = page.run("return window.macromicro.ring().width")
+        # The newest row is in the newest column: its right end is no more than that away.
+        assert -period <= off <= width

@@ -16,7 +16,6 @@ from macromicro.serve.epics.channels import channel, show
 from macromicro.serve.epics.gathering import Gathering
 from macromicro.serve.epics.record import Axis, MoveError, Now, Record
 from macromicro.serve.instrument import Instrument
-from macromicro.serve.shared import PERIOD
 from macromicro.serve.snapshot import Snapshot
 from macromicro.serve.web import bins
 
@@ -244,7 +243,7 @@ class Channels:
 
     async def look_back(self) -> None:
         """Bring the traces up to date."""
-        rows = round(TRACE_S / PERIOD)
+        rows = round(TRACE_S / self._instrument.period)
         block = self._instrument.newest(rows)
         _, _, names = self._station.telemetry(NEVER)
         if not block.shape[1]:

@@ -12,7 +12,6 @@ from macromicro.serve.client import Entry
 from macromicro.serve.gcs import errors, tables
 from macromicro.serve.gcs.errors import GcsError
 from macromicro.serve.gcs.session import MOST, Session
-from macromicro.serve.shared import PERIOD
 
 Words = Sequence[str]
 Answer = str | None
@@ -223,7 +222,8 @@ def _drl(call: Call) -> Answer:
 
 def _hdr(call: Call) -> Answer:
     shown = [f"{k}={name}" for k, name in enumerate(tables.names(call.session), 1)]
-    last = [f"at most {MOST} values since the last MOV, MVR or FRF, each {PERIOD:g} s * RTR"]
+    each = call.session.instrument.period
+    last = [f"at most {MOST} values since the last MOV, MVR or FRF, each {each:g} s * RTR"]
     return " \n".join(["#RecordTables", *shown, "#Additional information", *last, "end of help"])
 
 

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from macromicro.arrays import Array
 from macromicro.serve.gcs.errors import NO_TABLE, OUT_OF_RANGE, GcsError
 from macromicro.serve.gcs.session import MOST, Session
-from macromicro.serve.shared import PERIOD
 from macromicro.serve.web import bins
 
 
@@ -47,7 +46,7 @@ def array(session: Session, first: int, count: int, tables: Sequence[int]) -> st
         "TYPE": "1",
         "SEPARATOR": "32",
         "DIM": str(len(tables)),
-        "SAMPLE_TIME": f"{session.rate * PERIOD:.6g}",
+        "SAMPLE_TIME": f"{session.rate * session.instrument.period:.6g}",
         "NDATA": str(count),
     }
     head |= {f"NAME{k}": called[table - 1] for k, table in enumerate(tables)}

@@ -11,7 +11,7 @@ from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.control.live.leading import Course
 from macromicro.control.stage_law import StageLaw
-from macromicro.machines import guarding, lines, stage
+from macromicro.machines import guarding, lines, pace, stage
 from macromicro.machines.guarding import OK
 from macromicro.machines.joint import loop, runs
 from macromicro.machines.joint.loop import TOLD, Bench, Half, Joined, Run
@@ -36,12 +36,11 @@ class Control:
         Whose laws they are.
     tree : Any
         Its settings.
-    number : int
-        Control periods in one period of the live machine.
     """
 
-    def __init__(self, machine: Joint, tree: Any, number: int) -> None:
-        self._trees, self._number = of(tree), number
+    def __init__(self, machine: Joint, tree: Any) -> None:
+        self._trees = of(tree)
+        number = self.number = pace.periods(tree.x)
         self.kinds, self._laws = runs.kinds(machine), runs.laws(machine)
         self._gains = list(map(gains, self._trees))
         for name, axis, own in zip(AXES, machine.axes, self._trees, strict=True):
@@ -134,7 +133,7 @@ class Control:
         after = (run.first.stage, run.second.stage)
         if self.tripped:
             self.enable = 0.0
-        if written < self._number:
+        if written < self.number:
             return self._coast(bench, after, tuple(each[written:] for each in noise))
         return after
 

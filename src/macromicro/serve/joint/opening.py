@@ -28,7 +28,6 @@ from macromicro.serve.joint.settings import JointSettings
 from macromicro.serve.joint.together import Together
 from macromicro.serve.loop_spec import Spec
 from macromicro.serve.persist import Evident
-from macromicro.serve.shared import PERIOD
 from macromicro.serve.stage import guide
 from macromicro.serve.stage import machine as live
 from macromicro.serve.stage.opening import REST, rehearsed
@@ -59,7 +58,7 @@ class Opened(NamedTuple):
         """Drive another pair of simulated axes through the very loop."""
         settings = self.settings
         rig = simulated(settings, 0)
-        machine, led = paired(settings, rig), Led(Session(rig, PERIOD), rig)
+        machine, led = paired(settings, rig), Led(Session(rig, settings.period), rig)
         x, y = (0.5 * (own.travel.low + own.travel.high) for own in of(settings.tree))
         plans = planning.plan(course.usual(settings.tree), settings.tree).plans
         slow = settings.live.jogging.slow
@@ -77,7 +76,7 @@ class Opened(NamedTuple):
             (ClearFault(), 10),
             (Disable(), 10),
         )
-        rehearsed(led, machine, settings.serve, requests)
+        rehearsed(led, machine, settings, requests)
 
 
 def opened(spec: Spec) -> Opened:
@@ -95,7 +94,7 @@ def opened(spec: Spec) -> Opened:
 def simulated(settings: JointSettings, seed: int) -> Simulated:
     """Both axes of the settings."""
     first, second = (each.pitch for each in settings.lives)
-    return Simulated(settings.machine, settings.tree, (first, second), PERIOD, seed)
+    return Simulated(settings.machine, settings.tree, (first, second), seed)
 
 
 def paired(settings: JointSettings, rig: Simulated) -> Pair:
@@ -108,7 +107,7 @@ def paired(settings: JointSettings, rig: Simulated) -> Pair:
         def take(gains: object, k: int = k) -> None:
             rig.control.take(k, gains)
 
-        led = live.Led(guide.parameters(axis, own), lead, PERIOD, own, take)
+        led = live.Led(guide.parameters(axis, own), lead, settings.period, own, take)
         led.lines = lambda k=k: rig.lines[k]  # type: ignore[misc]
         leds.append(led)
     made = Pair((leds[0], leds[1]), tree, Together(tree))

@@ -11,7 +11,7 @@ import numpy as np
 from macromicro.control.live.alone import SENSORS
 from macromicro.control.live.leading import Course
 from macromicro.control.live.messages import AXES
-from macromicro.machines import guarding
+from macromicro.machines import guarding, pace
 from macromicro.machines.joint import runs
 from macromicro.machines.joint.machine import Joint
 from macromicro.machines.signals import Sample
@@ -23,7 +23,6 @@ from macromicro.serve.joint.control import Control
 from macromicro.serve.shared import NO_LINES
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.stage import rig as stage_rig
-from macromicro.serve.stage.control import periods
 from macromicro.serve.stage.rig import counted
 from macromicro.types import ENABLE, QUIET, SAFE, Lines, Outputs
 from macromicro.types import Sample as Shown
@@ -42,20 +41,15 @@ class Simulated(stage_rig.Entered):
         Its settings.
     pitches : tuple[float, float]
         Way per count that each shows, m.
-    dt : float
-        Period of the loop, s.
     seed : int
         Seed of their sensors' noise.
     """
 
-    def __init__(
-        self, machine: Joint, tree: Any, pitches: tuple[float, float], dt: float, seed: int
-    ) -> None:
+    def __init__(self, machine: Joint, tree: Any, pitches: tuple[float, float], seed: int) -> None:
         self.channels = tuple(SENSORS[axis] for axis in AXES)
-        self.dt, self.tick, self._pitches = dt, 0, pitches
+        self.dt, self.tick, self._pitches = pace.period(tree.x), 0, pitches
         self.clock = VirtualClock(self)
-        number = periods(tree.x, dt)
-        self.control = Control(machine, tree, number)
+        self.control = Control(machine, tree)
         self.source: Source = lambda: (Course(), Course())
         self._kinds = tuple(axis.kind for axis in machine.axes)
         self._measure = [quickest(kind.measure, kind) for kind in self._kinds]
@@ -65,7 +59,7 @@ class Simulated(stage_rig.Entered):
             kind.initial(params) for kind, params in zip(self._kinds, self._bench[:2], strict=True)
         )
         self._random = noise_source(seed)
-        self._noise = tuple(np.empty((number, kind.noises)) for kind in self._kinds)
+        self._noise = tuple(np.empty((self.control.number, kind.noises)) for kind in self._kinds)
         self.second = Shown(0.0, *[math.nan] * 5)
         self.lines: list[Lines] = [QUIET, QUIET]
         self._draw()

@@ -9,22 +9,21 @@ from typing import Any, NamedTuple
 from macromicro.columns import Column
 from macromicro.control.live.parameters import Live, SoftLimits
 from macromicro.errors import InputError
+from macromicro.machines import pace
 from macromicro.machines.joint import machine as joint
 from macromicro.machines.joint import runs
 from macromicro.machines.joint.machine import Joint
 from macromicro.machines.joint.settings import AXES, DEFAULT, of
 from macromicro.machines.machine import JOINT
 from macromicro.machines.tree import gains, gains_set
-from macromicro.nominal import PERIOD
 from macromicro.rig import limits
 from macromicro.rig.limits import Limits
 from macromicro.schema.config import overridden
 from macromicro.schema.text import printable
 from macromicro.serve.joint import control
 from macromicro.serve.joint.programmes import TwoAxes
-from macromicro.serve.settings import ServeSettings
+from macromicro.serve.settings import ServeSettings, kept
 from macromicro.serve.stage import guide
-from macromicro.serve.stage.control import periods
 from macromicro.serve.stage.settings import parted
 
 
@@ -61,6 +60,11 @@ class JointSettings(NamedTuple):
         return Gains(*map(gains, of(self.tree)))
 
     @property
+    def period(self) -> float:
+        """Of the live machine, s."""
+        return pace.period(self.tree.x)
+
+    @property
     def law_columns(self) -> tuple[Column, ...]:
         """What its laws show of their memory, of those of another package."""
         return control.law_columns(runs.kinds(self.machine), runs.laws(self.machine))
@@ -94,16 +98,13 @@ def load(path: Path, law: str | None = None) -> JointSettings:
     """The settings in a file of a machine of two axes.
 
     Raises InputError as `joint.machine.load` does, for a law, of which each axis has its own, and
-    for a control period of which no whole number fits into one of the live machine.
+    for a control period that the server is too slow for.
     """
     if law is not None:
         raise InputError("--law", law, joint.LAWS)
     file, table, serve = parted(path)
     tree = overridden(DEFAULT, table, file) if table else DEFAULT
-    try:
-        periods(tree.x, PERIOD)
-    except InputError as error:
-        raise InputError(f"{file}, x.{error.where}", error.value, error.accepted) from None
+    kept(serve, pace.period(tree.x), file)
     axes = joint.under(tree).axes
     first, second = (guide.live(axis, own) for axis, own in zip(axes, of(tree), strict=True))
     model = f"{JOINT} {printable(Path(path).stem, 60)}".replace(",", " ")

@@ -160,7 +160,7 @@ COMMANDS = (
     Command(
         "DIAGnostic:PACE?",
         _pace,
-        "How well the loop keeps its period of 1 ms.",
+        "How well the loop keeps its period.",
         answer="periods, missed, share missed of late, greatest lateness us, longest work us",
     ),
     Command(

@@ -16,7 +16,7 @@ from macromicro.serve.scpi.answers import block, flag, number
 from macromicro.serve.scpi.command import Answer, Call, Command
 from macromicro.serve.scpi.errors import ScpiError, quoted
 from macromicro.serve.scpi.parameters import Flag, Number, Text, Word
-from macromicro.serve.shared import OWN, PERIOD, RING_S, columns
+from macromicro.serve.shared import OWN, RING_S, columns
 from macromicro.serve.shared import shown as told
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
@@ -67,7 +67,8 @@ def _data(call: Call) -> Answer:
     k = index.get(column.lower(), -1)
     if k < 0 or (k >= len(every) - OWN and k not in _there(call)):
         raise ScpiError(-224, f"{column[:40]}; accepted: a name that WAVeform:CATalog? lists")
-    rows = call.session.instrument.newest(round(seconds / PERIOD))
+    instrument = call.session.instrument
+    rows = instrument.newest(round(seconds / instrument.period))
     values = rows[k] * float(scales[k, 0])
     kind, length = call.session.format
     if kind == "ASC":
@@ -139,7 +140,7 @@ COMMANDS = (
     ),
     Command(
         "WAVeform:INTerval?",
-        lambda call: number(PERIOD),
+        lambda call: number(call.session.instrument.period),
         "Time between two values.",
         answer="s",
     ),

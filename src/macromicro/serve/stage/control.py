@@ -10,7 +10,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.control.live.leading import Course
 from macromicro.errors import InputError
-from macromicro.machines import guarding, lines, stage
+from macromicro.machines import guarding, lines, pace, stage
 from macromicro.machines.guarding import OK, Watch
 from macromicro.machines.lines import Held, Wired
 from macromicro.machines.machine import Machine
@@ -20,33 +20,6 @@ from macromicro.machines.stage import Bounds, Kind, Loop, Run
 from macromicro.machines.tree import gains
 
 FREE = Bounds(-math.inf, math.inf, math.inf)
-
-
-def periods(tree: Any, dt: float) -> int:
-    """How many control periods of a machine fit into one of the live machine.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of the machine.
-    dt : float
-        Period of the live machine, s.
-
-    Returns
-    -------
-    int
-        1 or more.
-
-    Raises
-    ------
-    InputError
-        No whole number of them.
-    """
-    number = dt / float(tree.timing.period)
-    if round(number) < 1 or abs(number - round(number)) > 1e-6:
-        accepted = f"{dt * 1e3:g} ms or a whole part of it: the live machine has that period"
-        raise InputError("timing.period", f"{tree.timing.period * 1e3:g} ms", accepted)
-    return round(number)
 
 
 def checked(machine: Machine, tree: Any, where: str = "") -> None:
@@ -131,12 +104,11 @@ class Control:
         Its settings.
     kind : Kind
         Kind of the stage that is driven: the machine's, or that of an open rig.
-    number : int
-        Control periods in one period of the live machine.
     """
 
-    def __init__(self, machine: Machine, tree: Any, kind: Kind, number: int) -> None:
-        self._law, self._tree, self._number = machine.law, tree, number
+    def __init__(self, machine: Machine, tree: Any, kind: Kind) -> None:
+        self._law, self._tree = machine.law, tree
+        number = self.number = pace.periods(tree)
         self.place = machine.kind.place
         self._gains = gains(tree)
         self.dt = float(tree.timing.period)
@@ -222,7 +194,7 @@ class Control:
                 self.captured = self.captured if math.isnan(each) else each
         if self.watch.fault != OK:
             self.enable = 0.0
-        if written < self._number:
+        if written < self.number:
             return self._coast(params, run.stage, noise[written:])
         return run.stage
 

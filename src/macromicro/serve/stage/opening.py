@@ -17,17 +17,17 @@ from macromicro.control.live.messages import (
     Stop,
 )
 from macromicro.errors import InputError
-from macromicro.machines import lines
+from macromicro.machines import lines, on_rig
 from macromicro.machines import rig as machine_rig
 from macromicro.rig.opening import TWIN, open_rig
 from macromicro.rig.session import BENCH, Fixture, Session
 from macromicro.rig.twin import VirtualClock
+from macromicro.serve.choosing import AnySettings
 from macromicro.serve.link import Outbox, pair
 from macromicro.serve.loop_spec import Spec
 from macromicro.serve.machine import Guard
 from macromicro.serve.persist import Evident, Restored
-from macromicro.serve.settings import ServeSettings
-from macromicro.serve.shared import PERIOD, Shared
+from macromicro.serve.shared import Shared
 from macromicro.serve.stage import guide
 from macromicro.serve.stage import machine as live
 from macromicro.serve.stage import rig as stage_rig
@@ -68,7 +68,7 @@ class Opened(NamedTuple):
             machine, tree = settings.machine, settings.tree
             own = _Like(machine.kind, tree)
             own.channels, own.outputs = self.rig.channels, self.rig.outputs
-            rig = stage_rig.Real(machine, tree, own, PERIOD)
+            rig = stage_rig.Real(machine, tree, own)
         middle = 0.5 * (settings.tree.travel.low + settings.tree.travel.high)
         requests = (
             (Stop(), 2),  # nothing is enabled before the first sample, which is seen behind it
@@ -82,11 +82,11 @@ class Opened(NamedTuple):
             (ClearFault(), 10),
             (Disable(), 10),
         )
-        led = stage_rig.Led(Session(rig, PERIOD), rig)
-        rehearsed(led, _live(settings, rig), settings.serve, requests)
+        led = stage_rig.Led(Session(rig, settings.period), rig)
+        rehearsed(led, _live(settings, rig), settings, requests)
 
 
-def rehearsed(led: Guard, machine: Any, serve: ServeSettings, requests: Any) -> None:
+def rehearsed(led: Guard, machine: Any, settings: AnySettings, requests: Any) -> None:
     """Requests, each with the periods behind it, on a rig that nothing else drives.
 
     Parameters
@@ -95,15 +95,15 @@ def rehearsed(led: Guard, machine: Any, serve: ServeSettings, requests: Any) -> 
         The rig under its guard.
     machine : Any
         What the loop drives.
-    serve : ServeSettings
-        Of the server.
+    settings : StageSettings | JointSettings
+        Of the machine and the server.
     requests : tuple[tuple[Any, int], ...]
         As of `Loop.rehearse`; once with a known place, and where it has to be found without one.
     """
     shared = Shared.create(256)
     ours, theirs = pair()
     try:
-        loop = Loop(led, machine, shared, Outbox(theirs), serve, PERIOD, False)
+        loop = Loop(led, machine, shared, Outbox(theirs), settings.serve, settings.period, False)
         with led:
             machine.begin(led.read(), Restored(True, 0.0, "warming", 0.0))
             loop.rehearse(requests)
@@ -134,15 +134,16 @@ def opened(spec: Spec) -> Opened:
     if spec.rig == TWIN:
         twin = _simulated(settings, spec.seed)
         return Opened(twin, _live(settings, twin), False, False, settings)
-    fixture = open_rig(spec.rig, spec.seed)
+    fixture = open_rig(spec.rig, spec.seed, alone=True)
     if fixture.kind != BENCH or not fixture.has("encoder"):
         shown = ", ".join(fixture.channels) or "nothing"
         where = f"--rig {fixture.name}, channels"
         raise InputError(where, shown, "encoder: the stage's, in counts of encoder.pitch")
+    on_rig.in_step(settings.tree, fixture)
     _needed(settings, fixture)
     made = fixture.make(spec.seed)
     paced = not isinstance(made.clock, VirtualClock)
-    real = stage_rig.Real(settings.machine, settings.tree, made, PERIOD)
+    real = stage_rig.Real(settings.machine, settings.tree, made)
     return Opened(real, _live(settings, real), paced, fixture.counted, settings)
 
 
@@ -162,13 +163,13 @@ def _needed(settings: StageSettings, fixture: Fixture) -> None:
 
 def _simulated(settings: StageSettings, seed: int) -> stage_rig.Simulated:
     machine, tree = settings.machine, settings.tree
-    return stage_rig.Simulated(machine, tree, settings.live.pitch, PERIOD, seed)
+    return stage_rig.Simulated(machine, tree, settings.live.pitch, seed)
 
 
 def _live(settings: StageSettings, rig: stage_rig.Simulated | stage_rig.Real) -> live.Led:
     machine, tree = settings.machine, settings.tree
     q = guide.guide(machine, tree, switched=ENABLE in rig.kind.lines)
-    made = live.Led(guide.parameters(machine, tree), q, PERIOD, tree, rig.control.take)
+    made = live.Led(guide.parameters(machine, tree), q, settings.period, tree, rig.control.take)
     rig.source = lambda: made.course
     made.lines = lambda: rig.lines
     return made

@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 from macromicro.control.live.leading import Course
-from macromicro.machines import guarding, lines, open_rig
+from macromicro.machines import guarding, lines, open_rig, pace
 from macromicro.machines.guarding import OK
 from macromicro.machines.machine import Machine
 from macromicro.machines.signals import Sample
@@ -19,7 +19,7 @@ from macromicro.rig.session import Session
 from macromicro.rig.twin import VirtualClock, noise_source
 from macromicro.serve import faults
 from macromicro.serve.snapshot import Trouble
-from macromicro.serve.stage.control import Control, periods
+from macromicro.serve.stage.control import Control
 from macromicro.types import ENABLE, QUIET, SAFE, Clock, Command, Outputs, Rig
 from macromicro.types import Sample as Shown
 
@@ -58,26 +58,23 @@ class Simulated(Entered):
         Its settings.
     pitch : float
         Way per count that it shows, m.
-    dt : float
-        Period of the loop, s.
     seed : int
         Seed of its sensor's noise.
     """
 
-    def __init__(self, machine: Machine, tree: Any, pitch: float, dt: float, seed: int) -> None:
+    def __init__(self, machine: Machine, tree: Any, pitch: float, seed: int) -> None:
         kind = self.kind = machine.kind
         self.channels: tuple[str, ...] = ("encoder", *kind.lines)
-        self.dt, self.tick, self.pitch = dt, 0, pitch
+        self.dt, self.tick, self.pitch = pace.period(tree), 0, pitch
         self.clock = VirtualClock(self)
-        number = periods(tree, dt)
-        self.control = Control(machine, tree, kind, number)
+        self.control = Control(machine, tree, kind)
         self.source: Source = Course
         self._measure = quickest(kind.measure, kind)
         self._sense = quickest(kind.sense, kind) if kind.lines else kind.sense
         self._params = kind.prepare(tree)
         self._state = kind.initial(self._params)
         self._random = noise_source(seed)
-        self._noise = np.empty((number, kind.noises))
+        self._noise = np.empty((self.control.number, kind.noises))
         self.lines = QUIET
         self._draw()
 
@@ -117,7 +114,7 @@ def counted(t: float, counts: float) -> Shown:
 
 
 class Real:
-    """A rig of a user's with an encoder, driven by a machine's law once a period of the loop.
+    """A rig of a user's with an encoder, driven by a machine's law while the loop waits.
 
     Parameters
     ----------
@@ -127,20 +124,18 @@ class Real:
         Its settings.
     rig : Rig
         The user's.
-    dt : float
-        Period of the loop, s.
     """
 
-    def __init__(self, machine: Machine, tree: Any, rig: Rig, dt: float) -> None:
+    def __init__(self, machine: Machine, tree: Any, rig: Rig) -> None:
         self.kind = open_rig.of(rig, machine.kind.place)
-        self.control = Control(machine, tree, self.kind, periods(tree, dt))
+        self.control = Control(machine, tree, self.kind)
         self.source: Source = Course
         self.outputs = tuple(getattr(rig, "outputs", ()))
         self.channels = tuple(dict.fromkeys((*rig.channels, *self.kind.lines)))
         self.lines = QUIET
         self._rig, self._pitch = rig, float(tree.encoder.pitch)
         self._sample = Shown(0.0, *[math.nan] * 5)
-        self._noise = np.empty((1, 0))
+        self._noise = np.empty((self.control.number, 0))
         self.clock: Clock = self
 
     def read(self) -> Shown:
@@ -184,15 +179,17 @@ class Real:
 
 
 class _Read:
-    """A rig that has been read in this period already."""
+    """A rig that has been read in the first of these periods already."""
 
     def __init__(self, rig: Rig, sample: Shown) -> None:
-        self._sample = sample
+        self._sample: Shown | None = sample
+        self._rig = rig
         self.write, self.clock = rig.write, rig.clock
         self.channels, self.outputs = rig.channels, getattr(rig, "outputs", ())
 
     def read(self) -> Shown:
-        return self._sample
+        sample, self._sample = self._sample, None
+        return self._rig.read() if sample is None else sample
 
 
 class Led:

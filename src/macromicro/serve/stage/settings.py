@@ -9,19 +9,16 @@ from typing import Any, NamedTuple
 from macromicro.columns import Column
 from macromicro.control.live.messages import MACRO
 from macromicro.control.live.parameters import Live, SoftLimits
-from macromicro.errors import InputError
 from macromicro.machines import machine as machines
-from macromicro.machines import stage
+from macromicro.machines import pace, stage
 from macromicro.machines.machine import Machine, as_toml
 from macromicro.machines.tree import gains, gains_set, joined
-from macromicro.nominal import PERIOD
 from macromicro.rig import limits
 from macromicro.rig.limits import Limits
 from macromicro.schema import config
 from macromicro.schema.text import printable, read_toml
-from macromicro.serve.settings import ServeSettings
+from macromicro.serve.settings import ServeSettings, kept
 from macromicro.serve.stage import guide
-from macromicro.serve.stage.control import periods
 from macromicro.serve.stage.programmes import OneStage
 
 _SERVE = "serve"
@@ -53,6 +50,11 @@ class StageSettings(NamedTuple):
     def controller(self) -> Any:
         """Gains of its law."""
         return gains(self.tree)
+
+    @property
+    def period(self) -> float:
+        """Of the live machine, s."""
+        return pace.period(self.tree)
 
     @property
     def law_columns(self) -> tuple[Column, ...]:
@@ -100,8 +102,8 @@ def parted(path: Path) -> tuple[str, dict[str, Any], ServeSettings]:
 def load(path: Path, law: str | None = None) -> StageSettings:
     """The settings in a file of a machine of one stage, under its law or another.
 
-    Raises InputError as `machines.machine.load` does, and for a control period of which no whole
-    number fits into one of the live machine.
+    Raises InputError as `machines.machine.load` does, and for a control period that the server is
+    too slow for.
     """
     machine = machines.chosen(path)
     file, table, serve = parted(path)
@@ -109,9 +111,6 @@ def load(path: Path, law: str | None = None) -> StageSettings:
     tree = config.overridden(defaults, table, file) if table else defaults
     if law is not None:  # the option goes before the file's word
         tree = joined(tree, law, "--law")
-    try:
-        periods(tree, PERIOD)
-    except InputError as error:
-        raise InputError(f"{file}, {error.where}", error.value, error.accepted) from None
+    kept(serve, pace.period(tree), file)
     model = f"{machine.name} {printable(Path(path).stem, 60)}".replace(",", " ")
     return StageSettings(machine.name, model, tree, guide.live(machine, tree), serve)

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from macromicro.arrays import Array
 from macromicro.control.live.messages import AXES
+from macromicro.nominal import PERIOD
 from macromicro.place import LENGTH, Place
-from macromicro.serve.shared import PERIOD, RING_S
+from macromicro.serve.shared import RING_S
 
 CHANNELS = (
     "macro reference",  # mm, homed frame; of a machine that turns, this and all places deg
@@ -44,11 +45,12 @@ def channels(stages: Sequence[str]) -> tuple[str, ...]:
 
 
 class View(NamedTuple):
-    """What a viewer wants to see: `width` rows a bin, `columns` bins."""
+    """What a viewer wants to see: `width` rows a bin, `columns` bins, a row each `period` [s]."""
 
     number: int
     width: int
     columns: int
+    period: float = PERIOD
 
     @property
     def rows(self) -> int:
@@ -56,11 +58,12 @@ class View(NamedTuple):
         return self.width * self.columns
 
 
-def view(number: int, span: float, columns: int) -> View:
-    """A view of `span` [s], at least, in about `columns` columns."""
-    rows = round(min(span, RING_S) / PERIOD)
+def view(number: int, span: float, columns: int, period: float = PERIOD) -> View:
+    """A view of `span` [s], at least, in about `columns` columns, of a loop of this
+    `period` [s]."""
+    rows = max(round(min(span, RING_S) / period), 1)
     width = max(-(-rows // columns), 1)
-    return View(number, width, -(-rows // width))
+    return View(number, width, -(-rows // width), period)
 
 
 def traces(
@@ -147,7 +150,7 @@ def frame(
         bins.shape[0],
         bins.shape[1],
         first // view.width,
-        view.width * PERIOD,
+        view.width * view.period,
         time,
         last,
         *newest,

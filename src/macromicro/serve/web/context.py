@@ -50,6 +50,7 @@ class Context:
             "channels": [*bins.channels(station.stages), *(c.name for c in law)],
             "law": [{"name": c.name, "unit": c.unit, "meaning": c.meaning} for c in law],
             "spans": list(bins.SPANS),
+            "period": self.instrument.period,
             "jog_s": bounds.jog,
             "largest": bounds.largest,
         }

@@ -24,7 +24,8 @@ class Stream:
 
     def __init__(self, context: Context) -> None:
         self._context, self._bounds = context, context.bounds
-        self.view = bins.view(0, bins.SPANS[1], 600)
+        self._period = context.instrument.period
+        self.view = bins.view(0, bins.SPANS[1], 600, self._period)
         self._shown = True
         self._since = -1
         self._wanted: dict[str, Any] | None = None
@@ -38,7 +39,7 @@ class Stream:
         if span not in bins.SPANS:
             raise Refusal(f"a span of {span:g} s", f"one of {bins.SPANS}")
         asked = number({"view": 0, **order}, "view")
-        self.view = bins.view(int(asked) & 0xFFFFFFFF, span, columns)
+        self.view = bins.view(int(asked) & 0xFFFFFFFF, span, columns, self._period)
         self._shown = order.get("frames") is not False
         self._since = -1
 

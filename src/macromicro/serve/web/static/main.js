@@ -19,7 +19,7 @@ const FEWEST = 16, MOST = 1200, SPAN = "10";
 const STALE_MS = 1000; // without a word from the server, what is shown is old
 const page = { state: {}, limits: null, say, put, uploaded: () => upload.chosen };
 // For whoever measures: frames that came, pictures that were drawn, the last emergency stop.
-window.macromicro = { frames: 0, drawn: 0, emergencyMs: 0, state: () => page.state };
+window.macromicro = { frames: 0, drawn: 0, emergencyMs: 0, state: () => page.state, ring: () => ring };
 
 const plots = [
   new Plot($("plots"), "Macro-stage", [[0, "two", "reference", "mm", 3], [1, "one", "position", "mm", 3]], 0.5),
@@ -30,7 +30,7 @@ const plots = [
   new Plot($("plots"), "Wire temperature, estimated", [[6, "two", "estimate", "degC", 1]], 5, "micro"),
 ];
 const ruler = new Ruler($("ruler"), pick), news = new News($("events"));
-let laws = 0, channels = FIRST, ring = null, view = 0, newest = null, pending = false, lost = false, replayed = true, heard = -Infinity;
+let laws = 0, channels = FIRST, period = 1e-3, ring = null, view = 0, newest = null, pending = false, lost = false, replayed = true, heard = -Infinity;
 
 const link = new Link({ welcome, state, news: tidings, gains: (g) => gains.show(g), frame, closed }, newView);
 const orders = new Orders(link, page), gains = new Gains(orders);
@@ -44,7 +44,7 @@ const steps = new Steps(orders, page), points = new Points(orders, page);
 function newView() {
   const span = Number($("span").value || sessionStorage.getItem("macromicro.span") || SPAN);
   const columns = Math.min(Math.max(Math.floor(plots[0].width), FEWEST), MOST);
-  ring = new Ring(++view, span, columns, channels);
+  ring = new Ring(++view, span, columns, channels, period);
   return { view, span, columns };
 }
 
@@ -67,8 +67,9 @@ function welcome(server) {
   $("login").hidden = server.admitted;
   suit(server);
   own(server);
-  if (channels !== server.channels.length) {
+  if (channels !== server.channels.length || period !== server.period) {
     channels = server.channels.length;
+    period = server.period;
     look();
   }
   if (lost) say("Connected again.");

@@ -6,8 +6,9 @@ const LEFT = 46, BOTTOM = 16, TOP = 6;
 export const MARGIN = LEFT + 4;
 
 export class Ring {
-  constructor(view, span, columns, channels) {
-    const rows = Math.round(span * 1000);
+  // `period` [s]: of the loop, whose rows come one each.
+  constructor(view, span, columns, channels, period) {
+    const rows = Math.max(Math.round(span / period), 1);
     const width = Math.max(Math.ceil(rows / columns), 1);
     this.view = view;
     this.columns = Math.ceil(rows / width);
@@ -16,7 +17,8 @@ export class Ring {
     this.tags = new Float64Array(this.columns).fill(-1);
     this.newest = -1;
     this.time = NaN;
-    this.width = width / 1000;
+    this.period = period;
+    this.width = width * period;
     this.row = 0;
   }
 
@@ -35,7 +37,7 @@ export class Ring {
   }
 
   // Time [s] at the right end of a column.
-  end(bin) { return this.time + (bin + 1) * this.width - (this.row + 1) / 1000; }
+  end(bin) { return this.time + (bin + 1) * this.width - (this.row + 1) * this.period; }
 }
 
 export class Plot {
