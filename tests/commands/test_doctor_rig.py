@@ -21,6 +21,8 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     rig = re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)[0]
     odd = 'class Odd(Carriage):\n    channels = ("encoder", "hall")\n'
     made = "def odd(seed):\n    return Odd()\n"
+    for name, what in (("slow", "Carriage"), ("slow_odd", "Odd")):
+        made += f"def {name}(seed):\n    made = {what}()\n    made.dt = 2e-3\n    return made\n"
     (folder / "mylab.py").write_text(f"{rig}\n\n{odd}\n\n{made}", encoding="utf-8")
     return folder
 
@@ -39,6 +41,14 @@ def test_the_page_s_rig_keeps_everything_moved_too(lab: Path) -> None:
     assert seen["direction"]["found"] == "3 V: +200 counts, -3 V: -200 counts"
     assert seen["killed process"]["found"].startswith("opened again after SIGKILL")
     assert "motor 3 V, then -3 V" in done.stderr
+
+
+def test_a_rig_of_one_stage_has_a_period_of_its_own(lab: Path) -> None:
+    done = doctor(lab, "--rig", "mylab:slow", "--open")
+    # It says 2 ms and keeps 1 ms.
+    assert "a period of 1 ms in the mean, for 2 ms" in done.stdout, done.stdout + done.stderr
+    done = doctor(lab, "--rig", "mylab:slow_odd", "--open")
+    assert done.returncode == 2 and "dt: '0.002 s'; accepted: 0.001 s" in done.stderr
 
 
 def test_nothing_moves_where_nobody_can_be_asked(lab: Path) -> None:

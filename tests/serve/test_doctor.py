@@ -129,6 +129,17 @@ def test_disk(free: float, state: str, monkeypatch: pytest.MonkeyPatch, tmp_path
     assert "of recording" in found.found
 
 
+def test_a_slower_loop_fills_a_disk_more_slowly(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(preflight.shutil, "disk_usage", lambda _: type("U", (), {"free": 1e10}))
+    hours = []
+    for period in (1e-3, 4e-3):
+        (found,) = preflight.disk({"recordings": tmp_path}, period)
+        hours.append(int(found.found.split(", ")[1].split()[0]))
+    assert hours[0] > 5 and abs(hours[1] - 4 * hours[0]) <= 3
+
+
 def test_a_machine_that_is_served_already(tmp_path: Path) -> None:
     path = tmp_path / "position.json"
     assert preflight.state_file(path).state == OK

@@ -142,6 +142,8 @@ def test_cyclictest_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert isinstance(found, Cyclic)
     assert found[:3] == (2e-6, 4e-6, 87e-6)
     assert found.command.endswith("-q -i 1000 -D 2 -p 33")
+    slower = measuring.cyclictest(2.4, 33, True, 2.5e-3)
+    assert isinstance(slower, Cyclic) and "-i 2500 " in slower.command
     other = measuring.cyclictest(2.4, 33, False)
     assert isinstance(other, Cyclic)
     assert "--policy=other" in other.command

@@ -46,5 +46,12 @@ def test_a_motion_is_moving_where_nothing_counts() -> None:
     assert place.moving
 
 
+@pytest.mark.parametrize(("period", "moving"), [(PERIOD, True), (2.0 * PERIOD, False)])
+def test_how_long_it_has_stood_goes_by_the_loops_period(period: float, moving: bool) -> None:
+    place = watching.place(shown([0.0, 95.0, *[101.0] * (STOOD // 2)]), "homed", period)
+    assert place is not None
+    assert place.moving is moving
+
+
 def test_before_the_first_row_there_is_no_place() -> None:
     assert watching.place(Shared.create(5000), "", PERIOD) is None

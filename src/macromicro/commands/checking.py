@@ -74,10 +74,12 @@ def rig(name: str, move: str | None, *, yes: bool) -> Iterator[Finding]:
 
 
 def fixture_of(name: str) -> Fixture:
-    """The rig of a name; `InputError` for the twin, which has nothing to look at."""
+    """The rig of a name, of one stage alone with a period of its own; `InputError` for the twin,
+    which has nothing to look at."""
     if name == TWIN:
         raise InputError("--rig", name, "a rig of yours (docs/rigs.md): the twin keeps it all")
-    return open_rig(name)
+    found = open_rig(name, alone=True)
+    return open_rig(name) if found.has("hall") else found
 
 
 def volts_of(text: str, option: str) -> float:

@@ -19,7 +19,7 @@ def main() -> None:
     killed, `LONGEST` is over or the way of the third argument (counts) is done.
     """
     name, volts, most = sys.argv[1], float(sys.argv[2]), float(sys.argv[3])
-    fixture, first, moved = open_rig(name), math.nan, 0.0
+    fixture, first, moved = open_rig(name, alone=True), math.nan, 0.0
     with fixture.open() as rig:
         while rig.now() < LONGEST and moved < most:
             sample = rig.read()

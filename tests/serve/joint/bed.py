@@ -37,11 +37,11 @@ class Bed:
             if to_end and self.pair.view().motion == 0:
                 return k
             seen = self.rig.read()
-            self.notices += self.pair.step(seen, 1e-3)[2]
+            self.notices += self.pair.step(seen, self.settings.period)[2]
             x, y = self.pair.courses
             self.aims.append((x.aim.position, y.aim.position))
             self.places.append(self.place)
-            self.rig.clock.wait(1e-3)
+            self.rig.clock.wait(self.settings.period)
             if self.rig.control.tripped:
                 return k
         return periods

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -456,3 +457,21 @@ def test_axes_home_on_their_own_switches(tmp_path: Path) -> None:
     words = [n.cause for n in bed.notices if isinstance(n, Event) and n.kind == "move"]
     assert any("switch" in w for w in words) and any("stop" in w for w in words), words
     assert bed.done(m.MovePoint(0.05, 0.03)).outcome == m.DONE
+
+
+@pytest.mark.parametrize(("period", "looks"), [("2 ms", 2e-3), ("0.4 ms", 1.2e-3)])
+def test_another_period_is_that_of_both(period: str, looks: float, tmp_path: Path) -> None:
+    text = re.sub(r'(timing\]\nperiod = ).*', rf'\1"{period}"', PLOTTER.read_text("utf-8"))
+    file = tmp_path / "slow.toml"
+    file.write_text(text, encoding="utf-8")
+    bed = Bed(file)
+    assert bed.settings.period == pytest.approx(looks)
+    bed.done(m.MovePoint(0.020, 0.010))
+    bed.aims = []
+    end = bed.done(m.MovePoint(0.100, 0.050))
+    assert end.outcome == m.DONE
+    assert bed.place == pytest.approx((0.100, 0.050), abs=2e-5)
+    aims = np.array(bed.aims)
+    assert np.abs(aims[:, 1] - 0.5 * aims[:, 0]).max() < 2e-5
+    speed = np.diff(aims, axis=0) / looks
+    assert np.hypot(*speed.T).max() <= 1.001 * bed.tree.path.speed
