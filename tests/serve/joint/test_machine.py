@@ -461,7 +461,7 @@ def test_axes_home_on_their_own_switches(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("period", "looks"), [("2 ms", 2e-3), ("0.4 ms", 1.2e-3)])
 def test_another_period_is_that_of_both(period: str, looks: float, tmp_path: Path) -> None:
-    text = re.sub(r'(timing\]\nperiod = ).*', rf'\1"{period}"', PLOTTER.read_text("utf-8"))
+    text = re.sub(r"(timing\]\nperiod = ).*", rf'\1"{period}"', PLOTTER.read_text("utf-8"))
     file = tmp_path / "slow.toml"
     file.write_text(text, encoding="utf-8")
     bed = Bed(file)
