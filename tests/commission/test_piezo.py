@@ -62,6 +62,14 @@ def test_it_finds_the_stage_and_verifies_it(done: Done) -> None:
     assert found.work[piezo.GAIN].sign == -1.0
 
 
+def test_its_loop_is_robust_on_what_it_may_be_as_well(done: Done) -> None:
+    found = done[0]
+    assert found.margins.doubts == ()
+    name, value, least, unit = found.margins.rows[1]
+    assert (name, unit) == ("phase margin", "deg")
+    assert 30.0 < 0.9 * float(value) < float(least.removeprefix(">= ")) <= float(value) < 90.0
+
+
 def test_every_step_says_how_far_and_how_hard(done: Done) -> None:
     said = done[4]
     assert len(said) == 5

@@ -168,3 +168,40 @@ def test_a_named_window_is_not_left() -> None:
     assert not work[axis.ENDS].found
     low, high = made[0].reached
     assert low > -0.0205 and high < 0.0505
+
+
+def test_how_robust_the_gains_are_is_computed_once(
+    done: tuple[Commissioned, Path, list[str]], tmp_path: Path
+) -> None:
+    asked: list[Any] = []
+
+    def margins(tree: Any, model: Any) -> procedure.Robustness:
+        asked.append((tree, model))
+        return procedure.Robustness((("a margin", "2", ">= 1", "dB"),), ("look at this",))
+
+    kind = axis.KIND._replace(margins=margins)
+    there = place(sign=-1.0)._replace(kind=kind)
+    out = tmp_path / "out"
+    shutil.copytree(done[1], out)  # its steps are done
+    found = commission(there, OPTIONS, out)
+    report.write(out, found, there, STARTED)
+    assert asked == [(found.settings, found.model)]
+    assert "look at this" in (out / report.PAGE).read_text()
+    kept = json.loads((out / report.JSON).read_text())
+    assert kept["margins"] == [["a margin", "2", ">= 1", "dB"]]
+
+
+def test_margins_that_fail_do_not_cost_what_was_found(
+    done: tuple[Commissioned, Path, list[str]], tmp_path: Path
+) -> None:
+    def margins(tree: Any, model: Any) -> procedure.Robustness:
+        raise ArithmeticError("no such plant")
+
+    there = place(sign=-1.0)._replace(kind=axis.KIND._replace(margins=margins))
+    out = tmp_path / "out"
+    shutil.copytree(done[1], out)
+    found = commission(there, OPTIONS, out)
+    report.write(out, found, there, STARTED)
+    assert found.verified.met and found.margins.rows == ()
+    page = (out / report.PAGE).read_text()
+    assert "could not be computed (ArithmeticError: no such plant)" in page

@@ -54,6 +54,10 @@ def test_it_finds_the_wire_and_verifies_it(done: Done) -> None:
     assert found.verified.met
     assert found.work[wire.WARMTH].sign == -1.0
     assert not place.kind.doubts(found.work, found.model)
+    assert found.margins.doubts == ()
+    name, value, least, unit = found.margins.rows[1]
+    assert (name, unit) == ("phase margin", "deg")
+    assert 30.0 < 0.9 * float(value) < float(least.removeprefix(">= ")) <= float(value) < 90.0
 
 
 def test_every_step_says_how_far_and_how_hard(done: Done) -> None:

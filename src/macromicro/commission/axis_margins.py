@@ -1,45 +1,25 @@
-"""How robust the gains of an axis are: margins of its loop on the model that was found, and the
-least of them on models drawn from what the model is uncertain by. No machine is looked at."""
+"""How robust the gains of an axis are: its loop on the model that was found, and on models drawn
+from what the model is uncertain by."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
+from macromicro.commission import margins
+from macromicro.commission.margins import DRAWS, SEED, Robust
 from macromicro.commission.model import Model
 from macromicro.commission.procedure import Robustness
 from macromicro.machines import loops, sheets
-from macromicro.machines.loops import Margins
 from macromicro.machines.rotary import as_axis
 
-DRAWS = 200
-NEAR = 0.4  # of -1: a loop that comes nearer on a drawn model is doubtful
 _SLOWEST = 1e-3  # of the velocity loop's bandwidth: far below all poles but those at 0
-_SEED, _EVERY = 1, 2  # of the frequencies that a loop is looked at
+_EVERY = 2  # of the frequencies that a loop is looked at
 
 
-class Robust(NamedTuple):
-    """Margins of a loop.
-
-    Attributes
-    ----------
-    found : Margins
-        On the model that was found.
-    least : Margins
-        The least of each on `DRAWS` models drawn from its covariance; `crossover` as well.
-    stable : int
-        On how many of them the closed loop is stable.
-    """
-
-    found: Margins
-    least: Margins
-    stable: int
-
-
-def drawn(settings: Any, model: Model, number: int, seed: int = _SEED) -> Iterator[Any]:
+def drawn(settings: Any, model: Model, number: int, seed: int = SEED) -> Iterator[Any]:
     """Machines that the measurements leave possible, as far as the linear loop goes.
 
     Parameters
@@ -104,18 +84,8 @@ def robust(settings: Any, model: Model) -> Robust:
     bandwidth = made.controller.velocity / model.axis.mass
     frequency = loops.grid(dt, _SLOWEST * bandwidth)[::-_EVERY][::-1]
     law = loops.law(made.controller, frequency, dt)
-
-    def looked(one: Any) -> tuple[Margins, bool]:
-        loop = sheets.plant(one, frequency) * law
-        return loops.margins(frequency, loop), loops.modulus(loop) > 0.0
-
-    every = [looked(one) for one in drawn(made, model, DRAWS)]
-    least = Margins(*(_least(column) for column in zip(*(m for m, _ in every), strict=True)))
-    return Robust(looked(made)[0], least, sum(stable for _, stable in every))
-
-
-def _least(values: Sequence[float]) -> float:
-    return min((v for v in values if not math.isnan(v)), default=math.nan)
+    every = (sheets.plant(one, frequency) * law for one in drawn(made, model, DRAWS))
+    return margins.robust(frequency, sheets.plant(made, frequency) * law, every)
 
 
 def told(settings: Any, model: Model) -> Robustness:
@@ -133,25 +103,4 @@ def told(settings: Any, model: Model) -> Robustness:
     Robustness
         Margins, and whether what is not known may spoil the loop.
     """
-    found = robust(settings, model)
-    of = (
-        ("loop's crossover", found.found.crossover, found.least.crossover, "Hz"),
-        ("phase margin", found.found.phase, found.least.phase, "deg"),
-        ("gain margin", found.found.gain, found.least.gain, ""),
-        ("least distance of the loop from -1", found.found.modulus, found.least.modulus, ""),
-    )
-    rows = tuple((name, f"{v:.3g}", f">= {least:.3g}", unit) for name, v, least, unit in of)
-    return Robustness(rows, tuple(_doubts(found)))
-
-
-def _doubts(found: Robust) -> Iterator[str]:
-    if found.stable < DRAWS:
-        yield (
-            f"On {DRAWS - found.stable} of {DRAWS} models within the uncertainty of what was "
-            "found the loop is not stable: smaller gains, or strokes over a longer way."
-        )
-    elif found.least.modulus < NEAR:
-        yield (
-            f"On models within the uncertainty of what was found the loop comes as near as "
-            f"{found.least.modulus:.2g} to -1: it may ring."
-        )
+    return margins.told(robust(settings, model), "strokes over a longer way")

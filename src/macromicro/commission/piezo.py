@@ -6,7 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 from macromicro.commission import piezo_drives as drives
-from macromicro.commission import piezo_loops, piezo_page, piezo_swing
+from macromicro.commission import piezo_loops, piezo_margins, piezo_page, piezo_swing
 from macromicro.commission.courses import Corner, course, decaying, played
 from macromicro.commission.piezo_climb import SLOW, SWUNG, Gain, Reach
 from macromicro.commission.piezo_drives import GAIN, REACH, REST, STEPS, SWINGS
@@ -170,5 +170,6 @@ KIND = Kind(
     estimates=piezo_page.estimates,
     doubts=piezo_page.doubts,
     figures=piezo_page.FIGURES,
+    margins=piezo_margins.told,
     one_way=True,
 )

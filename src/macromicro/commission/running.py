@@ -175,8 +175,16 @@ def commission(
             toml, tree = _settings(place, work, model, home, rested)
         verified = verifying.verify(work.stand, machine, tree)
         done(VERIFY)
-    margins = kind.margins(tree, model)
-    return Commissioned(work, model, toml, tree, verified, rested, margins)
+    return Commissioned(work, model, toml, tree, verified, rested, _margins(kind, tree, model))
+
+
+def _margins(kind: Kind, tree: Any, model: Any) -> Robustness:
+    """How robust the gains are; where that cannot be said, what was found is not lost for it."""
+    try:
+        return kind.margins(tree, model)
+    except Exception as error:  # whatever a kind of the user's does
+        words = f"{type(error).__name__}: {error}"[:200]
+        return Robustness((), (f"How robust the gains are could not be computed ({words}).",))
 
 
 def _settings(

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from macromicro.commission import wire_curves, wire_fit, wire_page
+from macromicro.commission import wire_curves, wire_fit, wire_margins, wire_page
 from macromicro.commission import wire_drives as drives
 from macromicro.commission.procedure import Kind, Step, Work
 from macromicro.commission.wire_drives import CURVES, PULSES, RAMP, WARMTH
@@ -169,5 +169,6 @@ KIND = Kind(
     estimates=wire_page.estimates,
     doubts=wire_page.doubts,
     figures=wire_page.FIGURES,
+    margins=wire_margins.told,
     one_way=True,
 )

@@ -17,7 +17,7 @@ from macromicro.commission.wire_model import Begin, Heat, simulated, thinned
 # Standard deviation of what the model leaves out (what is around the wire warms in more than one
 # step, a bend that is not that of f), as a part of the value: seen on 12 random wires of
 # docs/commissioning_wire.py, and checked on others there.
-_LEFT_OUT = {"up": 0.025, "tau": 0.06, "start": 0.05, "end": 0.05, "first": 0.05, "last": 0.05}
+LEFT_OUT = {"up": 0.025, "tau": 0.06, "start": 0.05, "end": 0.05, "first": 0.05, "last": 0.05}
 _BENT = 0.3  # to begin with
 _SHARES, _SLOWER = (0.03, 0.25), (10.0,)  # of what is around the wire, to begin with
 _TAUS = (0.3, 1.0, 3.0)  # of the time constant by delays: where the search begins
@@ -67,7 +67,7 @@ class Wire(NamedTuple):
         else:
             k = Heat._fields.index(name)
             value, square = self.heat[k], float(self.covariance[k, k])
-        return math.hypot(math.sqrt(max(square, 0.0)), _LEFT_OUT.get(name, 0.0) * value)
+        return math.hypot(math.sqrt(max(square, 0.0)), LEFT_OUT.get(name, 0.0) * value)
 
     @property
     def up(self) -> float:

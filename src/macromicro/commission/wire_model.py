@@ -104,6 +104,29 @@ def branch(q: float, bend: float) -> float:
     return math.expm1(bend * inside) / math.expm1(bend)
 
 
+def steepest(p: Heat) -> float:
+    """Contraction per heat where it is most, on either branch.
+
+    Parameters
+    ----------
+    p : Heat
+        Of the wire.
+
+    Returns
+    -------
+    float
+        Of the whole contraction, 1/V.
+    """
+    ways = ((p.end - p.start, p.warming), (p.first - p.last, p.cooling))
+    return max(_steep(bend) / way for way, bend in ways)
+
+
+def _steep(bend: float) -> float:
+    """The greatest slope of `branch`, at one of its ends."""
+    b = abs(bend)
+    return 1.0 if b < _STRAIGHT else b / -math.expm1(-b)
+
+
 @kernel
 def along(z: float, bend: float) -> float:
     """The inverse of `branch`.

@@ -74,16 +74,18 @@ def notched(p: Notch, frequency: Array, dt: float) -> Complex:
     return passed
 
 
-def modulus(loop: Complex) -> float:
+def modulus(loop: Complex, poles: int = 2) -> float:
     """Least distance of a loop from -1, with its sign below 0 where the closed loop is unstable.
 
-    By Nyquist: of a loop with two poles at 0 and none in the right half, 1 + L turns by half a turn
-    from the lowest frequency to the highest.
+    By Nyquist: of a loop with poles at 0 and none in the right half, 1 + L turns by a quarter of a
+    turn for each of them from the lowest frequency to the highest.
 
     Parameters
     ----------
     loop : ndarray of complex, shape (n,)
         Over frequencies that rise from far below all poles but those at 0 to half the loop's.
+    poles : int, optional
+        How many there are at 0.
 
     Returns
     -------
@@ -92,7 +94,8 @@ def modulus(loop: Complex) -> float:
     """
     turned = np.unwrap(np.angle(1.0 + loop))
     least = float(np.min(np.abs(1.0 + loop)))
-    return least if abs(turned[-1] - turned[0] - math.pi) < 0.5 * math.pi else -least
+    off = turned[-1] - turned[0] - 0.5 * math.pi * poles
+    return least if abs(off) < 0.5 * math.pi else -least
 
 
 @lru_cache(maxsize=1024)

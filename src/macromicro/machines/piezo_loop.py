@@ -1,0 +1,64 @@
+"""The linear loop of a piezo stage: what its correction does to its place, over the frequency."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.control.integral import Integral
+from macromicro.machines.loops import Complex, notched
+from macromicro.machines.piezo_sheets import omega
+
+
+def law(p: Integral, frequency: Array, dt: float) -> Complex:
+    """Correction per position error, without limits.
+
+    Parameters
+    ----------
+    p : Integral
+        Gains.
+    frequency : ndarray, shape (n,)
+        Hz.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    ndarray of complex, shape (n,)
+        m/m.
+    """
+    z = np.exp(2j * math.pi * np.asarray(frequency) * dt)
+    summed = dt / (1.0 - 1.0 / z)
+    found: Complex = p.proportional + p.integral * summed * (1.0 + p.drift * summed)
+    return found * notched(p.notch, frequency, dt)
+
+
+def plant(tree: Any, frequency: Array) -> Complex:
+    """Position per correction: amplifier, resonance, hold and delay.
+
+    The inverse of the hysteresis before the stack leaves 1 of it; the amplifier's current and
+    creep are left out, for which the loop is too quick and its corrections too small.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of a piezo stage.
+    frequency : ndarray, shape (n,)
+        Hz.
+
+    Returns
+    -------
+    ndarray of complex, shape (n,)
+        m/m.
+    """
+    dt, hidden = tree.timing.period, tree.hidden
+    s = np.asarray(2j * math.pi * np.asarray(frequency), np.complex128)
+    w = hidden.detuned * omega(tree)
+    swung = w * w / (s * s + 2.0 * hidden.damping * w * s + w * w)
+    given = 1.0 / (1.0 + s / (2.0 * math.pi * tree.amplifier.bandwidth))
+    hold = (1.0 - np.exp(-s * dt)) / (s * dt)
+    found: Complex = given * swung * hold * np.exp(-s * tree.timing.delay)
+    return found
