@@ -19,7 +19,7 @@ def tree(period: float) -> Any:
 @pytest.mark.parametrize(
     ("period", "number"),
     [(1e-5, 100), (1e-4, 10), (0.2e-3, 5), (0.25e-3, 4), (0.3e-3, 4), (0.7e-3, 2), (1e-3, 1),
-     (1.5e-3, 1), (2e-3, 1), (0.1, 1)],
+     (1.5e-3, 1), (2e-3, 1), (0.1, 1), (20 * 1e-6 - 4e-21, 50)],
 )  # fmt: skip
 def test_as_few_as_last_a_millisecond(period: float, number: int) -> None:
     assert pace.periods(tree(period)) == number
