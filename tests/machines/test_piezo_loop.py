@@ -61,7 +61,7 @@ def test_the_law_is_its_steps(tree: Any) -> None:
 @pytest.mark.parametrize("of_resonance", [0.2, 0.8, 1.3, 2.0])
 def test_the_plant_is_that_of_the_simulated_stage(tree: Any, of_resonance: float) -> None:
     dt, f = tree.timing.period, of_resonance * tree.guide.resonance
-    made = tree.with_("hidden.damping", 0.3)
+    made = tree.with_({"hidden.damping": 0.3, "timing.delay": f"{0.4 * dt!r} s"})
     p = piezo.KIND.prepare(made)
     state, quiet, shown = piezo.KIND.initial(p), np.zeros((1, 1)), []
     for k in range(1500):

@@ -85,7 +85,7 @@ def robust(settings: Any, model: Model) -> Robust:
     frequency = loops.grid(dt, _SLOWEST * bandwidth)[::-_EVERY][::-1]
     law = loops.law(made.controller, frequency, dt)
     every = (sheets.plant(one, frequency) * law for one in drawn(made, model, DRAWS))
-    return margins.robust(frequency, sheets.plant(made, frequency) * law, every)
+    return margins.robust(frequency, sheets.plant(made, frequency) * law, every, poles=2)
 
 
 def told(settings: Any, model: Model) -> Robustness:

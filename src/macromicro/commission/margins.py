@@ -38,7 +38,7 @@ class Robust(NamedTuple):
     drawn: int
 
 
-def robust(frequency: Array, found: Complex, drawn: Iterable[Complex], poles: int = 2) -> Robust:
+def robust(frequency: Array, found: Complex, drawn: Iterable[Complex], poles: int) -> Robust:
     """Margins of a loop, and the least of them.
 
     Parameters
@@ -49,7 +49,7 @@ def robust(frequency: Array, found: Complex, drawn: Iterable[Complex], poles: in
         Open loop on the model that was found.
     drawn : Iterable[ndarray]
         The same on models within its uncertainty.
-    poles : int, optional
+    poles : int
         Of the open loop at 0.
 
     Returns
