@@ -255,6 +255,8 @@ def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
     surprise = float(np.mean(np.concatenate([m[4] for m in motion])))
     alone = [_likeliest(p, [r], dt, _SIZES[1:]) for r in rows] if len(rows) > 1 else []
     apart = {n: (min(v), max(v)) for n in RIGID if (v := [float(getattr(q, n)) for q in alone])}
+    if std:
+        std["share"] = math.hypot(std["share"], *_driven(p, rows, dt, apart))
     give = _give(p, rows, dt) if std else None
     if give is not None:
         push, delay = (0.5 * (apart[n][1] - apart[n][0]) if apart else 0.0 for n in _WITH)
@@ -431,6 +433,18 @@ def _shared(p: Terminal, rows: Sequence[Record], dt: float) -> tuple[float, floa
     scores = np.array([[float(q @ e)] for (_, q), e in zip(pairs, left, strict=True)])
     error = math.sqrt(float(_sandwich(np.array([[total]]), _together(rows, scores))[0, 0]))
     return min(max(share, 0.0), 1.0), error, float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
+
+
+def _driven(
+    p: Terminal, rows: Sequence[Record], dt: float, apart: dict[str, tuple[float, float]]
+) -> list[float]:
+    """What drive and friction do to the share, of which the records differ by so much: half of
+    the difference, one by one."""
+    found = []
+    for name, ends in apart.items():
+        low, high = (_shared(p._replace(**{name: v}), rows, dt)[0] for v in ends)
+        found.append(0.5 * (high - low))
+    return found
 
 
 def _surprises(p: Terminal, rows: Sequence[Record], dt: float) -> Array:
