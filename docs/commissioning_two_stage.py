@@ -47,6 +47,6 @@ def one(label: str, tree: Settings, seed: int, out: Path) -> Tried:
         return Tried(label, {}, refused=str(error))
     values: dict[str, Any] = {}
     for row in found.found[commissioning.CARRIAGE.name]["values"]:
-        half = commissioning_page.half_width(commissioning.CARRIAGE.name, row)
+        half = commissioning_page.half_width(row)
         values[row["name"]] = Found(row["value"], half)
     return Tried(label, compared(values, truth(tree)), unmet=found.why)

@@ -7,8 +7,11 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission.friction import FrictionMap
+from macromicro.commission.friction import FrictionMap, mapped
+from macromicro.commission.probing import Direction, Ends, started
+from macromicro.commission.stand import Caution, Stand
 
 EFFORTS = st.lists(st.floats(0.1, 5.0), min_size=2, max_size=7)
 
@@ -34,3 +37,20 @@ def test_a_place_that_could_not_be_tried_is_left_out() -> None:
     assert found.spread == pytest.approx(math.sqrt(0.08))
     nothing = FrictionMap((0.1, 0.2), (1.0, 1.2), (math.nan, math.nan))
     assert nothing.mean == pytest.approx(1.1)
+
+
+def test_what_the_speed_takes_is_not_taken_for_friction() -> None:
+    """Of an axis with a large back-EMF: that it slides is seen at some speed only."""
+    rig = Virtual(PLAIN._replace(mass=0.05, viscous=60.0, stribeck=0.0))
+    on = Stand(session(rig), rig.dt, rig.pitch)
+    known = Direction(1.0, 1.0, 1.0, 0.0, 0.0)
+    caution = Caution(10.0, 0.02)
+    one = started(on, 1.0, caution, 0.0, 0.8)
+    count = 60.0 * rig.pitch / 0.02  # V; one more or less in the hold's second half
+    assert one.effort - 1.0 == pytest.approx(60.0 * one.speed, abs=count)
+    found = mapped(on, known, Ends(on.position() - 0.02, on.position() + 0.02, False), caution)
+    assert len(found.places) == 7
+    assert found.mean > 1.03
+    assert found.breakaway(60.0) == pytest.approx(1.0, abs=0.02)
+    assert found.breakaway(0.0) == found.mean
+    assert found.breakaway(1e9) == 0.5 * found.mean

@@ -19,6 +19,14 @@ def test_efforts_go_each_way_in_turn_with_a_rest_between() -> None:
     assert not u[: strokes.REST].any() and not u[-strokes.REST :].any()
 
 
+def test_nudges_do_not_move_the_carriage_by_a_count() -> None:
+    u = strokes.nudges(5.0)
+    assert np.abs(u).max() == 0.25 and not u[: strokes.REST].any() and not u[-strokes.REST :].any()
+    run = strokes.stroked(PLANT, u, 700.0)
+    assert np.ptp(run["macro_position"]) == 0.0
+    assert 1.0 < np.ptp(run["laser"][strokes.REST :]) < 20.0  # um
+
+
 def test_they_stay_within_the_travel_and_come_back() -> None:
     run = strokes.stroked(PLANT, strokes.efforts(5.0), 700.0)
     x = run["macro_position"]

@@ -183,7 +183,7 @@ def fitted(work: Work) -> Model:
         The strokes do not tell mass and friction apart.
     """
     found: FrictionMap = work[FRICTION]
-    made = model.fitted(work[STROKES], work.stand.dt, found.mean, found.spread)
+    made = model.fitted(work[STROKES], work.stand.dt, found.mean, found.spread, slid=found.slid)
     made = made._replace(hold=work.stand.sign * work.stand.hold)
     return made.shaken(mode.found(work[MODES], work.stand.dt))
 

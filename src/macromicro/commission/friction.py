@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -24,11 +25,14 @@ class FrictionMap(NamedTuple):
         From the low end, m.
     forward, backward : tuple[float, ...]
         Least effort that started it there, V; NaN where it could not be tried.
+    slid : float, optional
+        Speed at which it slid under those efforts, m/s: part of them is viscous.
     """
 
     places: tuple[float, ...]
     forward: tuple[float, ...]
     backward: tuple[float, ...]
+    slid: float = 0.0
 
     @property
     def sides(self) -> list[Array]:
@@ -40,6 +44,21 @@ class FrictionMap(NamedTuple):
     def mean(self) -> float:
         """Of both directions, V: a constant force helps one as much as it hinders the other."""
         return float(np.mean([side.mean() for side in self.sides]))
+
+    def breakaway(self, viscous: float) -> float:
+        """The mean without what the speed took at which it was seen to slide.
+
+        Parameters
+        ----------
+        viscous : float
+            Slope of the friction and the back-EMF over the speed, V s/m.
+
+        Returns
+        -------
+        float
+            V, half of the mean at least.
+        """
+        return max(self.mean - viscous * self.slid, 0.5 * self.mean)
 
     @property
     def spread(self) -> float:
@@ -75,11 +94,17 @@ def mapped(stand: Stand, found: Direction, ends: Ends, caution: Caution) -> Fric
     places: list[float] = []
     forward: list[float] = []
     backward: list[float] = []
+    speeds: list[float] = []
     for k in range(PLACES):
         place = ends.low + (k + 0.5) / PLACES * ends.travel
         if not go(stand, place, found, caution):
             continue
         places.append(stand.position() - ends.low)
         for kept, way, about in ((forward, 1.0, found.forward), (backward, -1.0, found.backward)):
-            kept.append(started(stand, way, caution, found.noise, _LOWER * about)[0])
-    return FrictionMap(tuple(places), tuple(forward), tuple(backward))
+            one = started(stand, way, caution, found.noise, _LOWER * about)
+            kept.append(one.effort)
+            if not math.isnan(one.speed):
+                speeds.append(one.speed)
+    # What went off at once went faster, but its mass took what effort there was.
+    slid = sum(speeds) / max(2 * len(places), 1)
+    return FrictionMap(tuple(places), tuple(forward), tuple(backward), slid)

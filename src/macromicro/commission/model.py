@@ -145,7 +145,9 @@ class Model(NamedTuple):
         return factor * math.sqrt(max(float(self.covariance[k, k]), 0.0))
 
 
-def fitted(strokes: Sequence[Record], dt: float, breakaway: float, spread: float) -> Model:
+def fitted(
+    strokes: Sequence[Record], dt: float, breakaway: float, spread: float, slid: float = 0.0
+) -> Model:
     """Parameters whose free runs, each from rest, are nearest to the strokes.
 
     Friction may differ along the travel (`uneven`). The covariance takes every stroke as one
@@ -170,6 +172,8 @@ def fitted(strokes: Sequence[Record], dt: float, breakaway: float, spread: float
         Effort that starts the axis from rest, V: Coulomb friction and Stribeck's drop together.
     spread : float
         Standard deviation of that along the travel, V.
+    slid : float, optional
+        Speed at which it slid under that effort, part of which is viscous, m/s.
 
     Returns
     -------
@@ -183,6 +187,7 @@ def fitted(strokes: Sequence[Record], dt: float, breakaway: float, spread: float
     """
     top = _top(strokes, dt)
     start = _limited(strokes, breakaway, dt)
+    breakaway = max(breakaway - start.viscous * slid, 0.5 * breakaway)
     tried: dict[float, Fit] = {}
 
     def fit(speed: float) -> None:

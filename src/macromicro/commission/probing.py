@@ -22,6 +22,24 @@ PUSH = 1.6  # breakaways that a stop must hold against
 _HELD = 0.4  # s without motion under that push: an end
 
 
+class Started(NamedTuple):
+    """What starts an axis.
+
+    Attributes
+    ----------
+    effort : float
+        V.
+    moved : float
+        How far it went, m.
+    speed : float
+        At which it slid under that effort, m/s; NaN where it went off at once.
+    """
+
+    effort: float
+    moved: float
+    speed: float
+
+
 class Direction(NamedTuple):
     """What it takes to start the axis.
 
@@ -112,6 +130,7 @@ class Ramp:
         self.place = math.nan
         self.since: float | None = None
         self.half: float | None = None  # way in the first half of the hold, m
+        self.speed = math.nan  # m/s, at which it slides under that effort; NaN: it went off
 
     def __call__(self, t: float, x: float, v: float) -> float | None:
         """The effort of this period; None when it slides, or all effort did not move it."""
@@ -130,6 +149,7 @@ class Ramp:
                 self.half = moved
         elif t - self.since >= _HOLD:
             self.slid = moved - self.half >= max(_STEADY * self.half, 0.5 * self.enough)
+            self.speed = (moved - self.half) / (t - self.since - 0.5 * _HOLD)
             self.place, self.since = x, None
         return None if self.slid or self.effort > self.most else self.way * self.effort
 
@@ -212,11 +232,12 @@ def direction(stand: Stand, caution: Caution) -> Direction:
         )
     moved: dict[float, list[float]] = {1.0: [], -1.0: []}
     shown: dict[float, float] = {}
-    about = {way: started(stand, way, caution, noise)[0] for way in moved}
+    about = {way: started(stand, way, caution, noise).effort for way in moved}
     for _ in range(_TRIES):
         for way, efforts in moved.items():
-            effort, shown[way] = started(stand, way, caution, noise, about[way])
-            efforts.append(effort)
+            one = started(stand, way, caution, noise, about[way])
+            shown[way] = one.moved
+            efforts.append(one.effort)
     if shown[1.0] * shown[-1.0] >= 0.0:
         raise CommissionError(
             "the axis moves the same way under both signs of effort: does gravity pull it, or "
@@ -232,7 +253,7 @@ def direction(stand: Stand, caution: Caution) -> Direction:
 
 def started(
     stand: Stand, way: float, caution: Caution, noise: float, about: float = 0.0
-) -> tuple[float, float]:
+) -> Started:
     """A ramp of effort until the axis moves by a few counts; then it comes to rest.
 
     Parameters
@@ -250,10 +271,8 @@ def started(
 
     Returns
     -------
-    effort : float
-        What started it, V.
-    moved : float
-        How far it went, m.
+    Started
+        What started it.
 
     Raises
     ------
@@ -273,7 +292,7 @@ def started(
         )
     if about and law.effort <= _AT_ONCE * begin:  # less would have started it, too
         return started(stand, way, caution, noise)
-    return law.effort, float(record.x[-1] - start)
+    return Started(law.effort, float(record.x[-1] - start), law.speed)
 
 
 def ends(stand: Stand, found: Direction, caution: Caution, travel: float) -> Ends:

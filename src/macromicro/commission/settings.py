@@ -68,7 +68,7 @@ def settings(
         speed=fastest,
         ripple=friction.ripple,
     )
-    started = max(friction.mean - model.axis.coulomb, 0.0)
+    started = max(friction.breakaway(model.axis.viscous) - model.axis.coulomb, 0.0)
     stiff = axis_settings.values(model.whole._replace(stribeck=started), around)
     if model.limber is not None:
         return with_mode(stiff, model.limber, dt)

@@ -150,7 +150,7 @@ def _measured(stand: Stand, sign: float, hold: float, caution: Caution) -> Weigh
     """The effort midway between those that start it from rest."""
     stand.hold, up, down = hold, 0.0, 0.0
     for _ in range(_TRIES):
-        up = started(stand, sign, caution, 0.0)[0]
-        down = started(stand, -sign, caution, 0.0)[0]
+        up = started(stand, sign, caution, 0.0).effort
+        down = started(stand, -sign, caution, 0.0).effort
         stand.hold += 0.5 * sign * (up - down)
     return Weight(stand.hold, 0.5 * (up + down))

@@ -4,10 +4,11 @@ Over strokes from rest to rest the law's own estimator says how probable each co
 those before; the parameters are those that make all counts likeliest (prediction error method by
 maximum likelihood: Ljung, System Identification, 1999, Chapter 7) and, where a laser saw the
 platform come to rest, its readings of the swing. So friction that changes along the rod, which
-the estimator follows, is no error of the model. The swing's standard errors take each stroke as
-one observation (a "sandwich" over strokes: Liang and Zeger, 1986). The probability of whole counts
-is too rough a function of drive and friction for curvatures that mean something: of those the
-values are told that each record alone gives.
+the estimator follows, is no error of the model. The swing's standard errors take strokes of one
+effort and length as one observation (a "sandwich": Liang and Zeger, 1986). The probability of whole
+counts is too rough a function of drive and friction for curvatures that mean something: of those
+the values are told that each record alone gives. Where nudges show how a carriage that stands
+gives, the swing is that of one that does not (`carriage_give`).
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ from macromicro.control.terminal import estimate, model
 from macromicro.control.terminal.estimate import Belief
 from macromicro.control.terminal.model import Motion, Terminal
 from macromicro.errors import InputError
+from macromicro.identify import carriage_give
+from macromicro.identify.carriage_give import Give, Nudged
 from macromicro.kernel import compiled, kernel
 
 RIGID = ("push", "drag", "coulomb", "breakaway", "fade", "delay", "unknown")
@@ -38,6 +41,9 @@ _WIDE = 3.0  # of logarithms, from where the search begins
 _SLOWEST, _FASTEST = 2.0, 0.2  # swings in the longest window; share of the sampling frequency
 _SOME = 0.02  # share of a swing to begin with: it hardly moves the carriage
 _ROUNDS = 2  # of drive and friction, then share
+_SMALL = 0.5  # of the least effort that moves it: what does not move it is a nudge
+_WITH = ("push", "delay")  # the give is told from the motion by these
+_FEW = 0.5  # s of nudges at least
 
 
 class Record(NamedTuple):
@@ -54,12 +60,15 @@ class Record(NamedTuple):
     strokes : tuple[tuple[int, int, int], ...]
         Of each: its rows [a, b), and the row from which the laser shows the swing alone (b:
         nowhere).
+    nudges : tuple[tuple[int, int], ...], optional
+        Rows [a, b) of efforts far below those that move it.
     """
 
     u: Array
     counts: Array
     laser: Array
     strokes: tuple[tuple[int, int, int], ...]
+    nudges: tuple[tuple[int, int], ...] = ()
 
 
 class CarriageFit(NamedTuple):
@@ -84,6 +93,9 @@ class CarriageFit(NamedTuple):
         Of each record by the law's estimator, as `followed` gives it.
     dt : float
         Sample time, s.
+    give : Give | None, optional
+        Of a carriage that stands; None: no laser saw nudges, and the swing is that of one that
+        gives.
     """
 
     model: Terminal
@@ -94,6 +106,7 @@ class CarriageFit(NamedTuple):
     records: tuple[Record, ...]
     motion: tuple[Array, ...]
     dt: float
+    give: Give | None = None
 
 
 @kernel
@@ -175,8 +188,15 @@ def cut(t: Array, u: Array, counts: Array, laser: Array | None = None) -> Record
     busy = np.convolve(moving, np.ones(rest), "full")[: len(u)]  # of the last `rest` rows
     quiet = np.concatenate([[True], busy[:-1] == 0.0])
     begins = np.flatnonzero((u != 0.0) & quiet)
-    found = []
-    for a, b in pairwise([*map(int, begins), len(u)]):
+    parts = list(pairwise([*map(int, begins), len(u)]))
+    ways = [int(np.ptp(counts[a:b])) for a, b in parts]
+    tops = [float(np.abs(u[a:b]).max()) for a, b in parts]
+    small = _SMALL * min((top for top, way in zip(tops, ways, strict=True) if way > 1), default=0.0)
+    found, nudges = [], []
+    for (a, b), way, top in zip(parts, ways, tops, strict=True):
+        if top < small and way <= 1:  # it stands on the edge of a count, at most
+            nudges.append((a, b))
+            continue
         changes = np.flatnonzero(np.diff(counts[a:b]))
         if not len(changes):
             continue
@@ -187,7 +207,7 @@ def cut(t: Array, u: Array, counts: Array, laser: Array | None = None) -> Record
         found.append((a, b, still))
     y = np.empty(0) if laser is None else np.ascontiguousarray(laser, dtype=np.float64)
     sent, read = (np.ascontiguousarray(c, dtype=np.float64) for c in (u, counts))
-    return Record(sent, read, y, tuple(found))
+    return Record(sent, read, y, tuple(found), tuple(nudges))
 
 
 def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
@@ -235,8 +255,17 @@ def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
     surprise = float(np.mean(np.concatenate([m[4] for m in motion])))
     alone = [_likeliest(p, [r], dt, _SIZES[1:]) for r in rows] if len(rows) > 1 else []
     apart = {n: (min(v), max(v)) for n in RIGID if (v := [float(getattr(q, n)) for q in alone])}
+    if std:
+        std["share"] = math.hypot(std["share"], *_driven(p, rows, dt, apart))
+    give = _give(p, rows, dt) if std else None
+    if give is not None:
+        push, delay = (0.5 * (apart[n][1] - apart[n][0]) if apart else 0.0 for n in _WITH)
+        # One delay stands for those of the efforts' hold, of a computer and of a winding.
+        more = carriage_give.unsure(p, give, push, math.hypot(delay, dt / math.sqrt(12.0)))
+        std = {name: math.hypot(error, more[name]) for name, error in std.items()}
+        p = carriage_give.stiff(p, give)
     p = p._replace(wary=Terminal().wary)
-    return CarriageFit(p, std, apart, surprise, left, tuple(rows), tuple(motion), dt)
+    return CarriageFit(p, std, apart, surprise, left, tuple(rows), tuple(motion), dt, give)
 
 
 def _guess(rows: Sequence[Record], dt: float, pitch: float) -> Terminal:
@@ -317,9 +346,29 @@ def _free(p: Terminal, rows: Sequence[Record], dt: float) -> Terminal:
     return p._replace(push=push, drag=drag, coulomb=coulomb, breakaway=0.1 * coulomb)
 
 
+def _give(p: Terminal, rows: Sequence[Record], dt: float) -> Give | None:
+    """What nudges before a laser show; None where there are too few."""
+    seen = [Nudged(r.u[a:b], r.laser[a:b]) for r in rows if len(r.laser) for a, b in r.nudges]
+    if sum(len(r.u) for r in seen) * dt < _FEW:
+        return None
+    give = carriage_give.found(p, seen, dt)
+    return give if give.carriage.way > 0.0 else None
+
+
 def _windows(rows: Sequence[Record]) -> list[tuple[int, int, int]]:
     """Record and rows [a, b) in which the laser shows the swing alone, of each stroke."""
     return [(k, a, b) for k, r in enumerate(rows) for _, b, a in r.strokes if a < b]
+
+
+def _together(rows: Sequence[Record], scores: Array) -> Array:
+    """Scores of the windows, summed over strokes of one effort and length, either way: what the
+    model leaves out is alike in them, so they are one witness. Where these are too few, each."""
+    kinds: dict[tuple[float, int], Array] = {}
+    pulses = [r.u[a:b] for r in rows for a, b, still in r.strokes if still < b]
+    for u, score in zip(pulses, scores, strict=True):
+        kind = round(float(np.abs(u).max()), 3), int(np.count_nonzero(u))
+        kinds[kind] = kinds.get(kind, 0.0) + score
+    return np.array(list(kinds.values())) if len(kinds) >= FEWEST else scores
 
 
 def _steadied(y: Array) -> Array:
@@ -356,12 +405,12 @@ def _ringing(rows: Sequence[Record], dt: float) -> tuple[dict[str, float], dict[
         lambda z: np.concatenate(each(z)), [first, 1.0], bounds=bounds, x_scale=[0.01, 0.1]
     )
     edges = np.cumsum([0, *map(len, seen)])
-    scores = [fit.jac[a:b].T @ fit.fun[a:b] for a, b in pairwise(edges)]
+    scores = np.array([fit.jac[a:b].T @ fit.fun[a:b] for a, b in pairwise(edges)])
     information = fit.jac.T @ fit.jac
     free = fit.fun.size - 4 * len(seen) - 2
     white = np.linalg.pinv(information) * float(fit.fun @ fit.fun) / max(free, 1)
     # Few strokes make a sandwich that is too thin: never less than white noise gives.
-    spread = np.maximum(np.diag(_sandwich(information, np.array(scores))), np.diag(white))
+    spread = np.maximum(np.diag(_sandwich(information, _together(rows, scores))), np.diag(white))
     shown, decay = float(fit.x[0]), float(fit.x[1])
     natural = math.hypot(shown, decay / (2.0 * math.pi))  # a decaying swing is slower
     values = {"frequency": natural, "decay": decay}
@@ -382,8 +431,20 @@ def _shared(p: Terminal, rows: Sequence[Record], dt: float) -> tuple[float, floa
     share = sum(float(q @ y) for y, q in pairs) / total
     left = [y - share * q for y, q in pairs]
     scores = np.array([[float(q @ e)] for (_, q), e in zip(pairs, left, strict=True)])
-    error = math.sqrt(float(_sandwich(np.array([[total]]), scores)[0, 0]))
+    error = math.sqrt(float(_sandwich(np.array([[total]]), _together(rows, scores))[0, 0]))
     return min(max(share, 0.0), 1.0), error, float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
+
+
+def _driven(
+    p: Terminal, rows: Sequence[Record], dt: float, apart: dict[str, tuple[float, float]]
+) -> list[float]:
+    """What drive and friction do to the share, of which the records differ by so much: half of
+    the difference, one by one."""
+    found = []
+    for name, ends in apart.items():
+        low, high = (_shared(p._replace(**{name: v}), rows, dt)[0] for v in ends)
+        found.append(0.5 * (high - low))
+    return found
 
 
 def _surprises(p: Terminal, rows: Sequence[Record], dt: float) -> Array:

@@ -31,6 +31,8 @@ PULSES = (
     *((0.8, 8), (1.0, 12), (0.66, 120), (0.9, 20), (1.0, 30), (0.8, 30)),
 )
 REST = 300  # ms after each
+# Share of the full effort, far below breakaway, and lengths in ms that keep no step with a swing.
+NUDGE, LENGTHS, TIMES = 0.05, (23, 41, 31, 59, 37, 29, 53), 8
 
 
 def efforts(full: float) -> Array:
@@ -52,6 +54,25 @@ def efforts(full: float) -> Array:
         for way in (1.0, -1.0):
             parts += [np.full(length, way * share * full), rest]
     return np.concatenate(parts)
+
+
+def nudges(full: float) -> Array:
+    """Efforts to and fro that do not move the carriage, but show how it gives.
+
+    Parameters
+    ----------
+    full : float
+        The greatest, V at the D/A.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        V, a value each ms; at rest before and after.
+    """
+    rest, low = np.zeros(REST), NUDGE * full
+    lengths = LENGTHS * TIMES
+    parts = [np.full(n, low if k % 2 == 0 else -low) for k, n in enumerate(lengths)]
+    return np.concatenate([rest, *parts, rest])
 
 
 @kernel

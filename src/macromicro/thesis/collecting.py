@@ -113,7 +113,7 @@ def _carriage(lab: Lab) -> Recordings:
     from macromicro.runs import strokes
 
     bench = lab.bench()
-    volts = strokes.efforts(_FULL)
+    volts = np.concatenate([strokes.efforts(_FULL), strokes.nudges(_FULL)])
     runs = [
         strokes.stroked(bench, volts, start, lab.seed + k) for k, start in enumerate(_STROKES_FROM)
     ]
@@ -203,7 +203,7 @@ PROCEDURES = (
         _carriage,
         ("encoder", "laser"),
         "the carriage, and the laser on the platform, 1 min",
-        "strokes of 3 to 250 ms at 3.3 to 5 V, both ways, from two places",
+        "strokes of 3 to 250 ms at 3.3 to 5 V, both ways, from two places, and nudges of 0.25 V",
         "macromicro identify carriage {out}/carriage.h5",
         5,
     ),

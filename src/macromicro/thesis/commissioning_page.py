@@ -24,10 +24,6 @@ HEADINGS = (
 )
 _NOTE = f"Each part's own table, figures and records are in {STEPS}/. The verification's page is "
 _SIDES = 1.96  # of a normal distribution's 95 % interval
-# Standard deviation of what the model of the swing leaves out (bristles on which a carriage
-# stands; longer steps of a bench that stands), as a part of the value: seen on four random
-# benches of docs/make_commissioning.py. The strokes' own errors are of the noise alone.
-_LEFT_OUT = {("carriage", "frequency"): 1.5e-4, ("carriage", "decay"): 3e-3}
 
 
 def write(found: Commissioned, name: str, started: str) -> None:
@@ -96,21 +92,19 @@ def rows(found: Commissioned) -> list[tuple[str, ...]]:
     for name, one in found.found.items():
         for line in one["values"]:
             value = math.nan if line["value"] is None else line["value"]
-            shown, half = rounded(value, half_width(name, line))
+            shown, half = rounded(value, half_width(line))
             what = f"{name}, {line['name']}" + (line["note"] and f": {line['note']}")
             lines.append((what, shown, half and f"+- {half}", line["unit"]))
     return lines
 
 
-def half_width(part: str, line: Mapping[str, Any]) -> float:
-    """Half of a quantity's 95 % interval, with what its model leaves out.
+def half_width(line: Mapping[str, Any]) -> float:
+    """Half of a quantity's 95 % interval.
 
     Parameters
     ----------
-    part : str
-        Of the commissioning.
     line : Mapping[str, Any]
-        Of its result.json.
+        Of a part's result.json.
 
     Returns
     -------
@@ -119,8 +113,7 @@ def half_width(part: str, line: Mapping[str, Any]) -> float:
     """
     if line["error"] is None or line["value"] is None:
         return math.nan
-    left_out = _LEFT_OUT.get((part, line["name"]), 0.0) * line["value"]
-    return _SIDES * math.hypot(line["error"], left_out)
+    return float(_SIDES * line["error"])
 
 
 def moves(found: Commissioned) -> list[tuple[str, ...]]:

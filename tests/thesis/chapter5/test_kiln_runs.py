@@ -130,13 +130,40 @@ def test_unreachable_temperature_is_told() -> None:
         kiln.run(fixture.prepare(KilnBench()), [250.0])
 
 
+def in_room(ambient: float) -> Fixture:
+    """A rig whose kiln stands in a room of so many degC."""
+    plain = fixture.prepare(KilnBench())
+    plant = plain._replace(oven=plain.oven._replace(ambient=ambient))
+    return Fixture(
+        "a kiln", KILN, lambda seed: KilnTwin(plant, seed), ("thermocouple", "encoder"), KILN_PERIOD
+    )
+
+
+def test_a_rig_s_thermocouple_shows_its_room_before_it_is_heated() -> None:
+    assert kiln.coldest(in_room(25.0), 1) == kiln.COLD
+    assert kiln.coldest(in_room(34.0), 1) == pytest.approx(34.0 + kiln.COOLED, abs=0.3)
+    with pytest.raises(InputError, match=r"a kiln, thermocouple.*5\d\.\d degC before.*let it cool"):
+        kiln.coldest(in_room(55.0))
+    silent = in_room(25.0)._replace(make=lambda seed: Silent())
+    with pytest.raises(InputError, match="nan degC"):
+        kiln.coldest(silent)
+
+
+class Silent(KilnTwin):
+    """A kiln whose thermocouple gives no value."""
+
+    def __init__(self) -> None:
+        super().__init__(fixture.prepare(KilnBench()), 0)
+
+    def read(self) -> fixture.KilnSample:
+        return super().read()._replace(thermocouple=np.nan)
+
+
 def test_in_a_warm_room_it_cools_to_a_little_above_it() -> None:
     """Nothing cools below the room: profiles that end at 31 degC would not end at 34 degC."""
     plain = fixture.prepare(KilnBench())
     warm = plain._replace(oven=plain.oven._replace(ambient=34.0))
     assert kiln.coldest(plain) == kiln.COLD and kiln.coldest(warm) == 36.0
-    rig = Fixture("a kiln", KILN, lambda seed: None, ("thermocouple", "encoder"), KILN_PERIOD)
-    assert kiln.coldest(rig) == kiln.COLD  # what its room is, no settings say
     cold = kiln.coldest(warm)
     record = kiln.run(warm, kiln.cycles((114.0, 104.0, 96.0, 88.0), cold), seed=1)
     assert record["thermocouple"][-1] == pytest.approx(cold, abs=1.5)

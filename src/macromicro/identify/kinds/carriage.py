@@ -30,6 +30,10 @@ X = Role("x", "encoder", ("x", "macro_position", "counts", "position"), ("counts
 Y = Role("y", "platform by a laser", ("y", "laser"), ("m",), optional=True)
 ROLES = (T, U, X, Y, RUN)
 _SAME = 0.01  # of the sample time
+_NO_NUDGES = (
+    "not shown: no small efforts to and fro at rest, seen by the laser; the swing is that of a "
+    "carriage that gives, a larger share and a little slower"
+)
 _DOUBTFUL = 0.3  # of a value: records that differ by more tell it poorly
 
 
@@ -91,12 +95,19 @@ def identify(picking: Picking, options: Options) -> Result:
         remarks.append(("swing", f"explained to {fit.swing_rms * 1e6:.2g} um RMS of the laser"))
     else:
         remarks.append(("swing", "not seen: no laser, or no rest of 0.25 s after a stroke"))
+    if fit.std and fit.give is None:
+        remarks.append(("give of a carriage that stands", _NO_NUDGES))
     if poor:
         remarks.append(("hardly told by these strokes", ", ".join(poor)))
     trials = [_tried(fit, part, file.file) for file in others for part in runs(file)]
     values = {f"controller.own.{line.name}": (line.value, line.note) for line in lines[:-1]}
     head = f"A carriage under the law `{LAW}`: macromicro run --config model.toml"
     toml = model_file.settings(head, values, LAW)
+    if fit.give is not None:
+        way, lag, (of_way, of_lag) = fit.give.carriage
+        what = "of a carriage that stands to an effort at the swing's frequency; not in the swing"
+        lines.append(Line("give", way, of_way, "m/V", what))
+        lines.append(Line("give lag", lag, of_lag, "s", "of that, beyond the delay"))
     lines += testing.lines(trials, "counts")
 
     def draw() -> dict[str, Figure]:

@@ -45,6 +45,7 @@ MAXIMA = (
 )
 COLD = 31.0
 COOLED = 2.0  # K above the room, in which nothing cools to its very temperature
+HOTTEST = 45.0  # degC: the profiles' lows lie above
 # Spikes of interference are over within 5.5 s; what lasts longer is temperature.
 CONFIRM_S = 6.0
 LONGEST_S = 24 * 3600.0
@@ -203,11 +204,33 @@ def profiles(cold: float = COLD) -> list[list[float]]:
     ]
 
 
-def coldest(plant: Oven) -> float:
-    """To what temperature [degC] a kiln is left to cool: of the virtual one by its room."""
-    if isinstance(plant, Fixture):
-        return COLD
-    return max(COLD, float(plant.oven.ambient) + COOLED)
+def coldest(plant: Oven, seed: int = 0) -> float:
+    """To what temperature [degC] a kiln is left to cool: a little above its room.
+
+    A rig's thermocouple shows that before it is heated. Raises InputError for a kiln that is still
+    hot, or whose room is as warm as the profiles' lows.
+    """
+    if not isinstance(plant, Fixture):
+        return max(COLD, float(plant.oven.ambient) + COOLED)
+    room = _shown(plant, seed)
+    if not room <= HOTTEST - COOLED:
+        found = f"{room:.1f} degC before it is heated"
+        accepted = f"at most {HOTTEST - COOLED:g} degC: let it cool, or look at its thermocouple"
+        raise InputError(f"{plant.name}, thermocouple", found, accepted)
+    return max(COLD, room + COOLED)
+
+
+def _shown(rig: Fixture, seed: int) -> float:
+    """What the thermocouple of a kiln shows that is not heated [degC], spikes aside."""
+    shown = []
+    with rig.open(seed) as session:
+        session.idle(rig.rest)
+        session.restart()
+        for _ in range(max(round(2.0 * CONFIRM_S / rig.dt), 1)):
+            shown.append(session.read().thermocouple)
+            session.write(KilnOutputs(0.0))
+            session.clock.wait(rig.dt)
+    return float(np.median(shown))
 
 
 class KilnData(NamedTuple):
@@ -220,6 +243,6 @@ class KilnData(NamedTuple):
 def collect(oven: Oven | None = None, seed: int = 0) -> KilnData:
     """The whole procedure, by default on the virtual kiln: about half a day of its time."""
     plant = oven or kiln.prepare(KilnBench())
-    cold = coldest(plant)
+    cold = coldest(plant, seed)
     tests = [run(plant, turns, seed + 1 + k) for k, turns in enumerate(profiles(cold))]
     return KilnData(run(plant, cycles(cold=cold), seed), tests)
