@@ -65,6 +65,17 @@ def test_a_sensor_alone_needs_no_force() -> None:
     assert found[0].sensor == pytest.approx(2e-3, rel=0.1)
 
 
+def test_the_ends_of_noise_that_is_differentiated_twice_look_like_no_force() -> None:
+    """Of a mass on a spring the force is a second difference: a million times its low end."""
+    noise = 1e-3 * np.random.default_rng(1).standard_normal(N + 2)
+    turn = 2.0 * np.pi * np.arange(N // 2 + 1) / N
+    answer = 1e-8 + (2.0 * np.sin(0.5 * turn)) ** 4
+    shown = binned(np.diff(noise, 2), DT, np.ones(len(turn)), answer, NOTHING)
+    found = levels([shown], 10, N * DT, DT)
+    assert all(one.white == one.slow == 0.0 for one in found)
+    assert found[0].sensor == pytest.approx(1e-6, rel=0.05)
+
+
 def test_the_same_records_give_the_same_levels() -> None:
     level = Level(white=1e-5, slow=0.1, corner=0.3, sensor=1e-3)
     assert levels([seen(level, 1)], 9, 8.0, DT) == levels([seen(level, 1)], 9, 8.0, DT)

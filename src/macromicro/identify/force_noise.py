@@ -108,8 +108,8 @@ def binned(w: Array, dt: float, force: Array, sensor: Array, taken: Array) -> Sh
     """
     n = len(w)
     taper = np.hanning(n + 2)[1:-1]
-    every = np.column_stack([taken, w])
-    seen = np.fft.rfft((every - every.mean(axis=0)) * taper[:, None], axis=0)
+    # No mean is taken off: the ends of differentiated noise would be in it, and in the lowest bin.
+    seen = np.fft.rfft(np.column_stack([taken, w]) * taper[:, None], axis=0)
     seen *= np.sqrt(dt / np.sum(taper**2))
     rows = np.arange(_LOWEST, len(seen) - 1)
     bins = np.floor(np.log10(rows) * _BINS)
