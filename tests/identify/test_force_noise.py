@@ -115,6 +115,18 @@ def test_columns_that_take_nothing_or_the_same_change_nothing() -> None:
     assert _likelihood(one)(at) > _likelihood(binned(w, DT, flat, flat**2 * 0.5, NOTHING))(at)
 
 
+def test_columns_that_are_alike_under_a_spectrum_are_no_error() -> None:
+    """They differ at high frequencies alone, where a level may be that counts for nothing."""
+    t = np.arange(N) * DT
+    slow, quick = np.sin(5.0 * t), 1e-2 * np.sin(2.0 * np.pi * 400.0 * t)
+    taken = np.column_stack([slow, slow + quick])
+    turn = 2.0 * np.pi * np.arange(N // 2 + 1) / N
+    answer = 1e-14 + (2.0 * np.sin(0.5 * turn)) ** 8
+    likely = _likelihood(binned(quick, DT, np.ones(len(turn)), answer, taken))
+    for level in (1e-12, 1e-3, 1e9):
+        assert np.isfinite(likely(np.log([1e-30, 1e-30, 1.0, level])))
+
+
 def test_bins_hold_the_power_of_all_frequencies() -> None:
     w = np.random.default_rng(0).standard_normal(1000)
     ones = np.ones(501)

@@ -27,6 +27,7 @@ _BINS = 24  # per decade of frequency
 _HANN = 2.0 / 3.0  # independent values of a tapered periodogram, per frequency
 _LOWEST = 1  # frequency of a record: the next lower one is its mean
 _ALIKE = 1e-6  # of the largest: columns, or combinations of them, that ask for no force
+_LEAST = 1e-12  # of the largest: what a combination of columns weighs
 _NONE = 1e-6  # of the least that is seen: a level that is as good as none
 _MOST = (10.0, 100.0, 0.25, 10.0)  # a, b and s of the most that is seen, c of the sample rate
 _TOP = 3  # bins at the highest frequencies, where the sensor is what shows
@@ -185,9 +186,12 @@ def _likelihood(every: Shown) -> Callable[[Array], float]:
         spectrum = force * (a + b / (1.0 + (f / c) ** 2)) + sensor * s + floor
         weights = values / spectrum
         whole = -float(values @ np.log(spectrum) + weights @ power)
-        root = np.linalg.cholesky(np.tensordot(weights, taken, 1))
-        found = np.linalg.solve(root, weights @ shared)
-        return whole + float(found @ found - _HANN * np.log(np.diag(root)).sum())
+        size, turned = np.linalg.eigh(np.tensordot(weights, taken, 1))
+        # Under a spectrum of a great range, columns that were told apart may be alike.
+        size = np.maximum(size, _LEAST * size.max(initial=0.0))
+        found = (weights @ shared) @ turned
+        lost = float(np.sum(found**2 / size) - 0.5 * _HANN * np.log(size).sum())
+        return whole + lost
 
     return likely
 
