@@ -30,6 +30,7 @@ from macromicro.identify.presliding_fit import presliding_drive
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung_fit import sprung_drive
 from macromicro.identify.thermal import StepRecord, heating
+from macromicro.kernel import compiled
 from macromicro.models.heating import Modes, step_response
 
 OUT = Path(__file__).resolve().parents[1] / "docs" / "coverage.json"
@@ -74,10 +75,7 @@ LINEAR = {
 }
 LINEAR_SAMPLES = 3000
 # Disturbances that a method is not measured under.
-LEFT_OUT = {
-    "thermal, heating": {"cogging"},
-    "drive, elastic friction": {"cogging", "slow force", "quantised"},
-}
+LEFT_OUT = {"thermal, heating": {"cogging"}}
 METHODS = ("least_squares", "gls", "mls", "sriv", "output_error", "box_jenkins")
 
 Estimates = Iterator[tuple[str, tuple[str, ...], Array, Array, Array]]
@@ -209,21 +207,36 @@ def on_spring(kind: str, seed: int) -> Estimates:
 
 def elastic(kind: str, seed: int) -> Estimates:
     """LuGre friction: strokes, and between them wiggles that its level holds."""
-    if kind in LEFT_OUT["drive, elastic friction"]:
-        return
     random = np.random.default_rng(seed)
     t = np.arange(SAMPLES) * DT
     on = np.sin(2.0 * math.pi * 0.11 * t + random.uniform(0.0, 6.28)) > -0.3
     u = np.where(on, 11.0 * np.sin(1.4 * math.pi * t), 3.5 * np.sin(6.2 * math.pi * t))
     white, noise = ELASTIC_SIZE
-    pushed = u + force(kind, random, SAMPLES, white)
-    x = measured(kind, random, presliding.simulate(ELASTIC, pushed, DT), noise)
+    if kind == "cogging":
+        x = elastic_cogged(u, random, 0.25 * white)
+    else:
+        pushed = u + force(kind, random, SAMPLES, white)
+        x = measured(kind, random, presliding.simulate(ELASTIC, pushed, DT), noise)
     fit = presliding_drive(t, u, x, along=1)
     names = tuple(n.replace("level 1", "coulomb") for n in fit.names)
     kept = [n in ELASTIC_NAMES for n in names]
     truth = np.array([getattr(ELASTIC, n) for n in names if n in ELASTIC_NAMES])
     told = tuple(n for n in names if n in ELASTIC_NAMES)
     yield "drive, elastic friction", told, truth, fit.values[kept], fit.std[kept]
+
+
+def elastic_cogged(u: Array, random: np.random.Generator, size: float) -> Array:
+    """Positions under a force of this size that repeats every 50 to 80 mm."""
+    turn, phase = 2.0 * math.pi / random.uniform(0.05, 0.08), random.uniform(0.0, 2.0 * math.pi)
+    x, place, v, bristle = np.empty(len(u)), 0.0, 0.0, np.zeros(1)
+    move = compiled(presliding.step)
+    compiled(presliding.begin)(ELASTIC, bristle, place, v, float(u[0]) - ELASTIC.offset)
+    for k in range(len(u)):
+        x[k] = place
+        pull = float(u[k]) + size * math.sin(turn * place + phase) - ELASTIC.offset
+        v, gone = move(ELASTIC, bristle, place, v, pull, DT)
+        place += gone
+    return x
 
 
 def heated(kind: str, seed: int) -> Estimates:

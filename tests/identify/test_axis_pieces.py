@@ -7,7 +7,7 @@ import pytest
 
 from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_inverse import Rows, differences
-from macromicro.identify.axis_pieces import Pieces, cleared, cut, restarted, runs, settled
+from macromicro.identify.axis_pieces import Pieces, cleared, cut, restarted, runs, settled, slopes
 from macromicro.identify.runs import Run
 from macromicro.kernel import compiled
 
@@ -93,3 +93,47 @@ def test_what_a_free_start_takes_up_is_cleared() -> None:
     for part, slope in zip(*(np.split(a, made.starts[1:]) for a in (rest, at.slope)), strict=True):
         assert abs(part.sum()) < 1e-8 and abs(part @ slope) < 1e-8
         assert slope @ slope == pytest.approx(1.0)
+
+
+def test_a_piece_that_begins_at_rest_stays_there_where_rest_is_another_thing() -> None:
+    """Elastic friction at rest is in balance; beside the least speed it is at its level."""
+    made = pieces(True, noise=1e-5)
+    still = made.rows.v.copy()
+    still[made.starts[:2]] = 0.0
+    made = made._replace(rows=made.rows._replace(v=still))
+    held = settled(made._replace(rests=True), TRUTH)
+    loose = settled(made, TRUTH)
+    assert held.speeds[:2].tolist() == [0.0, 0.0]
+    assert (loose.speeds[1:] != 0.0).all()
+    np.testing.assert_allclose(held.speeds[2:], loose.speeds[2:], rtol=1e-9)
+    first = np.split(held.slope, made.starts[1:])
+    assert not first[0].any() and not first[1].any() and first[2].any()
+    # What a start at rest does not explain stays, but for the place.
+    noise = np.random.default_rng(2).normal(size=3000)
+    kept = np.split(cleared(made, held.slope, noise), made.starts[1:])[0]
+    np.testing.assert_allclose(kept, noise[: made.starts[1]] - noise[: made.starts[1]].mean())
+
+
+@pytest.mark.parametrize("free", [True, False])
+def test_slopes_are_those_of_errors_whose_starts_follow(free: bool) -> None:
+    """By differences of the whole thing, each start found anew."""
+    made = [pieces(free, noise=1e-5), pieces(free, 1200)]
+    at = np.array([2.0, 3.0, 1.5])
+
+    def model(z: np.ndarray) -> Axis:
+        return Axis(*z.tolist(), 0.4)
+
+    far = np.full(3, np.inf)
+    found = slopes(made, model, at, 1e-3 * at, (-far, far))
+    for k in range(3):
+        up, down = at.copy(), at.copy()
+        up[k], down[k] = 1.001 * at[k], 0.999 * at[k]
+        errors = [np.concatenate([settled(p, model(z)).error for p in made]) for z in (up, down)]
+        whole = (errors[0] - errors[1]) / (0.002 * at[k])
+        miss = np.abs(np.delete(found[:, k] - whole, [0, 3000]))  # these records begin at rest
+        assert miss.max() < 0.03 * np.abs(whole).max()
+    # A bound halves the way.
+    low = np.array([2.0, -np.inf, -np.inf])
+    near = slopes(made, model, at, 1e-3 * at, (low, far))
+    np.testing.assert_array_equal(near[:, 1:], found[:, 1:])
+    assert (near[:, 0] != found[:, 0]).any()

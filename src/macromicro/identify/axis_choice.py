@@ -198,7 +198,7 @@ def _held_out(rows: list[Rows], name: str) -> Array | str:
     squares = []
     for train, test in folds(rows):
         try:
-            estimate = fitted(train, name)
+            estimate = fitted(train, name, told=False)
         except InputError:
             return _TOO_POOR
         if not plausible(estimate):

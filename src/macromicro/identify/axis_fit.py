@@ -401,10 +401,10 @@ def _judged(
     `_split` leaves is too poor for the structure."""
     train, test = _split(rows, holdout)
     try:
-        start = fitted(train, structure)
+        start = fitted(train, structure, told=False)
     except InputError:
         train, test = next(axis_choice.folds(rows))
-        start = fitted(train, structure)
+        start = fitted(train, structure, told=False)
     return test, refined(train, start, lag, told=False)
 
 
@@ -419,6 +419,6 @@ def _delayed(
     errors = []
     for tried in range(_TRIED + 1):
         rows = rows_of(runs, gain, filtering, limit, tried, holdout)
-        errors.append(fitted(rows, "coulomb").percent)
+        errors.append(fitted(rows, "coulomb", told=False).percent)
     best = int(np.argmin(errors))
     return max(best - 1, 0), (1.0 if best else 0.1) * runs[0].dt

@@ -15,7 +15,7 @@ of the force is that of its two held values.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -270,7 +270,26 @@ def _standing(still: npt.NDArray[np.bool_], factor: int) -> npt.NDArray[np.bool_
     return np.asarray(total[centre + factor + 1] - total[centre - factor] >= factor + 0.5)
 
 
-def fitted(rows: list[Rows], structure: str) -> Estimate:
+class _Solved(NamedTuple):
+    """Least squares, its regressors and what they miss, and the rows of each record."""
+
+    estimate: Estimate
+    left: Array
+    missed: Array
+    lengths: list[int]
+
+    def told(self) -> Estimate:
+        """With its covariance; of Stribeck's speed, which was searched for, there is none."""
+        found = self.estimate
+        names, linear = len(found.names), self.left.shape[1]
+        spread = np.full((names, names), np.nan)
+        spread[:linear, :linear] = robust_covariance(
+            self.left, self.missed, np.cumsum(self.lengths)
+        )
+        return replace(found, covariance=spread)
+
+
+def fitted(rows: list[Rows], structure: str, *, told: bool = True) -> Estimate:
     """Least squares over all records; Stribeck's speed by search, plausible results first.
 
     Parameters
@@ -279,6 +298,8 @@ def fitted(rows: list[Rows], structure: str) -> Estimate:
         The records.
     structure : str
         A key of `STRUCTURES`.
+    told : bool, optional
+        Whether standard errors are found, which takes longer than the rest; else they are NaN.
 
     Returns
     -------
@@ -294,7 +315,7 @@ def fitted(rows: list[Rows], structure: str) -> Estimate:
     top = max(float(np.abs(r.v).max()) for r in rows)
     speeds = _SPEEDS * top if "stribeck_speed" in names else [top]
     most = _LARGEST * max(float(np.abs(r.force).max()) for r in rows)
-    best: Estimate | None = None
+    best: _Solved | None = None
     # What does not depend on Stribeck's speed is filtered once.
     steady = [columns(r, tuple(n for n in names if n != "stribeck"), top) for r in rows]
     for k, speed in enumerate(speeds):
@@ -304,19 +325,18 @@ def fitted(rows: list[Rows], structure: str) -> Estimate:
             if best is None and k + 1 == len(speeds):
                 raise
             continue
-        if abs(found.axis.stribeck) > most and k + 1 < len(speeds):
+        made = found.estimate
+        if abs(made.axis.stribeck) > most and k + 1 < len(speeds):
             continue
-        rank = (not plausible(found), found.rms)
-        if best is None or rank < (not plausible(best), best.rms):
+        rank = (not plausible(made), made.rms)
+        if best is None or rank < (not plausible(best.estimate), best.estimate.rms):
             best = found
     assert best is not None
-    return best
+    return best.told() if told else best.estimate
 
 
-def _linear(
-    rows: list[Rows], steady: list[Array], names: tuple[str, ...], speed: float
-) -> Estimate:
-    """The least-squares estimate with Stribeck's speed held; `steady`: all other columns."""
+def _linear(rows: list[Rows], steady: list[Array], names: tuple[str, ...], speed: float) -> _Solved:
+    """Least squares with Stribeck's speed held; `steady`: all other columns."""
     parts = steady
     if "stribeck" in names:
         at = [n for n in names if n != "stribeck_speed"].index("stribeck")
@@ -336,12 +356,11 @@ def _linear(
     missed = force - left @ theta
     found = dict(zip(linear, theta.tolist(), strict=True))
     axis = Axis(**found, stribeck_speed=speed)
-    spread = np.full((len(names), len(names)), np.nan)
-    spread[: len(linear), : len(linear)] = robust_covariance(
-        left, missed, np.cumsum([len(p) for p in parts])
-    )
     rms = float(np.sqrt(np.mean(missed**2)))
-    return Estimate(axis, names, spread, rms, 100.0 * rms / float(np.sqrt(np.mean(force**2))))
+    percent = 100.0 * rms / float(np.sqrt(np.mean(force**2)))
+    unknown = np.full((len(names), len(names)), np.nan)
+    made = Estimate(axis, names, unknown, rms, percent)
+    return _Solved(made, left, missed, [len(p) for p in parts])
 
 
 def _together(left: Array, scale: Array, names: tuple[str, ...]) -> str:

@@ -8,6 +8,7 @@ misses by, these starts are as little known as any sample, and are found with th
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import singledispatch
 from typing import Any, NamedTuple
 
@@ -17,6 +18,7 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.identify.axis import Axis, given, late, step
 from macromicro.identify.axis_inverse import Rows
+from macromicro.identify.central import central
 from macromicro.kernel import compiled, kernel
 
 Index = npt.NDArray[np.int64]
@@ -39,12 +41,16 @@ class Pieces(NamedTuple):
     free : bool
         Whether position and speed at the start of each are found with the parameters; else they are
         as measured.
+    rests : bool
+        Whether a free piece that begins at rest goes on from rest: elastic friction is then in
+        balance with the force, and beside a speed, however small, at its level.
     """
 
     rows: Rows
     starts: Index
     lengths: Index
     free: bool
+    rests: bool = False
 
 
 class Settled(NamedTuple):
@@ -224,18 +230,20 @@ def settled(cutting: Pieces, axis: Any) -> Settled:
     r = cutting.rows
     seen = centred(cutting, r.run.x)
     fastest = float(np.abs(r.v).max())
-    nudge = _NUDGE * fastest
     speeds = np.where(np.abs(r.v[cutting.starts]) > _REST * fastest, r.v[cutting.starts], 0.0)
     made = runs(cutting, axis, speeds)
     if not cutting.free:
         return Settled(seen - made, speeds, np.zeros_like(seen))
+
+    nudge = _NUDGE * fastest
+    moving = np.ones(len(speeds)) if not cutting.rests else (speeds != 0.0).astype(np.float64)
 
     def total(values: Array) -> Array:
         return np.asarray(np.add.reduceat(values, cutting.starts))
 
     for left in range(_ROUNDS, -1, -1):
         error = seen - made
-        slope = (runs(cutting, axis, speeds + nudge) - made) / nudge
+        slope = (runs(cutting, axis, speeds + nudge * moving) - made) / nudge
         power = total(slope * slope)
         moves = power > 0.0
         if not left:
@@ -271,3 +279,42 @@ def cleared(cutting: Pieces, slope: Array, values: Array) -> Array:
     even = centred(cutting, values)
     share = np.add.reduceat(even * slope, cutting.starts)
     return np.asarray(even - slope * np.repeat(share, cutting.lengths))
+
+
+def slopes(
+    pieces: list[Pieces],
+    model: Callable[[Array], Any],
+    at: Array,
+    nudge: Array,
+    bounds: tuple[Array, Array],
+) -> Array:
+    """Slopes of the errors by the parameters, less what the starts of the pieces take up.
+
+    Parameters
+    ----------
+    pieces : list[Pieces]
+        Of all records.
+    model : Callable[[ndarray], Any]
+        The model by its parameters.
+    at : ndarray, shape (p,)
+        These.
+    nudge : ndarray, shape (p,)
+        How far to go to either side.
+    bounds : tuple[ndarray, ndarray], shape (p,) each
+        No further than there.
+
+    Returns
+    -------
+    ndarray, shape (n, p)
+        Of the errors of all pieces.
+    """
+    still = [settled(p, model(at)) for p in pieces]
+    parts = []
+    for one, here in zip(pieces, still, strict=True):
+
+        def missed(z: Array, one: Pieces = one, here: Settled = here) -> Array:
+            return -runs(one, model(z), here.speeds)
+
+        found = central(missed, at, nudge, *bounds)
+        parts.append(np.stack([cleared(one, here.slope, column) for column in found.T], axis=1))
+    return np.concatenate(parts)

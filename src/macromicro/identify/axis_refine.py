@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from macromicro.arrays import Array
 from macromicro.identify import axis_spread
 from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_inverse import Estimate, Rows
-from macromicro.identify.axis_pieces import Pieces, cleared, cut, runs, settled
+from macromicro.identify.axis_pieces import Pieces, cut, settled, slopes
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 
 _FORCES = ("coulomb", "offset", "stribeck")
@@ -92,15 +92,30 @@ def started(rows: list[Rows], axis: Axis) -> list[tuple[float, float]]:
     for whole in cut(rows, max(len(r.v) for r in rows), True):
         r, at = whole.rows, settled(whole, axis)
         x, v = begun(r)
-        if _noisy(at.error, [r]):
+        if noisy(at.error, [r]):
             v = float(at.speeds[0])
             x = float(np.mean(r.run.x - simulate(axis, r.force, r.run.dt, 0.0, v)))
         found.append((x, v))
     return found
 
 
-def _noisy(error: Array, rows: list[Rows], most: float = _NOISY) -> bool:
-    """Whether a free run misses by little more than the noise of the positions."""
+def noisy(error: Array, rows: list[Rows], most: float = _NOISY) -> bool:
+    """Whether a free run misses by little more than the noise of the positions.
+
+    Parameters
+    ----------
+    error : ndarray, shape (n,)
+        Measured less free run.
+    rows : list[Rows]
+        The records.
+    most : float, optional
+        Times that noise.
+
+    Returns
+    -------
+    bool
+        True for at most so much.
+    """
     sensor = np.sqrt(np.mean([axis_spread.sensed(r.run.x) ** 2 for r in rows]))
     return bool(np.sqrt(np.mean(error**2)) < most * sensor)
 
@@ -192,15 +207,16 @@ def refined(
         def missed(values: Array, pieces: list[Pieces] = pieces) -> Array:
             return np.concatenate([settled(p, axis(values)).error for p in pieces])
 
-        def slopes(values: Array, pieces: list[Pieces] = pieces) -> Array:
-            return _slopes(pieces, axis, values, low)
+        def sloped(values: Array, pieces: list[Pieces] = pieces) -> Array:
+            nudge = _SLOPE * np.maximum(np.abs(values), 1e-2)
+            return slopes(pieces, axis, values, nudge, (low, np.full(len(low), np.inf)))
 
-        if free and not _noisy(missed(begin), rows, _HOPELESS):
+        if free and not noisy(missed(begin), rows, _HOPELESS):
             continue
         found = least_squares(
-            missed, begin, slopes, bounds=(low, np.inf), xtol=1e-7, ftol=1e-9, max_nfev=100
+            missed, begin, sloped, bounds=(low, np.inf), xtol=1e-7, ftol=1e-9, max_nfev=100
         )
-        if _noisy(found.fun, rows):
+        if noisy(found.fun, rows):
             break
     if found.status == 0:
         notice(ConvergenceWarning, "output error: not settled; the last values are returned")
@@ -237,26 +253,7 @@ def _spread(
     apart = np.array([getattr(final, n) for n in start.names]) - start.values
     own = np.sqrt(np.diag(start.covariance))
     near = np.abs(apart) <= _FAR * own
-    apart[explained & (near | _noisy(found.fun, rows))] = 0.0
+    apart[explained & (near | noisy(found.fun, rows))] = 0.0
     at = np.arange(len(apart))
     spread[at, at] += apart**2
     return np.asarray(spread)
-
-
-def _slopes(
-    pieces: list[Pieces], axis: Callable[[Array], Axis], values: Array, low: Array
-) -> Array:
-    """Slopes of the errors by the parameters, less what the starts of the pieces take up."""
-    parts = []
-    for one in pieces:
-        at = settled(one, axis(values))
-        columns = []
-        for k, value in enumerate(values):
-            nudge = _SLOPE * max(abs(float(value)), 1e-2)
-            up, down = values.copy(), values.copy()
-            up[k] += nudge
-            down[k] = max(value - nudge, low[k])
-            change = runs(one, axis(down), at.speeds) - runs(one, axis(up), at.speeds)
-            columns.append(cleared(one, at.slope, change) / (up[k] - down[k]))
-        parts.append(np.stack(columns, axis=1))
-    return np.concatenate(parts)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,15 +39,15 @@ class Noise(NamedTuple):
         Variance of that white noise, force squared.
     sensor : float
         Standard deviation of the position's own noise, white.
-    unshown : ndarray, shape (order,) or None
-        Where the force is as slow as the record: D of the slower force that it is taken to be.
+    unshown : Sequence[ndarray]
+        Where the force is as slow as the record: D of each force that it may be; else none.
     """
 
     block: int
     filter: Array
     power: float
     sensor: float
-    unshown: Array | None = None
+    unshown: Sequence[Array] = ()
 
 
 def sensed(x: Array) -> float:
@@ -95,11 +96,11 @@ def noise(rows: list[Rows], start: Estimate) -> Noise:
     sensor = float(np.sqrt(np.mean([sensed(r.run.x) ** 2 for r in rows])))
     means = [_means(d, many) for d in disturbed if len(d) >= many]
     shown = autoregression(means)
-    slower = None
+    slower: list[Array] = []
     if is_slow(sum(map(len, means)), shown):
         taken = np.concatenate([_means(t, many) for t in regressors(rows, start) if len(t) >= many])
         fit = Fit([len(m) for m in means], np.linalg.pinv(taken), taken)
-        slower = unshown(fit, shown, autoregression, np.random.default_rng(0))[0]
+        slower = [d for d, _ in unshown(fit, shown, autoregression, np.random.default_rng(0))]
     d, power = shown
     block = many * factor
     seen = float(np.mean(np.concatenate(means) ** 2))
@@ -177,8 +178,8 @@ def covariance(
             "another force); standard errors are widened, and parameters stand for something else",
         )
     if few:
-        if fits and told.unshown is not None:
-            drawn = _drawn(pieces, axis, jacobian, told._replace(filter=told.unshown), _DRAWS)
+        if fits and told.unshown:
+            drawn = _drawn(pieces, axis, jacobian, told, _DRAWS, told.unshown)
         found = np.atleast_2d(share * np.cov(drawn.forced.T) + np.cov(drawn.noisy.T))
         return (found if fits else found * wide**2), fits
     ends = np.cumsum([0] + [len(p.rows.v) for p in pieces[:-1]])
@@ -222,8 +223,18 @@ class _Drawn(NamedTuple):
     noisy_slow: Array
 
 
-def _drawn(pieces: list[Pieces], axis: Any, jacobian: Array, told: Noise, draws: int) -> _Drawn:
+def _drawn(
+    pieces: list[Pieces],
+    axis: Any,
+    jacobian: Array,
+    told: Noise,
+    draws: int,
+    filters: Sequence[Array] = (),
+) -> _Drawn:
+    """So many draws; by each filter in turn, where some are given, else by that of the noise."""
     from scipy.signal import lfilter
+
+    filters = filters or [told.filter]
 
     random = np.random.Generator(np.random.PCG64(0))
     pseudo = np.linalg.pinv(jacobian)
@@ -235,7 +246,9 @@ def _drawn(pieces: list[Pieces], axis: Any, jacobian: Array, told: Noise, draws:
         for one, still, run in zip(pieces, quiet, plain, strict=True):
             n = len(run)
             white = random.standard_normal(n // told.block + _BEFORE + 1) * np.sqrt(told.power)
-            coarse = lfilter([1.0], np.concatenate([[1.0], told.filter]), white)[_BEFORE:]
+            coarse = lfilter([1.0], np.concatenate([[1.0], filters[k % len(filters)]]), white)[
+                _BEFORE:
+            ]
             force = one.rows.force + np.repeat(coarse, told.block)[:n]
             shaken = one._replace(rows=one.rows._replace(force=force))
             forces.append(cleared(one, still.slope, runs(shaken, axis, still.speeds) - run))

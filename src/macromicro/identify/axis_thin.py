@@ -55,7 +55,7 @@ def factors(runs: list[Run], gain: float, delay: int) -> tuple[int, int]:
             push = gain * late(part.u, delay)
             rows.append(differences(part, push, CORNER / part.dt, FACTOR))
     try:
-        axis = fitted(rows, "coulomb").axis
+        axis = fitted(rows, "coulomb", told=False).axis
     except (InputError, ValueError):  # what is wrong with it, the fit to all of it says
         return 1, 1
     if not (axis.mass > 0.0 and axis.viscous > 0.0):

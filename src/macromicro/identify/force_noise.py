@@ -6,9 +6,12 @@ spectrum is that of the disturbing force plus that of white noise of the sensor,
     S(f) = |K(f)|^2 (a + b / (1 + (f / c)^2)) + |A(f)|^2 s^2
 
 Whittle's likelihood (P. Whittle, Arkiv for Matematik 2, 1953, p. 423) of periodograms tells a, b, c
-and s. A record of a few correlation times tells little of a slow force; so levels are not taken as
-known, but drawn from what the likelihood leaves open, flat in their logarithms (N. Metropolis et
-al., J. Chem. Phys. 21, 1953, p. 1087, with H. Haario's adaptive steps, Bernoulli 7, 2001, p. 223).
+and s. Parameters that were fitted took part of the force; how much depends on the spectrum that is
+sought, so the likelihood is the restricted one, of what no value of theirs can take (H. Patterson,
+R. Thompson, Biometrika 58, 1971, p. 545). A record of a few correlation times tells little of a
+slow force; so levels are not taken as known, but drawn from what the likelihood leaves open, flat
+in their logarithms (N. Metropolis et al., J. Chem. Phys. 21, 1953, p. 1087, with H. Haario's
+adaptive steps, Bernoulli 7, 2001, p. 223).
 """
 
 from __future__ import annotations
@@ -22,7 +25,9 @@ from macromicro.arrays import Array
 
 _BINS = 24  # per decade of frequency
 _HANN = 2.0 / 3.0  # independent values of a tapered periodogram, per frequency
-_LOWEST = 2  # frequencies of a record below this one hold its mean
+_LOWEST = 1  # frequency of a record: the next lower one is its mean
+_ALIKE = 1e-6  # of the largest: columns, or combinations of them, that ask for no force
+_LEAST = 1e-12  # of the largest: what a combination of columns weighs
 _NONE = 1e-6  # of the least that is seen: a level that is as good as none
 _MOST = (10.0, 100.0, 0.25, 10.0)  # a, b and s of the most that is seen, c of the sample rate
 _TOP = 3  # bins at the highest frequencies, where the sensor is what shows
@@ -60,26 +65,30 @@ class Shown(NamedTuple):
     ----------
     values : ndarray, shape (m,)
         Independent values in each bin.
-    power : ndarray, shape (m,)
-        Their mean, N^2 s.
     f : ndarray, shape (m,)
         Frequency, Hz.
     force : ndarray, shape (m,)
         |K|^2.
     sensor : ndarray, shape (m,)
         |A|^2, times the sample time.
+    fitted : ndarray, shape (m, p + 1, p + 1)
+        Periodograms and cross-periodograms of what each fitted parameter takes; the record's own
+        is last.
     """
 
     values: Array
-    power: Array
     f: Array
     force: Array
     sensor: Array
+    fitted: Array
+
+    @property
+    def power(self) -> Array:
+        """The record's periodogram, mean of each bin, N^2 s, shape (m,)."""
+        return self.fitted[:, -1, -1]
 
 
-def binned(
-    w: Array, dt: float, force: Array, sensor: Array, left_out: tuple[float, float]
-) -> Shown:
+def binned(w: Array, dt: float, force: Array, sensor: Array, taken: Array) -> Shown:
     """A record's periodogram, in bins that grow with frequency.
 
     Parameters
@@ -90,8 +99,8 @@ def binned(
         Sample time, s.
     force, sensor : ndarray, shape (n // 2 + 1,)
         |K|^2 and |A|^2 at the frequencies of its Fourier transform.
-    left_out : tuple[float, float]
-        Frequencies between which the fitted parameters took part of it, Hz.
+    taken : ndarray, shape (n, p)
+        The force that each fitted parameter takes, by its unit.
 
     Returns
     -------
@@ -100,16 +109,18 @@ def binned(
     """
     n = len(w)
     taper = np.hanning(n + 2)[1:-1]
-    power = np.abs(np.fft.rfft((w - w.mean()) * taper)) ** 2 / np.sum(taper**2) * dt
-    f = np.arange(len(power)) / (n * dt)
-    used = ~((f > left_out[0]) & (f < left_out[1]))
-    used[:_LOWEST] = used[-1] = False
-    rows = np.flatnonzero(used)
+    # No mean is taken off: the ends of differentiated noise would be in it, and in the lowest bin.
+    seen = np.fft.rfft(np.column_stack([taken, w]) * taper[:, None], axis=0)
+    seen *= np.sqrt(dt / np.sum(taper**2))
+    rows = np.arange(_LOWEST, len(seen) - 1)
     bins = np.floor(np.log10(rows) * _BINS)
     cuts = np.flatnonzero(np.diff(bins, prepend=-1.0))
     size = np.diff(np.append(cuts, len(rows)))
-    means = [np.add.reduceat(a[rows], cuts) / size for a in (power, f, force, sensor * dt)]
-    return Shown(_HANN * size, *means)
+    f = np.arange(len(seen)) / (n * dt)
+    f, force, sensor = (np.add.reduceat(a[rows], cuts) / size for a in (f, force, sensor * dt))
+    products = np.einsum("ki,kj->kij", seen[rows].conj(), seen[rows]).real
+    both = np.add.reduceat(products, cuts, axis=0) / size[:, None, None]
+    return Shown(_HANN * size, f, force, sensor, both)
 
 
 def levels(shown: Sequence[Shown], draws: int, longest: float, dt: float) -> list[Level]:
@@ -162,16 +173,39 @@ def _bounds(every: Shown, longest: float, dt: float) -> tuple[Array, Array]:
 
 
 def _likelihood(every: Shown) -> Callable[[Array], float]:
-    """Whittle's, by the logarithms of a, b, c and s^2."""
-    values, power, f, force, sensor = every
+    """Whittle's restricted one, by the logarithms of a, b, c and s^2."""
+    values, f, force, sensor, fitted = every
+    power = every.power
     floor = np.finfo(float).eps * power.max()
+    basis = _told_apart(np.einsum("k,kij->ij", values, fitted[:, :-1, :-1]))
+    taken = basis.T @ fitted[:, :-1, :-1] @ basis
+    shared = fitted[:, :-1, -1] @ basis
 
     def likely(at: Array) -> float:
         a, b, c, s = np.exp(at)
         spectrum = force * (a + b / (1.0 + (f / c) ** 2)) + sensor * s + floor
-        return -float(values @ (np.log(spectrum) + power / spectrum))
+        weights = values / spectrum
+        whole = -float(values @ np.log(spectrum) + weights @ power)
+        size, turned = np.linalg.eigh(np.tensordot(weights, taken, 1))
+        # Under a spectrum of a great range, columns that were told apart may be alike.
+        size = np.maximum(size, _LEAST * size.max(initial=0.0))
+        found = (weights @ shared) @ turned
+        lost = float(np.sum(found**2 / size) - 0.5 * _HANN * np.log(size).sum())
+        return whole + lost
 
     return likely
+
+
+def _told_apart(products: Array) -> Array:
+    """Combinations of columns, of unit size, that are no combinations of each other, (p, q)."""
+    size = np.sqrt(np.diag(products))
+    used = np.flatnonzero(size > _ALIKE * size.max(initial=0.0))
+    part = products[np.ix_(used, used)] / np.outer(size[used], size[used])
+    power, turned = np.linalg.eigh(part)
+    kept = power > _ALIKE * power.max(initial=0.0)
+    basis = np.zeros((len(size), int(kept.sum())))
+    basis[used] = turned[:, kept] / np.sqrt(power[kept]) / size[used, None]
+    return basis
 
 
 def _wandered(

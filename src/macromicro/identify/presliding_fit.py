@@ -18,7 +18,8 @@ from macromicro.identify import axis_spread, axis_thin
 from macromicro.identify.axis import late
 from macromicro.identify.axis_fit import Filtering, drive, rows_of, runs_of
 from macromicro.identify.axis_inverse import Estimate, Rows
-from macromicro.identify.axis_refine import begun, piece
+from macromicro.identify.axis_refine import begun, noisy, piece
+from macromicro.identify.central import central
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.presliding import FRICTIONS, Presliding, simulate
 from macromicro.identify.presliding_choice import NODES, asked_for, chosen, named
@@ -26,13 +27,14 @@ from macromicro.identify.presliding_search import (
     Problem,
     Shape,
     bounds,
+    nudges,
     pieces_of,
     problem_of,
     searched,
-    slopes,
 )
 
 _ELASTIC = ("stiffness", "settling", "share")
+_NEARLY = 10.0  # times the noise of the position: a fit by measured starts, to be taken further
 _MOST = 60_000  # samples; of longer records evenly spread parts are fitted
 
 
@@ -165,9 +167,16 @@ def presliding_drive(
     z, shape, judged, reasons = chosen(problem, friction, along)
     asked = asked_for(friction, reasons)
     # Chosen by short pieces, fitted to those that rigid friction is fitted to.
-    problem = problem._replace(pieces=pieces_of(rows, piece(rows, rigid.inverse, False)))
+    length = piece(rows, rigid.inverse, False)
+    problem = problem._replace(pieces=pieces_of(rows, length))
     found = searched(problem, z, shape, 60)
     found = searched(problem, found.x, shape, 60, fine=True)
+    # Starts are known as little as any sample; where forces disturb it, they would take these up.
+    loose = problem._replace(pieces=pieces_of(rows, length, True))
+    if noisy(np.concatenate(loose.missed(found.x, shape)), rows, _NEARLY):
+        free = searched(loose, found.x, shape, 60, fine=True)
+        if noisy(np.concatenate(loose.missed(free.x, shape)), rows):
+            problem, found = loose, free
     if found.status == 0:
         notice(ConvergenceWarning, "elastic friction: not settled; the last values are returned")
     model = problem.model(found.x, shape)
@@ -231,18 +240,16 @@ def _spread(problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse:
     """Standard errors; NaN where a parameter ended at its bound."""
     low, high, scale = bounds(z, shape)
     model = problem.model(z, shape)
-
-    def missed(at: Array) -> Array:
-        return np.concatenate(problem.missed(at, shape))
-
-    jacobian = slopes(missed, z, scale, low)
+    missed = np.concatenate(problem.missed(z, shape))
     noise = axis_spread.noise(rows, inverse)
-    covariance, _ = axis_spread.covariance(problem.pieces, model, jacobian, missed(z), noise)
+    covariance, _ = axis_spread.covariance(
+        problem.pieces, model, problem.slopes(z, shape), missed, noise
+    )
 
     def shown(at: Array) -> Array:
         return told(problem.model(at, shape), shape)[1]
 
-    turn = slopes(shown, z, scale, low)
+    turn = central(shown, z, nudges(z, scale, False), low, np.full(len(z), np.inf))
     std = np.sqrt(np.diag(turn @ covariance @ turn.T))
     ended = (z <= low + 1e-3 * scale) | (z >= high - 1e-3 * scale)
     names = told(model, shape)[0]

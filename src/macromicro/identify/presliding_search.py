@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,8 +10,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.identify import axis_choice
 from macromicro.identify.axis_inverse import Estimate, Rows
-from macromicro.identify.axis_pieces import Pieces, cut, settled
-from macromicro.identify.central import central
+from macromicro.identify.axis_pieces import Pieces, cut, settled, slopes
 from macromicro.identify.presliding import Presliding
 
 _STIFFEST = 2.0 * math.pi  # of the stuck mass' circular frequency times the sample time
@@ -98,6 +96,28 @@ class Problem(NamedTuple):
         model = self.model(z, shape)
         return [settled(p, model).error for p in self.pieces]
 
+    def slopes(self, z: Array, shape: Shape, fine: bool = False) -> Array:
+        """Slopes of what is missed by the scaled parameters, by differences to both sides.
+
+        Parameters
+        ----------
+        z : ndarray, shape (p,)
+            Scaled parameters.
+        shape : Shape
+            Which they are.
+        fine : bool, optional
+            Whether over less, as in a search to the end.
+
+        Returns
+        -------
+        ndarray, shape (n, p)
+            Of all records.
+        """
+        low, _, scale = bounds(z, shape)
+        nudge = nudges(z, scale, fine)
+        limits = (low, np.full(len(z), math.inf))
+        return slopes(self.pieces, lambda at: self.model(at, shape), z, nudge, limits)
+
 
 def _parts(z: Array, shape: Shape) -> tuple[Array, Array]:
     """Levels by the scale, and shares of the elements."""
@@ -132,7 +152,7 @@ def problem_of(rows: list[Rows], rigid: Estimate) -> Problem:
     return Problem(pieces, rigid, rows[0].run.dt, low, high, fastest)
 
 
-def pieces_of(rows: list[Rows], length: int) -> list[Pieces]:
+def pieces_of(rows: list[Rows], length: int, free: bool = False) -> list[Pieces]:
     """Pieces of about that length, which begin where the axis goes fast.
 
     There friction is at its level; of an axis at rest nobody knows how much of the force it takes.
@@ -143,6 +163,8 @@ def pieces_of(rows: list[Rows], length: int) -> list[Pieces]:
         The records.
     length : int
         Samples, about.
+    free : bool, optional
+        Whether their starts are found with the parameters, but for those at rest.
 
     Returns
     -------
@@ -150,14 +172,14 @@ def pieces_of(rows: list[Rows], length: int) -> list[Pieces]:
         One for each record.
     """
     made = []
-    for p in cut(rows, length, False):
+    for p in cut(rows, length, free):
         speed = np.abs(p.rows.v)
         starts = p.starts.copy()
         half = int(p.lengths.min()) // 3
         for k, at in enumerate(p.starts[1:].tolist(), 1):
             starts[k] = at - half + int(np.argmax(speed[at - half : at + half]))
         lengths = np.diff(np.append(starts, len(speed)))
-        made.append(p._replace(starts=starts, lengths=lengths))
+        made.append(p._replace(starts=starts, lengths=lengths, rests=True))
     return made
 
 
@@ -193,19 +215,20 @@ def searched(
     """
     from scipy.optimize import least_squares
 
-    low, high, scale = bounds(z, shape)
+    low, high, _ = bounds(z, shape)
     kept = _weights(problem, held)
     size = math.sqrt(sum(float(np.sum(w)) for w in kept)) * problem.fastest * problem.dt
 
+    weight = np.concatenate(kept) / size
+
     def missed(at: Array) -> Array:
-        errors = problem.missed(at, shape)
-        return np.concatenate([e * w for e, w in zip(errors, kept, strict=True)]) / size
+        return weight * np.concatenate(problem.missed(at, shape))
 
     begin = np.clip(z, low + 1e-6, high - 1e-6)
     return least_squares(
         missed,
         begin,
-        lambda at: slopes(missed, at, scale, low, _SLOPE * (_FINE if fine else 1.0)),
+        lambda at: weight[:, None] * problem.slopes(at, shape, fine),
         bounds=(low, high),
         x_scale="jac",
         ftol=1e-9 if fine else 1e-6,
@@ -256,26 +279,21 @@ def bounds(z: Array, shape: Shape) -> tuple[Array, Array, Array]:
     return low, high, scale
 
 
-def slopes(
-    missed: Callable[[Array], Array], at: Array, scale: Array, low: Array, part: float = _SLOPE
-) -> Array:
-    """Slopes of what is missed by the scaled parameters, by differences to both sides.
+def nudges(at: Array, scale: Array, fine: bool) -> Array:
+    """How far parameters go for slopes.
 
     Parameters
     ----------
-    missed : Callable[[Array], Array]
-        Of parameters.
     at : ndarray, shape (p,)
-        Where.
-    scale, low : ndarray, shape (p,)
-        Of each parameter, its scale and the least that is allowed.
-    part : float, optional
-        Of a scale: how wide the differences are.
+        Scaled parameters.
+    scale : ndarray, shape (p,)
+        Of each.
+    fine : bool
+        Whether less far, as in a search to the end.
 
     Returns
     -------
-    ndarray, shape (n, p)
-        Jacobian.
+    ndarray, shape (p,)
+        To either side.
     """
-    nudge = part * np.maximum(scale * 5.0, np.abs(at))
-    return central(missed, at, nudge, low, np.full(len(at), math.inf))
+    return np.asarray(_SLOPE * (_FINE if fine else 1.0) * np.maximum(scale * 5.0, np.abs(at)))

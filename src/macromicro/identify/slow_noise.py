@@ -66,9 +66,7 @@ def factors(fit: Fit, noise: Noise, model: Model, told: Told) -> Array:
     """
     random = np.random.default_rng(0)
     found = []
-    for left, off in _drawn(
-        fit, unshown(fit, noise, model, random), _draws(len(fit.guided)), random
-    ):
+    for left, off in _drawn(fit, unshown(fit, noise, model, random), random):
         with np.errstate(divide="ignore", invalid="ignore"):
             found.append(np.abs(off) / told(model(left)))
     widths = [np.nanquantile(found, share, axis=0) / wide for share, wide in _SHARES]
@@ -93,8 +91,11 @@ def is_slow(n: int, noise: Noise) -> bool:
     return _draws(n) >= _FEWEST and _SLOW * n < together(noise) < np.inf
 
 
-def unshown(fit: Fit, noise: Noise, model: Model, random: np.random.Generator) -> Noise:
-    """The noise whose residuals, on the whole, show the one that was seen.
+def unshown(fit: Fit, noise: Noise, model: Model, random: np.random.Generator) -> list[Noise]:
+    """Noises whose residuals may have shown the one that was seen.
+
+    What residuals show of noise as slow as this one scatters, and is too quick on the whole. What
+    was seen is taken to be off by as much as each of these is.
 
     Parameters
     ----------
@@ -109,13 +110,14 @@ def unshown(fit: Fit, noise: Noise, model: Model, random: np.random.Generator) -
 
     Returns
     -------
-    tuple[ndarray, float]
-        Slower, at the same power of what drives it.
+    list[tuple[ndarray, float]]
+        Slower or quicker, at the same power of what drives it; none goes together for much longer
+        than the records do, for that is a constant.
     """
-    shown = [
-        together(model(left)) for left, _ in _drawn(fit, noise, _draws(len(fit.guided)), random)
-    ]
-    return _slowed(noise, max(together(noise) / float(np.median(shown)), 1.0))
+    n = len(fit.guided)
+    seen = together(noise)
+    shown = [together(model(left)) for left, _ in _drawn(fit, [noise] * _draws(n), random)]
+    return [_slowed(noise, min(seen / one, n / seen)) for one in shown]
 
 
 def _draws(n: int) -> int:
@@ -140,26 +142,25 @@ def together(noise: Noise) -> float:
 
 
 def _slowed(noise: Noise, by: float) -> Noise:
-    """The same with its slowest real root nearer to 1, by this factor; not beyond it."""
+    """The same with its slowest real root nearer to 1, by this factor; none beyond zero."""
     d, power = noise
     roots = np.roots(np.r_[1.0, d])
     real = np.flatnonzero((np.abs(roots.imag) < 1e-9) & (roots.real > 0.0))
     if not len(real):
         return noise
     at = real[np.argmax(roots[real].real)]
-    roots[at] = 1.0 - (1.0 - roots[at].real) / by
+    roots[at] = max(1.0 - (1.0 - roots[at].real) / by, 0.0)
     return np.real(np.poly(roots))[1:], power
 
 
 def _drawn(
-    fit: Fit, noise: Noise, draws: int, random: np.random.Generator
+    fit: Fit, noises: list[Noise], random: np.random.Generator
 ) -> Iterator[tuple[list[Array], Array]]:
-    """Residuals of each record, and errors of the parameters, of noise drawn anew."""
+    """Residuals of each record, and errors of the parameters, of a draw of each noise."""
     from scipy.signal import lfilter
 
-    d, power = noise
-    burn = int(min(_BURN * together(noise), 3 * len(fit.guided)))
-    for _ in range(draws):
+    for d, power in noises:
+        burn = int(min(_BURN * together((d, power)), 3 * len(fit.guided)))
         every = np.concatenate([
             lfilter([power**0.5], np.r_[1.0, d], random.standard_normal(m + burn))[burn:]
             for m in fit.lengths

@@ -188,7 +188,7 @@ def sprung_drive(
     scores: dict[str, float] = {}
     chosen = models[0]
     if len(models) > 1:
-        cut = [first(r, 1.0 - _HELD_OUT) for r in kept]
+        cut = [first(r, int((1.0 - _HELD_OUT) * len(r.t))) for r in kept]
         for model in models:
             try:
                 fit = searched(cut, model, lag)[0]

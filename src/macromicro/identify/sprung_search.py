@@ -64,22 +64,22 @@ class Model(NamedTuple):
         return names + ("spring",) * self.spring + ("dead_zone",) * self.dead_zone
 
 
-def first(run: Run, part: float) -> Run:
+def first(run: Run, samples: int) -> Run:
     """The first part of a record.
 
     Parameters
     ----------
     run : Run
         The record.
-    part : float
-        Which, from 0 to 1.
+    samples : int
+        How many; 20 at least are taken.
 
     Returns
     -------
     Run
-        Of 20 samples at least.
+        The part.
     """
-    n = max(int(part * len(run.t)), 20)
+    n = max(samples, 20)
     return Run(run.t[:n], run.u[:n], run.x[:n])
 
 
@@ -140,7 +140,7 @@ def searched(records: list[Run], model: Model, lag: float) -> list[End]:
     for begin, parts in [(b, _PARTS) for b in begins] + [(begins[0], _WHOLE)]:
         at = begin
         for part in parts:
-            end = _descended([first(r, part) for r in records], model, lag, *at)
+            end = _descended([first(r, int(part * len(r.t))) for r in records], model, lag, *at)
             at = end.axis, end.starts
         if np.isfinite(end.rms):
             ends.append(end)
@@ -263,7 +263,7 @@ def moving(records: list[Run], model: Model, lag: float) -> list[Run]:
     for _ in range(_CUTS):
         end = searched(records, model, lag)[0]
         kept = [
-            first(r, _moves(end.axis, r, x, v) / len(r.x))
+            first(r, _moves(end.axis, r, x, v))
             for r, (x, v) in zip(records, end.starts.tolist(), strict=True)
         ]
         same = all(len(k.x) == len(r.x) for k, r in zip(kept, records, strict=True))

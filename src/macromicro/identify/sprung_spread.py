@@ -25,7 +25,6 @@ from macromicro.identify.sprung_search import End
 _BLOCKS = 20.0  # in a swing, or in 2 pi time constants
 _LEAST = 100  # blocks in a record
 _DRAWS = 80
-_TAKEN = 2.5  # frequencies of a record beside the swing's, of which parameters took part
 
 
 class Means(NamedTuple):
@@ -102,13 +101,16 @@ def scattered(
         Of these columns.
     """
     residuals = parted(records, best.residual)
-    shown = [_shown(r, e, best.axis, speed) for r, e in zip(records, residuals, strict=True)]
+    slopes = best.slopes[:, used]
+    shown = [
+        _shown(r, np.column_stack([part, e]), best.axis, speed)
+        for r, part, e in zip(records, parted(records, slopes), residuals, strict=True)
+    ]
     told = levels(shown, _DRAWS, max(len(r.x) * r.dt for r in records), records[0].dt)
     random = np.random.default_rng(0)  # the same data give the same errors
     starts = best.starts.tolist()
     free = [r.x - e for r, e in zip(records, residuals, strict=True)]
     steps = [counts.pitch(r.x) for r in records]
-    slopes = best.slopes[:, used]
     size = np.linalg.norm(slopes, axis=0)
     back = np.linalg.pinv(slopes / size)
     asked = []
@@ -142,24 +144,39 @@ def parted(records: Sequence[Run], rows: Array) -> list[Array]:
     return np.split(rows, np.cumsum([len(r.x) for r in records])[:-1])
 
 
-def _shown(r: Run, e: Array, p: Sprung, speed: bool) -> Shown:
+def _shown(r: Run, every: Array, p: Sprung, speed: bool) -> Shown:
     """Periodogram of the force that would account for a residual, and what it answers to.
 
     A force held for a sample moves the second difference of a position by the mean of two forces,
     so |K| = cos(pi f dt); likewise the difference of a speed over two samples.
+
+    Parameters
+    ----------
+    r : Run
+        The record.
+    every : ndarray, shape (n, p + 1)
+        Slopes of the residual, and the residual.
+    p : Sprung
+        As found.
+    speed : bool
+        Whether the output is the speed.
+
+    Returns
+    -------
+    Shown
+        Of this record.
     """
-    h, n = r.dt, len(e) - 2
+    h, n = r.dt, len(every) - 2
     turn = 2.0 * np.pi * np.arange(n // 2 + 1) / n
     bend, slope = p.mass / (h * h), 0.5 * p.viscous / h
+    before, now, after = every[:-2], every[1:-1], every[2:]
     if speed:
         rate = 0.5 * p.mass / h
-        fallen = np.cumsum(e)[1:-1] - 0.5 * e[1:-1]  # the place, by the trapezoidal rule
-        w = rate * (e[2:] - e[:-2]) + p.viscous * e[1:-1] + p.spring * h * fallen
+        fallen = np.cumsum(every, axis=0)[1:-1] - 0.5 * now  # the place, by the trapezoidal rule
+        w = rate * (after - before) + p.viscous * now + p.spring * h * fallen
         placed = 0.5 * p.spring * h / np.tan(0.5 * np.maximum(turn, turn[1]))
         response = p.viscous + 1j * (2.0 * rate * np.sin(turn) - placed)
     else:
-        w = (bend - slope) * e[:-2] + (p.spring - 2.0 * bend) * e[1:-1] + (bend + slope) * e[2:]
+        w = (bend - slope) * before + (p.spring - 2.0 * bend) * now + (bend + slope) * after
         response = p.spring - 2.0 * bend * (1.0 - np.cos(turn)) + 2j * slope * np.sin(turn)
-    wide = _TAKEN / (n * h) + 0.25 * p.viscous / (np.pi * p.mass)  # and half the resonance's
-    taken = (p.frequency - wide, p.frequency + wide)
-    return binned(w, h, np.cos(0.5 * turn) ** 2, np.abs(response) ** 2, taken)
+    return binned(w[:, -1], h, np.cos(0.5 * turn) ** 2, np.abs(response) ** 2, w[:, :-1])
