@@ -37,15 +37,18 @@ def test_pieces_are_of_one_length_as_near_as_the_record_allows(
     assert made.lengths.tolist() == np.diff([*starts, 3000]).tolist()
 
 
-@pytest.mark.parametrize("axis", [TRUTH, TRUTH._replace(lag=3.4 * DT, limit=7.0, back=0.2)])
+@pytest.mark.parametrize("axis", [
+    TRUTH, TRUTH._replace(lag=3.4 * DT, limit=7.0, back=0.2), TRUTH._replace(sine=2.0, cosine=5.0),
+])  # fmt: skip
 def test_each_piece_runs_from_its_own_start(axis: Axis) -> None:
     """As a simulation of the piece alone would, under the force that acts late."""
     made, speeds = pieces(False), np.array([0.1, -0.2, 0.3, -0.4])
     found = np.split(runs(made, axis, speeds), made.starts[1:])
     pull = np.split(late(FORCE, axis.lag / DT), made.starts[1:])
     at_once = axis._replace(lag=0.0)
-    for one, force, v in zip(found, pull, speeds, strict=True):
-        np.testing.assert_allclose(one, simulate(at_once, force, DT, 0.0, v), atol=1e-12)
+    at = made.rows.run.x[made.starts]
+    for one, force, x, v in zip(found, pull, at, speeds, strict=True):
+        np.testing.assert_allclose(one, simulate(at_once, force, DT, x, v) - x, atol=1e-12)
     free = np.split(runs(made._replace(free=True), axis, speeds), made.starts[1:])
     for one, other in zip(free, found, strict=True):
         np.testing.assert_allclose(one, other - other.mean(), atol=1e-12)
@@ -53,9 +56,10 @@ def test_each_piece_runs_from_its_own_start(axis: Axis) -> None:
 
 def test_the_kernel_gives_the_same_compiled() -> None:
     made, speeds = pieces(False), np.array([0.1, -0.2, 0.3, -0.4])
+    at, hung = made.rows.run.x[made.starts], TRUTH._replace(sine=2.0, cosine=5.0)
     plain, fast = np.empty(3000), np.empty(3000)
-    restarted(TRUTH, FORCE, made.starts, speeds, DT, plain)
-    compiled(restarted)(TRUTH, FORCE, made.starts, speeds, DT, fast)
+    restarted(hung, FORCE, made.starts, at, speeds, DT, plain)
+    compiled(restarted)(hung, FORCE, made.starts, at, speeds, DT, fast)
     np.testing.assert_allclose(fast, plain, rtol=1e-12, atol=1e-15)
 
 

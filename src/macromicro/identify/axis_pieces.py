@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.identify.axis import Axis, given, late, step
+from macromicro.identify.axis import Axis, acting, late, step
 from macromicro.identify.axis_inverse import Rows
 from macromicro.kernel import compiled, kernel
 
@@ -91,8 +91,10 @@ def cut(rows: list[Rows], length: int, free: bool) -> list[Pieces]:
 
 
 @kernel
-def restarted(p: Axis, force: Array, starts: Index, speeds: Array, h: float, out: Array) -> None:
-    """Positions under a force, from 0 and a new speed at the start of each piece, as a kernel.
+def restarted(
+    p: Axis, force: Array, starts: Index, at: Array, speeds: Array, h: float, out: Array
+) -> None:
+    """Ways under a force, from 0 and a new speed at the start of each piece, as a kernel.
 
     Parameters
     ----------
@@ -102,23 +104,27 @@ def restarted(p: Axis, force: Array, starts: Index, speeds: Array, h: float, out
         N, held for `h` each.
     starts : ndarray, shape (k,)
         First sample of each piece.
+    at : ndarray, shape (k,)
+        Position there, m, or rad.
     speeds : ndarray, shape (k,)
         Speed there, m/s.
     h : float
         Sample time, s.
     out : ndarray, shape (n,)
-        Positions are written here, m.
+        Ways are written here, m.
     """
     piece = 0
+    first = 0.0
     x = 0.0
     v = 0.0
     for k in range(len(out)):
         if piece < len(starts) and k == starts[piece]:
+            first = at[piece]
             x = 0.0
             v = speeds[piece]
             piece += 1
         out[k] = x
-        v, gone = step(p, v, given(p, force[k], v) - p.offset, h)
+        v, gone = step(p, v, acting(p, force[k], first + x, v, h), h)
         x += gone
 
 
@@ -127,7 +133,7 @@ def laid(
     model: Any,
     force: Array,
     starts: Index,
-    at: Array,  # an axis is the same at every place
+    at: Array,
     speeds: Array,
     dt: float,
 ) -> Array:
@@ -156,7 +162,7 @@ def laid(
     out = np.empty_like(force)
     plain = Axis(*(float(value) for value in model))
     pull = np.ascontiguousarray(late(force, model.lag / dt))
-    compiled(restarted)(plain, pull, starts, speeds, float(dt), out)
+    compiled(restarted)(plain, pull, starts, at, speeds, float(dt), out)
     return out
 
 
