@@ -185,7 +185,9 @@ def turned(kind: str, seed: int) -> Estimates:
         x = cogged(axis, u, random, 0.025, (math.radians(3.0), math.radians(5.0)), place)
     else:
         x = simulate(axis, u + force(kind, random, SAMPLES, 0.1), DT, place)
-        x = measured(kind, random, x, 1e-4)
+        if kind == "quantised":  # to the nearest count: the angle is from the encoder's own zero
+            x = np.round(x / 2e-4) * 2e-4
+        x = measured("sensor" if kind == "sensor" else "", random, x, 1e-4)
     t = np.arange(SAMPLES) * DT
     fit = identify.drive(t, u, x, structure="coulomb", eccentric=True)
     truth = np.array([*(getattr(axis, n) for n in AXIS_NAMES), size, hangs])

@@ -3,7 +3,9 @@
 Over a whole record the errors of a free run pile up like a random walk, for whatever disturbs the
 force acts on all that comes after. Cut into pieces, each from the position and speed at its start,
 the same record tells the more the longer it is. Where it is noise of the position that a free run
-misses by, these starts are as little known as any sample, and are found with the parameters.
+misses by, these starts are as little known as any sample, and are found with the parameters: the
+place as the mean of what is missed, or, where gravity makes one place another than the next, as the
+speed is.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ Index = npt.NDArray[np.int64]
 _ROUNDS = 2  # Gauss-Newton steps for the speeds at the start: a free run is nearly linear in them
 _REST = 0.02  # of the greatest speed
 _NUDGE = 1e-3  # of the greatest speed, for the slope by it
+_TURN = 1e-3  # rad, for the slope by the angle
 
 
 class Pieces(NamedTuple):
@@ -46,6 +49,11 @@ class Pieces(NamedTuple):
     lengths: Index
     free: bool
 
+    @property
+    def placed(self) -> bool:
+        """Whether the places at the starts are found, and do not only shift what follows."""
+        return self.free and self.rows.eccentric
+
 
 class Settled(NamedTuple):
     """Free runs over pieces, their starts as the record asks for.
@@ -58,11 +66,18 @@ class Settled(NamedTuple):
         At the start of each piece, units of x/s.
     slope : ndarray, shape (n,)
         Of the free run by its piece's speed, centred and of length one; 0 where it moves nothing.
+    at : ndarray, shape (k,)
+        Place at the start of each piece.
+    shift : ndarray, shape (n,)
+        What of the slope by that place is not in `slope`, of length one; 0 where a place only
+        shifts all that follows.
     """
 
     error: Array
     speeds: Array
     slope: Array
+    at: Array
+    shift: Array
 
 
 def cut(rows: list[Rows], length: int, free: bool) -> list[Pieces]:
@@ -166,8 +181,8 @@ def laid(
     return out
 
 
-def runs(cutting: Pieces, axis: Any, speeds: Array) -> Array:
-    """Free runs over the pieces, each from 0; of free starts, less its mean.
+def runs(cutting: Pieces, axis: Any, speeds: Array, at: Array | None = None) -> Array:
+    """Free runs over the pieces, each from 0; of free starts, less its mean, or from their places.
 
     Parameters
     ----------
@@ -177,6 +192,8 @@ def runs(cutting: Pieces, axis: Any, speeds: Array) -> Array:
         Parameters: an `Axis`, or another model that `laid` knows.
     speeds : ndarray, shape (k,)
         At the start of each piece.
+    at : ndarray, shape (k,), optional
+        Places there; as measured by default.
 
     Returns
     -------
@@ -184,12 +201,17 @@ def runs(cutting: Pieces, axis: Any, speeds: Array) -> Array:
         Positions.
     """
     r = cutting.rows
-    at = r.run.x[cutting.starts]
-    return centred(cutting, laid(axis, r.force, cutting.starts, at, speeds, r.run.dt))
+    if at is None:
+        at = r.run.x[cutting.starts]
+    made = laid(axis, r.force, cutting.starts, at, speeds, r.run.dt)
+    if cutting.placed:
+        return np.asarray(made + np.repeat(at, cutting.lengths))
+    return centred(cutting, made)
 
 
 def centred(cutting: Pieces, values: Array) -> Array:
-    """Values less their mean in each piece; of measured starts, less their first one.
+    """Values less their mean in each piece; of measured starts, less their first one; of places
+    that are found, as they are.
 
     Parameters
     ----------
@@ -203,6 +225,8 @@ def centred(cutting: Pieces, values: Array) -> Array:
     ndarray, shape (n,)
         Likewise.
     """
+    if cutting.placed:
+        return values
     level = values[cutting.starts]
     if cutting.free:
         level = np.add.reduceat(values, cutting.starts) / cutting.lengths
@@ -232,12 +256,15 @@ def settled(cutting: Pieces, axis: Any) -> Settled:
     fastest = float(np.abs(r.v).max())
     nudge = _NUDGE * fastest
     speeds = np.where(np.abs(r.v[cutting.starts]) > _REST * fastest, r.v[cutting.starts], 0.0)
+    at, none = r.run.x[cutting.starts], np.zeros_like(seen)
+    if cutting.placed:
+        return _placed(cutting, axis, at, speeds, nudge)
     made = runs(cutting, axis, speeds)
     if not cutting.free:
-        return Settled(seen - made, speeds, np.zeros_like(seen))
+        return Settled(seen - made, speeds, none, at, none)
 
     def total(values: Array) -> Array:
-        return np.asarray(np.add.reduceat(values, cutting.starts))
+        return _total(cutting, values)
 
     for left in range(_ROUNDS, -1, -1):
         error = seen - made
@@ -252,18 +279,61 @@ def settled(cutting: Pieces, axis: Any) -> Settled:
         speeds = np.where(nearer, speeds + step, speeds)
         made = np.where(np.repeat(nearer, cutting.lengths), tried, made)
     size = np.sqrt(np.where(moves, power, 1.0))
-    return Settled(error, speeds, slope / np.repeat(size, cutting.lengths))
+    return Settled(error, speeds, slope / np.repeat(size, cutting.lengths), at, none)
 
 
-def cleared(cutting: Pieces, slope: Array, values: Array) -> Array:
+def _total(cutting: Pieces, values: Array) -> Array:
+    """The sum of values in each piece."""
+    return np.asarray(np.add.reduceat(values, cutting.starts))
+
+
+def _unit(cutting: Pieces, values: Array) -> Array:
+    """Values of length one in each piece, 0 where they are 0."""
+    power = _total(cutting, values * values)
+    return np.asarray(
+        values / np.repeat(np.sqrt(np.where(power > 0.0, power, 1.0)), cutting.lengths)
+    )
+
+
+def _less(cutting: Pieces, unit: Array, values: Array) -> Array:
+    """What of values lies across others of length one, in each piece."""
+    share = _total(cutting, values * unit)
+    return np.asarray(values - unit * np.repeat(share, cutting.lengths))
+
+
+def _placed(cutting: Pieces, axis: Any, at: Array, speeds: Array, nudge: float) -> Settled:
+    """`settled` in place and speed, from those measured."""
+    seen = cutting.rows.run.x
+    made = runs(cutting, axis, speeds, at)
+    for left in range(_ROUNDS, -1, -1):
+        error = seen - made
+        slope = (runs(cutting, axis, speeds + nudge, at) - made) / nudge
+        turn = (runs(cutting, axis, speeds, at + _TURN) - made) / _TURN
+        across = _less(cutting, _unit(cutting, slope), turn)
+        if not left:
+            break
+        # Of the two: the place by what lies across the other, then the speed by the rest.
+        power = _total(cutting, across * across), _total(cutting, slope * slope)
+        moves = [np.divide(1.0, p, out=np.zeros_like(p), where=p > 0.0) for p in power]
+        by = _total(cutting, across * error) * moves[0]
+        rest = error - turn * np.repeat(by, cutting.lengths)
+        step = _total(cutting, slope * rest) * moves[1]
+        tried = runs(cutting, axis, speeds + step, at + by)
+        nearer = _total(cutting, (seen - tried) ** 2) < _total(cutting, error**2)
+        speeds, at = np.where(nearer, speeds + step, speeds), np.where(nearer, at + by, at)
+        made = np.where(np.repeat(nearer, cutting.lengths), tried, made)
+    return Settled(error, speeds, _unit(cutting, slope), at, _unit(cutting, across))
+
+
+def cleared(cutting: Pieces, at: Settled, values: Array) -> Array:
     """What of some values no start of a piece explains: of free ones, less mean and slope in each.
 
     Parameters
     ----------
     cutting : Pieces
         The record.
-    slope : ndarray, shape (n,)
-        Of `Settled`.
+    at : Settled
+        Its free runs.
     values : ndarray, shape (n,)
         A value per sample.
 
@@ -274,6 +344,5 @@ def cleared(cutting: Pieces, slope: Array, values: Array) -> Array:
     """
     if not cutting.free:
         return values
-    even = centred(cutting, values)
-    share = np.add.reduceat(even * slope, cutting.starts)
-    return np.asarray(even - slope * np.repeat(share, cutting.lengths))
+    even = _less(cutting, at.slope, centred(cutting, values))
+    return _less(cutting, at.shift, even) if cutting.placed else even

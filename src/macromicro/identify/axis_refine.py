@@ -95,7 +95,10 @@ def started(rows: list[Rows], axis: Axis) -> list[tuple[float, float]]:
         x, v = begun(r)
         if _noisy(at.error, [r]):
             v = float(at.speeds[0])
-            x += float(np.mean(r.run.x - simulate(axis, r.force, r.run.dt, x, v)))
+            if whole.placed:
+                x = float(at.at[0])
+            else:
+                x += float(np.mean(r.run.x - simulate(axis, r.force, r.run.dt, x, v)))
         found.append((x, v))
     return found
 
@@ -257,7 +260,7 @@ def _slopes(
             up, down = values.copy(), values.copy()
             up[k] += nudge
             down[k] = max(value - nudge, low[k])
-            change = runs(one, axis(down), at.speeds) - runs(one, axis(up), at.speeds)
-            columns.append(cleared(one, at.slope, change) / (up[k] - down[k]))
+            change = runs(one, axis(down), at.speeds, at.at) - runs(one, axis(up), at.speeds, at.at)
+            columns.append(cleared(one, at, change) / (up[k] - down[k]))
         parts.append(np.stack(columns, axis=1))
     return np.concatenate(parts)
