@@ -106,6 +106,7 @@ def test_its_errors_are_those_of_repeated_trials() -> None:
     assert (size > 0.5).all() and (size < 2.0).all()
 
 
+@pytest.mark.slow
 def test_from_a_recording_to_a_machine_that_holds_it(tmp_path: Path) -> None:
     """Angles in degrees, from 100 on, of an axis with a gear: the same torque at every place."""
     tree = rotary.DEFAULT.with_({"load.unbalance": "0.3 N*m", "load.hangs": "-60 deg"})
