@@ -24,8 +24,8 @@ from scipy.signal import lfilter
 from macromicro import identify
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import presliding, sprung
-from macromicro.identify.axis import Axis, simulate, step
+from macromicro.identify import eccentric, presliding, sprung
+from macromicro.identify.axis import Axis, acting, simulate, step
 from macromicro.identify.presliding_fit import presliding_drive
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung_fit import sprung_drive
@@ -41,6 +41,8 @@ DT = 1e-3
 AXIS = Axis(mass=4.0, viscous=25.0, coulomb=12.0, offset=2.0)
 AXIS_NAMES = ("mass", "viscous", "coulomb", "offset")
 SAMPLES = 8000
+# A load that turns, and that gravity pulls at: 0.05 to 0.3 N m, hanging anywhere.
+TURNED = Axis(mass=0.01, viscous=0.08, coulomb=0.05, offset=0.01)
 # On a spring, driven at 2 to 3 Hz and left to decay at 18 Hz; forces of the latter are per mass.
 SPRUNG = {
     "on a spring": sprung.Sprung(mass=2.0, viscous=5.0, coulomb=3.0, offset=1.0, spring=400.0),
@@ -109,19 +111,26 @@ def driven(kind: str, seed: int) -> tuple[Array, Array]:
     random = np.random.default_rng(seed)
     u = steps(random, SAMPLES, 60.0)
     if kind == "cogging":
-        return u, cogged(u, random)
+        return u, cogged(AXIS, u, random, 1.5, (0.05, 0.08))
     x = simulate(AXIS, u + force(kind, random, SAMPLES, 6.0), DT)
     return u, measured(kind, random, x, 1e-5)
 
 
-def cogged(u: Array, random: np.random.Generator) -> Array:
-    """Positions under a force of 1.5 N that repeats every 50 to 80 mm."""
-    turn, phase = 2.0 * math.pi / random.uniform(0.05, 0.08), random.uniform(0.0, 2.0 * math.pi)
-    x, place, v = np.empty(len(u)), 0.0, 0.0
+def cogged(
+    axis: Axis,
+    u: Array,
+    random: np.random.Generator,
+    size: float,
+    every: tuple[float, float],
+    place: float = 0.0,
+) -> Array:
+    """Positions from a place on, under a force of some size that repeats every so much way."""
+    turn, phase = 2.0 * math.pi / random.uniform(*every), random.uniform(0.0, 2.0 * math.pi)
+    x, v = np.empty(len(u)), 0.0
     for k in range(len(u)):
         x[k] = place
-        pull = float(u[k]) + 1.5 * math.sin(turn * place + phase) - AXIS.offset
-        v, gone = step(AXIS, v, pull, DT)
+        push = float(u[k]) + size * math.sin(turn * place + phase)
+        v, gone = step(axis, v, acting(axis, push, place, v, DT), DT)
         place += gone
     return x
 
@@ -162,6 +171,30 @@ def drive(kind: str, seed: int) -> Estimates:
     truth = np.array([getattr(AXIS, n) for n in AXIS_NAMES])
     for name, found in (("inverse dynamics", fit.inverse), ("output error", fit.refined)):
         yield f"drive, {name}", found.names, truth, found.values, found.std
+
+
+def turned(kind: str, seed: int) -> Estimates:
+    """An eccentric load that turns, by both methods."""
+    random = np.random.default_rng(seed)
+    size, hangs = random.uniform(0.05, 0.3), random.uniform(-math.pi, math.pi)
+    axis = TURNED._replace(sine=size * math.cos(hangs), cosine=-size * math.sin(hangs))
+    u, place = steps(random, SAMPLES, 1.0), random.uniform(-math.pi, math.pi)
+    if kind == "cogging":
+        x = cogged(axis, u, random, 0.025, (math.radians(3.0), math.radians(5.0)), place)
+    else:
+        x = simulate(axis, u + force(kind, random, SAMPLES, 0.1), DT, place)
+        if kind == "quantised":  # to the nearest count: the angle is from the encoder's own zero
+            x = np.round(x / 2e-4) * 2e-4
+        x = measured("sensor" if kind == "sensor" else "", random, x, 1e-4)
+    t = np.arange(SAMPLES) * DT
+    fit = identify.drive(t, u, x, structure="coulomb", eccentric=True)
+    truth = np.array([*(getattr(axis, n) for n in AXIS_NAMES), size, hangs])
+    for name, found in (("inverse dynamics", fit.inverse), ("output error", fit.refined)):
+        values, std = eccentric.told(found)
+        values[1] = hangs + math.remainder(values[1] - hangs, 2.0 * math.pi)
+        each = np.r_[found.values[: len(AXIS_NAMES)], values]
+        errors = np.r_[found.std[: len(AXIS_NAMES)], std]
+        yield f"eccentric load, {name}", (*AXIS_NAMES, *eccentric.NAMES), truth, each, errors
 
 
 def transfer(kind: str, seed: int) -> Estimates:
@@ -270,6 +303,7 @@ def heated(kind: str, seed: int) -> Estimates:
 
 GROUPS: dict[str, Callable[[str, int], Estimates]] = {
     "drive": drive,
+    "eccentric": turned,
     "linear": transfer,
     "sprung": on_spring,
     "elastic": elastic,

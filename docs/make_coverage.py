@@ -22,14 +22,14 @@ can hold. `withheld` or `in 40 %`: no errors are told, or in so many of the reco
 shares then refer. The headings say how many records there are: a share of 68 % is known to {doubt} %.
 docs/coverage.json has bias, scatter and told error of each.
 
-| disturbance | a drive of 4 kg; on a spring, 2 kg | a decay at 18 Hz, per mass | a linear machine | heating by 60 K |
-|---|---|---|---|---|
-| white force | 6 N at 1 kHz | 0.05 m/s^2, as much as its friction | 0.3 of an input of +-2 | 5 % of the heat |
-| coloured force | twice that at low frequencies, correlated over 20 ms | likewise | likewise | 0.2 K, over 2 s |
-| cogging | 1.5 N, every 50 to 80 mm | a quarter, every 0.5 to 0.8 mm | 0.1, every 50 to 80 of its way | - |
-| slow force | 1.2 N, a correlation of 1 s | 0.01 m/s^2 | 0.06 | 0.2 K, over 60 s |
-| sensor | 10 um | 1 um | 50 of an output of +-8000 | 0.125 K |
-| quantised | 20 um | 2 um | 100 | 0.25 K |
+| disturbance | a drive of 4 kg; on a spring, 2 kg | an eccentric load of 0.01 kg m^2 | a decay at 18 Hz, per mass | a linear machine | heating by 60 K |
+|---|---|---|---|---|---|
+| white force | 6 N at 1 kHz | 0.1 N m | 0.05 m/s^2, as much as its friction | 0.3 of an input of +-2 | 5 % of the heat |
+| coloured force | twice that at low frequencies, correlated over 20 ms | likewise | likewise | likewise | 0.2 K, over 2 s |
+| cogging | 1.5 N, every 50 to 80 mm | 0.025 N m, every 3 to 5 deg | a quarter, every 0.5 to 0.8 mm | 0.1, every 50 to 80 of its way | - |
+| slow force | 1.2 N, a correlation of 1 s | 0.02 N m | 0.01 m/s^2 | 0.06 | 0.2 K, over 60 s |
+| sensor | 10 um | 0.1 mrad | 1 um | 50 of an output of +-8000 | 0.125 K |
+| quantised | 20 um | 0.2 mrad | 2 um | 100 | 0.25 K |
 
 """  # noqa: E501 - rows of a table
 

@@ -115,6 +115,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro identify stress": TESTED + "tests/identify/kinds/test_stress.py",
         "macromicro identify drive DATA_EMPS.mat": "not part of the repository",
         "macromicro run --config emps/model.toml": TESTED + "tests/identify/test_axis_settings.py",
+        "macromicro run --config arm/model.toml": TESTED + "tests/identify/test_eccentric.py",
         "macromicro tune axis --config emps": TESTED + "tests/tuning/test_stage.py",
         "macromicro identify hysteresis curves.csv": DATA,
         "M dv/dt": "an equation",

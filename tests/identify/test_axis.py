@@ -25,6 +25,9 @@ axes = st.builds(
     stribeck_speed=st.floats(0.01, 1.0),
     lag=st.just(0.0),  # `simulate` shifts the force, `free_run` takes it as it comes
     limit=st.floats(5.0, 100.0) | st.just(math.inf),
+    back=st.floats(0.0, 1.0),
+    sine=st.just(0.0) | st.floats(-5.0, 5.0),
+    cosine=st.just(0.0) | st.floats(-5.0, 5.0),
 )
 
 
@@ -80,10 +83,29 @@ def test_without_force_speed_only_falls(p: Axis, v: float) -> None:
 @settings(max_examples=50, deadline=None)
 @given(p=axes, force=forces)
 def test_mirror_image(p: Axis, force: list[float]) -> None:
-    """Force, offset and asymmetry reversed: the motion reversed."""
+    """Force, offset and asymmetry reversed, the load hung up in a mirror: the motion reversed."""
     pull = np.repeat(np.array(force), 20)
-    q = p._replace(offset=-p.offset, asymmetry=-p.asymmetry)
+    q = p._replace(offset=-p.offset, asymmetry=-p.asymmetry, cosine=-p.cosine)
     np.testing.assert_allclose(simulate(p, pull, 1e-3), -simulate(q, -pull, 1e-3), atol=1e-12)
+
+
+def test_an_eccentric_load_swings_as_a_pendulum_does() -> None:
+    """About -atan2(B, A), with a period of 2 pi sqrt(J / m g r) (1 + a^2 / 16), and on and on."""
+    p = Axis(mass=0.01, viscous=0.0, sine=0.2 * math.cos(0.5), cosine=-0.2 * math.sin(0.5))
+    x = simulate(p, np.zeros(20_000), 1e-3, x=0.7) - 0.5
+    up = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0))
+    lasts = (up[-1] - up[0]) * 1e-3 / (len(up) - 1)
+    assert lasts == pytest.approx(2.0 * math.pi * math.sqrt(0.05) * (1.0 + 0.2**2 / 16.0), rel=1e-3)
+    assert np.abs(x[-2000:]).max() == pytest.approx(0.2, rel=1e-3)
+
+
+def test_friction_holds_an_eccentric_load_wherever_it_is_pulled_less() -> None:
+    p = Axis(mass=0.01, viscous=0.01, coulomb=0.1, sine=0.2)
+    held = math.asin(0.5)
+    for at in (held - 0.01, -held + 0.01):
+        assert np.ptp(simulate(p, np.zeros(500), 1e-3, x=at)) == 0.0
+    for at in (held + 0.01, -held - 0.01):
+        assert np.ptp(np.abs(simulate(p, np.zeros(500), 1e-3, x=at))) > 1e-4
 
 
 @settings(max_examples=30, deadline=None)

@@ -20,6 +20,7 @@ from macromicro.identify.axis_inverse import (
     fitted,
     force_residuals,
     means,
+    parameters,
     plausible,
 )
 from macromicro.identify.runs import Run
@@ -82,6 +83,28 @@ def test_regressors_are_those_of_the_equation_and_the_force_comes_last(structure
     }  # fmt: skip
     wanted = [terms[n][moving] for n in names if n in terms] + [late(held(FORCE), 0.5)[moving]]
     np.testing.assert_allclose(found, np.stack(wanted, axis=1))
+
+
+def test_an_eccentric_load_adds_its_sine_and_cosine_to_any_structure() -> None:
+    force = FORCE + 2.0 * np.sin(X) - 3.0 * np.cos(X)
+    hung = rows(1, force)._replace(eccentric=True)
+    assert parameters([hung], "viscous") == ("mass", "viscous", "offset", "sine", "cosine")
+    assert parameters([rows()], "viscous") == parameters([], "viscous") == STRUCTURES["viscous"]
+    found = columns(hung, ("sine", "cosine"), 0.15)
+    moving = np.abs(V) >= 0.01 * np.abs(V).max()
+    np.testing.assert_allclose(found[:, :2], np.stack([np.sin(X), np.cos(X)], axis=1)[moving])
+
+
+def test_gravity_on_an_eccentric_load_is_found_beside_friction() -> None:
+    """Over four turns, so that a constant torque is told from it."""
+    x = 40.0 * X
+    v, a = 40.0 * V, 40.0 * A
+    force = 0.1 * a + 0.2 * v + 1.5 * np.sign(v) + 0.4 + 2.0 * np.sin(x) - 3.0 * np.cos(x)
+    run = Run(T, held(force), x)
+    still = np.abs(v) < 0.01 * np.abs(v).max()
+    found = fitted([Rows(run, held(force), v, a, still, 1, eccentric=True)], "coulomb")
+    assert found.names == (*STRUCTURES["coulomb"], "sine", "cosine")
+    np.testing.assert_allclose(found.values, [0.1, 0.2, 1.5, 0.4, 2.0, -3.0], rtol=0.02)
 
 
 def test_decimation_keeps_what_is_slow_and_cuts_the_filters_ends() -> None:

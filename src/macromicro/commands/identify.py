@@ -87,6 +87,9 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
     dead_zone: Annotated[
         bool, typer.Option("--dead-zone", help="The drive gives no force for a small u.")
     ] = False,
+    eccentric: Annotated[
+        bool, typer.Option("--eccentric", help="Gravity pulls at a load that turns (x an angle).")
+    ] = False,
     free: Annotated[
         bool, typer.Option("--free", help="Nothing drives: a decay (columns t, x).")
     ] = False,
@@ -105,6 +108,7 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
         "tests": tuple(test or ()),
         "spring": spring,
         "dead_zone": dead_zone,
+        "eccentric": eccentric,
         "free": free,
     }
     _identify("drive", options, files, columns, out, overwrite, as_json)

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.commission.stand import Record
-from macromicro.identify.axis import Axis, given, late, step
+from macromicro.identify.axis import Axis, acting, late, step
 from macromicro.kernel import compiled, kernel
 
 KNOTS = 20
@@ -106,8 +106,10 @@ def free_run(
             p.lag,
             p.limit,
             p.back,
+            p.sine,
+            p.cosine,
         )
-        v, gone = step(here, v, given(p, force[k], v) - p.offset, h)
+        v, gone = step(here, v, acting(p, force[k], x, v, h), h)
         x += gone
 
 

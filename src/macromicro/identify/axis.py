@@ -1,9 +1,11 @@
 """A motor-driven axis: mass, viscous and Coulomb friction, free run of the equation of motion.
 
-    M dv/dt = F - (Fv + s Fa) v - s (Fc + Fs exp(-(v/vs)^2)) - F0,  s = sgn v,  dx/dt = v
+    M dv/dt = F - (Fv + s Fa) v - s (Fc + Fs exp(-(v/vs)^2)) - F0 - A sin x - B cos x,
+    s = sgn v,  dx/dt = v
 
 F = gain u is the drive's force. At rest friction balances any force up to Fc + Fs. For a
-rotary axis read inertia, torque and angle. F0 and a Coulomb level that depends on the
+rotary axis read inertia, torque and angle; A and B are gravity on its eccentric load, which
+hangs at -atan2(B, A). F0 and a Coulomb level that depends on the
 direction are one and the same while the axis slides (both are a constant force per
 direction), so asymmetry is in the viscous part only.
 """
@@ -46,6 +48,8 @@ class Axis(NamedTuple):
         much more as back-EMF takes there, `back` Fv v, before it comes to that.
     back : float
         Part of Fv that is back-EMF, from 0 to 1; no other than a limited force shows it.
+    sine, cosine : float
+        A and B, N m; 0 of an axis that slides, or whose load is balanced.
     """
 
     mass: float
@@ -58,6 +62,8 @@ class Axis(NamedTuple):
     lag: float = 0.0
     limit: float = math.inf
     back: float = 1.0
+    sine: float = 0.0
+    cosine: float = 0.0
 
 
 @kernel
@@ -102,7 +108,7 @@ def step(p: Axis, v: float, pull: float, h: float) -> tuple[float, float]:
     v : float
         Speed, m/s.
     pull : float
-        Force less offset, N.
+        Force less what pulls beside friction, N.
     h : float
         Time, s.
 
@@ -158,6 +164,35 @@ def given(p: Axis, force: float, v: float) -> float:
 
 
 @kernel
+def acting(p: Axis, force: float, x: float, v: float, h: float) -> float:
+    """What of a force that is asked for is left for friction and acceleration.
+
+    Parameters
+    ----------
+    p : Axis
+        Parameters of the axis.
+    force : float
+        Asked for, N.
+    x : float
+        Position, m, or rad.
+    v : float
+        Speed, m/s.
+    h : float
+        Time that is to come, s: gravity acts as in the middle of it.
+
+    Returns
+    -------
+    float
+        N.
+    """
+    pull = given(p, force, v) - p.offset
+    if p.sine == 0.0 and p.cosine == 0.0:
+        return pull
+    x += 0.5 * h * v
+    return pull - p.sine * math.sin(x) - p.cosine * math.cos(x)
+
+
+@kernel
 def free_run(p: Axis, force: Array, x: float, v: float, h: float, out: Array) -> None:
     """Positions from a state under a force, as a kernel.
 
@@ -178,7 +213,7 @@ def free_run(p: Axis, force: Array, x: float, v: float, h: float, out: Array) ->
     """
     for k in range(len(out)):
         out[k] = x
-        v, gone = step(p, v, given(p, force[k], v) - p.offset, h)
+        v, gone = step(p, v, acting(p, force[k], x, v, h), h)
         x += gone
 
 

@@ -136,7 +136,7 @@ class DriveFit:
         return simulate(self.axis, push, dt, x, v)
 
 
-def drive(
+def drive(  # noqa: PLR0913 -- one parameter per option
     t: Any,
     u: Any,
     x: Any,
@@ -147,6 +147,7 @@ def drive(
     holdout: float = 0.3,
     limit: float | None = None,
     delay: int | str = 0,
+    eccentric: bool = False,
 ) -> DriveFit:
     """Parameters of M dv/dt = gain u - friction(v) - offset (`macromicro.identify.axis`).
 
@@ -180,6 +181,9 @@ def drive(
     delay : int | str, optional
         Samples by which u acts late; "fit": found from the data, with the fraction of a sample as
         the axis' `lag`.
+    eccentric : bool, optional
+        Gravity pulls at an eccentric load, which turns: x in rad, and `sine` and `cosine` of the
+        axis are found, too.
 
     Returns
     -------
@@ -195,17 +199,18 @@ def drive(
     runs = runs_of(t, u, x)
     lag = None
     if isinstance(delay, str):
-        delay, lag = _delayed(runs, gain, filtering, limit, holdout)
-    usual = filtering == _USUAL and lag is None
-    fine, coarse = axis_thin.factors(runs, gain, delay) if usual else (1, 1)
+        delay, lag = _delayed(runs, gain, filtering, limit, holdout, eccentric)
+    fine, coarse = 1, 1
+    if filtering == _USUAL and lag is None:
+        fine, coarse = axis_thin.factors(runs, gain, delay, eccentric=eccentric)
     few = _few(runs, coarse)
-    rows = rows_of(few, gain, filtering, limit, delay, holdout)
+    rows = rows_of(few, gain, filtering, limit, delay, holdout, eccentric=eccentric)
     judged = Judged(structure, {}, {})
     if structure == "auto":
         judged = axis_choice.chosen(rows)
         structure = judged.structure
     if coarse > 1:
-        rows = _means(runs, fine, (gain, limit, delay), holdout)
+        rows = _means(runs, fine, (gain, limit, delay), holdout, eccentric)
     inverse = instrumented(rows, fitted(rows, structure))
     axis_doubts.against(inverse)
     if not plausible(inverse):
@@ -214,7 +219,9 @@ def drive(
             f"inverse dynamics gives a negative mass or friction: {inverse}; "
             "output error keeps them above zero",
         )
-    seen = _means(runs, coarse, (gain, limit, delay), holdout) if coarse > 1 else rows
+    seen = rows
+    if coarse > 1:
+        seen = _means(runs, coarse, (gain, limit, delay), holdout, eccentric)
     test, trained = _judged(seen, holdout, structure, lag)
     missed = np.concatenate(free_runs(test, trained.axis)[1])
     final = refined(seen, inverse, lag)
@@ -291,6 +298,8 @@ def rows_of(
     limit: float | None,
     delay: int,
     holdout: float,
+    *,
+    eccentric: bool = False,
 ) -> list[Rows]:
     """Force and filtered differences of all runs.
 
@@ -308,6 +317,8 @@ def rows_of(
         Samples by which u acts late.
     holdout : float
         Part of each record that is held out.
+    eccentric : bool, optional
+        Whether gravity pulls at an eccentric load.
 
     Returns
     -------
@@ -337,7 +348,8 @@ def rows_of(
         if not 0.0 < corner < 0.5 / run.dt:
             raise InputError("cutoff", corner, f"between 0 and {0.5 / run.dt:g} Hz")
         got = flag_saturation(run.u, f"record[{i}].u", limit)
-        rows.append(differences(run, gain * late(got, delay), corner, int(factor)))
+        push = gain * late(got, delay)
+        rows.append(differences(run, push, corner, int(factor), eccentric=eccentric))
     return rows
 
 
@@ -373,13 +385,17 @@ def _few(runs: list[Run], coarse: int) -> list[Run]:
 
 
 def _means(
-    runs: list[Run], many: int, push: tuple[float, float | None, int], holdout: float
+    runs: list[Run],
+    many: int,
+    push: tuple[float, float | None, int],
+    holdout: float,
+    eccentric: bool,
 ) -> list[Rows]:
     """`rows_of` of means over `many` samples; `push`: gain, limit and delay of the input."""
     gain, limit, delay = push
     made = axis_thin.thinned(runs, many, limit, delay)
     cut = Filtering(*axis_thin.filtering(many, made[0].dt))
-    rows = rows_of(made, gain, cut, limit, 0, holdout)
+    rows = rows_of(made, gain, cut, limit, 0, holdout, eccentric=eccentric)
     return [r._replace(thin=many) for r in rows]
 
 
@@ -409,7 +425,12 @@ def _judged(
 
 
 def _delayed(
-    runs: list[Run], gain: float, filtering: Filtering, limit: float | None, holdout: float
+    runs: list[Run],
+    gain: float,
+    filtering: Filtering,
+    limit: float | None,
+    holdout: float,
+    eccentric: bool,
 ) -> tuple[int, float]:
     """Whole samples of delay, and where to begin the search for the rest, in s.
 
@@ -418,7 +439,7 @@ def _delayed(
     """
     errors = []
     for tried in range(_TRIED + 1):
-        rows = rows_of(runs, gain, filtering, limit, tried, holdout)
+        rows = rows_of(runs, gain, filtering, limit, tried, holdout, eccentric=eccentric)
         errors.append(fitted(rows, "coulomb", told=False).percent)
     best = int(np.argmin(errors))
     return max(best - 1, 0), (1.0 if best else 0.1) * runs[0].dt

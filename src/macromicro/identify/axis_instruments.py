@@ -102,5 +102,5 @@ def _instruments(rows: Rows, estimate: Estimate, names: tuple[str, ...]) -> Arra
     r = rows.run
     x = simulate(estimate.axis, rows.force, r.dt, float(r.x[0]), float(rows.v[0]))
     made = differences(r._replace(x=x), rows.force, rows.corner, rows.factor)
-    made = made._replace(still=rows.still)
+    made = made._replace(still=rows.still, eccentric=rows.eccentric)
     return np.asarray(columns(made, names, estimate.axis.stribeck_speed)[:, :-1])

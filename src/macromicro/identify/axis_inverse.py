@@ -1,6 +1,6 @@
 """Inverse dynamics: the drive's force as a linear function of the axis' parameters.
 
-    F = M a + Fv v + Fc sgn v + F0 (+ Fa |v|) (+ Fs exp(-(v/vs)^2) sgn v)
+    F = M a + Fv v + Fc sgn v + F0 (+ Fa |v|) (+ Fs exp(-(v/vs)^2) sgn v) (+ A sin x + B cos x)
 
 After M. Gautier and A. Janot: speed and acceleration are central differences of the
 position behind a zero-phase Butterworth filter; all columns and the force then pass
@@ -44,6 +44,7 @@ STRUCTURES: dict[str, tuple[str, ...]] = {
         "stribeck_speed",
     ),
 }
+ECCENTRIC = ("sine", "cosine")  # of any structure, where gravity pulls at an eccentric load
 _SPEEDS = np.geomspace(0.005, 0.5, 25)  # Stribeck speeds tried, parts of the top speed
 
 _LARGEST = 3.0  # of the largest force: no breakaway friction is above it
@@ -114,6 +115,8 @@ class Rows(NamedTuple):
         Cut-off of the low-pass that speed and acceleration have passed, Hz; infinite for none.
     thin : int
         Measured samples of which each is the mean (`axis_thin`).
+    eccentric : bool
+        Whether gravity pulls at an eccentric load, which turns.
     """
 
     run: Run
@@ -124,9 +127,30 @@ class Rows(NamedTuple):
     factor: int
     corner: float = math.inf
     thin: int = 1
+    eccentric: bool = False
 
 
-def differences(run: Run, force: Array, cutoff: float, factor: int) -> Rows:
+def parameters(rows: list[Rows], structure: str) -> tuple[str, ...]:
+    """What is free in a structure, for these records.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    structure : str
+        A key of `STRUCTURES`.
+
+    Returns
+    -------
+    tuple[str, ...]
+        Names of parameters.
+    """
+    return STRUCTURES[structure] + (ECCENTRIC if any(r.eccentric for r in rows) else ())
+
+
+def differences(
+    run: Run, force: Array, cutoff: float, factor: int, *, eccentric: bool = False
+) -> Rows:
     """Speed and acceleration of a run behind a zero-phase low-pass: central differences.
 
     Parameters
@@ -139,6 +163,8 @@ def differences(run: Run, force: Array, cutoff: float, factor: int) -> Rows:
         Cut-off frequency, Hz.
     factor : int
         Decimation to come.
+    eccentric : bool, optional
+        Whether gravity pulls at an eccentric load.
 
     Returns
     -------
@@ -148,7 +174,7 @@ def differences(run: Run, force: Array, cutoff: float, factor: int) -> Rows:
     smooth = _smoothed(run.x, cutoff, run.dt)
     v, a = means(smooth, run.dt)
     still = np.abs(v) < _STILL * np.abs(v).max()
-    return Rows(run, force, v, a, still, factor, cutoff)
+    return Rows(run, force, v, a, still, factor, cutoff, eccentric=eccentric)
 
 
 def _smoothed(signals: Array, corner: float, dt: float) -> Array:
@@ -224,6 +250,8 @@ def columns(rows: Rows, names: tuple[str, ...], stribeck_speed: float) -> Array:
         "offset": np.ones_like(v),
         "asymmetry": np.abs(v),
         "stribeck": sign * np.exp(-((v / stribeck_speed) ** 2)),
+        "sine": np.sin(rows.run.x),
+        "cosine": np.cos(rows.run.x),
     }
     asked = [n for n in names if n in made]
     table = np.stack([made[n] for n in asked] + [late(rows.force, _HELD)], axis=1)
@@ -311,7 +339,7 @@ def fitted(rows: list[Rows], structure: str, *, told: bool = True) -> Estimate:
     InputError
         The motion does not determine the parameters.
     """
-    names = STRUCTURES[structure]
+    names = parameters(rows, structure)
     top = max(float(np.abs(r.v).max()) for r in rows)
     speeds = _SPEEDS * top if "stribeck_speed" in names else [top]
     most = _LARGEST * max(float(np.abs(r.force).max()) for r in rows)

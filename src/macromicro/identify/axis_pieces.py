@@ -3,12 +3,13 @@
 Over a whole record the errors of a free run pile up like a random walk, for whatever disturbs the
 force acts on all that comes after. Cut into pieces, each from the position and speed at its start,
 the same record tells the more the longer it is. Where it is noise of the position that a free run
-misses by, these starts are as little known as any sample, and are found with the parameters.
+misses by, these starts are as little known as any sample, and are found with the parameters: the
+place as the mean of what is missed, or, where gravity makes one place another than the next, as the
+speed is.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import singledispatch
 from typing import Any, NamedTuple
 
@@ -16,15 +17,15 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.identify.axis import Axis, given, late, step
+from macromicro.identify.axis import Axis, acting, late, step
 from macromicro.identify.axis_inverse import Rows
-from macromicro.identify.central import central
 from macromicro.kernel import compiled, kernel
 
 Index = npt.NDArray[np.int64]
 _ROUNDS = 2  # Gauss-Newton steps for the speeds at the start: a free run is nearly linear in them
 _REST = 0.02  # of the greatest speed
 _NUDGE = 1e-3  # of the greatest speed, for the slope by it
+_TURN = 1e-3  # rad, for the slope by the angle
 
 
 class Pieces(NamedTuple):
@@ -52,6 +53,11 @@ class Pieces(NamedTuple):
     free: bool
     rests: bool = False
 
+    @property
+    def placed(self) -> bool:
+        """Whether the places at the starts are found, and do not only shift what follows."""
+        return self.free and self.rows.eccentric
+
 
 class Settled(NamedTuple):
     """Free runs over pieces, their starts as the record asks for.
@@ -64,11 +70,18 @@ class Settled(NamedTuple):
         At the start of each piece, units of x/s.
     slope : ndarray, shape (n,)
         Of the free run by its piece's speed, centred and of length one; 0 where it moves nothing.
+    at : ndarray, shape (k,)
+        Place at the start of each piece.
+    shift : ndarray, shape (n,)
+        What of the slope by that place is not in `slope`, of length one; 0 where a place only
+        shifts all that follows.
     """
 
     error: Array
     speeds: Array
     slope: Array
+    at: Array
+    shift: Array
 
 
 def cut(rows: list[Rows], length: int, free: bool) -> list[Pieces]:
@@ -97,8 +110,10 @@ def cut(rows: list[Rows], length: int, free: bool) -> list[Pieces]:
 
 
 @kernel
-def restarted(p: Axis, force: Array, starts: Index, speeds: Array, h: float, out: Array) -> None:
-    """Positions under a force, from 0 and a new speed at the start of each piece, as a kernel.
+def restarted(
+    p: Axis, force: Array, starts: Index, at: Array, speeds: Array, h: float, out: Array
+) -> None:
+    """Ways under a force, from 0 and a new speed at the start of each piece, as a kernel.
 
     Parameters
     ----------
@@ -108,23 +123,27 @@ def restarted(p: Axis, force: Array, starts: Index, speeds: Array, h: float, out
         N, held for `h` each.
     starts : ndarray, shape (k,)
         First sample of each piece.
+    at : ndarray, shape (k,)
+        Position there, m, or rad.
     speeds : ndarray, shape (k,)
         Speed there, m/s.
     h : float
         Sample time, s.
     out : ndarray, shape (n,)
-        Positions are written here, m.
+        Ways are written here, m.
     """
     piece = 0
+    first = 0.0
     x = 0.0
     v = 0.0
     for k in range(len(out)):
         if piece < len(starts) and k == starts[piece]:
+            first = at[piece]
             x = 0.0
             v = speeds[piece]
             piece += 1
         out[k] = x
-        v, gone = step(p, v, given(p, force[k], v) - p.offset, h)
+        v, gone = step(p, v, acting(p, force[k], first + x, v, h), h)
         x += gone
 
 
@@ -133,7 +152,7 @@ def laid(
     model: Any,
     force: Array,
     starts: Index,
-    at: Array,  # an axis is the same at every place
+    at: Array,
     speeds: Array,
     dt: float,
 ) -> Array:
@@ -162,12 +181,12 @@ def laid(
     out = np.empty_like(force)
     plain = Axis(*(float(value) for value in model))
     pull = np.ascontiguousarray(late(force, model.lag / dt))
-    compiled(restarted)(plain, pull, starts, speeds, float(dt), out)
+    compiled(restarted)(plain, pull, starts, at, speeds, float(dt), out)
     return out
 
 
-def runs(cutting: Pieces, axis: Any, speeds: Array) -> Array:
-    """Free runs over the pieces, each from 0; of free starts, less its mean.
+def runs(cutting: Pieces, axis: Any, speeds: Array, at: Array | None = None) -> Array:
+    """Free runs over the pieces, each from 0; of free starts, less its mean, or from their places.
 
     Parameters
     ----------
@@ -177,6 +196,8 @@ def runs(cutting: Pieces, axis: Any, speeds: Array) -> Array:
         Parameters: an `Axis`, or another model that `laid` knows.
     speeds : ndarray, shape (k,)
         At the start of each piece.
+    at : ndarray, shape (k,), optional
+        Places there; as measured by default.
 
     Returns
     -------
@@ -184,12 +205,17 @@ def runs(cutting: Pieces, axis: Any, speeds: Array) -> Array:
         Positions.
     """
     r = cutting.rows
-    at = r.run.x[cutting.starts]
-    return centred(cutting, laid(axis, r.force, cutting.starts, at, speeds, r.run.dt))
+    if at is None:
+        at = r.run.x[cutting.starts]
+    made = laid(axis, r.force, cutting.starts, at, speeds, r.run.dt)
+    if cutting.placed:
+        return np.asarray(made + np.repeat(at, cutting.lengths))
+    return centred(cutting, made)
 
 
 def centred(cutting: Pieces, values: Array) -> Array:
-    """Values less their mean in each piece; of measured starts, less their first one.
+    """Values less their mean in each piece; of measured starts, less their first one; of places
+    that are found, as they are.
 
     Parameters
     ----------
@@ -203,6 +229,8 @@ def centred(cutting: Pieces, values: Array) -> Array:
     ndarray, shape (n,)
         Likewise.
     """
+    if cutting.placed:
+        return values
     level = values[cutting.starts]
     if cutting.free:
         level = np.add.reduceat(values, cutting.starts) / cutting.lengths
@@ -230,16 +258,19 @@ def settled(cutting: Pieces, axis: Any) -> Settled:
     r = cutting.rows
     seen = centred(cutting, r.run.x)
     fastest = float(np.abs(r.v).max())
+    nudge = _NUDGE * fastest
     speeds = np.where(np.abs(r.v[cutting.starts]) > _REST * fastest, r.v[cutting.starts], 0.0)
+    at, none = r.run.x[cutting.starts], np.zeros_like(seen)
+    if cutting.placed:
+        return _placed(cutting, axis, at, speeds, nudge)
     made = runs(cutting, axis, speeds)
     if not cutting.free:
-        return Settled(seen - made, speeds, np.zeros_like(seen))
+        return Settled(seen - made, speeds, none, at, none)
 
-    nudge = _NUDGE * fastest
     moving = np.ones(len(speeds)) if not cutting.rests else (speeds != 0.0).astype(np.float64)
 
     def total(values: Array) -> Array:
-        return np.asarray(np.add.reduceat(values, cutting.starts))
+        return _total(cutting, values)
 
     for left in range(_ROUNDS, -1, -1):
         error = seen - made
@@ -254,18 +285,61 @@ def settled(cutting: Pieces, axis: Any) -> Settled:
         speeds = np.where(nearer, speeds + step, speeds)
         made = np.where(np.repeat(nearer, cutting.lengths), tried, made)
     size = np.sqrt(np.where(moves, power, 1.0))
-    return Settled(error, speeds, slope / np.repeat(size, cutting.lengths))
+    return Settled(error, speeds, slope / np.repeat(size, cutting.lengths), at, none)
 
 
-def cleared(cutting: Pieces, slope: Array, values: Array) -> Array:
+def _total(cutting: Pieces, values: Array) -> Array:
+    """The sum of values in each piece."""
+    return np.asarray(np.add.reduceat(values, cutting.starts))
+
+
+def _unit(cutting: Pieces, values: Array) -> Array:
+    """Values of length one in each piece, 0 where they are 0."""
+    power = _total(cutting, values * values)
+    return np.asarray(
+        values / np.repeat(np.sqrt(np.where(power > 0.0, power, 1.0)), cutting.lengths)
+    )
+
+
+def _less(cutting: Pieces, unit: Array, values: Array) -> Array:
+    """What of values lies across others of length one, in each piece."""
+    share = _total(cutting, values * unit)
+    return np.asarray(values - unit * np.repeat(share, cutting.lengths))
+
+
+def _placed(cutting: Pieces, axis: Any, at: Array, speeds: Array, nudge: float) -> Settled:
+    """`settled` in place and speed, from those measured."""
+    seen = cutting.rows.run.x
+    made = runs(cutting, axis, speeds, at)
+    for left in range(_ROUNDS, -1, -1):
+        error = seen - made
+        slope = (runs(cutting, axis, speeds + nudge, at) - made) / nudge
+        turn = (runs(cutting, axis, speeds, at + _TURN) - made) / _TURN
+        across = _less(cutting, _unit(cutting, slope), turn)
+        if not left:
+            break
+        # Of the two: the place by what lies across the other, then the speed by the rest.
+        power = _total(cutting, across * across), _total(cutting, slope * slope)
+        moves = [np.divide(1.0, p, out=np.zeros_like(p), where=p > 0.0) for p in power]
+        by = _total(cutting, across * error) * moves[0]
+        rest = error - turn * np.repeat(by, cutting.lengths)
+        step = _total(cutting, slope * rest) * moves[1]
+        tried = runs(cutting, axis, speeds + step, at + by)
+        nearer = _total(cutting, (seen - tried) ** 2) < _total(cutting, error**2)
+        speeds, at = np.where(nearer, speeds + step, speeds), np.where(nearer, at + by, at)
+        made = np.where(np.repeat(nearer, cutting.lengths), tried, made)
+    return Settled(error, speeds, _unit(cutting, slope), at, _unit(cutting, across))
+
+
+def cleared(cutting: Pieces, at: Settled, values: Array) -> Array:
     """What of some values no start of a piece explains: of free ones, less mean and slope in each.
 
     Parameters
     ----------
     cutting : Pieces
         The record.
-    slope : ndarray, shape (n,)
-        Of `Settled`.
+    at : Settled
+        Its free runs.
     values : ndarray, shape (n,)
         A value per sample.
 
@@ -276,45 +350,5 @@ def cleared(cutting: Pieces, slope: Array, values: Array) -> Array:
     """
     if not cutting.free:
         return values
-    even = centred(cutting, values)
-    share = np.add.reduceat(even * slope, cutting.starts)
-    return np.asarray(even - slope * np.repeat(share, cutting.lengths))
-
-
-def slopes(
-    pieces: list[Pieces],
-    model: Callable[[Array], Any],
-    at: Array,
-    nudge: Array,
-    bounds: tuple[Array, Array],
-) -> Array:
-    """Slopes of the errors by the parameters, less what the starts of the pieces take up.
-
-    Parameters
-    ----------
-    pieces : list[Pieces]
-        Of all records.
-    model : Callable[[ndarray], Any]
-        The model by its parameters.
-    at : ndarray, shape (p,)
-        These.
-    nudge : ndarray, shape (p,)
-        How far to go to either side.
-    bounds : tuple[ndarray, ndarray], shape (p,) each
-        No further than there.
-
-    Returns
-    -------
-    ndarray, shape (n, p)
-        Of the errors of all pieces.
-    """
-    still = [settled(p, model(at)) for p in pieces]
-    parts = []
-    for one, here in zip(pieces, still, strict=True):
-
-        def missed(z: Array, one: Pieces = one, here: Settled = here) -> Array:
-            return -runs(one, model(z), here.speeds)
-
-        found = central(missed, at, nudge, *bounds)
-        parts.append(np.stack([cleared(one, here.slope, column) for column in found.T], axis=1))
-    return np.concatenate(parts)
+    even = _less(cutting, at.slope, centred(cutting, values))
+    return _less(cutting, at.shift, even) if cutting.placed else even

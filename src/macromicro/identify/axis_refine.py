@@ -10,11 +10,13 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.identify import axis_spread
 from macromicro.identify.axis import Axis, late, simulate
-from macromicro.identify.axis_inverse import Estimate, Rows
-from macromicro.identify.axis_pieces import Pieces, cut, settled, slopes
+from macromicro.identify.axis_inverse import ECCENTRIC, Estimate, Rows
+from macromicro.identify.axis_pieces import Pieces, cut, settled
+from macromicro.identify.axis_slopes import slopes
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 
-_FORCES = ("coulomb", "offset", "stribeck")
+_FORCES = ("coulomb", "offset", "stribeck", *ECCENTRIC)
+_SIGNED = ("offset", "asymmetry", *ECCENTRIC)
 _WHOLE, _TURNS = 60, 20  # time constants M/Fv: a record that stays whole, a piece of a longer one
 _LEAST = 1000  # samples in a piece
 _NOISY, _HOPELESS = 3.0, 300.0  # times the noise of the position: at the end, at the begin
@@ -94,7 +96,10 @@ def started(rows: list[Rows], axis: Axis) -> list[tuple[float, float]]:
         x, v = begun(r)
         if noisy(at.error, [r]):
             v = float(at.speeds[0])
-            x = float(np.mean(r.run.x - simulate(axis, r.force, r.run.dt, 0.0, v)))
+            if whole.placed:
+                x = float(at.at[0])
+            else:
+                x += float(np.mean(r.run.x - simulate(axis, r.force, r.run.dt, x, v)))
         found.append((x, v))
     return found
 
@@ -190,7 +195,7 @@ def refined(
     if lag is not None:
         scale[-1] = rows[0].run.dt
     scale[scale == 0.0] = 1.0
-    signed = np.array([n in ("offset", "asymmetry") for n in names])
+    signed = np.array([n in _SIGNED for n in names])
     low = np.where(signed, -np.inf, 1e-6)
     begin = np.where(signed, first / scale, np.maximum(first / scale, 1e-2))
 

@@ -13,9 +13,11 @@ import math
 from typing import NamedTuple
 
 from macromicro.identify.axis import Axis
+from macromicro.identify.eccentric import Eccentric
 from macromicro.place import ANGLE
 
 GRAVITY = 9.80665  # m/s^2
+BALANCED = Eccentric(0.0, 0.0)
 _LEAST = 1e-3  # N/A, where no viscous slope was found
 _QUICK = 1e-5  # s, least rise of the current
 _SPARE = 0.02  # of the travel, between its ends and the stops
@@ -176,7 +178,7 @@ def limber(settings: dict[str, str], drive: Drive) -> dict[str, str]:
     return found
 
 
-def turned(settings: dict[str, str]) -> dict[str, str]:
+def turned(settings: dict[str, str], load: Eccentric = BALANCED) -> dict[str, str]:
     """The same of the machine `rotary`: a motor of constant k N m/A without a gear, whose inertia
     is part of the load's.
 
@@ -184,6 +186,8 @@ def turned(settings: dict[str, str]) -> dict[str, str]:
     ----------
     settings : dict[str, str]
         From `values`, in which 1 m stands for 1 rad.
+    load : Eccentric, optional
+        What gravity pulls at; its angle from the machine's 0.
 
     Returns
     -------
@@ -201,6 +205,9 @@ def turned(settings: dict[str, str]) -> dict[str, str]:
         number, _, unit = value.strip('"').partition(" ")
         same = not unit or value == number
         found[named.get(path, path)] = value if same else f'"{number} {ANGLE.named(unit)}"'
+    if load.unbalance > 0.0:
+        found["load.unbalance"] = f'"{load.unbalance!r} N*m"'
+        found["load.hangs"] = f'"{math.remainder(load.hangs, 2.0 * math.pi)!r} rad"'
     return found
 
 

@@ -194,12 +194,12 @@ def _by_rounding(pieces: list[Pieces], axis: Any, jacobian: Array, error: Array)
     if steps is None or not all(p.free for p in pieces):
         return None
     random = np.random.Generator(np.random.PCG64(0))
-    slopes = [settled(p, axis).slope for p in pieces]
+    quiet = [settled(p, axis) for p in pieces]
     pseudo, asked = np.linalg.pinv(jacobian), []
     for _ in range(_DRAWS):
         off = [
-            cleared(one, slope, counts.noise(one.rows.run.x - missed, 0.0, step, random))
-            for one, slope, missed, step in zip(pieces, slopes, parts, steps, strict=True)
+            cleared(one, still, counts.noise(one.rows.run.x - missed, 0.0, step, random))
+            for one, still, missed, step in zip(pieces, quiet, parts, steps, strict=True)
         ]
         asked.append(pseudo @ np.concatenate(off))
     return np.atleast_2d(np.cov(np.array(asked).T))
@@ -239,7 +239,7 @@ def _drawn(
     random = np.random.Generator(np.random.PCG64(0))
     pseudo = np.linalg.pinv(jacobian)
     quiet = [settled(p, axis) for p in pieces]
-    plain = [runs(p, axis, q.speeds) for p, q in zip(pieces, quiet, strict=True)]
+    plain = [runs(p, axis, q.speeds, q.at) for p, q in zip(pieces, quiet, strict=True)]
     made = _Drawn(*(np.empty((draws, jacobian.shape[1])) for _ in range(2)), *np.empty((3, draws)))
     for k in range(draws):
         forces, noises = [], []
@@ -251,8 +251,9 @@ def _drawn(
             ]
             force = one.rows.force + np.repeat(coarse, told.block)[:n]
             shaken = one._replace(rows=one.rows._replace(force=force))
-            forces.append(cleared(one, still.slope, runs(shaken, axis, still.speeds) - run))
-            noises.append(cleared(one, still.slope, told.sensor * random.standard_normal(n)))
+            moved = runs(shaken, axis, still.speeds, still.at)
+            forces.append(cleared(one, still, moved - run))
+            noises.append(cleared(one, still, told.sensor * random.standard_normal(n)))
         forced, noisy = np.concatenate(forces), np.concatenate(noises)
         made.forced[k], made.noisy[k] = pseudo @ forced, pseudo @ noisy
         forced -= jacobian @ made.forced[k]

@@ -27,7 +27,9 @@ CORNER, FACTOR = 0.08, 10  # of the low-pass, in samples' rate, and of the decim
 _WIDEST = 0.4  # the same corner of means
 
 
-def factors(runs: list[Run], gain: float, delay: int) -> tuple[int, int]:
+def factors(
+    runs: list[Run], gain: float, delay: int, *, eccentric: bool = False
+) -> tuple[int, int]:
     """Over how many samples means are taken: for regression, and for free runs.
 
     Parameters
@@ -38,6 +40,8 @@ def factors(runs: list[Run], gain: float, delay: int) -> tuple[int, int]:
         Force per unit of their input.
     delay : int
         Samples by which that acts late.
+    eccentric : bool, optional
+        Whether gravity pulls at an eccentric load.
 
     Returns
     -------
@@ -53,7 +57,8 @@ def factors(runs: list[Run], gain: float, delay: int) -> tuple[int, int]:
     for part in stretches(runs, _STRETCHES, _STRETCH):
         if np.ptp(part.x) > 0.0:
             push = gain * late(part.u, delay)
-            rows.append(differences(part, push, CORNER / part.dt, FACTOR))
+            corner = CORNER / part.dt
+            rows.append(differences(part, push, corner, FACTOR, eccentric=eccentric))
     try:
         axis = fitted(rows, "coulomb", told=False).axis
     except (InputError, ValueError):  # what is wrong with it, the fit to all of it says
@@ -198,8 +203,8 @@ def whole(
         Measured less free run, shape (n,) per record.
     """
     free, errors, extent = [], [], 0.0
-    for run, (_, v) in zip(runs, starts, strict=True):
-        made = simulate(found.axis, gain * late(run.u, delay), run.dt, 0.0, v)
+    for run, (x, v) in zip(runs, starts, strict=True):
+        made = simulate(found.axis, gain * late(run.u, delay), run.dt, x, v)
         free.append(made + float(np.mean(run.x[:many] - made[:many])))
         errors.append(run.x - free[-1])
         extent += float(np.sum((run.x - run.x.mean()) ** 2))

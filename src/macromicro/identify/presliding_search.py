@@ -10,7 +10,8 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.identify import axis_choice
 from macromicro.identify.axis_inverse import Estimate, Rows
-from macromicro.identify.axis_pieces import Pieces, cut, settled, slopes
+from macromicro.identify.axis_pieces import Pieces, cut, settled
+from macromicro.identify.axis_slopes import slopes
 from macromicro.identify.presliding import Presliding
 
 _STIFFEST = 2.0 * math.pi  # of the stuck mass' circular frequency times the sample time

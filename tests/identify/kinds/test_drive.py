@@ -139,7 +139,7 @@ def test_gain_and_delay_of_the_file_or_as_given(
     assert {line.unit for line in facts(gained.lines).values()} == {""}
     assert dict(gained.remarks)["units"].startswith("none is named for u and x")
     assert dict(made.remarks)["fit"].endswith("RMS 0.0125 x over 200 samples")
-    assert Options() == (None, "auto", None, None, (), False, False, False, None)
+    assert Options() == (None, "auto", None, None, (), False, False, False, None, False)
 
 
 @pytest.mark.parametrize("limit", [0.0, -1.0, math.nan])
@@ -167,7 +167,61 @@ def test_units_of_the_parameters(force: str, x: str, mass: str, slope: str, spee
     assert drive.units_of(force, x) == {
         "mass": mass, "viscous": slope, "coulomb": force, "offset": force,
         "asymmetry": slope, "stribeck": force, "stribeck_speed": speed,
+        "unbalance": force, "hangs": x,
     }  # fmt: skip
+
+
+HUNG = Axis(mass=0.01, viscous=0.1, coulomb=0.05, sine=0.3, cosine=-0.4)
+HUNG_NAMES, HUNG_STD = ("mass", "sine", "cosine"), (0.001, 0.01, 0.02)
+
+
+def test_an_eccentric_load_is_told_as_people_know_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """0.5 N m = |(0.3, -0.4)|, hanging at atan2(0.4, 0.3); the machine's 0 is the lowest place."""
+    seen: list[dict[str, Any]] = []
+
+    def fake(t: Any, u: Any, x: Any, **rest: Any) -> DriveFit:
+        seen.append(rest)
+        return fit(HUNG, HUNG_NAMES, HUNG_STD, rest["gain"])
+
+    monkeypatch.setattr(identify, "drive", fake)
+    file = table(tmp_path / "a.csv", "t_s,u_V,x_deg", T, np.cos(20.0 * T), X * 180.0 / math.pi)
+    made = drive.identify(given(file), Options(gain=2.0, eccentric=True))
+    assert seen[0]["eccentric"]
+    assert made.title.endswith("- F0 - unbalance sin(x - hangs)")
+    lines = facts(made.lines)
+    assert list(lines) == ["mass", "unbalance", "hangs"]
+    assert lines["unbalance"][1] == pytest.approx(0.5) and lines["unbalance"].unit == "N*m"
+    # (0.6 * 0.01, 0.8 * 0.02) and (0.8 * 0.01, 0.6 * 0.02) / 0.5
+    assert lines["unbalance"][2] == pytest.approx(math.hypot(0.006, 0.016))
+    assert lines["hangs"][1] == pytest.approx(math.atan2(0.4, 0.3)) and lines["hangs"].unit == "rad"
+    assert lines["hangs"][2] == pytest.approx(math.hypot(0.008, 0.012) / 0.5)
+    assert lines["unbalance"].note.startswith("gravity's greatest torque; inverse dynamics 1.00")
+    assert "unbalance = 0.5 +- 0.017 N*m" in made.toml
+    load = tomllib.loads(made.toml)["load"]
+    assert si(load["unbalance"]) == pytest.approx(0.5)
+    assert si(load["hangs"]) == pytest.approx(math.atan2(0.4, 0.3) - X.min())
+
+
+@pytest.mark.parametrize(
+    ("header", "change", "found", "accepted"),
+    [
+        ("t_s,u_V,x_m", {}, "x in m", "a position in rad or deg, such as --columns x=angle:deg"),
+        ("t,u,x", {}, "x in no unit", "a position in rad or deg"),
+        ("t_s,u_V,x_deg", {"structure": "lugre"}, "lugre", "no elastic friction beside it"),
+        ("t_s,u_V,x_deg", {"spring": True}, "with one of these", "no spring, dead zone, speeds"),
+        ("t_s,u_V,x_deg", {"dead_zone": True}, "with one of these", "no spring, dead zone"),
+    ],
+)
+def test_an_eccentric_load_is_one_that_turns(
+    tmp_path: Path, header: str, change: dict[str, Any], found: str, accepted: str
+) -> None:
+    file = table(tmp_path / "a.csv", header, T, np.cos(20.0 * T), X)
+    with pytest.raises(InputError) as error:
+        drive.identify(given(file), Options(eccentric=True, **change))
+    assert error.value.where == "--eccentric"
+    assert found in str(error.value) and accepted in str(error.value)
 
 
 def test_the_structure_in_words() -> None:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from macromicro.identify.axis_fit import DriveFit
+    from macromicro.identify.axis_inverse import Estimate
 
 T = Role("t", "time", ("t", "time", "zeit"), ("s",))
 U = Role(
@@ -44,6 +45,8 @@ MEANINGS = {
     "asymmetry": "viscous, forwards more than backwards by",
     "stribeck": "breakaway above Coulomb",
     "stribeck_speed": "speed over which that fades",
+    "unbalance": "gravity's greatest torque",
+    "hangs": "angle at which the load hangs",
 }
 
 
@@ -71,6 +74,8 @@ class Options(NamedTuple):
     along : int | None
         Nodes of the friction's level along the travel, of elastic friction; None: as pieces held
         out ask for.
+    eccentric : bool
+        Whether gravity pulls at an eccentric load, which turns.
     """
 
     gain: float | None = None
@@ -82,6 +87,7 @@ class Options(NamedTuple):
     dead_zone: bool = False
     free: bool = False
     along: int | None = None
+    eccentric: bool = False
 
 
 def identify(picking: Picking, options: Options) -> Result:
@@ -122,6 +128,9 @@ def identify(picking: Picking, options: Options) -> Result:
     if delay is None:
         delay = int(first.constants.get("delay", 0))
     u_unit, x_unit = first.units["u"] or "u", first.units["x"] or "x"
+    if options.eccentric and x_unit != ANGLE.base:
+        accepted = "a position in rad or deg, such as --columns x=angle:deg"
+        raise InputError("--eccentric", f"x in {first.units['x'] or 'no unit'}", accepted)
     newton = (ANGLE if x_unit == ANGLE.base else LENGTH).named("N")
     force = newton if gain != 1.0 else u_unit
     named = bool(first.units["x"]) and (gain != 1.0 or bool(first.units["u"]))
@@ -139,6 +148,7 @@ def identify(picking: Picking, options: Options) -> Result:
         structure=options.structure,
         limit=options.limit,
         delay=delay,
+        eccentric=options.eccentric,
     )
     lines = _lines(fit, units)
     trials = [testing.driven(fit, run, file) for file, run in unseen]
@@ -182,6 +192,7 @@ def identify(picking: Picking, options: Options) -> Result:
         }
 
     title = "M dv/dt = gain u - (Fv +- Fa) v -+ (Fc + Fs exp(-(v/vs)^2)) - F0"
+    title += " - unbalance sin(x - hangs)" if options.eccentric else ""
     toml = settings(fit, records, force, x_unit, units)
     return Result("drive", title, fit.axis, lines, remarks, toml, draw, data)
 
@@ -194,20 +205,42 @@ def _checked(options: Options) -> None:
     if options.along is not None and options.structure not in FRICTIONS:
         accepted = f"only with --structure {' or '.join(FRICTIONS)}"
         raise InputError("--along", options.along, accepted)
+    if options.eccentric and options.structure in FRICTIONS:
+        raise InputError("--eccentric", options.structure, "no elastic friction beside it")
 
 
 def _lines(fit: DriveFit, units: dict[str, str]) -> list[Line]:
     """The parameters by output error, beside those by inverse dynamics."""
     lines = []
-    inverse = dict(zip(fit.inverse.names, range(len(fit.inverse.names)), strict=True))
-    for name, value, error in zip(
-        fit.refined.names, fit.refined.values, fit.refined.std, strict=True
-    ):
-        k = inverse[name]
-        other, spread = rounded(fit.inverse.values[k], fit.inverse.std[k])
+    inverse = told(fit.inverse)
+    for name, (value, error) in told(fit.refined).items():
+        other, spread = rounded(*inverse[name])
         note = f"{MEANINGS[name]}; inverse dynamics {other}" + (spread and f" +- {spread}")
         lines.append(Line(name, value, error, units[name], note))
     return lines
+
+
+def told(found: Estimate) -> dict[str, tuple[float, float]]:
+    """What an estimate tells of an axis; an eccentric load as people know it.
+
+    Parameters
+    ----------
+    found : Estimate
+        By any method.
+
+    Returns
+    -------
+    dict[str, tuple[float, float]]
+        Value and standard error by name.
+    """
+    from macromicro.identify import eccentric
+    from macromicro.identify.axis_inverse import ECCENTRIC
+
+    every = zip(found.names, found.values.tolist(), found.std.tolist(), strict=True)
+    made = {name: (value, error) for name, value, error in every if name not in ECCENTRIC}
+    values, errors = eccentric.told(found)
+    load = zip(values.tolist(), errors.tolist(), strict=True)
+    return made | dict(zip(eccentric.NAMES, load, strict=False))
 
 
 def _other(picking: Picking, options: Options) -> bool:
@@ -221,6 +254,9 @@ def _asked(options: Options) -> sprung.Asked:
     if options.limit is not None:
         accepted = "no limit with a spring, a dead zone, speeds or a free motion"
         raise InputError("--limit", options.limit, accepted)
+    if options.eccentric:
+        accepted = "no spring, dead zone, speeds or free motion beside it"
+        raise InputError("--eccentric", "with one of these", accepted)
     if options.delay is not None and options.delay < 0:
         raise InputError("delay", options.delay, "a whole number of samples from 0")
     shared = {n: getattr(options, n) for n in sprung.Asked._fields}
@@ -278,6 +314,8 @@ def units_of(force: str, x: str) -> dict[str, str]:
         "asymmetry": slope,
         "stribeck": force,
         "stribeck_speed": f"{x}/s",
+        "unbalance": force,
+        "hangs": x,
     }
 
 
@@ -388,7 +426,7 @@ def machine(
     str
         TOML.
     """
-    from macromicro.identify import axis_settings
+    from macromicro.identify import axis_settings, eccentric
     from macromicro.identify.axis_settings import Around
 
     places = np.concatenate([r.x for r in records])
@@ -414,12 +452,13 @@ def machine(
             f"No gain was known: 1 {place.named('N')} below stands for one unit of the effort."
         )
     head += ["", "As found, by output error, with standard errors:"]
-    for name, value in zip(fit.refined.names, fit.refined.values, strict=True):
-        spread = about(errors[name])
-        head.append(" ".join(filter(None, (f"  {name} = {float(value):.5g}", spread, units[name]))))
+    for name, (value, error) in told(fit.refined).items():
+        head.append(" ".join(filter(None, (f"  {name} = {value:.5g}", about(error), units[name]))))
     values, name = axis_settings.values(axis, around), "axis"
     if place.turns:
-        values, name = axis_settings.turned(values), "rotary"
+        load = eccentric.of(axis)
+        load = load._replace(hangs=load.hangs - float(places.min()))
+        values, name = axis_settings.turned(values, load), "rotary"
         if "offset" in errors:
             head.append("A constant torque is no part of this machine: it is left out.")
     return axis_settings.as_toml(values, "\n".join(head), name)

@@ -1,0 +1,73 @@
+"""An eccentric load that turns, as people know it: how hard gravity pulls, and where it hangs."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.identify.axis import Axis
+from macromicro.identify.axis_inverse import ECCENTRIC, Estimate
+
+NAMES = ("unbalance", "hangs")
+
+
+class Eccentric(NamedTuple):
+    """A torque of unbalance sin(x - hangs) towards lower angles.
+
+    Attributes
+    ----------
+    unbalance : float
+        Greatest torque, N m.
+    hangs : float
+        Angle at which the load hangs, rad, from -pi to pi.
+    """
+
+    unbalance: float
+    hangs: float
+
+
+def of(axis: Axis) -> Eccentric:
+    """What its sine and cosine are together.
+
+    Parameters
+    ----------
+    axis : Axis
+        The parameters.
+
+    Returns
+    -------
+    Eccentric
+        Without a torque it hangs at 0.
+    """
+    return Eccentric(math.hypot(axis.sine, axis.cosine), math.atan2(-axis.cosine, axis.sine))
+
+
+def told(found: Estimate) -> tuple[Array, Array]:
+    """Unbalance and angle of an estimate, and their standard errors to first order.
+
+    Parameters
+    ----------
+    found : Estimate
+        By any method.
+
+    Returns
+    -------
+    values : ndarray, shape (0,) or (2,)
+        As in `NAMES`; none of an estimate without them.
+    std : ndarray, shape (0,) or (2,)
+        Of these.
+    """
+    if not set(ECCENTRIC) <= set(found.names):
+        return np.empty(0), np.empty(0)
+    at = [found.names.index(n) for n in ECCENTRIC]
+    a, b = found.axis.sine, found.axis.cosine
+    values = of(found.axis)
+    size = values.unbalance
+    slopes = np.full((2, 2), math.nan)
+    if size > 0.0:
+        slopes = np.array([[a / size, b / size], [b / size**2, -a / size**2]])
+    spread = slopes @ found.covariance[np.ix_(at, at)] @ slopes.T
+    return np.array(values), np.sqrt(np.diag(spread))
