@@ -5,6 +5,10 @@ from __future__ import annotations
 import pytest
 from hypothesis import settings
 
+from macromicro import threads
+
+threads.one_for_blas()  # as the command does, before a test imports numpy
+
 # A kernel's first call compiles it, which takes seconds: no example has a deadline.
 settings.register_profile("macromicro", deadline=None, max_examples=50)
 settings.load_profile("macromicro")

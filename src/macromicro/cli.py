@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from macromicro import __version__
+from macromicro import __version__, threads
 from macromicro.commands import export, identify, machine_run, streams
 from macromicro.commands.collect import collect
 from macromicro.commands.commission import commission
@@ -62,6 +62,7 @@ app.add_typer(export.app, name="export")
 def main() -> int:
     """Run the command line and return its exit status; every error is one message."""
     streams.prepare()
+    threads.one_for_blas()
     try:
         app(prog_name="macromicro")
     except MacromicroError as error:

@@ -17,6 +17,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from macromicro import threads
 from macromicro.sweep import journal
 from macromicro.sweep.folder import locked, next_number, spans
 from macromicro.sweep.origin import running
@@ -229,7 +230,7 @@ def work(pipe: Connection, task: Task, path: Path, parent: int) -> None:
         The parent's process id.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group
-    for name in ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    for name in (*threads.BLAS, "NUMBA_NUM_THREADS"):
         os.environ[name] = "1"  # the cores are the workers'
     try:
         if task.code is not None and running() != task.code:
