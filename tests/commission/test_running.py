@@ -50,14 +50,15 @@ def test_every_step_says_what_it_will_do_before_it_does_it(
     done: tuple[Commissioned, Path, list[str]],
 ) -> None:
     said = done[2]
-    assert [s.endswith(" done") for s in said] == [False, True] * 7
+    assert [s.endswith(" done") for s in said] == [False, True] * 6 + [True, False, True]
+    assert said[12] == "gains by search on the model done"
     assert "20 s" in said[0] and "at most 8 V" in said[0]
     assert "0 to at most 8 V" in said[2]
     assert "40 mm/s" in said[4] and "300 mm" in said[4]
     assert "7 places" in said[6]
     assert "40 strokes" in said[8] and "1 m/s" in said[8]
     assert "16 passes" in said[10] and "to 450 Hz" in said[10]
-    assert "makes 7 moves" in said[12]
+    assert "makes 7 moves" in said[13]
 
 
 def test_it_finds_and_verifies_the_axis(done: tuple[Commissioned, Path, list[str]]) -> None:
@@ -179,7 +180,7 @@ def test_how_robust_the_gains_are_is_computed_once(
         asked.append((tree, model))
         return procedure.Robustness((("a margin", "2", ">= 1", "dB"),), ("look at this",))
 
-    kind = axis.KIND._replace(margins=margins)
+    kind = axis.KIND._replace(margins=margins, tune=None)
     there = place(sign=-1.0)._replace(kind=kind)
     out = tmp_path / "out"
     shutil.copytree(done[1], out)  # its steps are done
@@ -197,7 +198,7 @@ def test_margins_that_fail_do_not_cost_what_was_found(
     def margins(tree: Any, model: Any) -> procedure.Robustness:
         raise ArithmeticError("no such plant")
 
-    there = place(sign=-1.0)._replace(kind=axis.KIND._replace(margins=margins))
+    there = place(sign=-1.0)._replace(kind=axis.KIND._replace(margins=margins, tune=None))
     out = tmp_path / "out"
     shutil.copytree(done[1], out)
     found = commission(there, OPTIONS, out)
@@ -205,3 +206,56 @@ def test_margins_that_fail_do_not_cost_what_was_found(
     assert found.verified.met and found.margins.rows == ()
     page = (out / report.PAGE).read_text()
     assert "could not be computed (ArithmeticError: no such plant)" in page
+
+
+def test_gains_of_a_search_are_verified_told_and_in_the_file(
+    done: tuple[Commissioned, Path, list[str]], tmp_path: Path
+) -> None:
+    """They come before the verification, from the settings with the tolerance of the rehearsal."""
+    seen: list[Any] = []
+
+    def tune(tree: Any, model: Any, progress: procedure.Progress) -> procedure.Tuned:
+        seen.append(tree)
+        progress(1, 0.0)
+        rows = (("a gain", "41", "30 by the rules", "1/s"),)
+        return procedure.Tuned({"controller.position": '"41 1/s"'}, rows)
+
+    kind = axis.KIND._replace(tune=tune, rehearse=lambda machine, tree: 3e-4)
+    there = place(sign=-1.0)._replace(kind=kind)
+    out = tmp_path / "out"
+    shutil.copytree(done[1], out)
+    found = commission(there, OPTIONS, out)
+    report.write(out, found, there, STARTED)
+    (before,) = seen
+    assert before.arrival.tolerance == found.settings.arrival.tolerance == 3e-4
+    assert before.controller.position != found.settings.controller.position == 41.0
+    assert found.verified.met
+    assert machine.load(out / report.MACHINE)[1].controller.position == 41.0
+    assert "30 by the rules" in (out / report.PAGE).read_text()
+    assert json.loads((out / report.JSON).read_text())["tuned"][0][0] == "a gain"
+
+
+def test_a_search_that_fails_leaves_the_rules_gains_and_one_that_is_ended_ends_it(
+    done: tuple[Commissioned, Path, list[str]], tmp_path: Path
+) -> None:
+    def fails(tree: Any, model: Any, progress: procedure.Progress) -> procedure.Tuned:
+        raise ArithmeticError("no gains")
+
+    there = place(sign=-1.0)._replace(kind=axis.KIND._replace(tune=fails))
+    out = tmp_path / "out"
+    shutil.copytree(done[1], out)
+    found = commission(there, OPTIONS, out)
+    report.write(out, found, there, STARTED)
+    assert found.verified.met and found.tuned.gains == {}
+    assert "better gains failed (ArithmeticError: no gains)" in (out / report.PAGE).read_text()
+
+    wanted: list[bool] = []
+
+    def slow(tree: Any, model: Any, progress: procedure.Progress) -> procedure.Tuned:
+        wanted.append(True)
+        progress(1, 0.0)
+        raise AssertionError("it goes on")
+
+    there = place(sign=-1.0)._replace(kind=axis.KIND._replace(tune=slow))
+    with pytest.raises(KeyboardInterrupt):
+        commission(there, OPTIONS, out, ended=lambda: bool(wanted))

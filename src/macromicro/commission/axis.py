@@ -7,6 +7,7 @@ from macromicro.commission import (
     axis_page,
     exciting,
     friction,
+    gains,
     mode,
     model,
     probing,
@@ -263,5 +264,6 @@ KIND = Kind(
     doubts=axis_page.doubts,
     figures=axis_page.FIGURES,
     rehearse=rehearsal.rested,
+    tune=gains.searched,
     margins=axis_margins.told,
 )

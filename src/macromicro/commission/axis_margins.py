@@ -65,7 +65,7 @@ def drawn(settings: Any, model: Model, number: int, seed: int = SEED) -> Iterato
         )
 
 
-def robust(settings: Any, model: Model) -> Robust:
+def robust(settings: Any, model: Model, number: int = DRAWS) -> Robust:
     """Margins under the gains that were found.
 
     Parameters
@@ -74,6 +74,8 @@ def robust(settings: Any, model: Model) -> Robust:
         Of the machine that was found, of the law `cascade`.
     model : Model
         Of strokes and chirp.
+    number : int, optional
+        How many models are drawn.
 
     Returns
     -------
@@ -84,7 +86,7 @@ def robust(settings: Any, model: Model) -> Robust:
     bandwidth = made.controller.velocity / model.axis.mass
     frequency = loops.grid(dt, _SLOWEST * bandwidth)[::-_EVERY][::-1]
     law = loops.law(made.controller, frequency, dt)
-    every = (sheets.plant(one, frequency) * law for one in drawn(made, model, DRAWS))
+    every = (sheets.plant(one, frequency) * law for one in drawn(made, model, number))
     return margins.robust(frequency, sheets.plant(made, frequency) * law, every, poles=2)
 
 

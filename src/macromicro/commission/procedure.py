@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+# Hears designs that were tried, and the least cost.
+Progress = Callable[[int, float], None]
+
+
 class Robustness(NamedTuple):
     """How robust gains are to what is not known, in words.
 
@@ -34,6 +38,24 @@ class Robustness(NamedTuple):
         What a person should look at, a sentence each.
     """
 
+    rows: tuple[tuple[str, ...], ...] = ()
+    doubts: tuple[str, ...] = ()
+
+
+class Tuned(NamedTuple):
+    """What a search for gains found.
+
+    Attributes
+    ----------
+    gains : Mapping[str, str]
+        Path to a TOML value; none where the rules' gains stay.
+    rows : tuple[tuple[str, ...], ...]
+        Quantity, value, what it was by the rules, unit.
+    doubts : tuple[str, ...]
+        What a person should look at, a sentence each.
+    """
+
+    gains: Mapping[str, str] = MappingProxyType({})
     rows: tuple[tuple[str, ...], ...] = ()
     doubts: tuple[str, ...] = ()
 
@@ -258,6 +280,9 @@ class Kind(NamedTuple):
     rehearse : Callable[[Any, Any], float | None] | None, optional
         From the machine and its settings to the tolerance within which its model comes to rest, m;
         None where that which follows will do, or there is no such rehearsal.
+    tune : Callable[[Any, Any, Progress], Tuned] | None, optional
+        From the settings that were found, with the tolerance of the rehearsal, and the model to
+        gains that do better on it; hears of designs that were tried.
     margins : Callable[[Any, Any], Robustness], optional
         From the settings that were found and the model to how robust the gains are.
     one_way : bool, optional
@@ -283,6 +308,7 @@ class Kind(NamedTuple):
     figures: Mapping[str, Drawn] = MappingProxyType({})
     place: Place = LENGTH
     rehearse: Callable[[Any, Any], float | None] | None = None
+    tune: Callable[[Any, Any, Progress], Tuned] | None = None
     margins: Callable[[Any, Any], Robustness] = lambda settings, model: Robustness()
     one_way: bool = False
 

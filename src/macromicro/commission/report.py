@@ -65,7 +65,7 @@ def doubts(found: Commissioned, place: Place) -> list[str]:
     """
     turned = procedure.sign(place.kind, found.work) < 0.0
     said = list(place.kind.doubts(found.work, found.model))
-    said += found.margins.doubts
+    said += [*found.tuned.doubts, *found.margins.doubts]
     rests = found.settings.arrival.tolerance
     if place.kind.rehearse is not None and rests > _COUNTS * place.pitch:
         unit = place.kind.place
@@ -102,6 +102,7 @@ def as_json(found: Commissioned, place: Place) -> str:
         name: {"value": one.value, "half_width_95": one.half, "unit": one.unit}
         for name, one in kind.estimates(found.model).items()
     }
+    what["tuned"] = [list(row) for row in found.tuned.rows]
     what["margins"] = [list(row) for row in found.margins.rows]
     what["verification"] = {
         "met": found.verified.met,
@@ -130,7 +131,7 @@ def rows(found: Commissioned, place: Place) -> list[tuple[str, ...]]:
     lines = place.kind.rows(found.work)
     for one in place.kind.estimates(found.model).values():
         lines.append((one.meaning, f"{one.value:.4g}", f"+- {one.half:.2g}", one.unit))
-    return [*lines, *found.margins.rows]
+    return [*lines, *found.tuned.rows, *found.margins.rows]
 
 
 def move_rows(found: Commissioned) -> list[tuple[str, ...]]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from macromicro import __version__
 from macromicro.commission import axis, procedure, store, verifying
-from macromicro.commission.procedure import Kind, Options, Robustness, Step, Work
+from macromicro.commission.procedure import Kind, Options, Robustness, Step, Tuned, Work
 from macromicro.commission.settings import TOLERANCE
 from macromicro.commission.stand import Stand
 from macromicro.commission.verifying import Verified
@@ -19,7 +20,7 @@ from macromicro.rig.session import Session
 from macromicro.schema import config
 from macromicro.schema.text import printable
 
-VERIFY = "verification"
+VERIFY, TUNE = "verification", "gains by search on the model"
 _CRUISE = 0.9  # of the greatest speed that is allowed, which is then the guard's
 
 
@@ -91,6 +92,8 @@ class Commissioned(NamedTuple):
         Tolerance within which the model came to rest, m; None: as it follows from the encoder.
     margins : Robustness, optional
         How robust the gains are.
+    tuned : Tuned, optional
+        What a search for gains found.
     """
 
     work: Work
@@ -100,6 +103,7 @@ class Commissioned(NamedTuple):
     verified: Verified
     rested: float | None = None
     margins: Robustness = Robustness()
+    tuned: Tuned = Tuned()
 
 
 def commission(
@@ -160,7 +164,10 @@ def commission(
         procedure.perform(kind, work, lambda step, intent: ask(step.title, intent), kept)
         model = kind.model(work)
         machine = machines.named(kind.name, "machine")
-        tree, told = _settings(place, work, model, None)[1], kind.place.told
+        # Reckoned before anything moves again: what sinks by its weight sinks meanwhile.
+        rested, tuned = _reckoned(place, work, model, done, ended)
+        more = _more(place, rested, tuned)
+        tree, told = _settings(place, work, model, None, more)[1], kind.place.told
         ask(
             VERIFY,
             f"{kind.homing} and makes {len(verifying.SHARES)} moves within its travel by the gains "
@@ -169,13 +176,42 @@ def commission(
             f"and {tree.guard.effort:.3g} V.",
         )
         home = kind.home(work, model)
-        toml, tree = _settings(place, work, model, home)
-        rested = None if kind.rehearse is None else kind.rehearse(machine, tree)
-        if rested is not None:
-            toml, tree = _settings(place, work, model, home, rested)
+        toml, tree = _settings(place, work, model, home, more)
         verified = verifying.verify(work.stand, machine, tree)
         done(VERIFY)
-    return Commissioned(work, model, toml, tree, verified, rested, _margins(kind, tree, model))
+    robust = _margins(kind, tree, model)
+    return Commissioned(work, model, toml, tree, verified, rested, robust, tuned)
+
+
+def _reckoned(
+    place: Place, work: Work, model: Any, done: Callable[[str], None], ended: Callable[[], bool]
+) -> tuple[float | None, Tuned]:
+    """How finely the model comes to rest, and gains that do better on it than the rules' own."""
+    kind, tuned = place.kind, Tuned()
+    tree = _settings(place, work, model, None)[1]
+    machine = machines.named(kind.name, "machine")
+    rested = None if kind.rehearse is None else kind.rehearse(machine, tree)
+    if kind.tune is not None:
+
+        def progress(count: int, best: float) -> None:
+            del count, best
+            if ended():
+                raise KeyboardInterrupt
+
+        tree = _settings(place, work, model, None, _more(place, rested, tuned))[1]
+        try:
+            tuned = kind.tune(tree, model, progress)
+        except Exception as error:  # whatever a kind of the user's does
+            tuned = Tuned(doubts=(_failed("A search for better gains failed", error),))
+        done(TUNE)
+    return rested, tuned
+
+
+def _more(place: Place, rested: float | None, tuned: Tuned) -> dict[str, str]:
+    """What is set beside that which the steps found."""
+    unit = place.kind.place.base
+    rest = {} if rested is None else {TOLERANCE: f'"{rested!r} {unit}"'}
+    return {**rest, **tuned.gains}
 
 
 def _margins(kind: Kind, tree: Any, model: Any) -> Robustness:
@@ -183,18 +219,20 @@ def _margins(kind: Kind, tree: Any, model: Any) -> Robustness:
     try:
         return kind.margins(tree, model)
     except Exception as error:  # whatever a kind of the user's does
-        words = f"{type(error).__name__}: {error}"[:200]
-        return Robustness((), (f"How robust the gains are could not be computed ({words}).",))
+        return Robustness((), (_failed("How robust the gains are could not be computed", error),))
+
+
+def _failed(what: str, error: Exception) -> str:
+    """What a page says of a computation that failed: nothing that was measured is lost for it."""
+    return f"{what} ({f'{type(error).__name__}: {error}'[:200]})."
 
 
 def _settings(
-    place: Place, work: Work, model: Any, home: Any, rested: float | None = None
+    place: Place, work: Work, model: Any, home: Any, more: Mapping[str, str] = MappingProxyType({})
 ) -> tuple[str, Any]:
     """The machine's file, and what it says."""
     kind = place.kind
-    values = kind.settings(work, model, home)
-    if rested is not None:
-        values = {**values, TOLERANCE: f'"{rested!r} {kind.place.base}"'}
+    values = {**kind.settings(work, model, home), **more}
     toml, tree = _made(place, work, model, values)
     fastest = work.options.speed
     if tree.guard.speed <= fastest:

@@ -90,6 +90,10 @@ class Budget(NamedTuple):
         Further ones to judge by.
     workers : int
         Threads.
+    named : Sequence[Any]
+        Machines to search on as well, as settings; their gains do not count.
+    allowed : Callable[[Any], bool]
+        Whether a design may be taken, from the nominal machine's settings with its gains.
     """
 
     evaluations: int = 300
@@ -97,6 +101,8 @@ class Budget(NamedTuple):
     others: int = 0
     fresh: int = 0
     workers: int = 1
+    named: Sequence[Any] = ()
+    allowed: Callable[[Any], bool] = lambda settings: True
 
 
 class Tuning(NamedTuple):
@@ -252,10 +258,10 @@ def search(
     Tuning
         What was found; the start itself where nothing was better.
     """
-    evaluations, seed, others, fresh, workers = budget
+    evaluations, seed, others, fresh, workers, named, allowed = budget
     rows = machines.uncertain(machine, settings) if others or fresh else ()
     drawn = machines.machines(settings, rows, others, seed)[1] if others else []
-    bodies = [settings, *drawn]
+    bodies = [settings, *drawn, *named]
     searched = knobs(machine, settings)
     start = np.array([value_at(settings, path) for path in searched])
 
@@ -278,11 +284,11 @@ def search(
 
     def costs(designs: Array) -> Array:
         return np.array(
-            [
-                2.0 * FAILED if on(d, settings).together() else worst(tried(d, bodies))
-                for d in designs
-            ]
+            [2.0 * FAILED if refused(on(d, settings)) else worst(tried(d, bodies)) for d in designs]
         )
+
+    def refused(tree: Any) -> bool:
+        return bool(tree.together()) or not allowed(tree)
 
     middle = np.full(len(searched), 0.5)
     found = minimise(costs, middle, evaluations, seed, progress=progress)
