@@ -47,7 +47,7 @@ def record(lag: float, sensor: float, noise: float = 0.0) -> Recording:
     return Recording.from_arrays(COLUMNS, [t, sent, shown, volts], DT, {})
 
 
-@pytest.mark.parametrize("lag", [5e-4, 2e-3, 8e-3])
+@pytest.mark.parametrize("lag", [5e-4, 2e-3, 8e-3, 24e-3])
 def test_the_drivers_lag_shows_where_ctrl_changes(lag: float) -> None:
     model = prepare(Inverse()).model._replace(lag=1.0)  # whatever was there before
     found = heated.driver_lag(model, [record(lag, 3e-3, 0.3)])
@@ -60,9 +60,18 @@ def test_a_model_that_is_wrong_elsewhere_shifts_it_by_less_than_a_period() -> No
     assert heated.driver_lag(wrong, [record(2e-3, 3e-3)]) == pytest.approx(2e-3, abs=1e-3)
 
 
-@pytest.mark.parametrize("lag", [0.0, 1e-3, 3e-3, 10e-3])
+@pytest.mark.parametrize("lag", [0.0, 1e-3, 3e-3, 10e-3, 80e-3])
 def test_the_sensors_lag_is_that_of_its_voltage_behind_the_laser(lag: float) -> None:
     assert heated.sensor_lag([record(2e-3, lag)]) == pytest.approx(lag, abs=1.5e-4)
+
+
+def test_the_shortest_hold_is_that_between_two_changes() -> None:
+    r = record(2e-3, 3e-3)
+    assert heated.shortest([r]) == pytest.approx(min(s for _, s in heats.BURSTS))
+    one = np.where(r["t"] > 1.0, 2.0, 0.0)
+    step = Recording.from_arrays(COLUMNS, [r["t"], one, r["laser"], r["hall_voltage"]], DT, {})
+    assert heated.shortest([step]) == math.inf
+    assert heated.shortest([step, r]) == heated.shortest([r])
 
 
 def test_without_a_change_of_ctrl_there_is_no_lag_to_see() -> None:
@@ -78,7 +87,9 @@ def test_slow_records_alone_are_refused() -> None:
     r = record(2e-3, 3e-3)
     slow = Recording.from_arrays(COLUMNS, [r[c.name][::10] for c in COLUMNS], 0.01, {})
     table = kiln_fit.fod_table  # not called: the records are looked at first
-    with pytest.raises(InputError, match=r"periods of 0\.01 s.*at most 0\.005 s"):
+    with pytest.raises(
+        InputError, match=r"periods of 0\.01 s.*at most 0\.005 s, a tenth of the shortest hold"
+    ):
         heated.found(table, [slow])  # type: ignore[arg-type]
     with pytest.raises(InputError, match="periods of nan s"):
         heated.found(table, [])  # type: ignore[arg-type]

@@ -8,7 +8,7 @@ The lag of the position's sensor is that by which its voltage follows the laser.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -27,9 +27,9 @@ from macromicro.models import stressed as stressed_model
 from macromicro.models.stressed import Stressed
 from macromicro.recording import Recording
 
-MOST_LAG = 0.05  # s
-_EARLY = 0.015  # s before and after a change of CTRL
-_QUICK = 5e-3  # s: records with longer periods tell no lag
+_EARLY = 15  # periods before and after a change of CTRL, at first
+_BEYOND = 10.0 / 3.0  # times that: a lag is searched so far
+_QUICK = 0.1  # of the shortest hold of CTRL: records with longer periods tell no lag
 _DEGREE = 9
 
 
@@ -60,7 +60,7 @@ def found(table: FodTable, records: Sequence[Recording], ambient: float = AMBIEN
         From the kiln: deg C to mm.
     records : Sequence[Recording]
         Columns t, ctrl, laser, and contract and hall_voltage perhaps; two or more, each from cold.
-        Some with a sample each few ms.
+        Some with ten samples or more in the shortest hold of CTRL.
     ambient : float, optional
         Room temperature, deg C.
 
@@ -74,10 +74,12 @@ def found(table: FodTable, records: Sequence[Recording], ambient: float = AMBIEN
     InputError
         Fewer than two records, too few voltages, or none quick enough to tell a lag.
     """
-    quick = [r for r in records if r.dt <= _QUICK]
+    held = shortest(records)
+    quick = [r for r in records if r.dt <= _QUICK * held * (1.0 + 1e-9)]
     if not quick:
         slowest = min(r.dt for r in records) if records else math.nan
-        raise InputError("records", f"periods of {slowest:g} s", f"some of at most {_QUICK:g} s")
+        most = f"some of at most {_QUICK * held:g} s, a tenth of the shortest hold of CTRL"
+        raise InputError("records", f"periods of {slowest:g} s", most)
     first = stressed.fit(table, records, ambient)
     fit = stressed.fit(table, records, ambient, driver_lag(first.model, quick), first)
     with_sensor = [r for r in quick if "hall_voltage" in r]
@@ -86,8 +88,28 @@ def found(table: FodTable, records: Sequence[Recording], ambient: float = AMBIEN
     return HeatedFit(fit, lag, model.gains(fit.model, sensor, fit.rms))
 
 
+def shortest(records: Sequence[Recording]) -> float:
+    """The shortest time for which CTRL stays between two changes.
+
+    Parameters
+    ----------
+    records : Sequence[Recording]
+        Columns ctrl.
+
+    Returns
+    -------
+    float
+        s; infinite where it changes once at most in each.
+    """
+    edges = [(np.flatnonzero(np.diff(signal(r["ctrl"], "ctrl"))), r.dt) for r in records]
+    return min((float(np.diff(at).min()) * dt for at, dt in edges if len(at) > 1), default=math.inf)
+
+
 def driver_lag(model: Stressed, records: Sequence[Recording]) -> float:
     """The lag with which heat follows CTRL, beside the period by which the D/A is late.
+
+    Seen within a short time after each change, as long as the lag or longer; of a lag that is
+    longer than it, twice the time is looked at, up to the shortest hold of CTRL.
 
     Parameters
     ----------
@@ -99,16 +121,24 @@ def driver_lag(model: Stressed, records: Sequence[Recording]) -> float:
     Returns
     -------
     float
-        s, within 0 and `MOST_LAG`.
+        s.
 
     Raises
     ------
     InputError
         CTRL changes in none of them.
     """
-    from scipy.optimize import minimize_scalar
+    early, held = _EARLY * min(r.dt for r in records), shortest(records)
+    while True:
+        lag = _seen_within(model, records, early)
+        if lag <= early or 2.0 * early > held:
+            return lag
+        early *= 2.0
 
-    runs = [_Changes(*_changes(r)) for r in records]
+
+def _seen_within(model: Stressed, records: Sequence[Recording], early: float) -> float:
+    """`driver_lag` by what shows so soon after a change [s]."""
+    runs = [_Changes(*_changes(r, early)) for r in records]
     if not any(len(run.at) for run in runs):
         raise InputError("records, ctrl", "no change of CTRL", "steps from one level to another")
 
@@ -117,14 +147,21 @@ def driver_lag(model: Stressed, records: Sequence[Recording]) -> float:
         for r, run in zip(records, runs, strict=True):
             made = stressed_model.simulate(model._replace(lag=lag), run.ctrl, r.dt, run.cut)[0]
             off = run.x - made
-            before = run.since - round(_EARLY / r.dt)
+            before = run.since - round(early / r.dt)
             slope = (off[run.since] - off[before]) / (run.since - before)
-            early = off[run.at] - off[run.since] - slope * (run.at - run.since)
-            total, count = total + float(early @ early), count + len(early)
+            soon = off[run.at] - off[run.since] - slope * (run.at - run.since)
+            total, count = total + float(soon @ soon), count + len(soon)
         return total / count
 
-    best = minimize_scalar(left, bounds=(0.0, MOST_LAG), method="bounded", options={"xatol": 1e-5})
-    return float(best.x)
+    return _least(left, _BEYOND * early)
+
+
+def _least(cost: Callable[[float], float], most: float) -> float:
+    """The lag up to `most` [s] of least cost."""
+    from scipy.optimize import minimize_scalar
+
+    how = {"xatol": 2e-4 * most}
+    return float(minimize_scalar(cost, bounds=(0.0, most), method="bounded", options=how).x)
 
 
 class _Changes(NamedTuple):
@@ -139,12 +176,12 @@ class _Changes(NamedTuple):
 
 
 def _changes(
-    r: Recording,
+    r: Recording, early: float
 ) -> tuple[Array, Array, Array, npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     sent, x = signal(r["ctrl"], "ctrl"), 1e-3 * signal(r["laser"], "laser")
     acts = np.r_[0.0, sent[:-1]]
     cut = signal(r["contract"], "contract") if "contract" in r else np.full(len(sent), np.nan)
-    span = round(_EARLY / r.dt)
+    span = round(early / r.dt)
     edges = np.flatnonzero(np.diff(acts)) + 1
     edges = edges[edges >= span]
     soon = (edges[:, None] + np.arange(span)[None, :]).ravel()
@@ -166,10 +203,8 @@ def sensor_lag(records: Sequence[Recording]) -> float:
     Returns
     -------
     float
-        s, within 0 and `MOST_LAG`.
+        s.
     """
-    from scipy.optimize import minimize_scalar
-
     places = [signal(r["laser"], "laser") for r in records]
     volts = np.concatenate([signal(r["hall_voltage"], "hall_voltage") for r in records])
     low, high = min(p.min() for p in places), max(p.max() for p in places)
@@ -184,8 +219,11 @@ def sensor_lag(records: Sequence[Recording]) -> float:
         found, *_ = np.linalg.lstsq(basis * weight, volts * weight[:, 0], rcond=None)
         return float(np.mean(moved * (volts - basis @ found) ** 2))
 
-    best = minimize_scalar(left, bounds=(0.0, MOST_LAG), method="bounded", options={"xatol": 1e-5})
-    return float(best.x)
+    dt = min(r.dt for r in records)
+    most = _BEYOND * _EARLY * dt
+    while (found := _least(left, most)) > most / 2.0 and most < dt * min(map(len, places)):
+        most *= 2.0
+    return found
 
 
 def _lagged(x: Array, lag: float, dt: float) -> Array:
