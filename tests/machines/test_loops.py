@@ -1,6 +1,7 @@
 """The linear loop: the cascade over the frequency against the law itself, stability by Nyquist."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -119,3 +120,13 @@ def test_under_a_notch_the_loop_is_quicker_and_robust_against_the_mode_beside_it
         there = quick._replace(drive=quick.drive._replace(frequency=30.0 * beside))
         assert loops.modulus(sheets.plant(there, frequency) * law) > 0.49
     assert quick.motion.jerk <= 0.5 * 30.0 * quick.motion.acceleration * 1.01
+
+
+def test_a_held_effort_is_the_mean_of_its_steps() -> None:
+    """Half a period and the delay late at low frequencies; nothing passes at the loop's own."""
+    timing = SimpleNamespace(period=1e-3, delay=0.4e-3)
+    low = loops.stepped(np.array([2j * np.pi * 5.0]), timing)[0]
+    assert abs(low) == pytest.approx(1.0, abs=1e-4)
+    assert -np.angle(low) / (2.0 * np.pi * 5.0) == pytest.approx(0.9e-3, rel=1e-6)
+    at = np.array([2j * np.pi * f for f in (500.0, 1000.0)])
+    assert np.abs(loops.stepped(at, timing)) == pytest.approx([2.0 / np.pi, 0.0], abs=1e-9)

@@ -43,14 +43,12 @@ def plant(p: Heat, settings: Any, frequency: Array) -> Complex:
     ndarray of complex, shape (n,)
         m/V.
     """
-    timing = settings.timing
     s = np.asarray(2j * math.pi * np.asarray(frequency), np.complex128)
     slope, behind = steepest(p), p.share / (1.0 - p.share)
     around = behind / (p.slow * s + 1.0 + behind)
     heat = (1.0 - p.share) / ((p.tau + p.latent * slope) * s + 1.0 - around)
-    given = np.exp(-s * timing.delay) / (1.0 + settings.driver.lag * s)
-    hold = (1.0 - np.exp(-s * timing.period)) / (s * timing.period)
-    found: Complex = p.way * slope * heat * given * hold
+    given = loops.stepped(s, settings.timing) / (1.0 + settings.driver.lag * s)
+    found: Complex = p.way * slope * heat * given
     return found
 
 

@@ -269,23 +269,19 @@ def settled(cutting: Pieces, axis: Any) -> Settled:
 
     moving = np.ones(len(speeds)) if not cutting.rests else (speeds != 0.0).astype(np.float64)
 
-    def total(values: Array) -> Array:
-        return _total(cutting, values)
-
     for left in range(_ROUNDS, -1, -1):
         error = seen - made
         slope = (runs(cutting, axis, speeds + nudge * moving) - made) / nudge
-        power = total(slope * slope)
-        moves = power > 0.0
         if not left:
             break
-        step = np.divide(total(slope * error), power, out=np.zeros_like(power), where=moves)
+        power = _total(cutting, slope * slope)
+        asked = _total(cutting, slope * error)
+        step = np.divide(asked, power, out=np.zeros_like(power), where=power > 0.0)
         tried = runs(cutting, axis, speeds + step)
-        nearer = total((seen - tried) ** 2) < total(error**2)
+        nearer = _total(cutting, (seen - tried) ** 2) < _total(cutting, error**2)
         speeds = np.where(nearer, speeds + step, speeds)
         made = np.where(np.repeat(nearer, cutting.lengths), tried, made)
-    size = np.sqrt(np.where(moves, power, 1.0))
-    return Settled(error, speeds, slope / np.repeat(size, cutting.lengths), at, none)
+    return Settled(error, speeds, _unit(cutting, slope), at, none)
 
 
 def _total(cutting: Pieces, values: Array) -> Array:

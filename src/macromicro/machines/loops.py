@@ -47,6 +47,26 @@ def law(p: Cascade, frequency: Array, dt: float) -> Complex:
     return found * notched(p.notch, frequency, dt)
 
 
+def stepped(s: Complex, timing: Any) -> Complex:
+    """An effort's way through a D/A that holds it for a period, and its delay.
+
+    Parameters
+    ----------
+    s : ndarray of complex, shape (n,)
+        2j pi times the frequency, rad/s.
+    timing : Any
+        With `period` and `delay`, s.
+
+    Returns
+    -------
+    ndarray of complex, shape (n,)
+        1 at low frequencies.
+    """
+    turn = s * timing.period
+    found: Complex = (1.0 - np.exp(-turn)) / turn * np.exp(-s * timing.delay)
+    return found
+
+
 def notched(p: Notch, frequency: Array, dt: float) -> Complex:
     """What a notch lets pass.
 

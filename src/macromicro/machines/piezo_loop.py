@@ -9,7 +9,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.control.integral import Integral
-from macromicro.machines.loops import Complex, notched
+from macromicro.machines.loops import Complex, notched, stepped
 from macromicro.machines.piezo_sheets import omega
 
 
@@ -54,11 +54,10 @@ def plant(tree: Any, frequency: Array) -> Complex:
     ndarray of complex, shape (n,)
         m/m.
     """
-    dt, hidden = tree.timing.period, tree.hidden
+    hidden = tree.hidden
     s = np.asarray(2j * math.pi * np.asarray(frequency), np.complex128)
     w = hidden.detuned * omega(tree)
     swung = w * w / (s * s + 2.0 * hidden.damping * w * s + w * w)
     given = 1.0 / (1.0 + s / (2.0 * math.pi * tree.amplifier.bandwidth))
-    hold = (1.0 - np.exp(-s * dt)) / (s * dt)
-    found: Complex = given * swung * hold * np.exp(-s * tree.timing.delay)
+    found: Complex = given * swung * stepped(s, tree.timing)
     return found

@@ -6,15 +6,13 @@ import math
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from macromicro.arrays import Array
+from macromicro.machines.loops import Complex, stepped
 from macromicro.machines.parts import MOTOR
 from macromicro.plant import transmission
 from macromicro.plant.power import CURRENT
 from macromicro.plant.transmission import LINEAR
-
-Complex = npt.NDArray[np.complex128]
 
 GRAVITY = 9.80665
 SPARE = 0.7  # share of supply and current that moves may use
@@ -385,7 +383,7 @@ def plant(tree: Any, frequency: Array) -> Complex:
     ndarray of complex, shape (n,)
         m/V.
     """
-    amp, motor, dt = tree.amplifier, tree.motor, tree.timing.period
+    amp, motor = tree.amplifier, tree.motor
     s = np.asarray(2j * math.pi * np.asarray(frequency), np.complex128)
     moved = float(tree.load.mass + tree.load.payload)
     drag, seen = impedance(
@@ -406,6 +404,5 @@ def plant(tree: Any, frequency: Array) -> Complex:
         speed = amp.gain * push / (winding * drag + push * k)
     if tree.encoder.at != MOTOR:
         speed = speed * seen
-    hold = (1.0 - np.exp(-s * dt)) / (s * dt)
-    found: Complex = speed / s * hold * np.exp(-s * tree.timing.delay)
+    found: Complex = speed / s * stepped(s, tree.timing)
     return found
