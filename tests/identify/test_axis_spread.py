@@ -11,7 +11,7 @@ from macromicro.arrays import Array
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_inverse import Rows, differences, fitted
 from macromicro.identify.axis_refine import piece, refined
-from macromicro.identify.axis_spread import Noise, _differentiated, noise, sensed
+from macromicro.identify.axis_spread import Noise, _differentiated, disturbance, sensed
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.runs import Run
 
@@ -44,7 +44,7 @@ def test_slow_forces_are_told_from_noise_of_the_position() -> None:
     """White noise of 6 N at 1 kHz: over a block of B samples 6 / sqrt(B)."""
     rows = record(40000, 6.0, 0.0)
     start = fitted(rows, "coulomb")
-    told = noise(rows, start)
+    told = disturbance(rows, start)
     assert told.block == 20
 
     def slow(found: Noise) -> float:
@@ -53,7 +53,7 @@ def test_slow_forces_are_told_from_noise_of_the_position() -> None:
     assert slow(told) == pytest.approx(6.0, rel=0.15)
     rows = record(40000, 0.0, 1e-5)
     start = fitted(rows, "coulomb")
-    quiet = noise(rows, start)
+    quiet = disturbance(rows, start)
     assert slow(quiet) < 0.5 and quiet.sensor == pytest.approx(1e-5, rel=0.05)
 
 

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from macromicro.arrays import Array
 from macromicro.identify import counts
 
 STEPS = st.floats(1e-6, 1e3)
@@ -84,3 +85,46 @@ def test_free_runs_in_counts_alone() -> None:
     assert counts.found(slopes, one, [y], [run + 0.1 * np.sin(9.0 * t)]) is None
     assert counts.found(slopes, one, [np.sqrt(t)], [np.sqrt(t)]) is None
     assert counts.found(slopes, one, [y], [np.full(500, np.nan)]) is None
+
+
+def test_a_force_that_moves_the_output_by_less_than_a_count_shows_in_its_counts() -> None:
+    """Its residual has the size of rounding, its parameters are off by more."""
+    t, step = np.linspace(0.0, 1.0, 4000), 0.1
+    slopes = np.column_stack([t, np.sin(9.0 * t)])
+    solve = np.linalg.pinv(slopes)
+
+    def alone(y: Array, zeroed: bool) -> bool:
+        run = slopes @ (solve @ y)
+        assert counts.explains(y - run, step)
+        told = counts.covariance(solve, [run], [step], zeroed=zeroed)
+        return counts.alone(slopes, told, [y], [run], [step], zeroed=zeroed)
+
+    for seed in range(20):
+        random = np.random.default_rng(seed)
+        clean = slopes @ random.uniform(3.0, 6.0, 2)
+        at = random.uniform()
+        assert alone(np.floor(clean / step + at) * step, False)
+        assert alone((np.floor(clean / step + at) - at + 0.5) * step, True)
+        pushed = clean + 0.25 * step * np.sin(31.0 * t)
+        y = (np.floor(pushed / step + at) - at + 0.5) * step
+        assert not alone(y, True)
+    # Samples that are not there say nothing.
+    run = slopes @ (solve @ y)
+    told = counts.covariance(solve, [run], [step], zeroed=True)
+    y[5], run[7] = np.nan, np.nan
+    assert not counts.alone(slopes, told, [y], [run], [step], zeroed=True)
+    every = np.full_like(y, np.nan)
+    every[:3] = y[:3]
+    assert counts.alone(slopes, told, [every], [run], [step], zeroed=True)
+
+
+def test_a_known_zero_leaves_the_offset_to_what_rounding_averages() -> None:
+    """Unknown within a count, it is 0.29 of a count off (a uniform distribution)."""
+    t, step = np.linspace(0.0, 7.0, 3000), 0.1
+    slopes = np.column_stack([np.ones(3000), t])
+    solve = np.linalg.pinv(slopes)
+    unknown = counts.covariance(solve, [slopes @ [0.2, 1.0]], [step])
+    known = counts.covariance(solve, [slopes @ [0.2, 1.0]], [step], zeroed=True)
+    assert np.sqrt(unknown[0, 0]) == pytest.approx(step / np.sqrt(12.0), rel=0.01)
+    assert np.sqrt(known[0, 0]) < 0.02 * step
+    assert known[1, 1] == pytest.approx(unknown[1, 1], rel=1e-3)

@@ -12,6 +12,7 @@ from macromicro.identify.spread import (
     MAX_ORDER,
     autoregression,
     clustered,
+    larger,
     robust_covariance,
     sampled,
     standard_errors,
@@ -190,3 +191,14 @@ def test_samples_of_a_coloured_record_scatter_as_told() -> None:
     np.testing.assert_allclose(np.sqrt(np.mean(np.square(told), axis=0)), scatter, rtol=0.15)
     white = np.sqrt(np.diag(np.linalg.inv(psi.T @ psi)) / (1.0 - keep**2))
     assert (scatter > 1.5 * white).all()
+
+
+def test_the_larger_of_two_errors_with_the_correlations_of_more_of_them() -> None:
+    one = np.array([[4.0, 1.0, 0.0], [1.0, 1.0, 0.2], [0.0, 0.2, 1.0]])
+    other = np.array([[1.0, -0.9, 0.0], [-0.9, 9.0, 0.0], [0.0, 0.0, 16.0]])
+    found = larger(one, other)
+    assert np.sqrt(np.diag(found)) == pytest.approx([2.0, 3.0, 4.0])
+    assert found[0, 1] / 6.0 == pytest.approx(-0.9 / 3.0)
+    assert larger(other, one) == pytest.approx(found)
+    assert larger(one, 0.5 * one) == pytest.approx(one)
+    assert larger(one, np.zeros((3, 3))) == pytest.approx(one)

@@ -50,9 +50,9 @@ _SPEEDS = np.geomspace(0.005, 0.5, 25)  # Stribeck speeds tried, parts of the to
 _LARGEST = 3.0  # of the largest force: no breakaway friction is above it
 
 _STILL = 0.01
-_SMOOTH = ("mass", "viscous")  # their regressors have passed the low-pass of the position
+SMOOTH = ("mass", "viscous")  # their regressors have passed the low-pass of the position
 _MIXED = 0.1  # of the largest weight in what the regressors do not show
-_HELD = 0.5  # samples by which the mean of a held force is late
+HELD = 0.5  # samples by which the mean of a held force is late
 
 
 @dataclass(frozen=True)
@@ -171,14 +171,29 @@ def differences(
     Rows
         With speed in units of x/s, acceleration in x/s2.
     """
-    smooth = _smoothed(run.x, cutoff, run.dt)
+    smooth = smoothed(run.x, cutoff, run.dt)
     v, a = means(smooth, run.dt)
     still = np.abs(v) < _STILL * np.abs(v).max()
     return Rows(run, force, v, a, still, factor, cutoff, eccentric=eccentric)
 
 
-def _smoothed(signals: Array, corner: float, dt: float) -> Array:
-    """Signals, one a column, behind the zero-phase low-pass; as they are for an infinite corner."""
+def smoothed(signals: Array, corner: float, dt: float) -> Array:
+    """Signals, one a column, behind the zero-phase low-pass; as they are for an infinite corner.
+
+    Parameters
+    ----------
+    signals : ndarray, shape (n, ...)
+        Evenly sampled.
+    corner : float
+        Cut-off, Hz.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    ndarray
+        Of the same shape.
+    """
     if math.isinf(corner):
         return signals
     from scipy.signal import sosfiltfilt
@@ -254,10 +269,28 @@ def columns(rows: Rows, names: tuple[str, ...], stribeck_speed: float) -> Array:
         "cosine": np.cos(rows.run.x),
     }
     asked = [n for n in names if n in made]
-    table = np.stack([made[n] for n in asked] + [late(rows.force, _HELD)], axis=1)
-    # What has not come from the position's low-pass must pass the same one.
-    rough = [k for k, n in enumerate([*asked, ""]) if n not in _SMOOTH]
-    table[:, rough] = _smoothed(table[:, rough], rows.corner, rows.run.dt)
+    table = np.stack([made[n] for n in asked] + [late(rows.force, HELD)], axis=1)
+    return evened(rows, table, [k for k, n in enumerate([*asked, ""]) if n not in SMOOTH])
+
+
+def evened(rows: Rows, table: Array, rough: list[int]) -> Array:
+    """A table of forces behind the same low-pass, decimated, without rows that stand.
+
+    Parameters
+    ----------
+    rows : Rows
+        The record that the table is of.
+    table : ndarray, shape (n, p)
+        One row per sample; overwritten.
+    rough : list[int]
+        Columns that have not passed the low-pass of the position.
+
+    Returns
+    -------
+    ndarray, shape (m, p)
+        Filtered and decimated alike.
+    """
+    table[:, rough] = smoothed(table[:, rough], rows.corner, rows.run.dt)
     kept, stands = _decimated(table, rows.factor), _standing(rows.still, rows.factor)
     return np.asarray(kept[~stands])
 

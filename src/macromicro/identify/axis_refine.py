@@ -249,7 +249,7 @@ def _spread(
 ) -> Array:
     """Covariance of the parameters; `found` is in their parts of `scale`."""
     pushed = [r._replace(force=late(r.force, final.lag / r.run.dt)) for r in rows]
-    noise = axis_spread.noise(pushed, start)
+    noise = axis_spread.disturbance(pushed, start)
     spread, explained = axis_spread.covariance(pieces, final, found.jac, found.fun, noise)
     spread = spread * np.outer(scale, scale)
     # Two methods that ought to agree say how far apart a wrong model can be. Where the free run is

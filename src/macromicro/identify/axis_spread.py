@@ -68,12 +68,8 @@ def sensed(x: Array) -> float:
     return float(np.sqrt(np.mean(np.diff(x, 4) ** 2) / 70.0))
 
 
-def noise(rows: list[Rows], start: Estimate) -> Noise:
-    """The noise of force and position that the residuals of inverse dynamics show.
-
-    A free run answers to slow forces alone, so residuals are averaged over blocks. There noise of
-    the position, which inverse dynamics differentiates twice, has next to no part, and its part is
-    taken off. A force as slow as the record is slower than residuals show it (`slow_noise`).
+def disturbance(rows: list[Rows], start: Estimate) -> Noise:
+    """The noise that the residuals of inverse dynamics with rigid friction show.
 
     Parameters
     ----------
@@ -87,8 +83,33 @@ def noise(rows: list[Rows], start: Estimate) -> Noise:
     Noise
         Of all records.
     """
-    dt, factor, axis = rows[0].run.dt, rows[0].factor, start.axis
-    disturbed = force_residuals(rows, start)
+    return noise(rows, start.axis, force_residuals(rows, start), regressors(rows, start))
+
+
+def noise(rows: list[Rows], axis: Any, disturbed: list[Array], taken: list[Array]) -> Noise:
+    """The noise of force and position that the residuals of inverse dynamics show.
+
+    A free run answers to slow forces alone, so residuals are averaged over blocks. There noise of
+    the position, which inverse dynamics differentiates twice, has next to no part, and its part is
+    taken off. A force as slow as the record is slower than residuals show it (`slow_noise`).
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    axis : Any
+        With `mass` and `viscous`.
+    disturbed : list[ndarray]
+        Measured less predicted force of each record, decimated, shape (m,).
+    taken : list[ndarray]
+        What each parameter adds to that force, shape (m, p).
+
+    Returns
+    -------
+    Noise
+        Of all records.
+    """
+    dt, factor = rows[0].run.dt, rows[0].factor
     total = sum(len(d) for d in disturbed)
     constant = axis.mass / axis.viscous if axis.mass > 0.0 and axis.viscous > 0.0 else 0.0
     many = min(round(_BLOCK * constant / (factor * dt)), total // _POINTS)
@@ -98,8 +119,8 @@ def noise(rows: list[Rows], start: Estimate) -> Noise:
     shown = autoregression(means)
     slower: list[Array] = []
     if is_slow(sum(map(len, means)), shown):
-        taken = np.concatenate([_means(t, many) for t in regressors(rows, start) if len(t) >= many])
-        fit = Fit([len(m) for m in means], np.linalg.pinv(taken), taken)
+        table = np.concatenate([_means(t, many) for t in taken if len(t) >= many])
+        fit = Fit([len(m) for m in means], np.linalg.pinv(table), table)
         slower = [d for d, _ in unshown(fit, shown, autoregression, np.random.default_rng(0))]
     d, power = shown
     block = many * factor
@@ -124,7 +145,13 @@ def _differentiated(block: int, factor: int) -> float:
 
 
 def covariance(
-    pieces: list[Pieces], axis: Any, jacobian: Array, error: Array, told: Noise
+    pieces: list[Pieces],
+    axis: Any,
+    jacobian: Array,
+    error: Array,
+    told: Noise,
+    *,
+    warned: bool = True,
 ) -> tuple[Array, bool]:
     """Covariance of the parameters, and whether noise explains what the free run misses.
 
@@ -146,6 +173,8 @@ def covariance(
         Measured less free run.
     told : Noise
         What disturbs them.
+    warned : bool, optional
+        Whether to say so where noise does not explain what the free run misses.
 
     Returns
     -------
@@ -170,7 +199,7 @@ def covariance(
         share = float(max(slow - own, 0.0) / drawn.forced_slow.mean())
     wide = rms / explained if explained > 0.0 else 1.0
     fits = wide <= _DOUBTED
-    if not fits:
+    if not fits and warned:
         notice(
             DataWarning,
             f"the free run misses by {rms:.3g} RMS where noise explains {explained:.2g}: the axis "
@@ -202,7 +231,10 @@ def _by_rounding(pieces: list[Pieces], axis: Any, jacobian: Array, error: Array)
             for one, still, missed, step in zip(pieces, quiet, parts, steps, strict=True)
         ]
         asked.append(pseudo @ np.concatenate(off))
-    return np.atleast_2d(np.cov(np.array(asked).T))
+    told = np.atleast_2d(np.cov(np.array(asked).T))
+    outputs = [p.rows.run.x for p in pieces]
+    clean = [x - missed for x, missed in zip(outputs, parts, strict=True)]
+    return told if counts.alone(jacobian, told, outputs, clean, steps) else None
 
 
 def _slow(error: Array, block: int) -> float:

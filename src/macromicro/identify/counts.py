@@ -13,6 +13,8 @@ _MOST = 1e7  # counts in a record's range
 _WHOLE = 0.01  # of a count: as near to a whole one every value is
 _FEWEST = 3  # different values
 _OWN = 1.5  # times the variance of rounding: noise that rounding explains
+_ENOUGH = 20_000  # samples whose counts are compared
+_BY_CHANCE, _FURTHER = 3, 1.5  # counts that differ anyway; times those that are expected to
 _PLACES = (np.arange(200) + 0.5) / 200  # of counts, in counts
 
 
@@ -67,8 +69,10 @@ def noise(clean: Array, variance: float, step: float | None, random: np.random.G
     return np.asarray((np.round(clean / step + at) - at) * step - clean)
 
 
-def covariance(solve: Array, clean: Sequence[Array], steps: Sequence[float]) -> Array:
-    """Covariance of a fit by rounding alone, its zero unknown within a count.
+def covariance(
+    solve: Array, clean: Sequence[Array], steps: Sequence[float], *, zeroed: bool = False
+) -> Array:
+    """Covariance of a fit by rounding alone.
 
     Rounding of a smooth curve is no noise: it goes together for as long as the curve stays within
     a count. It is drawn for each place that the counts may have.
@@ -81,6 +85,9 @@ def covariance(solve: Array, clean: Sequence[Array], steps: Sequence[float]) -> 
         The curve of each record, n values in all.
     steps : Sequence[float]
         A count of each, in the unit of its curve.
+    zeroed : bool, optional
+        Whether the zero of the counts is known, as that of an encoder at its index; else it is
+        unknown within a count.
 
     Returns
     -------
@@ -90,9 +97,61 @@ def covariance(solve: Array, clean: Sequence[Array], steps: Sequence[float]) -> 
     found = np.zeros((len(solve),) * 2)
     cuts = np.cumsum([len(x) for x in clean])[:-1]
     for back, x, step in zip(np.split(solve, cuts, axis=1), clean, steps, strict=True):
-        moved = np.array([back @ (np.floor(x / step + at) * step - x) for at in _PLACES])
+        shift = _PLACES - 0.5 if zeroed else np.zeros_like(_PLACES)
+        moved = np.array([
+            back @ ((np.floor(x / step + at) - by) * step - x)
+            for at, by in zip(_PLACES, shift, strict=True)
+        ])  # fmt: skip
         found += moved.T @ moved / len(_PLACES)
     return found
+
+
+def alone(
+    slopes: Array,
+    spread: Array,
+    outputs: Sequence[Array],
+    clean: Sequence[Array],
+    steps: Sequence[float],
+    *,
+    zeroed: bool = False,
+) -> bool:
+    """Whether rounding alone moved the parameters.
+
+    Free runs of the true parameters give every count. Those that are off by what rounding does to
+    parameters give a few others. Many more show that something else moved the output, though less
+    than a count, and with it the parameters. Where the zero is unknown, less of it shows: errors
+    by that zero are as large.
+
+    Parameters
+    ----------
+    slopes : ndarray, shape (n, p)
+        Of the free runs by the parameters, records stacked.
+    spread : ndarray, shape (p, p)
+        Covariance of the parameters by rounding alone.
+    outputs, clean : Sequence[ndarray]
+        Measured and by the model, n values in all; NaN where there is none.
+    steps : Sequence[float]
+        A count of each.
+    zeroed : bool, optional
+        Whether the zero of the counts is known.
+
+    Returns
+    -------
+    bool
+        False where more counts differ.
+    """
+    off = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", slopes, spread, slopes), 0.0))
+    cuts = np.cumsum([len(x) for x in clean])[:-1]
+    expected, seen = 0.0, 0
+    for y, x, far, step in zip(outputs, clean, np.split(off, cuts), steps, strict=True):
+        kept = np.flatnonzero(np.isfinite(y) & np.isfinite(x))
+        kept = kept[:: max(len(kept) // _ENOUGH, 1)]
+        whole = np.round((y[kept] - y[kept[0]]) / step)
+        exact = (x[kept] - y[kept[0]]) / step
+        expected += float(np.minimum(np.sqrt(2.0 / np.pi) * far[kept] / step, 1.0).sum())
+        places = [0.5] if zeroed else _PLACES
+        seen += min(np.count_nonzero(np.floor(exact + at) != whole) for at in places)
+    return bool(seen <= _BY_CHANCE + _FURTHER * expected)
 
 
 def explains(residual: Array, step: float) -> bool:
@@ -141,7 +200,7 @@ def steps(outputs: Sequence[Array], residuals: Sequence[Array]) -> list[float] |
 def found(
     slopes: Array, weights: Array, outputs: Sequence[Array], runs: Sequence[Array]
 ) -> Array | None:
-    """Covariance of a fit of free runs where rounding of the outputs is all that they leave.
+    """Covariance of a fit of free runs where rounding of the outputs is all that moved it.
 
     Parameters
     ----------
@@ -163,4 +222,5 @@ def found(
     if every is None:
         return None
     heavy = slopes * weights[:, None]
-    return covariance(np.linalg.pinv(heavy.T @ slopes) @ heavy.T, runs, every)
+    told = covariance(np.linalg.pinv(heavy.T @ slopes) @ heavy.T, runs, every)
+    return told if alone(slopes, told, outputs, runs, every) else None

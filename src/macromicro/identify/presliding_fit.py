@@ -6,7 +6,7 @@ records, or to the pieces that rigid friction is fitted to.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +23,7 @@ from macromicro.identify.central import central
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.presliding import FRICTIONS, Presliding, simulate
 from macromicro.identify.presliding_choice import NODES, asked_for, chosen, named
+from macromicro.identify.presliding_force import disturbed
 from macromicro.identify.presliding_search import (
     Problem,
     Shape,
@@ -32,6 +33,7 @@ from macromicro.identify.presliding_search import (
     problem_of,
     searched,
 )
+from macromicro.identify.spread import larger
 
 _ELASTIC = ("stiffness", "settling", "share")
 _NEARLY = 10.0  # times the noise of the position: a fit by measured starts, to be taken further
@@ -241,10 +243,13 @@ def _spread(problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse:
     low, high, scale = bounds(z, shape)
     model = problem.model(z, shape)
     missed = np.concatenate(problem.missed(z, shape))
-    noise = axis_spread.noise(rows, inverse)
-    covariance, _ = axis_spread.covariance(
-        problem.pieces, model, problem.slopes(z, shape), missed, noise
-    )
+    slopes = problem.slopes(z, shape)
+    covariance = np.zeros((len(z), len(z)))
+    for k, noise in enumerate(_noises(problem, z, shape, rows, inverse)):
+        by, _ = axis_spread.covariance(
+            problem.pieces, model, slopes, missed, noise, warned=k == 0
+        )
+        covariance = larger(by, covariance)
 
     def shown(at: Array) -> Array:
         return told(problem.model(at, shape), shape)[1]
@@ -262,3 +267,17 @@ def _spread(problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse:
         )
     std[[names.index(n) for n in bound]] = np.nan
     return np.asarray(std)
+
+
+def _noises(
+    problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse: Estimate
+) -> Iterator[axis_spread.Noise]:
+    """What may have disturbed the axis, neither of which is sure.
+
+    Rigid friction's residuals hold the give of the friction too, which hides how slow forces are;
+    along elastic friction's way there are few rows, and none of short pieces.
+    """
+    yield axis_spread.disturbance(rows, inverse)
+    forces, taken = disturbed(problem, z, shape)
+    if forces:
+        yield axis_spread.noise(rows, problem.model(z, shape), forces, taken)

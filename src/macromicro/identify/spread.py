@@ -129,6 +129,26 @@ def autoregression(residuals: list[Array]) -> tuple[Array, float]:
     return best
 
 
+def larger(one: Array, other: Array) -> Array:
+    """A covariance with each standard error the larger of two.
+
+    Parameters
+    ----------
+    one, other : ndarray, shape (p, p)
+        Covariances of the same parameters.
+
+    Returns
+    -------
+    ndarray, shape (p, p)
+        With the correlations of that which has more of the larger errors.
+    """
+    size, bound = np.sqrt(np.diag(one)), np.sqrt(np.diag(other))
+    wide = bound > size
+    base = other if wide.sum() > len(size) // 2 else one
+    scale = np.maximum(size, bound) / np.sqrt(np.diag(base))
+    return np.asarray(base * np.outer(scale, scale))
+
+
 def clustered(slopes: Array, residual: Array, starts: npt.ArrayLike) -> Array:
     """Covariance of least squares by the scatter of what each stretch of the data asks for.
 

@@ -11,7 +11,7 @@ from macromicro.arrays import Array
 from macromicro.identify import counts
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.runs import Run
-from macromicro.identify.spread import robust_covariance
+from macromicro.identify.spread import larger, robust_covariance
 from macromicro.identify.sprung import Sprung
 from macromicro.identify.sprung_search import SIGNED, End
 from macromicro.identify.sprung_spread import blocks, parted, scattered
@@ -49,12 +49,11 @@ def covariance(
         notice(ConvergenceWarning, "output error: not settled; the last values are returned")
     used = np.flatnonzero(np.abs(best.slopes).max(axis=0) > 0.0)
     spread = np.full((best.slopes.shape[1],) * 2, np.nan)
-    disturbed = scattered(records, best, used, lag, speed=speed)
-    steps = counts.steps([r.x for r in records], parted(records, best.residual))
-    if steps is not None:  # rounding is no noise, whose colour could tell more
-        spread[np.ix_(used, used)] = disturbed
-    else:
-        spread[np.ix_(used, used)] = _larger(_coloured(records, best, used), disturbed)
+    rounded = _rounded(records, best, used)
+    if rounded is None:
+        disturbed = scattered(records, best, used, lag, speed=speed)
+        rounded = larger(_coloured(records, best, used), disturbed)
+    spread[np.ix_(used, used)] = rounded
     own = spread[: len(names), : len(names)]
     lost = _unseen(best.slopes[:, used], [names[k] if k < len(names) else "" for k in used])
     for name in lost:
@@ -73,6 +72,21 @@ def covariance(
     return own
 
 
+def _rounded(records: Sequence[Run], best: End, used: npt.NDArray[np.intp]) -> Array | None:
+    """Covariance where rounding of the output is all that moved the parameters; else None."""
+    outputs, parts = [r.x for r in records], parted(records, best.residual)
+    steps = counts.steps(outputs, parts)
+    if steps is None:
+        return None
+    runs = [x - missed for x, missed in zip(outputs, parts, strict=True)]
+    size = np.linalg.norm(best.slopes[:, used], axis=0)
+    slopes = best.slopes[:, used] / size
+    told = counts.covariance(np.linalg.pinv(slopes), runs, steps, zeroed=True)
+    if not counts.alone(slopes, told, outputs, runs, steps, zeroed=True):
+        return None
+    return np.asarray(told / np.outer(size, size))
+
+
 def _coloured(records: Sequence[Run], best: End, used: npt.NDArray[np.intp]) -> Array:
     """Covariance by the colour of the residuals, as means over blocks."""
     means = blocks(records, best, used)
@@ -81,15 +95,6 @@ def _coloured(records: Sequence[Run], best: End, used: npt.NDArray[np.intp]) -> 
         np.concatenate([m.residual for m in means]),
         np.cumsum([len(m.residual) for m in means]),
     )
-
-
-def _larger(one: Array, other: Array) -> Array:
-    """The first covariance with each standard error the larger of both."""
-    size, bound = np.sqrt(np.diag(one)), np.sqrt(np.diag(other))
-    wide = bound > size
-    base = other if wide.sum() > len(size) // 2 else one
-    scale = np.maximum(size, bound) / np.sqrt(np.diag(base))
-    return np.asarray(base * np.outer(scale, scale))
 
 
 def _unseen(slopes: Array, names: list[str]) -> list[str]:

@@ -1,0 +1,141 @@
+"""What disturbs an axis with elastic friction: inverse dynamics along its measured way.
+
+    F = M a + (Fv + s Fa) v + f + tau df/dt + F0
+
+The elements of the friction follow the filtered positions, so that f is known without a free run.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.identify.axis import late
+from macromicro.identify.axis_inverse import HELD, Rows, differences, evened, smoothed
+from macromicro.identify.central import central
+from macromicro.identify.presliding import STEPS, Presliding, begin, level, slid
+from macromicro.identify.presliding_search import Problem, Shape, bounds, nudges
+from macromicro.identify.runs import Run
+from macromicro.kernel import compiled, kernel
+
+_LEAST = 40  # rows of a piece, of which the low-pass' ends take half
+_MOST = 3.0  # standard deviations, by the median: more is not the force
+
+
+@kernel
+def rubbed(p: Presliding, x: Array, pull: Array, h: float, f: Array, out: Array) -> None:
+    """Friction along a way, its mean over each sample, as a kernel.
+
+    Parameters
+    ----------
+    p : Presliding
+        Parameters of the axis.
+    x : ndarray, shape (n,)
+        Positions, m.
+    pull : ndarray, shape (n,)
+        Force less offset, N: the friction of an axis that begins at rest is in balance with it.
+    h : float
+        Sample time, s.
+    f : ndarray
+        Room for the forces of the elements.
+    out : ndarray, shape (n,)
+        f + tau df/dt is written here, N; the last sample has what the one before has.
+    """
+    part = h / STEPS
+    v = (x[1] - x[0]) / h
+    begin(p, f, x[0], v, pull[0])
+    was = 0.0
+    for k in range(len(f)):
+        was += f[k]
+    for i in range(len(x) - 1):
+        v = (x[i + 1] - x[i]) / h
+        mean, first = 0.0, was
+        for j in range(STEPS):
+            g = max(level(p, x[i] + (j + 0.5) * part * v, v), 1e-12)
+            now = slid(p, f, g, v, part)
+            mean += 0.5 * (was + now) / STEPS
+            was = now
+        out[i] = mean + p.settling * (was - first) / h
+    out[len(x) - 1] = out[len(x) - 2]
+
+
+def needed(rows: Rows, p: Presliding) -> Array:
+    """The force that moves an axis along a record.
+
+    Parameters
+    ----------
+    rows : Rows
+        The record.
+    p : Presliding
+        The axis.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        N, filtered and decimated, without rows that stand.
+    """
+    dt = rows.run.dt
+    way = np.ascontiguousarray(smoothed(rows.run.x, rows.corner, dt))
+    friction = np.empty_like(way)
+    room = np.empty(max(len(p.shares), 1))
+    compiled(rubbed)(p, way, rows.force - p.offset, dt, room, friction)
+    carried = p.mass * rows.a + p.viscous * rows.v
+    rough = late(friction, HELD) + p.asymmetry * np.abs(rows.v) + p.offset
+    table = evened(rows, np.stack([carried, rough], axis=1), [1])
+    return np.asarray(table.sum(axis=1))
+
+
+def disturbed(problem: Problem, z: Array, shape: Shape) -> tuple[list[Array], list[Array]]:
+    """Forces that nobody measured, and what each parameter adds to what they were found from.
+
+    They are the difference of what moves the axis along the record and along the free run: both
+    pass the same filters, and what these make of sudden changes of the friction drops out.
+
+    Parameters
+    ----------
+    problem : Problem
+        The search that found the parameters.
+    z : ndarray, shape (p,)
+        Scaled parameters.
+    shape : Shape
+        Which they are.
+
+    Returns
+    -------
+    missed : list[ndarray]
+        Shape (m,) per piece that is long enough, N, less what the parameters can take up.
+    taken : list[ndarray]
+        Shape (m, p) per piece.
+    """
+    low, _, scale = bounds(z, shape)
+    model, high = problem.model(z, shape), np.full(len(z), np.inf)
+    missed, taken = [], []
+    for pieces, error in zip(problem.pieces, problem.missed(z, shape), strict=True):
+        for first, many in zip(pieces.starts.tolist(), pieces.lengths.tolist(), strict=True):
+            if many < _LEAST * pieces.rows.factor:
+                continue
+            at = slice(first, first + many)
+            real = _part(pieces.rows, at, pieces.rows.run.x[at])
+            free = _part(pieces.rows, at, pieces.rows.run.x[at] - error[at])
+
+            def force(z: Array, one: Rows = real) -> Array:
+                return needed(one, problem.model(z, shape))
+
+            missed.append(force(z) - needed(free._replace(still=real.still), model))
+            taken.append(central(force, z, nudges(z, scale, False), low, high))
+    if not missed:
+        return missed, taken
+    table = np.concatenate(taken)
+    left = np.concatenate(missed)
+    left = left - table @ np.linalg.lstsq(table, left, rcond=None)[0]
+    # Where an axis sticks a little elsewhere than its model, they differ much, for a few rows.
+    most = _MOST * 1.4826 * float(np.median(np.abs(left)))
+    left = np.clip(left, -most, most)
+    return np.split(left, np.cumsum([len(m) for m in missed])[:-1]), taken
+
+
+def _part(rows: Rows, at: slice, x: Array) -> Rows:
+    """Part of a record, at other positions."""
+    run = Run(rows.run.t[at], rows.run.u[at], x)
+    made = differences(run, rows.force[at], rows.corner, rows.factor)
+    return made._replace(thin=rows.thin)
