@@ -6,7 +6,7 @@ records, or to the pieces that rigid friction is fitted to.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -245,9 +245,10 @@ def _spread(problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse:
     missed = np.concatenate(problem.missed(z, shape))
     slopes = problem.slopes(z, shape)
     covariance = np.zeros((len(z), len(z)))
-    for k, noise in enumerate(_noises(problem, z, shape, rows, inverse)):
+    noises = _noises(problem, z, shape, rows, inverse)
+    for noise in noises:
         by, _ = axis_spread.covariance(
-            problem.pieces, model, slopes, missed, noise, warned=k == 0
+            problem.pieces, model, slopes, missed, noise, warned=noise is noises[-1]
         )
         covariance = larger(by, covariance)
 
@@ -271,13 +272,15 @@ def _spread(problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse:
 
 def _noises(
     problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse: Estimate
-) -> Iterator[axis_spread.Noise]:
-    """What may have disturbed the axis, neither of which is sure.
+) -> list[axis_spread.Noise]:
+    """What disturbed the axis, along elastic friction's way; short pieces show nothing of it.
 
-    Rigid friction's residuals hold the give of the friction too, which hides how slow forces are;
-    along elastic friction's way there are few rows, and none of short pieces.
+    Rigid friction's residuals hold the give of the friction, too. How strong slow forces are shows
+    neither way for sure: then both count.
     """
-    yield axis_spread.disturbance(rows, inverse)
+    rigid = axis_spread.disturbance(rows, inverse)
     forces, taken = disturbed(problem, z, shape)
-    if forces:
-        yield axis_spread.noise(rows, problem.model(z, shape), forces, taken)
+    if not forces:
+        return [rigid]
+    own = axis_spread.noise(rows, problem.model(z, shape), forces, taken)
+    return [own, rigid] if own.unshown or rigid.unshown else [own]

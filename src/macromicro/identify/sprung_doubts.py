@@ -49,11 +49,12 @@ def covariance(
         notice(ConvergenceWarning, "output error: not settled; the last values are returned")
     used = np.flatnonzero(np.abs(best.slopes).max(axis=0) > 0.0)
     spread = np.full((best.slopes.shape[1],) * 2, np.nan)
-    rounded = _rounded(records, best, used)
-    if rounded is None:
-        disturbed = scattered(records, best, used, lag, speed=speed)
-        rounded = larger(_coloured(records, best, used), disturbed)
-    spread[np.ix_(used, used)] = rounded
+    known = _rounded(records, best, used)
+    if known is None:
+        known, repeats = scattered(records, best, used, lag, speed=speed)
+        if not repeats:  # nor is what repeats along the way a noise of any colour
+            known = larger(_coloured(records, best, used), known)
+    spread[np.ix_(used, used)] = known
     own = spread[: len(names), : len(names)]
     lost = _unseen(best.slopes[:, used], [names[k] if k < len(names) else "" for k in used])
     for name in lost:

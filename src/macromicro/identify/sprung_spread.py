@@ -18,6 +18,7 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.identify import counts
 from macromicro.identify.force_noise import Shown, binned, drawn, levels
+from macromicro.identify.ripple import Ripple, ripple
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung import Sprung, simulate
 from macromicro.identify.sprung_search import End
@@ -79,8 +80,10 @@ def scattered(
     lag: float,
     *,
     speed: bool,
-) -> Array:
+) -> tuple[Array, bool]:
     """Covariance by drawn forces and noise of the sensor.
+
+    A force that repeats along the way is drawn in any phase.
 
     Parameters
     ----------
@@ -97,15 +100,19 @@ def scattered(
 
     Returns
     -------
-    ndarray, shape (p, p)
+    found : ndarray, shape (p, p)
         Of these columns.
+    repeats : bool
+        Whether most of the force repeats along the way.
     """
     residuals = parted(records, best.residual)
     slopes = best.slopes[:, used]
-    shown = [
-        _shown(r, np.column_stack([part, e]), best.axis, speed)
+    pushed = [
+        _pushed(r, np.column_stack([part, e]), best.axis, speed)
         for r, part, e in zip(records, parted(records, slopes), residuals, strict=True)
     ]
+    cog = None if speed else _repeated(records, pushed)
+    shown = [_shown(r, w, best.axis, speed) for r, w in zip(records, pushed, strict=True)]
     told = levels(shown, _DRAWS, max(len(r.x) * r.dt for r in records), records[0].dt)
     random = np.random.default_rng(0)  # the same data give the same errors
     starts = best.starts.tolist()
@@ -118,12 +125,15 @@ def scattered(
         errors = []
         for r, (x, v), y, step in zip(records, starts, free, steps, strict=True):
             push = r.u + drawn(level, len(r.u), r.dt, random)
+            if cog is not None:
+                push += cog.at(y, random.uniform(0.0, 2.0 * np.pi))
             moved = simulate(best.axis, push, r.dt, x, v, lag)[int(speed)]
             errors.append(moved - y + counts.noise(moved, level.sensor, step, random))
         asked.append((back @ np.concatenate(errors)) / size)
     scatter = np.array(asked)
     count = len(best.residual)
-    return np.asarray(scatter.T @ scatter / _DRAWS * count / max(count - len(used), 1))
+    found = np.asarray(scatter.T @ scatter / _DRAWS * count / max(count - len(used), 1))
+    return found, cog is not None
 
 
 def parted(records: Sequence[Run], rows: Array) -> list[Array]:
@@ -144,7 +154,31 @@ def parted(records: Sequence[Run], rows: Array) -> list[Array]:
     return np.split(rows, np.cumsum([len(r.x) for r in records])[:-1])
 
 
-def _shown(r: Run, every: Array, p: Sprung, speed: bool) -> Shown:
+def _repeated(records: Sequence[Run], pushed: list[Array]) -> Ripple | None:
+    """A force that repeats along the way, taken off what is left; None where there is none."""
+    places = [r.x[1:-1] for r in records]
+    found = ripple([w[:, -1] for w in pushed], places, [w[:, :-1] for w in pushed])
+    if found is not None:
+        for w, place in zip(pushed, places, strict=True):
+            w[:, -1] -= found.at(place)
+    return found
+
+
+def _pushed(r: Run, every: Array, p: Sprung, speed: bool) -> Array:
+    """The force that would account for columns of positions or speeds, shape (n - 2, p + 1)."""
+    h = r.dt
+    bend, slope = p.mass / (h * h), 0.5 * p.viscous / h
+    before, now, after = every[:-2], every[1:-1], every[2:]
+    if speed:
+        rate = 0.5 * p.mass / h
+        fallen = np.cumsum(every, axis=0)[1:-1] - 0.5 * now  # the place, by the trapezoidal rule
+        return np.asarray(rate * (after - before) + p.viscous * now + p.spring * h * fallen)
+    return np.asarray(
+        (bend - slope) * before + (p.spring - 2.0 * bend) * now + (bend + slope) * after
+    )
+
+
+def _shown(r: Run, pushed: Array, p: Sprung, speed: bool) -> Shown:
     """Periodogram of the force that would account for a residual, and what it answers to.
 
     A force held for a sample moves the second difference of a position by the mean of two forces,
@@ -154,8 +188,8 @@ def _shown(r: Run, every: Array, p: Sprung, speed: bool) -> Shown:
     ----------
     r : Run
         The record.
-    every : ndarray, shape (n, p + 1)
-        Slopes of the residual, and the residual.
+    pushed : ndarray, shape (n, p + 1)
+        Forces that would account for slopes of the residual, and for the residual.
     p : Sprung
         As found.
     speed : bool
@@ -166,17 +200,14 @@ def _shown(r: Run, every: Array, p: Sprung, speed: bool) -> Shown:
     Shown
         Of this record.
     """
-    h, n = r.dt, len(every) - 2
+    h, n = r.dt, len(pushed)
     turn = 2.0 * np.pi * np.arange(n // 2 + 1) / n
     bend, slope = p.mass / (h * h), 0.5 * p.viscous / h
-    before, now, after = every[:-2], every[1:-1], every[2:]
     if speed:
-        rate = 0.5 * p.mass / h
-        fallen = np.cumsum(every, axis=0)[1:-1] - 0.5 * now  # the place, by the trapezoidal rule
-        w = rate * (after - before) + p.viscous * now + p.spring * h * fallen
         placed = 0.5 * p.spring * h / np.tan(0.5 * np.maximum(turn, turn[1]))
-        response = p.viscous + 1j * (2.0 * rate * np.sin(turn) - placed)
+        response = p.viscous + 1j * (p.mass / h * np.sin(turn) - placed)
     else:
-        w = (bend - slope) * before + (p.spring - 2.0 * bend) * now + (bend + slope) * after
         response = p.spring - 2.0 * bend * (1.0 - np.cos(turn)) + 2j * slope * np.sin(turn)
-    return binned(w[:, -1], h, np.cos(0.5 * turn) ** 2, np.abs(response) ** 2, w[:, :-1])
+    return binned(
+        pushed[:, -1], h, np.cos(0.5 * turn) ** 2, np.abs(response) ** 2, pushed[:, :-1]
+    )
