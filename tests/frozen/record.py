@@ -14,12 +14,14 @@ import dataclasses
 import json
 import math
 import os
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 FOLDER = Path(__file__).parent
+_NUMBER = re.compile(r"(?<![\w.])([-+]?\d+\.\d+(?:e[-+]?\d+)?)(?![\w.])")
 _WHOLE = 40  # longer arrays are summed up
 
 
@@ -87,7 +89,20 @@ def _differences(old: Any, new: Any, rel: float, absolute: float, where: str) ->
     elif _numbers(old, new):
         if not math.isclose(old, new, rel_tol=rel, abs_tol=absolute):
             yield f"{where or 'value'}: {old!r} became {new!r}"
+    elif isinstance(old, str) and isinstance(new, str):
+        yield from _worded(old, new, rel, absolute, where)
     elif old != new:
+        yield f"{where or 'value'}: {old!r:.80} became {new!r:.80}"
+
+
+def _worded(old: str, new: str, rel: float, absolute: float, where: str) -> Any:
+    """Texts whose words are the same and whose numbers are as near as other numbers."""
+    parts, found = (_NUMBER.split(text) for text in (old, new))
+    alike = parts[::2] == found[::2] and all(
+        math.isclose(float(a), float(b), rel_tol=rel, abs_tol=absolute)
+        for a, b in zip(parts[1::2], found[1::2], strict=True)
+    )
+    if not alike:
         yield f"{where or 'value'}: {old!r:.80} became {new!r:.80}"
 
 
