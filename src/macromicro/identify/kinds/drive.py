@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from macromicro.errors import InputError
+from macromicro.identify.driven import Driven
 from macromicro.identify.kinds import model_file, presliding, sprung, testing
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.picking import RUN, Picked, Role, railed, runs
@@ -138,7 +139,7 @@ def identify(picking: Picking, options: Options) -> Result:
     unseen = [(table.file, run) for table in others for run in measured(table)]
     if options.structure in FRICTIONS:
         told = presliding.Records(records, unseen, force, x_unit, units)
-        driven = presliding.Driven(gain, options.limit, delay)
+        driven = Driven(gain, options.limit, delay)
         return presliding.identify(told, options.structure, options.along, driven)
     fit = drive(
         [r.t for r in records],
