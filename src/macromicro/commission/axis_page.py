@@ -26,6 +26,8 @@ MEANINGS = {
     "coulomb": "sliding friction",
     "offset": "constant force",
     "lag": "lag of the effort",
+    "sine": "gravity, by the angle's sine",
+    "cosine": "gravity, by its cosine",
     "resonance": "resonance of the structure",
     "antiresonance": "antiresonance, the load on the drive",
     "damping": "damping ratio of the load on the drive",

@@ -170,14 +170,22 @@ class Creep:
         Control period, s.
     target : float, optional
         Position at which it ends, m.
+    push : float, optional
+        Largest effort, in breakaways.
     """
 
     def __init__(
-        self, way: float, speed: float, breakaway: float, dt: float, target: float = math.nan
+        self,
+        way: float,
+        speed: float,
+        breakaway: float,
+        dt: float,
+        target: float = math.nan,
+        push: float = PUSH,
     ) -> None:
         self.way, self.speed, self.target = way, speed, target
         self.rise = breakaway / _RISE * dt
-        self.most = PUSH * breakaway
+        self.most = push * breakaway
         self.effort = 0.0
         self.still, self.at = 0.0, math.nan
         self.slow = 0.02 * speed * _HELD  # less motion in that time is none

@@ -10,8 +10,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from macromicro.commission.probing import MOVED, Ramp, started
-from macromicro.commission.stand import SENSOR, Caution, CommissionError, Stand
+from macromicro.commission.stand import SENSOR, Caution, CommissionError, Pull, Stand
 
 QUIET = 0.5  # s without effort, which show whether it sinks
 SINKING = 20.0  # s in which it must come to its end
@@ -32,10 +34,20 @@ class Weight(NamedTuple):
         without.
     breakaway : float
         By how much more, and less, effort starts it, V; 0 where it stays without.
+    sine, cosine : float, optional
+        Effort that holds an eccentric load that turns, V at the D/A: so many times the angle's
+        sine and cosine, counted as its encoder does in this session.
     """
 
     hold: float
     breakaway: float
+    sine: float = 0.0
+    cosine: float = 0.0
+
+    @property
+    def pull(self) -> Pull:
+        """What depends on the angle."""
+        return Pull(self.sine, self.cosine)
 
 
 class Lift:
@@ -122,15 +134,14 @@ def found(stand: Stand, caution: Caution, speed: float, lifted: float) -> Weight
     quiet = stand.drive(lambda t, x, v: 0.0, QUIET, free)
     if quiet.ended == SENSOR:
         raise CommissionError("the encoder gives no value: look at its cable and supply")
-    way = float(quiet.x[-1] - quiet.x[0])
-    if abs(way) <= MOVED * stand.pitch:
+    if np.ptp(quiet.x) <= MOVED * stand.pitch:
         return Weight(0.0, 0.0)
     if not stand.rest(free, SINKING):
         raise CommissionError(
             f"the axis moves without effort, and still does after {SINKING:.0f} s: hold or balance "
             "it first"
         )
-    sinks = math.copysign(1.0, way)
+    sinks = math.copysign(1.0, stand.position() - float(quiet.x[0]))
     for sign in (1.0, -1.0):
         ramp = Ramp(
             sign, 0.0, caution.effort / _RAMP * stand.dt, caution.effort, MOVED * stand.pitch
