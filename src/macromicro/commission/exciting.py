@@ -106,8 +106,8 @@ def excite(
         most = stand.pull.most
         held = f", {most:.3g} V hold its load," if most else ""
         raise CommissionError(
-            f"{found.breakaway:.3g} V start the axis{held} and {caution.effort:.3g} V are all that it "
-            "may be given: nothing is left to accelerate it; allow a larger --effort"
+            f"{found.breakaway:.3g} V start the axis{held} and {caution.effort:.3g} V are all "
+            "that it may be given: nothing is left to accelerate it; allow a larger --effort"
         )
     records: list[Record] = []
     window = caution._replace(low=ends.low, high=ends.high)

@@ -293,7 +293,7 @@ def _step(axis: Axis, name: str, dt: float) -> float:
     if name == "back":
         return -_STEP if axis.back > 0.5 else _STEP  # into what may be
     if name in ("offset", "sine", "cosine"):
-        return _STEP * max(abs(getattr(axis, name)), axis.coulomb)
+        return float(_STEP * max(abs(getattr(axis, name)), axis.coulomb))
     return float(_STEP * max(abs(getattr(axis, name)), 1e-9))
 
 
