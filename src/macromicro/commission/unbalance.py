@@ -58,7 +58,15 @@ def found(
         As `weight.found`, or the load is heavier than what it may be given can turn.
     """
     first = weight.found(stand, caution, speed, lifted)
-    way = direction(stand, caution)
+    try:
+        way = direction(stand, caution)
+    except CommissionError:  # it may have leant on an end all the time
+        free = caution._replace(speed=math.inf, low=-math.inf, high=math.inf)
+        raised = (weight.off_its_end(stand, free, s, speed, lifted) for s in (-1.0, 1.0))
+        leant = next((one for one in raised if one is not None), None)
+        if first.hold or leant is None:
+            raise
+        first, way = leant, direction(stand, caution)
     friction = 0.5 * (way.forward + way.backward)
     at = [stand.position()]
     torque = [stand.hold + stand.sign * 0.5 * (way.forward - way.backward)]

@@ -142,19 +142,48 @@ def found(stand: Stand, caution: Caution, speed: float, lifted: float) -> Weight
             "it first"
         )
     sinks = math.copysign(1.0, stand.position() - float(quiet.x[0]))
+    held = off_its_end(stand, free, sinks, speed, lifted)
+    if held is None:
+        raise CommissionError(
+            f"the axis sinks without effort, and {caution.effort:.3g} V of either sign do not lift "
+            "and hold it: is the amplifier on, is a brake closed, or must --effort be larger?"
+        )
+    return held
+
+
+def off_its_end(
+    stand: Stand, caution: Caution, sinks: float, speed: float, lifted: float
+) -> Weight | None:
+    """Lift what leans on its end, and hold it from now on.
+
+    Parameters
+    ----------
+    stand : Stand
+        The axis, at rest.
+    caution : Caution
+        What it may not pass.
+    sinks : float
+        Which way it sinks, 1 or -1 in counts.
+    speed : float
+        Of the creep, m/s.
+    lifted : float
+        How far it is lifted, m.
+
+    Returns
+    -------
+    Weight | None
+        What holds it; None where no effort of either sign lifts it.
+    """
     for sign in (1.0, -1.0):
         ramp = Ramp(
             sign, 0.0, caution.effort / _RAMP * stand.dt, caution.effort, MOVED * stand.pitch
         )
         law = Lift(ramp, sinks, stand.pitch, lifted, speed, stand.dt)
-        stand.drive(law, 3.0 * _RAMP, free)
+        stand.drive(law, 3.0 * _RAMP, caution)
         if law.held:
-            return _measured(stand, sign, sign * law.effort, free)
-        stand.rest(free, SINKING)
-    raise CommissionError(
-        f"the axis sinks without effort, and {caution.effort:.3g} V of either sign do not lift and "
-        "hold it: is the amplifier on, is a brake closed, or must --effort be larger?"
-    )
+            return _measured(stand, sign, sign * law.effort, caution)
+        stand.rest(caution, SINKING)
+    return None
 
 
 def _measured(stand: Stand, sign: float, hold: float, caution: Caution) -> Weight:
