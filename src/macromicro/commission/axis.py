@@ -93,8 +93,9 @@ def _ends_intent(work: Work) -> str:
     o, p = work.options, work.stand.place
     push = probing.PUSH * direction_of(work).surely(o.effort)
     if o.low is not None and o.high is not None:
+        which = "Nothing ends its way: a window" if o.endless else "The window that was named"
         return (
-            f"The window that was named is used, {o.low * p.per:.4g} to {o.high * p.per:.4g} "
+            f"{which} is used, {o.low * p.per:.4g} to {o.high * p.per:.4g} "
             f"{p.unit} from where the axis stands now. Nothing moves."
         )
     return (

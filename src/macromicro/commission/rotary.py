@@ -78,7 +78,8 @@ def settings(work: Work, found: Model, ends: Ends | None) -> dict[str, str]:
     load, low = eccentric.of(found.axis), axis.ends_of(work).low
     zero = low if ends is None else ends.low
     load = load._replace(hangs=load.hangs - (zero - low))
-    return axis_settings.turned(axis.settings(work, found, ends), load)
+    made = axis_settings.turned(axis.settings(work, found, ends), load)
+    return axis_settings.endless(made) if work.options.endless else made
 
 
 def estimates(found: Model) -> dict[str, Estimate]:

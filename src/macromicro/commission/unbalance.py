@@ -55,16 +55,17 @@ def found(
     Raises
     ------
     CommissionError
-        As `weight.found`, or the load is heavier than what it may be given can turn.
+        It moves without an end, does not start, or no effort turns its load.
     """
-    first = weight.found(stand, caution, speed, lifted)
+    free = caution._replace(speed=math.inf, low=-math.inf, high=math.inf)
+    sinks, first = weight.sunk(stand, free), Weight(0.0, 0.0)
     try:
         way = direction(stand, caution)
-    except CommissionError:  # it may have leant on an end all the time
-        free = caution._replace(speed=math.inf, low=-math.inf, high=math.inf)
-        raised = (weight.off_its_end(stand, free, s, speed, lifted) for s in (-1.0, 1.0))
+    except CommissionError:  # it leans on an end
+        ways = (sinks,) if sinks else (-1.0, 1.0)
+        raised = (weight.off_its_end(stand, free, s, speed, lifted) for s in ways)
         leant = next((one for one in raised if one is not None), None)
-        if first.hold or leant is None:
+        if leant is None:
             raise
         first, way = leant, direction(stand, caution)
     friction = 0.5 * (way.forward + way.backward)

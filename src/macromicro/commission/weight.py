@@ -131,17 +131,9 @@ def found(stand: Stand, caution: Caution, speed: float, lifted: float) -> Weight
         It sinks without an end, or no effort lifts it.
     """
     free = caution._replace(speed=math.inf, low=-math.inf, high=math.inf)
-    quiet = stand.drive(lambda t, x, v: 0.0, QUIET, free)
-    if quiet.ended == SENSOR:
-        raise CommissionError("the encoder gives no value: look at its cable and supply")
-    if np.ptp(quiet.x) <= MOVED * stand.pitch:
+    sinks = sunk(stand, free)
+    if not sinks:
         return Weight(0.0, 0.0)
-    if not stand.rest(free, SINKING):
-        raise CommissionError(
-            f"the axis moves without effort, and still does after {SINKING:.0f} s: hold or balance "
-            "it first"
-        )
-    sinks = math.copysign(1.0, stand.position() - float(quiet.x[0]))
     held = off_its_end(stand, free, sinks, speed, lifted)
     if held is None:
         raise CommissionError(
@@ -149,6 +141,43 @@ def found(stand: Stand, caution: Caution, speed: float, lifted: float) -> Weight
             "and hold it: is the amplifier on, is a brake closed, or must --effort be larger?"
         )
     return held
+
+
+def sunk(stand: Stand, caution: Caution) -> float:
+    """Whether the axis moves without effort; it stands then.
+
+    Parameters
+    ----------
+    stand : Stand
+        The axis.
+    caution : Caution
+        What it may not pass.
+
+    Returns
+    -------
+    float
+        Which way it went in the end, 1 or -1 in counts; 0 where it stays.
+
+    Raises
+    ------
+    CommissionError
+        It moves without an end, or the encoder gives nothing.
+    """
+    quiet = stand.drive(lambda t, x, v: 0.0, QUIET, caution)
+    if quiet.ended == SENSOR:
+        raise CommissionError("the encoder gives no value: look at its cable and supply")
+    start, waited = float(quiet.x[0]), 0.0
+    if np.ptp(quiet.x) <= MOVED * stand.pitch:
+        return 0.0
+    while np.ptp(quiet.x) > MOVED * stand.pitch:  # what swings stands for a while as it turns
+        if waited > SINKING or not stand.rest(caution, SINKING):
+            raise CommissionError(
+                f"the axis moves without effort, and still does after {SINKING:.0f} s: hold or "
+                "balance it first"
+            )
+        quiet = stand.drive(lambda t, x, v: 0.0, QUIET, caution)
+        waited += QUIET
+    return math.copysign(1.0, stand.position() - start)
 
 
 def off_its_end(
