@@ -81,8 +81,11 @@ def found(
                     break
                 if not _crept(stand, target, friction, caution._replace(speed=speed)):
                     break
+                one = _torque(stand, way, friction, caution)
+                if one is None:
+                    break
                 at.append(stand.position())
-                torque.append(_torque(stand, way, friction, caution))
+                torque.append(one)
                 _hold(stand, at, torque)
             _crept(stand, at[0], friction, caution._replace(speed=speed))
     finally:
@@ -91,6 +94,12 @@ def found(
     if held is None:
         stand.hold, stand.pull = first.hold, BALANCED
         return first
+    if held.most + friction > caution.effort:
+        raise CommissionError(
+            f"gravity takes up to {held.most:.3g} V on its eccentric load and {friction:.3g} V "
+            f"start it, and {caution.effort:.3g} V are all that it may be given: balance it, or "
+            "allow a larger --effort"
+        )
     stand.pull = held
     return Weight(0.0, friction, held.sine, held.cosine)
 
@@ -160,16 +169,12 @@ def _crept(stand: Stand, target: float, friction: float, caution: Caution) -> bo
     return not (law.stuck or record.ended) and way * (stand.position() - target) > -stand.pitch
 
 
-def _torque(stand: Stand, way: Direction, friction: float, caution: Caution) -> float:
-    """What gravity takes where it stands, V at the D/A."""
-    start = stand.pull.at(stand.position())
-    try:
-        ahead, back = (
-            started(stand, sign, caution, way.noise, _ABOUT * friction).effort
-            for sign in (1.0, -1.0)
-        )
-    except CommissionError as error:
-        raise CommissionError(
-            f"{error}; gravity takes {abs(start):.3g} V of that where it stands"
-        ) from None
-    return start + stand.sign * 0.5 * (ahead - back)
+def _torque(stand: Stand, way: Direction, friction: float, caution: Caution) -> float | None:
+    """What gravity takes where it stands, V at the D/A; None where an end holds it."""
+    start, efforts = stand.pull.at(stand.position()), []
+    for sign in (1.0, -1.0):
+        try:
+            efforts.append(started(stand, sign, caution, way.noise, _ABOUT * friction).effort)
+        except CommissionError:
+            return None
+    return start + stand.sign * 0.5 * (efforts[0] - efforts[1])
