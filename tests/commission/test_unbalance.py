@@ -98,13 +98,8 @@ def test_a_balanced_load_has_none_and_a_constant_torque_stays_one() -> None:
 
 
 def test_what_it_may_be_given_must_hold_its_load() -> None:
-    with pytest.raises(CommissionError, match="does not move at 4 V"):
+    with pytest.raises(CommissionError, match=r"up to 5.* V on its eccentric load.*balance it, or"):
         unbalance.found(stand(rig(6.0, 80.0 * DEG)), Caution(4.0, math.inf), 0.5, 0.02, WINDOW)
-
-
-def test_what_gravity_takes_at_its_worst_is_left_for_the_effort() -> None:
-    with pytest.raises(CommissionError, match="balance it, or allow a larger --effort"):
-        unbalance.found(stand(rig(3.0, 0.0)), Caution(3.7, math.inf), SPEED, LIFTED, (-0.8, 0.8))
 
 
 def test_a_torque_is_gravity_s_where_sine_and_cosine_explain_it() -> None:

@@ -60,14 +60,14 @@ def found(
     free = caution._replace(speed=math.inf, low=-math.inf, high=math.inf)
     sinks, first = weight.sunk(stand, free), Weight(0.0, 0.0)
     try:
-        way = direction(stand, caution)
+        way = direction(stand, caution, True)
     except CommissionError:  # it leans on an end
         ways = (sinks,) if sinks else (-1.0, 1.0)
         raised = (weight.off_its_end(stand, free, s, speed, lifted) for s in ways)
         leant = next((one for one in raised if one is not None), None)
         if leant is None:
             raise
-        first, way = leant, direction(stand, caution)
+        first, way = leant, direction(stand, caution, True)
     friction = 0.5 * (way.forward + way.backward)
     at = [stand.position()]
     torque = [stand.hold + stand.sign * 0.5 * (way.forward - way.backward)]
@@ -174,7 +174,8 @@ def _torque(stand: Stand, way: Direction, friction: float, caution: Caution) -> 
     start, efforts = stand.pull.at(stand.position()), []
     for sign in (1.0, -1.0):
         try:
-            efforts.append(started(stand, sign, caution, way.noise, _ABOUT * friction).effort)
+            one = started(stand, sign, caution, way.noise, _ABOUT * friction, True)
+            efforts.append(one.effort)
         except CommissionError:
             return None
     return start + stand.sign * 0.5 * (efforts[0] - efforts[1])
