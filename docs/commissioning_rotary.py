@@ -9,8 +9,9 @@ import commissioning_axis
 import numpy as np
 from commissioning_table import Drawn
 
-from macromicro.commission import rotary
+from macromicro.commission import axis, rotary
 from macromicro.commission.running import Commissioned
+from macromicro.machines import sheets
 from macromicro.machines.rotary import as_axis
 
 
@@ -67,4 +68,34 @@ def truth(tree: Any, found: Commissioned) -> dict[str, float]:
     return commissioning_axis.truth(as_axis(tree), found)
 
 
+def eccentric(random: np.random.Generator) -> dict[str, Any]:
+    """The same with a load that hangs anywhere: 2 to 35 % of the motor's torque."""
+    made = figures(random)
+
+    def number(path: str) -> float:
+        return float(str(made[path]).split()[0])
+
+    current = min(
+        number("amplifier.current"), number("amplifier.supply") / number("motor.resistance")
+    )
+    most = number("motor.constant") * number("drive.ratio") * current
+    part = float(np.exp(random.uniform(math.log(0.02), math.log(0.35))))
+    return {
+        **made,
+        "load.unbalance": f"{part * most!r} N*m",
+        "load.hangs": f"{random.uniform(-180.0, 180.0)!r} deg",
+    }
+
+
+def hung(tree: Any, found: Commissioned) -> dict[str, float]:
+    """As `truth`, with gravity; where it hangs from the low end that was found."""
+    most, hangs = sheets.unbalanced(tree)
+    return {
+        **truth(tree, found),
+        "unbalance": sheets.per_newton(as_axis(tree)) * most,
+        "hangs": math.remainder(hangs - axis.ends_of(found.work).low, 2.0 * math.pi),
+    }
+
+
 DRAWN = Drawn(rotary.KIND, figures, truth, 100, 2032)
+ECCENTRIC = Drawn(rotary.KIND, eccentric, hung, 40, 2040)

@@ -4,8 +4,8 @@
 
 Machines are drawn over wide ranges of data-sheet figures; what cannot work is drawn anew, by the
 rules that a settings file meets, too. Each is commissioned as a person would do it, without a look
-at its figures; then what was found is compared with them. KIND is axis, hanging, rotary, piezo,
-wire, xy, two_stage or examples; all of them without it, within some hours.
+at its figures; then what was found is compared with them. KIND is axis, hanging, rotary, eccentric,
+piezo, wire, xy, two_stage or examples; all of them without it, within some hours.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ DRAWN = {
     "axis": commissioning_axis.DRAWN,
     "hanging": commissioning_axis.HANGING,
     "rotary": commissioning_rotary.DRAWN,
+    "eccentric": commissioning_rotary.ECCENTRIC,
     "piezo": commissioning_piezo.DRAWN,
     "wire": commissioning_wire.DRAWN,
 }

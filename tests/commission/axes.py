@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, Self
 
-from macromicro.identify.axis import Axis, given, step
+from macromicro.identify.axis import Axis, acting, step
 from macromicro.rig.session import Session
 from macromicro.types import Outputs, Sample
 
@@ -52,7 +52,7 @@ class Virtual:
     def wait(self, dt: float) -> None:
         assert dt == self.dt
         self.queue.append(abs(self.effort) if self.magnitude else self.effort)
-        pull = given(self.axis, self.queue.pop(0), self.v) - self.axis.offset
+        pull = acting(self.axis, self.queue.pop(0), self.x, self.v, dt)
         level = self.axis.coulomb + self.ripple * math.sin(self.x / 0.004)
         self.v, gone = step(self.axis._replace(coulomb=level), self.v, pull, dt)
         self.x += gone

@@ -44,6 +44,9 @@ def folder(tmp_path: Path) -> Path:
         (("--rig", "mylab:bench", "--config", "x.toml"), "--config"),
         (("--creep", "9 m/s"), "--creep"),
         (("--from", "-5 mm"), "both, or none"),
+        (("--ends", "none"), "--ends: 'none'; accepted: only with --rig"),
+        (("--ends", "some", "--rig", "mylab:bench", "--pitch", "1 um"), "accepted: stops or none"),
+        (("--ends", "none", "--rig", "mylab:bench", "--pitch", "1 um"), "a kind that turns"),
         (("--rig", "mylab:bench", "--pitch", "100 um", "--effort", "8 V"), "nobody can be asked"),
     ],
 )

@@ -16,6 +16,7 @@ from macromicro.commission.procedure import Options, Work
 from macromicro.commission.running import commission
 from macromicro.commission.stand import Stand
 from macromicro.commission.weight import Weight
+from macromicro.errors import InputError
 from macromicro.identify import axis_settings
 from macromicro.identify.axis import Axis
 from macromicro.identify.axis_settings import Around
@@ -81,6 +82,52 @@ def test_the_machine_that_follows_turns_and_has_the_same_equations() -> None:
     assert sheets.plant(same, frequency) == pytest.approx(sheets.plant(plain, frequency))
     assert tree.friction.coulomb == plain.friction.coulomb
     assert tree.travel.high == plain.travel.high and tree.load.inertia == plain.load.mass
+
+
+def test_one_that_turns_on_has_a_window_and_no_stops(tmp_path: Path) -> None:
+    file = tmp_path / "on.toml"
+    file.write_text(DISC.read_text().replace("[load]\n", '[load]\nends = "none"\n'))
+    assert places.virtual(file).endless and not places.virtual(DISC).endless
+    made = work(ANGLE)
+    made.options = Options(5.0, 10.0, 0.5, 2.0, -3.0, 3.0, endless=True).checked()
+    made.found[axis.ENDS] = Ends(-3.0, 3.0, False)
+    said = {step.name: step.intent(made) for step in rotary.KIND.steps}[axis.ENDS]
+    assert said.startswith("Nothing ends its way: a window is used, -171.9 to 171.9 deg")
+    with pytest.raises(InputError, match="with a window, --from and --to"):
+        Options(5.0, 10.0, 0.5, 2.0, endless=True).checked()
+    found = Axis(0.02, 0.6, 0.15, 0.0, 0.0, 0.03, 0.02, 2e-4)
+    slides = axis_settings.values(found, Around(1.0, 8.0, 1e-4, 1e-3, 6.0, 20.0, 0.01))
+    text = axis_settings.as_toml(
+        axis_settings.endless(axis_settings.turned(slides)), "Found.", "rotary"
+    )
+    table = parsed_toml(text, "text")
+    table.pop(config.MACHINE)
+    tree = config.overridden(machines.named("rotary", "").settings, table, "text")  # type: ignore[union-attr]
+    assert tree.load.ends == "none" and "stop" not in text
+    assert (tree.travel.low, tree.travel.high) == (0.0, 6.0)
+    assert tree.guard.high == pytest.approx(6.0 + math.pi)
+
+
+@pytest.mark.slow
+def test_one_that_turns_on_is_commissioned(tmp_path: Path) -> None:
+    file = tmp_path / "on.toml"
+    file.write_text(
+        DISC.read_text().replace(
+            "[load]\n", '[load]\nends = "none"\nunbalance = "1.5 mN*m"\nhangs = "70 deg"\n'
+        )
+    )
+    place = places.virtual(file)
+    found = commission(
+        place,
+        Options(place.effort, 4.0 * math.pi, 0.5, 400 * DEG, -math.pi, math.pi, endless=True),
+    )
+    told = rotary.estimates(found.model)
+    true = machines.load(file)[1].load.unbalance * sheets.per_newton(
+        as_axis(machines.load(file)[1])
+    )
+    assert abs(told["unbalance"].value - true) < 2.0 * told["unbalance"].half
+    assert found.verified.met and found.settings.load.ends == "none"
+    assert not any("end stop" in one for one in rotary.doubts(found.work, found.model))
 
 
 @pytest.mark.slow

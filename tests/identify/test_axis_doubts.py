@@ -17,7 +17,7 @@ from macromicro.identify import drive
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_doubts import against, coarse, correlated, jumps, mixed
 from macromicro.identify.axis_inverse import Estimate, Rows
-from macromicro.identify.kinds.drive import about
+from macromicro.identify.kinds.drive_file import about
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.runs import Run
 

@@ -14,6 +14,7 @@ from macromicro.identify.axis_choice import part
 from macromicro.identify.axis_fit import _check, _split, rows_of, runs_of
 from macromicro.identify.axis_inverse import Rows, differences, fitted
 from macromicro.identify.axis_refine import free_runs, refined
+from macromicro.identify.driven import Driven
 from macromicro.identify.runs import Run
 
 DT = 1e-3
@@ -82,8 +83,7 @@ def test_one_record_or_lists_of_records() -> None:
 
 
 def rows(runs: list[Run], filtering: Filtering = USUAL, **options: Any) -> list[Rows]:
-    usual = {"gain": 1.0, "limit": None, "delay": 0, "holdout": 0.3}
-    return rows_of(runs, filtering=filtering, **{**usual, **options})
+    return rows_of(runs, Driven(filtering=filtering, **options))
 
 
 def test_the_force_is_the_gain_times_what_actslate() -> None:

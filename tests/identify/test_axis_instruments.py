@@ -9,6 +9,7 @@ from macromicro.identify import axis_fit
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_instruments import instrumented
 from macromicro.identify.axis_inverse import Estimate, Rows, differences, fitted
+from macromicro.identify.driven import Driven
 from macromicro.identify.runs import Run
 
 DT, N = 1e-3, 8000
@@ -62,7 +63,7 @@ def test_a_clean_record_gives_back_what_it_was_made_with() -> None:
     u = np.repeat(random.uniform(-60.0, 60.0, 27), 300)
     t = np.arange(len(u)) * 1e-3
     runs = axis_fit.runs_of(t, u, simulate(truth, u, 1e-3))
-    rows = axis_fit.rows_of(runs, 1.0, axis_fit.Filtering(), None, 0, 0.3)
+    rows = axis_fit.rows_of(runs, Driven())
     start = fitted(rows, "coulomb")
     found = instrumented(rows, start)
     assert found.axis.mass == pytest.approx(4.0, rel=2e-4)

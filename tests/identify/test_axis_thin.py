@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from macromicro.identify import axis_thin, drive
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_fit import DriveFit
+from macromicro.identify.driven import Driven
 from macromicro.identify.runs import Run
 
 DT = 1e-3
@@ -38,18 +39,18 @@ def test_means_move_as_the_mean_force_tells(many: int, seed: int) -> None:
 
 
 def test_short_records_stay_as_they_are() -> None:
-    assert axis_thin.factors([record(20_000)], 1.0, 0) == (1, 1)
+    assert axis_thin.factors([record(20_000)], Driven()) == (1, 1)
 
 
 def test_blocks_are_short_against_the_time_constant(monkeypatch: pytest.MonkeyPatch) -> None:
     """470 samples: 100 or more remain for regression, 30 for free runs, if so many are too many."""
     monkeypatch.setattr(axis_thin, "LONG", 1000)
     run = record(30_000)
-    assert axis_thin.factors([run], 1.0, 0) == (4, 15)
+    assert axis_thin.factors([run], Driven()) == (4, 15)
     monkeypatch.setattr(axis_thin, "LONG", 10_000)
-    assert axis_thin.factors([run], 1.0, 0) == (3, 3)
+    assert axis_thin.factors([run], Driven()) == (3, 3)
     still = run._replace(x=np.zeros(len(run.x)))
-    assert axis_thin.factors([still], 1.0, 0) == (1, 1)
+    assert axis_thin.factors([still], Driven()) == (1, 1)
 
 
 @pytest.fixture(scope="module")

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 SPEED, TRAVEL = "0.5 m/s", "500 mm"
 TURNING = "720 deg/s", "400 deg"  # of an axis that turns
+ENDLESS = "-0.5 turn", "0.5 turn"  # the window of one that turns on
+_OWN = "only with --rig: a virtual machine has its own"
 CREEP = 25.0  # the greatest speed is so many times that of the creep
 
 
@@ -83,6 +85,14 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         typer.Option("--from", help="Low end of a window, from where the axis stands: '-20 mm'."),
     ] = "",
     high: Annotated[str, typer.Option("--to", help="High end of it; no end is felt for.")] = "",
+    ends: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="none: your own rig turns on, in half a turn either way or --from and --to.",
+            show_default="stops",
+        ),
+    ] = "",
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before each step.")] = False,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on after the last step that was completed.")
@@ -115,7 +125,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
 
     kinds = formats(figures)
     if kind == commission_both.KIND:
-        _only(pitch, effort, lowest, speed, creep, travel, low, high)
+        _only(pitch, effort, lowest, speed, creep, travel, low, high, ends)
         asked = commission_both.Asked(config, rig, kiln, seed, out, overwrite, resume, yes)
         commission_both.commission(asked)
         return
@@ -125,10 +135,13 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
     given = (effort, speed, creep, travel, low, high)
     if _in_step(config, rig, (pitch, kind, lowest)):
         assert config is not None
+        if ends:
+            raise InputError("--ends", ends, _OWN)
         both = commission_plane.Asked(config, seed, out, overwrite, resume, kinds)
         commission_plane.commission(both, lambda each: _options(each, given))
         return
     place = _place(config, rig, (pitch, kind, lowest), seed)
+    place = _endless(place, ends)
     options = _options(place, given)
     names, replace = report.names(place.kind), overwrite or resume
     folder.check(out, report.BYTES, overwrite=replace, names=names)
@@ -172,7 +185,7 @@ def _only(*given: str) -> None:
     """Refuse options that both stages have no use for."""
     from macromicro.errors import InputError
 
-    names = ("pitch", "effort", "lowest", "speed", "creep", "travel", "from", "to")
+    names = ("pitch", "effort", "lowest", "speed", "creep", "travel", "from", "to", "ends")
     for name, value in zip(names, given, strict=True):
         if value:
             raise InputError(f"--{name}", value, "not with --kind two_stage")
@@ -197,7 +210,7 @@ def _place(config: Path | None, rig: str, own: tuple[str, str, str], seed: int) 
         mine = config is not None and kind not in kinds.NAMES
         for name, value in (("--pitch", pitch), ("--kind", kind), ("--lowest", lowest)):
             if value and not (name == "--kind" and mine):
-                raise InputError(name, value, "only with --rig: a virtual machine has its own")
+                raise InputError(name, value, _OWN)
         return places.virtual(config, kind)
     if config is not None:
         raise InputError("--config", str(config), "not with --rig, whose settings are to be found")
@@ -219,6 +232,8 @@ def _options(place: Place, given: tuple[str, str, str, str, str, str]) -> Option
     p = place.kind.place
     usual = TURNING if p.turns else (SPEED, TRAVEL)
     fastest = quantity(speed or usual[0], p.named("m/s"), "--speed")
+    if place.endless and not low and not high:
+        low, high = ENDLESS
     if not effort and math.isnan(place.effort):
         raise InputError("--effort", "missing", "the largest effort for this rig, as '5 V'")
     return Options(
@@ -229,7 +244,25 @@ def _options(place: Place, given: tuple[str, str, str, str, str, str]) -> Option
         quantity(low, p.base, "--from", p.unit) if low else None,
         quantity(high, p.base, "--to", p.unit) if high else None,
         place.lowest,
+        place.endless,
     ).checked()
+
+
+def _endless(place: Place, ends: str) -> Place:
+    """The place, of which a person has said whether anything ends its way."""
+    from macromicro.errors import InputError
+    from macromicro.machines.parts import NONE
+    from macromicro.machines.rotary_parts import STOPS
+
+    if not ends:
+        return place
+    if ends not in (NONE, STOPS):
+        raise InputError("--ends", ends, f"{STOPS} or {NONE}")
+    if not place.real:
+        raise InputError("--ends", ends, _OWN)
+    if not place.kind.place.turns:
+        raise InputError("--ends", ends, "only with a kind that turns, such as --kind rotary")
+    return place._replace(endless=ends == NONE)
 
 
 def _show(found: Commissioned, place: Place, out: Path) -> None:

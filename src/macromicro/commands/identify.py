@@ -90,6 +90,10 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
     eccentric: Annotated[
         bool, typer.Option("--eccentric", help="Gravity pulls at a load that turns (x an angle).")
     ] = False,
+    endless: Annotated[
+        bool,
+        typer.Option("--endless", help="It turns on: the model has no end stops (x an angle)."),
+    ] = False,
     free: Annotated[
         bool, typer.Option("--free", help="Nothing drives: a decay (columns t, x).")
     ] = False,
@@ -109,6 +113,7 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
         "spring": spring,
         "dead_zone": dead_zone,
         "eccentric": eccentric,
+        "endless": endless,
         "free": free,
     }
     _identify("drive", options, files, columns, out, overwrite, as_json)

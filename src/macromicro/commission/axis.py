@@ -20,11 +20,11 @@ from macromicro.commission.friction import FrictionMap
 from macromicro.commission.model import Model
 from macromicro.commission.probing import Direction, Ends, go
 from macromicro.commission.procedure import Kind, Step, Work
-from macromicro.commission.stand import CommissionError, Record
+from macromicro.commission.stand import BALANCED, CommissionError, Pull, Record
 from macromicro.commission.weight import Weight
 
 WEIGHT, DIRECTION = "weight", "direction"
-_LIFT = 2e-3  # of the longest way on which an end is looked for
+LIFT = 2e-3  # of the longest way on which an end is looked for
 ENDS, FRICTION, STROKES, MODES = "ends", "friction", "strokes", "modes"
 
 
@@ -67,14 +67,14 @@ def _weight_intent(work: Work) -> str:
     return (
         f"No effort for {weight.QUIET} s. If it sinks then, it is left to sink to its lower end "
         f"for up to {weight.SINKING:.0f} s, and effort rises from 0 to at most {o.effort:.3g} V of "
-        f"either sign until it is lifted by {p.per * _LIFT * o.travel:.2g} {p.unit}; it is held "
+        f"either sign until it is lifted by {p.per * LIFT * o.travel:.2g} {p.unit}; it is held "
         "there, and sinks whenever this is interrupted."
     )
 
 
 def _weight(work: Work) -> Weight:
     o = work.options
-    return weight.found(work.stand, o.caution(float("inf")), o.creep, _LIFT * o.travel)
+    return weight.found(work.stand, o.caution(float("inf")), o.creep, LIFT * o.travel)
 
 
 def _direction_intent(work: Work) -> str:
@@ -93,8 +93,9 @@ def _ends_intent(work: Work) -> str:
     o, p = work.options, work.stand.place
     push = probing.PUSH * direction_of(work).surely(o.effort)
     if o.low is not None and o.high is not None:
+        which = "Nothing ends its way: a window" if o.endless else "The window that was named"
         return (
-            f"The window that was named is used, {o.low * p.per:.4g} to {o.high * p.per:.4g} "
+            f"{which} is used, {o.low * p.per:.4g} to {o.high * p.per:.4g} "
             f"{p.unit} from where the axis stands now. Nothing moves."
         )
     return (
@@ -138,7 +139,29 @@ def _strokes_intent(work: Work) -> str:
 def _strokes(work: Work) -> list[Record]:
     o = work.options
     caution = o.caution(o.speed)
-    return exciting.excite(work.stand, direction_of(work), ends_of(work), caution, o.creep)
+    made = exciting.excite(work.stand, direction_of(work), ends_of(work), caution, o.creep)
+    pull = work.stand.pull.times(work.stand.sign)
+    if pull == BALANCED:
+        return made
+    # With what held the load, and from the low end: sessions count places from elsewhere.
+    low = ends_of(work).low
+    return [one._replace(u=one.u + pull.along(one.x), x=one.x - low) for one in made]
+
+
+def pull_of(work: Work) -> Pull:
+    """What held the load in the strokes.
+
+    Parameters
+    ----------
+    work : Work
+        With the ends found.
+
+    Returns
+    -------
+    Pull
+        In the direction of the strokes' efforts, by angles from the low end.
+    """
+    return work.stand.pull.times(work.stand.sign).seen_from(ends_of(work).low)
 
 
 def _modes_intent(work: Work) -> str:
@@ -154,8 +177,9 @@ def _modes_intent(work: Work) -> str:
 
 def _modes(work: Work) -> list[Record]:
     o = work.options
+    strokes = model.unloaded(work[STROKES], pull_of(work))
     return shaking.shaken(
-        work.stand, work[STROKES], direction_of(work), ends_of(work), o.caution(o.speed), o.creep
+        work.stand, strokes, direction_of(work), ends_of(work), o.caution(o.speed), o.creep
     )
 
 
@@ -184,7 +208,9 @@ def fitted(work: Work) -> Model:
         The strokes do not tell mass and friction apart.
     """
     found: FrictionMap = work[FRICTION]
-    made = model.fitted(work[STROKES], work.stand.dt, found.mean, found.spread, slid=found.slid)
+    made = model.fitted(
+        work[STROKES], work.stand.dt, found.mean, found.spread, found.slid, pull_of(work)
+    )
     made = made._replace(hold=work.stand.sign * work.stand.hold)
     return made.shaken(mode.found(work[MODES], work.stand.dt))
 

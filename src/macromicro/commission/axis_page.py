@@ -26,6 +26,8 @@ MEANINGS = {
     "coulomb": "sliding friction",
     "offset": "constant force",
     "lag": "lag of the effort",
+    "sine": "gravity, by the angle's sine",
+    "cosine": "gravity, by its cosine",
     "resonance": "resonance of the structure",
     "antiresonance": "antiresonance, the load on the drive",
     "damping": "damping ratio of the load on the drive",
@@ -107,7 +109,7 @@ def doubts(work: Work, model: Model) -> list[str]:
             "Nothing but effort holds it: it sinks when the drive is off, and when a guard ends a "
             "run. A brake or a balance would hold it."
         )
-    if not work["ends"].found:
+    if not work["ends"].found and not work.options.endless:
         said.append("The window was named; no end stop was felt for.")
     friction = work["friction"]
     known = [e for e in (*friction.forward, *friction.backward) if not math.isnan(e)]

@@ -101,11 +101,13 @@ def excite(
         Too little effort is left, or hardly a stroke stayed within its limits.
     """
     least = found.surely(caution.effort)
-    room = caution.effort - least
+    room = caution.effort - stand.pull.most - least
     if room < 0.1 * found.breakaway:
+        most = stand.pull.most
+        held = f", {most:.3g} V hold its load," if most else ""
         raise CommissionError(
-            f"{found.breakaway:.3g} V start the axis and {caution.effort:.3g} V are all that it "
-            "may be given: nothing is left to accelerate it; allow a larger --effort"
+            f"{found.breakaway:.3g} V start the axis{held} and {caution.effort:.3g} V are all "
+            "that it may be given: nothing is left to accelerate it; allow a larger --effort"
         )
     records: list[Record] = []
     window = caution._replace(low=ends.low, high=ends.high)

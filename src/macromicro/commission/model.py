@@ -17,9 +17,10 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.commission import uneven
-from macromicro.commission.stand import CommissionError, Record
+from macromicro.commission.stand import BALANCED, CommissionError, Pull, Record
 from macromicro.commission.uneven import Fit, Level, held
 from macromicro.identify.axis import Axis, late, simulate
+from macromicro.identify.axis_inverse import ECCENTRIC
 
 if TYPE_CHECKING:
     from macromicro.commission.mode import Mode
@@ -35,6 +36,8 @@ UNITS = {
     "resonance": "Hz",
     "antiresonance": "Hz",
     "damping": "1",
+    "sine": "V",
+    "cosine": "V",
 }
 FITTED = ("mass", "viscous", "coulomb", "offset", "lag")
 _BY_LIMIT = ("limit", "back")  # what a limited force shows as well
@@ -45,7 +48,7 @@ _LIMITED = 0.7  # a limit must lower the error to that part
 _FINER = 2  # times that the best speed's neighbours are halved
 # Standard deviation of what this model leaves out (bristles, the current's rise), as a part of the
 # value: seen on 12 random axes of docs/make_commissioning.py, and checked on 40 others there.
-_LEFT_OUT = {"mass": 0.002, "viscous": 0.003, "coulomb": 0.006, "offset": 0.0, "lag": 0.0}
+_LEFT_OUT = {"mass": 0.002, "viscous": 0.003, "coulomb": 0.006}
 # The same of a constant force, as a part of the sliding friction (the D/A rounds what holds a
 # weight to one of its steps): seen on 15 axes that sink, and checked on others.
 _CONSTANT = 0.0007
@@ -138,15 +141,24 @@ class Model(NamedTuple):
         float
             In the parameter's unit.
         """
+        k = self.names.index(name)
+        return self.within * math.sqrt(max(float(self.covariance[k, k]), 0.0))
+
+    @property
+    def within(self) -> float:
+        """Standard errors in half of a 95 % interval."""
         from scipy.stats import t
 
-        k = self.names.index(name)
-        factor = float(t.ppf(0.5 + 0.5 * _SHARE, self.freedom))
-        return factor * math.sqrt(max(float(self.covariance[k, k]), 0.0))
+        return float(t.ppf(0.5 + 0.5 * _SHARE, self.freedom))
 
 
 def fitted(
-    strokes: Sequence[Record], dt: float, breakaway: float, spread: float, slid: float = 0.0
+    strokes: Sequence[Record],
+    dt: float,
+    breakaway: float,
+    spread: float,
+    slid: float = 0.0,
+    pull: Pull = BALANCED,
 ) -> Model:
     """Parameters whose free runs, each from rest, are nearest to the strokes.
 
@@ -174,6 +186,9 @@ def fitted(
         Standard deviation of that along the travel, V.
     slid : float, optional
         Speed at which it slid under that effort, part of which is viscous, m/s.
+    pull : Pull, optional
+        What held an eccentric load while the strokes were made, by their places: their efforts are
+        with it, and gravity is found with the rest; nothing of a balanced one.
 
     Returns
     -------
@@ -186,13 +201,14 @@ def fitted(
         The strokes do not tell mass and friction apart.
     """
     top = _top(strokes, dt)
-    start = _limited(strokes, breakaway, dt)
+    fitted = FITTED if pull == BALANCED else (*FITTED, *ECCENTRIC)
+    start = _limited(strokes, breakaway, dt, pull)
     breakaway = max(breakaway - start.viscous * slid, 0.5 * breakaway)
     tried: dict[float, Fit] = {}
 
     def fit(speed: float) -> None:
         found = held(start._replace(stribeck_speed=speed * top), breakaway)
-        names = FITTED if math.isinf(found.limit) else (*FITTED, *_BY_LIMIT)
+        names = fitted if math.isinf(found.limit) else (*fitted, *_BY_LIMIT)
         tried[speed] = uneven.fitted(
             strokes, found, names, breakaway=breakaway, spread=spread, dt=dt
         )
@@ -205,9 +221,9 @@ def fitted(
         for k in {max(best - 1, 0), min(best, len(known) - 2)}:
             fit(math.sqrt(known[k] * known[k + 1]))
     every = list(tried.values())
-    count = len(FITTED)
+    count = len(fitted)
     squares = np.array([one.square for one in every])
-    values = np.array([[getattr(one.axis, n) for n in FITTED] for one in every])
+    values = np.array([[getattr(one.axis, n) for n in fitted] for one in every])
     drops = np.array([(one.axis.stribeck, one.axis.stribeck_speed) for one in every])
     chosen = every[int(np.argmin(squares))]
     weights = np.exp(-0.5 * chosen.freedom * (squares / squares.min() - 1.0))
@@ -225,22 +241,22 @@ def fitted(
     covariance[FITTED.index("mass"), FITTED.index("mass")] += hidden**2
     if mean[FITTED.index("lag")] < _SOONEST * dt:  # at its bound, where nothing says how sure it is
         covariance[FITTED.index("lag"), FITTED.index("lag")] += (_UNSEEN * dt) ** 2
-    left_out = np.array([_LEFT_OUT[n] for n in FITTED]) * mean
+    left_out = np.array([_LEFT_OUT.get(n, 0.0) for n in fitted]) * mean
     left_out[FITTED.index("offset")] = _CONSTANT * mean[FITTED.index("coulomb")]
     covariance += np.diag(left_out**2)
     stribeck, speed = weights @ drops
     axis = Axis(
-        **dict(zip(FITTED, mean.tolist(), strict=True)),
+        **dict(zip(fitted, mean.tolist(), strict=True)),
         stribeck=float(stribeck),
         stribeck_speed=float(speed),
         limit=chosen.axis.limit,
         back=chosen.axis.back,
     )
     rms = math.sqrt(chosen.square)
-    return Model(axis, chosen.level, FITTED, covariance, chosen.freedom, rms)
+    return Model(axis, chosen.level, fitted, covariance, chosen.freedom, rms)
 
 
-def _limited(strokes: Sequence[Record], breakaway: float, dt: float) -> Axis:
+def _limited(strokes: Sequence[Record], breakaway: float, dt: float, pull: Pull) -> Axis:
     """Where the search goes on: with a limit of the force, where that explains the strokes by far
     better than none.
 
@@ -249,8 +265,8 @@ def _limited(strokes: Sequence[Record], breakaway: float, dt: float) -> Axis:
     CommissionError
         No strokes tell mass and friction apart.
     """
-    gentle = _begun(weakest(strokes), dt)
-    start = _begun(strokes, dt) or gentle
+    gentle = _begun(weakest(strokes), dt, pull)
+    start = _begun(strokes, dt, pull) or gentle
     if start is None:
         raise CommissionError(_APART)
     gentle = gentle or start
@@ -286,12 +302,30 @@ def weakest(strokes: Sequence[Record]) -> list[Record]:
     return sorted(strokes, key=lambda s: np.abs(s.u).max())[: len(strokes) // 3]
 
 
-def _begun(strokes: Sequence[Record], dt: float) -> Axis | None:
-    """As `begun`; None where strokes do not tell."""
+def _begun(strokes: Sequence[Record], dt: float, pull: Pull) -> Axis | None:
+    """As `begun`, beside what pulls; None where strokes do not tell."""
     try:
-        return begun(strokes, dt)
+        return begun(unloaded(strokes, pull), dt)._replace(sine=pull.sine, cosine=pull.cosine)
     except CommissionError:
         return None
+
+
+def unloaded(strokes: Sequence[Record], pull: Pull) -> list[Record]:
+    """Strokes without what held an eccentric load.
+
+    Parameters
+    ----------
+    strokes : Sequence[Record]
+        Their efforts with it.
+    pull : Pull
+        What held it, by their places.
+
+    Returns
+    -------
+    list[Record]
+        Their efforts beside it, V.
+    """
+    return [one._replace(u=one.u - pull.along(one.x)) for one in strokes]
 
 
 def begun(strokes: Sequence[Record], dt: float) -> Axis:

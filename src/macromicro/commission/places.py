@@ -13,6 +13,7 @@ from macromicro.machines import compositions
 from macromicro.machines import machine as machines
 from macromicro.machines import rig as rigs
 from macromicro.machines.composition import TURNS
+from macromicro.machines.parts import NONE
 from macromicro.nominal import PERIOD
 from macromicro.plant import bench
 from macromicro.rig.opening import open_rig
@@ -67,6 +68,7 @@ def virtual(path: Path | None, kind: str = "") -> Place:
         False,
         how,
         gains.low if how.one_way else None,
+        getattr(getattr(tree, "load", None), "ends", "") == NONE,
     )
 
 

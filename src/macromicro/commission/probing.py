@@ -121,9 +121,21 @@ class Ramp:
         Largest effort, V.
     enough : float
         Motion that is looked at, m.
+    climbs : bool, optional
+        Whether gravity may grow as it goes, as a pendulum's: such a load follows the effort and
+        never slides. What has gone far was started by the effort under which it moved first.
     """
 
-    def __init__(self, way: float, effort: float, rise: float, most: float, enough: float) -> None:
+    def __init__(
+        self,
+        way: float,
+        effort: float,
+        rise: float,
+        most: float,
+        enough: float,
+        climbs: bool = False,
+    ) -> None:
+        self.climbs, self.begun, self.first = climbs, math.nan, math.nan
         self.way, self.effort, self.rise, self.most = way, effort, rise, most
         self.enough = enough
         self.slid = False
@@ -135,11 +147,12 @@ class Ramp:
     def __call__(self, t: float, x: float, v: float) -> float | None:
         """The effort of this period; None when it slides, or all effort did not move it."""
         if math.isnan(self.place):
-            self.place = x
+            self.place = self.begun = x
         moved = abs(x - self.place)
         if self.since is None:
             if moved >= self.enough:
                 self.place, self.since, self.half = x, t, None
+                self.first = self.effort if math.isnan(self.first) else self.first
             else:
                 self.effort += self.rise
         elif moved >= _FAR * self.enough:
@@ -151,6 +164,8 @@ class Ramp:
             self.slid = moved - self.half >= max(_STEADY * self.half, 0.5 * self.enough)
             self.speed = (moved - self.half) / (t - self.since - 0.5 * _HOLD)
             self.place, self.since = x, None
+        if self.climbs and not self.slid and abs(x - self.begun) >= _FAR * self.enough:
+            self.slid, self.effort, self.speed = True, self.first, math.nan
         return None if self.slid or self.effort > self.most else self.way * self.effort
 
 
@@ -170,14 +185,22 @@ class Creep:
         Control period, s.
     target : float, optional
         Position at which it ends, m.
+    push : float, optional
+        Largest effort, in breakaways.
     """
 
     def __init__(
-        self, way: float, speed: float, breakaway: float, dt: float, target: float = math.nan
+        self,
+        way: float,
+        speed: float,
+        breakaway: float,
+        dt: float,
+        target: float = math.nan,
+        push: float = PUSH,
     ) -> None:
         self.way, self.speed, self.target = way, speed, target
         self.rise = breakaway / _RISE * dt
-        self.most = PUSH * breakaway
+        self.most = push * breakaway
         self.effort = 0.0
         self.still, self.at = 0.0, math.nan
         self.slow = 0.02 * speed * _HELD  # less motion in that time is none
@@ -202,7 +225,7 @@ class Creep:
         return self.way * (self.effort if self.way * v < 2.0 * self.speed else 0.0)
 
 
-def direction(stand: Stand, caution: Caution) -> Direction:
+def direction(stand: Stand, caution: Caution, climbs: bool = False) -> Direction:
     """Ramps of effort, both ways in turn, each until the axis moves by a few counts.
 
     Parameters
@@ -211,6 +234,8 @@ def direction(stand: Stand, caution: Caution) -> Direction:
         The axis, at rest; its `sign` is set.
     caution : Caution
         What it may not pass.
+    climbs : bool, optional
+        As of `Ramp`.
 
     Returns
     -------
@@ -232,10 +257,10 @@ def direction(stand: Stand, caution: Caution) -> Direction:
         )
     moved: dict[float, list[float]] = {1.0: [], -1.0: []}
     shown: dict[float, float] = {}
-    about = {way: started(stand, way, caution, noise).effort for way in moved}
+    about = {way: started(stand, way, caution, noise, 0.0, climbs).effort for way in moved}
     for _ in range(_TRIES):
         for way, efforts in moved.items():
-            one = started(stand, way, caution, noise, about[way])
+            one = started(stand, way, caution, noise, about[way], climbs)
             shown[way] = one.moved
             efforts.append(one.effort)
     if shown[1.0] * shown[-1.0] >= 0.0:
@@ -252,7 +277,12 @@ def direction(stand: Stand, caution: Caution) -> Direction:
 
 
 def started(
-    stand: Stand, way: float, caution: Caution, noise: float, about: float = 0.0
+    stand: Stand,
+    way: float,
+    caution: Caution,
+    noise: float,
+    about: float = 0.0,
+    climbs: bool = False,
 ) -> Started:
     """A ramp of effort until the axis moves by a few counts; then it comes to rest.
 
@@ -268,6 +298,8 @@ def started(
         Counts by which the encoder changes at rest.
     about : float, optional
         What started it before, V: the ramp begins below that, and is slower; 0: not known.
+    climbs : bool, optional
+        As of `Ramp`.
 
     Returns
     -------
@@ -282,7 +314,8 @@ def started(
     start = stand.position()
     begin = _BELOW * about
     rate = caution.effort / _RAMP / (_SLOWER if about else 1.0)
-    law = Ramp(way, begin, rate * stand.dt, caution.effort, (MOVED + noise) * stand.pitch)
+    enough = (MOVED + noise) * stand.pitch
+    law = Ramp(way, begin, rate * stand.dt, caution.effort, enough, climbs)
     record = stand.drive(law, _PATIENCE, caution._replace(speed=math.inf))
     stand.rest(caution)
     if not law.slid:
@@ -291,7 +324,7 @@ def started(
             "is it held, has it hardly a way, is the amplifier on, or must --effort be larger?"
         )
     if about and law.effort <= _AT_ONCE * begin:  # less would have started it, too
-        return started(stand, way, caution, noise)
+        return started(stand, way, caution, noise, 0.0, climbs)
     return Started(law.effort, float(record.x[-1] - start), law.speed)
 
 

@@ -77,6 +77,8 @@ class Options(NamedTuple):
         The window, m from where the axis stands at the start; None: its ends are felt for.
     lowest : float | None
         Lowest effort, V; None: as far below zero as `effort` is above.
+    endless : bool
+        Whether nothing ends its way: it turns on, within a window that must be named.
     """
 
     effort: float
@@ -86,6 +88,7 @@ class Options(NamedTuple):
     low: float | None = None
     high: float | None = None
     lowest: float | None = None
+    endless: bool = False
 
     def checked(self) -> Options:
         """These options.
@@ -107,6 +110,8 @@ class Options(NamedTuple):
             raise InputError(
                 "--creep", f"{self.creep:g} m/s", f"at most --speed {self.speed:g} m/s"
             )
+        if self.endless and self.low is None:
+            raise InputError("--ends", "none", "with a window, --from and --to")
         if (self.low is None) != (self.high is None):
             raise InputError("--from and --to", "one of them", "both, or none")
         if self.low is not None and self.high is not None and not self.low <= 0.0 <= self.high:

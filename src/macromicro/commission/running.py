@@ -45,6 +45,8 @@ class Place(NamedTuple):
         What it is.
     lowest : float | None, optional
         Lowest effort that its drive takes, V; None: as far below zero as `effort` is above.
+    endless : bool, optional
+        Whether it is known that nothing ends its way.
     """
 
     name: str
@@ -55,6 +57,7 @@ class Place(NamedTuple):
     real: bool
     kind: Kind = axis.KIND
     lowest: float | None = None
+    endless: bool = False
 
     def asked(self, options: Options) -> dict[str, Any]:
         """What a resumed session must share with the one that it resumes.

@@ -69,6 +69,88 @@ class Record(NamedTuple):
     ended: str = ""
 
 
+class Pull(NamedTuple):
+    """Gravity's torque on an eccentric load that turns, sine sin x + cosine cos x.
+
+    Attributes
+    ----------
+    sine, cosine : float
+        Effort that holds it, V.
+    """
+
+    sine: float = 0.0
+    cosine: float = 0.0
+
+    @property
+    def most(self) -> float:
+        """Greatest effort that it takes, V."""
+        return math.hypot(self.sine, self.cosine)
+
+    def at(self, x: float) -> float:
+        """Effort that holds it at an angle.
+
+        Parameters
+        ----------
+        x : float
+            rad.
+
+        Returns
+        -------
+        float
+            V.
+        """
+        return self.sine * math.sin(x) + self.cosine * math.cos(x)
+
+    def along(self, x: Array) -> Array:
+        """Effort that holds it at angles.
+
+        Parameters
+        ----------
+        x : ndarray, shape (n,)
+            rad.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            V.
+        """
+        return self.sine * np.sin(x) + self.cosine * np.cos(x)
+
+    def seen_from(self, zero: float) -> Pull:
+        """The same of angles that count from elsewhere.
+
+        Parameters
+        ----------
+        zero : float
+            Where they are 0, rad.
+
+        Returns
+        -------
+        Pull
+            V.
+        """
+        c, s = math.cos(zero), math.sin(zero)
+        return Pull(self.sine * c - self.cosine * s, self.sine * s + self.cosine * c)
+
+    def times(self, factor: float) -> Pull:
+        """The same so many times as strong.
+
+        Parameters
+        ----------
+        factor : float
+            -1 turns it round.
+
+        Returns
+        -------
+        Pull
+            V.
+        """
+        return Pull(factor * self.sine, factor * self.cosine)
+
+
+BALANCED = Pull()
+
+
 class Stand:
     """An axis with an encoder, under commissioning.
 
@@ -94,6 +176,8 @@ class Stand:
     hold : float
         Effort at the D/A that holds a weight, V; a law's efforts are added to it, and what a record
         shows is without it. Where a drive ends it stays; where somebody interrupts, nothing does.
+    pull : Pull
+        The same of what depends on the angle, V at the D/A; beside `hold`, and as that.
     zero : float
         Encoder count that is position 0: that of the first reading.
     """
@@ -109,7 +193,7 @@ class Stand:
         self.place = place
         self.rig, self.dt, self.pitch, self._ended = rig, dt, pitch, ended
         self.sign, self.facing, self.zero = 1.0, 1.0, math.nan
-        self.hold = 0.0
+        self.hold, self.pull = 0.0, BALANCED
 
     def check(self) -> None:
         """Leave all outputs safe where somebody wants it to end.
@@ -124,7 +208,7 @@ class Stand:
             raise KeyboardInterrupt
 
     def drive(self, law: Law, seconds: float, caution: Caution) -> Record:
-        """Let a law drive the axis for a time; then, or where it passes a limit, only `hold`.
+        """Let a law drive the axis for a time; then, or where it passes a limit, only hold it.
 
         Parameters
         ----------
@@ -145,7 +229,7 @@ class Stand:
         KeyboardInterrupt
             As `check`.
         """
-        rows, ended = [], ""
+        rows, ended, hold = [], "", self.hold
         recent: list[float] = []
         least = max(-caution.effort, caution.lowest)
         for k in range(max(round(seconds / self.dt), 1)):
@@ -154,15 +238,17 @@ class Stand:
             v = (recent[-1] - recent[0]) / (self.dt * max(len(recent) - 1, 1))
             ended = _passed(x, v, caution)
             wanted = None if ended else law(k * self.dt, x, v)
-            held = self.sign * self.hold
+            if not math.isnan(x):  # what held it last, where nobody knows where it is
+                hold = self.hold + self.pull.at(x)
+            held = self.sign * hold
             u = 0.0 if wanted is None else min(max(wanted + held, least), caution.effort) - held
             rows.append((k * self.dt, u, x))
             self.check()
-            self.rig.write(SAFE._replace(motor=self.sign * u + self.hold))
+            self.rig.write(SAFE._replace(motor=self.sign * u + hold))
             self.rig.wait(self.dt)
             if wanted is None:
                 break
-        self.rig.write(SAFE._replace(motor=self.hold))
+        self.rig.write(SAFE._replace(motor=hold))
         t, u, x = np.array(rows).T
         return Record(t, u, x, ended)
 

@@ -145,6 +145,8 @@ def records(kept: Recording) -> list[Record]:
 def _same(where: str, before: dict[str, Any], asked: dict[str, Any]) -> None:
     """Refuse results of other options: they are of another axis, or of another window."""
     for key, value in asked.items():
+        if key not in before and not value:  # an option that came later, as it was before
+            continue
         was = before.get(key)
         near = isinstance(was, float) and math.isclose(was, value, rel_tol=1e-9)
         if was != value and not near:

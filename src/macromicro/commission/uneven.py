@@ -252,6 +252,8 @@ _LEAST = {
     "lag": 0.0,
     "limit": 0.0,
     "back": 0.0,
+    "sine": -math.inf,
+    "cosine": -math.inf,
 }
 _MOST = {"back": 1.0}
 
@@ -290,8 +292,8 @@ def _step(axis: Axis, name: str, dt: float) -> float:
         return 0.1 * dt
     if name == "back":
         return -_STEP if axis.back > 0.5 else _STEP  # into what may be
-    if name == "offset":
-        return _STEP * max(abs(axis.offset), axis.coulomb)
+    if name in ("offset", "sine", "cosine"):
+        return float(_STEP * max(abs(getattr(axis, name)), axis.coulomb))
     return float(_STEP * max(abs(getattr(axis, name)), 1e-9))
 
 

@@ -10,8 +10,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from macromicro.commission.probing import MOVED, Ramp, started
-from macromicro.commission.stand import SENSOR, Caution, CommissionError, Stand
+from macromicro.commission.stand import SENSOR, Caution, CommissionError, Pull, Stand
 
 QUIET = 0.5  # s without effort, which show whether it sinks
 SINKING = 20.0  # s in which it must come to its end
@@ -32,10 +34,20 @@ class Weight(NamedTuple):
         without.
     breakaway : float
         By how much more, and less, effort starts it, V; 0 where it stays without.
+    sine, cosine : float, optional
+        Effort that holds an eccentric load that turns, V at the D/A: so many times the angle's
+        sine and cosine, counted as its encoder does in this session.
     """
 
     hold: float
     breakaway: float
+    sine: float = 0.0
+    cosine: float = 0.0
+
+    @property
+    def pull(self) -> Pull:
+        """What depends on the angle."""
+        return Pull(self.sine, self.cosine)
 
 
 class Lift:
@@ -119,31 +131,88 @@ def found(stand: Stand, caution: Caution, speed: float, lifted: float) -> Weight
         It sinks without an end, or no effort lifts it.
     """
     free = caution._replace(speed=math.inf, low=-math.inf, high=math.inf)
-    quiet = stand.drive(lambda t, x, v: 0.0, QUIET, free)
+    sinks = sunk(stand, free)
+    if not sinks:
+        return Weight(0.0, 0.0)
+    held = off_its_end(stand, free, sinks, speed, lifted)
+    if held is None:
+        raise CommissionError(
+            f"the axis sinks without effort, and {caution.effort:.3g} V of either sign do not lift "
+            "and hold it: is the amplifier on, is a brake closed, or must --effort be larger?"
+        )
+    return held
+
+
+def sunk(stand: Stand, caution: Caution) -> float:
+    """Whether the axis moves without effort; it stands then.
+
+    Parameters
+    ----------
+    stand : Stand
+        The axis.
+    caution : Caution
+        What it may not pass.
+
+    Returns
+    -------
+    float
+        Which way it went in the end, 1 or -1 in counts; 0 where it stays.
+
+    Raises
+    ------
+    CommissionError
+        It moves without an end, or the encoder gives nothing.
+    """
+    quiet = stand.drive(lambda t, x, v: 0.0, QUIET, caution)
     if quiet.ended == SENSOR:
         raise CommissionError("the encoder gives no value: look at its cable and supply")
-    way = float(quiet.x[-1] - quiet.x[0])
-    if abs(way) <= MOVED * stand.pitch:
-        return Weight(0.0, 0.0)
-    if not stand.rest(free, SINKING):
-        raise CommissionError(
-            f"the axis moves without effort, and still does after {SINKING:.0f} s: hold or balance "
-            "it first"
-        )
-    sinks = math.copysign(1.0, way)
+    start, waited = float(quiet.x[0]), 0.0
+    if np.ptp(quiet.x) <= MOVED * stand.pitch:
+        return 0.0
+    while np.ptp(quiet.x) > MOVED * stand.pitch:  # what swings stands for a while as it turns
+        if waited > SINKING or not stand.rest(caution, SINKING):
+            raise CommissionError(
+                f"the axis moves without effort, and still does after {SINKING:.0f} s: hold or "
+                "balance it first"
+            )
+        quiet = stand.drive(lambda t, x, v: 0.0, QUIET, caution)
+        waited += QUIET
+    return math.copysign(1.0, stand.position() - start)
+
+
+def off_its_end(
+    stand: Stand, caution: Caution, sinks: float, speed: float, lifted: float
+) -> Weight | None:
+    """Lift what leans on its end, and hold it from now on.
+
+    Parameters
+    ----------
+    stand : Stand
+        The axis, at rest.
+    caution : Caution
+        What it may not pass.
+    sinks : float
+        Which way it sinks, 1 or -1 in counts.
+    speed : float
+        Of the creep, m/s.
+    lifted : float
+        How far it is lifted, m.
+
+    Returns
+    -------
+    Weight | None
+        What holds it; None where no effort of either sign lifts it.
+    """
     for sign in (1.0, -1.0):
         ramp = Ramp(
             sign, 0.0, caution.effort / _RAMP * stand.dt, caution.effort, MOVED * stand.pitch
         )
         law = Lift(ramp, sinks, stand.pitch, lifted, speed, stand.dt)
-        stand.drive(law, 3.0 * _RAMP, free)
+        stand.drive(law, 3.0 * _RAMP, caution)
         if law.held:
-            return _measured(stand, sign, sign * law.effort, free)
-        stand.rest(free, SINKING)
-    raise CommissionError(
-        f"the axis sinks without effort, and {caution.effort:.3g} V of either sign do not lift and "
-        "hold it: is the amplifier on, is a brake closed, or must --effort be larger?"
-    )
+            return _measured(stand, sign, sign * law.effort, caution)
+        stand.rest(caution, SINKING)
+    return None
 
 
 def _measured(stand: Stand, sign: float, hold: float, caution: Caution) -> Weight:

@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from macromicro.identify.axis import Axis as Axis
     from macromicro.identify.axis import simulate as simulate
     from macromicro.identify.axis_fit import DriveFit as DriveFit
-    from macromicro.identify.axis_fit import Filtering as Filtering
     from macromicro.identify.axis_fit import drive as drive
     from macromicro.identify.axis_inverse import STRUCTURES as STRUCTURES
     from macromicro.identify.axis_inverse import Estimate as Estimate
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     from macromicro.identify.discontinuity import DiscontinuousDeadZone as DiscontinuousDeadZone
     from macromicro.identify.discontinuity import Side as Side
     from macromicro.identify.discontinuity import discontinuous_dead_zone as discontinuous_dead_zone
+    from macromicro.identify.driven import Filtering as Filtering
     from macromicro.identify.equation_error import gls as gls
     from macromicro.identify.equation_error import least_squares as least_squares
     from macromicro.identify.hall import calibrate as calibrate
@@ -54,7 +54,7 @@ _HOMES = {
     "DiscontinuousDeadZone": "discontinuity",
     "DriveFit": "axis_fit",
     "Estimate": "axis_inverse",
-    "Filtering": "axis_fit",
+    "Filtering": "driven",
     "KINDS": "kinds",
     "LinearFit": "linear_fit",
     "Result": "result",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +23,7 @@ from macromicro.identify.axis_inverse import (
     plausible,
 )
 from macromicro.identify.axis_refine import begun, free_runs, refined, started
+from macromicro.identify.driven import USUAL, Driven, Filtering
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.records import flag_saturation
 from macromicro.identify.runs import Run, checked
@@ -34,23 +35,6 @@ FIT = "fit"
 _MANY = 3  # with so many records, whole ones are held out
 
 
-class Filtering(NamedTuple):
-    """How positions are differentiated for inverse dynamics.
-
-    Attributes
-    ----------
-    cutoff : float | None
-        Cut-off of the zero-phase low-pass on positions, Hz; by default 0.08 / dt.
-    decimate : int | None
-        Every how many samples remain, after a low-pass on force and regressors alike; by default
-        10, fewer for short records.
-    """
-
-    cutoff: float | None = None
-    decimate: int | None = None
-
-
-_USUAL = Filtering()
 CUTOFF = axis_thin.CORNER  # of positions, in the samples' rate, where none is asked for
 
 
@@ -143,7 +127,7 @@ def drive(  # noqa: PLR0913 -- one parameter per option
     *,
     gain: float = 1.0,
     structure: str = "auto",
-    filtering: Filtering = _USUAL,
+    filtering: Filtering = USUAL,
     holdout: float = 0.3,
     limit: float | None = None,
     delay: int | str = 0,
@@ -197,20 +181,21 @@ def drive(  # noqa: PLR0913 -- one parameter per option
     """
     _check(gain, structure, holdout, delay)
     runs = runs_of(t, u, x)
-    lag = None
+    whole = 0 if isinstance(delay, str) else int(delay)
+    driven, lag = Driven(gain, limit, whole, eccentric, filtering, holdout), None
     if isinstance(delay, str):
-        delay, lag = _delayed(runs, gain, filtering, limit, holdout, eccentric)
+        driven, lag = _delayed(runs, driven)
     fine, coarse = 1, 1
-    if filtering == _USUAL and lag is None:
-        fine, coarse = axis_thin.factors(runs, gain, delay, eccentric=eccentric)
+    if filtering == USUAL and lag is None:
+        fine, coarse = axis_thin.factors(runs, driven)
     few = _few(runs, coarse)
-    rows = rows_of(few, gain, filtering, limit, delay, holdout, eccentric=eccentric)
+    rows = rows_of(few, driven)
     judged = Judged(structure, {}, {})
     if structure == "auto":
         judged = axis_choice.chosen(rows)
         structure = judged.structure
     if coarse > 1:
-        rows = _means(runs, fine, (gain, limit, delay), holdout, eccentric)
+        rows = _means(runs, fine, driven)
     inverse = instrumented(rows, fitted(rows, structure))
     axis_doubts.against(inverse)
     if not plausible(inverse):
@@ -221,7 +206,7 @@ def drive(  # noqa: PLR0913 -- one parameter per option
         )
     seen = rows
     if coarse > 1:
-        seen = _means(runs, coarse, (gain, limit, delay), holdout, eccentric)
+        seen = _means(runs, coarse, driven)
     test, trained = _judged(seen, holdout, structure, lag)
     missed = np.concatenate(free_runs(test, trained.axis)[1])
     final = refined(seen, inverse, lag)
@@ -229,7 +214,7 @@ def drive(  # noqa: PLR0913 -- one parameter per option
     axis_doubts.coarse((inverse, final), runs[0].dt)
     starts = started(seen, final.axis)
     if coarse > 1:
-        final, free, errors = axis_thin.whole(runs, final, starts, gain, delay, coarse)
+        final, free, errors = axis_thin.whole(runs, final, starts, driven, coarse)
     else:
         free, errors = free_runs(seen, final.axis, starts)
     return DriveFit(
@@ -242,7 +227,7 @@ def drive(  # noqa: PLR0913 -- one parameter per option
         tuple(free),
         tuple(errors),
         float(gain),
-        int(delay),
+        driven.delay,
         judged.reasons,
     )
 
@@ -291,34 +276,15 @@ def runs_of(t: Any, u: Any, x: Any) -> list[Run]:
     ]
 
 
-def rows_of(
-    runs: list[Run],
-    gain: float,
-    filtering: Filtering,
-    limit: float | None,
-    delay: int,
-    holdout: float,
-    *,
-    eccentric: bool = False,
-) -> list[Rows]:
+def rows_of(runs: list[Run], driven: Driven) -> list[Rows]:
     """Force and filtered differences of all runs.
 
     Parameters
     ----------
     runs : list[Run]
         The records.
-    gain : float
-        Force per unit of u.
-    filtering : Filtering
-        How the position is filtered and all columns decimated.
-    limit : float | None
-        The drive saturates there.
-    delay : int
-        Samples by which u acts late.
-    holdout : float
-        Part of each record that is held out.
-    eccentric : bool, optional
-        Whether gravity pulls at an eccentric load.
+    driven : Driven
+        What the drive makes of their input, and how they are taken.
 
     Returns
     -------
@@ -333,7 +299,8 @@ def rows_of(
     if all(np.ptp(r.u) == 0.0 and r.u[0] == runs[0].u[0] for r in runs):
         raise InputError("u", f"{runs[0].u[0]:g} throughout", "an input that changes")
     # The part held out must be longer than the low-pass of the decimation, 21 factors.
-    shortest = min(len(r.u) for r in runs) * (1.0 if len(runs) >= _MANY else holdout)
+    filtering = driven.filtering
+    shortest = min(len(r.u) for r in runs) * (1.0 if len(runs) >= _MANY else driven.holdout)
     most = int(shortest) // 30
     factor = min(10, most) if filtering.decimate is None else filtering.decimate
     if not isinstance(factor, int | np.integer) or not 1 <= factor <= most:
@@ -347,9 +314,8 @@ def rows_of(
         corner = CUTOFF / run.dt if filtering.cutoff is None else filtering.cutoff
         if not 0.0 < corner < 0.5 / run.dt:
             raise InputError("cutoff", corner, f"between 0 and {0.5 / run.dt:g} Hz")
-        got = flag_saturation(run.u, f"record[{i}].u", limit)
-        push = gain * late(got, delay)
-        rows.append(differences(run, push, corner, int(factor), eccentric=eccentric))
+        push = driven.force(flag_saturation(run.u, f"record[{i}].u", driven.limit))
+        rows.append(differences(run, push, corner, int(factor), eccentric=driven.eccentric))
     return rows
 
 
@@ -384,18 +350,11 @@ def _few(runs: list[Run], coarse: int) -> list[Run]:
     return axis_thin.stretches(runs)
 
 
-def _means(
-    runs: list[Run],
-    many: int,
-    push: tuple[float, float | None, int],
-    holdout: float,
-    eccentric: bool,
-) -> list[Rows]:
-    """`rows_of` of means over `many` samples; `push`: gain, limit and delay of the input."""
-    gain, limit, delay = push
-    made = axis_thin.thinned(runs, many, limit, delay)
+def _means(runs: list[Run], many: int, driven: Driven) -> list[Rows]:
+    """`rows_of` of means over `many` samples."""
+    made = axis_thin.thinned(runs, many, driven)
     cut = Filtering(*axis_thin.filtering(many, made[0].dt))
-    rows = rows_of(made, gain, cut, limit, 0, holdout, eccentric=eccentric)
+    rows = rows_of(made, driven._replace(filtering=cut, delay=0))
     return [r._replace(thin=many) for r in rows]
 
 
@@ -424,22 +383,15 @@ def _judged(
     return test, refined(train, start, lag, told=False)
 
 
-def _delayed(
-    runs: list[Run],
-    gain: float,
-    filtering: Filtering,
-    limit: float | None,
-    holdout: float,
-    eccentric: bool,
-) -> tuple[int, float]:
-    """Whole samples of delay, and where to begin the search for the rest, in s.
+def _delayed(runs: list[Run], driven: Driven) -> tuple[Driven, float]:
+    """The drive with whole samples of delay, and where to begin the search for the rest, in s.
 
     The delay under which inverse dynamics explains the force best, less one sample where there is
     one: the rest may then move to both sides.
     """
     errors = []
     for tried in range(_TRIED + 1):
-        rows = rows_of(runs, gain, filtering, limit, tried, holdout, eccentric=eccentric)
+        rows = rows_of(runs, driven._replace(delay=tried))
         errors.append(fitted(rows, "coulomb", told=False).percent)
     best = int(np.argmin(errors))
-    return max(best - 1, 0), (1.0 if best else 0.1) * runs[0].dt
+    return driven._replace(delay=max(best - 1, 0)), (1.0 if best else 0.1) * runs[0].dt

@@ -211,6 +211,23 @@ def turned(settings: dict[str, str], load: Eccentric = BALANCED) -> dict[str, st
     return found
 
 
+def endless(settings: dict[str, str]) -> dict[str, str]:
+    """The same of one that turns on: no stop ends its way.
+
+    Parameters
+    ----------
+    settings : dict[str, str]
+        From `turned`.
+
+    Returns
+    -------
+    dict[str, str]
+        Path to a TOML value; its targets stay where they were.
+    """
+    made = {path: value for path, value in settings.items() if not path.startswith("load.stop_")}
+    return {**made, "load.ends": '"none"'}
+
+
 def _incline(offset: float, mass: float) -> float:
     """The incline whose weight along the way is a constant force, as far as the mass has it."""
     return math.asin(min(max(offset / (mass * GRAVITY), -0.99), 0.99))

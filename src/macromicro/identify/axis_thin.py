@@ -16,6 +16,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.axis import late, simulate
 from macromicro.identify.axis_inverse import Estimate, differences, fitted
+from macromicro.identify.driven import Driven
 from macromicro.identify.records import flag_saturation
 from macromicro.identify.runs import Run
 
@@ -27,21 +28,15 @@ CORNER, FACTOR = 0.08, 10  # of the low-pass, in samples' rate, and of the decim
 _WIDEST = 0.4  # the same corner of means
 
 
-def factors(
-    runs: list[Run], gain: float, delay: int, *, eccentric: bool = False
-) -> tuple[int, int]:
+def factors(runs: list[Run], driven: Driven) -> tuple[int, int]:
     """Over how many samples means are taken: for regression, and for free runs.
 
     Parameters
     ----------
     runs : list[Run]
         The records.
-    gain : float
-        Force per unit of their input.
-    delay : int
-        Samples by which that acts late.
-    eccentric : bool, optional
-        Whether gravity pulls at an eccentric load.
+    driven : Driven
+        What the drive makes of their input.
 
     Returns
     -------
@@ -56,9 +51,8 @@ def factors(
     rows = []
     for part in stretches(runs, _STRETCHES, _STRETCH):
         if np.ptp(part.x) > 0.0:
-            push = gain * late(part.u, delay)
-            corner = CORNER / part.dt
-            rows.append(differences(part, push, corner, FACTOR, eccentric=eccentric))
+            push, corner = driven.force(part.u), CORNER / part.dt
+            rows.append(differences(part, push, corner, FACTOR, eccentric=driven.eccentric))
     try:
         axis = fitted(rows, "coulomb", told=False).axis
     except (InputError, ValueError):  # what is wrong with it, the fit to all of it says
@@ -142,7 +136,7 @@ def means(run: Run, many: int) -> Run:
     return Run(t, force, x.mean(axis=1))
 
 
-def thinned(runs: list[Run], many: int, limit: float | None, delay: int) -> list[Run]:
+def thinned(runs: list[Run], many: int, driven: Driven) -> list[Run]:
     """Records as means over blocks of samples, their inputs as they acted.
 
     Parameters
@@ -151,10 +145,8 @@ def thinned(runs: list[Run], many: int, limit: float | None, delay: int) -> list
         The records.
     many : int
         Samples in a block.
-    limit : float | None
-        The input is clipped to +- that, with a warning.
-    delay : int
-        Samples by which it acts late.
+    driven : Driven
+        The input is clipped to its limit, with a warning, and acts late.
 
     Returns
     -------
@@ -163,8 +155,9 @@ def thinned(runs: list[Run], many: int, limit: float | None, delay: int) -> list
     """
     made = []
     for k, run in enumerate(runs):
-        u = run.u if limit is None else flag_saturation(run.u, f"record[{k}].u", limit)
-        made.append(means(run._replace(u=late(u, delay)), many))
+        u, limit = run.u, driven.limit
+        u = u if limit is None else flag_saturation(u, f"record[{k}].u", limit)
+        made.append(means(run._replace(u=late(u, driven.delay)), many))
     return made
 
 
@@ -172,8 +165,7 @@ def whole(
     runs: list[Run],
     found: Estimate,
     starts: list[tuple[float, float]],
-    gain: float,
-    delay: int,
+    driven: Driven,
     many: int,
 ) -> tuple[Estimate, list[Array], list[Array]]:
     """Free runs over records as they were measured, of what means of them told.
@@ -186,10 +178,8 @@ def whole(
         By output error.
     starts : list[tuple[float, float]]
         Position and speed at the start of each record's means.
-    gain : float
-        Force per unit of input.
-    delay : int
-        Samples by which that acts late.
+    driven : Driven
+        What the drive makes of its input.
     many : int
         Samples in a block: the level of a free run is that of the first one.
 
@@ -204,7 +194,7 @@ def whole(
     """
     free, errors, extent = [], [], 0.0
     for run, (x, v) in zip(runs, starts, strict=True):
-        made = simulate(found.axis, gain * late(run.u, delay), run.dt, x, v)
+        made = simulate(found.axis, driven.force(run.u), run.dt, x, v)
         free.append(made + float(np.mean(run.x[:many] - made[:many])))
         errors.append(run.x - free[-1])
         extent += float(np.sum((run.x - run.x.mean()) ** 2))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.identify.axis import Axis
-from macromicro.identify.axis_inverse import ECCENTRIC, Estimate
+from macromicro.identify.axis_inverse import ECCENTRIC
 
 NAMES = ("unbalance", "hangs")
 
@@ -45,12 +45,28 @@ def of(axis: Axis) -> Eccentric:
     return Eccentric(math.hypot(axis.sine, axis.cosine), math.atan2(-axis.cosine, axis.sine))
 
 
-def told(found: Estimate) -> tuple[Array, Array]:
+class Known(Protocol):
+    """What is known of an axis by any method."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What was fitted."""
+
+    @property
+    def axis(self) -> Axis:
+        """The parameters."""
+
+    @property
+    def covariance(self) -> Array:
+        """Of those that were fitted."""
+
+
+def told(found: Known) -> tuple[Array, Array]:
     """Unbalance and angle of an estimate, and their standard errors to first order.
 
     Parameters
     ----------
-    found : Estimate
+    found : Known
         By any method.
 
     Returns

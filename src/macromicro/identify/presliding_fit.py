@@ -16,10 +16,11 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import axis_spread, axis_thin
 from macromicro.identify.axis import late
-from macromicro.identify.axis_fit import Filtering, drive, rows_of, runs_of
+from macromicro.identify.axis_fit import drive, rows_of, runs_of
 from macromicro.identify.axis_inverse import Estimate, Rows
 from macromicro.identify.axis_refine import begun, noisy, piece
 from macromicro.identify.central import central
+from macromicro.identify.driven import Driven
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.presliding import FRICTIONS, Presliding, simulate
 from macromicro.identify.presliding_choice import NODES, asked_for, chosen, named
@@ -160,11 +161,11 @@ def presliding_drive(
     if along is not None and not 1 <= along <= NODES[-1]:
         raise InputError("along", along, f"nodes along the travel, 1 to {NODES[-1]}")
     rigid = drive(t, u, x, gain=gain, limit=limit, delay=delay)
-    records = runs_of(t, u, x)
+    records, driven = runs_of(t, u, x), Driven(gain, limit, delay)
     fitted = records
     if sum(len(r.t) for r in records) > _MOST:
         fitted = axis_thin.stretches(records, _MOST // 5000, 5000)
-    rows = rows_of(fitted, gain, Filtering(), limit, delay, 0.3)
+    rows = rows_of(fitted, driven)
     problem = problem_of(rows, rigid.refined)
     z, shape, judged, reasons = chosen(problem, friction, along)
     asked = asked_for(friction, reasons)
@@ -189,7 +190,7 @@ def presliding_drive(
     free, errors = [], []
     whole = rows
     if fitted is not records:
-        whole = rows_of(records, gain, Filtering(), limit, delay, 0.3)
+        whole = rows_of(records, driven)
     for one in whole:
         free.append(simulate(model, one.force, one.run.dt, *begun(one)))
         errors.append(one.run.x - free[-1])

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.identify.driven import Driven
 from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run
@@ -53,24 +54,6 @@ class Records(NamedTuple):
     units: dict[str, str]
 
 
-class Driven(NamedTuple):
-    """What the drive makes of its input.
-
-    Attributes
-    ----------
-    gain : float
-        Force per unit of u.
-    limit : float | None
-        u saturates there.
-    delay : int
-        Samples by which u acts late.
-    """
-
-    gain: float
-    limit: float | None
-    delay: int
-
-
 def identify(records: Records, friction: str, along: int | None, driven: Driven) -> Result:
     """Parameters by output error (`macromicro.identify.presliding_fit`).
 
@@ -104,7 +87,9 @@ def identify(records: Records, friction: str, along: int | None, driven: Driven)
         [r.x for r in runs],
         friction=friction,
         along=along,
-        **driven._asdict(),
+        gain=driven.gain,
+        limit=driven.limit,
+        delay=driven.delay,
     )
     lines = _lines(fit, records)
     trials = [testing.driven(fit, run, file) for file, run in records.tests]

@@ -1,0 +1,124 @@
+"""What a drive that was identified tells: its parameters with their units, in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from macromicro.identify.result import Line, rounded
+from macromicro.place import PLACES
+
+if TYPE_CHECKING:
+    from macromicro.identify.axis_fit import DriveFit
+    from macromicro.identify.axis_inverse import Estimate
+
+MEANINGS = {
+    "mass": "inertia",
+    "viscous": "viscous friction",
+    "coulomb": "Coulomb friction",
+    "offset": "constant force",
+    "asymmetry": "viscous, forwards more than backwards by",
+    "stribeck": "breakaway above Coulomb",
+    "stribeck_speed": "speed over which that fades",
+    "unbalance": "gravity's greatest torque",
+    "hangs": "angle at which the load hangs",
+}
+
+
+def lines(fit: DriveFit, units: dict[str, str]) -> list[Line]:
+    """The parameters by output error, beside those by inverse dynamics.
+
+    Parameters
+    ----------
+    fit : DriveFit
+        What was found.
+    units : dict[str, str]
+        By name of the parameter.
+
+    Returns
+    -------
+    list[Line]
+        One for each.
+    """
+    found = []
+    inverse = told(fit.inverse)
+    for name, (value, error) in told(fit.refined).items():
+        other, spread = rounded(*inverse[name])
+        note = f"{MEANINGS[name]}; inverse dynamics {other}" + (spread and f" +- {spread}")
+        found.append(Line(name, value, error, units[name], note))
+    return found
+
+
+def told(found: Estimate) -> dict[str, tuple[float, float]]:
+    """What an estimate tells of an axis; an eccentric load as people know it.
+
+    Parameters
+    ----------
+    found : Estimate
+        By any method.
+
+    Returns
+    -------
+    dict[str, tuple[float, float]]
+        Value and standard error by name.
+    """
+    from macromicro.identify import eccentric
+    from macromicro.identify.axis_inverse import ECCENTRIC
+
+    every = zip(found.names, found.values.tolist(), found.std.tolist(), strict=True)
+    made = {name: (value, error) for name, value, error in every if name not in ECCENTRIC}
+    values, errors = eccentric.told(found)
+    load = zip(values.tolist(), errors.tolist(), strict=True)
+    return made | dict(zip(eccentric.NAMES, load, strict=False))
+
+
+def units_of(force: str, x: str) -> dict[str, str]:
+    """Units of the parameters; kg, N s/m and N, or kg m^2, N m s/rad and N m, where force and
+    position are SI.
+
+    Parameters
+    ----------
+    force : str
+        Unit of the force.
+    x : str
+        Unit of the position.
+
+    Returns
+    -------
+    dict[str, str]
+        Unit by name of the parameter.
+    """
+    whole = {(p.named("N"), p.base): p.named("kg") for p in PLACES}
+    slope = f"{force}*s/{x}"
+    return {
+        "mass": whole.get((force, x), f"{force}*s^2/{x}"),
+        "viscous": slope,
+        "coulomb": force,
+        "offset": force,
+        "asymmetry": slope,
+        "stribeck": force,
+        "stribeck_speed": f"{x}/s",
+        "unbalance": force,
+        "hangs": x,
+    }
+
+
+def structure(fit: DriveFit) -> str:
+    """The friction that was chosen, and by what, in words.
+
+    Parameters
+    ----------
+    fit : DriveFit
+        What was found.
+
+    Returns
+    -------
+    str
+        One line.
+    """
+    if not fit.holdout:
+        return f"{fit.structure}, as given"
+    tried = [f"{fit.structure} {fit.holdout[fit.structure]:.4g}, taken"]
+    for name, why in fit.reasons.items():
+        error = f" {fit.holdout[name]:.4g}" if name in fit.holdout else ""
+        tried.append(f"{name}{error}: {why}")
+    return "force error on held-out data: " + "; ".join(tried)
