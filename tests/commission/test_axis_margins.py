@@ -98,3 +98,21 @@ def test_the_page_has_a_line_each() -> None:
     lines = axis_margins.told(tree(model({})), model({"mass": 0.02})).rows
     assert [line[3] for line in lines] == ["Hz", "deg", "", ""]
     assert all(line[2].startswith(">= ") and not math.isnan(float(line[1])) for line in lines)
+
+
+def test_what_keeps_away_is_what_the_margins_say() -> None:
+    """Whatever the gains are, and on the same machines."""
+    found = model({"mass": 0.05, "lag": 0.1, "viscous": 0.05}, shaken(SURE))
+    made, answers = tree(found), set()
+    each = tuple(axis_margins.drawn(made, found, 20))
+    for factor in (0.3, 1.0, 2.0, 3.0, 12.0):
+        faster = made._replace(
+            controller=made.controller._replace(velocity=factor * made.controller.velocity)
+        )
+        told = axis_margins.robust(faster, found, 20)
+        least = told.least.modulus
+        for modulus in (least, math.nextafter(least, 9.0), 0.5):
+            expected = told.stable == told.drawn and least >= modulus
+            assert axis_margins.keeps(faster, found, each, modulus) == expected
+            answers.add(expected)
+    assert answers == {False, True}

@@ -130,3 +130,32 @@ def test_a_held_effort_is_the_mean_of_its_steps() -> None:
     assert -np.angle(low) / (2.0 * np.pi * 5.0) == pytest.approx(0.9e-3, rel=1e-6)
     at = np.array([2j * np.pi * f for f in (500.0, 1000.0)])
     assert np.abs(loops.stepped(at, timing)) == pytest.approx([2.0 / np.pi, 0.0], abs=1e-9)
+
+
+def scanned(x, gain, phase):
+    """Crossover, phase margin and gain margin by a look at one frequency after the other."""
+    crossover = margin = grow = math.nan
+    for k in range(len(x) - 1):
+        if math.isnan(crossover) and gain[k] >= 0.0 > gain[k + 1]:
+            share = gain[k] / (gain[k] - gain[k + 1])
+            crossover = math.exp(x[k] + share * (x[k + 1] - x[k]))
+            margin = 180.0 + math.degrees(phase[k] + share * (phase[k + 1] - phase[k]))
+        if math.isnan(grow) and phase[k] > -math.pi >= phase[k + 1] and gain[k + 1] < 0.0:
+            share = (phase[k] + math.pi) / (phase[k] - phase[k + 1])
+            grow = math.exp(-(gain[k] + share * (gain[k + 1] - gain[k])))
+    return crossover, margin, grow
+
+
+def test_margins_are_those_of_the_first_frequencies_that_have_them():
+    """Bit for bit, of loops that cross several times."""
+    f = loops.grid(1e-3, 0.01)
+    s = 2j * math.pi * f
+    random = np.random.Generator(np.random.PCG64(3))
+    for _ in range(20):
+        gain, slow, w = np.exp(random.uniform(0.0, 6.0, 3)) * (1.0, 1.0, 5.0)
+        peak = w**2 / (s**2 + 0.02 * w * s + w**2)
+        loop = gain * (1.0 + s / slow) / s**2 * (1.0 + 3.0 * peak) * np.exp(-2e-3 * s)
+        phase = np.unwrap(np.angle(loop))
+        phase -= 2.0 * math.pi * math.ceil(phase[0] / (2.0 * math.pi))
+        expected = scanned(np.log(f), np.log(np.abs(loop)), phase)
+        np.testing.assert_array_equal(loops.margins(f, loop)[:3], expected)

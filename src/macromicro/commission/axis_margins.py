@@ -3,20 +3,23 @@ from what the model is uncertain by."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.commission import margins
 from macromicro.commission.margins import DRAWS, SEED, Robust
 from macromicro.commission.model import Model
 from macromicro.commission.procedure import Robustness
 from macromicro.machines import loops, sheets
+from macromicro.machines.loops import Complex
 from macromicro.machines.rotary import as_axis
 
 _SLOWEST = 1e-3  # of the velocity loop's bandwidth: far below all poles but those at 0
 _EVERY = 2  # of the frequencies that a loop is looked at
+_POLES = 2  # of the open loop at 0
 
 
 def drawn(settings: Any, model: Model, number: int, seed: int = SEED) -> Iterator[Any]:
@@ -82,12 +85,41 @@ def robust(settings: Any, model: Model, number: int = DRAWS) -> Robust:
     Robust
         On the model, and on what it may be as well.
     """
-    made, dt = as_axis(settings), settings.timing.period
-    bandwidth = made.controller.velocity / model.axis.mass
-    frequency = loops.grid(dt, _SLOWEST * bandwidth)[::-_EVERY][::-1]
-    law = loops.law(made.controller, frequency, dt)
+    made = as_axis(settings)
+    frequency, law = _looked(made, model)
     every = (sheets.plant(one, frequency) * law for one in drawn(made, model, number))
-    return margins.robust(frequency, sheets.plant(made, frequency) * law, every, poles=2)
+    return margins.robust(frequency, sheets.plant(made, frequency) * law, every, poles=_POLES)
+
+
+def keeps(settings: Any, model: Model, each: Iterable[Any], modulus: float) -> bool:
+    """Whether the loop is stable on all of some machines, and comes no nearer to -1 on any.
+
+    Parameters
+    ----------
+    settings : Any
+        Of an axis, of the law `cascade`, whose gains count.
+    model : Model
+        Of strokes and chirp.
+    each : Iterable[Any]
+        Settings of the machines, as from `drawn`; their gains do not count.
+    modulus : float
+        The least distance from -1 that will do, above 0.
+
+    Returns
+    -------
+    bool
+        The first machine that it fails on ends it.
+    """
+    frequency, law = _looked(settings, model)
+    loop = (sheets.plant(one, frequency) * law for one in each)
+    return all(loops.modulus(one, _POLES) >= modulus for one in loop)
+
+
+def _looked(made: Any, model: Model) -> tuple[Array, Complex]:
+    """The frequencies at which a loop is looked at, from far below its bandwidth, and its law."""
+    dt, bandwidth = made.timing.period, made.controller.velocity / model.axis.mass
+    frequency = loops.grid(dt, _SLOWEST * bandwidth)[::-_EVERY][::-1]
+    return frequency, loops.law(made.controller, frequency, dt)
 
 
 def told(settings: Any, model: Model) -> Robustness:

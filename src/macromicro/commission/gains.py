@@ -75,12 +75,10 @@ def searched(
         return Tuned()
     least = min(LEAST, axis_margins.robust(made, model).least.modulus)
 
-    def keeps(tree: Any, drawn: int, modulus: float) -> bool:
-        found = axis_margins.robust(tree, model, drawn)
-        return found.stable == found.drawn and found.least.modulus >= modulus
+    few = tuple(axis_margins.drawn(made, model, _LOOKED))  # gains do not change them
 
     def allowed(tree: Any) -> bool:
-        return keeps(tree, _LOOKED, _SPARE * least)
+        return axis_margins.keeps(tree, model, few, _SPARE * least)
 
     objective = stage.named(OBJECTIVE)
     plan = planning.plan(rehearsal.programme(made), made)
@@ -92,7 +90,11 @@ def searched(
         return max(objective.value(t, 1e6 * made.arrival.tolerance) for t in each)
 
     before, after = worst(found.before), worst(found.after)
-    if not after <= _BETTER * before or not keeps(found.tuned, margins.DRAWS, least):
+    if not after <= _BETTER * before:
+        return Tuned()
+    if not axis_margins.keeps(
+        found.tuned, model, axis_margins.drawn(made, model, margins.DRAWS), least
+    ):
         return Tuned()
     return told(settings, found, before, after)
 

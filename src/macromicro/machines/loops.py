@@ -206,14 +206,16 @@ def margins(frequency: Array, loop: Complex) -> Margins:
     x, gain = np.log(frequency), np.log(np.abs(loop))
     phase = np.unwrap(np.angle(loop))
     phase -= 2.0 * math.pi * math.ceil(phase[0] / (2.0 * math.pi))  # a loop lags at first
-    nan = math.nan
-    crossover = margin = grow = nan
-    for k in range(len(x) - 1):
-        if math.isnan(crossover) and gain[k] >= 0.0 > gain[k + 1]:
-            share = gain[k] / (gain[k] - gain[k + 1])
-            crossover = math.exp(x[k] + share * (x[k + 1] - x[k]))
-            margin = 180.0 + math.degrees(phase[k] + share * (phase[k + 1] - phase[k]))
-        if math.isnan(grow) and phase[k] > -math.pi >= phase[k + 1] and gain[k + 1] < 0.0:
-            share = (phase[k] + math.pi) / (phase[k] - phase[k + 1])
-            grow = math.exp(-(gain[k] + share * (gain[k + 1] - gain[k])))
+    crossover = margin = grow = math.nan
+    falls = (gain[:-1] >= 0.0) & (gain[1:] < 0.0)
+    if falls.any():
+        k = int(np.argmax(falls))
+        share = gain[k] / (gain[k] - gain[k + 1])
+        crossover = math.exp(x[k] + share * (x[k + 1] - x[k]))
+        margin = 180.0 + math.degrees(phase[k] + share * (phase[k + 1] - phase[k]))
+    turns = (phase[:-1] > -math.pi) & (phase[1:] <= -math.pi) & (gain[1:] < 0.0)
+    if turns.any():
+        k = int(np.argmax(turns))
+        share = (phase[k] + math.pi) / (phase[k] - phase[k + 1])
+        grow = math.exp(-(gain[k] + share * (gain[k + 1] - gain[k])))
     return Margins(crossover, margin, grow, float(np.min(np.abs(1.0 + loop))))
