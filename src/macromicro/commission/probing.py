@@ -19,6 +19,7 @@ _AT_ONCE = 1.05  # a ramp that began at an effort so near to the one found says 
 _BELOW, _SLOWER = 0.7, 8.0  # a second ramp begins at that part of the first, and is slower
 _RISE = 0.4  # s in which the effort of `Creep` rises from nothing to breakaway
 PUSH = 1.6  # breakaways that a stop must hold against
+_ROCKS = 1.5  # counts: within these an axis does not go
 _HELD = 0.4  # s without motion under that push: an end
 
 
@@ -187,6 +188,8 @@ class Creep:
         Position at which it ends, m.
     push : float, optional
         Largest effort, in breakaways.
+    pitch : float, optional
+        A count, m: of an axis that may rock within one, whose last count then says no speed.
     """
 
     def __init__(
@@ -197,13 +200,16 @@ class Creep:
         dt: float,
         target: float = math.nan,
         push: float = PUSH,
+        pitch: float = 0.0,
     ) -> None:
         self.way, self.speed, self.target = way, speed, target
         self.rise = breakaway / _RISE * dt
         self.most = push * breakaway
         self.effort = 0.0
         self.still, self.at = 0.0, math.nan
-        self.slow = 0.02 * speed * _HELD  # less motion in that time is none
+        # Less motion in that time is none.
+        self.slow = max(0.02 * speed * _HELD, _ROCKS * pitch)
+        self.rocks, self.idle = pitch > 0.0, 0.0
         self.stuck = False
         self.dt = dt
 
@@ -211,14 +217,15 @@ class Creep:
         """The effort of this period."""
         if self.way * (x - self.target) >= 0.0:
             return None
+        self.idle += self.dt
         if not abs(x - self.at) < self.slow:
-            self.still, self.at = 0.0, x
+            self.still, self.at, self.idle = 0.0, x, 0.0
         elif self.effort >= self.most:
             self.still += self.dt
             self.stuck = self.still >= _HELD
         if self.stuck:
             return None
-        if self.way * v < self.speed:
+        if self.way * v < self.speed or (self.rocks and self.idle > _HOLD):
             self.effort = min(self.effort + self.rise, self.most)
         else:
             self.effort = max(self.effort - 4.0 * self.rise, 0.0)

@@ -159,14 +159,23 @@ def _hold(stand: Stand, at: Sequence[float], torque: Sequence[float]) -> None:
 
 
 def _crept(stand: Stand, target: float, friction: float, caution: Caution) -> bool:
-    """Creep to a place; whether it came there."""
+    """Creep to a place; whether it came there, and was not held by an end."""
     start = stand.position()
     way = 1.0 if target > start else -1.0
-    law = Creep(way, caution.speed, friction, stand.dt, target, _PUSH)
+    law = Creep(way, caution.speed, friction, stand.dt, target, _PUSH, stand.pitch)
     wide = caution._replace(speed=math.inf)
     record = stand.drive(law, 4.0 * abs(target - start) / caution.speed + 5.0, wide)
     stand.rest(caution)
-    return not (law.stuck or record.ended) and way * (stand.position() - target) > -stand.pitch
+    if law.stuck or record.ended:
+        return False
+    if way * (float(record.x[-1]) - target) < 0.0:
+        p = stand.place
+        raise CommissionError(
+            f"it does not creep to {p.per * (target - start):.3g} {p.unit} from where it stands, "
+            "and gravity pulls at an eccentric load: let it creep faster (--creep), or give it an "
+            "encoder of more counts"
+        )
+    return True
 
 
 def _torque(stand: Stand, way: Direction, friction: float, caution: Caution) -> float | None:

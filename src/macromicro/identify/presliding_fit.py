@@ -274,14 +274,14 @@ def _spread(problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse:
 def _noises(
     problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse: Estimate
 ) -> list[axis_spread.Noise]:
-    """What disturbed the axis, along elastic friction's way; short pieces show nothing of it.
+    """What may have disturbed the axis, neither of which is sure: the larger errors are told.
 
-    Rigid friction's residuals hold the give of the friction, too. How strong slow forces are shows
-    neither way for sure: then both count.
+    Rigid friction's residuals hold the give of the friction, too, which hides how slow forces are.
+    Along elastic friction's way they show, but of noise of the position too little; and nothing of
+    short pieces.
     """
     rigid = axis_spread.disturbance(rows, inverse)
     forces, taken = disturbed(problem, z, shape)
     if not forces:
         return [rigid]
-    own = axis_spread.noise(rows, problem.model(z, shape), forces, taken)
-    return [own, rigid] if own.unshown or rigid.unshown else [own]
+    return [axis_spread.noise(rows, problem.model(z, shape), forces, taken), rigid]
