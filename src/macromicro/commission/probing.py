@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from macromicro.commission.stand import SENSOR, Caution, CommissionError, Stand
 
-_PATIENCE = 120.0  # s, for a ramp with all its holds
+PATIENCE = 120.0  # s, for a ramp with all its holds
 _HOLD = 0.04  # s that an effort is held to see whether the axis slides
 _STEADY = 0.8  # least part of the first half's way that it goes in the second half if it slides
 _FAR = 20.0  # so many times the motion that is looked at is sliding for sure
@@ -169,6 +169,18 @@ class Ramp:
             self.slid, self.effort, self.speed = True, self.first, math.nan
         return None if self.slid or self.effort > self.most else self.way * self.effort
 
+    def again(self, x: float, effort: float) -> None:
+        """Go on: what was taken for sliding was none.
+
+        Parameters
+        ----------
+        x : float
+            Where the axis stands, m.
+        effort : float
+            That did not move it on, V.
+        """
+        self.place, self.since, self.half, self.slid, self.effort = x, None, None, False, effort
+
 
 class Creep:
     """A law that moves slowly without knowing the axis: effort rises while it is too slow, and is
@@ -323,7 +335,7 @@ def started(
     rate = caution.effort / _RAMP / (_SLOWER if about else 1.0)
     enough = (MOVED + noise) * stand.pitch
     law = Ramp(way, begin, rate * stand.dt, caution.effort, enough, climbs)
-    record = stand.drive(law, _PATIENCE, caution._replace(speed=math.inf))
+    record = stand.drive(law, PATIENCE, caution._replace(speed=math.inf))
     stand.rest(caution)
     if not law.slid:
         raise CommissionError(

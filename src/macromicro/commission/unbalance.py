@@ -57,17 +57,7 @@ def found(
     CommissionError
         It moves without an end, does not start, or no effort turns its load.
     """
-    free = caution._replace(speed=math.inf, low=-math.inf, high=math.inf)
-    sinks, first = weight.sunk(stand, free), Weight(0.0, 0.0)
-    try:
-        way = direction(stand, caution, True)
-    except CommissionError:  # it leans on an end
-        ways = (sinks,) if sinks else (-1.0, 1.0)
-        raised = (weight.off_its_end(stand, free, s, speed, lifted) for s in ways)
-        leant = next((one for one in raised if one is not None), None)
-        if leant is None:
-            raise
-        first, way = leant, direction(stand, caution, True)
+    first, way = _begun(stand, caution, speed, lifted)
     friction = 0.5 * (way.forward + way.backward)
     at = [stand.position()]
     torque = [stand.hold + stand.sign * 0.5 * (way.forward - way.backward)]
@@ -87,7 +77,9 @@ def found(
                 at.append(stand.position())
                 torque.append(one)
                 _hold(stand, at, torque)
+            # Between sides: where it began may be next to an end.
             _crept(stand, at[0], friction, caution._replace(speed=speed))
+        _crept(stand, 0.5 * (min(at) + max(at)), friction, caution._replace(speed=speed))
     finally:
         stand.sign = 1.0
     held = judged(np.array(at), np.array(torque), friction)
@@ -151,6 +143,55 @@ def judged(at: Array, torque: Array, friction: float) -> Pull | None:
     if pull.most < max(_CLEAR * error, _LEAST * friction):
         return None
     return pull if left < _HALF * float(np.sum((torque - torque.mean()) ** 2)) else None
+
+
+def _begun(
+    stand: Stand, caution: Caution, speed: float, lifted: float
+) -> tuple[Weight, Direction]:
+    """What holds it where it stands, off an end on which it leans, and what starts it there."""
+    free = caution._replace(speed=math.inf, low=-math.inf, high=math.inf)
+    sinks = weight.sunk(stand, free)
+    ways = (sinks,) if sinks else (-1.0, 1.0)
+    try:
+        way = direction(stand, caution, True)
+    except CommissionError:
+        leant = _lifted(stand, free, ways, speed, lifted)
+        if leant is None:
+            raise
+        return leant, direction(stand, caution, True)
+    end = _end(stand, way, caution._replace(speed=speed), lifted)
+    if not end:
+        return Weight(0.0, 0.0), way
+    # An elastic end gives both ways, and is no place to learn anything.
+    stand.sign, stand.hold, stand.pull = 1.0, 0.0, BALANCED
+    stand.rest(free, weight.SINKING)
+    leant = _lifted(stand, free, (end,), speed, lifted)
+    if leant is None:
+        raise CommissionError(
+            f"it stands at an end, and {caution.effort:.3g} V do not bring it off: turn it away "
+            "from there, or allow a larger --effort"
+        )
+    return leant, direction(stand, caution, True)
+
+
+def _lifted(
+    stand: Stand, free: Caution, ends: Sequence[float], speed: float, lifted: float
+) -> Weight | None:
+    """Off the first of these ends that it can be lifted from; None where it leans on none."""
+    raised = (weight.off_its_end(stand, free, end, speed, lifted) for end in ends)
+    return next((one for one in raised if one is not None), None)
+
+
+def _end(stand: Stand, way: Direction, caution: Caution, lifted: float) -> float:
+    """On which side an end holds it where it stands, 1 or -1 in counts; 0 where none does."""
+    start, friction = stand.position(), 0.5 * (way.forward + way.backward)
+    torque = stand.sign * 0.5 * (way.forward - way.backward)
+    _hold(stand, [start], [torque])
+    for side in (1.0, -1.0):
+        if not _crept(stand, start + side * lifted, friction, caution):
+            return side
+    _crept(stand, start, friction, caution)
+    return 0.0
 
 
 def _hold(stand: Stand, at: Sequence[float], torque: Sequence[float]) -> None:

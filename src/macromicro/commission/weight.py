@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from macromicro.commission.probing import MOVED, Ramp, started
+from macromicro.commission.probing import MOVED, PATIENCE, Ramp, started
 from macromicro.commission.stand import SENSOR, Caution, CommissionError, Pull, Stand
 
 QUIET = 0.5  # s without effort, which show whether it sinks
@@ -20,6 +20,7 @@ SINKING = 20.0  # s in which it must come to its end
 _RAMP = 8.0  # s from no effort to the largest
 _LIFTED = 400.0  # counts, at least
 _LOWERED = 0.5  # s in which the effort that lifted it would be lowered to nothing
+_OVER = 1.2  # times the effort that lifted it, at most
 _STAYS = 0.1  # s without a motion: it is held
 _TRIES = 2
 
@@ -94,7 +95,11 @@ class Lift:
             if rising > self.speed:
                 self.effort -= change
             elif rising < self.speed / 3.0:
-                self.effort = min(self.effort + 0.1 * change, 1.2 * self.ramp.effort)
+                self.effort = min(self.effort + 0.1 * change, _OVER * self.ramp.effort)
+            if not abs(x - self.at) < 1.5 * self.pitch:
+                self.at, self.since = x, t
+            elif t - self.since >= _STAYS and self.effort >= _OVER * self.ramp.effort:
+                self.ramp.again(x, self.effort)  # what slid was an end that is elastic
             return self.ramp.way * self.effort
         if not abs(x - self.at) < 1.5 * self.pitch:
             still, self.at, self.since = False, x, t
@@ -208,7 +213,7 @@ def off_its_end(
             sign, 0.0, caution.effort / _RAMP * stand.dt, caution.effort, MOVED * stand.pitch
         )
         law = Lift(ramp, sinks, stand.pitch, lifted, speed, stand.dt)
-        stand.drive(law, 3.0 * _RAMP, caution)
+        stand.drive(law, PATIENCE + 2.0 * _RAMP, caution)
         if law.held:
             return _measured(stand, sign, sign * law.effort, caution)
         stand.rest(caution, SINKING)
