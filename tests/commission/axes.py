@@ -16,7 +16,7 @@ class Virtual:
     """A rig of one axis.
 
     `sign` -1: leads exchanged; `deaf`: the encoder gives NaN from that time on, s; `late`: periods
-    until an effort acts; `ripple`: of the friction along the way, V.
+    until an effort acts; `ripple`: of the friction along the way, V; `stiff`: of the stops, V/m.
     """
 
     channels = ("encoder",)
@@ -33,6 +33,7 @@ class Virtual:
         magnitude: bool = False,
         late: int = 0,
         ripple: float = 0.0,
+        stiff: float = math.inf,
     ) -> None:
         self.axis, self.dt, self.pitch, self.stops = axis, dt, pitch, stops
         self.sign, self.deaf, self.magnitude = sign, deaf, magnitude
@@ -40,7 +41,7 @@ class Virtual:
         self.offset = 1234.0
         self.effort = 0.0
         self.queue = [0.0] * late
-        self.ripple = ripple
+        self.ripple, self.stiff = ripple, stiff
         self.most = 0.0
         self.reached = [0.0, 0.0]
         self.clock = self
@@ -53,10 +54,15 @@ class Virtual:
         assert dt == self.dt
         self.queue.append(abs(self.effort) if self.magnitude else self.effort)
         pull = acting(self.axis, self.queue.pop(0), self.x, self.v, dt)
+        low, high = self.stops
+        if math.isfinite(self.stiff):  # stops that give, and are half damped
+            beyond = self.x - min(max(self.x, low), high)
+            damped = math.sqrt(self.stiff * self.axis.mass) * self.v if beyond else 0.0
+            pull -= self.stiff * beyond + damped
+            low, high = -math.inf, math.inf
         level = self.axis.coulomb + self.ripple * math.sin(self.x / 0.004)
         self.v, gone = step(self.axis._replace(coulomb=level), self.v, pull, dt)
         self.x += gone
-        low, high = self.stops
         if not low <= self.x <= high:
             self.x, self.v = min(max(self.x, low), high), 0.0
         self.t += dt

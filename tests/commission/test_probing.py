@@ -7,7 +7,7 @@ import math
 import pytest
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission.probing import Creep, Direction, direction, ends, go
+from macromicro.commission.probing import PUSH, Creep, Direction, Ramp, direction, ends, go
 from macromicro.commission.stand import SENSOR, SPEED, WINDOW, Caution, CommissionError, Stand
 from macromicro.identify.axis import Axis
 
@@ -115,6 +115,34 @@ def test_creep_takes_its_effort_away_when_too_fast() -> None:
     back = Creep(-1.0, 0.01, 1.0, 1e-3, target=-1.0)
     assert back(0.0, 0.0, 0.0) == pytest.approx(-0.0025)
     assert back(0.0, -1.0, 0.0) is None
+
+
+def test_creep_is_not_fooled_by_an_axis_that_rocks_within_a_count() -> None:
+    """From count to count in a period, every ten: by its last periods it goes twice too fast."""
+    efforts = {}
+    for pitch in (0.0, 0.02):
+        law = Creep(1.0, 0.5, 1.0, 1e-3, 9.0, PUSH, pitch)
+        for k in range(600):
+            there = k // 10 % 2
+            law(k * 1e-3, 0.02 * there, 4.0 if there and k % 10 < 5 else 0.0)
+        efforts[pitch] = law.effort
+    assert efforts[0.0] < 0.5 and efforts[0.02] > 1.0
+    # What goes two counts a period is too fast.
+    for k in range(600, 800):
+        law(k * 1e-3, 0.04 * (k - 600), 40.0)
+    assert law.effort == 0.0
+
+
+def test_a_ramp_goes_on_where_it_did_not_slide() -> None:
+    ramp = Ramp(1.0, 1.0, 0.01, 5.0, 0.1)
+    assert ramp(0.0, 0.0, 0.0) is not None
+    ramp(0.001, 0.2, 0.0)
+    assert ramp(0.002, 5.0, 0.0) is None and ramp.slid
+    ramp.again(5.0, 2.0)
+    assert not ramp.slid
+    given = [ramp(0.003 + 0.001 * k, 5.0, 0.0) for k in range(3)]
+    assert given == pytest.approx([2.01, 2.02, 2.03])
+    assert ramp(1.0, 5.2, 0.0) == pytest.approx(2.03)  # a motion: it is held
 
 
 def test_a_drive_ends_at_its_limits_without_effort() -> None:

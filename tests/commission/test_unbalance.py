@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -85,6 +86,33 @@ def test_a_load_that_leant_on_its_end_from_the_beginning_is_lifted_off_it() -> N
     # Its angles count from where it leant.
     here = true.seen_from(STOPS[0])
     assert (held.sine, held.cosine) == pytest.approx((here.sine, here.cosine), abs=0.06)
+
+
+@pytest.mark.parametrize("angle", [-150.0, 175.0])
+def test_a_load_that_fell_on_an_elastic_end_is_brought_off_it(angle: float) -> None:
+    """Such an end gives both ways, as what turns freely does."""
+    made = rig(3.0, angle * DEG)
+    made.stiff = 400.0
+    held = found(stand(made))
+    true = hung(3.0, angle * DEG)
+    assert (held.sine, held.cosine) == pytest.approx((true.sine, true.cosine), abs=0.06)
+    assert STOPS[0] < made.x < STOPS[1]
+
+
+def test_a_load_that_no_effort_brings_off_its_elastic_end_is_said(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made = rig(3.0, -150.0 * DEG)
+    made.stiff = 400.0
+    own = unbalance._end
+
+    def held(*given: Any) -> float:
+        monkeypatch.setattr(unbalance, "_lifted", lambda *given: None)
+        return own(*given)
+
+    monkeypatch.setattr(unbalance, "_end", held)
+    with pytest.raises(CommissionError, match=r"stands at an end, and 10 V do not bring it off"):
+        found(stand(made))
 
 
 def test_a_balanced_load_has_none_and_a_constant_torque_stays_one() -> None:

@@ -102,9 +102,9 @@ def test_a_slow_force_is_found_as_strong_as_it_is(axis: Presliding) -> None:
     assert 0.6 * push.std() < np.sqrt(np.mean(found**2)) < 1.1 * push.std()
     # What parameters can take up is not in it.
     again = np.concatenate(disturbed(*problem(moved(axis, 20_000, push), axis))[1])
-    assert np.abs(np.linalg.lstsq(again, found, rcond=None)[0] * np.sqrt((again**2).sum(0))).max() < (
-        1e-6
-    )
+    assert np.abs(
+        np.linalg.lstsq(again, found, rcond=None)[0] * np.sqrt((again**2).sum(0))
+    ).max() < (1e-6)
 
 
 def test_pieces_that_the_low_pass_eats_show_nothing() -> None:

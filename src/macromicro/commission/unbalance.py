@@ -145,9 +145,7 @@ def judged(at: Array, torque: Array, friction: float) -> Pull | None:
     return pull if left < _HALF * float(np.sum((torque - torque.mean()) ** 2)) else None
 
 
-def _begun(
-    stand: Stand, caution: Caution, speed: float, lifted: float
-) -> tuple[Weight, Direction]:
+def _begun(stand: Stand, caution: Caution, speed: float, lifted: float) -> tuple[Weight, Direction]:
     """What holds it where it stands, off an end on which it leans, and what starts it there."""
     free = caution._replace(speed=math.inf, low=-math.inf, high=math.inf)
     sinks = weight.sunk(stand, free)

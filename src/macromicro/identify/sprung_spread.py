@@ -208,6 +208,4 @@ def _shown(r: Run, pushed: Array, p: Sprung, speed: bool) -> Shown:
         response = p.viscous + 1j * (p.mass / h * np.sin(turn) - placed)
     else:
         response = p.spring - 2.0 * bend * (1.0 - np.cos(turn)) + 2j * slope * np.sin(turn)
-    return binned(
-        pushed[:, -1], h, np.cos(0.5 * turn) ** 2, np.abs(response) ** 2, pushed[:, :-1]
-    )
+    return binned(pushed[:, -1], h, np.cos(0.5 * turn) ** 2, np.abs(response) ** 2, pushed[:, :-1])
