@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from macromicro import cli
@@ -184,3 +185,60 @@ def test_a_rig_of_its_own_period_is_collected_from(
     monkeypatch.setattr("sys.argv", ["macromicro", *words, "on_mine:axis"])
     assert cli.main() == 0
     assert Recording.load(lab / "c" / "drive.h5").dt == pytest.approx(0.5e-3)
+
+
+class Fake:
+    """A rig that says when it is entered, left alone and left."""
+
+    def __init__(self, name: str, said: list[str], fails: bool = False) -> None:
+        self.name, self.said, self.fails = name, said, fails
+
+    def __enter__(self) -> None:
+        if self.fails:
+            raise OSError("no such port")
+        self.said.append(f"{self.name} entered")
+
+    def __exit__(self, *_: object) -> None:
+        self.said.append(f"{self.name} left")
+
+    def idle(self, seconds: float) -> None:
+        self.said.append(f"{self.name} idle {seconds:g}")
+
+
+@pytest.fixture
+def said(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    there: list[str] = []
+
+    def bring(machine: Any, settings: Any, plan: Any, rig: Fake) -> None:
+        there.append(f"{rig.name} brought")
+
+    monkeypatch.setattr(on_rig, "bring", bring)
+    return there
+
+
+def standing(rig: Fake, rest: float) -> Any:
+    nothing: Any = None
+    return on_rig.Standing(nothing, nothing, nothing, rig, rest)
+
+
+def test_all_are_entered_before_one_moves_and_left_however_it_ends(said: list[str]) -> None:
+    sink, stages = runs.Blocks(), [standing(Fake("x", said), 1.0), standing(Fake("y", said), 2.0)]
+
+    def run(blocks: runs.Blocks) -> None:
+        said.append("run")
+        blocks.append(np.ones((2, 3)))
+        blocks.append(np.zeros((2, 1)))
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        on_rig.from_start(stages, sink, run)
+    entered = ["x entered", "y entered", "x idle 1", "y idle 2", "x brought", "y brought"]
+    assert said == [*entered, "run", "y left", "x left"]
+    assert [block.tolist() for block in sink.blocks] == [[[1.0, 1.0, 1.0, 0.0]] * 2]
+
+
+def test_where_one_cannot_be_entered_nothing_moves(said: list[str]) -> None:
+    stages = [standing(Fake("x", said), 0.0), standing(Fake("y", said, fails=True), 0.0)]
+    with pytest.raises(OSError, match="no such port"):
+        on_rig.from_start(stages, runs.Blocks(), lambda blocks: None)
+    assert said == ["x entered", "x left"]

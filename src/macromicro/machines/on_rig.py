@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+import contextlib
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -22,6 +23,8 @@ from macromicro.rig.replay import SCHEME
 from macromicro.rig.session import BENCH, Fixture, Session
 from macromicro.schema.text import printable
 from macromicro.simulate import Sink
+
+Ended = TypeVar("Ended")
 
 _SHARE = 0.25  # of the greatest speed, on the way to the start
 
@@ -94,6 +97,72 @@ def _from(place: float, plan: Plan, settings: Any) -> Plan:
     return planning.joined([way], float("nan"), place)
 
 
+class Standing(NamedTuple):
+    """A stage on a rig, wherever it stands before a run.
+
+    Attributes
+    ----------
+    machine : Machine
+        The machine, or an axis of one of several.
+    settings : Any
+        Its settings.
+    plan : Plan
+        Its part of the programme.
+    rig : Any
+        That can be left idle: a `Session`, or half of a `Pair`; not entered.
+    rest : float
+        How long it is left switched off first, s.
+    """
+
+    machine: Machine
+    settings: Any
+    plan: Plan
+    rig: Any
+    rest: float = 0.0
+
+
+def from_start(stages: Sequence[Standing], sink: Sink, run: Callable[[Blocks], Ended]) -> Ended:
+    """Bring stages to where a programme begins, and run it.
+
+    Every rig is entered before anything moves, and left, its outputs safe, however this ends. Then
+    each is left switched off, and each is brought to its start under its own law and guard, in the
+    order given. The sink has everything at the end, however the run ends: a file that is written
+    meanwhile would cost periods.
+
+    Parameters
+    ----------
+    stages : Sequence[Standing]
+        Of all axes.
+    sink : Sink
+        As for `runs.perform`.
+    run : Callable[[Blocks], Ended]
+        Runs the programme from its start into memory.
+
+    Returns
+    -------
+    Ended
+        What `run` gives.
+
+    Raises
+    ------
+    MacromicroError
+        One did not come to its start.
+    """
+    blocks = Blocks()
+    with contextlib.ExitStack() as left:
+        for one in stages:
+            left.enter_context(one.rig)
+        for one in stages:
+            one.rig.idle(one.rest)
+        for one in stages:
+            bring(one.machine, one.settings, one.plan, one.rig)
+        try:
+            return run(blocks)
+        finally:
+            if blocks.blocks:
+                _flush(blocks.blocks, sink)
+
+
 def perform(
     machine: Machine,
     settings: Any,
@@ -105,10 +174,6 @@ def perform(
 ) -> Outcome:
     """Run a plan on a rig, from wherever it stands.
 
-    It is brought to where the plan begins first, under the same law and guard. The sink has
-    everything at the end, however the run ends: a file that is written meanwhile would cost
-    periods.
-
     Parameters
     ----------
     machine : Machine
@@ -118,7 +183,7 @@ def perform(
     plan : Plan
         The programme.
     sink : Sink
-        As for `runs.perform`.
+        As for `from_start`.
     rig : Session
         From `Fixture.open`; entered and left here.
     rest : float, optional
@@ -136,27 +201,15 @@ def perform(
     MacromicroError
         It did not come to its start.
     """
-    blocks = Blocks()
-    with rig:
-        rig.idle(rest)
-        bring(machine, settings, plan, rig)
-        try:
-            return runs.perform(machine, settings, plan, blocks, on=rig, progress=progress)
-        finally:
-            if blocks.blocks:
-                flush(blocks.blocks, sink)
+
+    def run(blocks: Blocks) -> Outcome:
+        return runs.perform(machine, settings, plan, blocks, on=rig, progress=progress)
+
+    return from_start([Standing(machine, settings, plan, rig, rest)], sink, run)
 
 
-def flush(blocks: list[Array], sink: Sink) -> None:
-    """Hand over what was kept in memory.
-
-    Parameters
-    ----------
-    blocks : list[ndarray]
-        Of shape (columns, rows).
-    sink : Sink
-        As for `runs.perform`.
-    """
+def _flush(blocks: list[Array], sink: Sink) -> None:
+    """Hand over what was kept in memory."""
     rows = np.concatenate(blocks, axis=1)
     for k in range(0, rows.shape[1], runs.CHUNK):
         sink.append(rows[:, k : k + runs.CHUNK])

@@ -4,6 +4,7 @@ period runs on it, interpreted."""
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -166,24 +167,29 @@ def _wired(there: tuple[str, ...], place: Place) -> Kind:
     return kind._replace(lines=there, sense=_sense, switch=_switch) if there else kind
 
 
-def switched_on(params: Any, kind: Kind, rise: float, dt: float) -> None:
-    """Switch the drive of an open rig on, and wait until it gives an effort.
+def switched_on(stages: Sequence[Opened], kinds: Sequence[Kind], rise: float, dt: float) -> None:
+    """Switch the drives of open rigs on, and wait until they give an effort.
 
     Parameters
     ----------
-    params : Opened
-        The rig.
-    kind : Kind
-        From `of`.
+    stages : Sequence[Opened]
+        The rigs, on one clock; those without an enable line are given no outputs but safe ones, and
+        if none has one nothing is done.
+    kinds : Sequence[Kind]
+        Of each, from `of`.
     rise : float
         How long that takes, s.
     dt : float
         Control period, s.
     """
-    if ENABLE not in kind.lines:
+    switched = [p for p, kind in zip(stages, kinds, strict=True) if ENABLE in kind.lines]
+    if not switched:
         return
-    params.rig.enable = 1.0
+    for params in switched:
+        params.rig.enable = 1.0  # type: ignore[attr-defined]  # a `Kept`: it has lines
     for _ in range(math.ceil(rise / dt) + 1):
-        params.rig.read()
-        params.rig.write(SAFE)
-        params.rig.clock.wait(dt)
+        for params in stages:
+            params.rig.read()
+            params.rig.write(SAFE)
+        for params in stages:
+            params.rig.clock.wait(dt)

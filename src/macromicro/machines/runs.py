@@ -207,7 +207,7 @@ def perform(
             kind, chunk = open_rig.of(on, machine.kind.place), LIVE
             params = open_rig.opened(on, settings.encoder.pitch)
             period = stage.period(kind, law)
-            open_rig.switched_on(params, kind, lines.rise(settings), dt)
+            open_rig.switched_on([params], [kind], lines.rise(settings), dt)
         run = stage.beginning(kind, law, params, control)
         rows = stage.columns(kind, law)
         limit, began = round(longest(settings, plan) / dt), time.perf_counter()

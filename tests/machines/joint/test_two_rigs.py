@@ -14,7 +14,9 @@ from macromicro import cli
 from macromicro.errors import InputError
 from macromicro.machines.joint import job, two_rigs
 from macromicro.machines.joint.settings import DEFAULT
+from macromicro.machines.runs import Blocks
 from macromicro.recording import Recording
+from macromicro.types import SAFE
 
 MINE = """
 from pathlib import Path
@@ -137,3 +139,44 @@ def test_each_is_recorded_by_itself(lab: Path, monkeypatch: pytest.MonkeyPatch) 
     for name, high in (("x", 0.06), ("y", DEFAULT.y.travel.high)):
         seen = Recording.load(lab / "c" / name / "drive.h5")["x"]
         assert 0.3 * high < np.max(seen) - np.min(seen) < 1.05 * high, name
+
+
+LINES = """
+machine = "xy"
+[x.amplifier]
+enable = "line"
+enable_time = "20 ms"
+[y.amplifier]
+enable = "line"
+enable_time = "150 ms"
+"""
+
+
+def test_drives_with_an_enable_line_are_on_before_the_programme(
+    lab: Path, called: Callable[..., int]
+) -> None:
+    (lab / "m.toml").write_text(LINES)
+    assert called("two_mine:x+two_mine:y", "--yes") == 0
+    mine = Recording.load(lab / "out" / "recording.h5")
+    assert mine["t"][0] == 0.0
+    for name in ("x", "y"):
+        assert np.all(mine[f"{name}_enable"] == 1.0) and np.all(mine[f"{name}_enabled"] == 1.0)
+
+
+def test_interrupted_both_are_safe_and_nothing_is_lost(lab: Path) -> None:
+    checked = job.check(job.Request(lab / "m.toml", out=lab / "o", rig="two_mine:x+two_mine:y"))
+    assert checked.source is not None
+    pair = two_rigs.opened(checked.source, 0)
+    sink, seen = Blocks(), []
+
+    def enough(t: float, move: int) -> None:
+        seen.append(t)
+        if t > 0.5:
+            assert any(session._rig._outputs != SAFE for session in pair.rigs)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        what = (checked.machine, checked.settings, checked.plan, sink, pair)
+        two_rigs.perform(*what, progress=enough)
+    assert sum(block.shape[1] for block in sink.blocks) == round(seen[-1] / 1e-3) > 500
+    assert all(session._rig._outputs == SAFE for session in pair.rigs)

@@ -21,7 +21,7 @@ from macromicro.machines.stage import Bounds
 from macromicro.serve import faults
 from macromicro.serve.stage import control as controls
 from macromicro.serve.stage import settings
-from macromicro.serve.stage.control import Control
+from macromicro.serve.stage.control import Control, pulsed
 from macromicro.serve.stage.rig import Simulated
 
 PRINTER = Path(__file__).parents[3] / "examples" / "machines" / "printer.toml"
@@ -51,6 +51,14 @@ def test_the_law_follows_its_course_and_off_it_gives_nothing() -> None:
     assert stage.control.effort != 0.0
     stage.run(course._replace(on=False), 0.01)
     assert stage.control.effort == 0.0
+
+
+@pytest.mark.parametrize(
+    ("shown", "last"),
+    [([], math.nan), ([math.nan] * 2, math.nan), ([math.nan, 3.0, math.nan, 7.0, math.nan], 7.0)],
+)
+def test_the_last_pulse_of_a_period_counts(shown: list[float], last: float) -> None:
+    assert pulsed(np.array(shown)) == pytest.approx(last, nan_ok=True)
 
 
 def test_a_course_limits_the_effort() -> None:

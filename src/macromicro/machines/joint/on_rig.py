@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple, Self
 import numpy as np
 
 from macromicro.columns import Column, Quantity, whole
-from macromicro.machines import open_rig, runs
+from macromicro.machines import lines, open_rig, runs
 from macromicro.machines.joint import loop
 from macromicro.machines.joint.loop import Bench, Plane
 from macromicro.machines.joint.machine import Joint
@@ -124,6 +124,16 @@ class Half:
         """
         self._rig.write(outputs)
 
+    def idle(self, seconds: float) -> None:
+        """Let time pass on this rig, a session, with its outputs safe.
+
+        Parameters
+        ----------
+        seconds : float
+            Duration, s.
+        """
+        self._rig.idle(seconds)
+
     def stop(self) -> None:
         """Set every output of this axis to its safe value."""
         self._rig.stop()
@@ -206,6 +216,8 @@ def driven(
 ) -> Outcome:
     """Run a plan on two rigs in step and append every period to a sink; both are stopped then.
 
+    Drives with an enable line are switched on first, and waited for until the slower gives current.
+
     Parameters
     ----------
     machine : Joint
@@ -235,6 +247,8 @@ def driven(
     chunk = runs.LIVE
     nothing = tuple(np.empty((chunk, kind.noises)) for kind in both)
     try:
+        rise = max(lines.rise(own) for own in of(settings))
+        open_rig.switched_on(parts, both, rise, dt)
         run = loop.beginning(both, under, bench, control)
         while run.tick < round(longest / dt) and not run.over:
             block = np.empty((len(rows), chunk))

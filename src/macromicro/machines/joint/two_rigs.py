@@ -109,7 +109,7 @@ def perform(
     """Run a plan on two rigs, from wherever they stand.
 
     Each is brought to where the plan begins, one after the other, under its own law and guard; then
-    both are driven in step. The sink has everything at the end, however the run ends.
+    both are driven in step. The sink has everything at the end, as of `on_rig.from_start`.
 
     Parameters
     ----------
@@ -138,19 +138,14 @@ def perform(
     MacromicroError
         An axis did not come to its start.
     """
-    blocks = Blocks()
     halves = (pair.halves[0], pair.halves[1])
-    with halves[0], halves[1]:
-        for session, rest in zip(pair.rigs, rests, strict=True):
-            session.idle(rest)
-        for k, own in enumerate(of(settings)):
-            on_rig.bring(machine.axes[k], own, plan.plans[k], halves[k])
+    each = zip(machine.axes, of(settings), plan.plans, halves, rests, strict=True)
+
+    def run(blocks: Blocks) -> Outcome:
         pair.together = True
-        try:
-            return driven(machine, settings, plan, halves, blocks, progress)
-        finally:
-            if blocks.blocks:
-                on_rig.flush(blocks.blocks, sink)
+        return driven(machine, settings, plan, halves, blocks, progress)
+
+    return on_rig.from_start([on_rig.Standing(*one) for one in each], sink, run)
 
 
 def said(settings: Any, plan: JointPlan, title: str, rigs: Two, expected: float) -> list[str]:

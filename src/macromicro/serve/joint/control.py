@@ -22,7 +22,7 @@ from macromicro.machines.sequence import MOVING, Progress
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Kind
 from macromicro.machines.tree import gains
-from macromicro.serve.stage.control import FREE, checked, led, limited
+from macromicro.serve.stage.control import checked, coasted, led, limited, nothing, pulsed
 
 Pair = tuple[Any, Any]
 
@@ -56,7 +56,7 @@ class Control:
         self.own: list[float] = []  # what the laws showed of their memory last; none while off
         self._index = [names.index(n) if n in names else -1 for n in _indices()]
         self._out = np.empty((len(names), number))
-        self._idle, self._shown = np.zeros(number), np.empty((2, number))
+        self._nothing = nothing(number)
         self._memory: list[Any] = [None, None]
         self._restart: list[int | None] = [None, None]
         self._held = [Held(), Held()]
@@ -128,8 +128,8 @@ class Control:
             self._memory[k], self.watches[k], self._held[k] = half.memory, half.watch, half.held
             self.efforts[k] = float(self._out[self._rows[k], written - 1])
             if self._index[k] >= 0:
-                for each in self._out[self._index[k], 1:written].tolist():  # the first was seen
-                    self.captured[k] = self.captured[k] if math.isnan(each) else each
+                rest = self._out[self._index[k], 1:written]  # the first was seen
+                self.captured[k] = pulsed(rest)
         after = (run.first.stage, run.second.stage)
         if self.tripped:
             self.enable = 0.0
@@ -152,9 +152,7 @@ class Control:
             state, params = stages[k], bench[k]
             if kind.lines:
                 state = self._switch[k](params, state, self.enable)
-            left = len(noise[k])
-            efforts, out = self._idle[:left], self._shown[:, :left]
-            ends.append(self._free[k](params, state, FREE, efforts, noise[k], out, self.dt)[0])
+            ends.append(coasted(self._free[k], params, state, self._nothing, noise[k], self.dt))
         return ends[0], ends[1]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from macromicro.control.live.alone import SENSORS
 from macromicro.control.live.leading import Course
 from macromicro.control.live.messages import AXES
-from macromicro.machines import guarding, pace
+from macromicro.machines import pace
 from macromicro.machines.joint import runs
 from macromicro.machines.joint.machine import Joint
 from macromicro.machines.signals import Sample
@@ -23,7 +23,7 @@ from macromicro.serve.joint.control import Control
 from macromicro.serve.shared import NO_LINES
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.stage import rig as stage_rig
-from macromicro.serve.stage.rig import counted
+from macromicro.serve.stage.rig import blind, counted, with_pulse
 from macromicro.types import ENABLE, QUIET, SAFE, Lines, Outputs
 from macromicro.types import Sample as Shown
 
@@ -84,9 +84,7 @@ class Simulated(stage_rig.Entered):
         for k, kind in enumerate(self._kinds):
             if kind.lines:
                 told = self._sense[k](self._bench[k], self._states[k])
-                if math.isnan(told.index_count):
-                    told = told._replace(index_count=self.control.captured[k])
-                self.lines[k] = told
+                self.lines[k] = with_pulse(told, self.control.captured[k])
         self.second = second
         return first
 
@@ -158,4 +156,4 @@ class Led(stage_rig.Led):
         """The latched fault in words, and whether counts may have been missed."""
         control = self._both.control
         found = faults.of_axis(*self.evidence())
-        return found, control.watches[control.faulty].fault in (guarding.SILENT, guarding.STUCK)
+        return found, blind(control.watches[control.faulty])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -93,6 +94,27 @@ def led(course: Course, gained: Any, tree: Any, wired: Wired) -> Loop:
     return Loop(gained, guard, tree.arrival, plan, wired._replace(homing=int(course.homing)))
 
 
+def pulsed(shown: Array) -> float:
+    """Counts of the last index pulse among those of some periods [NaN: none]; NaN without one."""
+    found = shown[~np.isnan(shown)]
+    return float(found[-1]) if found.size else math.nan
+
+
+def nothing(number: int) -> tuple[Array, Array]:
+    """No efforts, and where their periods are shown, for `coasted`."""
+    return np.zeros(number), np.empty((2, number))
+
+
+def coasted(
+    free: Callable[..., Any], params: Any, state: Any, idle: tuple[Array, Array], noise: Array,
+    dt: float,
+) -> Any:  # fmt: skip
+    """A stage's state after as many periods without an effort as there are draws of noise."""
+    left = len(noise)
+    state, _, _ = free(params, state, FREE, idle[0][:left], noise, idle[1][:, :left], dt)
+    return state
+
+
 class Control:
     """Law and guard of a stage of some kind, which follow a course.
 
@@ -126,8 +148,7 @@ class Control:
         self._wired = lines.wired(tree) if kind.lines else Wired()
         self._held = Held()
         self._out = np.empty((len(names), number))
-        self._idle = np.zeros(number)
-        self._shown = np.empty((2, number))
+        self._nothing = nothing(number)
         self._memory: Any
         self._restart: int | None = None  # the course's, with which the law began
         self.watch: Watch = guarding.fresh()
@@ -190,8 +211,7 @@ class Control:
         if self.own_rows:
             self.own = self._out[self.own_rows, written - 1].tolist()
         if self._index_row >= 0:
-            for each in self._out[self._index_row, 1:written].tolist():  # the first was seen
-                self.captured = self.captured if math.isnan(each) else each
+            self.captured = pulsed(self._out[self._index_row, 1:written])  # the first was seen
         if self.watch.fault != OK:
             self.enable = 0.0
         if written < self.number:
@@ -202,7 +222,4 @@ class Control:
         """The same time without an effort."""
         if self._kind.lines:
             state = self._switch(params, state, self.enable)
-        left = len(noise)
-        efforts, out = self._idle[:left], self._shown[:, :left]
-        state, _, _ = self._free(params, state, FREE, efforts, noise, out, self.dt)
-        return state
+        return coasted(self._free, params, state, self._nothing, noise, self.dt)

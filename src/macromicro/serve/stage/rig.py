@@ -11,7 +11,7 @@ import numpy as np
 
 from macromicro.control.live.leading import Course
 from macromicro.machines import guarding, lines, open_rig, pace
-from macromicro.machines.guarding import OK
+from macromicro.machines.guarding import OK, Watch
 from macromicro.machines.machine import Machine
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import quickest
@@ -20,7 +20,7 @@ from macromicro.rig.twin import VirtualClock, noise_source
 from macromicro.serve import faults
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.stage.control import Control
-from macromicro.types import ENABLE, QUIET, SAFE, Clock, Command, Outputs, Rig
+from macromicro.types import ENABLE, QUIET, SAFE, Clock, Command, Lines, Outputs, Rig
 from macromicro.types import Sample as Shown
 
 Source = Callable[[], Course]
@@ -90,9 +90,8 @@ class Simulated(Entered):
         """What the stage shows now, in whole counts."""
         seen = self._seen()
         if self.kind.lines:
-            self.lines = self._sense(self._params, self._state)
-            if math.isnan(self.lines.index_count):
-                self.lines = self.lines._replace(index_count=self.control.captured)
+            told = self._sense(self._params, self._state)
+            self.lines = with_pulse(told, self.control.captured)
         return counted(seen.t, seen.position / self.pitch)
 
     def advance(self) -> None:
@@ -105,6 +104,16 @@ class Simulated(Entered):
     def stop(self) -> None:
         """No effort until the machine leads it again."""
         self.control.effort = 0.0
+
+
+def with_pulse(told: Lines, captured: float) -> Lines:
+    """What lines say, with the index pulse that passed since they were last read, if none is on."""
+    return told._replace(index_count=captured) if math.isnan(told.index_count) else told
+
+
+def blind(watch: Watch) -> bool:
+    """Is it a fault in which counts may have been missed?"""
+    return watch.fault in (guarding.SILENT, guarding.STUCK)
 
 
 def counted(t: float, counts: float) -> Shown:
@@ -255,7 +264,7 @@ class Led:
     def fault(self) -> tuple[Trouble, bool]:
         """The latched fault in words, and whether counts may have been missed."""
         found = faults.of_stage(*self.evidence(), self._control.place)
-        return found, self._control.watch.fault in (guarding.SILENT, guarding.STUCK)
+        return found, blind(self._control.watch)
 
     def renew(self) -> None:
         """Forget the fault."""
