@@ -11,7 +11,7 @@ import pytest
 from tests.commission.axes import PLAIN, Virtual, session
 
 from macromicro.commission import axis, procedure, rotary, unbalance
-from macromicro.commission.probing import direction
+from macromicro.commission.probing import Direction, direction
 from macromicro.commission.procedure import Options, Work
 from macromicro.commission.running import Place, commission
 from macromicro.commission.stand import Caution, CommissionError, Pull, Stand
@@ -99,20 +99,34 @@ def test_a_load_that_fell_on_an_elastic_end_is_brought_off_it(angle: float) -> N
     assert STOPS[0] < made.x < STOPS[1]
 
 
-def test_a_load_that_no_effort_brings_off_its_elastic_end_is_said(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_an_end_is_felt_on_its_side_and_none_elsewhere() -> None:
     made = rig(3.0, -150.0 * DEG)
-    made.stiff = 400.0
-    own = unbalance._end
+    made.stiff, made.x = 400.0, STOPS[0] - 0.0045
+    on, started = stand(made), Direction(1.0, 1.2, 1.2, 0.01, 0.0)
+    on.rest(FREE)
+    caution = FREE._replace(speed=SPEED)
+    assert unbalance._end(on, started, caution, LIFTED) == -1.0
+    made = rig(0.0, 0.0)
+    assert unbalance._end(stand(made), started, caution, LIFTED) == 0.0
+    assert abs(made.x) < LIFTED  # it is back about where it stood
 
-    def held(*given: Any) -> float:
-        monkeypatch.setattr(unbalance, "_lifted", lambda *given: None)
-        return own(*given)
 
-    monkeypatch.setattr(unbalance, "_end", held)
+def test_what_no_effort_brings_off_its_end_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    started, lifted = Direction(1.0, 1.2, 1.2, 0.01, 0.0), unbalance.Weight(2.0, 1.0)
+    monkeypatch.setattr(unbalance, "direction", lambda *given: started)
+    monkeypatch.setattr(unbalance, "_end", lambda *given: -1.0)
+    on, asked = stand(rig(0.0, 0.0)), []
+    on.sign, on.hold, on.pull = -1.0, 1.0, Pull(1.0, 1.0)
+
+    def off(at: Stand, free: Caution, ends: Any, *rest: Any) -> unbalance.Weight | None:
+        asked.append((at.sign, at.hold, at.pull, tuple(ends)))
+        return lifted if len(asked) == 1 else None
+
+    monkeypatch.setattr(unbalance, "_lifted", off)
+    assert unbalance._begun(on, FREE, SPEED, LIFTED) == (lifted, started)
+    assert asked == [(1.0, 0.0, Pull(), (-1.0,))]
     with pytest.raises(CommissionError, match=r"stands at an end, and 10 V do not bring it off"):
-        found(stand(made))
+        unbalance._begun(on, FREE, SPEED, LIFTED)
 
 
 def test_a_balanced_load_has_none_and_a_constant_torque_stays_one() -> None:
