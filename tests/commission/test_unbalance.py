@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission import axis, procedure, rotary, unbalance
+from macromicro.commission import axis, model, procedure, rotary, unbalance
 from macromicro.commission.probing import Direction, direction
 from macromicro.commission.procedure import Options, Work
 from macromicro.commission.running import Place, commission
 from macromicro.commission.stand import Caution, CommissionError, Pull, Stand
 from macromicro.identify import eccentric
+from macromicro.identify.axis_inverse import ECCENTRIC
 from macromicro.place import ANGLE
 
 FREE = Caution(10.0, math.inf)
@@ -149,11 +150,36 @@ def test_a_torque_is_gravity_s_where_sine_and_cosine_explain_it() -> None:
     true = Pull(0.5, -0.3)
     kept = unbalance.judged(at, true.along(at), 1.0)
     assert kept is not None and (kept.sine, kept.cosine) == pytest.approx((0.5, -0.3))
+    assert kept.error == pytest.approx(0.03)  # of the friction, whose sides may differ
     assert unbalance.judged(at, np.full(9, 0.5), 1.0) is None
     assert unbalance.judged(at, 0.02 * np.sin(at), 1.0) is None  # beside the friction nothing
     scatter = np.array([0.5, -0.5, 0.5, -0.5, 0.5, -0.5, 0.5, -0.5, 0.5])
     assert unbalance.judged(at, 0.2 * np.sin(at) + scatter, 1.0) is None
     assert unbalance.judged(at[:3], np.sin(at[:3]), 1.0) is None
+
+
+def test_gravity_found_at_rest_helps_strokes_that_hardly_show_it() -> None:
+    """Strokes know the sum of offset and cosine, rest knows the cosine."""
+    names = (*model.FITTED, *ECCENTRIC)
+    at = {name: names.index(name) for name in names}
+    mean, spread = np.ones(len(names)), np.diag(np.full(len(names), 1e-4))
+    for name in ("offset", "cosine"):
+        spread[at[name], at[name]] += 4.0
+    spread[at["offset"], at["cosine"]] = spread[at["cosine"], at["offset"]] = -4.0
+    rest = Pull(1.0, 3.0, 0.1)
+    better, known = model._told(mean, spread, names, rest)
+    assert better[at["cosine"]] == pytest.approx(3.0, abs=0.01)
+    assert better[at["offset"]] == pytest.approx(-1.0, abs=0.01)
+    assert better[at["mass"]] == pytest.approx(1.0)
+    assert math.sqrt(known[at["cosine"], at["cosine"]]) == pytest.approx(0.1, rel=0.01)
+    assert math.sqrt(known[at["offset"], at["offset"]]) == pytest.approx(0.1, rel=0.02)
+    # Strokes that are surer stay as they are; what would make a mass negative is not taken.
+    sure = np.diag(np.full(len(names), 1e-8))
+    assert model._told(mean, sure, names, rest)[0] == pytest.approx(mean, abs=1e-5)
+    spread[at["mass"], at["cosine"]] = spread[at["cosine"], at["mass"]] = -3.0
+    spread[at["mass"], at["mass"]] = 4.0
+    assert model._told(mean, spread, names, rest)[0].tolist() == mean.tolist()
+    assert rest.times(-2.0).error == pytest.approx(0.2) and rest.seen_from(1.0).error == 0.1
 
 
 @pytest.mark.parametrize("sign", [pytest.param(1.0, marks=pytest.mark.slow), -1.0])
@@ -162,8 +188,8 @@ def test_an_eccentric_load_is_commissioned(sign: float) -> None:
     made = rig(2.5, angle, sign)
     work = Work(stand(made), LIMITS)
     procedure.perform(rotary.KIND, work, lambda step, intent: None, lambda step, found: None)
-    model = axis.fitted(work)
-    told = rotary.estimates(model)
+    made_of = axis.fitted(work)
+    told = rotary.estimates(made_of)
     assert told["unbalance"].value == pytest.approx(2.5, abs=told["unbalance"].half + 0.01)
     # In counts: where they fall it hangs at the other side.
     low = axis.ends_of(work).low
@@ -173,14 +199,14 @@ def test_an_eccentric_load_is_commissioned(sign: float) -> None:
     assert "sine" not in told and told["unbalance"].unit == "V" and told["hangs"].unit == "rad"
     assert made.most <= LIMITS.effort
     # The machine counts from where it is brought, a little above the low end.
-    home = axis.home(work, model)
-    settings = rotary.settings(work, model, home)
+    home = axis.home(work, made_of)
+    settings = rotary.settings(work, made_of, home)
     hangs = float(settings["load.hangs"].strip('"').split()[0])
     assert math.remainder(hangs + home.low - sign * angle, 2.0 * math.pi) == pytest.approx(
         0.0, abs=0.02
     )
     assert float(settings["load.unbalance"].strip('"').split()[0]) == pytest.approx(2.5, abs=0.05)
-    assert any("falls when the drive is off" in one for one in rotary.doubts(work, model))
+    assert any("falls when the drive is off" in one for one in rotary.doubts(work, made_of))
 
 
 def place() -> Place:

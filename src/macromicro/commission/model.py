@@ -244,6 +244,8 @@ def fitted(
     left_out = np.array([_LEFT_OUT.get(n, 0.0) for n in fitted]) * mean
     left_out[FITTED.index("offset")] = _CONSTANT * mean[FITTED.index("coulomb")]
     covariance += np.diag(left_out**2)
+    if pull.error > 0.0:
+        mean, covariance = _told(mean, covariance, fitted, pull)
     stribeck, speed = weights @ drops
     axis = Axis(
         **dict(zip(fitted, mean.tolist(), strict=True)),
@@ -254,6 +256,26 @@ def fitted(
     )
     rms = math.sqrt(chosen.square)
     return Model(axis, chosen.level, fitted, covariance, chosen.freedom, rms)
+
+
+def _told(
+    mean: Array, covariance: Array, names: tuple[str, ...], pull: Pull
+) -> tuple[Array, Array]:
+    """Parameters and covariance with what gravity was found to be at rest.
+
+    Short strokes hardly tell it from a constant force; together they are the mean of both, each
+    weighted by how sure it is.
+    """
+    at = [names.index(n) for n in ECCENTRIC]
+    off = np.array([pull.sine, pull.cosine]) - mean[at]
+    gain = covariance[:, at] @ np.linalg.inv(
+        covariance[np.ix_(at, at)] + pull.error**2 * np.eye(len(at))
+    )
+    better = mean + gain @ off
+    kept = [names.index(n) for n in ("mass", "viscous", "coulomb", "lag")]
+    if (better[kept] <= 0.0).any() and (mean[kept] > 0.0).all():
+        return mean, covariance
+    return better, covariance - gain @ covariance[at]
 
 
 def _limited(strokes: Sequence[Record], breakaway: float, dt: float, pull: Pull) -> Axis:

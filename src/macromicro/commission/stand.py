@@ -76,10 +76,13 @@ class Pull(NamedTuple):
     ----------
     sine, cosine : float
         Effort that holds it, V.
+    error : float, optional
+        Standard error of either, V; 0: not known.
     """
 
     sine: float = 0.0
     cosine: float = 0.0
+    error: float = 0.0
 
     @property
     def most(self) -> float:
@@ -130,7 +133,8 @@ class Pull(NamedTuple):
             V.
         """
         c, s = math.cos(zero), math.sin(zero)
-        return Pull(self.sine * c - self.cosine * s, self.sine * s + self.cosine * c)
+        made = self.sine * c - self.cosine * s, self.sine * s + self.cosine * c
+        return Pull(*made, self.error)
 
     def times(self, factor: float) -> Pull:
         """The same so many times as strong.
@@ -145,7 +149,7 @@ class Pull(NamedTuple):
         Pull
             V.
         """
-        return Pull(factor * self.sine, factor * self.cosine)
+        return Pull(factor * self.sine, factor * self.cosine, abs(factor) * self.error)
 
 
 BALANCED = Pull()

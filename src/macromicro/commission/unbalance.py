@@ -93,7 +93,7 @@ def found(
             "allow a larger --effort"
         )
     stand.pull = held
-    return Weight(0.0, friction, held.sine, held.cosine)
+    return Weight(0.0, friction, held.sine, held.cosine, held.error)
 
 
 def fitted(at: Array, torque: Array) -> Pull:
@@ -142,7 +142,10 @@ def judged(at: Array, torque: Array, friction: float) -> Pull | None:
     error = math.sqrt(float(np.trace(spread)))
     if pull.most < max(_CLEAR * error, _LEAST * friction):
         return None
-    return pull if left < _HALF * float(np.sum((torque - torque.mean()) ** 2)) else None
+    if left >= _HALF * float(np.sum((torque - torque.mean()) ** 2)):
+        return None
+    # Friction that differs from way to way is a torque, too.
+    return pull._replace(error=math.hypot(error, _LEAST * friction))
 
 
 def _begun(stand: Stand, caution: Caution, speed: float, lifted: float) -> tuple[Weight, Direction]:

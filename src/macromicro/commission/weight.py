@@ -38,17 +38,20 @@ class Weight(NamedTuple):
     sine, cosine : float, optional
         Effort that holds an eccentric load that turns, V at the D/A: so many times the angle's
         sine and cosine, counted as its encoder does in this session.
+    error : float, optional
+        Standard error of these, V.
     """
 
     hold: float
     breakaway: float
     sine: float = 0.0
     cosine: float = 0.0
+    error: float = 0.0
 
     @property
     def pull(self) -> Pull:
         """What depends on the angle."""
-        return Pull(self.sine, self.cosine)
+        return Pull(self.sine, self.cosine, self.error)
 
 
 class Lift:

@@ -150,7 +150,7 @@ def alone(
         exact = (x[kept] - y[kept[0]]) / step
         expected += float(np.minimum(np.sqrt(2.0 / np.pi) * far[kept] / step, 1.0).sum())
         places = [0.5] if zeroed else _PLACES
-        seen += min(np.count_nonzero(np.floor(exact + at) != whole) for at in places)
+        seen += min(int(np.count_nonzero(np.floor(exact + at) != whole)) for at in places)
     return bool(seen <= _BY_CHANCE + _FURTHER * expected)
 
 
