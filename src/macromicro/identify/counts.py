@@ -151,7 +151,9 @@ def alone(
         expected += float(np.minimum(np.sqrt(2.0 / np.pi) * far[kept] / step, 1.0).sum())
         places = [0.5] if zeroed else _PLACES
         seen += min(int(np.count_nonzero(np.floor(exact + at) != whole)) for at in places)
-    return bool(seen <= _BY_CHANCE + _FURTHER * expected)
+    # A zero that is unknown is anywhere within a count, and at most twice as far off as on average.
+    further = _FURTHER if zeroed else 2.0 * _FURTHER
+    return bool(seen <= _BY_CHANCE + further * expected)
 
 
 def explains(residual: Array, step: float) -> bool:
