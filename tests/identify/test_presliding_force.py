@@ -43,7 +43,7 @@ def moved(axis: Presliding, n: int, push: Array | float = 0.0) -> Rows:
     return differences(Run(t, u, x), u, 80.0, 5)
 
 
-def problem(rows: Rows, axis: Presliding) -> tuple[Problem, Array, Shape]:
+def problem(rows: Rows, axis: Presliding) -> tuple[Problem, Array, Shape, list[Array]]:
     """A search that stands at the truth."""
     rigid = Estimate(Axis(2.0, 15.0, 5.0), ("mass", "viscous", "coulomb"), np.eye(3), 0.0, 0.0)
     made = problem_of([rows], rigid)
@@ -51,7 +51,8 @@ def problem(rows: Rows, axis: Presliding) -> tuple[Problem, Array, Shape]:
     z = [1.0, 1.0, axis.offset / 5.0, inner, axis.settling / DT, axis.asymmetry / 15.0, 1.0]
     odds = list(np.log(axis.shares[1:] / axis.shares[0])) if len(axis.shares) else []
     friction = "gms" if odds else "lugre"
-    return made, np.array(z + odds), Shape(friction, NAMES, 1)
+    at, shape = np.array(z + odds), Shape(friction, NAMES, 1)
+    return made, at, shape, made.missed(at, shape)
 
 
 @pytest.mark.parametrize("axis", [TRUTH, ELEMENTS])

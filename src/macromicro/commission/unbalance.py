@@ -59,6 +59,7 @@ def found(
     """
     first, way = _begun(stand, caution, speed, lifted)
     friction = 0.5 * (way.forward + way.backward)
+    slow = caution._replace(speed=speed)
     at = [stand.position()]
     torque = [stand.hold + stand.sign * 0.5 * (way.forward - way.backward)]
     stand.hold = 0.0
@@ -69,7 +70,7 @@ def found(
                 target = at[0] + side * offset
                 if not window[0] <= target <= window[1]:
                     break
-                if not _crept(stand, target, friction, caution._replace(speed=speed)):
+                if not _crept(stand, target, friction, slow):
                     break
                 one = _torque(stand, way, friction, caution)
                 if one is None:
@@ -78,8 +79,8 @@ def found(
                 torque.append(one)
                 _hold(stand, at, torque)
             # Between sides: where it began may be next to an end.
-            _crept(stand, at[0], friction, caution._replace(speed=speed))
-        _crept(stand, 0.5 * (min(at) + max(at)), friction, caution._replace(speed=speed))
+            _crept(stand, at[0], friction, slow)
+        _crept(stand, 0.5 * (min(at) + max(at)), friction, slow)
     finally:
         stand.sign = 1.0
     held = judged(np.array(at), np.array(torque), friction)

@@ -93,24 +93,21 @@ class Lift:
             return self.ramp.way * self.effort if self.ramp.slid else given
         rising = -self.sinks * v
         self.slowing = self.slowing or up >= self.lifted
+        if not abs(x - self.at) < 1.5 * self.pitch:
+            self.at, self.since = x, t
+        stood = t - self.since
         if not self.slowing:
             change = self.ramp.effort / _LOWERED * self.dt
             if rising > self.speed:
                 self.effort -= change
             elif rising < self.speed / 3.0:
                 self.effort = min(self.effort + 0.1 * change, _OVER * self.ramp.effort)
-            if not abs(x - self.at) < 1.5 * self.pitch:
-                self.at, self.since = x, t
-            elif t - self.since >= _STAYS and self.effort >= _OVER * self.ramp.effort:
+            if stood >= _STAYS and self.effort >= _OVER * self.ramp.effort:
                 self.ramp.again(x, self.effort)  # what slid was an end that is elastic
             return self.ramp.way * self.effort
-        if not abs(x - self.at) < 1.5 * self.pitch:
-            still, self.at, self.since = False, x, t
-        else:
-            still = t - self.since >= 0.2 * _STAYS
-        if not still and rising:  # between two counts it may go on, or stand
+        if stood < 0.2 * _STAYS and rising:  # between two counts it may go on, or stand
             self.effort -= math.copysign(self.ramp.effort / _LOWERED * self.dt, rising)
-        self.held = t - self.since >= _STAYS
+        self.held = stood >= _STAYS
         return None if self.held else self.ramp.way * self.effort
 
 

@@ -250,7 +250,7 @@ def _spread(
     """Covariance of the parameters; `found` is in their parts of `scale`."""
     pushed = [r._replace(force=late(r.force, final.lag / r.run.dt)) for r in rows]
     noise = axis_spread.disturbance(pushed, start)
-    spread, explained = axis_spread.covariance(pieces, final, found.jac, found.fun, noise)
+    spread, explained = axis_spread.covariance(pieces, final, found.jac, found.fun, [noise])
     spread = spread * np.outer(scale, scale)
     # Two methods that ought to agree say how far apart a wrong model can be. Where the free run is
     # explained, what is many times more than inverse dynamics' own errors counts (after Hausman,

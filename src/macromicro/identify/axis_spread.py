@@ -13,7 +13,7 @@ from macromicro.identify.axis_inverse import Estimate, Rows, force_residuals, re
 from macromicro.identify.axis_pieces import Pieces, cleared, runs, settled
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.slow_noise import Fit, is_slow, unshown
-from macromicro.identify.spread import autoregression, clustered
+from macromicro.identify.spread import autoregression, clustered, larger
 
 MANY = 16  # pieces: from there on their own scatter tells the errors
 _DRAWS = 100
@@ -149,9 +149,7 @@ def covariance(
     axis: Any,
     jacobian: Array,
     error: Array,
-    told: Noise,
-    *,
-    warned: bool = True,
+    told: Sequence[Noise],
 ) -> tuple[Array, bool]:
     """Covariance of the parameters, and whether noise explains what the free run misses.
 
@@ -171,10 +169,9 @@ def covariance(
         Slopes of the errors by the parameters, pieces stacked.
     error : ndarray, shape (n,)
         Measured less free run.
-    told : Noise
-        What disturbs them.
-    warned : bool, optional
-        Whether to say so where noise does not explain what the free run misses.
+    told : Sequence[Noise]
+        What disturbs them, or what may: the larger errors are told, and the last one judges whether
+        the free run is explained.
 
     Returns
     -------
@@ -186,8 +183,24 @@ def covariance(
     rounded = _by_rounding(pieces, axis, jacobian, error)
     if rounded is not None:
         return rounded, True
-    count = sum(len(p.starts) for p in pieces)
-    few = count < MANY
+    few = sum(len(p.starts) for p in pieces) < MANY
+    found, fits = _by_noise(pieces, axis, jacobian, error, told[-1], few)
+    for other in told[:-1] if few else ():
+        found = larger(found, _by_noise(pieces, axis, jacobian, error, other, few, warned=False)[0])
+    return found, fits
+
+
+def _by_noise(
+    pieces: list[Pieces],
+    axis: Any,
+    jacobian: Array,
+    error: Array,
+    told: Noise,
+    few: bool,
+    *,
+    warned: bool = True,
+) -> tuple[Array, bool]:
+    """As `covariance`, by one noise; of many pieces by their own scatter."""
     drawn = _drawn(pieces, axis, jacobian, told, _DRAWS if few else _DRAWS // 4)
     explained = float(np.quantile(np.sqrt(drawn.left), _OFTEN))
     rms = float(np.sqrt(np.mean(error**2)))

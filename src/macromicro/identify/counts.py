@@ -200,7 +200,12 @@ def steps(outputs: Sequence[Array], residuals: Sequence[Array]) -> list[float] |
 
 
 def found(
-    slopes: Array, weights: Array, outputs: Sequence[Array], runs: Sequence[Array]
+    slopes: Array,
+    weights: Array,
+    outputs: Sequence[Array],
+    runs: Sequence[Array],
+    *,
+    zeroed: bool = False,
 ) -> Array | None:
     """Covariance of a fit of free runs where rounding of the outputs is all that moved it.
 
@@ -212,6 +217,8 @@ def found(
         Of the samples.
     outputs, runs : Sequence[ndarray]
         Measured and by the model, n values in all.
+    zeroed : bool, optional
+        Whether the zero of the counts is known.
 
     Returns
     -------
@@ -224,5 +231,6 @@ def found(
     if every is None:
         return None
     heavy = slopes * weights[:, None]
-    told = covariance(np.linalg.pinv(heavy.T @ slopes) @ heavy.T, runs, every)
-    return told if alone(slopes, told, outputs, runs, every) else None
+    solve = np.linalg.pinv(heavy.T @ slopes) @ heavy.T
+    told = covariance(solve, runs, every, zeroed=zeroed)
+    return told if alone(slopes, told, outputs, runs, every, zeroed=zeroed) else None

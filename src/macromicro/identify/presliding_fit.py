@@ -34,7 +34,6 @@ from macromicro.identify.presliding_search import (
     problem_of,
     searched,
 )
-from macromicro.identify.spread import larger
 
 _ELASTIC = ("stiffness", "settling", "share")
 _NEARLY = 10.0  # times the noise of the position: a fit by measured starts, to be taken further
@@ -243,15 +242,17 @@ def _spread(problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse:
     """Standard errors; NaN where a parameter ended at its bound."""
     low, high, scale = bounds(z, shape)
     model = problem.model(z, shape)
-    missed = np.concatenate(problem.missed(z, shape))
-    slopes = problem.slopes(z, shape)
-    covariance = np.zeros((len(z), len(z)))
-    noises = _noises(problem, z, shape, rows, inverse)
-    for noise in noises:
-        by, _ = axis_spread.covariance(
-            problem.pieces, model, slopes, missed, noise, warned=noise is noises[-1]
-        )
-        covariance = larger(by, covariance)
+    missed = problem.missed(z, shape)
+    noises = [axis_spread.disturbance(rows, inverse)]
+    # Rigid friction's residuals hold the give of the friction, too, which hides how slow forces
+    # are. Along elastic friction's way they show, but of noise of the position too little, and
+    # nothing of short pieces. Neither is sure.
+    forces, taken = disturbed(problem, z, shape, missed)
+    if forces:
+        noises.insert(0, axis_spread.noise(rows, model, forces, taken))
+    covariance, _ = axis_spread.covariance(
+        problem.pieces, model, problem.slopes(z, shape), np.concatenate(missed), noises
+    )
 
     def shown(at: Array) -> Array:
         return told(problem.model(at, shape), shape)[1]
@@ -269,19 +270,3 @@ def _spread(problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse:
         )
     std[[names.index(n) for n in bound]] = np.nan
     return np.asarray(std)
-
-
-def _noises(
-    problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse: Estimate
-) -> list[axis_spread.Noise]:
-    """What may have disturbed the axis, neither of which is sure: the larger errors are told.
-
-    Rigid friction's residuals hold the give of the friction, too, which hides how slow forces are.
-    Along elastic friction's way they show, but of noise of the position too little; and nothing of
-    short pieces.
-    """
-    rigid = axis_spread.disturbance(rows, inverse)
-    forces, taken = disturbed(problem, z, shape)
-    if not forces:
-        return [rigid]
-    return [axis_spread.noise(rows, problem.model(z, shape), forces, taken), rigid]

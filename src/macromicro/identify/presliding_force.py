@@ -85,7 +85,9 @@ def needed(rows: Rows, p: Presliding) -> Array:
     return np.asarray(table.sum(axis=1))
 
 
-def disturbed(problem: Problem, z: Array, shape: Shape) -> tuple[list[Array], list[Array]]:
+def disturbed(
+    problem: Problem, z: Array, shape: Shape, errors: list[Array]
+) -> tuple[list[Array], list[Array]]:
     """Forces that nobody measured, and what each parameter adds to what they were found from.
 
     They are the difference of what moves the axis along the record and along the free run: both
@@ -99,6 +101,8 @@ def disturbed(problem: Problem, z: Array, shape: Shape) -> tuple[list[Array], li
         Scaled parameters.
     shape : Shape
         Which they are.
+    errors : list[ndarray]
+        What their free runs miss, from `Problem.missed`.
 
     Returns
     -------
@@ -110,7 +114,7 @@ def disturbed(problem: Problem, z: Array, shape: Shape) -> tuple[list[Array], li
     low, _, scale = bounds(z, shape)
     model, high = problem.model(z, shape), np.full(len(z), np.inf)
     missed, taken = [], []
-    for pieces, error in zip(problem.pieces, problem.missed(z, shape), strict=True):
+    for pieces, error in zip(problem.pieces, errors, strict=True):
         for first, many in zip(pieces.starts.tolist(), pieces.lengths.tolist(), strict=True):
             if many < _LEAST * pieces.rows.factor:
                 continue

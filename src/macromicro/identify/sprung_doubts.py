@@ -76,16 +76,11 @@ def covariance(
 def _rounded(records: Sequence[Run], best: End, used: npt.NDArray[np.intp]) -> Array | None:
     """Covariance where rounding of the output is all that moved the parameters; else None."""
     outputs, parts = [r.x for r in records], parted(records, best.residual)
-    steps = counts.steps(outputs, parts)
-    if steps is None:
-        return None
     runs = [x - missed for x, missed in zip(outputs, parts, strict=True)]
     size = np.linalg.norm(best.slopes[:, used], axis=0)
     slopes = best.slopes[:, used] / size
-    told = counts.covariance(np.linalg.pinv(slopes), runs, steps, zeroed=True)
-    if not counts.alone(slopes, told, outputs, runs, steps, zeroed=True):
-        return None
-    return np.asarray(told / np.outer(size, size))
+    told = counts.found(slopes, np.ones(len(slopes)), outputs, runs, zeroed=True)
+    return None if told is None else np.asarray(told / np.outer(size, size))
 
 
 def _coloured(records: Sequence[Run], best: End, used: npt.NDArray[np.intp]) -> Array:

@@ -207,12 +207,15 @@ def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
     model = step_response(Modes(*theta), record.t[usable])
     errors[usable] = np.asarray(model) - record.rise[usable] / goal
     step = counts.pitch(record.rise[usable])
-    spread, least = sampled(found.jac, usable[chosen], errors), _least(found)
+    rounded = None
     if step is not None and counts.explains(errors, step / goal):
         every = [y + found.fun], [step / goal]
-        rounded = counts.covariance(np.linalg.pinv(found.jac), *every)
-        if counts.alone(found.jac, rounded, [y], *every):
-            spread, least = rounded, np.zeros(len(theta))
+        told = counts.covariance(np.linalg.pinv(found.jac), *every)
+        rounded = told if counts.alone(found.jac, told, [y], *every) else None
+    if rounded is not None:
+        spread, least = rounded, np.zeros(len(theta))
+    else:
+        spread, least = sampled(found.jac, usable[chosen], errors), _least(found)
     std = theta * np.maximum(np.sqrt(np.diag(spread)), least)
     order = np.argsort(-theta[:3])
     modes = Modes(*(float(v) for v in np.r_[theta[:3][order], theta[3:][order]]))
