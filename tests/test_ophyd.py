@@ -16,13 +16,10 @@ EXAMPLES = Path(__file__).parents[1] / "examples" / "machines"
 
 
 @pytest.fixture(scope="module")
-def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+def stage() -> Iterator[Any]:
     from macromicro.ophyd import Positioner
 
-    folder = tmp_path_factory.mktemp("ophyd")
-    patient = '\n[serve]\nmiss_share = 1.0\nloop_timeout = "5 s"\nparent_timeout = "5 s"\n'
-    (folder / "own.toml").write_text((EXAMPLES / "screw.toml").read_text() + patient)
-    made = Positioner(config=str(folder / "own.toml"), name="stage")
+    made = Positioner(config=str(EXAMPLES / "screw.toml"), name="stage")
     yield made
     made.close()
 
@@ -106,15 +103,13 @@ def test_bluesky_scans_it(stage: Any) -> None:
 
 
 @pytest.mark.slow
-def test_two_axes_share_a_machine(tmp_path: Path) -> None:
+def test_two_axes_share_a_machine() -> None:
     from bluesky.plans import grid_scan
     from ophyd.sim import det
 
     from macromicro.ophyd import Positioner
 
-    patient = '\n[serve]\nmiss_share = 1.0\nloop_timeout = "5 s"\nparent_timeout = "5 s"\n'
-    (tmp_path / "own.toml").write_text((EXAMPLES / "xy-plotter.toml").read_text() + patient)
-    x = Positioner(config=str(tmp_path / "own.toml"), name="x", axis="x")
+    x = Positioner(config=str(EXAMPLES / "xy-plotter.toml"), name="x", axis="x")
     try:
         y = Positioner(machine=x.machine, name="y", axis="y")
         engine = bluesky.RunEngine({})
