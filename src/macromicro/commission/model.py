@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.commission import uneven
+from macromicro.commission import left_out, uneven
 from macromicro.commission.stand import BALANCED, CommissionError, Pull, Record
 from macromicro.commission.uneven import Fit, Level, held
 from macromicro.identify.axis import Axis, late, simulate
@@ -46,16 +46,6 @@ _SPEEDS = (1e-3, 0.01, 0.03, 0.1, 0.3)  # Stribeck speeds tried, parts of the to
 _LIMITS = (0.1, 0.2, 0.4, 0.7)  # of the largest effort: limits of the force to begin with
 _LIMITED = 0.7  # a limit must lower the error to that part
 _FINER = 2  # times that the best speed's neighbours are halved
-# Standard deviation of what this model leaves out (bristles, the current's rise), as a part of the
-# value: seen on 12 random axes of docs/make_commissioning.py, and checked on 40 others there.
-_LEFT_OUT = {"mass": 0.002, "viscous": 0.003, "coulomb": 0.006}
-# The same of a constant force, as a part of the sliding friction (the D/A rounds what holds a
-# weight to one of its steps): seen on 15 axes that sink, and checked on others.
-_CONSTANT = 0.0007
-# Part of lag Fv by which the mass is expected to be larger, and its standard deviation: the
-# product of two shares between 0 and 1 of which nothing is known.
-_ELECTRICAL = 0.25
-_SOONEST, _UNSEEN = 0.02, 0.3  # periods: a lag that is none, and how far off that may be (std.)
 _SHARE = 0.95
 _APART = (
     "the strokes do not tell mass and friction apart: are there strokes in both directions, and "
@@ -166,8 +156,7 @@ def fitted(
     independent witness of what is left out then (bristles, a current's rise), whatever its colour
     is within a stroke: the sandwich of cluster-robust least squares (Liang and Zeger 1986).
 
-    What even this leaves out is not to be seen in any stroke; it is added as a small part of the
-    value (`_LEFT_OUT`).
+    What even this leaves out is not to be seen in any stroke; it is added (`left_out`).
 
     How fast the breakaway friction fades with the speed is hardly to be seen beside friction that
     depends on the place, but the mass depends on it. So several speeds are tried, and the results
@@ -234,16 +223,8 @@ def fitted(
         w * one.covariance[:count, :count] for w, one in zip(weights, every, strict=True)
     )
     covariance += np.einsum("k,ki,kj->ij", weights, away, away)
-    # An inductance shows as a lag, and its back-EMF as less mass: by lag Fv, if all of the lag is
-    # electrical and all of the slope back-EMF. How much of either is so, no stroke shows.
-    hidden = _ELECTRICAL * mean[FITTED.index("lag")] * mean[FITTED.index("viscous")]
-    mean[FITTED.index("mass")] += hidden
-    covariance[FITTED.index("mass"), FITTED.index("mass")] += hidden**2
-    if mean[FITTED.index("lag")] < _SOONEST * dt:  # at its bound, where nothing says how sure it is
-        covariance[FITTED.index("lag"), FITTED.index("lag")] += (_UNSEEN * dt) ** 2
-    left_out = np.array([_LEFT_OUT.get(n, 0.0) for n in fitted]) * mean
-    left_out[FITTED.index("offset")] = _CONSTANT * mean[FITTED.index("coulomb")]
-    covariance += np.diag(left_out**2)
+    shift, hidden = left_out.beside(mean, fitted, chosen.level.places, dt)
+    mean, covariance = mean + shift, covariance + hidden
     if pull.error > 0.0:
         mean, covariance = _told(mean, covariance, fitted, pull)
     stribeck, speed = weights @ drops
