@@ -160,7 +160,7 @@ def chosen(rows: list[Rows]) -> Judged:
     squares: dict[str, Array] = {}
     reasons: dict[str, str] = {}
     for name in STRUCTURES:
-        found = _held_out(rows, name)
+        found = held_out(rows, name)
         if isinstance(found, str):
             reasons[name] = found
         else:
@@ -193,8 +193,21 @@ def chosen(rows: list[Rows]) -> Judged:
     )
 
 
-def _held_out(rows: list[Rows], name: str) -> Array | str:
-    """Mean square of the force error in each held-out block, or why there is none."""
+def held_out(rows: list[Rows], name: str) -> Array | str:
+    """How well a structure foretells the force.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    name : str
+        Of the structure.
+
+    Returns
+    -------
+    ndarray, shape (k,), or str
+        Mean square of the force error in each held-out block, or why there is none.
+    """
     squares = []
     for train, test in folds(rows):
         try:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import axis_choice, axis_doubts, axis_thin
+from macromicro.identify import axis_choice, axis_doubts, axis_load, axis_thin
 from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_choice import Judged, part
 from macromicro.identify.axis_instruments import instrumented
@@ -131,7 +131,7 @@ def drive(  # noqa: PLR0913 -- one parameter per option
     holdout: float = 0.3,
     limit: float | None = None,
     delay: int | str = 0,
-    eccentric: bool = False,
+    eccentric: bool | None = False,
 ) -> DriveFit:
     """Parameters of M dv/dt = gain u - friction(v) - offset (`macromicro.identify.axis`).
 
@@ -165,9 +165,9 @@ def drive(  # noqa: PLR0913 -- one parameter per option
     delay : int | str, optional
         Samples by which u acts late; "fit": found from the data, with the fraction of a sample as
         the axis' `lag`.
-    eccentric : bool, optional
+    eccentric : bool | None, optional
         Gravity pulls at an eccentric load, which turns: x in rad, and `sine` and `cosine` of the
-        axis are found, too.
+        axis are found, too. None: x in rad, without such a load, and a warning where one shows.
 
     Returns
     -------
@@ -182,7 +182,7 @@ def drive(  # noqa: PLR0913 -- one parameter per option
     _check(gain, structure, holdout, delay)
     runs = runs_of(t, u, x)
     whole = 0 if isinstance(delay, str) else int(delay)
-    driven, lag = Driven(gain, limit, whole, eccentric, filtering, holdout), None
+    driven, lag = Driven(gain, limit, whole, bool(eccentric), filtering, holdout), None
     if isinstance(delay, str):
         driven, lag = _delayed(runs, driven)
     fine, coarse = 1, 1
@@ -194,6 +194,8 @@ def drive(  # noqa: PLR0913 -- one parameter per option
     if structure == "auto":
         judged = axis_choice.chosen(rows)
         structure = judged.structure
+    if eccentric is None:
+        axis_load.warned(rows, structure)
     if coarse > 1:
         rows = _means(runs, fine, driven)
     inverse = instrumented(rows, fitted(rows, structure))

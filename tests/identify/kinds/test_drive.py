@@ -155,6 +155,23 @@ def test_an_eccentric_load_is_told_as_people_know_it(
     assert si(load["hangs"]) == pytest.approx(math.atan2(0.4, 0.3) - X.min())
 
 
+@pytest.mark.parametrize(
+    ("header", "asked_for", "taken"),
+    [("t_s,u_V,x_deg", False, None), ("t_s,u_V,x_deg", True, True), ("t_s,u_V,x_m", False, False)],
+)
+def test_an_angle_may_hide_an_eccentric_load(
+    tmp_path: Path,
+    asked: list[dict[str, Any]],
+    header: str,
+    asked_for: bool,
+    taken: bool | None,
+) -> None:
+    """None: it is looked for, and a warning says where it shows."""
+    file = table(tmp_path / "a.csv", header, T, np.cos(20.0 * T), X)
+    drive.identify(given(file), Options(eccentric=asked_for))
+    assert asked[0]["eccentric"] is taken
+
+
 @pytest.mark.parametrize("name", ["eccentric", "endless"])
 @pytest.mark.parametrize(
     ("header", "change", "found", "accepted"),

@@ -138,7 +138,7 @@ def identify(picking: Picking, options: Options) -> Result:
         structure=options.structure,
         limit=options.limit,
         delay=delay,
-        eccentric=options.eccentric,
+        eccentric=options.eccentric or (None if x_unit == ANGLE.base else False),
     )
     lines = drive_words.lines(fit, units)
     trials = [testing.driven(fit, run, file) for file, run in unseen]
