@@ -39,6 +39,7 @@ def test_a_weight_makes_the_two_directions_differ() -> None:
     assert found.forward == pytest.approx(1.7, abs=0.02)
     assert found.backward == pytest.approx(0.7, abs=0.02)
     assert found.breakaway == found.forward
+    assert (found.friction, found.constant) == pytest.approx((1.2, 0.5), abs=0.02)
 
 
 @pytest.mark.parametrize(

@@ -67,6 +67,16 @@ class Direction(NamedTuple):
         """The larger of the two, V."""
         return max(self.forward, self.backward)
 
+    @property
+    def friction(self) -> float:
+        """Their mean, V: what starts it beside a constant force."""
+        return 0.5 * (self.forward + self.backward)
+
+    @property
+    def constant(self) -> float:
+        """Effort forwards that a constant force takes, V: it helps one way, hinders the other."""
+        return 0.5 * (self.forward - self.backward)
+
     def surely(self, effort: float) -> float:
         """Effort that moves the axis: breakaway, or some where there is hardly any friction.
 

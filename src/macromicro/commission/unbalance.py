@@ -58,10 +58,10 @@ def found(
         It moves without an end, does not start, or no effort turns its load.
     """
     first, way = _begun(stand, caution, speed, lifted)
-    friction = 0.5 * (way.forward + way.backward)
+    friction = way.friction
     slow = caution._replace(speed=speed)
     at = [stand.position()]
-    torque = [stand.hold + stand.sign * 0.5 * (way.forward - way.backward)]
+    torque = [stand.hold + stand.sign * way.constant]
     stand.hold = 0.0
     try:
         _hold(stand, at, torque)
@@ -186,9 +186,8 @@ def _lifted(
 
 def _end(stand: Stand, way: Direction, caution: Caution, lifted: float) -> float:
     """On which side an end holds it where it stands, 1 or -1 in counts; 0 where none does."""
-    start, friction = stand.position(), 0.5 * (way.forward + way.backward)
-    torque = stand.sign * 0.5 * (way.forward - way.backward)
-    _hold(stand, [start], [torque])
+    start, friction = stand.position(), way.friction
+    _hold(stand, [start], [stand.sign * way.constant])
     for side in (1.0, -1.0):
         if not _crept(stand, start + side * lifted, friction, caution):
             return side
@@ -215,7 +214,7 @@ def _crept(stand: Stand, target: float, friction: float, caution: Caution) -> bo
         p = stand.place
         raise CommissionError(
             f"it does not creep to {p.per * (target - start):.3g} {p.unit} from where it stands, "
-            "and gravity pulls at an eccentric load: let it creep faster (--creep), or give it an "
+            "where an eccentric load would show: let it creep faster (--creep), or give it an "
             "encoder of more counts"
         )
     return True
