@@ -8,7 +8,7 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from random import Random
-from tempfile import mkdtemp
+from tempfile import TemporaryDirectory, mkdtemp
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from macromicro.export.kinds import REAL, TRUTH, WHOLE, Rows, Several, Struct
 from macromicro.export.units import Unit
 from tests.export.bound import Bound, arrays, bits, built, strict
 
+BUILT = TemporaryDirectory(prefix="macromicro-")  # gone with this process
 UNITS = tuple(catalogue.every())
 RAISED = (ZeroDivisionError, OverflowError, ValueError, IndexError)
 
@@ -69,7 +70,7 @@ def made(name: str, level: str = "-O1") -> Any:
     """A unit, its code, its library."""
     unit = unit_of(name)
     written = files.written(unit)
-    folder = Path(mkdtemp(prefix="macromicro-"))
+    folder = Path(mkdtemp(dir=BUILT.name))
     return unit, written, built(written, folder, level=level)
 
 

@@ -6,7 +6,7 @@ import math
 from copy import deepcopy
 from functools import cache
 from pathlib import Path
-from tempfile import mkdtemp
+from tempfile import TemporaryDirectory, mkdtemp
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from macromicro.export.units import Entry, Unit
 from tests.export import spoken
 from tests.export.bound import Bound, arrays, bits, built
 
+BUILT = TemporaryDirectory(prefix="macromicro-")  # gone with this process
 NUMBERS = st.one_of(
     st.floats(-1e6, 1e6),
     st.sampled_from([0.0, -0.0, 0.5, 1.5, 2.5, -0.5, -1.5, 1e18, math.nan, math.inf, -math.inf]),
@@ -55,7 +56,7 @@ def made(name: str) -> Any:
     values = EXAMPLES.get(name, (0.0,) * function.__code__.co_argcount)
     unit = Unit(name, name, (Entry("go", function, values),), {})
     written = files.written(unit)
-    return written, built(written, Path(mkdtemp(prefix="macromicro-")), level="-O2")
+    return written, built(written, Path(mkdtemp(dir=BUILT.name)), level="-O2")
 
 
 @pytest.mark.parametrize("name", WORDS)

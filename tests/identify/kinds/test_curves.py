@@ -36,6 +36,22 @@ def test_falls_are_cut_where_the_input_turned() -> None:
         np.testing.assert_array_equal(out, f[top : top + 11])
 
 
+def test_a_rise_begins_where_the_output_is_what_it_is_at_the_low_end() -> None:
+    """A record that begins in a room colder than all that it is cooled to afterwards."""
+    u = legs(0, 10, 2, 8, 2, 6, 5, 7, 2)
+
+    def extended(level: float) -> int:
+        f = np.where(u <= 2.0, 0.0, np.where(u < 5.5, level, 1.0))
+        f[41:60] = 1.0  # it turns at 5 before it has come down
+        return len(curves.cut(u, f))
+
+    assert extended(0.5) == 3  # but not after the rise from 5
+    f = np.where(u < 1.5, 0.0, np.where(u < 5.5, 0.031, 1.0))
+    assert len(curves.cut(u, f)) == 1
+    f = np.where(u < 1.5, 0.0, np.where(u < 5.5, 0.029, 1.0))
+    assert len(curves.cut(u, f)) == 4
+
+
 def test_what_turns_by_three_hundredths_is_no_noise() -> None:
     def cycles(dip: float) -> list[curves.Pair]:
         u = np.r_[legs(0, 10, 6, n=8)[:-1], legs(6, 6 + dip, 0, n=6)[:-1], legs(0, 9, 0, n=6)]

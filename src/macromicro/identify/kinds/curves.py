@@ -16,7 +16,7 @@ from macromicro.identify.smoothing import window_means
 Pair = tuple[Array, Array]
 
 _NEAR = 0.1  # a cycle begins within this part of the range from an end of it
-_LEG = 0.03  # what turns by less than this part of the range is noise
+_LEG = 0.03  # what turns by less than this part of the range is noise; of the output, too
 _WINDOWS = 300  # points of a curve over the whole range
 
 
@@ -132,7 +132,9 @@ def cleaned(table: Picked) -> Pair:
 def cut(u: Array, f: Array) -> list[Pair]:
     """Falls of the input that follow a rise from its low end: descending curves.
 
-    Points are means over windows, so that noise of the input does not shuffle them.
+    A rise begins there, too, where the output is what it is at that end: a record that begins in a
+    cold room is lower than all that follows it. Points are means over windows, so that noise of the
+    input does not shuffle them.
 
     Parameters
     ----------
@@ -148,11 +150,12 @@ def cut(u: Array, f: Array) -> list[Pair]:
 
     extent = float(np.ptp(u))
     low = float(u.min()) + _NEAR * extent
+    off = np.abs(f - f[np.argmin(u)]) > _LEG * float(np.ptp(f))
     turns = turning_points(u, _LEG * extent)
     found = []
     for (before, top), (_, end) in pairwise(pairwise(turns)):
         fall = u[top : end + 1]
-        if u[before] > low or fall[0] - fall[-1] < _LEG * extent or len(fall) < 5:
+        if (u[before] > low and off[before]) or fall[0] - fall[-1] < _LEG * extent or len(fall) < 5:
             continue
         uu, ff = window_means(fall, f[top : end + 1], len(fall), extent / _WINDOWS)
         # The curve begins where the record turned, not in the middle of its first window.
