@@ -19,8 +19,8 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
         str,
         typer.Option(
             metavar="NAME",
-            help="The twin, MODULE:FACTORY or FILE.toml; not opened, but for --open, --move, "
-            "--walk.",
+            help="The twin, MODULE:FACTORY or FILE.toml; two axes: one for each, + between; not "
+            "opened, but for --open, --move, --walk.",
         ),
     ] = "twin",
     look: Annotated[
@@ -127,7 +127,9 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
         ports = _ports(scpi, web, port or ())
         settings = load(config)
         position = state or persist.default_path(settings.place(rig))
-        asked = preflight.Asked(rig, host, ports, position, record or FOLDER, settings.period)
+        asked = preflight.Asked(
+            settings.rigs(rig), position, host, ports, record or FOLDER, settings.period
+        )
         findings = preflight.findings(asked, settings.serve)
     else:
         findings = checking.law(law)

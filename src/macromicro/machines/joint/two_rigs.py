@@ -23,7 +23,7 @@ ACCEPTED = f"{TWIN}, or the rigs of both axes, x first: mylab:x{AND}mylab:y"
 Two = tuple[Fixture, Fixture]
 
 
-def found(name: str, settings: Any, seed: int) -> Two | None:
+def found(name: str, settings: Any, seed: int, what: str = "a programme") -> Two | None:
     """The rigs that ``--rig`` names.
 
     Parameters
@@ -34,6 +34,8 @@ def found(name: str, settings: Any, seed: int) -> Two | None:
         Of the machine.
     seed : int
         Given to the factories; the second gets the next one.
+    what : str, optional
+        What is wanted of them, for messages.
 
     Returns
     -------
@@ -48,7 +50,7 @@ def found(name: str, settings: Any, seed: int) -> Two | None:
     if name == TWIN:
         return None
     made = [
-        on_rig.found(one, own, seed + k)
+        on_rig.found(one, own, seed + k, what)
         for k, (one, own) in enumerate(zip(named(name), of(settings), strict=True))
     ]
     first, second = (one for one in made if one is not None)

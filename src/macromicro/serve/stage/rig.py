@@ -152,7 +152,8 @@ class Real:
         self._sample = self._rig.read()
         if not self.kind.lines:
             return self._sample
-        self.lines = lines.read(self._sample, self.channels)
+        told = lines.read(self._sample, self.channels)
+        self.lines = with_pulse(told, self.control.captured)
         return Shown(self._sample.t, self._sample.encoder, *[math.nan] * 4)
 
     def write(self, outputs: Outputs) -> None:
