@@ -196,12 +196,12 @@ def _in_step(config: Path | None, rig: str, own: tuple[str, str, str]) -> bool:
     """Whether a machine of two axes is commissioned, simulated or on two rigs."""
     from macromicro.commands.machine_run import in_step
     from macromicro.errors import InputError
-    from macromicro.machines.joint.two_rigs import AND
+    from macromicro.machines.joint.two_rigs import several
     from macromicro.rig.opening import TWIN
 
     if rig == TWIN:
         return config is not None and not any(own) and in_step(config)
-    if AND not in rig or Path(rig).is_file():
+    if not several(rig):
         return False
     if config is None or not in_step(config):
         accepted = "a file of the machine xy, which says pitch, period and drive of each axis"

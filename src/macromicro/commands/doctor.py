@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -118,9 +118,9 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
     elif heat is not None and not walk:
         raise InputError("--heat", heat, "with --walk")
     elif walk:
-        findings = walking.rig(rig, move, heat, yes=yes)
+        findings = _each(rig, lambda one: walking.rig(one, move, heat, yes=yes))
     elif look or move is not None:
-        findings = checking.rig(rig, move, yes=yes)
+        findings = _each(rig, lambda one: checking.rig(one, move, yes=yes))
     elif part is not None:
         findings = checking.part(part)
     elif law is None:
@@ -142,6 +142,18 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
         print(dumps([each._asdict() for each in found], indent=2))
     if health.worst(found) == health.FAIL:
         raise typer.Exit(1)
+
+
+def _each(rig: str, look: Callable[[str], Iterator[Finding]]) -> Iterator[Finding]:
+    """What is found of a rig; of those of two axes one after the other, each by its name."""
+    from macromicro.machines.joint import two_rigs
+
+    if not two_rigs.several(rig):
+        yield from look(rig)
+        return
+    for name in two_rigs.named(rig):
+        for each in look(name):
+            yield each._replace(what=f"{name}, {each.what}")
 
 
 def _ports(scpi: int, web: int, others: Sequence[int]) -> dict[int, str]:

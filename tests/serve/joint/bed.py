@@ -16,14 +16,22 @@ PLOTTER = Path(__file__).parents[3] / "examples" / "machines" / "xy-plotter.toml
 
 
 class Bed:
-    """A machine of two axes; known: it stands at 0, 0 and knows it; real: its axes are rigs."""
+    """A machine of two axes; known: it stands at 0, 0 and knows it; real: its axes are rigs,
+    each made by `twin`."""
 
-    def __init__(self, file: Path = PLOTTER, *, known: bool = True, real: bool = False) -> None:
+    def __init__(
+        self,
+        file: Path = PLOTTER,
+        *,
+        known: bool = True,
+        real: bool = False,
+        twin: Any = CompiledTwin,
+    ) -> None:
         found = settings.load(file)
         assert found is not None
         self.settings, self.tree = found, found.tree
         self.twins = [
-            CompiledTwin(axis.kind, own, k)
+            twin(axis.kind, own, k)
             for k, (axis, own) in enumerate(zip(found.machine.axes, of(found.tree), strict=True))
         ]
         self.rig: Any = opening.real(found, self.twins) if real else opening.simulated(found, 0)

@@ -30,6 +30,7 @@ stop_high = "70 mm"
 VOLTS, STOPS, LEFT, PID = range(4)  # of what a rig notes
 RIGS = """
 import os
+import time
 from pathlib import Path
 
 import numpy as np
@@ -56,6 +57,8 @@ class Noted(rig.CompiledTwin):
             raise OSError("the cable is off")
         if broken and self._bad == "blind":
             return shown._replace(encoder=float("nan"))
+        if broken and self._bad == "hangs":
+            time.sleep(60.0)
         return shown
 
     def write(self, outputs):
@@ -83,6 +86,19 @@ def x_raises(seed):
 
 def y_blind(seed):
     return Noted("y", seed, "blind")
+
+def y_hangs(seed):
+    return Noted("y", seed, "hangs")
+
+def y_counted(seed):
+    made = y(seed)
+    made.counted = True
+    return made
+
+def x_counted(seed):
+    made = x(seed)
+    made.counted = True
+    return made
 
 def x_stuck(seed):
     return Noted("x", seed, "stop")
@@ -218,6 +234,30 @@ def test_one_that_cannot_be_stopped_leaves_the_other_stopped(
     until(lambda: "may still be as last written" in there.snapshot().fault.evidence)  # type: ignore[union-attr]
     fault = there.snapshot().fault
     assert fault is not None and f"{lab.module}:{(x, y)[1 - free]}: a fresh" in fault.evidence
+
+
+def test_one_that_hangs_stops_both(lab: Lab, station: Callable[..., Station]) -> None:
+    """The loop's process is ended, and leaves both on its way."""
+    there = station(lab.rigs(y="y_hangs"))
+    reply = there.request("a test", m.Home())
+    assert isinstance(reply, Accepted)
+    until(lambda: all(lab.noted(VOLTS)))
+    lab.breaks()
+    end = there.finished(reply.id, 30.0)
+    assert end is not None and end.outcome == m.FAULTED
+    until(lambda: lab.noted(LEFT) == (1.0, 1.0))
+    assert lab.noted(VOLTS) == (0.0, 0.0)
+    until(lambda: "SIGTERM; the rig's stop returned" in there.snapshot().fault.evidence)  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "known"), [("x_counted", "y_counted", 1), ("x", "y_counted", 0)]
+)
+def test_both_counters_confirm_the_place(lab: Lab, x: str, y: str, known: int) -> None:
+    found = settings.load(Path("own.toml"))
+    made = opening.opened(Spec(lab.rigs(x, y), 0, found, "", LIVE, os.getpid()))
+    assert made.witness(made.rig.read()).counted == bool(known)
+    assert not made.paced  # both rigs' time is computed: somebody else has to wait
 
 
 def test_a_killed_loop_leaves_two_rigs_that_other_processes_stop(

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from tests.serve.joint.bed import PLOTTER, Bed
 
 from macromicro.control.live import messages as m
+from macromicro.machines.rig import CompiledTwin
 from macromicro.types import SAFE
 
 LINED = """machine = "xy"
@@ -74,6 +76,33 @@ def test_lines_are_read_guarded_and_homed_on(tmp_path: Path) -> None:
     bed.run(200)
     assert bed.rig.control.tripped and bed.rig.control.faulty == 0
     assert x._outputs.motor == y._outputs.motor == 0.0 and x._outputs.enable == 0.0
+
+
+class Later(CompiledTwin):
+    """Its clock began long before, at another time on each axis."""
+
+    made = 0
+
+    def __init__(self, *what: Any) -> None:
+        super().__init__(*what)
+        Later.made += 1
+        self.began = 1000.0 * Later.made
+
+    def read(self) -> Any:
+        return super().read()._replace(t=self.began + self.tick * self.dt)
+
+
+def test_time_begins_with_the_first_reading_of_each() -> None:
+    bed = Bed(real=True, twin=Later)
+    assert [twin.began for twin in bed.twins] == [1000.0, 2000.0]
+    assert bed.done(m.MovePoint(0.05, 0.03)).outcome == m.DONE
+    seen = bed.rig.read()
+    assert seen.t == bed.rig.second.t == pytest.approx(bed.twins[0].tick * bed.twins[0].dt)
+    bed.twins[1].pitch = -1.0  # it counts the wrong way
+    assert isinstance(bed.ask(m.MovePoint(0.02, 0.02)), m.Accepted)
+    bed.run(500)
+    assert bed.rig.control.tripped and bed.rig.control.faulty == 1
+    assert seen.t < bed.rig.control.watches[1].time <= bed.rig.read().t
 
 
 def test_soft_limits_of_each_hold() -> None:

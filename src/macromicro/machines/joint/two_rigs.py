@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from macromicro.errors import InputError
@@ -55,6 +56,22 @@ def found(name: str, settings: Any, seed: int, what: str = "a programme") -> Two
     ]
     first, second = (one for one in made if one is not None)
     return first, second
+
+
+def several(name: str) -> bool:
+    """Whether a name is that of more than one rig.
+
+    Parameters
+    ----------
+    name : str
+        As of ``--rig``.
+
+    Returns
+    -------
+    bool
+        False for a file that has a "+" in its name.
+    """
+    return AND in name and not Path(name).is_file()
 
 
 def named(name: str) -> list[str]:

@@ -165,7 +165,7 @@ class Real:
         self.control.run(self.source(), self._bench, (0.0, 0.0), (first, second), self._noise)
 
     def stop(self) -> None:
-        """Set every output of both to its safe value, of the second one too if the first raises."""
+        """Set every output of both to its safe value, of either whatever the other one raises."""
         self.control.efforts = [0.0, 0.0]
         with ExitStack() as each:
             for half in self.halves:
