@@ -26,8 +26,10 @@ from macromicro.serve import faults, lamps
 from macromicro.serve.joint.control import Control
 from macromicro.serve.shared import NO_LINES
 from macromicro.serve.snapshot import Trouble
+from macromicro.serve.stage import guide
 from macromicro.serve.stage import rig as stage_rig
-from macromicro.serve.stage.rig import blind, counted, with_pulse
+from macromicro.serve.stage.counts import counted, shared_out, with_pulse
+from macromicro.serve.stage.rig import blind
 from macromicro.types import ENABLE, QUIET, SAFE, Clock, Lines, Outputs
 from macromicro.types import Sample as Shown
 
@@ -52,6 +54,7 @@ class Simulated(stage_rig.Entered):
     def __init__(self, machine: Joint, tree: Any, pitches: tuple[float, float], seed: int) -> None:
         self.channels = tuple(SENSORS[axis] for axis in AXES)
         self.dt, self.tick, self._pitches = pace.period(tree.x), 0, pitches
+        self._shares = [own.encoder.pitch / p for own, p in zip(of(tree), pitches, strict=True)]
         self.clock = VirtualClock(self)
         self.kinds: tuple[Kind, Kind] = runs.kinds(machine)
         self.control = Control(machine, tree, self.kinds)
@@ -88,7 +91,7 @@ class Simulated(stage_rig.Entered):
         for k, kind in enumerate(self.kinds):
             if kind.lines:
                 told = self._sense[k](self._bench[k], self._states[k])
-                self.lines[k] = with_pulse(told, self.control.captured[k])
+                self.lines[k] = with_pulse(told, self.control.captured[k], self._shares[k])
         self.second = second
         return first
 
@@ -130,6 +133,7 @@ class Real:
         self.control = Control(machine, tree, self.kinds)
         self.source: Source = _off
         self._pitches = [float(own.encoder.pitch) for own in of(tree)]
+        self._shares = [own.encoder.pitch / guide.count(own) for own in of(tree)]
         self._bench = on_rig.opened(tree, pair.halves)
         self._noise = tuple(np.empty((self.control.number, 0)) for _ in AXES)
         self._seen: tuple[Shown, ...] = ()
@@ -143,9 +147,10 @@ class Real:
         self._seen = tuple(half.read() for half in self.halves)
         for k, half in enumerate(self.halves):
             told = lines.read(self._seen[k], half.channels)
-            self.lines[k] = with_pulse(told, self.control.captured[k])
+            self.lines[k] = with_pulse(told, self.control.captured[k], self._shares[k])
         first, self.second = (
-            Shown(self._seen[0].t, seen.encoder, *[math.nan] * 4) for seen in self._seen
+            Shown(self._seen[0].t, shared_out(seen.encoder, share), *[math.nan] * 4)
+            for seen, share in zip(self._seen, self._shares, strict=True)
         )
         return first
 
