@@ -51,6 +51,16 @@ def test_a_rig_of_one_stage_has_a_period_of_its_own(lab: Path) -> None:
     assert done.returncode == 2 and "dt: '0.002 s'; accepted: 0.001 s" in done.stderr
 
 
+def test_the_rigs_of_two_axes_are_looked_at_one_after_the_other(lab: Path) -> None:
+    done = doctor(lab, "--rig", "mylab:bench+mylab:odd", "--open", "--json")
+    assert done.returncode == 1, done.stderr
+    found = {each["what"]: each["state"] for each in json.loads(done.stdout)}
+    first, second = ({w: s for w, s in found.items() if w.startswith(f"mylab:{name}, ")}
+                     for name in ("bench", "odd"))  # fmt: skip
+    assert set(first.values()) == {"ok"} and "fail" in second.values()
+    assert len(first) + len(second) == len(found)
+
+
 def test_nothing_moves_where_nobody_can_be_asked(lab: Path) -> None:
     done = doctor(lab, "--rig", "mylab:bench", "--move", "3 V")
     assert done.returncode == 2

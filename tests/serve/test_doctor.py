@@ -202,6 +202,14 @@ def test_a_rigs_module_is_imported_and_its_factory_not_called(
     assert "ZeroDivisionError" in preflight.rig("broken_rig:rig").found
 
 
+def test_the_rigs_of_two_axes_are_looked_at_each(tmp_path: Path) -> None:
+    (tmp_path / "xy.toml").write_text('machine = "xy"\n')
+    words = ["--json", "--config", str(tmp_path / "xy.toml"), "--rig"]
+    status, text = doctor(*words, "nosuch:x+nosuch:y", XDG_STATE_HOME=str(tmp_path))
+    found = [row["found"] for row in json.loads(text) if row["what"] == "rig"]
+    assert status == 1 and ["nosuch:x" in found[0], "nosuch:y" in found[1]] == [True, True]
+
+
 def test_a_port_is_looked_at_on_the_address_that_is_asked_for() -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.2", 0))

@@ -28,7 +28,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Settings of the virtual machine to be commissioned.",
+            help="Settings of the virtual machine to be commissioned, or of two axes on two rigs.",
             show_default="the two-stage bench",
         ),
     ] = None,
@@ -36,7 +36,8 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         str,
         typer.Option(
             metavar="NAME",
-            help="The twin, MODULE:FACTORY of your own rig, or FILE.toml of a card.",
+            help="The twin, MODULE:FACTORY of your own rig, or FILE.toml of a card; two axes: one "
+            "for each, + between.",
         ),
     ] = "twin",
     pitch: Annotated[
@@ -136,8 +137,8 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
     if _in_step(config, rig, (pitch, kind, lowest)):
         assert config is not None
         if ends:
-            raise InputError("--ends", ends, _OWN)
-        both = commission_plane.Asked(config, seed, out, overwrite, resume, kinds)
+            raise InputError("--ends", ends, "nothing: both axes of this machine are straight")
+        both = commission_plane.Asked(config, rig, seed, out, overwrite, resume, yes, kinds)
         commission_plane.commission(both, lambda each: _options(each, given))
         return
     place = _place(config, rig, (pitch, kind, lowest), seed)
@@ -192,11 +193,23 @@ def _only(*given: str) -> None:
 
 
 def _in_step(config: Path | None, rig: str, own: tuple[str, str, str]) -> bool:
-    """Whether a simulated machine of two axes is commissioned."""
+    """Whether a machine of two axes is commissioned, simulated or on two rigs."""
     from macromicro.commands.machine_run import in_step
+    from macromicro.errors import InputError
+    from macromicro.machines.joint.two_rigs import several
     from macromicro.rig.opening import TWIN
 
-    return rig == TWIN and config is not None and not any(own) and in_step(config)
+    if rig == TWIN:
+        return config is not None and not any(own) and in_step(config)
+    if not several(rig):
+        return False
+    if config is None or not in_step(config):
+        accepted = "a file of the machine xy, which says pitch, period and drive of each axis"
+        raise InputError("--config", str(config or "missing"), accepted)
+    for name, value in zip(("--pitch", "--kind", "--lowest"), own, strict=True):
+        if value:
+            raise InputError(name, value, "nothing: the file of two axes says it of each")
+    return True
 
 
 def _place(config: Path | None, rig: str, own: tuple[str, str, str], seed: int) -> Place:
@@ -213,7 +226,8 @@ def _place(config: Path | None, rig: str, own: tuple[str, str, str], seed: int) 
                 raise InputError(name, value, _OWN)
         return places.virtual(config, kind)
     if config is not None:
-        raise InputError("--config", str(config), "not with --rig, whose settings are to be found")
+        accepted = "not with --rig, whose settings are to be found; but with those of two axes"
+        raise InputError("--config", str(config), accepted)
     if not pitch:
         raise InputError("--pitch", "missing", "travel per encoder count of this rig, as '5 um'")
     below = quantity(lowest, "V", "--lowest") if lowest else None

@@ -20,10 +20,12 @@ class Asked(NamedTuple):
     """What the user asked for: options of `commission`."""
 
     config: Path
+    rig: str
     seed: int
     out: Path
     overwrite: bool
     resume: bool
+    yes: bool
     figures: Iterable[str]
 
 
@@ -32,12 +34,17 @@ def commission(asked: Asked, options: Callable[[Place], Options]) -> None:
     from contextlib import ExitStack
     from datetime import datetime
 
+    from macromicro.commands.asking import agreed
     from macromicro.commission import plane, report
     from macromicro.machines.joint.settings import AXES
     from macromicro.report import plane as pages
+    from macromicro.rig.opening import TWIN
     from macromicro.runs import folder
 
-    pair, places = plane.virtual(asked.config, asked.seed)
+    if asked.rig == TWIN:
+        pair, places = plane.virtual(asked.config, asked.seed)
+    else:
+        pair, places = plane.own(asked.config, asked.rig, asked.seed)
     allowed = (options(places[0]), options(places[1]))
     out, replace = asked.out, asked.overwrite or asked.resume
     rooms = [(out, pages.FILES)]
@@ -52,6 +59,11 @@ def commission(asked: Asked, options: Callable[[Place], Options]) -> None:
         started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
         signals.later("ending after this period; --resume goes on with this step")
 
+        def ask(title: str, intent: str) -> None:
+            agreed(
+                [f"{title}: {intent}"], f"--rig {asked.rig}", yes=asked.yes or not places[0].real
+            )
+
         def found(name: str, one: Commissioned) -> None:
             report.write(out / name, one, places[AXES.index(name)], started, asked.figures)
 
@@ -61,6 +73,7 @@ def commission(asked: Asked, options: Callable[[Place], Options]) -> None:
                 places,
                 allowed,
                 out,
+                ask=ask,
                 done=lambda title: print(f"{title}: done", file=sys.stderr),
                 ended=lambda: bool(signals.received),
                 found=found,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -19,8 +19,8 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
         str,
         typer.Option(
             metavar="NAME",
-            help="The twin, MODULE:FACTORY or FILE.toml; not opened, but for --open, --move, "
-            "--walk.",
+            help="The twin, MODULE:FACTORY or FILE.toml; two axes: one for each, + between; not "
+            "opened, but for --open, --move, --walk.",
         ),
     ] = "twin",
     look: Annotated[
@@ -118,16 +118,18 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
     elif heat is not None and not walk:
         raise InputError("--heat", heat, "with --walk")
     elif walk:
-        findings = walking.rig(rig, move, heat, yes=yes)
+        findings = _each(rig, lambda one: walking.rig(one, move, heat, yes=yes))
     elif look or move is not None:
-        findings = checking.rig(rig, move, yes=yes)
+        findings = _each(rig, lambda one: checking.rig(one, move, yes=yes))
     elif part is not None:
         findings = checking.part(part)
     elif law is None:
         ports = _ports(scpi, web, port or ())
         settings = load(config)
         position = state or persist.default_path(settings.place(rig))
-        asked = preflight.Asked(rig, host, ports, position, record or FOLDER, settings.period)
+        asked = preflight.Asked(
+            settings.rigs(rig), position, host, ports, record or FOLDER, settings.period
+        )
         findings = preflight.findings(asked, settings.serve)
     else:
         findings = checking.law(law)
@@ -140,6 +142,18 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
         print(dumps([each._asdict() for each in found], indent=2))
     if health.worst(found) == health.FAIL:
         raise typer.Exit(1)
+
+
+def _each(rig: str, look: Callable[[str], Iterator[Finding]]) -> Iterator[Finding]:
+    """What is found of a rig; of those of two axes one after the other, each by its name."""
+    from macromicro.machines.joint import two_rigs
+
+    if not two_rigs.several(rig):
+        yield from look(rig)
+        return
+    for name in two_rigs.named(rig):
+        for each in look(name):
+            yield each._replace(what=f"{name}, {each.what}")
 
 
 def _ports(scpi: int, web: int, others: Sequence[int]) -> dict[int, str]:

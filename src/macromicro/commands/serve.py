@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
@@ -41,7 +42,8 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
         str,
         typer.Option(
             metavar="NAME",
-            help="The twin, MODULE:FACTORY of your own rig, or FILE.toml of a card.",
+            help="The twin, MODULE:FACTORY of your own rig, or FILE.toml of a card; two axes: one "
+            "for each, + between.",
         ),
     ] = "twin",
     port: Port = None,
@@ -103,7 +105,7 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
     ] = None,
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of the twin's noise.")] = 0,
 ) -> None:
-    """Run the control loop at 1000 Hz against the clock, and serve it until Ctrl-C, SIGTERM or
+    """Run the control loop against the clock, and serve it until Ctrl-C, SIGTERM or
     the end of its terminal (SIGHUP), each of which makes the machine safe first.
 
     A token in the environment variable MACROMICRO_TOKEN is asked of whoever gives orders; it
@@ -118,9 +120,9 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
     sys.setswitchinterval(SWITCH_S)
 
     rig = joined(rig, port, loop, calibration)
-    _check(rig, {"--scpi": scpi, "--web": web, "--gcs": gcs}, seed, epics)
-    doors = _Doors(host, scpi, web, gcs, hosts.names(host, name or ()), _token(host), epics)
     chosen = load(config, law)
+    _check(chosen.rigs(rig), {"--scpi": scpi, "--web": web, "--gcs": gcs}, seed, epics)
+    doors = _Doors(host, scpi, web, gcs, hosts.names(host, name or ()), _token(host), epics)
     if isinstance(chosen.controller, Control):
         tell(chosen.controller)
     if state is not None:
@@ -139,7 +141,7 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
         with Station(rig, seed=seed, settings=chosen, state=state) as station:
             signals.later()
             if not signals.received:
-                print(f"loop: 1000 Hz; {station.realtime}")
+                print(f"loop: {1.0 / chosen.period:.6g} Hz; {station.realtime}")
                 _serve(station, doors, record, signals)
             with suppress(OSError):  # the terminal may be gone
                 print(
@@ -149,13 +151,14 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
     raise typer.Exit(signals.status)
 
 
-def _check(rig: str, ports: dict[str, int], seed: int, epics: str | None) -> None:
+def _check(rigs: Sequence[str], ports: dict[str, int], seed: int, epics: str | None) -> None:
     from macromicro.errors import InputError
     from macromicro.rig.opening import TWIN, named
     from macromicro.schema import keys
 
-    if rig != TWIN:
-        named(rig)
+    for rig in rigs:
+        if rig != TWIN:
+            named(rig)
     keys.seed(seed, "--seed")
     for option, port in ports.items():
         if not -1 <= port <= 65535:

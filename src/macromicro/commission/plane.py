@@ -7,8 +7,9 @@ the other.
 
 from __future__ import annotations
 
+import math
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,12 +18,12 @@ from macromicro.commission.procedure import Options
 from macromicro.commission.running import Commissioned, Place
 from macromicro.commission.verifying import Shifted
 from macromicro.machines import compositions, rig
-from macromicro.machines.joint import course, on_rig, planning, results
+from macromicro.machines.joint import course, on_rig, planning, results, two_rigs
 from macromicro.machines.joint import machine as joint
 from macromicro.machines.joint.on_rig import Pair
 from macromicro.machines.joint.planning import JointPlan
 from macromicro.machines.joint.results import JointMove
-from macromicro.machines.joint.settings import AXES, DEFAULT
+from macromicro.machines.joint.settings import AXES, DEFAULT, of
 from macromicro.machines.machine import JOINT, KEY
 from macromicro.recording import Recording
 from macromicro.schema import config
@@ -91,17 +92,61 @@ def virtual(path: Path, seed: int) -> tuple[Pair, tuple[Place, Place]]:
     """
     stages = compositions.each(path)
     twins = [rig.CompiledTwin(m.kind, own, seed + k) for k, (_, m, own) in enumerate(stages)]
-    pair = Pair(twins)
+    names = [f"axis {name} of the machine of {path.name}" for name in AXES]
+    return _placed(Pair(twins), names, [own for _, _, own in stages], real=False)
+
+
+def own(path: Path, name: str, seed: int) -> tuple[Pair, tuple[Place, Place]]:
+    """Two rigs of a user's, of which a machine's file says the pitches, the drives and the period.
+
+    Parameters
+    ----------
+    path : Path
+        Its settings.
+    name : str
+        Of both rigs, as `two_rigs.found` takes it.
+    seed : int
+        Given to the factories.
+
+    Returns
+    -------
+    pair : Pair
+        Both rigs.
+    places : tuple[Place, Place]
+        Each axis, for `running.commission`.
+
+    Raises
+    ------
+    InputError
+        The file, or a rig, is not accepted.
+    """
+    settings = joint.load(path)[1]
+    rigs = two_rigs.found(name, settings, seed, "commissioning both axes")
+    assert rigs is not None
+    names = [f"axis {axis} on {one.name}" for axis, one in zip(AXES, rigs, strict=True)]
+    pair, places = _placed(two_rigs.opened(rigs, seed), names, of(settings), real=True)
+    bounds = [math.inf if one.limits is None else one.limits.motor for one in rigs]
+    first, second = (
+        place._replace(effort=min(place.effort, most))
+        for place, most in zip(places, bounds, strict=True)
+    )
+    return pair, (first, second)
+
+
+def _placed(
+    pair: Pair, names: Sequence[str], trees: Sequence[Any], *, real: bool
+) -> tuple[Pair, tuple[Place, Place]]:
+    """Both rigs, and each as a place, by as much of its settings as a person would know."""
     first, second = (
         Place(
-            f"axis {name} of the machine of {path.name}",
+            name,
             lambda seed, half=half: half,  # type: ignore[misc]
             own.timing.period,
             own.encoder.pitch,
             own.controller.limit,
-            False,
+            real,
         )
-        for half, (name, _, own) in zip(pair.halves, stages, strict=True)
+        for half, name, own in zip(pair.halves, names, trees, strict=True)
     )
     return pair, (first, second)
 
@@ -118,6 +163,8 @@ def commission(
     found: Callable[[str, Commissioned], None] = lambda name, one: None,
 ) -> Both:
     """Commission both axes one after the other, and verify them together.
+
+    Both rigs are entered before anything moves, and left, their outputs safe, however this ends.
 
     Parameters
     ----------
@@ -149,30 +196,34 @@ def commission(
         Somebody wanted it to end.
     """
     axes = []
-    for name, place, allowed in zip(AXES, places, options, strict=True):
-        one = running.commission(
-            place,
-            allowed,
-            None if out is None else out / name,
-            ask=lambda title, intent, name=name: ask(f"{name}, {title}", intent),  # type: ignore[misc]
-            done=lambda title, name=name: done(f"{name}, {title}"),  # type: ignore[misc]
-            ended=ended,
+    with pair.halves[0], pair.halves[1]:
+        for half in pair.halves:
+            half.stop()
+        for name, place, allowed in zip(AXES, places, options, strict=True):
+            one = running.commission(
+                place,
+                allowed,
+                None if out is None else out / name,
+                ask=lambda title, intent, name=name: ask(f"{name}, {title}", intent),  # type: ignore[misc]
+                done=lambda title, name=name: done(f"{name}, {title}"),  # type: ignore[misc]
+                ended=ended,
+            )
+            found(name, one)
+            axes.append(one)
+        both = (axes[0], axes[1])
+        toml = as_toml(both)
+        table = tomllib.loads(toml)
+        table.pop(KEY)
+        settings = config.overridden(DEFAULT, table, "the machine that was found")
+        plan = planning.plan(course.usual(settings), settings)
+        span = min(settings.x.travel.high, settings.y.travel.high)
+        ask(
+            VERIFY,
+            "Both axes creep to their low ends, and make a square, a circle and a diagonal of up "
+            f"to {1e3 * span:.4g} mm together, at up to {settings.path.speed:.3g} m/s in the "
+            "plane.",
         )
-        found(name, one)
-        axes.append(one)
-    both = (axes[0], axes[1])
-    toml = as_toml(both)
-    table = tomllib.loads(toml)
-    table.pop(KEY)
-    settings = config.overridden(DEFAULT, table, "the machine that was found")
-    plan = planning.plan(course.usual(settings), settings)
-    span = min(settings.x.travel.high, settings.y.travel.high)
-    ask(
-        VERIFY,
-        f"Both axes creep to their low ends, and make a square, a circle and a diagonal of up to "
-        f"{1e3 * span:.4g} mm together, at up to {settings.path.speed:.3g} m/s in the plane.",
-    )
-    recording, fault = _together(pair, places, both, settings, plan)
+        recording, fault = _together(pair, places, both, settings, plan)
     done(VERIFY)
     return Both(both, toml, settings, plan, recording, results.moves(recording, plan, settings),
                 fault)  # fmt: skip

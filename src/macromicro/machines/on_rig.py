@@ -29,7 +29,7 @@ Ended = TypeVar("Ended")
 _SHARE = 0.25  # of the greatest speed, on the way to the start
 
 
-def found(name: str, settings: Any, seed: int) -> Fixture | None:
+def found(name: str, settings: Any, seed: int, what: str = "a programme") -> Fixture | None:
     """The rig that ``--rig`` names, for a machine of one stage.
 
     Parameters
@@ -40,6 +40,8 @@ def found(name: str, settings: Any, seed: int) -> Fixture | None:
         Of the machine.
     seed : int
         Given to the factory.
+    what : str, optional
+        What is wanted of it, for messages.
 
     Returns
     -------
@@ -60,8 +62,8 @@ def found(name: str, settings: Any, seed: int) -> Fixture | None:
     fixture = open_rig(name, seed, alone=True)
     where = f"{OPTION} {fixture.name}"
     if fixture.kind != BENCH:
-        raise InputError(where, f"a {fixture.kind}", "a bench, for a programme")
-    fixture.need("a programme", "encoder")
+        raise InputError(where, f"a {fixture.kind}", f"a bench, for {what}")
+    fixture.need(what, "encoder")
     in_step(settings, fixture)
     return fixture
 

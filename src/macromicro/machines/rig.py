@@ -35,8 +35,8 @@ class Twin:
 
     def __init__(self, kind: Kind, settings: Any, seed: int = 0) -> None:
         self._kind = kind
-        self.channels = ("encoder", *(n for n in kind.lines if n != ENABLE))
-        self.outputs = ("motor", ENABLE) if ENABLE in kind.lines else ("motor",)
+        self.channels: tuple[str, ...] = ("encoder", *(n for n in kind.lines if n != ENABLE))
+        self.outputs: tuple[str, ...] = ("motor", ENABLE) if ENABLE in kind.lines else ("motor",)
         self.injected: dict[str, float] = {}  # what lines are forced to, for tests
         self._closed = getattr(getattr(settings, "switches", None), "contacts", CLOSED) == CLOSED
         self.params = kind.prepare(settings)

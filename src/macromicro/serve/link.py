@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import pickle
 import socket
 from collections import deque
@@ -60,6 +61,14 @@ class Outbox:
                 self._waiting.clear()
                 return
             self._waiting.popleft()
+
+    def end(self) -> None:
+        """Receive no more. Messages left unread as this process ends would reset the link: the
+        other one would hear of that before what was sent last, and that would be lost."""
+        with contextlib.suppress(OSError):
+            self._end.shutdown(socket.SHUT_RD)
+        while self.receive() is not None:
+            pass
 
     def receive(self) -> Any:
         """A message that is there already; None if there is none, or nobody sends any more."""

@@ -304,7 +304,7 @@ class LoopConnection:
             before = f"{self._left}; " if self._left else ""
             now = "a fresh process is stopping the rig"
             self.trouble = trouble._replace(evidence=f"{evidence}; {before}{now}")
-            safed = safing.stop(self._rig, self._seed)
+            safed = safing.stop(self._settings.rigs(self._rig), self._seed)
             self.switched_off, words = safed.done, before + safed.words
         self.trouble = trouble._replace(evidence=f"{evidence}; {words}")
         self.tell("loop", f"rig {'' if self.switched_off else 'not '}stopped", {"evidence": words})

@@ -131,6 +131,7 @@ def main() -> None:
     status = drive(spec, opened, session, machine, shared, outbox)
     outbox.send(("left", session.unstopped))
     outbox.flush()
+    outbox.end()
     sys.exit(status)
 
 

@@ -23,21 +23,21 @@ _LITTLE, _TOO_LITTLE = 1e9, 1e8
 
 
 class Asked(NamedTuple):
-    """What the server would be given: its rig, address, ports with their purpose, position
-    file (None: the rig's own) and folder for recordings; the loop's period [s]."""
+    """What the server would be given: its rigs, address, ports with their purpose, position
+    file and folder for recordings; the loop's period [s]."""
 
-    rig: str = TWIN
+    rigs: tuple[str, ...]
+    state: Path
     host: str = HOST
     ports: Mapping[int, str] = {SCPI_PORT: "SCPI", WEB_PORT: "web page"}
-    state: Path | None = None
     record: Path = FOLDER
     period: float = PERIOD
 
 
 def findings(asked: Asked, settings: ServeSettings) -> Iterator[Finding]:
     """Everything, in the order in which it matters."""
-    position = asked.state or persist.default_path(asked.rig)
-    yield rig(asked.rig)
+    for name in asked.rigs:
+        yield rig(name)
     yield health.python()
     yield from health.packages(health.constraints())
     yield from health.extras()
@@ -46,9 +46,9 @@ def findings(asked: Asked, settings: ServeSettings) -> Iterator[Finding]:
     yield health.realtime(settings.priority)
     yield from health.clock()
     yield health.shared_memory()
-    yield state_file(position)
+    yield state_file(asked.state)
     yield recording_folder(asked.record)
-    yield from disk({"recordings": asked.record, "position": position.parent}, asked.period)
+    yield from disk({"recordings": asked.record, "position": asked.state.parent}, asked.period)
     yield address(asked.host)
     for port, what in asked.ports.items():
         yield free_port(port, what, asked.host)

@@ -214,6 +214,10 @@ class LiveSettings(NamedTuple):
         """What the position file calls the machine."""
         return rig
 
+    def rigs(self, name: str) -> tuple[str, ...]:
+        """The rigs that ``--rig`` names."""
+        return (name,)
+
     def place(self, rig: str) -> str:
         """What its position file is called by default."""
         return rig

@@ -32,7 +32,8 @@ class Station(Observed):
     client is a name of the caller's choice ("scpi 127.0.0.1:40112"). Nothing moves on
     `start`. As a context manager it starts and stops.
 
-    `rig`: "twin" or MODULE:FACTORY as in docs/rigs.md; `seed`: of a virtual rig's noise;
+    `rig`: "twin" or MODULE:FACTORY as in docs/rigs.md, of two axes two with "+" between;
+    `seed`: of a virtual rig's noise;
     `settings`: as `serve.settings.load` gives them; `state`: file that keeps position and
     trust between runs, by default one for each rig in the user's state folder; `machine`:
     MODULE:FUNCTION that makes what the loop drives, by default the live machine.

@@ -119,6 +119,12 @@ def test_other_than_two_rigs_are_refused(lab: Path, name: str) -> None:
     assert error.value.where == "--rig" and "mylab:x+mylab:y" in error.value.accepted
 
 
+def test_a_file_with_a_plus_in_its_name_is_one_rig(lab: Path) -> None:
+    assert two_rigs.several("a+b.toml") and not two_rigs.several("mylab:x")
+    (lab / "a+b.toml").write_text("")
+    assert not two_rigs.several("a+b.toml")
+
+
 def test_a_rig_of_another_period_is_refused_with_it(lab: Path) -> None:
     with pytest.raises(InputError) as error:
         two_rigs.found("two_mine:x+two_mine:quick", DEFAULT, 0)

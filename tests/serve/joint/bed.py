@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from macromicro.control.live import messages as m
+from macromicro.machines.joint.settings import of
+from macromicro.machines.rig import CompiledTwin
 from macromicro.serve.joint import opening, settings
 from macromicro.serve.persist import Restored
 
@@ -14,13 +16,25 @@ PLOTTER = Path(__file__).parents[3] / "examples" / "machines" / "xy-plotter.toml
 
 
 class Bed:
-    """A machine of two axes; known: it stands at 0, 0 and knows it."""
+    """A machine of two axes; known: it stands at 0, 0 and knows it; real: its axes are rigs,
+    each made by `twin`."""
 
-    def __init__(self, file: Path = PLOTTER, *, known: bool = True) -> None:
+    def __init__(
+        self,
+        file: Path = PLOTTER,
+        *,
+        known: bool = True,
+        real: bool = False,
+        twin: Any = CompiledTwin,
+    ) -> None:
         found = settings.load(file)
         assert found is not None
         self.settings, self.tree = found, found.tree
-        self.rig = opening.simulated(found, 0)
+        self.twins = [
+            twin(axis.kind, own, k)
+            for k, (axis, own) in enumerate(zip(found.machine.axes, of(found.tree), strict=True))
+        ]
+        self.rig: Any = opening.real(found, self.twins) if real else opening.simulated(found, 0)
         self.pair = opening.paired(found, self.rig)
         offset = 0.0 if known else math.nan
         self.pair.begin(self.rig.read(), Restored(known, offset, "known", offset))

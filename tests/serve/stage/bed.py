@@ -8,6 +8,7 @@ from typing import Any
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Finished
+from macromicro.machines.rig import CompiledTwin
 from macromicro.rig.session import Session
 from macromicro.serve.persist import Restored
 from macromicro.serve.shared import LINES
@@ -16,13 +17,16 @@ from macromicro.serve.stage import rig as stage_rig
 
 
 class Bed:
-    """The loop's own parts, without its process."""
+    """The loop's own parts, without its process; real: the stage is a rig of a user's."""
 
-    def __init__(self, file: Path, seed: int = 0) -> None:
+    def __init__(self, file: Path, seed: int = 0, *, real: bool = False) -> None:
         found = settings.load(file)
         assert found is not None
         self.tree, self.pitch, self.period = found.tree, found.live.pitch, found.period
-        self.rig = opening._simulated(found, seed)
+        self.twin = CompiledTwin(found.machine.kind, found.tree, seed)
+        self.rig: Any = opening._simulated(found, seed)
+        if real:
+            self.rig = stage_rig.Real(found.machine, found.tree, self.twin)
         self.machine = opening._live(found, self.rig)
         self.led = stage_rig.Led(Session(self.rig, self.period), self.rig)
         self.led.__enter__()

@@ -229,6 +229,16 @@ def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[str, Path]:
     return name, file
 
 
+def test_a_pulse_between_two_periods_of_the_loop_is_not_missed(tmp_path: Path) -> None:
+    """On a rig that is read four times in each, and says it in one of these readings alone."""
+    quick = '[timing]\nperiod = "0.25 ms"\ndelay = "0.05 ms"\n'
+    bed = Bed(written(tmp_path, "home+index", more=quick), real=True)
+    assert bed.rig.control.number == 4
+    assert isinstance(bed.ask(m.Enable()), Accepted)
+    end = bed.end(m.Home())
+    assert end.outcome == m.DONE and end.evidence["offset_raw_counts"] == 0.0
+
+
 def test_a_rig_of_a_users_with_lines(lab: tuple[str, Path], tmp_path: Path) -> None:
     name, file = lab
     found = settings.load(file)

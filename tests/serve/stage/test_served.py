@@ -20,9 +20,9 @@ PATIENT = '\n[serve]\nmiss_share = 1.0\nloop_timeout = "5 s"\nparent_timeout = "
 
 
 class Served(Client):
-    """A connection that waits longer, and the printed address of the page."""
+    """A connection that waits longer; the printed address of the page, and all before it."""
 
-    page = ""
+    page = said = ""
 
     def ask(self, text: str) -> str:
         self.socket.settimeout(60.0)
@@ -36,11 +36,11 @@ class Served(Client):
 
 
 @contextlib.contextmanager
-def served(folder: Path, text: str) -> Iterator[Served]:
+def served(folder: Path, text: str, *options: str) -> Iterator[Served]:
     file = folder / "own.toml"
     file.write_text(text + PATIENT, encoding="utf-8")
     command = [sys.executable, "-m", "macromicro", "serve", "--config", str(file)]
-    command += ["--scpi", "0", "--web", "0", "--state", str(folder / "position.json")]
+    command += ["--scpi", "0", "--web", "0", "--state", str(folder / "position.json"), *options]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=folder) as process:
         try:
             assert process.stdout is not None
@@ -53,7 +53,7 @@ def served(folder: Path, text: str) -> Iterator[Served]:
             page = re.search(r"page: (\S+)", said)
             assert port and page, said
             client = Served(("127.0.0.1", int(port[1])))
-            client.page = page[1]
+            client.page, client.said = page[1], said
             yield client
             client.close()
         finally:

@@ -183,9 +183,42 @@ def record(
     return Done(Recording.from_arrays(there, rows, dt, attributes), outcome)
 
 
-def _kinds(on: Sequence[Any]) -> tuple[Kind, Kind]:
+def kinds(on: Sequence[Any]) -> tuple[Kind, Kind]:
+    """The kinds of stages that open rigs are, as a period of both shows them.
+
+    Parameters
+    ----------
+    on : Sequence[Rig]
+        Of each axis.
+
+    Returns
+    -------
+    tuple[Kind, Kind]
+        For `opened`.
+    """
     first, second = (open_rig.of(rig)._replace(truth=Unseen, show=_unseen) for rig in on)
     return first, second
+
+
+def opened(settings: Any, on: Sequence[Any]) -> Bench:
+    """Open rigs as the stages of a machine.
+
+    Parameters
+    ----------
+    settings : Any
+        Of the machine.
+    on : Sequence[Rig]
+        Of each axis.
+
+    Returns
+    -------
+    Bench
+        Of the places along each axis; nobody knows how square they stand.
+    """
+    first, second = (
+        open_rig.opened(rig, own.encoder.pitch) for rig, own in zip(on, of(settings), strict=True)
+    )
+    return Bench(first, second, Plane(0.0, 1.0))
 
 
 def columns(machine: Joint, on: Sequence[Any]) -> tuple[Column, ...]:
@@ -203,7 +236,7 @@ def columns(machine: Joint, on: Sequence[Any]) -> tuple[Column, ...]:
     tuple[Column, ...]
         In the order of the rows.
     """
-    return loop.columns(_kinds(on), laws(machine))
+    return loop.columns(kinds(on), laws(machine))
 
 
 def driven(
@@ -238,9 +271,8 @@ def driven(
     Outcome
         How it ended.
     """
-    both, dt = _kinds(on), settings.x.timing.period
-    parts = [open_rig.opened(r, own.encoder.pitch) for r, own in zip(on, of(settings), strict=True)]
-    bench = Bench(parts[0], parts[1], Plane(0.0, 1.0))
+    both, dt = kinds(on), settings.x.timing.period
+    bench = opened(settings, on)
     control, under = loops(settings, plan), laws(machine)
     period, rows = loop.period(both, under), loop.columns(both, under)
     longest = max(runs.longest(own, p) for own, p in zip(of(settings), plan.plans, strict=True))
@@ -248,7 +280,7 @@ def driven(
     nothing = tuple(np.empty((chunk, kind.noises)) for kind in both)
     try:
         rise = max(lines.rise(own) for own in of(settings))
-        open_rig.switched_on(parts, both, rise, dt)
+        open_rig.switched_on(bench[:2], both, rise, dt)
         run = loop.beginning(both, under, bench, control)
         while run.tick < round(longest / dt) and not run.over:
             block = np.empty((len(rows), chunk))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from macromicro.errors import InputError
@@ -23,7 +24,7 @@ ACCEPTED = f"{TWIN}, or the rigs of both axes, x first: mylab:x{AND}mylab:y"
 Two = tuple[Fixture, Fixture]
 
 
-def found(name: str, settings: Any, seed: int) -> Two | None:
+def found(name: str, settings: Any, seed: int, what: str = "a programme") -> Two | None:
     """The rigs that ``--rig`` names.
 
     Parameters
@@ -34,6 +35,8 @@ def found(name: str, settings: Any, seed: int) -> Two | None:
         Of the machine.
     seed : int
         Given to the factories; the second gets the next one.
+    what : str, optional
+        What is wanted of them, for messages.
 
     Returns
     -------
@@ -48,11 +51,27 @@ def found(name: str, settings: Any, seed: int) -> Two | None:
     if name == TWIN:
         return None
     made = [
-        on_rig.found(one, own, seed + k)
+        on_rig.found(one, own, seed + k, what)
         for k, (one, own) in enumerate(zip(named(name), of(settings), strict=True))
     ]
     first, second = (one for one in made if one is not None)
     return first, second
+
+
+def several(name: str) -> bool:
+    """Whether a name is that of more than one rig.
+
+    Parameters
+    ----------
+    name : str
+        As of ``--rig``.
+
+    Returns
+    -------
+    bool
+        False for a file that has a "+" in its name.
+    """
+    return AND in name and not Path(name).is_file()
 
 
 def named(name: str) -> list[str]:

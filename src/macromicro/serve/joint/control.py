@@ -36,19 +36,25 @@ class Control:
         Whose laws they are.
     tree : Any
         Its settings.
+    kinds : tuple[Kind, Kind]
+        Of the stages that are driven: the machine's, or those of open rigs.
     """
 
-    def __init__(self, machine: Joint, tree: Any) -> None:
+    def __init__(self, machine: Joint, tree: Any, kinds: tuple[Kind, Kind]) -> None:
         self._trees = of(tree)
         number = self.number = pace.periods(tree.x)
-        self.kinds, self._laws = runs.kinds(machine), runs.laws(machine)
+        self.kinds, self._laws = kinds, runs.laws(machine)
         self._gains = list(map(gains, self._trees))
         for name, axis, own in zip(AXES, machine.axes, self._trees, strict=True):
             checked(axis, own, f"{name}.")
         self.dt = float(tree.x.timing.period)
-        self._period = loop.fastest(self.kinds, self._laws)
-        self._free = [stage.quickest(stage.opened(kind), kind) for kind in self.kinds]
-        self._switch = [stage.switching(kind) for kind in self.kinds]
+        simulated = kinds == runs.kinds(machine)
+        self._period = (loop.fastest if simulated else loop.period)(kinds, self._laws)
+        free, self._switch = [stage.opened(k) for k in kinds], [k.switch for k in kinds]
+        if simulated:
+            free = [stage.quickest(each, kind) for each, kind in zip(free, kinds, strict=True)]
+            self._switch = [stage.switching(kind) for kind in kinds]
+        self._free = free
         self._wired = [lines.wired(own) for own in self._trees]
         names = [c.name for c in loop.columns(self.kinds, self._laws)]
         self._rows = [names.index(f"{axis}_effort") for axis in AXES]
@@ -146,13 +152,15 @@ class Control:
         return led(course, own, self._trees[k], self._wired[k])
 
     def _coast(self, bench: Bench, stages: Pair, noise: tuple[Array, ...]) -> Pair:
-        """The same time without efforts."""
-        ends = []
-        for k, kind in enumerate(self.kinds):
-            state, params = stages[k], bench[k]
-            if kind.lines:
-                state = self._switch[k](params, state, self.enable)
-            ends.append(coasted(self._free[k], params, state, self._nothing, noise[k], self.dt))
+        """The same time without efforts, period by period: it passes for both at once."""
+        ends = [
+            self._switch[k](bench[k], stages[k], self.enable) if kind.lines else stages[k]
+            for k, kind in enumerate(self.kinds)
+        ]
+        for draws in zip(*noise, strict=True):
+            for k, draw in enumerate(draws):
+                free, one = self._free[k], draw[None, :]
+                ends[k] = coasted(free, bench[k], ends[k], self._nothing, one, self.dt)
         return ends[0], ends[1]
 
 

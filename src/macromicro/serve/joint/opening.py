@@ -4,7 +4,8 @@ period."""
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 from macromicro.control.live.messages import (
     ClearFault,
@@ -17,34 +18,34 @@ from macromicro.control.live.messages import (
     Programme,
     Stop,
 )
-from macromicro.errors import InputError
-from macromicro.machines.joint import course, planning
-from macromicro.machines.joint.settings import of
-from macromicro.rig.opening import TWIN
+from macromicro.machines.joint import course, on_rig, planning, two_rigs
+from macromicro.machines.joint.settings import AXES, of
 from macromicro.rig.session import Session
+from macromicro.rig.twin import VirtualClock
 from macromicro.serve.joint.machine import Pair
-from macromicro.serve.joint.rig import Led, Simulated
+from macromicro.serve.joint.rig import Led, Real, Simulated
 from macromicro.serve.joint.settings import JointSettings
 from macromicro.serve.joint.together import Together
 from macromicro.serve.loop_spec import Spec
 from macromicro.serve.persist import Evident
 from macromicro.serve.stage import guide
 from macromicro.serve.stage import machine as live
-from macromicro.serve.stage.opening import REST, rehearsed
+from macromicro.serve.stage.opening import REST, Like, needed, rehearsed
 from macromicro.types import ENABLE, Sample
 
 
 class Opened(NamedTuple):
     """What `loop_process.Opened` is for the bench."""
 
-    rig: Simulated
+    rig: Simulated | Real
     made: Pair
     settings: JointSettings
     paced: bool = False
+    counted: bool = False
 
     def witness(self, sample: Sample) -> Evident:
         """What confirms a position that was kept."""
-        return Evident(False, math.nan)
+        return Evident(self.counted, math.nan)
 
     def machine(self) -> Pair:
         """The live machine."""
@@ -57,7 +58,9 @@ class Opened(NamedTuple):
     def warm(self) -> None:
         """Drive another pair of simulated axes through the very loop."""
         settings = self.settings
-        rig = simulated(settings, 0)
+        rig: Simulated | Real = simulated(settings, 0)
+        if isinstance(self.rig, Real):
+            rig = _like(settings, self.rig)
         machine, led = paired(settings, rig), Led(Session(rig, settings.period), rig)
         x, y = (0.5 * (own.travel.low + own.travel.high) for own in of(settings.tree))
         plans = planning.plan(course.usual(settings.tree), settings.tree).plans
@@ -83,12 +86,32 @@ def opened(spec: Spec) -> Opened:
     """The machine of two axes that `spec` names; nothing is switched on. Raises InputError."""
     settings = spec.settings
     assert isinstance(settings, JointSettings)
-    if spec.rig != TWIN:
-        accepted = "twin: both axes are served on the simulated machine alone; a rig of yours one "
-        accepted += "axis at a time, with a file of `macromicro config show --axis`"
-        raise InputError("--rig", spec.rig, accepted)
-    rig = simulated(settings, spec.seed)
-    return Opened(rig, paired(settings, rig), settings)
+    tree, axes = settings.tree, settings.machine.axes
+    found = two_rigs.found(spec.rig, tree, spec.seed, "serving both axes")
+    if found is None:
+        twin = simulated(settings, spec.seed)
+        return Opened(twin, paired(settings, twin), settings)
+    for name, axis, own, fixture in zip(AXES, axes, of(tree), found, strict=True):
+        needed(axis, own, fixture, f"{name}.")
+    made = [fixture.make(spec.seed + k) for k, fixture in enumerate(found)]
+    paced = any(not isinstance(each.clock, VirtualClock) for each in made)
+    counted = all(fixture.counted for fixture in found)
+    rig = real(settings, made)
+    return Opened(rig, paired(settings, rig), settings, paced, counted)
+
+
+def real(settings: JointSettings, rigs: Sequence[Any]) -> Real:
+    """Two rigs under the laws of the settings."""
+    sessions = [
+        Session(each, own.timing.period) for each, own in zip(rigs, of(settings.tree), strict=True)
+    ]
+    return Real(settings.machine, settings.tree, on_rig.Pair(sessions))
+
+
+def _like(settings: JointSettings, rig: Real) -> Real:
+    """Simulated axes in place of two rigs."""
+    each = zip(settings.machine.axes, of(settings.tree), rig.halves, strict=True)
+    return real(settings, [Like(a, own, h.channels, h.outputs) for a, own, h in each])
 
 
 def simulated(settings: JointSettings, seed: int) -> Simulated:
@@ -97,12 +120,12 @@ def simulated(settings: JointSettings, seed: int) -> Simulated:
     return Simulated(settings.machine, settings.tree, (first, second), seed)
 
 
-def paired(settings: JointSettings, rig: Simulated) -> Pair:
+def paired(settings: JointSettings, rig: Simulated | Real) -> Pair:
     """The live machine of both axes."""
     tree = settings.tree
     leds = []
     for k, (axis, own) in enumerate(zip(settings.machine.axes, of(tree), strict=True)):
-        lead = guide.guide(axis, own, switched=ENABLE in axis.kind.lines)
+        lead = guide.guide(axis, own, switched=ENABLE in rig.kinds[k].lines)
 
         def take(gains: object, k: int = k) -> None:
             rig.control.take(k, gains)

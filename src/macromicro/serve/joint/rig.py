@@ -4,27 +4,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from contextlib import ExitStack
+from types import TracebackType
+from typing import Any, Self
 
 import numpy as np
 
 from macromicro.control.live.alone import SENSORS
 from macromicro.control.live.leading import Course
 from macromicro.control.live.messages import AXES
-from macromicro.machines import pace
-from macromicro.machines.joint import runs
+from macromicro.machines import lines, pace
+from macromicro.machines.joint import on_rig, runs
 from macromicro.machines.joint.machine import Joint
+from macromicro.machines.joint.on_rig import Pair
+from macromicro.machines.joint.settings import of
 from macromicro.machines.signals import Sample
-from macromicro.machines.stage import quickest
+from macromicro.machines.stage import Kind, quickest
 from macromicro.rig.session import Session
 from macromicro.rig.twin import VirtualClock, noise_source
 from macromicro.serve import faults, lamps
 from macromicro.serve.joint.control import Control
 from macromicro.serve.shared import NO_LINES
 from macromicro.serve.snapshot import Trouble
+from macromicro.serve.stage import guide
 from macromicro.serve.stage import rig as stage_rig
-from macromicro.serve.stage.rig import blind, counted, with_pulse
-from macromicro.types import ENABLE, QUIET, SAFE, Lines, Outputs
+from macromicro.serve.stage.counts import counted, shared_out, with_pulse
+from macromicro.serve.stage.rig import blind
+from macromicro.types import ENABLE, QUIET, SAFE, Clock, Lines, Outputs
 from macromicro.types import Sample as Shown
 
 Source = Callable[[], tuple[Course, Course]]
@@ -48,18 +54,19 @@ class Simulated(stage_rig.Entered):
     def __init__(self, machine: Joint, tree: Any, pitches: tuple[float, float], seed: int) -> None:
         self.channels = tuple(SENSORS[axis] for axis in AXES)
         self.dt, self.tick, self._pitches = pace.period(tree.x), 0, pitches
+        self._shares = [own.encoder.pitch / p for own, p in zip(of(tree), pitches, strict=True)]
         self.clock = VirtualClock(self)
-        self.control = Control(machine, tree)
-        self.source: Source = lambda: (Course(), Course())
-        self._kinds = tuple(axis.kind for axis in machine.axes)
-        self._measure = [quickest(kind.measure, kind) for kind in self._kinds]
-        self._sense = [quickest(k.sense, k) if k.lines else k.sense for k in self._kinds]
+        self.kinds: tuple[Kind, Kind] = runs.kinds(machine)
+        self.control = Control(machine, tree, self.kinds)
+        self.source: Source = _off
+        self._measure = [quickest(kind.measure, kind) for kind in self.kinds]
+        self._sense = [quickest(k.sense, k) if k.lines else k.sense for k in self.kinds]
         self._bench = runs.bench(machine, tree)
         self._states: Any = tuple(
-            kind.initial(params) for kind, params in zip(self._kinds, self._bench[:2], strict=True)
+            kind.initial(params) for kind, params in zip(self.kinds, self._bench[:2], strict=True)
         )
         self._random = noise_source(seed)
-        self._noise = tuple(np.empty((self.control.number, kind.noises)) for kind in self._kinds)
+        self._noise = tuple(np.empty((self.control.number, kind.noises)) for kind in self.kinds)
         self.second = Shown(0.0, *[math.nan] * 5)
         self.lines: list[Lines] = [QUIET, QUIET]
         self._draw()
@@ -81,10 +88,10 @@ class Simulated(stage_rig.Entered):
             counted(seen.t, seen.position / pitch)
             for seen, pitch in zip(self._seen(), self._pitches, strict=True)
         )
-        for k, kind in enumerate(self._kinds):
+        for k, kind in enumerate(self.kinds):
             if kind.lines:
                 told = self._sense[k](self._bench[k], self._states[k])
-                self.lines[k] = with_pulse(told, self.control.captured[k])
+                self.lines[k] = with_pulse(told, self.control.captured[k], self._shares[k])
         self.second = second
         return first
 
@@ -95,17 +102,94 @@ class Simulated(stage_rig.Entered):
         self.tick += 1
         self._draw()
 
-    def lamps(self) -> float:
-        """What the lines of both axes say, as `lamps.packed`."""
-        enable = {ENABLE: self.control.enable}
-        return lamps.packed([
-            {name: told for name, told in (lines._asdict() | enable).items() if name in kind.lines}
-            for kind, lines in zip(self._kinds, self.lines, strict=True)
-        ])  # fmt: skip
-
     def stop(self) -> None:
         """No effort until the machine leads them again."""
         self.control.efforts = [0.0, 0.0]
+
+
+def _off() -> tuple[Course, Course]:
+    return Course(), Course()
+
+
+class Real:
+    """Two rigs of a user's with an encoder each, driven in step by the laws of a machine while the
+    loop waits.
+
+    Parameters
+    ----------
+    machine : Joint
+        Whose laws and guards they are under.
+    tree : Any
+        Its settings.
+    pair : Pair
+        Both, as sessions: each is read once a period, and its time begins with the first reading.
+    """
+
+    def __init__(self, machine: Joint, tree: Any, pair: Pair) -> None:
+        pair.together = True
+        self.halves = pair.halves
+        self.channels = tuple(SENSORS[axis] for axis in AXES)
+        self.kinds = on_rig.kinds(pair.halves)
+        self.control = Control(machine, tree, self.kinds)
+        self.source: Source = _off
+        self._pitches = [float(own.encoder.pitch) for own in of(tree)]
+        self._shares = [own.encoder.pitch / guide.count(own) for own in of(tree)]
+        self._bench = on_rig.opened(tree, pair.halves)
+        self._noise = tuple(np.empty((self.control.number, 0)) for _ in AXES)
+        self._seen: tuple[Shown, ...] = ()
+        self.second = Shown(0.0, *[math.nan] * 5)
+        self.lines: list[Lines] = [QUIET, QUIET]
+        self.clock: Clock = self
+        self._left = ExitStack()
+
+    def read(self) -> Shown:
+        """What the first axis shows now; `second`: what the other one does, by the same clock."""
+        self._seen = tuple(half.read() for half in self.halves)
+        for k, half in enumerate(self.halves):
+            told = lines.read(self._seen[k], half.channels)
+            self.lines[k] = with_pulse(told, self.control.captured[k], self._shares[k])
+        first, self.second = (
+            Shown(self._seen[0].t, shared_out(seen.encoder, share), *[math.nan] * 4)
+            for seen, share in zip(self._seen, self._shares, strict=True)
+        )
+        return first
+
+    def write(self, outputs: Outputs) -> None:
+        """The laws give the efforts."""
+
+    def now(self) -> float:
+        """The first rig's time, s."""
+        return self.halves[0].now()
+
+    def wait(self, dt: float) -> None:
+        """Give the laws' efforts, and wait for the next period of both."""
+        first, second = (
+            Sample(seen.t, seen.encoder * pitch)
+            for seen, pitch in zip(self._seen, self._pitches, strict=True)
+        )
+        self.control.run(self.source(), self._bench, (0.0, 0.0), (first, second), self._noise)
+
+    def stop(self) -> None:
+        """Set every output of both to its safe value, of either whatever the other one raises."""
+        self.control.efforts = [0.0, 0.0]
+        with ExitStack() as each:
+            for half in self.halves:
+                each.callback(half.stop)
+
+    def __enter__(self) -> Self:
+        with ExitStack() as entered:
+            for half in self.halves:
+                entered.enter_context(half)
+            self._left = entered.pop_all()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._left.__exit__(kind, error, trace)
 
 
 class Led(stage_rig.Led):
@@ -115,11 +199,11 @@ class Led(stage_rig.Led):
     ----------
     session : Session
         The opened rig.
-    rig : Simulated
+    rig : Simulated | Real
         The rig itself, with its laws and guards.
     """
 
-    def __init__(self, session: Session, rig: Simulated) -> None:
+    def __init__(self, session: Session, rig: Simulated | Real) -> None:
         super().__init__(session, rig)
         self._both = rig
 
@@ -144,7 +228,11 @@ class Led(stage_rig.Led):
 
     def lamps(self) -> float:
         """Lines of both axes for the status, as `lamps.packed`."""
-        return self._both.lamps()
+        enable = {ENABLE: self._both.control.enable}
+        return lamps.packed([
+            {name: told for name, told in (said._asdict() | enable).items() if name in kind.lines}
+            for kind, said in zip(self._both.kinds, self._both.lines, strict=True)
+        ])  # fmt: skip
 
     def evidence(self) -> tuple[float, float, float, float]:
         """Code, value, limit and time of the latched fault, for the loop's status."""

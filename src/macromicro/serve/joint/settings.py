@@ -11,13 +11,14 @@ from macromicro.control.live.parameters import Live, SoftLimits
 from macromicro.errors import InputError
 from macromicro.machines import pace
 from macromicro.machines.joint import machine as joint
-from macromicro.machines.joint import runs
+from macromicro.machines.joint import runs, two_rigs
 from macromicro.machines.joint.machine import Joint
 from macromicro.machines.joint.settings import AXES, DEFAULT, of
 from macromicro.machines.machine import JOINT
 from macromicro.machines.tree import gains, gains_set
 from macromicro.rig import limits
 from macromicro.rig.limits import Limits
+from macromicro.rig.opening import TWIN
 from macromicro.schema.config import overridden
 from macromicro.schema.text import printable
 from macromicro.serve.joint import control
@@ -82,6 +83,10 @@ class JointSettings(NamedTuple):
     def kept_as(self, rig: str) -> str:
         """What the position file calls this machine: with other settings it is another one."""
         return f"{rig} {JOINT} {zlib.crc32(joint.as_toml(self.tree).encode()):08x}"
+
+    def rigs(self, name: str) -> tuple[str, ...]:
+        """The rigs that ``--rig`` names, x first. Raises InputError where they are not two."""
+        return (name,) if name == TWIN else tuple(two_rigs.named(name))
 
     def place(self, rig: str) -> str:
         """What its position file is called by default."""

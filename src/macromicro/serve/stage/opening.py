@@ -19,6 +19,7 @@ from macromicro.control.live.messages import (
 from macromicro.errors import InputError
 from macromicro.machines import lines, on_rig
 from macromicro.machines import rig as machine_rig
+from macromicro.machines.machine import Machine
 from macromicro.rig.opening import TWIN, open_rig
 from macromicro.rig.session import BENCH, Fixture, Session
 from macromicro.rig.twin import VirtualClock
@@ -66,9 +67,8 @@ class Opened(NamedTuple):
         rig: stage_rig.Simulated | stage_rig.Real = twin
         if isinstance(self.rig, stage_rig.Real):
             machine, tree = settings.machine, settings.tree
-            own = _Like(machine.kind, tree)
-            own.channels, own.outputs = self.rig.channels, self.rig.outputs
-            rig = stage_rig.Real(machine, tree, own)
+            like = Like(machine, tree, self.rig.channels, self.rig.outputs)
+            rig = stage_rig.Real(machine, tree, like)
         middle = 0.5 * (settings.tree.travel.low + settings.tree.travel.high)
         requests = (
             (Stop(), 2),  # nothing is enabled before the first sample, which is seen behind it
@@ -116,8 +116,24 @@ def rehearsed(led: Guard, machine: Any, settings: AnySettings, requests: Any) ->
         shared.close()
 
 
-class _Like(machine_rig.Twin):
-    """A twin that names channels of another rig: lines that it has not are quiet."""
+class Like(machine_rig.Twin):
+    """A twin that names the channels and outputs of another rig: lines that it has not are quiet.
+
+    Parameters
+    ----------
+    machine : Machine
+        The machine, or an axis of one.
+    tree : Any
+        Its settings.
+    channels, outputs : tuple[str, ...]
+        Of the other rig.
+    """
+
+    def __init__(
+        self, machine: Machine, tree: Any, channels: tuple[str, ...], outputs: tuple[str, ...]
+    ) -> None:
+        super().__init__(machine.kind, tree)
+        self.channels, self.outputs = channels, outputs
 
     def read(self) -> Any:
         """Measure now."""
@@ -140,24 +156,36 @@ def opened(spec: Spec) -> Opened:
         where = f"--rig {fixture.name}, channels"
         raise InputError(where, shown, "encoder: the stage's, in counts of encoder.pitch")
     on_rig.in_step(settings.tree, fixture)
-    _needed(settings, fixture)
+    needed(settings.machine, settings.tree, fixture)
     made = fixture.make(spec.seed)
     paced = not isinstance(made.clock, VirtualClock)
     real = stage_rig.Real(settings.machine, settings.tree, made)
     return Opened(real, _live(settings, real), paced, fixture.counted, settings)
 
 
-def _needed(settings: StageSettings, fixture: Fixture) -> None:
-    """InputError where a rig lacks a line that homing needs."""
-    touch = guide.guide(settings.machine, settings.tree).touch
+def needed(machine: Machine, tree: Any, fixture: Fixture, where: str = "") -> None:
+    """InputError where a rig lacks a line that homing needs.
+
+    Parameters
+    ----------
+    machine : Machine
+        The machine, or an axis of one.
+    tree : Any
+        Its settings.
+    fixture : Fixture
+        The rig.
+    where : str, optional
+        What stands before the setting's name.
+    """
+    touch = guide.guide(machine, tree).touch
     seek = None if touch is None else touch.seek
     if seek is None:
         return
     needs = (seek.line, "index_count" if seek.pulse else "")
     missing = [name for name in needs if name and not fixture.has(name)]
     if missing:
-        shown, on = ", ".join(fixture.channels), settings.tree.homing.on
-        accepted = f'{" and ".join(missing)}: homing.on = "{on}" needs it'
+        shown, on = ", ".join(fixture.channels), tree.homing.on
+        accepted = f'{" and ".join(missing)}: {where}homing.on = "{on}" needs it'
         raise InputError(f"--rig {fixture.name}, channels", shown, accepted)
 
 

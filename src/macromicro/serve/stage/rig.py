@@ -19,8 +19,10 @@ from macromicro.rig.session import Session
 from macromicro.rig.twin import VirtualClock, noise_source
 from macromicro.serve import faults
 from macromicro.serve.snapshot import Trouble
+from macromicro.serve.stage import guide
 from macromicro.serve.stage.control import Control
-from macromicro.types import ENABLE, QUIET, SAFE, Clock, Command, Lines, Outputs, Rig
+from macromicro.serve.stage.counts import counted, shared_out, with_pulse
+from macromicro.types import ENABLE, QUIET, SAFE, Clock, Command, Outputs, Rig
 from macromicro.types import Sample as Shown
 
 Source = Callable[[], Course]
@@ -66,6 +68,7 @@ class Simulated(Entered):
         kind = self.kind = machine.kind
         self.channels: tuple[str, ...] = ("encoder", *kind.lines)
         self.dt, self.tick, self.pitch = pace.period(tree), 0, pitch
+        self._share = float(tree.encoder.pitch) / pitch
         self.clock = VirtualClock(self)
         self.control = Control(machine, tree, kind)
         self.source: Source = Course
@@ -91,7 +94,7 @@ class Simulated(Entered):
         seen = self._seen()
         if self.kind.lines:
             told = self._sense(self._params, self._state)
-            self.lines = with_pulse(told, self.control.captured)
+            self.lines = with_pulse(told, self.control.captured, self._share)
         return counted(seen.t, seen.position / self.pitch)
 
     def advance(self) -> None:
@@ -106,20 +109,9 @@ class Simulated(Entered):
         self.control.effort = 0.0
 
 
-def with_pulse(told: Lines, captured: float) -> Lines:
-    """What lines say, with the index pulse that passed since they were last read, if none is on."""
-    return told._replace(index_count=captured) if math.isnan(told.index_count) else told
-
-
 def blind(watch: Watch) -> bool:
     """Is it a fault in which counts may have been missed?"""
     return watch.fault in (guarding.SILENT, guarding.STUCK)
-
-
-def counted(t: float, counts: float) -> Shown:
-    """What an encoder shows: whole counts, or NaN."""
-    count = counts if math.isnan(counts) else float(math.floor(counts + 0.5))
-    return Shown(t, count, *[math.nan] * 4)
 
 
 class Real:
@@ -143,6 +135,7 @@ class Real:
         self.channels = tuple(dict.fromkeys((*rig.channels, *self.kind.lines)))
         self.lines = QUIET
         self._rig, self._pitch = rig, float(tree.encoder.pitch)
+        self._share = self._pitch / guide.count(tree)
         self._sample = Shown(0.0, *[math.nan] * 5)
         self._noise = np.empty((self.control.number, 0))
         self.clock: Clock = self
@@ -150,10 +143,12 @@ class Real:
     def read(self) -> Shown:
         """What the rig shows now."""
         self._sample = self._rig.read()
+        count = shared_out(self._sample.encoder, self._share)
         if not self.kind.lines:
-            return self._sample
-        self.lines = lines.read(self._sample, self.channels)
-        return Shown(self._sample.t, self._sample.encoder, *[math.nan] * 4)
+            return self._sample._replace(encoder=count)
+        told = lines.read(self._sample, self.channels)
+        self.lines = with_pulse(told, self.control.captured, self._share)
+        return Shown(self._sample.t, count, *[math.nan] * 4)
 
     def write(self, outputs: Outputs) -> None:
         """The law gives the effort."""

@@ -76,6 +76,10 @@ class StageSettings(NamedTuple):
         """What the position file calls this machine: with other settings it is another one."""
         return f"{rig} {self.name} {zlib.crc32(as_toml(self.machine, self.tree).encode()):08x}"
 
+    def rigs(self, name: str) -> tuple[str, ...]:
+        """The rigs that ``--rig`` names."""
+        return (name,)
+
     def place(self, rig: str) -> str:
         """What its position file is called by default."""
         return f"{rig}-{self.name}"
