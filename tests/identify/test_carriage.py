@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import t
 
 from macromicro.control.terminal import model
 from macromicro.control.terminal.model import Motion, Terminal
@@ -69,9 +70,10 @@ def test_the_swings_intervals_cover_the_truth():
     held = np.zeros(2)
     for seed in range(40):
         noise = np.random.default_rng(100 + seed).standard_normal(len(u)) * 1e-6
-        values, errors = carriage._ringing([carriage.cut(*clean[:3], still + noise)], DT)
+        values, parts = carriage._ringing([carriage.cut(*clean[:3], still + noise)], DT)
+        errors = {n: e * t.ppf(0.975, free) for n, ((e, free),) in parts.items()}
         off = np.array([values["frequency"] - TRUE.frequency, values["decay"] - TRUE.decay])
-        held += np.abs(off) < 1.96 * np.array([errors["frequency"], errors["decay"]])
+        held += np.abs(off) < np.array([errors["frequency"], errors["decay"]])
     assert (held >= 34).all()
 
 

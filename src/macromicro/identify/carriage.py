@@ -25,7 +25,7 @@ from macromicro.control.terminal import estimate, model
 from macromicro.control.terminal.estimate import Belief
 from macromicro.control.terminal.model import Motion, Terminal
 from macromicro.errors import InputError
-from macromicro.identify import carriage_give
+from macromicro.identify import carriage_give, witnesses
 from macromicro.identify.carriage_give import Give, Nudged
 from macromicro.kernel import compiled, kernel
 
@@ -44,6 +44,8 @@ _ROUNDS = 2  # of drive and friction, then share
 _SMALL = 0.5  # of the least effort that moves it: what does not move it is a nudge
 _WITH = ("push", "delay")  # the give is told from the motion by these
 _FEW = 0.5  # s of nudges at least
+
+Parts = list[tuple[float, float]]  # standard errors that add up, and their degrees of freedom
 
 
 class Record(NamedTuple):
@@ -80,6 +82,8 @@ class CarriageFit(NamedTuple):
         The law's parameters; those that a recording does not tell keep their defaults.
     std : dict[str, float]
         Standard errors of those that the laser tells, in their units.
+    freedom : dict[str, float]
+        Degrees of freedom of these: a few strokes tell the most of a swing (`witnesses`).
     apart : dict[str, tuple[float, float]]
         Of the others: the least and the greatest of the values that each record alone gives; empty
         for one record.
@@ -100,6 +104,7 @@ class CarriageFit(NamedTuple):
 
     model: Terminal
     std: dict[str, float]
+    freedom: dict[str, float]
     apart: dict[str, tuple[float, float]]
     surprise: float
     swing_rms: float
@@ -240,32 +245,35 @@ def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
     if not (min(ways) < 0.0 < max(ways)):
         raise InputError("recordings", "strokes in one direction", "strokes both ways")
     p = _free(_guess(rows, dt, pitch), rows, dt)
-    std: dict[str, float] = {}
+    parts: dict[str, Parts] = {}
     left = math.nan
     if _windows(rows):
-        values, std = _ringing(rows, dt)
+        values, parts = _ringing(rows, dt)
         p = p._replace(**values)
         p = p._replace(share=_shared(p._replace(share=_SOME), rows, dt)[0])
-    for _ in range(_ROUNDS if std else 1):
+    for _ in range(_ROUNDS if parts else 1):
         p = _likeliest(p, rows, dt)
-        if std:
-            share, std["share"], left = _shared(p, rows, dt)
+        if parts:
+            share, parts["share"], left = _shared(p, rows, dt)
             p = p._replace(share=share)
     motion = [followed(p, r, dt) for r in rows]
     surprise = float(np.mean(np.concatenate([m[4] for m in motion])))
     alone = [_likeliest(p, [r], dt, _SIZES[1:]) for r in rows] if len(rows) > 1 else []
     apart = {n: (min(v), max(v)) for n in RIGID if (v := [float(getattr(q, n)) for q in alone])}
-    if std:
-        std["share"] = math.hypot(std["share"], *_driven(p, rows, dt, apart))
-    give = _give(p, rows, dt) if std else None
+    between = float(max(len(rows) - 1, 1))  # degrees of freedom of what differs between records
+    if parts:
+        parts["share"] += [(off, between) for off in _driven(p, rows, dt, apart)]
+    give = _give(p, rows, dt) if parts else None
     if give is not None:
         push, delay = (0.5 * (apart[n][1] - apart[n][0]) if apart else 0.0 for n in _WITH)
         # One delay stands for those of the efforts' hold, of a computer and of a winding.
         more = carriage_give.unsure(p, give, push, math.hypot(delay, dt / math.sqrt(12.0)))
-        std = {name: math.hypot(error, more[name]) for name, error in std.items()}
+        parts = {name: [*each, (more[name], between)] for name, each in parts.items()}
         p = carriage_give.stiff(p, give)
     p = p._replace(wary=Terminal().wary)
-    return CarriageFit(p, std, apart, surprise, left, tuple(rows), tuple(motion), dt, give)
+    std = {name: math.hypot(*(error for error, _ in each)) for name, each in parts.items()}
+    free = {name: witnesses.freedom(each) for name, each in parts.items()}
+    return CarriageFit(p, std, free, apart, surprise, left, tuple(rows), tuple(motion), dt, give)
 
 
 def _guess(rows: Sequence[Record], dt: float, pitch: float) -> Terminal:
@@ -360,15 +368,15 @@ def _windows(rows: Sequence[Record]) -> list[tuple[int, int, int]]:
     return [(k, a, b) for k, r in enumerate(rows) for _, b, a in r.strokes if a < b]
 
 
-def _together(rows: Sequence[Record], scores: Array) -> Array:
-    """Scores of the windows, summed over strokes of one effort and length, either way: what the
+def _together(rows: Sequence[Record], each: Array) -> Array:
+    """What the windows tell, summed over strokes of one effort and length, either way: what the
     model leaves out is alike in them, so they are one witness. Where these are too few, each."""
     kinds: dict[tuple[float, int], Array] = {}
     pulses = [r.u[a:b] for r in rows for a, b, still in r.strokes if still < b]
-    for u, score in zip(pulses, scores, strict=True):
+    for u, one in zip(pulses, each, strict=True):
         kind = round(float(np.abs(u).max()), 3), int(np.count_nonzero(u))
-        kinds[kind] = kinds.get(kind, 0.0) + score
-    return np.array(list(kinds.values())) if len(kinds) >= FEWEST else scores
+        kinds[kind] = kinds.get(kind, 0.0) + one
+    return np.array(list(kinds.values())) if len(kinds) >= FEWEST else each
 
 
 def _steadied(y: Array) -> Array:
@@ -377,9 +385,9 @@ def _steadied(y: Array) -> Array:
     return np.asarray(y - y.mean() - k * float(k @ y / (k @ k)))
 
 
-def _ringing(rows: Sequence[Record], dt: float) -> tuple[dict[str, float], dict[str, float]]:
+def _ringing(rows: Sequence[Record], dt: float) -> tuple[dict[str, float], dict[str, Parts]]:
     """Frequency (Hz) and decay (1/s) common to all swings, amplitude and phase free in each; with
-    standard errors."""
+    standard errors and their degrees of freedom."""
     from scipy.optimize import least_squares
 
     # In um: the search ends by absolute sizes.
@@ -405,23 +413,29 @@ def _ringing(rows: Sequence[Record], dt: float) -> tuple[dict[str, float], dict[
         lambda z: np.concatenate(each(z)), [first, 1.0], bounds=bounds, x_scale=[0.01, 0.1]
     )
     edges = np.cumsum([0, *map(len, seen)])
-    scores = np.array([fit.jac[a:b].T @ fit.fun[a:b] for a, b in pairwise(edges)])
-    information = fit.jac.T @ fit.jac
+    slopes = [(fit.jac[a:b], fit.fun[a:b]) for a, b in pairwise(edges)]
+    told = witnesses.told(
+        _together(rows, np.array([j.T @ j for j, _ in slopes])),
+        _together(rows, np.array([j.T @ e for j, e in slopes])),
+    )
     free = fit.fun.size - 4 * len(seen) - 2
-    white = np.linalg.pinv(information) * float(fit.fun @ fit.fun) / max(free, 1)
-    # Few strokes make a sandwich that is too thin: never less than white noise gives.
-    spread = np.maximum(np.diag(_sandwich(information, _together(rows, scores))), np.diag(white))
+    white = np.linalg.pinv(fit.jac.T @ fit.jac) * float(fit.fun @ fit.fun) / max(free, 1)
     shown, decay = float(fit.x[0]), float(fit.x[1])
     natural = math.hypot(shown, decay / (2.0 * math.pi))  # a decaying swing is slower
     values = {"frequency": natural, "decay": decay}
-    errors = {n: math.sqrt(float(spread[i])) for i, n in enumerate(values)}
+    # Few strokes make a sandwich that is too thin: never less than white noise gives.
+    errors: dict[str, Parts] = {}
+    for i, name in enumerate(values):
+        strokes, noise = float(told.covariance[i, i]), float(white[i, i])
+        degrees = float(told.freedom[i]) if strokes > noise else math.inf
+        errors[name] = [(math.sqrt(max(strokes, noise)), degrees)]
     return values, errors
 
 
-def _shared(p: Terminal, rows: Sequence[Record], dt: float) -> tuple[float, float, float]:
+def _shared(p: Terminal, rows: Sequence[Record], dt: float) -> tuple[float, Parts, float]:
     """Share of the swing that the laser sees of what the model's motion excites.
 
-    With its standard error, and the RMS (m) of what is left.
+    With its standard error and degrees of freedom, and the RMS (m) of what is left.
     """
     swung = [followed(p, r, dt)[2] for r in rows]
     pairs = [
@@ -430,8 +444,11 @@ def _shared(p: Terminal, rows: Sequence[Record], dt: float) -> tuple[float, floa
     total = sum(float(q @ q) for _, q in pairs)
     share = sum(float(q @ y) for y, q in pairs) / total
     left = [y - share * q for y, q in pairs]
-    scores = np.array([[float(q @ e)] for (_, q), e in zip(pairs, left, strict=True)])
-    error = math.sqrt(float(_sandwich(np.array([[total]]), _together(rows, scores))[0, 0]))
+    told = witnesses.told(
+        _together(rows, np.array([[[float(q @ q)]] for _, q in pairs])),
+        _together(rows, np.array([[float(q @ e)] for (_, q), e in zip(pairs, left, strict=True)])),
+    )
+    error = [(math.sqrt(float(told.covariance[0, 0])), float(told.freedom[0]))]
     return min(max(share, 0.0), 1.0), error, float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
 
 
@@ -486,10 +503,3 @@ def _likeliest(
         best = found.x if found.fun < before else best
         before = min(before, float(found.fun))
     return _scaled(p, np.clip(best, -_WIDE, most))
-
-
-def _sandwich(information: Array, scores: Array) -> Array:
-    """Covariance with each row of scores as one observation."""
-    n, k = scores.shape
-    inverse = np.linalg.pinv(information)
-    return np.asarray(inverse @ (scores.T @ scores * (n / max(n - k, 1))) @ inverse)

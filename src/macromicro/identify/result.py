@@ -39,6 +39,8 @@ class Line(NamedTuple):
         As text; "" for none.
     note : str
         What it is, in words.
+    freedom : float
+        Degrees of freedom of the error: by how few it is told.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Line(NamedTuple):
     error: float = math.nan
     unit: str = ""
     note: str = ""
+    freedom: float = math.inf
 
 
 @dataclass

@@ -23,7 +23,7 @@ HEADINGS = (
     "true error",
 )
 _NOTE = f"Each part's own table, figures and records are in {STEPS}/. The verification's page is "
-_SIDES = 1.96  # of a normal distribution's 95 % interval
+_SHARE = 0.95  # of the interval
 
 
 def write(found: Commissioned, name: str, started: str) -> None:
@@ -113,7 +113,10 @@ def half_width(line: Mapping[str, Any]) -> float:
     """
     if line["error"] is None or line["value"] is None:
         return math.nan
-    return float(_SIDES * line["error"])
+    from scipy.stats import t
+
+    degrees = line.get("freedom") or math.inf  # null in JSON
+    return float(t.ppf(0.5 + 0.5 * _SHARE, degrees) * line["error"])
 
 
 def moves(found: Commissioned) -> list[tuple[str, ...]]:

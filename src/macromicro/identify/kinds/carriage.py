@@ -82,9 +82,9 @@ def identify(picking: Picking, options: Options) -> Result:
     pars = {e.path: e.par for e in entries(fit.model)}
     found = [n for n in (*carriage.RIGID, *carriage.SWING) if n in carriage.RIGID or n in fit.std]
     lines = [
-        Line(name, float(getattr(fit.model, name)), error, pars[name].unit, note)
+        Line(name, float(getattr(fit.model, name)), error, pars[name].unit, note, degrees)
         for name in found
-        for error in [fit.std.get(name, math.nan)]
+        for error, degrees in [(fit.std.get(name, math.nan), fit.freedom.get(name, math.inf))]
         for note in [_note(pars[name].meaning, fit.apart.get(name))]
     ]
     lines.append(Line("pitch", pitch, math.nan, "m", f"travel per count, {said}"))
