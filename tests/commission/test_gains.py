@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from tests.commission.test_axis_margins import model, tree
 
-from macromicro.commission import axis_margins, gains, rehearsal
+from macromicro.commission import axis_margins, comparing, gains, rehearsal
 from macromicro.commission.margins import DRAWS
 from macromicro.machines import machine, planning
 from macromicro.schema.par import replaced
@@ -57,7 +57,7 @@ def test_nothing_is_taken_that_is_hardly_better_or_comes_too_near(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     made = slow()
-    monkeypatch.setattr(gains, "_BETTER", 0.0)
+    monkeypatch.setattr(comparing, "BETTER", 0.0)
     assert gains.searched(made, UNSURE) == gains.Tuned()
     monkeypatch.undo()
     # Looked at on few models a design may seem right that on all is not.

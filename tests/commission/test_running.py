@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission import axis, procedure, report, store
+from macromicro.commission import axis, procedure, report, running, store
+from macromicro.commission.probing import Creep
 from macromicro.commission.procedure import Options, Work
 from macromicro.commission.running import Commissioned, Place, commission
 from macromicro.commission.stand import Stand
@@ -50,7 +51,7 @@ def test_every_step_says_what_it_will_do_before_it_does_it(
     done: tuple[Commissioned, Path, list[str]],
 ) -> None:
     said = done[2]
-    assert [s.endswith(" done") for s in said] == [False, True] * 6 + [True, False, True]
+    assert [s.endswith(" done") for s in said] == [False, True] * 6 + [True] + [False, True] * 2
     assert said[12] == "gains by search on the model done"
     assert "20 s" in said[0] and "at most 8 V" in said[0]
     assert "0 to at most 8 V" in said[2]
@@ -58,7 +59,8 @@ def test_every_step_says_what_it_will_do_before_it_does_it(
     assert "7 places" in said[6]
     assert "40 strokes" in said[8] and "1 m/s" in said[8]
     assert "16 passes" in said[10] and "to 450 Hz" in said[10]
-    assert "makes 7 moves" in said[13]
+    assert "makes 8 moves within its travel, by the gains of the rules and then" in said[13]
+    assert "makes 7 moves within its travel by the gains found, at up to" in said[15]
 
 
 def test_it_finds_and_verifies_the_axis(done: tuple[Commissioned, Path, list[str]]) -> None:
@@ -220,7 +222,7 @@ def test_gains_of_a_search_are_verified_told_and_in_the_file(
         rows = (("a gain", "41", "30 by the rules", "1/s"),)
         return procedure.Tuned({"controller.position": '"41 1/s"'}, rows)
 
-    kind = axis.KIND._replace(tune=tune, rehearse=lambda machine, tree: 3e-4)
+    kind = axis.KIND._replace(tune=tune, compare=None, rehearse=lambda machine, tree: 3e-4)
     there = place(sign=-1.0)._replace(kind=kind)
     out = tmp_path / "out"
     shutil.copytree(done[1], out)
@@ -233,6 +235,86 @@ def test_gains_of_a_search_are_verified_told_and_in_the_file(
     assert machine.load(out / report.MACHINE)[1].controller.position == 41.0
     assert "30 by the rules" in (out / report.PAGE).read_text()
     assert json.loads((out / report.JSON).read_text())["tuned"][0][0] == "a gain"
+
+
+def searched(path: str, value: str) -> Any:
+    def tune(tree: Any, model: Any, progress: procedure.Progress) -> procedure.Tuned:
+        rows = (("a gain", value, "another by the rules", "1/s"),)
+        return procedure.Tuned({path: f'"{value} 1/s"'}, rows)
+
+    return tune
+
+
+def test_gains_by_which_the_stage_itself_settles_later_are_left_out(
+    done: tuple[Commissioned, Path, list[str]], tmp_path: Path
+) -> None:
+    """Whatever a model said: a tenth of the rules' gains is slow on the axis."""
+    slow = f"{0.1 * done[0].settings.controller.position:.3g}"
+    there = place(sign=-1.0)._replace(
+        kind=axis.KIND._replace(tune=searched("controller.position", slow))
+    )
+    out = tmp_path / "out"
+    shutil.copytree(done[1], out)
+    said: list[str] = []
+    found = commission(
+        there,
+        OPTIONS,
+        out,
+        ask=lambda title, intent: said.append(f"{title}: {intent}"),
+        done=lambda title: said.append(f"{title} done"),
+    )
+    report.write(out, found, there, STARTED)
+    assert [s.split(":")[0].removesuffix(" done") for s in said[-5:]] == [
+        running.TUNE,
+        *2 * [running.COMPARE],
+        *2 * [running.VERIFY],
+    ]
+    assert "creeps to its low end and makes 8 moves" in said[-4] and "and 8 V" in said[-4]
+    assert found.verified.met and found.tuned.gains == {}
+    assert found.settings.controller.position > 5.0 * float(slow)
+    ((what, rules, search, unit),) = found.tuned.rows
+    assert what == "settling on the stage" and unit == "s"
+    assert float(rules) < 0.5 * float(search.split()[0])
+    assert search in (out / report.PAGE).read_text()
+
+
+def test_both_gains_are_judged_from_the_same_place_and_by_the_same_tolerance(
+    done: tuple[Commissioned, Path, list[str]], tmp_path: Path
+) -> None:
+    """Of a commissioning that is resumed after its last step, too; an end ends it there."""
+    seen: list[Any] = []
+
+    def compare(stand: Stand, chosen: machine.Machine, tree: Any) -> tuple[float, str]:
+        seen.append((stand.position(), tree))
+        # Moves end anywhere, and the effort with them.
+        law = Creep(1.0, 0.04, 2.0, stand.dt, stand.position() + 0.02)
+        stand.drive(law, 2.0, OPTIONS.caution(1.0))
+        return 1.0 / len(seen), ""
+
+    kind = axis.KIND._replace(tune=searched("controller.position", "41"), compare=compare)
+    there = place(sign=-1.0)._replace(kind=kind)
+    out = tmp_path / "out"
+    shutil.copytree(done[1], out)
+    found = commission(there, OPTIONS, out)
+    (first, rules), (second, search) = seen
+    assert abs(first - second) < 5e-4
+    assert rules.arrival == search.arrival and rules.travel.high > 0.05
+    assert rules.controller.position != 41.0 and search.controller.position == 41.0
+    assert found.settings.controller.position == 41.0
+    assert found.tuned.rows[0][1:3] == ("0.5", "1 by the rules")
+
+    made: list[Virtual] = []
+    said: list[str] = []
+    there = place(made, sign=-1.0)._replace(kind=kind)
+    with pytest.raises(KeyboardInterrupt):
+        commission(
+            there,
+            OPTIONS,
+            out,
+            ask=lambda title, _: said.append(title),
+            ended=lambda: running.COMPARE in said,
+        )
+    assert said[-1] == running.COMPARE and made[0].effort == 0.0
 
 
 def test_a_search_that_fails_leaves_the_rules_gains_and_one_that_is_ended_ends_it(

@@ -68,3 +68,9 @@ def test_a_move_cut_short_says_what_it_knows():
     (m,) = results.moves(Recording.from_arrays(short.columns, rows, DT, {}), plan(0.01, 0.02), RULE)
     assert m.arrived_s is None and m.overshoot is None and m.rest_error is None
     assert m.true_error is None and not m.complete and m.peak_error == pytest.approx(0.07)
+
+
+def test_settling_counts_from_the_end_of_the_profile():
+    (m,) = results.moves(one(), plan(0.01), RULE)
+    early, never = m._replace(arrived_s=0.08), m._replace(arrived_s=None)
+    assert results.settling([m, early, never]) == pytest.approx([0.05, -0.02, np.inf])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from macromicro.commission import (
     axis_margins,
     axis_page,
+    comparing,
     exciting,
     friction,
     gains,
@@ -291,5 +292,6 @@ KIND = Kind(
     figures=axis_page.FIGURES,
     rehearse=rehearsal.rested,
     tune=gains.searched,
+    compare=comparing.settling,
     margins=axis_margins.told,
 )

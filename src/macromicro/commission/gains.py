@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from macromicro.commission import axis_margins, margins, rehearsal
+from macromicro.commission import axis_margins, comparing, margins, rehearsal
 from macromicro.commission.model import Model
 from macromicro.commission.procedure import Tuned
 from macromicro.machines import machine as machines
@@ -23,7 +23,6 @@ _LOOKED, _SPARE = (
     20,
     1.06,
 )  # drawn models on which a design is looked at, and what more they ask for
-_BETTER = 0.95  # of the objective by the rules: no less is worth other gains
 
 
 def models(settings: Any, model: Model) -> Iterator[Any]:
@@ -90,7 +89,7 @@ def searched(
         return max(objective.value(t, 1e6 * made.arrival.tolerance) for t in each)
 
     before, after = worst(found.before), worst(found.after)
-    if not after <= _BETTER * before:
+    if not comparing.better(after, before):
         return Tuned()
     if not axis_margins.keeps(
         found.tuned, model, axis_margins.drawn(made, model, margins.DRAWS), least

@@ -288,6 +288,10 @@ class Kind(NamedTuple):
     tune : Callable[[Any, Any, Progress], Tuned] | None, optional
         From the settings that were found, with the tolerance of the rehearsal, and the model to
         gains that do better on it; hears of designs that were tried.
+    compare : Callable[[Stand, Any, Any], tuple[float, str]] | None, optional
+        From the stage at the machine's 0, the machine and its settings to how long it takes to
+        settle, s, and what its guard saw, after moves on the stage. Gains of `tune` stay only where
+        that is less by them; None: they always stay.
     margins : Callable[[Any, Any], Robustness], optional
         From the settings that were found and the model to how robust the gains are.
     one_way : bool, optional
@@ -314,6 +318,7 @@ class Kind(NamedTuple):
     place: Place = LENGTH
     rehearse: Callable[[Any, Any], float | None] | None = None
     tune: Callable[[Any, Any, Progress], Tuned] | None = None
+    compare: Callable[[Stand, Any, Any], tuple[float, str]] | None = None
     margins: Callable[[Any, Any], Robustness] = lambda settings, model: Robustness()
     one_way: bool = False
 

@@ -8,12 +8,10 @@ either way, and the tolerance is the finest at which all of them arrive.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
-
+from macromicro.commission import moves
 from macromicro.machines import machine as machines
 from macromicro.machines import planning, results, runs
 from macromicro.programme import Programme
@@ -39,17 +37,7 @@ def programme(settings: Any) -> Programme:
     Programme
         Targets in counts.
     """
-    n = len(SHARES)
-    target = np.floor(np.array(SHARES) * settings.travel.high / settings.encoder.pitch)
-    return Programme(
-        "rehearsal",
-        np.full(n, math.nan),
-        np.zeros(n, np.int64),
-        target,
-        np.full(n, HOLD),
-        math.nan,
-        "moves on the model",
-    )
+    return moves.programme("rehearsal", "moves on the model", SHARES, HOLD, settings)
 
 
 def drawn(settings: Any) -> Iterator[Any]:
@@ -96,8 +84,8 @@ def arrives(machine: machines.Machine, settings: Any) -> bool:
         done = runs.record(machine, tree, plan, seed=seed)
         if done.outcome.fault is not None:
             return False
-        moves = results.moves(done.recording, plan, settings.arrival, machine.kind.place)
-        took = [math.inf if m.arrived_s is None else m.arrived_s - m.profile_s for m in moves]
+        made = results.moves(done.recording, plan, settings.arrival, machine.kind.place)
+        took = results.settling(made)
         if len(took) < len(SHARES) or max(took) > latest:
             return False
     return True

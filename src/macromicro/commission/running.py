@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from macromicro import __version__
-from macromicro.commission import axis, procedure, store, verifying
+from macromicro.commission import axis, comparing, procedure, store, verifying
 from macromicro.commission.procedure import Kind, Options, Robustness, Step, Tuned, Work
 from macromicro.commission.settings import TOLERANCE
 from macromicro.commission.stand import Stand
@@ -21,6 +21,7 @@ from macromicro.schema import config
 from macromicro.schema.text import printable
 
 VERIFY, TUNE = "verification", "gains by search on the model"
+COMPARE = "both gains on the stage"
 _CRUISE = 0.9  # of the greatest speed that is allowed, which is then the guard's
 
 
@@ -169,15 +170,11 @@ def commission(
         machine = machines.named(kind.name, "machine")
         # Reckoned before anything moves again: what sinks by its weight sinks meanwhile.
         rested, tuned = _reckoned(place, work, model, done, ended)
+        tuned = _compared(place, work, model, (rested, tuned), ask, done)
         more = _more(place, rested, tuned)
-        tree, told = _settings(place, work, model, None, more)[1], kind.place.told
-        ask(
-            VERIFY,
-            f"{kind.homing} and makes {len(verifying.SHARES)} moves within its travel by the gains "
-            f"found, at up to {told(tree.motion.velocity, 'm/s', 3)}, "
-            f"{told(tree.motion.acceleration, 'm/s^2', 3)} "
-            f"and {tree.guard.effort:.3g} V.",
-        )
+        tree = _settings(place, work, model, None, more)[1]
+        what = f"makes {len(verifying.SHARES)} moves within its travel by the gains found"
+        ask(VERIFY, f"{kind.homing} and {what}, {_most(kind, tree)}.")
         home = kind.home(work, model)
         toml, tree = _settings(place, work, model, home, more)
         verified = verifying.verify(work.stand, machine, tree)
@@ -208,6 +205,54 @@ def _reckoned(
             tuned = Tuned(doubts=(_failed("A search for better gains failed", error),))
         done(TUNE)
     return rested, tuned
+
+
+def _compared(
+    place: Place,
+    work: Work,
+    model: Any,
+    reckoned: tuple[float | None, Tuned],
+    ask: Callable[[str, str], None],
+    done: Callable[[str], None],
+) -> Tuned:
+    """The gains of the search, or none where the stage itself settles no sooner by them."""
+    kind, (rested, tuned) = place.kind, reckoned
+    compare = kind.compare
+    if compare is None or not tuned.gains:
+        return tuned
+    machine = machines.named(kind.name, "machine")
+    trees = [
+        _settings(place, work, model, None, _more(place, rested, one))[1]
+        for one in (Tuned(), tuned)
+    ]
+    # Gains may change how closely a stage rests: both are judged by what both can hold.
+    within = max(float(tree.arrival.tolerance) for tree in trees)
+
+    def tried(one: Tuned) -> tuple[float, str]:
+        home = kind.home(work, model)
+        tree = _settings(place, work, model, home, _more(place, within, one))[1]
+        found = compare(work.stand, machine, tree)
+        # What stops a run lets go of a weight, too.
+        work.stand.rest(work.options.caution(work.options.creep))
+        return found
+
+    ask(
+        COMPARE,
+        f"{kind.homing} and makes {len(comparing.SHARES)} moves within its travel, by the gains of "
+        f"the rules and then by those of the search, {_most(kind, trees[0])}.",
+    )
+    found = comparing.chosen(tried, tuned)
+    done(COMPARE)
+    return found
+
+
+def _most(kind: Kind, tree: Any) -> str:
+    """What moves of a machine reach at most, in words."""
+    told = kind.place.told
+    return (
+        f"at up to {told(tree.motion.velocity, 'm/s', 3)}, "
+        f"{told(tree.motion.acceleration, 'm/s^2', 3)} and {tree.guard.effort:.3g} V"
+    )
 
 
 def _more(place: Place, rested: float | None, tuned: Tuned) -> dict[str, str]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 
+from macromicro.commission import moves
 from macromicro.commission.stand import Stand
 from macromicro.machines import machine as machines
 from macromicro.machines import planning, results, runs
@@ -124,16 +124,8 @@ def programme(settings: Any) -> Programme:
     """
     random = np.random.Generator(np.random.PCG64(SEED))
     shares = np.array(SHARES) + random.uniform(-0.004, 0.004, len(SHARES))
-    n = len(shares)
-    return Programme(
-        "verification",
-        np.full(n, math.nan),
-        np.zeros(n, np.int64),
-        np.floor(shares * settings.travel.high / settings.encoder.pitch),
-        np.full(n, HOLD),
-        math.nan,
-        "the moves that verify a commissioning",
-    )
+    meaning = "the moves that verify a commissioning"
+    return moves.programme("verification", meaning, shares.tolist(), HOLD, settings)
 
 
 def verify(stand: Stand, machine: machines.Machine, settings: Any) -> Verified:
@@ -153,10 +145,31 @@ def verify(stand: Stand, machine: machines.Machine, settings: Any) -> Verified:
     Verified
         How they went.
     """
-    what = programme(settings)
+    return made(stand, machine, settings, programme(settings))
+
+
+def made(stand: Stand, machine: machines.Machine, settings: Any, what: Programme) -> Verified:
+    """Run any moves on the axis, from where it stands.
+
+    Parameters
+    ----------
+    stand : Stand
+        The axis, at the machine's 0.
+    machine : machines.Machine
+        Its kind and law.
+    settings : Any
+        Its settings.
+    what : Programme
+        The moves.
+
+    Returns
+    -------
+    Verified
+        How they went.
+    """
     done = runs.record(machine, settings, what, on=Shifted(stand))
     plan = planning.plan(what, settings)
-    moves = results.moves(done.recording, plan, settings.arrival, machine.kind.place)
+    found = results.moves(done.recording, plan, settings.arrival, machine.kind.place)
     fault = done.outcome.fault
     words = "" if fault is None else f"{fault.message} {fault.evidence}"
-    return Verified(done.recording, moves, len(plan.target), words)
+    return Verified(done.recording, found, len(plan.target), words)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
+from collections.abc import Iterable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -84,6 +86,22 @@ def moves(
             span = slice(rows[0], rows[-1] + 1)
             found.append(_move(recording, plan, rule, k, span, place.per))
     return found
+
+
+def settling(those: Iterable[Any]) -> list[float]:
+    """How long after the end of its profile each move arrived.
+
+    Parameters
+    ----------
+    those : Iterable[Any]
+        `MoveResult`, or moves of two axes in step.
+
+    Returns
+    -------
+    list[float]
+        s; below 0 where it arrived before, infinity where it did not.
+    """
+    return [math.inf if m.arrived_s is None else m.arrived_s - m.profile_s for m in those]
 
 
 def _move(

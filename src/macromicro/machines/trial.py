@@ -64,7 +64,7 @@ def trial(machine: Machine, settings: Any, plan: Plan, seed: int) -> Trial:
     recording = Recording.from_arrays(runs.columns(machine), rows, settings.timing.period, {})
     moves = results.moves(recording, plan, settings.arrival, machine.kind.place)
     effort = recording["effort"]
-    arrived = [math.inf if m.arrived_s is None else m.arrived_s - m.profile_s for m in moves]
+    arrived = results.settling(moves)
     whole = outcome.watch.fault == 0 and len(moves) == len(plan.target)
 
     def most(values: Iterator[float | None]) -> float:

@@ -14,6 +14,7 @@ from macromicro.machines.joint.loop import TOLD
 from macromicro.machines.joint.machine import Joint
 from macromicro.machines.joint.planning import JointPlan
 from macromicro.machines.joint.settings import AXES
+from macromicro.machines.results import settling
 from macromicro.machines.trial import threaded
 from macromicro.recording import Recording
 
@@ -84,7 +85,7 @@ def measured(
     fault = next((w.fault for w in outcome.watches if w.fault not in (0, TOLD)), 0)
     whole = fault == 0 and len(moves) == len(plan.legs)
     beside = [m.contour for m in moves if m.contour is not None]
-    late = [math.inf if m.arrived_s is None else m.arrived_s - m.profile_s for m in moves]
+    late = settling(moves)
 
     def most(values: Iterator[float | None]) -> float:
         known = [abs(v) for v in values if v is not None]
