@@ -50,6 +50,24 @@ class Noise(NamedTuple):
     unshown: Sequence[Array] = ()
 
 
+class Spread(NamedTuple):
+    """How sure the parameters are.
+
+    Attributes
+    ----------
+    covariance : ndarray, shape (p, p)
+        In the parameters' own scale.
+    explained : bool
+        Whether noise explains what the free run misses; else the model is another than the axis.
+    rounded : bool
+        Whether rounding of the positions to counts explains it.
+    """
+
+    covariance: Array
+    explained: bool
+    rounded: bool = False
+
+
 def sensed(x: Array) -> float:
     """Standard deviation of the noise of a position, by its fourth differences.
 
@@ -150,7 +168,7 @@ def covariance(
     jacobian: Array,
     error: Array,
     told: Sequence[Noise],
-) -> tuple[Array, bool]:
+) -> Spread:
     """Covariance of the parameters, and whether noise explains what the free run misses.
 
     Of many pieces: by the scatter of what each asks for (Liang and Zeger 1986), neighbours taken
@@ -175,19 +193,17 @@ def covariance(
 
     Returns
     -------
-    found : ndarray, shape (p, p)
-        In the parameters' own scale.
-    explained : bool
-        False where the model is another than the axis.
+    Spread
+        How sure the parameters are.
     """
     rounded = _by_rounding(pieces, axis, jacobian, error)
     if rounded is not None:
-        return rounded, True
+        return Spread(rounded, True, rounded=True)
     few = sum(len(p.starts) for p in pieces) < MANY
     found, fits = _by_noise(pieces, axis, jacobian, error, told[-1], few)
     for other in told[:-1] if few else ():
         found = larger(found, _by_noise(pieces, axis, jacobian, error, other, few, warned=False)[0])
-    return found, fits
+    return Spread(found, fits)
 
 
 def _by_noise(
