@@ -12,6 +12,7 @@ from macromicro.identify import counts
 from macromicro.identify.axis_inverse import Estimate, Rows, force_residuals, regressors
 from macromicro.identify.axis_pieces import Pieces, cleared, runs, settled
 from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.slow_levels import block_means
 from macromicro.identify.slow_noise import Fit, is_slow, unshown
 from macromicro.identify.spread import autoregression, clustered, larger
 
@@ -133,11 +134,11 @@ def noise(rows: list[Rows], axis: Any, disturbed: list[Array], taken: list[Array
     many = min(round(_BLOCK * constant / (factor * dt)), total // _POINTS)
     many = max(many, 1)
     sensor = float(np.sqrt(np.mean([sensed(r.run.x) ** 2 for r in rows])))
-    means = [_means(d, many) for d in disturbed if len(d) >= many]
+    means = [block_means(d, many) for d in disturbed if len(d) >= many]
     shown = autoregression(means)
     slower: list[Array] = []
     if is_slow(sum(map(len, means)), shown):
-        table = np.concatenate([_means(t, many) for t in taken if len(t) >= many])
+        table = np.concatenate([block_means(t, many) for t in taken if len(t) >= many])
         fit = Fit([len(m) for m in means], np.linalg.pinv(table), table)
         slower = [d for d, _ in unshown(fit, shown, autoregression, np.random.default_rng(0))]
     d, power = shown
@@ -146,12 +147,6 @@ def noise(rows: list[Rows], axis: Any, disturbed: list[Array], taken: list[Array
     own = (axis.mass * sensor / dt**2) ** 2 * _differentiated(block, factor)
     left = max(1.0 - own / seen, 0.0) if seen > 0.0 else 0.0
     return Noise(block, d, power * left, sensor, slower)
-
-
-def _means(rows: Array, many: int) -> Array:
-    """Means over blocks of so many rows."""
-    blocks = rows[: len(rows) // many * many].reshape(-1, many, *rows.shape[1:])
-    return np.asarray(blocks.mean(axis=1))
 
 
 def _differentiated(block: int, factor: int) -> float:
