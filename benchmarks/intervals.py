@@ -1,6 +1,7 @@
 """Do printed standard errors hold? Coverage of the intervals that `identify` prints.
 
     python benchmarks/intervals.py [--records 200] [--out docs/coverage.json] [GROUP ...]
+        [--kinds cogging ...]
 
 Each method fits synthetic records of a known machine, disturbed in six ways; the shares of records
 whose intervals of one and of 1.96 standard errors hold the truth are to be 68 and 95 %. `make
@@ -366,12 +367,13 @@ def main() -> None:
     parser.add_argument("groups", nargs="*", default=list(GROUPS))
     parser.add_argument("--records", type=int, default=200)
     parser.add_argument("--out", type=Path, default=OUT)
+    parser.add_argument("--kinds", nargs="*", default=DISTURBANCES, choices=DISTURBANCES)
     options = parser.parse_args()
     rows: list[dict[str, Any]] = []
     if options.out.exists():
         rows = json.loads(options.out.read_text(encoding="utf-8"))["rows"]
     for group in options.groups:
-        for kind in DISTURBANCES:
+        for kind in options.kinds:
             began = time.perf_counter()
             new = covered(group, kind, options.records)
             names = {(r["method"], r["disturbance"]) for r in new}

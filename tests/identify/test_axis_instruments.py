@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from macromicro.arrays import Array
 from macromicro.identify import axis_fit
 from macromicro.identify.axis import Axis, simulate
-from macromicro.identify.axis_instruments import instrumented
+from macromicro.identify.axis_instruments import in_counts, instrumented
 from macromicro.identify.axis_inverse import Estimate, Rows, differences, fitted
 from macromicro.identify.driven import Driven
 from macromicro.identify.runs import Run
 
-DT, N = 1e-3, 8000
+DT, N, STEP = 1e-3, 8000, 2e-5
 TRUTH = Axis(4.0, 25.0, 12.0, 2.0)
 
 
@@ -68,3 +69,42 @@ def test_a_clean_record_gives_back_what_it_was_made_with() -> None:
     found = instrumented(rows, start)
     assert found.axis.mass == pytest.approx(4.0, rel=2e-4)
     assert found.axis.coulomb == pytest.approx(12.0, rel=2e-3)
+
+
+def in_steps(seed: int) -> tuple[Run, Array]:
+    random = np.random.default_rng(seed)
+    u = np.repeat(random.uniform(-60.0, 60.0, 20), 200)
+    x = simulate(TRUTH, u, DT)
+    return Run(np.arange(len(u)) * DT, u, np.floor(x / STEP + random.uniform()) * STEP), x
+
+
+def test_errors_of_a_record_in_counts_are_those_of_rounding() -> None:
+    """By its residuals, as if they were noise, they are told twice too wide."""
+    parts, wide = [], []
+    for seed in range(16):
+        run, _ = in_steps(seed)
+        found = axis_fit.drive(run.t, run.u, run.x, structure="coulomb")
+        assert found.refined.rounded
+        off = found.inverse.values - np.array([getattr(TRUTH, n) for n in found.inverse.names])
+        parts.append(off / found.inverse.std)
+        rows = axis_fit.rows_of([run], Driven())
+        plain = instrumented(rows, fitted(rows, "coulomb"))
+        assert plain.values.tolist() == found.inverse.values.tolist()
+        wide.append(off / plain.std)
+    size = np.sqrt(np.mean(np.square(parts), axis=0))
+    assert np.all((size > 0.7) & (size < 1.4)), size
+    assert np.all(np.sqrt(np.mean(np.square(wide), axis=0))[1:] < 0.7)
+
+
+def test_what_is_no_rounding_or_has_no_guide_keeps_its_errors() -> None:
+    run, x = in_steps(0)
+    noisy = run._replace(x=x + 1e-5 * np.random.default_rng(1).standard_normal(len(x)))
+    found = axis_fit.drive(noisy.t, noisy.u, noisy.x, structure="coulomb")
+    rows = axis_fit.rows_of([noisy], Driven())
+    assert not found.refined.rounded
+    assert found.inverse.std.tolist() == instrumented(rows, fitted(rows, "coulomb")).std.tolist()
+    rows = axis_fit.rows_of([run], Driven())
+    plain = instrumented(rows, fitted(rows, "stribeck"))
+    told = in_counts(rows, plain, TRUTH, [x])
+    assert np.isnan(told.std).tolist() == [False] * 5 + [True]
+    assert in_counts(rows, plain, TRUTH._replace(coulomb=-1.0), [x]) is plain

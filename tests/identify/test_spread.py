@@ -12,6 +12,7 @@ from macromicro.identify.spread import (
     MAX_ORDER,
     autoregression,
     clustered,
+    covering,
     larger,
     robust_covariance,
     sampled,
@@ -202,3 +203,20 @@ def test_the_larger_of_two_errors_with_the_correlations_of_more_of_them() -> Non
     assert larger(other, one) == pytest.approx(found)
     assert larger(one, 0.5 * one) == pytest.approx(one)
     assert larger(one, np.zeros((3, 3))) == pytest.approx(one)
+
+
+def test_what_covers_two_covariances_is_as_unsure_as_either_in_every_direction() -> None:
+    random = np.random.default_rng(0)
+    one, other = (m @ m.T for m in random.standard_normal((2, 3, 3)))
+    found = covering(one, other)
+    for least in (one, other):
+        assert np.linalg.eigvalsh(found - least).min() > -1e-9
+    # The least of these: in some direction it is no wider than one, and in some than the other.
+    assert np.linalg.eigvalsh(found - one).min() == pytest.approx(0.0, abs=1e-9)
+    assert np.linalg.eigvalsh(found - other).min() == pytest.approx(0.0, abs=1e-9)
+    np.testing.assert_allclose(covering(one, 0.5 * one), one)
+    np.testing.assert_allclose(covering(one, 4.0 * one), 4.0 * one)
+    scale = np.diag([1e-6, 1.0, 1e6])
+    np.testing.assert_allclose(
+        covering(scale @ one @ scale, scale @ other @ scale), scale @ found @ scale, rtol=1e-6
+    )

@@ -14,7 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.identify.axis import simulate
+from macromicro.identify import counts
+from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_inverse import Estimate, Rows, columns, differences, plausible
 from macromicro.identify.spread import robust_covariance
 
@@ -22,9 +23,10 @@ _ROUNDS = 5
 _SETTLED = 0.01  # standard errors
 _POOR = 1e8
 _LIKE = 0.9  # correlation of each instrument with its regressor, at least
+_DRAWS, _FEWEST, _WORK = 60, 20, 1_000_000  # draws; fewer of long records, by samples in all
 
 
-def instrumented(rows: list[Rows], start: Estimate) -> Estimate:
+def instrumented(rows: list[Rows], start: Estimate, *, told: bool = True) -> Estimate:
     """An estimate by inverse dynamics, repeated with instruments from its own free run.
 
     Stribeck's speed stays. Where the free run is no guide, because a parameter is negative or it is
@@ -36,6 +38,9 @@ def instrumented(rows: list[Rows], start: Estimate) -> Estimate:
         The records.
     start : Estimate
         By least squares.
+    told : bool, optional
+        Whether standard errors are found; else those of `start` stay, and once is enough, from
+        parameters that are next to the record's own.
 
     Returns
     -------
@@ -49,7 +54,7 @@ def instrumented(rows: list[Rows], start: Estimate) -> Estimate:
     left, force = table[:, :-1], table[:, -1]
     ends = np.cumsum([len(p) for p in parts])
     found = start
-    for _ in range(_ROUNDS):
+    for _ in range(_ROUNDS if told else 1):
         if not plausible(found):
             return start
         guides = np.concatenate([_instruments(r, found, names) for r in rows])
@@ -63,7 +68,8 @@ def instrumented(rows: list[Rows], start: Estimate) -> Estimate:
         theta = np.linalg.solve(square, (guides / sizes[0]).T @ force) / sizes[1]
         missed = force - left @ theta
         spread = start.covariance.copy()
-        spread[: len(names), : len(names)] = robust_covariance(guides, missed, ends, None, left)
+        if told:
+            spread[: len(names), : len(names)] = robust_covariance(guides, missed, ends, None, left)
         values = dict(zip(names, theta.tolist(), strict=True))
         before, rms = found, float(np.sqrt(np.mean(missed**2)))
         found = replace(
@@ -79,6 +85,49 @@ def instrumented(rows: list[Rows], start: Estimate) -> Estimate:
     if not plausible(found):
         return start if plausible(start) else found
     return _unblurred(rows, found, names, force)
+
+
+def in_counts(rows: list[Rows], found: Estimate, axis: Axis, ways: list[Array]) -> Estimate:
+    """An estimate with the errors that rounding of the positions makes, where nothing else does.
+
+    Behind the low-pass rounding is neither white nor even: a slow way stays long within a count.
+    Ways of a known axis are rounded, their zero anywhere within a count, and what the method makes
+    of each is compared with that axis; so what it misses of reversals is told, too.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records, as they were sampled.
+    found : Estimate
+        By this method.
+    axis : Axis
+        As output error found it.
+    ways : list[ndarray]
+        Its free runs, shape (n,) per record.
+
+    Returns
+    -------
+    Estimate
+        As it was where a free run is no guide.
+    """
+    known = {n: getattr(axis, n) for n in found.names if n != "stribeck_speed"}
+    start = replace(found, axis=found.axis._replace(**known))
+    steps = [counts.pitch(r.run.x) for r in rows]
+    random = np.random.default_rng(0)  # the same data give the same errors
+    many, off = max(min(_DRAWS, _WORK // sum(map(len, ways))), _FEWEST), []
+    for _ in range(many):
+        drawn = []
+        for r, way, step in zip(rows, ways, steps, strict=True):
+            x = way + counts.noise(way, 0.0, step, random)
+            made = differences(r.run._replace(x=x), r.force, r.corner, r.factor)
+            drawn.append(made._replace(eccentric=r.eccentric))
+        one = instrumented(drawn, start, told=False)
+        if one is start:
+            return found
+        off.append(one.values - start.values)
+    spread = np.array(off).T @ np.array(off) / many
+    spread[np.isnan(found.covariance)] = np.nan
+    return replace(found, covariance=spread)
 
 
 def _unblurred(rows: list[Rows], found: Estimate, names: tuple[str, ...], force: Array) -> Estimate:

@@ -71,6 +71,8 @@ class Estimate:
         Error of the force (inverse dynamics) or of the position (output error).
     percent : float
         The same as 100 |error| / |measured|, for positions about their mean.
+    rounded : bool
+        Whether rounding of the positions to counts is all that moved the parameters.
     """
 
     axis: Axis
@@ -78,6 +80,7 @@ class Estimate:
     covariance: Array
     rms: float
     percent: float
+    rounded: bool = False
 
     @property
     def values(self) -> Array:

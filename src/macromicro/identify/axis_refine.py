@@ -226,9 +226,9 @@ def refined(
     if found.status == 0:
         notice(ConvergenceWarning, "output error: not settled; the last values are returned")
     final = axis(found.x)
-    spread = np.full((len(names), len(names)), np.nan)
+    spread, rounded = np.full((len(names), len(names)), np.nan), False
     if told:
-        spread = _spread(rows, pieces, start, final, found, scale)
+        spread, rounded = _spread(rows, pieces, start, final, found, scale)
         least = ~signed & (found.x <= 2.0 * low)
         if least.any():
             ended = ", ".join(n for n, at in zip(names, least, strict=True) if at)
@@ -241,24 +241,26 @@ def refined(
     error = np.concatenate(free_runs(rows, final, started(rows, final))[1])
     about = np.concatenate([r.run.x - r.run.x.mean() for r in rows])
     rms = float(np.sqrt(np.mean(error**2)))
-    return Estimate(final, names, spread, rms, 100.0 * rms / float(np.sqrt(np.mean(about**2))))
+    percent = 100.0 * rms / float(np.sqrt(np.mean(about**2)))
+    return Estimate(final, names, spread, rms, percent, rounded)
 
 
 def _spread(
     rows: list[Rows], pieces: list[Pieces], start: Estimate, final: Axis, found: Any, scale: Array
-) -> Array:
-    """Covariance of the parameters; `found` is in their parts of `scale`."""
+) -> tuple[Array, bool]:
+    """Covariance of the parameters, and whether rounding alone moved them; `found` is in their
+    parts of `scale`."""
     pushed = [r._replace(force=late(r.force, final.lag / r.run.dt)) for r in rows]
     noise = axis_spread.disturbance(pushed, start)
-    spread, explained = axis_spread.covariance(pieces, final, found.jac, found.fun, [noise])
-    spread = spread * np.outer(scale, scale)
+    told = axis_spread.covariance(pieces, final, found.jac, found.fun, [noise])
+    spread = told.covariance * np.outer(scale, scale)
     # Two methods that ought to agree say how far apart a wrong model can be. Where the free run is
     # explained, what is many times more than inverse dynamics' own errors counts (after Hausman,
     # Econometrica 46, 1978), but for records that noise of the position alone keeps it from.
     apart = np.array([getattr(final, n) for n in start.names]) - start.values
     own = np.sqrt(np.diag(start.covariance))
     near = np.abs(apart) <= _FAR * own
-    apart[explained & (near | noisy(found.fun, rows))] = 0.0
+    apart[told.explained & (near | noisy(found.fun, rows))] = 0.0
     at = np.arange(len(apart))
     spread[at, at] += apart**2
-    return np.asarray(spread)
+    return spread, told.rounded

@@ -12,6 +12,7 @@ from macromicro.identify import counts
 from macromicro.identify.axis_inverse import Estimate, Rows, force_residuals, regressors
 from macromicro.identify.axis_pieces import Pieces, cleared, runs, settled
 from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.slow_levels import block_means
 from macromicro.identify.slow_noise import Fit, is_slow, unshown
 from macromicro.identify.spread import autoregression, clustered, larger
 
@@ -48,6 +49,24 @@ class Noise(NamedTuple):
     power: float
     sensor: float
     unshown: Sequence[Array] = ()
+
+
+class Spread(NamedTuple):
+    """How sure the parameters are.
+
+    Attributes
+    ----------
+    covariance : ndarray, shape (p, p)
+        In the parameters' own scale.
+    explained : bool
+        Whether noise explains what the free run misses; else the model is another than the axis.
+    rounded : bool
+        Whether rounding of the positions to counts explains it.
+    """
+
+    covariance: Array
+    explained: bool
+    rounded: bool = False
 
 
 def sensed(x: Array) -> float:
@@ -115,11 +134,11 @@ def noise(rows: list[Rows], axis: Any, disturbed: list[Array], taken: list[Array
     many = min(round(_BLOCK * constant / (factor * dt)), total // _POINTS)
     many = max(many, 1)
     sensor = float(np.sqrt(np.mean([sensed(r.run.x) ** 2 for r in rows])))
-    means = [_means(d, many) for d in disturbed if len(d) >= many]
+    means = [block_means(d, many) for d in disturbed if len(d) >= many]
     shown = autoregression(means)
     slower: list[Array] = []
     if is_slow(sum(map(len, means)), shown):
-        table = np.concatenate([_means(t, many) for t in taken if len(t) >= many])
+        table = np.concatenate([block_means(t, many) for t in taken if len(t) >= many])
         fit = Fit([len(m) for m in means], np.linalg.pinv(table), table)
         slower = [d for d, _ in unshown(fit, shown, autoregression, np.random.default_rng(0))]
     d, power = shown
@@ -128,12 +147,6 @@ def noise(rows: list[Rows], axis: Any, disturbed: list[Array], taken: list[Array
     own = (axis.mass * sensor / dt**2) ** 2 * _differentiated(block, factor)
     left = max(1.0 - own / seen, 0.0) if seen > 0.0 else 0.0
     return Noise(block, d, power * left, sensor, slower)
-
-
-def _means(rows: Array, many: int) -> Array:
-    """Means over blocks of so many rows."""
-    blocks = rows[: len(rows) // many * many].reshape(-1, many, *rows.shape[1:])
-    return np.asarray(blocks.mean(axis=1))
 
 
 def _differentiated(block: int, factor: int) -> float:
@@ -150,7 +163,7 @@ def covariance(
     jacobian: Array,
     error: Array,
     told: Sequence[Noise],
-) -> tuple[Array, bool]:
+) -> Spread:
     """Covariance of the parameters, and whether noise explains what the free run misses.
 
     Of many pieces: by the scatter of what each asks for (Liang and Zeger 1986), neighbours taken
@@ -175,19 +188,17 @@ def covariance(
 
     Returns
     -------
-    found : ndarray, shape (p, p)
-        In the parameters' own scale.
-    explained : bool
-        False where the model is another than the axis.
+    Spread
+        How sure the parameters are.
     """
     rounded = _by_rounding(pieces, axis, jacobian, error)
     if rounded is not None:
-        return rounded, True
+        return Spread(rounded, True, rounded=True)
     few = sum(len(p.starts) for p in pieces) < MANY
     found, fits = _by_noise(pieces, axis, jacobian, error, told[-1], few)
     for other in told[:-1] if few else ():
         found = larger(found, _by_noise(pieces, axis, jacobian, error, other, few, warned=False)[0])
-    return found, fits
+    return Spread(found, fits)
 
 
 def _by_noise(

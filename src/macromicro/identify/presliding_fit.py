@@ -250,9 +250,9 @@ def _spread(problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse:
     forces, taken = disturbed(problem, z, shape, missed)
     if forces:
         noises.insert(0, axis_spread.noise(rows, model, forces, taken))
-    covariance, _ = axis_spread.covariance(
+    covariance = axis_spread.covariance(
         problem.pieces, model, problem.slopes(z, shape), np.concatenate(missed), noises
-    )
+    ).covariance
 
     def shown(at: Array) -> Array:
         return told(problem.model(at, shape), shape)[1]

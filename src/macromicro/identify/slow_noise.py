@@ -1,10 +1,10 @@
-"""Errors where the noise is as slow as the record.
+"""Noise as slow as the record, by an autoregression of what a fit leaves.
 
 A record that is ten correlation times long holds ten independent values of its noise. What was
-fitted has taken part of them, so that residuals show too little, and how strong the noise is can
-only be guessed. By how much too small errors are told is found by drawing such noise anew: each
-draw is fitted, its errors are told, and both are compared (a bootstrap of the studentised error: B.
-Efron, R. Tibshirani, An Introduction to the Bootstrap, 1993, section 12.5).
+fitted has taken part of them, so that residuals show it quicker than it is. By how much is found by
+drawing such noise anew and fitting each draw (a bootstrap: B. Efron, R. Tibshirani, An Introduction
+to the Bootstrap, 1993, chapter 6). `slow_levels` needs no draws where errors follow from the noise
+as a sum.
 """
 
 from __future__ import annotations
@@ -20,11 +20,9 @@ _SLOW = 0.01  # of the samples: noise whose correlation is longer is slow
 _DRAWS, _FEWEST, _WORK = 80, 20, 4_000_000  # draws; fewer of long records, by samples in all
 _BURN = 3  # correlations before a draw begins
 _POINTS = 1 << 14  # of a spectrum
-_SHARES = ((0.683, 1.0), (0.9, 1.645), (0.954, 2.0))  # of a normal error, and its width
 
 Noise = tuple[Array, float]  # D of D(z) e = w, and the variance of w
 Model = Callable[[list[Array]], Noise]  # of the residuals of each record
-Told = Callable[[Noise], Array]  # standard errors under a noise, (p,)
 
 
 class Fit(NamedTuple):
@@ -45,34 +43,6 @@ class Fit(NamedTuple):
     guided: Array
 
 
-def factors(fit: Fit, noise: Noise, model: Model, told: Told) -> Array:
-    """By how much errors are told too small.
-
-    Parameters
-    ----------
-    fit : Fit
-        How parameters follow from noise.
-    noise : tuple[ndarray, float]
-        As the residuals show it; slow.
-    model : Callable[[list[Array]], tuple[ndarray, float]]
-        How it was found from residuals.
-    told : Callable[[tuple[ndarray, float]], ndarray]
-        How errors are told by it.
-
-    Returns
-    -------
-    ndarray, shape (p,)
-        1 where they are not.
-    """
-    random = np.random.default_rng(0)
-    found = []
-    for left, off in _drawn(fit, unshown(fit, noise, model, random), random):
-        with np.errstate(divide="ignore", invalid="ignore"):
-            found.append(np.abs(off) / told(model(left)))
-    widths = [np.nanquantile(found, share, axis=0) / wide for share, wide in _SHARES]
-    return np.asarray(np.maximum(np.mean(widths, axis=0), 1.0))
-
-
 def is_slow(n: int, noise: Noise) -> bool:
     """Whether a noise is so slow that residuals show too little of it, and can be drawn anew.
 
@@ -88,7 +58,7 @@ def is_slow(n: int, noise: Noise) -> bool:
     bool
         False of records that are too long to try.
     """
-    return _draws(n) >= _FEWEST and _SLOW * n < together(noise) < np.inf
+    return _draws(n) >= _FEWEST and noise[1] > 0.0 and _SLOW * n < together(noise) < np.inf
 
 
 def unshown(fit: Fit, noise: Noise, model: Model, random: np.random.Generator) -> list[Noise]:

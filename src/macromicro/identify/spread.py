@@ -6,12 +6,14 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.identify.slow_noise import Fit, factors, is_slow
+from macromicro.identify import slow_levels
+from macromicro.identify.slow_noise import is_slow
 
 MAX_ORDER = 30
 _ALIKE = 0.2  # of a record: over which residuals go together at most
 _SOKAL = 6.0
 _MOST_LOST = 0.5
+_FLAT = 1e-12  # of the largest: variances that rounding has made
 _LAGS = 0.75  # neighbours taken together: this times the cube root of the stretches
 
 
@@ -27,7 +29,7 @@ def robust_covariance(
     Residuals are modelled as an autoregression D(z) e = w of the order (at most 30) that Akaike's
     criterion prefers, so S = var(w) |F' W psi|^2, where F' runs the filter 1 / D backwards. For
     white residuals this is the usual var(e) (psi' psi)^-1 (Ljung, System Identification, section
-    9.4). Noise as slow as the record is drawn anew to see what is missing (`slow_noise`).
+    9.4). Noise as slow as the record is stronger than residuals show it (`slow_levels`).
 
     Parameters
     ----------
@@ -55,23 +57,16 @@ def robust_covariance(
     guided = even if regressors is None else regressors / scale
     inverse = np.linalg.pinv(heavy.T @ guided)
     parts = np.split(heavy, cuts)
-
-    def by(noise: tuple[Array, float]) -> Array:
-        return inverse @ _driven(parts, noise) @ inverse.T
-
-    def told(noise: tuple[Array, float]) -> Array:
-        return np.sqrt(np.diag(by(noise)))
-
-    def model(residuals: list[Array]) -> tuple[Array, float]:
-        return autoregression(list(filter(len, residuals)))  # of one that stands nothing is left
-
-    noise = model(np.split(residual, cuts))
+    left = np.split(residual, cuts)
+    noise = autoregression(list(filter(len, left)))  # of a record that stands nothing is left
     n, p = psi.shape
-    wide = np.full(p, (n / max(n - p, 1)) ** 0.5)
-    if is_slow(n, noise):
-        slow = factors(Fit([len(x) for x in parts], inverse @ heavy.T, guided), noise, model, told)
-        wide = slow if (slow > 1.0).any() else wide
-    return np.asarray(by(noise) * np.outer(wide / scale, wide / scale))
+    found = inverse @ _driven(parts, noise) @ inverse.T * (n / max(n - p, 1))
+    if n > p and is_slow(n, noise):
+        # What is quick of it the autoregression knows better.
+        may = slow_levels.levels(left, guided)
+        slow = slow_levels.covariance(inverse @ heavy.T, [len(e) for e in left], may)
+        found = covering(found, slow)
+    return np.asarray(found / np.outer(scale, scale))
 
 
 def _driven(parts: list[Array], noise: tuple[Array, float]) -> Array:
@@ -147,6 +142,29 @@ def larger(one: Array, other: Array) -> Array:
     base = other if wide.sum() > len(size) // 2 else one
     scale = np.maximum(size, bound) / np.sqrt(np.diag(base))
     return np.asarray(base * np.outer(scale, scale))
+
+
+def covering(one: Array, other: Array) -> Array:
+    """A covariance by which no combination of the parameters is surer than by either of two.
+
+    Parameters
+    ----------
+    one, other : ndarray, shape (p, p)
+        Covariances of the same parameters.
+
+    Returns
+    -------
+    ndarray, shape (p, p)
+        In the directions in which both are diagonal, the larger variances.
+    """
+    size = np.sqrt(np.diag(one))
+    size = np.where(size > 0.0, size, 1.0)
+    power, turned = np.linalg.eigh(one / np.outer(size, size))
+    root = turned * np.sqrt(np.maximum(power, _FLAT * power.max(initial=0.0)))
+    back = np.linalg.pinv(root)
+    ratio, across = np.linalg.eigh(back @ (other / np.outer(size, size)) @ back.T)
+    wide = root @ across * np.sqrt(np.maximum(ratio, 1.0))
+    return np.asarray(wide @ wide.T * np.outer(size, size))
 
 
 def clustered(slopes: Array, residual: Array, starts: npt.ArrayLike) -> Array:

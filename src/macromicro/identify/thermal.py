@@ -6,22 +6,26 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify import counts
+from macromicro.identify import counts, slow_levels
+from macromicro.identify.central import central
 from macromicro.identify.inference import Doubt, on_cooling, on_heating
 from macromicro.identify.iterated import mls
 from macromicro.identify.linear_fit import LinearFit
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.records import signal
-from macromicro.identify.spread import sampled, standard_errors
+from macromicro.identify.slow_noise import is_slow
+from macromicro.identify.spread import autoregression, sampled, standard_errors
 from macromicro.models.heating import Ladder, Modes, ladder, step_response
 from macromicro.recording import Recording
 
 # A temperature whose band is wider than this [K] says next to nothing.
 WIDEST_BAND = 6.0
+_NUDGE = 1e-4  # of the logarithm of a rate or a share, for slopes
 
 
 class StepRecord(NamedTuple):
@@ -215,13 +219,35 @@ def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
     if rounded is not None:
         spread, least = rounded, np.zeros(len(theta))
     else:
-        spread, least = sampled(found.jac, usable[chosen], errors), _least(found)
+        spread, least = _by_noise(found, usable, chosen, record, errors), _least(found)
     std = theta * np.maximum(np.sqrt(np.diag(spread)), least)
     order = np.argsort(-theta[:3])
     modes = Modes(*(float(v) for v in np.r_[theta[:3][order], theta[3:][order]]))
     doubt = Modes(*(float(v) for v in np.r_[std[:3][order], std[3:][order]]))
     nrmse = float(np.sqrt(np.mean(found.fun**2)) / np.ptp(y))
     return HeatingFit(modes, doubt, ladder(modes), nrmse)
+
+
+def _by_noise(
+    found: Any, usable: npt.NDArray[np.intp], chosen: npt.NDArray[np.intp], r: StepRecord, e: Array
+) -> Array:
+    """Covariance of the logarithms by what the whole record leaves; a noise as slow as the record
+    is stronger than it shows, for rates and shares have taken part of it."""
+
+    def run(theta: Array) -> Array:
+        return np.asarray(step_response(Modes(*np.exp(theta)), r.t[usable]))
+
+    free = np.full(len(found.x), np.inf)
+    taken = central(run, found.x, np.full(len(free), _NUDGE), -free, free)
+    # Few samples were fitted: what the others leave holds the slow errors of that, too.
+    left = e[usable] - taken @ (np.linalg.pinv(taken) @ e[usable])
+    cuts = np.flatnonzero(np.diff(usable) > 1) + 1
+    every = np.split(left, cuts)
+    if not is_slow(len(usable), autoregression(every)):
+        return sampled(found.jac, usable[chosen], e)
+    solve = np.zeros_like(taken.T)
+    solve[:, chosen] = np.linalg.pinv(found.jac)
+    return slow_levels.covariance(solve, list(map(len, every)), slow_levels.levels(every, taken))
 
 
 def _least(found: Any) -> Array:
