@@ -62,6 +62,13 @@ def test_parameters_that_are_told_apart_are_told_each_as_if_alone() -> None:
     assert both.covariance[0, 1] == pytest.approx(0.0, abs=1e-12)
 
 
+def test_what_no_witness_tells_is_a_number() -> None:
+    """A combination of two parameters that moves nothing, and a parameter that does not either."""
+    for info in (np.ones((4, 2, 2)), np.tile(np.diag([1.0, 0.0]), (4, 1, 1)), np.zeros((4, 2, 2))):
+        told = witnesses.told(info, np.zeros((4, 2)))
+        assert np.isfinite(told.covariance).all()
+
+
 def test_a_witness_that_alone_tells_a_parameter_is_worth_one_degree() -> None:
     told = witnesses.told(np.array([[[1e9]], [[1.0]], [[1.0]]]), np.array([[0.0], [1.0], [-1.0]]))
     assert told.freedom[0] == pytest.approx(1.0)

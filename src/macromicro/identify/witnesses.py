@@ -16,6 +16,7 @@ import numpy as np
 from macromicro.arrays import Array
 
 _LEAST = 1e-6  # of what a witness leaves unfitted
+_FLAT = 1e-12  # of what is told of the best known combination
 
 
 class Told(NamedTuple):
@@ -49,8 +50,12 @@ def told(information: Array, scores: Array) -> Told:
         The covariance is without bias where what is left out moves a witness as a whole, as much as
         it moves any other.
     """
-    root = np.linalg.cholesky(information.sum(axis=0))
-    back = np.linalg.inv(root)
+    total = information.sum(axis=0)
+    unit = np.sqrt(np.diag(total))
+    unit = np.where(unit > 0.0, unit, 1.0)
+    power, turned = np.linalg.eigh(total / np.outer(unit, unit))
+    # What no witness tells of keeps an error that is large, but a number.
+    back = (turned / np.sqrt(np.maximum(power, _FLAT * max(power[-1], _FLAT)))).T / unit
     shares = back @ information @ back.T  # of all that is told, by each
     sizes, turns = np.linalg.eigh(shares)
     grown = 1.0 / np.sqrt(np.maximum(1.0 - sizes, _LEAST))
@@ -59,7 +64,10 @@ def told(information: Array, scores: Array) -> Told:
     )
     parts = own @ back  # of each witness in each parameter's error
     weights = np.diagonal(back.T @ shares @ back, axis1=1, axis2=2) ** 2
-    freedom = weights.sum(axis=0) ** 2 / (weights**2).sum(axis=0)
+    spread = (weights**2).sum(axis=0)
+    freedom = np.where(
+        spread > 0.0, weights.sum(axis=0) ** 2 / np.where(spread > 0.0, spread, 1.0), 1.0
+    )
     return Told(np.asarray(parts.T @ parts), np.asarray(freedom))
 
 

@@ -29,7 +29,8 @@ GROUP = "macromicro.rigs"  # of the entry points of installed packages
 ACCEPTED = (
     "twin, MODULE:FACTORY with a module of yours and a function in it that takes a seed and "
     "returns the rig, FILE.toml with the wiring of a card, board with --port, or, for `run`, "
-    "replay:FILE with a recording (docs/rigs.md)"
+    "replay:FILE with a recording; with --config of a machine xy two of them, + between "
+    "(docs/rigs.md)"
 )
 CARDS = {"comedi": comedi, "nidaqmx": nidaqmx}
 _METHODS = ("read", "write", "stop", "__enter__", "__exit__")
