@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+from macromicro.rig.session import Session
 from macromicro.serve import lamps
 from macromicro.serve.joint import opening, settings
+from macromicro.serve.joint.rig import Led
 from macromicro.serve.shared import LINES, packed
 
 PLOTTER = Path(__file__).parents[2] / "examples" / "machines" / "xy-plotter.toml"
@@ -51,9 +53,10 @@ def test_two_axes_tell_the_lines_that_their_settings_name(tmp_path: Path) -> Non
     assert found is not None
     rig = opening.simulated(found, 0)
     rig.read()
-    names = [name for name, _ in lamps.told(rig.lamps())]
+    led = Led(Session(rig, found.period), rig)
+    names = [name for name, _ in lamps.told(led.lamps())]
     assert names == ["x_limit_low", "y_home", "y_enabled", "y_enable"]
-    said = dict(lamps.told(rig.lamps()))
+    said = dict(lamps.told(led.lamps()))
     assert not said["x_limit_low"] and not said["y_enable"]
     rig.lines[0] = rig.lines[0]._replace(limit_low=1.0)
-    assert dict(lamps.told(rig.lamps()))["x_limit_low"]
+    assert dict(lamps.told(led.lamps()))["x_limit_low"]

@@ -19,6 +19,7 @@ from macromicro.identify.kinds import deadzone, foretelling
 from macromicro.identify.kinds.deadzone import Options
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.picking import Picked
+from macromicro.identify.result import Line
 from macromicro.identify.runs import Run
 
 DT, N = 0.01, 100
@@ -43,8 +44,8 @@ def test_thresholds_of_both_directions(file: Path) -> None:
     found = deadzone.identify(given(file), Options(travel=(0.0, 1000.0)))
     lines = facts(found.lines)
     assert list(lines) == ["positive", "negative", "width"]
-    assert lines["positive"] == ("positive", 2.0, 0.5, "V", "lowest with steady motion")
-    assert lines["negative"] == ("negative", -3.0, 0.5, "V", "lowest with steady motion")
+    assert lines["positive"] == Line("positive", 2.0, 0.5, "V", "lowest with steady motion")
+    assert lines["negative"] == Line("negative", -3.0, 0.5, "V", "lowest with steady motion")
     assert lines["width"][:2] == ("width", 3.0) and math.isnan(lines["width"].error)
     assert lines["width"][3:] == ("V", "the greater one: what an inverse adds")
     said = dict(found.remarks)

@@ -18,6 +18,7 @@ from macromicro.errors import InputError
 from macromicro.identify.axis_fit import DriveFit
 from macromicro.identify.kinds import drive
 from macromicro.identify.kinds.drive import Options
+from macromicro.identify.result import Line
 
 
 @pytest.fixture
@@ -47,9 +48,8 @@ def test_a_file_in_volts_and_metres(tmp_path: Path, asked: list[dict[str, Any]])
     assert list(lines) == list(NAMES)
     assert lines["mass"][1:4] == (1.5, pytest.approx(0.1), "V*s^2/m")
     assert lines["mass"].note == "inertia; inverse dynamics 3.00 +- 0.20"
-    assert lines["viscous"][1:] == (
-        12.0, 0.5, "V*s/m", "viscous friction; inverse dynamics 24.0 +- 1.0",
-    )  # fmt: skip
+    note = "viscous friction; inverse dynamics 24.0 +- 1.0"
+    assert lines["viscous"] == Line("viscous", 12.0, 0.5, "V*s/m", note)
     assert lines["coulomb"].note == "Coulomb friction; inverse dynamics 6"
     assert lines["coulomb"].unit == "V"
     said = dict(made.remarks)

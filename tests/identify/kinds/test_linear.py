@@ -43,7 +43,7 @@ def test_a_first_order_model_and_all_that_is_said_of_it(tmp_path: Path) -> None:
     assert lines["a1"].value == pytest.approx(-0.9, abs=1e-3) and lines["a1"].unit == ""
     assert lines["b1"].value == pytest.approx(0.5, abs=1e-3) and lines["b1"].unit == "mm/V"
     assert lines["gain"].value == pytest.approx(5.0, abs=0.01)
-    assert lines["gain"][2:] == (fit.gain_std, "mm/V", "at standstill")
+    assert lines["gain"][2:5] == (fit.gain_std, "mm/V", "at standstill")
     assert (lines["a1"].error, lines["b1"].error) == tuple(fit.std)
     pole = math.log(-fit.a[0]) / DT
     assert lines["pole"].value == pytest.approx(pole)
