@@ -47,7 +47,7 @@ def test_thresholds_of_both_directions(file: Path) -> None:
     assert lines["positive"] == Line("positive", 2.0, 0.5, "V", "lowest with steady motion")
     assert lines["negative"] == Line("negative", -3.0, 0.5, "V", "lowest with steady motion")
     assert lines["width"][:2] == ("width", 3.0) and math.isnan(lines["width"].error)
-    assert lines["width"][3:] == ("V", "the greater one: what an inverse adds")
+    assert lines["width"][3:5] == ("V", "the greater one: what an inverse adds")
     said = dict(found.remarks)
     assert said["runs"] == "6 at 6 voltages, 4 moved without a pause"
     assert said["by place"] == (

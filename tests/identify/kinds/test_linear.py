@@ -48,7 +48,7 @@ def test_a_first_order_model_and_all_that_is_said_of_it(tmp_path: Path) -> None:
     pole = math.log(-fit.a[0]) / DT
     assert lines["pole"].value == pytest.approx(pole)
     assert lines["pole"].error == pytest.approx(fit.std[0] / abs(fit.a[0]) / DT)
-    assert lines["pole"][3:] == ("rad/s", f"time constant {-1.0 / pole:.4g} s")
+    assert lines["pole"][3:5] == ("rad/s", f"time constant {-1.0 / pole:.4g} s")
     said = dict(found.remarks)
     ends = "ends of the search, by its beginning"
     assert list(said) == ["fit", "residuals", "method", ends]
