@@ -317,6 +317,23 @@ def test_both_gains_are_judged_from_the_same_place_and_by_the_same_tolerance(
     assert said[-1] == running.COMPARE and made[0].effort == 0.0
 
 
+def test_gains_of_a_search_that_are_not_verified_give_way_to_the_rules(
+    done: tuple[Commissioned, Path, list[str]], tmp_path: Path
+) -> None:
+    """By 1 1/s no move is over when its patience is; the page says so."""
+    kind = axis.KIND._replace(tune=searched("controller.position", "1"), compare=None)
+    out = tmp_path / "out"
+    shutil.copytree(done[1], out)
+    asked: list[str] = []
+    there = place(sign=-1.0)._replace(kind=kind)
+    found = commission(there, OPTIONS, out, ask=lambda title, intent: asked.append(title))
+    report.write(out, found, there, STARTED)
+    assert found.verified.met and found.tuned.gains == {}
+    assert asked.count(running.VERIFY) == 2
+    assert machine.load(out / report.MACHINE)[1].controller.position > 2.0
+    assert "of 7 moves of the verification arrived" in (out / report.PAGE).read_text()
+
+
 def test_a_search_that_fails_leaves_the_rules_gains_and_one_that_is_ended_ends_it(
     done: tuple[Commissioned, Path, list[str]], tmp_path: Path
 ) -> None:
