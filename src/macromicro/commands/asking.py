@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,24 @@ from macromicro.rig.session import Fixture
 from macromicro.runs.job import Job
 
 OPTION = "--yes"
+
+
+def stepwise(rig: str, *, yes: bool) -> Callable[[str, str], None]:
+    """Asks before each step of a procedure.
+
+    Parameters
+    ----------
+    rig : str
+        As of ``--rig``.
+    yes : bool
+        Nothing is asked.
+
+    Returns
+    -------
+    Callable[[str, str], None]
+        Takes the step's title and what it will do; raises what `agreed` does.
+    """
+    return lambda title, intent: agreed([f"{title}: {intent}"], f"--rig {rig}", yes=yes)
 
 
 def agreed(lines: list[str], where: str, *, yes: bool) -> None:

@@ -116,7 +116,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
     from datetime import datetime
 
     from macromicro.commands import commission_both, commission_plane
-    from macromicro.commands.asking import agreed
+    from macromicro.commands.asking import stepwise
     from macromicro.commission import report
     from macromicro.commission.running import commission as perform
     from macromicro.drawing.files import formats
@@ -153,9 +153,6 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
         signals.later("ending after this period; --resume goes on with this step")
 
-        def ask(title: str, intent: str) -> None:
-            agreed([f"{title}: {intent}"], f"--rig {rig}", yes=yes or not place.real)
-
         def ended() -> bool:
             return bool(signals.received)
 
@@ -168,7 +165,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
                 options,
                 out,
                 seed=seed,
-                ask=ask,
+                ask=stepwise(rig, yes=yes or not place.real),
                 done=done,
                 ended=lambda: bool(signals.received),
             )
@@ -281,11 +278,12 @@ def _endless(place: Place, ends: str) -> Place:
 
 def _show(found: Commissioned, place: Place, out: Path) -> None:
     from macromicro.commission import report
+    from macromicro.machines.results import arrived
 
     for name, value, half, unit in report.rows(found, place):
         print(f"{name:28}{value:>12} {half:>10} {unit}")
     for doubt in report.doubts(found, place):
         print(f"doubtful: {doubt}")
-    arrived = sum(m.arrived_s is not None for m in found.verified.moves)
-    print(f"verification: {arrived} of {found.verified.asked} moves arrived")
+    there = arrived(found.verified.moves)
+    print(f"verification: {there} of {found.verified.asked} moves arrived")
     print(f"page: {out / report.PAGE}\nmachine: {out / report.MACHINE}")

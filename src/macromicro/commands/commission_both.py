@@ -35,7 +35,7 @@ def commission(asked: Asked) -> None:
     """Find both stages' models from their sensors, and verify the laws by them."""
     from datetime import datetime
 
-    from macromicro.commands.asking import agreed
+    from macromicro.commands.asking import stepwise
     from macromicro.runs import folder
     from macromicro.schema import keys
     from macromicro.thesis import commissioning, commissioning_page
@@ -46,9 +46,7 @@ def commission(asked: Asked) -> None:
     folder.check(out, BYTES, overwrite=asked.overwrite or asked.resume, names=names)
     started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
 
-    def ask(title: str, intent: str) -> None:
-        agreed([f"{title}: {intent}"], f"--rig {asked.rig}", yes=asked.yes or not lab.rigs)
-
+    ask = stepwise(asked.rig, yes=asked.yes or not lab.rigs)
     with Signals() as signals, folder.held(out, overwrite=True, names=names):
         if asked.overwrite and not asked.resume:
             _cleared(out, names)

@@ -34,9 +34,10 @@ def commission(asked: Asked, options: Callable[[Place], Options]) -> None:
     from contextlib import ExitStack
     from datetime import datetime
 
-    from macromicro.commands.asking import agreed
+    from macromicro.commands.asking import stepwise
     from macromicro.commission import plane, report
     from macromicro.machines.joint.settings import AXES
+    from macromicro.machines.results import arrived
     from macromicro.report import plane as pages
     from macromicro.rig.opening import TWIN
     from macromicro.runs import folder
@@ -59,11 +60,6 @@ def commission(asked: Asked, options: Callable[[Place], Options]) -> None:
         started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
         signals.later("ending after this period; --resume goes on with this step")
 
-        def ask(title: str, intent: str) -> None:
-            agreed(
-                [f"{title}: {intent}"], f"--rig {asked.rig}", yes=asked.yes or not places[0].real
-            )
-
         def found(name: str, one: Commissioned) -> None:
             report.write(out / name, one, places[AXES.index(name)], started, asked.figures)
 
@@ -73,7 +69,7 @@ def commission(asked: Asked, options: Callable[[Place], Options]) -> None:
                 places,
                 allowed,
                 out,
-                ask=ask,
+                ask=stepwise(asked.rig, yes=asked.yes or not places[0].real),
                 done=lambda title: print(f"{title}: done", file=sys.stderr),
                 ended=lambda: bool(signals.received),
                 found=found,
@@ -87,10 +83,9 @@ def commission(asked: Asked, options: Callable[[Place], Options]) -> None:
     for doubt in pages.doubts(both, places):
         print(f"doubtful: {doubt}")
     for name, one in zip(AXES, both.axes, strict=True):
-        there = sum(m.arrived_s is not None for m in one.verified.moves)
+        there = arrived(one.verified.moves)
         print(f"verification of {name}: {there} of {one.verified.asked} moves arrived")
-    there = sum(m.arrived_s is not None for m in both.moves)
-    print(f"verification of both: {there} of {len(both.plan.legs)} moves arrived")
+    print(f"verification of both: {arrived(both.moves)} of {len(both.plan.legs)} moves arrived")
     print(f"page: {out / report.PAGE}\nmachine: {out / report.MACHINE}")
     if not both.met:
         print(f"macromicro: not verified: {pages.why(both)}", file=sys.stderr)

@@ -19,6 +19,7 @@ from macromicro.arrays import Array
 from macromicro.commission import left_out, uneven
 from macromicro.commission.stand import BALANCED, CommissionError, Pull, Record
 from macromicro.commission.uneven import Fit, Level, held
+from macromicro.identify import witnesses
 from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_inverse import ECCENTRIC
 
@@ -46,7 +47,6 @@ _SPEEDS = (1e-3, 0.01, 0.03, 0.1, 0.3)  # Stribeck speeds tried, parts of the to
 _LIMITS = (0.1, 0.2, 0.4, 0.7)  # of the largest effort: limits of the force to begin with
 _LIMITED = 0.7  # a limit must lower the error to that part
 _FINER = 2  # times that the best speed's neighbours are halved
-_SHARE = 0.95
 _APART = (
     "the strokes do not tell mass and friction apart: are there strokes in both directions, and "
     "does the encoder resolve them?"
@@ -137,9 +137,7 @@ class Model(NamedTuple):
     @property
     def within(self) -> float:
         """Standard errors in half of a 95 % interval."""
-        from scipy.stats import t
-
-        return float(t.ppf(0.5 + 0.5 * _SHARE, self.freedom))
+        return witnesses.within(self.freedom)
 
 
 def fitted(

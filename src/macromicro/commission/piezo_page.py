@@ -13,11 +13,11 @@ from macromicro.commission.piezo_loops import Loops, predicted
 from macromicro.commission.procedure import Drawn, Estimate, Work
 from macromicro.commission.stand import Record
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
+from macromicro.identify.witnesses import within
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_SHARE = 0.95
 _POOR = 0.01  # of the stroke: plays and creep leave that much
 _APART = 0.03  # of the widest loop: a first-order curve opens otherwise than the plays
 _SWUNG = 0.2  # s of the steps that are drawn
@@ -36,11 +36,9 @@ def estimates(found: Any) -> dict[str, Estimate]:
     dict[str, Estimate]
         By short names.
     """
-    from scipy.stats import t
-
     loops, swing = found.loops, found.swing
-    slow = float(t.ppf(0.5 + 0.5 * _SHARE, loops.freedom))
-    quick = float(t.ppf(0.5 + 0.5 * _SHARE, max(swing.freedom, 1.0)))
+    slow = within(loops.freedom)
+    quick = within(max(swing.freedom, 1.0))
     creep, stroke, width = loops.spread
     made = {
         "stroke": Estimate("stroke of a slow cycle", loops.stroke, slow * stroke, "m"),

@@ -25,6 +25,7 @@ from macromicro.machines.joint.planning import JointPlan
 from macromicro.machines.joint.results import JointMove
 from macromicro.machines.joint.settings import AXES, DEFAULT, of
 from macromicro.machines.machine import JOINT, KEY
+from macromicro.machines.results import arrived
 from macromicro.recording import Recording
 from macromicro.schema import config
 
@@ -63,9 +64,8 @@ class Both(NamedTuple):
     @property
     def met(self) -> bool:
         """Whether each axis was verified, and all moves of both arrived."""
-        there = [m for m in self.moves if m.arrived_s is not None]
         alone = all(one.verified.met for one in self.axes)
-        return alone and not self.fault and len(there) == len(self.plan.legs)
+        return alone and not self.fault and arrived(self.moves) == len(self.plan.legs)
 
 
 def virtual(path: Path, seed: int) -> tuple[Pair, tuple[Place, Place]]:

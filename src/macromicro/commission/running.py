@@ -16,6 +16,7 @@ from macromicro.commission.stand import Stand
 from macromicro.commission.verifying import Verified
 from macromicro.identify import axis_settings
 from macromicro.machines import machine as machines
+from macromicro.machines import results
 from macromicro.rig.session import Session
 from macromicro.schema import config
 from macromicro.schema.text import printable
@@ -173,7 +174,7 @@ def commission(
         toml, tree, verified = _verified(place, work, model, (rested, tuned), ask)
         if tuned.gains and not verified.met:
             # A stage may hum under gains of a search, though it arrived sooner by them before.
-            found = f"{sum(m.arrived_s is not None for m in verified.moves)} of {verified.asked}"
+            found = f"{results.arrived(verified.moves)} of {verified.asked}"
             doubt = f"By the gains of the search {found} moves of the verification arrived"
             doubt += f" ({verified.fault})" if verified.fault else ""
             doubt += ": it was made again by the rules' gains."

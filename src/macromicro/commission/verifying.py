@@ -44,8 +44,7 @@ class Verified(NamedTuple):
     @property
     def met(self) -> bool:
         """Whether every move arrived and the guard saw nothing."""
-        arrived = [m for m in self.moves if m.arrived_s is not None]
-        return not self.fault and len(arrived) == self.asked
+        return not self.fault and results.arrived(self.moves) == self.asked
 
 
 class Shifted:

@@ -14,11 +14,11 @@ from macromicro.commission.wire_curves import Curves, curves, spread
 from macromicro.commission.wire_fit import Wire
 from macromicro.commission.wire_model import Heat, branch, simulated, thinned
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
+from macromicro.identify.witnesses import within
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_SHARE = 0.95
 _DRIFT = 0.15  # of the loop's width: ways down that lie apart by more are doubtful
 _POOR = 0.04  # of the way: the model leaves that much
 MEANINGS = {
@@ -45,9 +45,7 @@ def estimates(found: Wire) -> dict[str, Estimate]:
     dict[str, Estimate]
         By short names.
     """
-    from scipy.stats import t
-
-    factor = float(t.ppf(0.5 + 0.5 * _SHARE, found.freedom))
+    factor = within(found.freedom)
     made = {}
     for name, (meaning, unit) in MEANINGS.items():
         value = found.up if name == "up" else getattr(found.heat, name)

@@ -15,6 +15,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 
+_SHARE = 0.95  # of an interval
 _LEAST = 1e-6  # of what a witness leaves unfitted
 _FLAT = 1e-12  # of what is told of the best known combination
 
@@ -69,6 +70,24 @@ def told(information: Array, scores: Array) -> Told:
         spread > 0.0, weights.sum(axis=0) ** 2 / np.where(spread > 0.0, spread, 1.0), 1.0
     )
     return Told(np.asarray(parts.T @ parts), np.asarray(freedom))
+
+
+def within(degrees: float) -> float:
+    """Half of a 95 % interval, in standard errors that are worth so many degrees of freedom.
+
+    Parameters
+    ----------
+    degrees : float
+        Infinite of an error that is known.
+
+    Returns
+    -------
+    float
+        Quantile of Student's t.
+    """
+    from scipy.stats import t
+
+    return float(t.ppf(0.5 + 0.5 * _SHARE, degrees))
 
 
 def freedom(parts: Sequence[tuple[float, float]]) -> float:

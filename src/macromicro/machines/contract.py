@@ -210,7 +210,7 @@ def _moves(machine: Machine) -> str:
         words = f"{fault.message} {fault.evidence}"
         raise Broken(words, "gains, motion limits and guard that suit each other")
     moves = results.moves(done.recording, plan, settings.arrival, machine.kind.place)
-    count = sum(m.arrived_s is not None for m in moves)
+    count = results.arrived(moves)
     if count < len(moves):
         found = f"{count} of the {len(moves)} usual moves arrive"
         raise Broken(found, "gains, or arrival.tolerance and patience, with which all do")

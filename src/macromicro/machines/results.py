@@ -88,6 +88,22 @@ def moves(
     return found
 
 
+def arrived(those: Iterable[Any]) -> int:
+    """How many moves arrived.
+
+    Parameters
+    ----------
+    those : Iterable[Any]
+        As for `settling`.
+
+    Returns
+    -------
+    int
+        Of them.
+    """
+    return sum(m.arrived_s is not None for m in those)
+
+
 def settling(those: Iterable[Any]) -> list[float]:
     """How long after the end of its profile each move arrived.
 

@@ -73,7 +73,7 @@ def trial(machine: Machine, settings: Any, plan: Plan, seed: int) -> Trial:
 
     return Trial(
         fault=float(outcome.watch.fault),
-        missed=float(len(plan.target) - sum(m.arrived_s is not None for m in moves)),
+        missed=float(len(plan.target) - results.arrived(moves)),
         settling=max(0.0, *arrived) if whole else math.nan,
         mean_settling=max(0.0, float(np.mean(arrived))) if whole else math.nan,
         peak_error=most(m.peak_error for m in moves),

@@ -12,6 +12,7 @@ import macromicro
 from macromicro.commission.report import JSON, PAGE, TEMPLATE
 from macromicro.drawing.page import Picture, filled
 from macromicro.identify.result import rounded
+from macromicro.identify.witnesses import within
 from macromicro.report.write import write as write_run
 from macromicro.runs import folder
 from macromicro.schema.text import plain
@@ -23,7 +24,6 @@ HEADINGS = (
     "true error",
 )
 _NOTE = f"Each part's own table, figures and records are in {STEPS}/. The verification's page is "
-_SHARE = 0.95  # of the interval
 
 
 def write(found: Commissioned, name: str, started: str) -> None:
@@ -113,10 +113,8 @@ def half_width(line: Mapping[str, Any]) -> float:
     """
     if line["error"] is None or line["value"] is None:
         return math.nan
-    from scipy.stats import t
-
     degrees = line.get("freedom") or math.inf  # null in JSON
-    return float(t.ppf(0.5 + 0.5 * _SHARE, degrees) * line["error"])
+    return float(within(degrees) * line["error"])
 
 
 def moves(found: Commissioned) -> list[tuple[str, ...]]:

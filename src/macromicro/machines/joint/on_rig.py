@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from types import TracebackType
 from typing import Annotated, Any, NamedTuple, Self
 
@@ -221,6 +222,19 @@ def opened(settings: Any, on: Sequence[Any]) -> Bench:
     return Bench(first, second, Plane(0.0, 1.0))
 
 
+def stopped(on: Sequence[Any]) -> None:
+    """Set every output of both to its safe value, of either whatever the other one raises.
+
+    Parameters
+    ----------
+    on : Sequence[Rig]
+        Of each axis.
+    """
+    with ExitStack() as each:
+        for rig in on:
+            each.callback(rig.stop)
+
+
 def columns(machine: Joint, on: Sequence[Any]) -> tuple[Column, ...]:
     """What a run on two rigs records.
 
@@ -289,7 +303,6 @@ def driven(
             if progress is not None:
                 progress(run.tick * dt, run.joined.progress.move)
     finally:
-        for rig in on:
-            rig.stop()
+        stopped(on)
     done = run.joined.progress.phase == DONE
     return Outcome(done, (run.first.watch, run.second.watch), run.tick * dt)

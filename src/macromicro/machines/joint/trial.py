@@ -14,7 +14,7 @@ from macromicro.machines.joint.loop import TOLD
 from macromicro.machines.joint.machine import Joint
 from macromicro.machines.joint.planning import JointPlan
 from macromicro.machines.joint.settings import AXES
-from macromicro.machines.results import settling
+from macromicro.machines.results import arrived, settling
 from macromicro.machines.trial import threaded
 from macromicro.recording import Recording
 
@@ -100,7 +100,7 @@ def measured(
     squares = [c.rms**2 for c in beside]
     return JointTrial(
         fault=float(fault),
-        missed=float(len(plan.legs) - sum(m.arrived_s is not None for m in moves)),
+        missed=float(len(plan.legs) - arrived(moves)),
         contour=most(c.peak for c in beside),
         rms_contour=1e3 * math.sqrt(float(np.mean(squares))) if whole and squares else math.nan,
         true_contour=most(c.true_peak for c in beside),

@@ -172,9 +172,7 @@ class Real:
     def stop(self) -> None:
         """Set every output of both to its safe value, of either whatever the other one raises."""
         self.control.efforts = [0.0, 0.0]
-        with ExitStack() as each:
-            for half in self.halves:
-                each.callback(half.stop)
+        on_rig.stopped(self.halves)
 
     def __enter__(self) -> Self:
         with ExitStack() as entered:
