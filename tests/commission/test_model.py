@@ -95,26 +95,6 @@ def test_a_limit_of_the_force_is_found(back: float) -> None:
     assert abs(found.axis.viscous - PLAIN.viscous) < found.half_width("viscous")
 
 
-def test_the_momentum_s_balance_is_exact_without_friction_at_rest() -> None:
-    axis = Axis(0.2, 3.0, 0.5, 0.1)
-    t = np.arange(400) * 1e-3
-    made = []
-    for way in (1.0, -1.0):
-        u = way * (2.0 + np.sin(40.0 * t))
-        made.append(Record(t, u, simulate(axis, u, 1e-3)))
-    start = model.begun(made, 1e-3)
-    for name in ("mass", "viscous", "coulomb", "offset"):
-        assert getattr(start, name) == pytest.approx(getattr(axis, name), rel=0.02), name
-
-
-def test_strokes_one_way_do_not_tell_friction_from_a_weight() -> None:
-    t = np.arange(300) * 1e-3
-    u = 2.0 + np.sin(40.0 * t)
-    made = [Record(t, u, simulate(Axis(0.2, 3.0, 0.5), u, 1e-3))] * 4
-    with pytest.raises(CommissionError, match="both directions"):
-        model.begun(made, 1e-3)
-
-
 def test_strokes_that_are_longer_pile_up_no_more_samples() -> None:
     long = Record(np.arange(1000.0), np.zeros(1000), np.zeros(1000))
     rows = uneven.taken(long)

@@ -11,6 +11,7 @@ from macromicro.commission import (
     gains,
     mode,
     model,
+    momentum,
     probing,
     rehearsal,
     shaking,
@@ -178,7 +179,7 @@ def _modes_intent(work: Work) -> str:
 
 def _modes(work: Work) -> list[Record]:
     o = work.options
-    strokes = model.unloaded(work[STROKES], pull_of(work))
+    strokes = momentum.unloaded(work[STROKES], pull_of(work))
     return shaking.shaken(
         work.stand, strokes, direction_of(work), ends_of(work), o.caution(o.speed), o.creep
     )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from macromicro.commission import mode_page
+from macromicro.commission import mode_page, pole
 from macromicro.commission.friction import FrictionMap
 from macromicro.commission.model import UNITS, Model
 from macromicro.commission.procedure import Drawn, Estimate, Work
@@ -131,6 +131,12 @@ def doubts(work: Work, model: Model) -> list[str]:
                 f"The {MEANINGS[name]} is known to {half / value:.0%} only: a longer travel, or a "
                 "larger effort, would show it better."
             )
+    if not pole.told(model.axis, work.stand.dt):
+        said.append(
+            "The strokes do not tell its time constant, mass by viscous slope: the mass is the "
+            f"least that a period of {work.stand.dt * 1e3:.3g} ms is short enough for. A shorter "
+            "period or a finer encoder would show it."
+        )
     said += mode_page.doubts(model.mode, work.stand.dt)
     if model.axis.lag > 3.0 * work.stand.dt:
         said.append(

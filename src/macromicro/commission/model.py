@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.commission import left_out, uneven
+from macromicro.commission import left_out, momentum, pole, uneven
 from macromicro.commission.stand import BALANCED, CommissionError, Pull, Record
 from macromicro.commission.uneven import Fit, Level, held
 from macromicro.identify import witnesses
-from macromicro.identify.axis import Axis, late, simulate
+from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_inverse import ECCENTRIC
 
 if TYPE_CHECKING:
@@ -42,15 +42,10 @@ UNITS = {
 }
 FITTED = ("mass", "viscous", "coulomb", "offset", "lag")
 _BY_LIMIT = ("limit", "back")  # what a limited force shows as well
-_LAGS = 12  # whole periods of lag tried at the start
 _SPEEDS = (1e-3, 0.01, 0.03, 0.1, 0.3)  # Stribeck speeds tried, parts of the top speed
 _LIMITS = (0.1, 0.2, 0.4, 0.7)  # of the largest effort: limits of the force to begin with
 _LIMITED = 0.7  # a limit must lower the error to that part
 _FINER = 2  # times that the best speed's neighbours are halved
-_APART = (
-    "the strokes do not tell mass and friction apart: are there strokes in both directions, and "
-    "does the encoder resolve them?"
-)
 
 
 class Model(NamedTuple):
@@ -225,6 +220,7 @@ def fitted(
     mean, covariance = mean + shift, covariance + hidden
     if pull.error > 0.0:
         mean, covariance = _told(mean, covariance, fitted, pull)
+    mean = pole.possible(mean, covariance, fitted, witnesses.within(chosen.freedom), dt)
     stribeck, speed = weights @ drops
     axis = Axis(
         **dict(zip(fitted, mean.tolist(), strict=True)),
@@ -266,10 +262,10 @@ def _limited(strokes: Sequence[Record], breakaway: float, dt: float, pull: Pull)
     CommissionError
         No strokes tell mass and friction apart.
     """
-    gentle = _begun(weakest(strokes), dt, pull)
+    gentle = _begun(momentum.weakest(strokes), dt, pull)
     start = _begun(strokes, dt, pull) or gentle
     if start is None:
-        raise CommissionError(_APART)
+        raise CommissionError(momentum.APART)
     gentle = gentle or start
     push = max(float(np.abs(s.u).max()) for s in strokes)
     start = start._replace(stribeck_speed=_SPEEDS[1] * _top(strokes, dt))
@@ -287,112 +283,14 @@ def _limited(strokes: Sequence[Record], breakaway: float, dt: float, pull: Pull)
     return best
 
 
-def weakest(strokes: Sequence[Record]) -> list[Record]:
-    """The third with the smallest efforts: what they show is the least touched by a limit.
-
-    Parameters
-    ----------
-    strokes : Sequence[Record]
-        All of them.
-
-    Returns
-    -------
-    list[Record]
-        In the order of their efforts.
-    """
-    return sorted(strokes, key=lambda s: np.abs(s.u).max())[: len(strokes) // 3]
-
-
 def _begun(strokes: Sequence[Record], dt: float, pull: Pull) -> Axis | None:
-    """As `begun`, beside what pulls; None where strokes do not tell."""
+    """As `momentum.begun`, beside what pulls; None where strokes do not tell."""
     try:
-        return begun(unloaded(strokes, pull), dt)._replace(sine=pull.sine, cosine=pull.cosine)
+        return momentum.begun(momentum.unloaded(strokes, pull), dt)._replace(
+            sine=pull.sine, cosine=pull.cosine
+        )
     except CommissionError:
         return None
-
-
-def unloaded(strokes: Sequence[Record], pull: Pull) -> list[Record]:
-    """Strokes without what held an eccentric load.
-
-    Parameters
-    ----------
-    strokes : Sequence[Record]
-        Their efforts with it.
-    pull : Pull
-        What held it, by their places.
-
-    Returns
-    -------
-    list[Record]
-        Their efforts beside it, V.
-    """
-    return [one._replace(u=one.u - pull.along(one.x)) for one in strokes]
-
-
-def begun(strokes: Sequence[Record], dt: float) -> Axis:
-    """Where the search begins: the momentum's balance, linear in the parameters.
-
-    From rest, the integral of u is M v + Fv (x - x0) + (s Fc + F0) t. The lag is the whole number
-    of periods under which that holds best.
-
-    Parameters
-    ----------
-    strokes : Sequence[Record]
-        Each from rest.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    Axis
-        In V and m.
-
-    Raises
-    ------
-    CommissionError
-        The strokes do not tell mass and friction apart.
-    """
-    best, least = None, math.inf
-    for lag in range(_LAGS + 1):
-        rows = [momentum(s, lag, dt) for s in strokes]
-        table = np.concatenate(rows)
-        left, right = table[:, :-1], table[:, -1]
-        scale = np.linalg.norm(left, axis=0)
-        if not (scale > 0.0).all() or np.linalg.cond(left / scale) > 1e7:
-            break
-        theta = np.linalg.lstsq(left / scale, right, rcond=None)[0] / scale
-        error = float(np.linalg.norm(right - left @ theta))
-        if error < least:
-            best, least = (theta, lag), error
-    if best is None or best[0][0] <= 0.0:
-        raise CommissionError(_APART)
-    (mass, viscous, coulomb, offset), lag = best[0].tolist(), best[1]
-    # A lag that is no whole number of periods is found by the search that begins here.
-    return Axis(mass, max(viscous, 0.0), max(coulomb, 0.0), offset, lag=max(lag, 0.1) * dt)
-
-
-def momentum(stroke: Record, lag: int, dt: float) -> Array:
-    """The balance of momentum of a stroke from rest, a row per sample.
-
-    Parameters
-    ----------
-    stroke : Record
-        From rest.
-    lag : int
-        Periods by which the effort acts late.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    ndarray, shape (n, 5)
-        Speed, way, direction times time, time; and the integral of the effort, V s.
-    """
-    v = np.gradient(stroke.x, dt)
-    way = math.copysign(1.0, stroke.x[-1] - stroke.x[0])
-    pushed = late(stroke.u, float(lag))
-    impulse = np.concatenate([[0.0], np.cumsum(pushed[:-1])]) * dt
-    return np.stack([v, stroke.x - stroke.x[0], way * stroke.t, stroke.t, impulse], axis=1)
 
 
 def _search(strokes: Sequence[Record], start: Axis, breakaway: float, dt: float) -> Axis:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from macromicro.commission import exciting, model
+from macromicro.commission import exciting, momentum
 from macromicro.commission.probing import Direction, Ends, go
 from macromicro.commission.stand import Caution, Record, Stand
 from macromicro.identify.axis import Axis
@@ -186,7 +186,7 @@ def shaken(
     CommissionError
         The strokes do not tell mass and friction apart.
     """
-    about = model.begun(strokes, stand.dt)
+    about = momentum.begun(strokes, stand.dt)
     v, most = speed(ends, caution), strength(found, caution.effort)
     window = caution._replace(low=ends.low, high=ends.high)
     slow = caution._replace(speed=creep)

@@ -13,6 +13,8 @@ from macromicro import place as places
 from macromicro.machines import feasible_lines, sheets
 from macromicro.machines.tree import Checked, Problem
 
+PERIODS = 2.0  # of the loop in a mechanical time constant, at least
+
 
 def problems(tree: Any) -> list[Problem]:
     """What cannot work together in settings of an axis.
@@ -176,10 +178,11 @@ def _loop(tree: Any) -> Iterator[Checked]:
     )
     mechanical = mechanical_pole(tree)
     yield (
-        timing.period > 0.5 / mechanical,
+        timing.period * PERIODS > 1.0 / mechanical,
         "timing.period",
         timing.period,
-        f"at most {500.0 / mechanical:.4g} ms, half the mechanical time constant of this axis",
+        f"at most {1e3 / PERIODS / mechanical:.4g} ms, half the mechanical time constant of this "
+        "axis",
     )
     for name in ("silent", "stuck", "window"):
         value = getattr(tree.guard, name)
