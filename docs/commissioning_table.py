@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -139,23 +141,41 @@ def compared(
     return found
 
 
-def tried(what: Drawn, number: int) -> Iterator[Tried]:
-    """Commission so many random machines one after the other, and compare them with the truth."""
+class Case(NamedTuple):
+    """A random machine.
+
+    Attributes
+    ----------
+    label : str
+        By which it is known again.
+    commission : Callable[[], Tried]
+        Commissions it and compares it with the truth.
+    """
+
+    label: str
+    commission: Callable[[], Tried]
+
+
+def cases(what: Drawn, number: int | None = None) -> Iterator[Case]:
+    """So many random machines of a kind."""
     random = np.random.Generator(np.random.PCG64(what.seed))
-    for k in range(number):
-        tree = settled(what, random)
-        label = f"{what.kind.name} {k}"
-        try:
-            found = commissioned(what, tree, k)
-        except (CommissionError, InputError) as error:
-            yield Tried(label, {}, refused=str(error))
-            continue
-        errors = compared(what.kind.estimates(found.model), what.truth(tree, found))
-        unmet = ""
-        if not found.verified.met:
-            arrived = sum(m.arrived_s is not None for m in found.verified.moves)
-            unmet = found.verified.fault or f"{arrived} of {found.verified.asked} moves arrived"
-        yield Tried(label, errors, unmet=unmet)
+    for k in range(what.number if number is None else number):
+        tree, label = settled(what, random), f"{what.kind.name} {k}"
+        yield Case(label, partial(one, what, tree, k, label))
+
+
+def one(what: Drawn, tree: Any, seed: int, label: str) -> Tried:
+    """One machine, commissioned and compared with the truth."""
+    try:
+        found = commissioned(what, tree, seed)
+    except (CommissionError, InputError) as error:
+        return Tried(label, {}, refused=str(error))
+    errors = compared(what.kind.estimates(found.model), what.truth(tree, found))
+    unmet = ""
+    if not found.verified.met:
+        arrived = sum(m.arrived_s is not None for m in found.verified.moves)
+        unmet = found.verified.fault or f"{arrived} of {found.verified.asked} moves arrived"
+    return Tried(label, errors, unmet=unmet)
 
 
 def told(those: Sequence[Tried]) -> str:
@@ -178,15 +198,25 @@ def told(those: Sequence[Tried]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def table(what: Drawn, number: int | None = None) -> str:
-    """Commission random machines of a kind: a table in Markdown."""
-    return shown(tried(what, what.number if number is None else number))
+def table(every: Iterator[Case], rows: Path | None = None) -> str:
+    """A table in Markdown of machines that are tried one after the other.
 
-
-def shown(every: Iterator[Tried]) -> str:
-    """A table in Markdown of machines that are tried one after the other."""
+    Each is added to the file of rows, if one is named; what is there is not tried again.
+    """
+    known = {}
+    if rows is not None and rows.exists():
+        for line in rows.read_text(encoding="utf-8").splitlines():
+            row = json.loads(line)
+            errors = {name: tuple(error) for name, error in row["errors"].items()}
+            known[row["label"]] = Tried(row["label"], errors, row["refused"], row["unmet"])
     those = []
-    for one in every:
-        print(one, flush=True)
-        those.append(one)
+    for case in every:
+        if case.label not in known:
+            found = case.commission()
+            print(found, flush=True)
+            known[case.label] = found
+            if rows is not None:
+                with rows.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps(found._asdict()) + "\n")
+        those.append(known[case.label])
     return told(those)

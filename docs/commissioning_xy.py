@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import tempfile
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import commissioning_axis
 import numpy as np
-from commissioning_table import SPEED, TRAVEL, Tried, compared
+from commissioning_table import SPEED, TRAVEL, Case, Tried, compared
 
 from macromicro.commission import axis, plane
 from macromicro.commission.procedure import Options
@@ -18,7 +19,7 @@ from macromicro.errors import InputError
 from macromicro.machines import compositions
 from macromicro.machines.joint.settings import AXES
 
-NUMBER, SEED = 50, 2033
+NUMBER, SEED = 100, 2033
 
 
 def written(random: np.random.Generator, file: Path) -> None:
@@ -42,14 +43,14 @@ def written(random: np.random.Generator, file: Path) -> None:
         return
 
 
-def tried(number: int | None = None) -> Iterator[Tried]:
-    """Commission so many one after the other, and compare each axis with the truth."""
+def cases(number: int | None = None) -> Iterator[Case]:
+    """So many, drawn one after the other."""
     random = np.random.Generator(np.random.PCG64(SEED))
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "xy.toml"
         for k in range(NUMBER if number is None else number):
             written(random, file)
-            yield one(f"xy {k}", file, k)
+            yield Case(f"xy {k}", partial(one, f"xy {k}", file, k))
 
 
 def one(label: str, file: Path, seed: int) -> Tried:

@@ -1,17 +1,18 @@
 """Commissions random machines and writes what came of it into docs/commissioning.md.
 
-    python docs/make_commissioning.py [KIND] [NUMBER]
+    python docs/make_commissioning.py [KIND] [--number N] [--rows FILE]
 
 Machines are drawn over wide ranges of data-sheet figures; what cannot work is drawn anew, by the
 rules that a settings file meets, too. Each is commissioned as a person would do it, without a look
 at its figures; then what was found is compared with them. KIND is axis, hanging, rotary, eccentric,
-piezo, wire, xy, two_stage or examples; all of them without it, within some hours.
+piezo, wire, xy, two_stage or examples; all of them without it, within some hours. FILE keeps what
+came of each: what is there is not done again.
 """
 
 from __future__ import annotations
 
+import argparse
 import re
-import sys
 from pathlib import Path
 
 import commissioning_axis
@@ -20,7 +21,7 @@ import commissioning_rotary
 import commissioning_two_stage
 import commissioning_wire
 import commissioning_xy
-from commissioning_table import examples, shown, table
+from commissioning_table import cases, examples, table
 
 PAGE = Path(__file__).resolve().parent / "commissioning.md"
 DRAWN = {
@@ -31,14 +32,14 @@ DRAWN = {
     "piezo": commissioning_piezo.DRAWN,
     "wire": commissioning_wire.DRAWN,
 }
-OTHERS = {"xy": commissioning_xy.tried, "two_stage": commissioning_two_stage.tried}
+OTHERS = {"xy": commissioning_xy.cases, "two_stage": commissioning_two_stage.cases}
 EXAMPLES = "examples"
 
 
-def main(names: list[str], number: int | None) -> None:
+def main(names: list[str], number: int | None, rows: Path | None) -> None:
     """Commission machines of some kinds and write their tables."""
     for name in names:
-        text = _text(name, number)
+        text = _text(name, number, rows)
         print(text)
         marked = re.compile(rf"(<!-- measured: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
         page = PAGE.read_text(encoding="utf-8")
@@ -47,14 +48,20 @@ def main(names: list[str], number: int | None) -> None:
         PAGE.write_text(marked.sub(lambda m, t=text: m[1] + t + m[2], page), encoding="utf-8")
 
 
-def _text(name: str, number: int | None) -> str:
+def _text(name: str, number: int | None, rows: Path | None) -> str:
     if name == EXAMPLES:
         return examples()
-    return shown(OTHERS[name](number)) if name in OTHERS else table(DRAWN[name], number)
+    every = OTHERS[name](number) if name in OTHERS else cases(DRAWN[name], number)
+    return table(every, rows)
 
 
 if __name__ == "__main__":
-    main(
-        sys.argv[1:2] or [*DRAWN, *OTHERS, EXAMPLES],
-        int(sys.argv[2]) if len(sys.argv) > 2 else None,
-    )
+    kinds = [*DRAWN, *OTHERS, EXAMPLES]
+    words = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    words.add_argument("kind", nargs="?", choices=kinds)
+    words.add_argument("--number", type=int)
+    words.add_argument("--rows", type=Path)
+    asked = words.parse_args()
+    if asked.rows is not None and asked.kind is None:
+        words.error("--rows goes with one KIND: axes of several kinds have the same labels")
+    main([asked.kind] if asked.kind else kinds, asked.number, asked.rows)

@@ -24,7 +24,7 @@ def chosen(rules: tuple[float, str], search: tuple[float, str]) -> Tuned:
         order.append(bool(one.gains))
         return search if one.gains else rules
 
-    found = comparing.chosen(tried, FOUND)
+    found = comparing.chosen(comparing.compared(tried, FOUND), FOUND)
     assert order == [False, True]  # what is surely sound first
     return found
 

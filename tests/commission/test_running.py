@@ -303,18 +303,23 @@ def test_both_gains_are_judged_from_the_same_place_and_by_the_same_tolerance(
     assert found.settings.controller.position == 41.0
     assert found.tuned.rows[0][1:3] == ("0.5", "1 by the rules")
 
+    # Resumed, neither is tried again; other gains than those are.
+    asked: list[str] = []
+    again = commission(there, OPTIONS, out, ask=lambda title, _: asked.append(title))
+    assert asked == ["end stops and travel", running.VERIFY] and len(seen) == 2
+    assert again.tuned == found.tuned
+    kind = kind._replace(tune=searched("controller.position", "42"))
     made: list[Virtual] = []
-    said: list[str] = []
     there = place(made, sign=-1.0)._replace(kind=kind)
     with pytest.raises(KeyboardInterrupt):
         commission(
             there,
             OPTIONS,
             out,
-            ask=lambda title, _: said.append(title),
-            ended=lambda: running.COMPARE in said,
+            ask=lambda title, _: asked.append(title),
+            ended=lambda: running.COMPARE in asked,
         )
-    assert said[-1] == running.COMPARE and made[0].effort == 0.0
+    assert asked[-1] == running.COMPARE and made[0].effort == 0.0
 
 
 def test_gains_of_a_search_that_are_not_verified_give_way_to_the_rules(

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from macromicro.commission import moves, verifying
-from macromicro.commission.procedure import Tuned
+from macromicro.commission.procedure import Step, Tuned
 from macromicro.commission.stand import Stand
 from macromicro.machines import machine as machines
 from macromicro.machines import results
@@ -22,6 +22,29 @@ from macromicro.machines import results
 SHARES = (0.2, 0.75, 0.77, 0.5, 0.48, 0.12, 0.8, 0.25)
 HOLD = 0.1  # s
 BETTER = 0.95  # of what it takes by the rules: no less is worth other gains
+
+
+class Compared(NamedTuple):
+    """What the stage took by both gains.
+
+    Attributes
+    ----------
+    rules, search : float
+        As `settling` gives it, s.
+    faults : tuple[str, ...]
+        What the guard saw by the rules' and by the search's; "" for nothing.
+    gains : tuple[str, ...]
+        The search's: path and value, one after the other.
+    """
+
+    rules: float
+    search: float
+    faults: tuple[str, ...]
+    gains: tuple[str, ...]
+
+
+# Kept as the steps of a kind are; what it does and how depends on the gains.
+STEP = Step("comparison", "both gains on the stage", lambda _: "", lambda _: None, Compared)
 
 
 def better(after: float, before: float) -> bool:
@@ -66,8 +89,24 @@ def settling(stand: Stand, machine: machines.Machine, settings: Any) -> tuple[fl
     return max(0.0, float(np.mean(results.settling(done.moves)))), ""
 
 
-def chosen(tried: Callable[[Tuned], tuple[float, str]], tuned: Tuned) -> Tuned:
-    """The gains that stay.
+def listed(tuned: Tuned) -> tuple[str, ...]:
+    """Gains, by which a comparison is known again.
+
+    Parameters
+    ----------
+    tuned : Tuned
+        What a search found.
+
+    Returns
+    -------
+    tuple[str, ...]
+        Path and value, one after the other.
+    """
+    return tuple(word for pair in tuned.gains.items() for word in pair)
+
+
+def compared(tried: Callable[[Tuned], tuple[float, str]], tuned: Tuned) -> Compared:
+    """Try both gains, the rules' first: they are surely sound.
 
     Parameters
     ----------
@@ -78,14 +117,33 @@ def chosen(tried: Callable[[Tuned], tuple[float, str]], tuned: Tuned) -> Tuned:
 
     Returns
     -------
+    Compared
+        What both took.
+    """
+    rules, fault_rules = tried(Tuned())
+    search, fault_search = tried(tuned)
+    return Compared(rules, search, (fault_rules, fault_search), listed(tuned))
+
+
+def chosen(found: Compared, tuned: Tuned) -> Tuned:
+    """The gains that stay.
+
+    Parameters
+    ----------
+    found : Compared
+        What the stage took.
+    tuned : Tuned
+        What the search found.
+
+    Returns
+    -------
     Tuned
         With what both took, in words; without gains where those by the rules stay.
     """
-    before, fault_before = tried(Tuned())
-    after, fault_after = tried(tuned)
+    before, after = found.rules, found.search
     doubts = tuple(
         f"By the gains of the {name} a guard ended the moves that compare them: {fault}"
-        for name, fault in (("rules", fault_before), ("search", fault_after))
+        for name, fault in zip(("rules", "search"), found.faults, strict=True)
         if fault
     )
     what, unit = "settling on the stage", "s"

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import macromicro
-from macromicro.commission import figures, procedure, store
+from macromicro.commission import comparing, figures, procedure, store
 from macromicro.commission.procedure import Kind
 from macromicro.commission.running import Commissioned, Place
 from macromicro.drawing import files as drawings
@@ -276,4 +276,5 @@ def names(kind: Kind) -> tuple[str, ...]:
         Names, from its folder.
     """
     drawn = drawings.names((*kind.figures, VERIFICATION))
-    return (*FILES, *drawn, *(store.file(step) for step in kind.steps))
+    steps = (*kind.steps, comparing.STEP)
+    return (*FILES, *drawn, *(store.file(step) for step in steps))

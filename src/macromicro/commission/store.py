@@ -96,11 +96,39 @@ def read(folder: Path, kind: Kind, asked: dict[str, Any]) -> dict[str, Any]:
     """
     found: dict[str, Any] = {}
     for step in kind.steps:
-        place = folder / file(step)
-        if not place.is_file():
+        one = of(folder, step, asked)
+        if one is None:
             return found
-        found[step.name] = (_records if step.result is None else _values)(place, step, asked)
+        found[step.name] = one
     return found
+
+
+def of(folder: Path, step: Step, asked: dict[str, Any]) -> Any:
+    """What an earlier session found in a step.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of results.
+    step : Step
+        The step.
+    asked : dict[str, Any]
+        The options of this session.
+
+    Returns
+    -------
+    Any
+        Its result; None where there is none.
+
+    Raises
+    ------
+    InputError
+        The file is damaged, or of a session with other options.
+    """
+    place = folder / file(step)
+    if not place.is_file():
+        return None
+    return (_records if step.result is None else _values)(place, step, asked)
 
 
 def _values(place: Path, step: Step, asked: dict[str, Any]) -> Any:
