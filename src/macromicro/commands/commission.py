@@ -167,7 +167,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
                 seed=seed,
                 ask=stepwise(rig, yes=yes or not place.real),
                 done=done,
-                ended=lambda: bool(signals.received),
+                ended=ended,
             )
         except KeyboardInterrupt:
             print(f"macromicro: interrupted; --resume goes on, in {out}", file=sys.stderr)

@@ -12,6 +12,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.records import signal
+from macromicro.identify.witnesses import within
 from macromicro.models.weighted_gain import Exponential, Weighted, weighted
 
 
@@ -120,9 +121,8 @@ def linearised(volts: npt.ArrayLike, rise: npt.ArrayLike, y_inf: float | None = 
     deviation = dy - a * dx
     free = len(dx) - 1
     std = float(np.sqrt(deviation @ deviation / free / (dx @ dx)))
-    from scipy.stats import t as student
 
-    reach = float(student.ppf(0.975, free)) * std
+    reach = within(free) * std
     interval = np.array([[np.nan, np.nan], [a - reach, a + reach], [np.nan, np.nan]])
     model = Exponential(b, a, x0, y0)
     return GainFit(model, interval, y_inf, (np.nan, np.nan), _rms(model, x, y))
@@ -151,7 +151,6 @@ def nonlinear(volts: npt.ArrayLike, rise: npt.ArrayLike) -> GainFit:
         Too few, equal or falling points.
     """
     from scipy.optimize import least_squares
-    from scipy.stats import t as student
 
     x, y = _checked(volts, rise, 4)
     x0 = float(x[0])
@@ -167,7 +166,7 @@ def nonlinear(volts: npt.ArrayLike, rise: npt.ArrayLike) -> GainFit:
     free = len(x) - 3
     variance = float(found.fun @ found.fun) / free
     covariance = np.linalg.inv(found.jac.T @ found.jac) * variance
-    factor = float(student.ppf(0.975, free))
+    factor = within(free)
     reach = factor * np.sqrt(np.diag(covariance))
     b, a, y0 = (float(v) for v in found.x)
     across = np.array([1.0, 0.0, 1.0])

@@ -21,12 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 from scipy.ndimage import uniform_filter1d
-from scipy.stats import t as student
 
 from macromicro.arrays import Array
 from macromicro.control.calibration import Calibration
 from macromicro.errors import InputError
 from macromicro.identify.hall import HallFit
+from macromicro.identify.witnesses import within
 
 PIECES = (2, 3, 4, 6, 8, 10, 12, 14, 16, 20, 24, 30, 40, 60)
 # Steps finer than what foretells best: that one has bias too, the interval has only scatter.
@@ -147,7 +147,7 @@ def splined(
     table = _continued(grid, inside, at @ found[:-1])
     return SplineFit(
         HallFit(table, grid, np.sqrt(len(runs)) * error, error, between, len(runs)),
-        float(student.ppf(0.975, len(runs) - 1)),
+        within(len(runs) - 1),
         float(found[-1]),
         float(np.sqrt(covariance[-1, -1])),
         fit.residual,

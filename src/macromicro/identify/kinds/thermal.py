@@ -17,6 +17,7 @@ from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import RUN, Picked, Role
 from macromicro.identify.result import Line, Result
 from macromicro.identify.thermal import CoolingFit, HeatingFit, StepRecord, heating, steady
+from macromicro.identify.witnesses import within
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -238,15 +239,13 @@ def _falls(sorted_: steps.Steps, source: Source) -> dict[float, CoolingFit]:
 
 
 def _lines(found: Found) -> list[Line]:
-    from scipy.stats import t as student
-
     lines = [
         Line(f"rise at {v:g} V", rise, _doubt(found.records[v]), "K")
         for v, rise in found.rises.items()
     ]
     if found.gain is not None:
         gain = found.gain
-        reach = 2.0 * float(student.ppf(0.975, len(found.rises) - 3))
+        reach = 2.0 * within(len(found.rises) - 3)
         names = ("b", "a", "y0")
         values = (gain.model.b, gain.model.a, gain.model.y0)
         for name, value, (low, high), unit in zip(

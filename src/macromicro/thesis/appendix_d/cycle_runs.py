@@ -14,6 +14,7 @@ import numpy as np
 from macromicro import signals
 from macromicro.arrays import Array
 from macromicro.errors import MacromicroError
+from macromicro.identify.witnesses import within
 from macromicro.kernel import compiled, kernel
 from macromicro.plant import cycle
 from macromicro.plant.cycle import CycleBench, CyclePlant, CycleState
@@ -243,8 +244,6 @@ class Trend(NamedTuple):
 
 def run_trend(totals: Array, room: Array) -> Trend:
     """Least squares of `totals` [s], shape (runs,), on run number and `room` [degC]."""
-    from scipy.stats import t as student
-
     n = len(totals)
     columns = [np.ones(n), np.arange(n) - 0.5 * (n - 1)]
     if np.ptp(room) > 0.0:
@@ -253,4 +252,4 @@ def run_trend(totals: Array, room: Array) -> Trend:
     found = np.linalg.lstsq(x, totals, rcond=None)[0]
     left, free = totals - x @ found, n - x.shape[1]
     variance = float(left @ left) / free * float(np.linalg.inv(x.T @ x)[1, 1])
-    return Trend(float(found[1]), float(student.ppf(0.975, free) * np.sqrt(variance)))
+    return Trend(float(found[1]), within(free) * float(np.sqrt(variance)))
