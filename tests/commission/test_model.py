@@ -84,6 +84,17 @@ def test_the_model_finds_the_axis(late: int) -> None:
     assert np.corrcoef(level, felt)[0, 1] > 0.9
 
 
+def test_a_drop_of_friction_is_found_though_none_is_the_nearer_beginning() -> None:
+    # Sliding slowly and sliding at speed take nearly the same effort beside so much back-EMF.
+    truth = Axis(0.487, 15.0, 0.767, stribeck=0.097, stribeck_speed=0.0274, lag=1e-3)
+    on = Stand(session(rig := Virtual(truth, late=1)), 1e-3, 1e-5)
+    ways = Direction(1.0, 0.864, 0.864, 0.01, 0.0)
+    found = model.fitted(excite(on, ways, ENDS, Caution(8.0, 0.5), 0.02), rig.dt, 0.864, 0.0086)
+    assert found.axis.coulomb == pytest.approx(truth.coulomb, rel=0.018)
+    assert found.axis.lag == pytest.approx(truth.lag, abs=2e-4)  # without the drop: none
+    assert found.rms < 2e-5
+
+
 @pytest.mark.parametrize("back", [1.0, 0.2])
 def test_a_limit_of_the_force_is_found(back: float) -> None:
     """And how much of the slope is friction, at any speed, and not back-EMF."""

@@ -45,6 +45,7 @@ _BY_LIMIT = ("limit", "back")  # what a limited force shows as well
 _SPEEDS = (1e-3, 0.01, 0.03, 0.1, 0.3)  # Stribeck speeds tried, parts of the top speed
 _LIMITS = (0.1, 0.2, 0.4, 0.7)  # of the largest effort: limits of the force to begin with
 _LIMITED = 0.7  # a limit must lower the error to that part
+_DROPPED = 0.85  # of the breakaway: sliding friction to begin with where none drops
 _FINER = 2  # times that the best speed's neighbours are halved
 
 
@@ -188,20 +189,27 @@ def fitted(
     breakaway = max(breakaway - start.viscous * slid, 0.5 * breakaway)
     tried: dict[float, Fit] = {}
 
-    def fit(speed: float) -> None:
-        found = held(start._replace(stribeck_speed=speed * top), breakaway)
-        names = fitted if math.isinf(found.limit) else (*fitted, *_BY_LIMIT)
-        tried[speed] = uneven.fitted(
-            strokes, found, names, breakaway=breakaway, spread=spread, dt=dt
-        )
+    def fit(speed: float, begins: Sequence[Axis]) -> None:
+        found = []
+        for begin in begins:
+            one = held(begin._replace(stribeck_speed=speed * top), breakaway)
+            names = fitted if math.isinf(one.limit) else (*fitted, *_BY_LIMIT)
+            found.append(
+                uneven.fitted(strokes, one, names, breakaway=breakaway, spread=spread, dt=dt)
+            )
+        tried[speed] = min(found, key=lambda one: one.square)
 
+    begins = [start]
+    if start.coulomb >= breakaway:
+        # No search that begins without a drop finds one: what it tries there changes nothing.
+        begins.append(start._replace(coulomb=_DROPPED * breakaway, lag=max(start.lag, dt)))
     for speed in _SPEEDS:
-        fit(speed)
+        fit(speed, begins)
     for _ in range(_FINER):
         known = sorted(tried)
         best = min(range(len(known)), key=lambda k: tried[known[k]].square)
         for k in {max(best - 1, 0), min(best, len(known) - 2)}:
-            fit(math.sqrt(known[k] * known[k + 1]))
+            fit(math.sqrt(known[k] * known[k + 1]), [start, tried[known[best]].axis])
     every = list(tried.values())
     count = len(fitted)
     squares = np.array([one.square for one in every])
