@@ -9,7 +9,15 @@ import pytest
 from scipy.signal import lfilter
 
 from macromicro.arrays import Array
-from macromicro.identify.slow_levels import Level, _together, _width, covariance, levels
+from macromicro.identify.slow_levels import (
+    Level,
+    _together,
+    _width,
+    covariance,
+    is_slow,
+    levels,
+    together,
+)
 
 
 def slow(n: int, time: float, random: np.random.Generator) -> Array:
@@ -23,6 +31,21 @@ def slow(n: int, time: float, random: np.random.Generator) -> Array:
 def dense(n: int, level: Level) -> Array:
     apart = np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
     return np.asarray(level.slow * np.exp(-apart / level.time) + level.white * np.eye(n))
+
+
+@pytest.mark.parametrize("pole", [0.0, 0.5, 0.95, -0.6])
+def test_samples_that_go_together(pole: float) -> None:
+    """(1 + pole) / (1 - pole) of a first-order autoregression."""
+    found = together((np.array([-pole]), 2.0))
+    assert found == pytest.approx((1.0 + pole) / (1.0 - pole), rel=1e-6)
+    assert together((np.zeros(0), 1.0)) == 1.0
+
+
+def test_noise_is_slow_where_more_than_a_hundredth_goes_together() -> None:
+    assert not is_slow(400, (np.array([-0.3]), 1.0))
+    assert is_slow(400, (np.array([-0.9]), 1.0)) and not is_slow(4000, (np.array([-0.9]), 1.0))
+    assert not is_slow(400, (np.array([-0.9]), 0.0))
+    assert not is_slow(400, (np.array([-1.0]), 1.0))  # a constant
 
 
 def test_means_over_blocks_go_together_as_their_samples_do() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.identify import axis_spread
+from macromicro.identify import axis_noise, axis_spread
 from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_inverse import ECCENTRIC, Estimate, Rows
 from macromicro.identify.axis_pieces import Pieces, cut, settled
@@ -21,6 +21,7 @@ _WHOLE, _TURNS = 60, 20  # time constants M/Fv: a record that stays whole, a pie
 _LEAST = 1000  # samples in a piece
 _NOISY, _HOPELESS = 3.0, 300.0  # times the noise of the position: at the end, at the begin
 _FAR = 10.0  # times its errors inverse dynamics may be off, as its bias by noise is not in them
+_SURE = 3.0  # times its own errors output error may be off by chance
 _SLOPE = 1e-3  # of a parameter: over which slopes are taken
 
 
@@ -121,7 +122,7 @@ def noisy(error: Array, rows: list[Rows], most: float = _NOISY) -> bool:
     bool
         True for at most so much.
     """
-    sensor = np.sqrt(np.mean([axis_spread.sensed(r.run.x) ** 2 for r in rows]))
+    sensor = np.sqrt(np.mean([axis_noise.sensed(r.run.x) ** 2 for r in rows]))
     return bool(np.sqrt(np.mean(error**2)) < most * sensor)
 
 
@@ -251,15 +252,16 @@ def _spread(
     """Covariance of the parameters, and whether rounding alone moved them; `found` is in their
     parts of `scale`."""
     pushed = [r._replace(force=late(r.force, final.lag / r.run.dt)) for r in rows]
-    noise = axis_spread.disturbance(pushed, start)
+    noise = axis_noise.disturbance(pushed, start)
     told = axis_spread.covariance(pieces, final, found.jac, found.fun, [noise])
     spread = told.covariance * np.outer(scale, scale)
     # Two methods that ought to agree say how far apart a wrong model can be. Where the free run is
-    # explained, what is many times more than inverse dynamics' own errors counts (after Hausman,
-    # Econometrica 46, 1978), but for records that noise of the position alone keeps it from.
+    # explained, what is many times more than inverse dynamics' own errors, and more than those of
+    # output error, counts (after Hausman, Econometrica 46, 1978), but for records that noise of the
+    # position alone keeps it from.
     apart = np.array([getattr(final, n) for n in start.names]) - start.values
     own = np.sqrt(np.diag(start.covariance))
-    near = np.abs(apart) <= _FAR * own
+    near = np.abs(apart) <= np.maximum(_FAR * own, _SURE * np.sqrt(np.diag(spread))[: len(own)])
     apart[told.explained & (near | noisy(found.fun, rows))] = 0.0
     at = np.arange(len(apart))
     spread[at, at] += apart**2

@@ -8,47 +8,21 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.identify import counts
-from macromicro.identify.axis_inverse import Estimate, Rows, force_residuals, regressors
+from macromicro.identify import counts, slow_levels
+from macromicro.identify.axis_noise import Noise
 from macromicro.identify.axis_pieces import Pieces, cleared, runs, settled
 from macromicro.identify.notices import DataWarning, notice
-from macromicro.identify.slow_levels import block_means
-from macromicro.identify.slow_noise import Fit, is_slow, unshown
-from macromicro.identify.spread import autoregression, clustered, larger
+from macromicro.identify.slow_levels import Level
+from macromicro.identify.spread import clustered, larger
 
 MANY = 16  # pieces: from there on their own scatter tells the errors
 _DRAWS = 100
 _BEFORE = 200  # samples for the noise to settle
-_BLOCK = 0.1  # of the time constant: over which forces are averaged
-_POINTS = 60  # blocks wanted
 _SLOW, _FEWEST = 10, 20  # blocks in a slow mean, such means
+_PULSE = 0.04  # of the slow force: the answer of an axis that turns is no straight line
 _SURE = 2.0  # standard deviations
 _OFTEN = 0.95  # of the drawn free runs are as near as this
 _DOUBTED = 2.0  # times that: the model is another than the axis
-
-
-class Noise(NamedTuple):
-    """What disturbs records.
-
-    Attributes
-    ----------
-    block : int
-        Samples over which a disturbing force is held.
-    filter : ndarray, shape (order,)
-        Its autoregression D(z) w = white noise, from block to block.
-    power : float
-        Variance of that white noise, force squared.
-    sensor : float
-        Standard deviation of the position's own noise, white.
-    unshown : Sequence[ndarray]
-        Where the force is as slow as the record: D of each force that it may be; else none.
-    """
-
-    block: int
-    filter: Array
-    power: float
-    sensor: float
-    unshown: Sequence[Array] = ()
 
 
 class Spread(NamedTuple):
@@ -67,94 +41,6 @@ class Spread(NamedTuple):
     covariance: Array
     explained: bool
     rounded: bool = False
-
-
-def sensed(x: Array) -> float:
-    """Standard deviation of the noise of a position, by its fourth differences.
-
-    Motion of a mass has next to none, of white noise their variance is 70 times its own.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Positions.
-
-    Returns
-    -------
-    float
-        Unit of x.
-    """
-    return float(np.sqrt(np.mean(np.diff(x, 4) ** 2) / 70.0))
-
-
-def disturbance(rows: list[Rows], start: Estimate) -> Noise:
-    """The noise that the residuals of inverse dynamics with rigid friction show.
-
-    Parameters
-    ----------
-    rows : list[Rows]
-        The records.
-    start : Estimate
-        By inverse dynamics.
-
-    Returns
-    -------
-    Noise
-        Of all records.
-    """
-    return noise(rows, start.axis, force_residuals(rows, start), regressors(rows, start))
-
-
-def noise(rows: list[Rows], axis: Any, disturbed: list[Array], taken: list[Array]) -> Noise:
-    """The noise of force and position that the residuals of inverse dynamics show.
-
-    A free run answers to slow forces alone, so residuals are averaged over blocks. There noise of
-    the position, which inverse dynamics differentiates twice, has next to no part, and its part is
-    taken off. A force as slow as the record is slower than residuals show it (`slow_noise`).
-
-    Parameters
-    ----------
-    rows : list[Rows]
-        The records.
-    axis : Any
-        With `mass` and `viscous`.
-    disturbed : list[ndarray]
-        Measured less predicted force of each record, decimated, shape (m,).
-    taken : list[ndarray]
-        What each parameter adds to that force, shape (m, p).
-
-    Returns
-    -------
-    Noise
-        Of all records.
-    """
-    dt, factor = rows[0].run.dt, rows[0].factor
-    total = sum(len(d) for d in disturbed)
-    constant = axis.mass / axis.viscous if axis.mass > 0.0 and axis.viscous > 0.0 else 0.0
-    many = min(round(_BLOCK * constant / (factor * dt)), total // _POINTS)
-    many = max(many, 1)
-    sensor = float(np.sqrt(np.mean([sensed(r.run.x) ** 2 for r in rows])))
-    means = [block_means(d, many) for d in disturbed if len(d) >= many]
-    shown = autoregression(means)
-    slower: list[Array] = []
-    if is_slow(sum(map(len, means)), shown):
-        table = np.concatenate([block_means(t, many) for t in taken if len(t) >= many])
-        fit = Fit([len(m) for m in means], np.linalg.pinv(table), table)
-        slower = [d for d, _ in unshown(fit, shown, autoregression, np.random.default_rng(0))]
-    d, power = shown
-    block = many * factor
-    seen = float(np.mean(np.concatenate(means) ** 2))
-    own = (axis.mass * sensor / dt**2) ** 2 * _differentiated(block, factor)
-    left = max(1.0 - own / seen, 0.0) if seen > 0.0 else 0.0
-    return Noise(block, d, power * left, sensor, slower)
-
-
-def _differentiated(block: int, factor: int) -> float:
-    """Variance of the block mean of white noise's second difference behind the low-pass."""
-    f = np.linspace(0.0, min(0.08, 0.4 / factor), 501)[1:]
-    one = np.sin(np.pi * f)
-    mean = np.sin(np.pi * f * block) / (block * one)
-    return float(2.0 * np.sum((2.0 * one) ** 4 * mean**2) * (f[1] - f[0]))
 
 
 def covariance(
@@ -231,13 +117,41 @@ def _by_noise(
             "another force); standard errors are widened, and parameters stand for something else",
         )
     if few:
-        if fits and told.unshown:
-            drawn = _drawn(pieces, axis, jacobian, told, _DRAWS, told.unshown)
-        found = np.atleast_2d(share * np.cov(drawn.forced.T) + np.cov(drawn.noisy.T))
+        # What a slow force may be knows that a record shows it weaker than others do.
+        by_slow = fits and told.slow
+        forced = (
+            _by_slow(pieces, axis, jacobian, told.slow)
+            if by_slow
+            else share * np.cov(drawn.forced.T)
+        )
+        found = np.atleast_2d(forced + np.cov(drawn.noisy.T))
         return (found if fits else found * wide**2), fits
     ends = np.cumsum([0] + [len(p.rows.v) for p in pieces[:-1]])
     starts = [p.starts + end for p, end in zip(pieces, ends, strict=True)]
     return clustered(jacobian, error, np.concatenate(starts)), fits
+
+
+def _by_slow(pieces: list[Pieces], axis: Any, jacobian: Array, may: Sequence[Level]) -> Array:
+    """Covariance of the parameters by a slow force, from what pulses of it move them by."""
+    lengths = [len(p.rows.v) for p in pieces]
+    block = max(sum(lengths) // slow_levels.BLOCKS, 1)
+    size = _PULSE * float(np.sqrt(sum(one.weight * one.slow for one in may)))
+    pseudo, ends = np.linalg.pinv(jacobian), np.cumsum([0, *lengths])
+    asked, parts = [], []
+    for k, one in enumerate(pieces):
+        still = settled(one, axis)
+        plain = runs(one, axis, still.speeds, still.at)
+        mine = pseudo[:, ends[k] : ends[k + 1]]
+        starts = range(0, lengths[k], block)
+        for at in starts:
+            force = one.rows.force.copy()
+            force[at : at + block] += size
+            pushed = one._replace(rows=one.rows._replace(force=force))
+            moved = runs(pushed, axis, still.speeds, still.at) - plain
+            asked.append(mine @ cleared(one, still, moved) / size)
+        parts.append(len(starts))
+    per = [Level(m.weight, m.time / block, m.slow, m.white / block) for m in may]
+    return slow_levels.covariance(np.array(asked).T, parts, per)
 
 
 def _by_rounding(pieces: list[Pieces], axis: Any, jacobian: Array, error: Array) -> Array | None:
@@ -279,18 +193,9 @@ class _Drawn(NamedTuple):
     noisy_slow: Array
 
 
-def _drawn(
-    pieces: list[Pieces],
-    axis: Any,
-    jacobian: Array,
-    told: Noise,
-    draws: int,
-    filters: Sequence[Array] = (),
-) -> _Drawn:
-    """So many draws; by each filter in turn, where some are given, else by that of the noise."""
+def _drawn(pieces: list[Pieces], axis: Any, jacobian: Array, told: Noise, draws: int) -> _Drawn:
+    """So many draws."""
     from scipy.signal import lfilter
-
-    filters = filters or [told.filter]
 
     random = np.random.Generator(np.random.PCG64(0))
     pseudo = np.linalg.pinv(jacobian)
@@ -302,9 +207,7 @@ def _drawn(
         for one, still, run in zip(pieces, quiet, plain, strict=True):
             n = len(run)
             white = random.standard_normal(n // told.block + _BEFORE + 1) * np.sqrt(told.power)
-            coarse = lfilter([1.0], np.concatenate([[1.0], filters[k % len(filters)]]), white)[
-                _BEFORE:
-            ]
+            coarse = lfilter([1.0], np.concatenate([[1.0], told.filter]), white)[_BEFORE:]
             force = one.rows.force + np.repeat(coarse, told.block)[:n]
             shaken = one._replace(rows=one.rows._replace(force=force))
             moved = runs(shaken, axis, still.speeds, still.at)

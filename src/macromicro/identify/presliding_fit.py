@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import axis_spread, axis_thin
+from macromicro.identify import axis_noise, axis_spread, axis_thin
 from macromicro.identify.axis import late
 from macromicro.identify.axis_fit import drive, rows_of, runs_of
 from macromicro.identify.axis_inverse import Estimate, Rows
@@ -243,13 +243,13 @@ def _spread(problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse:
     low, high, scale = bounds(z, shape)
     model = problem.model(z, shape)
     missed = problem.missed(z, shape)
-    noises = [axis_spread.disturbance(rows, inverse)]
+    noises = [axis_noise.disturbance(rows, inverse)]
     # Rigid friction's residuals hold the give of the friction, too, which hides how slow forces
     # are. Along elastic friction's way they show, but of noise of the position too little, and
     # nothing of short pieces. Neither is sure.
     forces, taken = disturbed(problem, z, shape, missed)
     if forces:
-        noises.insert(0, axis_spread.noise(rows, model, forces, taken))
+        noises.insert(0, axis_noise.noise(rows, model, forces, taken))
     covariance = axis_spread.covariance(
         problem.pieces, model, problem.slopes(z, shape), np.concatenate(missed), noises
     ).covariance

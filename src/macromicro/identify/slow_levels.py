@@ -20,10 +20,12 @@ import numpy as np
 
 from macromicro.arrays import Array
 
-_BLOCKS = 120  # in all records
+BLOCKS = 120  # in all records: as finely is it told how slow a noise is
 _TIMES = 16  # tried, from half a block to the longest record
 _PARTS = np.r_[0.0, np.geomspace(1e-3, 1e3, 13)]  # W / S tried, of means over blocks
 _LEAST = 1e-4  # of all that is likely
+_SLOW = 0.01  # of the samples: noise whose correlation is longer is slow
+_POINTS = 1 << 14  # of a spectrum
 _SHARES, _HALVED = ((0.6827, 1.0), (0.95, 1.96)), 50
 
 
@@ -46,6 +48,41 @@ class Level(NamedTuple):
     time: float
     slow: float
     white: float
+
+
+def is_slow(n: int, noise: tuple[Array, float]) -> bool:
+    """Whether a noise is so slow that residuals show too little of it.
+
+    Parameters
+    ----------
+    n : int
+        Samples in all.
+    noise : tuple[ndarray, float]
+        As the residuals show it: D of D(z) e = w, and the variance of w.
+
+    Returns
+    -------
+    bool
+        Whether more than a hundredth of the samples go together.
+    """
+    return noise[1] > 0.0 and _SLOW * n < together(noise) < np.inf
+
+
+def together(noise: tuple[Array, float]) -> float:
+    """Samples of noise that go together: its spectrum at rest over the mean of it.
+
+    Parameters
+    ----------
+    noise : tuple[ndarray, float]
+        D, and the variance of what drives it.
+
+    Returns
+    -------
+    float
+        1 of white noise.
+    """
+    response = np.abs(np.fft.fft(np.r_[1.0, noise[0]], _POINTS)) ** 2
+    return float(1.0 / (response[0] * np.mean(1.0 / response))) if response.min() > 0.0 else np.inf
 
 
 def block_means(rows: Array, many: int) -> Array:
@@ -83,7 +120,7 @@ def levels(residuals: Sequence[Array], taken: Array) -> list[Level]:
         One or more.
     """
     lengths = [len(e) for e in residuals]
-    many = max(sum(lengths) // _BLOCKS, 1)
+    many = max(sum(lengths) // BLOCKS, 1)
     cuts = np.cumsum(lengths)[:-1]
     table = np.concatenate([block_means(part, many) for part in np.split(taken, cuts)])
     seen = np.concatenate([block_means(e, many) for e in residuals])

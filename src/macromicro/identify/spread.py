@@ -7,7 +7,6 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.identify import slow_levels
-from macromicro.identify.slow_noise import is_slow
 
 MAX_ORDER = 30
 _ALIKE = 0.2  # of a record: over which residuals go together at most
@@ -61,7 +60,7 @@ def robust_covariance(
     noise = autoregression(list(filter(len, left)))  # of a record that stands nothing is left
     n, p = psi.shape
     found = inverse @ _driven(parts, noise) @ inverse.T * (n / max(n - p, 1))
-    if n > p and is_slow(n, noise):
+    if n > p and slow_levels.is_slow(n, noise):
         # What is quick of it the autoregression knows better.
         may = slow_levels.levels(left, guided)
         slow = slow_levels.covariance(inverse @ heavy.T, [len(e) for e in left], may)

@@ -18,7 +18,6 @@ from macromicro.identify.iterated import mls
 from macromicro.identify.linear_fit import LinearFit
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.records import signal
-from macromicro.identify.slow_noise import is_slow
 from macromicro.identify.spread import autoregression, sampled, standard_errors
 from macromicro.models.heating import Ladder, Modes, ladder, step_response
 from macromicro.recording import Recording
@@ -243,7 +242,7 @@ def _by_noise(
     left = e[usable] - taken @ (np.linalg.pinv(taken) @ e[usable])
     cuts = np.flatnonzero(np.diff(usable) > 1) + 1
     every = np.split(left, cuts)
-    if not is_slow(len(usable), autoregression(every)):
+    if not slow_levels.is_slow(len(usable), autoregression(every)):
         return sampled(found.jac, usable[chosen], e)
     solve = np.zeros_like(taken.T)
     solve[:, chosen] = np.linalg.pinv(found.jac)
