@@ -48,6 +48,17 @@ def test_noise_is_slow_where_more_than_a_hundredth_goes_together() -> None:
     assert not is_slow(400, (np.array([-1.0]), 1.0))  # a constant
 
 
+def test_a_swing_is_no_slow_noise_though_its_samples_go_together() -> None:
+    def swing(angle: float) -> tuple[np.ndarray, float]:
+        pole = 0.98 * np.exp(1j * angle)
+        return np.array([-2.0 * pole.real, abs(pole) ** 2]), 1.0
+
+    often = swing(0.07)  # nine times in 800 samples
+    assert together(often) > 8.0 and not is_slow(800, often)
+    seldom = swing(0.02)
+    assert is_slow(800, seldom)  # hardly beyond its first swing
+
+
 def test_means_over_blocks_go_together_as_their_samples_do() -> None:
     many, blocks, time = 200, 6, 1.7
     mean = np.kron(np.eye(blocks), np.full((1, many), 1.0 / many))

@@ -25,6 +25,7 @@ _TIMES = 16  # tried, from half a block to the longest record
 _PARTS = np.r_[0.0, np.geomspace(1e-3, 1e3, 13)]  # W / S tried, of means over blocks
 _LEAST = 1e-4  # of all that is likely
 _SLOW = 0.01  # of the samples: noise whose correlation is longer is slow
+_TURNS = 4.0  # in all samples, at most, of noise that is slow and no swing
 _POINTS = 1 << 14  # of a spectrum
 _SHARES, _HALVED = ((0.6827, 1.0), (0.95, 1.96)), 50
 
@@ -63,9 +64,12 @@ def is_slow(n: int, noise: tuple[Array, float]) -> bool:
     Returns
     -------
     bool
-        Whether more than a hundredth of the samples go together.
+        Whether more than a hundredth of the samples go together, and not as a swing does: that is
+        strongest where it turns more often in the samples than slow noise would.
     """
-    return noise[1] > 0.0 and _SLOW * n < together(noise) < np.inf
+    if not noise[1] > 0.0 or not _SLOW * n < together(noise) < np.inf:
+        return False
+    return int(np.argmin(_response(noise[0]))) * n <= _TURNS * _POINTS
 
 
 def together(noise: tuple[Array, float]) -> float:
@@ -81,8 +85,17 @@ def together(noise: tuple[Array, float]) -> float:
     float
         1 of white noise.
     """
-    response = np.abs(np.fft.fft(np.r_[1.0, noise[0]], _POINTS)) ** 2
-    return float(1.0 / (response[0] * np.mean(1.0 / response))) if response.min() > 0.0 else np.inf
+    response = _response(noise[0])
+    if not response.min() > 0.0:
+        return float(np.inf)
+    # Every frequency but rest and the highest stands for its negative, too.
+    mean = (2.0 * np.sum(1.0 / response[1:-1]) + 1.0 / response[0] + 1.0 / response[-1]) / _POINTS
+    return float(1.0 / (response[0] * mean))
+
+
+def _response(d: Array) -> Array:
+    """Size squared of D, from rest to half the sampling frequency."""
+    return np.asarray(np.abs(np.fft.rfft(np.r_[1.0, d], _POINTS)) ** 2)
 
 
 def block_means(rows: Array, many: int) -> Array:
