@@ -116,7 +116,6 @@ def _request(
     """Everything that can be wrong is said here, before anything is computed."""
     from macromicro import programme as programmes
     from macromicro.batch import cores
-    from macromicro.errors import InputError
     from macromicro.robustness import requirements as limits
     from macromicro.robustness.study import LEAST, MOST, Request
     from macromicro.runs.job import load
@@ -124,11 +123,10 @@ def _request(
     from macromicro.settings import Settings
     from macromicro.settings import chosen as settings_of
 
-    if not LEAST <= samples <= MOST:
-        raise InputError("--samples", samples, f"a whole number from {LEAST} to {MOST}")
+    keys.whole(samples, LEAST, MOST, "--samples")
     keys.seed(seed, "--seed")
-    if workers is not None and not 1 <= workers <= MAX_WORKERS:
-        raise InputError("--workers", workers, f"a whole number from 1 to {MAX_WORKERS}")
+    if workers is not None:
+        keys.whole(workers, 1, MAX_WORKERS, "--workers")
     settings = settings_of(Settings(), *chosen)
     needed = limits.DEFAULTS if requirements is None else limits.load(requirements)
     plan = load(programmes.find(programme), settings)

@@ -19,7 +19,7 @@ from macromicro.machines.sequence import Plan
 from macromicro.machines.trial import Trial, trials
 from macromicro.robustness.requirements import Requirement
 from macromicro.robustness.statistics import Share, share
-from macromicro.schema.keys import nearest
+from macromicro.schema.keys import nearest, whole
 from macromicro.schema.par import entries, value_at
 from macromicro.schema.text import printable
 from macromicro.uncertainty.machines import draw, settings_at
@@ -183,8 +183,7 @@ def study(
     InputError
         Too few or too many samples, or no table for this machine.
     """
-    if not LEAST <= samples <= MOST:
-        raise InputError("--samples", samples, f"a whole number from {LEAST} to {MOST}")
+    whole(samples, LEAST, MOST, "--samples")
     rows = uncertain(machine, settings)
     amounts, trees = machines(settings, rows, samples, seed)
     seeds = [seed, *(seed + k for k in range(samples))]
