@@ -16,7 +16,7 @@ from macromicro.commission.procedure import Kind, Options
 from macromicro.commission.running import Commissioned, Place, commission
 from macromicro.commission.stand import CommissionError
 from macromicro.errors import InputError
-from macromicro.machines import machine, rig
+from macromicro.machines import machine, results, rig
 from macromicro.schema import config
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples" / "machines"
@@ -104,8 +104,8 @@ def examples() -> str:
             f"{estimates[name].unit}"
             for name in SHOWN[place.kind.name]
         )
-        arrived = sum(m.arrived_s is not None for m in found.verified.moves)
-        met = found.verified.fault or f"{arrived} of {found.verified.asked} moves"
+        there = results.arrived(found.verified.moves)
+        met = found.verified.fault or f"{there} of {found.verified.asked} moves"
         lines.append(f"| `{path.name}` | {words} | {met} |")
         print(lines[-1], flush=True)
     return "\n".join(lines) + "\n"
@@ -173,8 +173,8 @@ def one(what: Drawn, tree: Any, seed: int, label: str) -> Tried:
     errors = compared(what.kind.estimates(found.model), what.truth(tree, found))
     unmet = ""
     if not found.verified.met:
-        arrived = sum(m.arrived_s is not None for m in found.verified.moves)
-        unmet = found.verified.fault or f"{arrived} of {found.verified.asked} moves arrived"
+        there = results.arrived(found.verified.moves)
+        unmet = found.verified.fault or f"{there} of {found.verified.asked} moves arrived"
     return Tried(label, errors, unmet=unmet)
 
 

@@ -16,7 +16,7 @@ from macromicro.commission import axis, plane
 from macromicro.commission.procedure import Options
 from macromicro.commission.stand import CommissionError
 from macromicro.errors import InputError
-from macromicro.machines import compositions
+from macromicro.machines import compositions, results
 from macromicro.machines.joint.settings import AXES
 
 NUMBER, SEED = 100, 2033
@@ -69,7 +69,7 @@ def one(label: str, file: Path, seed: int) -> Tried:
         errors |= {f"{name}.{path}": error for path, error in about.items()}
     unmet = ""
     if not found.met:
-        there = sum(m.arrived_s is not None for m in found.moves)
+        there = results.arrived(found.moves)
         alone = [n for n, each in zip(AXES, found.axes, strict=True) if not each.verified.met]
         unmet = found.fault or f"{there} of {len(found.plan.legs)} moves of both arrived" + (
             f"; not verified alone: {', '.join(alone)}" if alone else ""

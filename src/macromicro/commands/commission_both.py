@@ -36,6 +36,7 @@ def commission(asked: Asked) -> None:
     from datetime import datetime
 
     from macromicro.commands.asking import stepwise
+    from macromicro.machines.results import arrived
     from macromicro.runs import folder
     from macromicro.schema import keys
     from macromicro.thesis import commissioning, commissioning_page
@@ -63,8 +64,8 @@ def commission(asked: Asked) -> None:
         print(f"{row[0]:70}{row[1]:>12} {row[2]:>12} {row[3]}")
     for doubt in found.doubts:
         print(f"doubtful: {doubt}")
-    arrived = sum(m.arrived_s is not None for m in found.ended.moves)
-    print(f"verification: {arrived} of {len(found.ended.job.programme.target)} moves arrived")
+    there, asked_for = arrived(found.ended.moves), len(found.ended.job.programme.target)
+    print(f"verification: {there} of {asked_for} moves arrived")
     print(f"page: {out / names[0]}\nmachine: {out / commissioning.MACHINE}")
     if not found.met:
         print(f"macromicro: not verified: {found.why}", file=sys.stderr)

@@ -117,13 +117,14 @@ def _request(
     from macromicro import programme as programmes
     from macromicro.batch import cores
     from macromicro.robustness import requirements as limits
-    from macromicro.robustness.study import LEAST, MOST, Request
+    from macromicro.robustness.study import Request
     from macromicro.runs.job import load
     from macromicro.schema import keys
     from macromicro.settings import Settings
     from macromicro.settings import chosen as settings_of
+    from macromicro.uncertainty.machines import counted
 
-    keys.whole(samples, LEAST, MOST, "--samples")
+    counted(samples)
     keys.seed(seed, "--seed")
     if workers is not None:
         keys.whole(workers, 1, MAX_WORKERS, "--workers")

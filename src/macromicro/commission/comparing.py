@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from macromicro.commission import moves, verifying
-from macromicro.commission.procedure import Step, Tuned
+from macromicro.commission.procedure import Kind, Step, Tuned
 from macromicro.commission.stand import Stand
 from macromicro.machines import machine as machines
 from macromicro.machines import results
@@ -43,8 +43,24 @@ class Compared(NamedTuple):
     gains: tuple[str, ...]
 
 
-# Kept as the steps of a kind are; what it does and how depends on the gains.
+# Kept as the steps of a kind are; `running` says and does what depends on the gains.
 STEP = Step("comparison", "both gains on the stage", lambda _: "", lambda _: None, Compared)
+
+
+def kept(kind: Kind) -> tuple[Step, ...]:
+    """What commissioning a kind leaves on disk, in the order in which it is done.
+
+    Parameters
+    ----------
+    kind : Kind
+        What is commissioned.
+
+    Returns
+    -------
+    tuple[Step, ...]
+        Its steps, and the comparison where it makes one.
+    """
+    return tuple(kind.steps) if kind.compare is None else (*kind.steps, STEP)
 
 
 def better(after: float, before: float) -> bool:

@@ -276,5 +276,4 @@ def names(kind: Kind) -> tuple[str, ...]:
         Names, from its folder.
     """
     drawn = drawings.names((*kind.figures, VERIFICATION))
-    steps = kind.steps if kind.compare is None else (*kind.steps, comparing.STEP)
-    return (*FILES, *drawn, *(store.file(step) for step in steps))
+    return (*FILES, *drawn, *(store.file(step) for step in comparing.kept(kind)))

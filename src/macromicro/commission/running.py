@@ -163,9 +163,6 @@ def commission(
             store.keep(out, step, found, place.dt, asked)
         done(step.title)
 
-    def known(step: Step) -> Any:
-        return None if out is None else store.of(out, step, asked)
-
     with Session(place.make(seed), place.dt) as session:
         stand = Stand(session, place.dt, place.pitch, ended, kind.place)
         work = Work(stand, options, before)
@@ -173,7 +170,7 @@ def commission(
         model = kind.model(work)
         # Reckoned before anything moves again: what sinks by its weight sinks meanwhile.
         rested, tuned = _reckoned(place, work, model, done, ended)
-        tuned = _compared(place, work, model, (rested, tuned), ask, kept, known)
+        tuned = _compared(place, work, model, (rested, tuned), ask, kept)
         toml, tree, verified = _verified(place, work, model, (rested, tuned), ask)
         if tuned.gains and not verified.met:
             # A stage may hum under gains of a search, though it arrived sooner by them before.
@@ -238,7 +235,6 @@ def _compared(
     reckoned: tuple[float | None, Tuned],
     ask: Callable[[str, str], None],
     kept: Callable[[Step, Any], None],
-    known: Callable[[Step], Any],
 ) -> Tuned:
     """The gains of the search, or none where the stage itself settles no sooner by them."""
     kind, (rested, tuned) = place.kind, reckoned
@@ -261,19 +257,16 @@ def _compared(
         work.stand.rest(work.options.caution(work.options.creep))
         return found
 
-    intent = (
-        f"{kind.homing} and makes {len(comparing.SHARES)} moves within its travel, by the gains of "
-        f"the rules and then by those of the search, {_most(kind, trees[0])}."
-    )
-    step = comparing.STEP._replace(
-        intent=lambda _: intent, run=lambda _: comparing.compared(tried, tuned)
-    )
-    before = known(step)
-    if before is None or before.gains != comparing.listed(tuned):
-        ask(step.title, step.intent(work))
-        before = step.run(work)
-        kept(step, before)
-    return comparing.chosen(before, tuned)
+    found = work.found.get(comparing.STEP.name)
+    if found is None or found.gains != comparing.listed(tuned):
+        ask(
+            COMPARE,
+            f"{kind.homing} and makes {len(comparing.SHARES)} moves within its travel, by the "
+            f"gains of the rules and then by those of the search, {_most(kind, trees[0])}.",
+        )
+        found = comparing.compared(tried, tuned)
+        kept(comparing.STEP, found)
+    return comparing.chosen(found, tuned)
 
 
 def _most(kind: Kind, tree: Any) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 
 import macromicro
 from macromicro.columns import Column
+from macromicro.commission import comparing
 from macromicro.commission.procedure import Kind, Step
 from macromicro.commission.stand import Record
 from macromicro.errors import InputError
@@ -95,40 +96,12 @@ def read(folder: Path, kind: Kind, asked: dict[str, Any]) -> dict[str, Any]:
         A file that is damaged, or of a session with other options.
     """
     found: dict[str, Any] = {}
-    for step in kind.steps:
-        one = of(folder, step, asked)
-        if one is None:
+    for step in comparing.kept(kind):
+        place = folder / file(step)
+        if not place.is_file():
             return found
-        found[step.name] = one
+        found[step.name] = (_records if step.result is None else _values)(place, step, asked)
     return found
-
-
-def of(folder: Path, step: Step, asked: dict[str, Any]) -> Any:
-    """What an earlier session found in a step.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder of results.
-    step : Step
-        The step.
-    asked : dict[str, Any]
-        The options of this session.
-
-    Returns
-    -------
-    Any
-        Its result; None where there is none.
-
-    Raises
-    ------
-    InputError
-        The file is damaged, or of a session with other options.
-    """
-    place = folder / file(step)
-    if not place.is_file():
-        return None
-    return (_records if step.result is None else _values)(place, step, asked)
 
 
 def _values(place: Path, step: Step, asked: dict[str, Any]) -> Any:

@@ -59,6 +59,22 @@ def sensed(x: Array) -> float:
     return float(np.sqrt(np.mean(np.diff(x, 4) ** 2) / 70.0))
 
 
+def sensor(rows: Sequence[Rows]) -> float:
+    """Standard deviation of the noise of all records' positions.
+
+    Parameters
+    ----------
+    rows : Sequence[Rows]
+        The records.
+
+    Returns
+    -------
+    float
+        Unit of their x.
+    """
+    return float(np.sqrt(np.mean([sensed(r.run.x) ** 2 for r in rows])))
+
+
 def disturbance(rows: list[Rows], start: Estimate) -> Noise:
     """The noise that the residuals of inverse dynamics with rigid friction show.
 
@@ -106,12 +122,12 @@ def noise(rows: list[Rows], axis: Any, disturbed: list[Array], taken: list[Array
     constant = axis.mass / axis.viscous if axis.mass > 0.0 and axis.viscous > 0.0 else 0.0
     many = min(round(_BLOCK * constant / (factor * dt)), total // _POINTS)
     many = max(many, 1)
-    sensor = float(np.sqrt(np.mean([sensed(r.run.x) ** 2 for r in rows])))
+    still = sensor(rows)
     means = [block_means(d, many) for d in disturbed if len(d) >= many]
     d, power = autoregression(means)
     block = many * factor
     seen = float(np.mean(np.concatenate(means) ** 2))
-    own = (axis.mass * sensor / dt**2) ** 2
+    own = (axis.mass * still / dt**2) ** 2
     left = max(1.0 - own * _differentiated(block, factor) / seen, 0.0) if seen > 0.0 else 0.0
     slow: list[Level] = []
     if slow_levels.is_slow(sum(map(len, means)), (d, power)):
@@ -121,7 +137,7 @@ def noise(rows: list[Rows], axis: Any, disturbed: list[Array], taken: list[Array
             Level(one.weight, one.time * factor, one.slow, max(one.white * factor - felt, 0.0))
             for one in slow_levels.levels(disturbed, np.concatenate(taken))
         ]
-    return Noise(block, d, power * left, sensor, slow)
+    return Noise(block, d, power * left, still, slow)
 
 
 def _differentiated(block: int, factor: int) -> float:

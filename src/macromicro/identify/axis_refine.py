@@ -122,8 +122,7 @@ def noisy(error: Array, rows: list[Rows], most: float = _NOISY) -> bool:
     bool
         True for at most so much.
     """
-    sensor = np.sqrt(np.mean([axis_noise.sensed(r.run.x) ** 2 for r in rows]))
-    return bool(np.sqrt(np.mean(error**2)) < most * sensor)
+    return bool(np.sqrt(np.mean(error**2)) < most * axis_noise.sensor(rows))
 
 
 def piece(rows: list[Rows], start: Estimate, free: bool) -> int:

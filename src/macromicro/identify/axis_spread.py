@@ -117,13 +117,10 @@ def _by_noise(
             "another force); standard errors are widened, and parameters stand for something else",
         )
     if few:
-        # What a slow force may be knows that a record shows it weaker than others do.
-        by_slow = fits and told.slow
-        forced = (
-            _by_slow(pieces, axis, jacobian, told.slow)
-            if by_slow
-            else share * np.cov(drawn.forced.T)
-        )
+        forced = share * np.cov(drawn.forced.T)
+        if fits and told.slow:
+            # What a slow force may be knows that a record shows it weaker than others do.
+            forced = _by_slow(pieces, axis, jacobian, told.slow)
         found = np.atleast_2d(forced + np.cov(drawn.noisy.T))
         return (found if fits else found * wide**2), fits
     ends = np.cumsum([0] + [len(p.rows.v) for p in pieces[:-1]])

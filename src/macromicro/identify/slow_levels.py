@@ -67,9 +67,9 @@ def is_slow(n: int, noise: tuple[Array, float]) -> bool:
         Whether more than a hundredth of the samples go together, and not as a swing does: that is
         strongest where it turns more often in the samples than slow noise would.
     """
-    if not noise[1] > 0.0 or not _SLOW * n < together(noise) < np.inf:
-        return False
-    return int(np.argmin(_response(noise[0]))) * n <= _TURNS * _POINTS
+    response = _response(noise[0])
+    seldom = int(np.argmin(response)) * n <= _TURNS * _POINTS
+    return noise[1] > 0.0 and seldom and _SLOW * n < _alike(response) < np.inf
 
 
 def together(noise: tuple[Array, float]) -> float:
@@ -85,7 +85,11 @@ def together(noise: tuple[Array, float]) -> float:
     float
         1 of white noise.
     """
-    response = _response(noise[0])
+    return _alike(_response(noise[0]))
+
+
+def _alike(response: Array) -> float:
+    """As `together`, by `_response`."""
     if not response.min() > 0.0:
         return float(np.inf)
     # Every frequency but rest and the highest stands for its negative, too.

@@ -19,8 +19,7 @@ from macromicro.machines.joint.trial import JointTrial, trials
 from macromicro.robustness import stage
 from macromicro.robustness.requirements import Requirement
 from macromicro.robustness.stage import KEPT, Study
-from macromicro.schema import keys
-from macromicro.uncertainty.machines import draw, settings_at
+from macromicro.uncertainty.machines import counted, draw, settings_at
 from macromicro.uncertainty.table import Uncertain, read
 
 METRICS: tuple[Metric, ...] = told(JointTrial)
@@ -125,7 +124,7 @@ def study(
     plan : JointPlan
         What is to be run.
     samples : int
-        Machines, from `stage.LEAST` to `stage.MOST`.
+        Machines (`uncertainty.machines.counted`).
     seed : int
         Of the draw and the noise.
     workers : int
@@ -143,7 +142,7 @@ def study(
     InputError
         Too few or too many samples.
     """
-    keys.whole(samples, stage.LEAST, stage.MOST, "--samples")
+    counted(samples)
     rows = uncertain(machine, settings)
     amounts, trees = machines(settings, rows, samples, seed)
     seeds = [seed, *(seed + k for k in range(samples))]

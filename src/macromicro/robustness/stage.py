@@ -19,13 +19,12 @@ from macromicro.machines.sequence import Plan
 from macromicro.machines.trial import Trial, trials
 from macromicro.robustness.requirements import Requirement
 from macromicro.robustness.statistics import Share, share
-from macromicro.schema.keys import nearest, whole
+from macromicro.schema.keys import nearest
 from macromicro.schema.par import entries, value_at
 from macromicro.schema.text import printable
-from macromicro.uncertainty.machines import draw, settings_at
+from macromicro.uncertainty.machines import counted, draw, settings_at
 from macromicro.uncertainty.table import Uncertain, read
 
-LEAST, MOST = 10, 100_000  # machines
 KEPT = ("controller", "guard", "motion", "arrival", "travel")
 
 
@@ -165,7 +164,7 @@ def study(
     plan : Plan
         What is to be run.
     samples : int
-        Machines, from `LEAST` to `MOST`.
+        Machines (`uncertainty.machines.counted`).
     seed : int
         Of the draw and the noise.
     workers : int
@@ -183,7 +182,7 @@ def study(
     InputError
         Too few or too many samples, or no table for this machine.
     """
-    whole(samples, LEAST, MOST, "--samples")
+    counted(samples)
     rows = uncertain(machine, settings)
     amounts, trees = machines(settings, rows, samples, seed)
     seeds = [seed, *(seed + k for k in range(samples))]

@@ -16,8 +16,8 @@ from macromicro.drawing.style import BLUE, GREEN, RED, finish, new
 from macromicro.machines.joint.trial import JointTrial
 from macromicro.place import LENGTH, Place
 from macromicro.robustness.requirements import Requirement
-from macromicro.robustness.stage import LEAST, Study
-from macromicro.robustness.statistics import CONFIDENCE
+from macromicro.robustness.stage import Study
+from macromicro.robustness.statistics import CONFIDENCE, LEAST
 from macromicro.runs import folder
 from macromicro.schema.text import plain
 

@@ -17,8 +17,6 @@ from macromicro.settings import Settings
 from macromicro.uncertainty.machines import Sample, centre, draw, refusal, settings_at
 from macromicro.uncertainty.table import UNCERTAIN, Uncertain
 
-LEAST, MOST = 10, 100_000  # machines of a sample
-
 
 class Request(NamedTuple):
     """What to study.
@@ -30,7 +28,7 @@ class Request(NamedTuple):
     requirements : tuple of Requirement
         What machines must do.
     samples : int
-        Machines to draw, from `LEAST` to `MOST`.
+        Machines to draw (`uncertainty.machines.counted`).
     seed : int
         Of the sample and the noise; run i of the sample has the noise of `seed` + i, the nominal
         machine and the runs of the tornado that of `seed`.

@@ -14,11 +14,12 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.sampling import latin, scaled
-from macromicro.schema import config
+from macromicro.schema import config, keys
 from macromicro.schema.par import changed, entries, value_at
 from macromicro.settings import Settings
 from macromicro.uncertainty.table import FACTOR, SHIFT, VALUE, Uncertain
 
+LEAST, MOST = 10, 100_000  # machines of a sample
 _ROUNDS = 50
 
 
@@ -116,6 +117,27 @@ def refusal(tree: Settings, uncertain: Sequence[Uncertain]) -> str | None:
     except InputError as error:
         return str(error)
     return None
+
+
+def counted(samples: int) -> int:
+    """How many machines are asked for.
+
+    Parameters
+    ----------
+    samples : int
+        By a person.
+
+    Returns
+    -------
+    int
+        As it is.
+
+    Raises
+    ------
+    InputError
+        Below `LEAST` or above `MOST`.
+    """
+    return keys.whole(samples, LEAST, MOST, "--samples")
 
 
 def draw(
