@@ -55,7 +55,7 @@ def test_a_share_outside_its_range_is_marked(
 
 
 def test_intervals_are_counted_by_what_they_hold(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Errors 0, 1, 2, 3 where 1 is told, and 2 for 95 %; a record that is refused does not count."""
+    """Errors 0, 1, 2, 3 where 1 is told, and 2 for 95 %; a refused record does not count."""
 
     def estimates(kind: str, seed: int) -> object:
         if seed == 4:
