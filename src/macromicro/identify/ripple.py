@@ -11,13 +11,20 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from macromicro.arrays import Array
+from macromicro.identify.slow_levels import together
+from macromicro.identify.spread import autoregression
 
-_LEAST, _MOST = 2.0, 200.0  # periods in the range of places
+_LEAST, _MOST = 2.0, 2000.0  # periods in the range of places
+_BINS = 16 * int(_MOST)  # of the range, in which forces are summed to be tried
 _FINE = 6  # tried in a period more of that range
 _SHARE = 0.3  # of the force's power: less may be chance
 _ENOUGH = 20_000  # samples that are tried
+_SAME = 1e-6  # a wave that the parameters can take
+_EXACT = 1e-4  # of a step of what is tried
+_CHANCE = 0.01  # at most, that a noise has such a share by chance
 
 
 class Ripple(NamedTuple):
@@ -72,7 +79,8 @@ def ripple(force: list[Array], place: list[Array], taken: list[Array]) -> Ripple
     Returns
     -------
     Ripple or None
-        None where no period explains a third of the power, beside the parameters.
+        None where no period explains a third of the power, beside the parameters, or where a noise
+        as slow as what is left would seem to repeat, too.
     """
     every = max(sum(map(len, force)) // _ENOUGH, 1)
     x = np.concatenate([p[::every] for p in place])
@@ -82,21 +90,81 @@ def ripple(force: list[Array], place: list[Array], taken: list[Array]) -> Ripple
     basis = np.linalg.qr(_scaled(np.concatenate([t[::every] for t in taken])))[0]
     left = np.concatenate([f[::every] for f in force])
     left = left - basis @ (basis.T @ left)
-    turns = 2.0 * np.pi * np.arange(_LEAST, _MOST, 1.0 / _FINE) / extent
-    best = max(turns, key=lambda turn: _explained(turn, x, left, basis)[0])
-    if best == turns[0]:  # no period, but what goes with the place more slowly than any
+    from scipy.optimize import minimize_scalar
+
+    tried = np.arange(round(_LEAST * _FINE), round(_MOST * _FINE))
+    at = int(np.argmax(_powers(tried, (x - x.min()) / extent, left, basis)))
+    if at == 0:  # no period, but what goes with the place more slowly than any
         return None
-    nearby = best + np.linspace(-1.0, 1.0, 41) * (turns[1] - turns[0])
-    best = float(max(nearby, key=lambda turn: _explained(turn, x, left, basis)[0]))
+    step = 2.0 * np.pi / _FINE / extent
+    # The best of a period more or less is next to the best of some; a peak is two steps wide.
+    nearby = step * (tried[at] + np.linspace(-1.0, 1.0, 2 * _FINE + 1))
+    near = float(max(nearby, key=lambda turn: _explained(turn, x, left, basis)[0]))
+    far = nearby[1] - nearby[0]
+    best = float(
+        minimize_scalar(
+            lambda turn: -_explained(float(turn), x, left, basis)[0],
+            bounds=(near - far, near + far),
+            method="bounded",
+            options={"xatol": _EXACT * step},
+        ).x
+    )
     power, (sine, cosine) = _explained(best, x, left, basis)
-    if not power > _SHARE * float(left @ left):
+    parts = np.split(left, np.cumsum([len(f[::every]) for f in force])[:-1])
+    if not power > max(_SHARE, _by_chance(parts, len(tried))) * float(left @ left):
         return None
     return Ripple(best, float(np.hypot(sine, cosine)), float(sine), float(cosine))
+
+
+def _by_chance(left: list[Array], tried: int) -> float:
+    """The share of a noise's power that one of so many periods rarely explains.
+
+    Of n independent values a sine and a cosine explain more than a share s with probability
+    (1 - s)^(n/2 - 1).
+    """
+    many = sum(map(len, left)) / max(together(autoregression(left)), 1.0)
+    return 1.0 - (_CHANCE / tried) ** (1.0 / max(0.5 * many - 1.0, 1.0))
 
 
 def _scaled(table: Array) -> Array:
     size = np.linalg.norm(table, axis=0)
     return table / np.where(size > 0.0, size, 1.0)
+
+
+def _powers(tried: npt.NDArray[np.intp], part: Array, left: Array, basis: Array) -> Array:
+    """What each period explains beside the parameters, by sums over bins of the range.
+
+    Parameters
+    ----------
+    tried : ndarray of int, shape (m,)
+        Periods in the range, times `_FINE`.
+    part : ndarray, shape (n,)
+        Places, from 0 to 1 over the range.
+    left : ndarray, shape (n,)
+        Force beside the parameters.
+    basis : ndarray, shape (n, p)
+        Orthonormal, of what the parameters take.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        Nearly `_explained`.
+    """
+    bins = np.minimum((part * _BINS).astype(np.intp), _BINS - 1)
+
+    def waves(values: Array | None) -> Array:
+        return np.asarray(np.fft.rfft(np.bincount(bins, values, _BINS), _FINE * _BINS))
+
+    force = waves(left)[tried]
+    taken = np.array([waves(column)[tried] for column in basis.T])
+    twice = waves(None)[2 * tried]
+    # Products of cosines and sines beside the parameters; waves are cosine - i sine.
+    cosines = 0.5 * (len(part) + twice.real) - np.sum(taken.real**2, axis=0)
+    sines = 0.5 * (len(part) - twice.real) - np.sum(taken.imag**2, axis=0)
+    both = -0.5 * twice.imag + np.sum(taken.real * taken.imag, axis=0)
+    c, s = force.real, -force.imag
+    size = np.maximum(cosines * sines - both**2, _SAME * len(part) ** 2)
+    return np.asarray((sines * c**2 + cosines * s**2 - 2.0 * both * c * s) / size)
 
 
 def _explained(turn: float, x: Array, left: Array, basis: Array) -> tuple[float, Array]:

@@ -25,6 +25,7 @@ from macromicro.identify.sprung_search import End
 
 _BLOCKS = 20.0  # in a swing, or in 2 pi time constants
 _LEAST = 100  # blocks in a record
+_APART = 0.3  # of the samples: more are no reversals
 _DRAWS, _PHASES = 80, 160  # of noise; of a force that repeats, whose distribution counts, too
 
 
@@ -111,7 +112,11 @@ def scattered(
         _pushed(r, np.column_stack([part, e]), best.axis, speed)
         for r, part, e in zip(records, parted(records, slopes), residuals, strict=True)
     ]
-    cog = None if speed else _repeated(records, pushed)
+    cog = None
+    if not speed:
+        steady = [_steady(*each) for each in zip(records, residuals, pushed, strict=True)]
+        cog = _repeated(records, steady)
+        pushed = pushed if cog is None else steady
     shown = [_shown(r, w, best.axis, speed) for r, w in zip(records, pushed, strict=True)]
     draws = _DRAWS if cog is None else _PHASES
     told = levels(shown, draws, max(len(r.x) * r.dt for r in records), records[0].dt)
@@ -178,6 +183,21 @@ def _pushed(r: Run, every: Array, p: Sprung, speed: bool) -> Array:
     return np.asarray(
         (bend - slope) * before + (p.spring - 2.0 * bend) * now + (bend + slope) * after
     )
+
+
+def _steady(r: Run, residual: Array, pushed: Array) -> Array:
+    """Forces without those of friction where record and free run go in different directions.
+
+    Reversals of the two are a few samples apart, and friction between them is what a disturbance
+    did, not what it was: forces around them stand there instead.
+    """
+    ways = [np.sign(np.gradient(x)) for x in (r.x, r.x - residual)]
+    apart = np.convolve(ways[0] != ways[1], np.ones(3), "same")[1:-1] > 0.0
+    if not 0.0 < apart.mean() < _APART:
+        return pushed
+    at = np.arange(len(pushed))
+    kept = [np.interp(at, at[~apart], column[~apart]) for column in pushed.T]
+    return np.stack(kept, axis=1)
 
 
 def _shown(r: Run, pushed: Array, p: Sprung, speed: bool) -> Shown:
