@@ -123,7 +123,7 @@ def _by_chance(left: list[Array], tried: int) -> float:
     (1 - s)^(n/2 - 1).
     """
     many = sum(map(len, left)) / max(together(autoregression(left)), 1.0)
-    return 1.0 - (_CHANCE / tried) ** (1.0 / max(0.5 * many - 1.0, 1.0))
+    return float(1.0 - (_CHANCE / tried) ** (1.0 / max(0.5 * many - 1.0, 1.0)))
 
 
 def _scaled(table: Array) -> Array:
