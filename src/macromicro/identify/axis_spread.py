@@ -179,9 +179,9 @@ def _slow(error: Array, block: int) -> float:
 
 
 class _Drawn(NamedTuple):
-    """What drawn noise does, a row or value for each draw: by how much disturbing forces, and noise
-    of the position, move the parameters; mean squares of what both leave, and of its slow part from
-    each."""
+    """What drawn noise does, a row or value for each draw: by how much disturbing forces, and what
+    else there is (noise of the position, a force that repeats along the way), move the parameters;
+    mean squares of what both leave, and of its slow part from each."""
 
     forced: Array
     noisy: Array
@@ -201,6 +201,7 @@ def _drawn(pieces: list[Pieces], axis: Any, jacobian: Array, told: Noise, draws:
     made = _Drawn(*(np.empty((draws, jacobian.shape[1])) for _ in range(2)), *np.empty((3, draws)))
     for k in range(draws):
         forces, noises = [], []
+        phase = 0.0 if told.repeats is None else random.uniform(0.0, 2.0 * np.pi)
         for one, still, run in zip(pieces, quiet, plain, strict=True):
             n = len(run)
             white = random.standard_normal(n // told.block + _BEFORE + 1) * np.sqrt(told.power)
@@ -209,7 +210,12 @@ def _drawn(pieces: list[Pieces], axis: Any, jacobian: Array, told: Noise, draws:
             shaken = one._replace(rows=one.rows._replace(force=force))
             moved = runs(shaken, axis, still.speeds, still.at)
             forces.append(cleared(one, still, moved - run))
-            noises.append(cleared(one, still, told.sensor * random.standard_normal(n)))
+            noise = told.sensor * random.standard_normal(n)
+            if told.repeats is not None:
+                push = one.rows.force + told.repeats.at(one.rows.run.x, phase)
+                pushed = one._replace(rows=one.rows._replace(force=push))
+                noise += runs(pushed, axis, still.speeds, still.at) - run
+            noises.append(cleared(one, still, noise))
         forced, noisy = np.concatenate(forces), np.concatenate(noises)
         made.forced[k], made.noisy[k] = pseudo @ forced, pseudo @ noisy
         forced -= jacobian @ made.forced[k]

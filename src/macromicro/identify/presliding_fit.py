@@ -247,9 +247,9 @@ def _spread(problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse:
     # Rigid friction's residuals hold the give of the friction, too, which hides how slow forces
     # are. Along elastic friction's way they show, but of noise of the position too little, and
     # nothing of short pieces. Neither is sure.
-    forces, taken = disturbed(problem, z, shape, missed)
+    forces, taken, repeats = disturbed(problem, z, shape, missed)
     if forces:
-        noises.insert(0, axis_noise.noise(rows, model, forces, taken))
+        noises = [axis_noise.noise(rows, model, forces, taken)._replace(repeats=repeats)]
     covariance = axis_spread.covariance(
         problem.pieces, model, problem.slopes(z, shape), np.concatenate(missed), noises
     ).covariance

@@ -7,6 +7,8 @@ The elements of the friction follow the filtered positions, so that f is known w
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from macromicro.arrays import Array
@@ -15,6 +17,7 @@ from macromicro.identify.axis_inverse import HELD, Rows, differences, evened, sm
 from macromicro.identify.central import central
 from macromicro.identify.presliding import STEPS, Presliding, begin, level, slid
 from macromicro.identify.presliding_search import Problem, Shape, bounds, nudges
+from macromicro.identify.ripple import Ripple, ripple
 from macromicro.identify.runs import Run
 from macromicro.kernel import compiled, kernel
 
@@ -85,9 +88,25 @@ def needed(rows: Rows, p: Presliding) -> Array:
     return np.asarray(table.sum(axis=1))
 
 
-def disturbed(
-    problem: Problem, z: Array, shape: Shape, errors: list[Array]
-) -> tuple[list[Array], list[Array]]:
+class Disturbance(NamedTuple):
+    """Forces that nobody measured, by pieces of the records that are long enough.
+
+    Attributes
+    ----------
+    missed : list[ndarray]
+        Shape (m,) per piece, N, less what the parameters can take up and less what repeats.
+    taken : list[ndarray]
+        What each parameter adds to the force, shape (m, p) per piece.
+    repeats : Ripple or None
+        A force that repeats along the way, where there is one.
+    """
+
+    missed: list[Array]
+    taken: list[Array]
+    repeats: Ripple | None
+
+
+def disturbed(problem: Problem, z: Array, shape: Shape, errors: list[Array]) -> Disturbance:
     """Forces that nobody measured, and what each parameter adds to what they were found from.
 
     They are the difference of what moves the axis along the record and along the free run: both
@@ -106,14 +125,12 @@ def disturbed(
 
     Returns
     -------
-    missed : list[ndarray]
-        Shape (m,) per piece that is long enough, N, less what the parameters can take up.
-    taken : list[ndarray]
-        Shape (m, p) per piece.
+    Disturbance
+        No force of pieces that are too short.
     """
     low, _, scale = bounds(z, shape)
     model, high = problem.model(z, shape), np.full(len(z), np.inf)
-    missed, taken = [], []
+    missed, taken, places = [], [], []
     for pieces, error in zip(problem.pieces, errors, strict=True):
         for first, many in zip(pieces.starts.tolist(), pieces.lengths.tolist(), strict=True):
             if many < _LEAST * pieces.rows.factor:
@@ -127,15 +144,25 @@ def disturbed(
 
             missed.append(force(z) - needed(free._replace(still=real.still), model))
             taken.append(central(force, z, nudges(z, scale, False), low, high))
+            places.append(evened(real, real.run.x[:, None].copy(), [])[:, 0])
     if not missed:
-        return missed, taken
+        return Disturbance(missed, taken, None)
     table = np.concatenate(taken)
     left = np.concatenate(missed)
     left = left - table @ np.linalg.lstsq(table, left, rcond=None)[0]
     # Where an axis sticks a little elsewhere than its model, they differ much, for a few rows.
-    most = _MOST * 1.4826 * float(np.median(np.abs(left)))
-    left = np.clip(left, -most, most)
-    return np.split(left, np.cumsum([len(m) for m in missed])[:-1]), taken
+    repeats = ripple([_clipped(left)], [np.concatenate(places)], [table])
+    if repeats is not None:
+        left = left - repeats.at(np.concatenate(places))
+        left = left - table @ np.linalg.lstsq(table, left, rcond=None)[0]
+    cuts = np.cumsum([len(m) for m in missed])[:-1]
+    return Disturbance(np.split(_clipped(left), cuts), taken, repeats)
+
+
+def _clipped(force: Array) -> Array:
+    """Forces, none larger than most of them can be."""
+    most = _MOST * 1.4826 * float(np.median(np.abs(force)))
+    return np.clip(force, -most, most)
 
 
 def _part(rows: Rows, at: slice, x: Array) -> Rows:
