@@ -160,6 +160,8 @@ def presliding_drive(
     if along is not None and not 1 <= along <= NODES[-1]:
         raise InputError("along", along, f"nodes along the travel, 1 to {NODES[-1]}")
     rigid = drive(t, u, x, gain=gain, limit=limit, delay=delay)
+    if "coulomb" not in rigid.refined.names:  # friction's give hid it; levels are told in it
+        rigid = drive(t, u, x, gain=gain, limit=limit, delay=delay, structure="coulomb")
     records, driven = runs_of(t, u, x), Driven(gain, limit, delay)
     fitted = records
     if sum(len(r.t) for r in records) > _MOST:
