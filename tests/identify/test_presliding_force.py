@@ -74,7 +74,7 @@ def test_friction_along_a_way_is_what_the_free_run_has(axis: Presliding) -> None
         true[k] = 0.5 * (before + after) + axis.settling * (after - before) / h
         before = after
     found = np.empty(n)
-    compiled(rubbed)(axis, x, pull, h, np.empty(len(room)), found)
+    compiled(rubbed)(axis, x, 0.0, pull, h, np.empty(len(room)), found)
     error = np.abs(found - true)[:-1]
     assert np.mean(error) < 0.015 and np.max(error) < 0.1
     assert np.ptp(true) > 9.0 and found[-1] == found[-2]

@@ -118,8 +118,9 @@ def _by_noise(
         )
     if few:
         forced = share * np.cov(drawn.forced.T)
-        if fits and told.slow:
-            # What a slow force may be knows that a record shows it weaker than others do.
+        if fits and told.slow and share > 0.0:
+            # What a slow force may be knows that a record shows it weaker than others do, but not
+            # that noise of the position is all that the free run shows.
             forced = _by_slow(pieces, axis, jacobian, told.slow)
         found = np.atleast_2d(forced + np.cov(drawn.noisy.T))
         return (found if fits else found * wide**2), fits

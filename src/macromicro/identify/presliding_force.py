@@ -14,6 +14,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.identify.axis import late
 from macromicro.identify.axis_inverse import HELD, Rows, differences, evened, smoothed
+from macromicro.identify.axis_refine import begun
 from macromicro.identify.central import central
 from macromicro.identify.presliding import STEPS, Presliding, begin, level, slid
 from macromicro.identify.presliding_search import Problem, Shape, bounds, nudges
@@ -26,7 +27,9 @@ _MOST = 3.0  # standard deviations, by the median: more is not the force
 
 
 @kernel
-def rubbed(p: Presliding, x: Array, pull: Array, h: float, f: Array, out: Array) -> None:
+def rubbed(
+    p: Presliding, x: Array, speed: float, pull: Array, h: float, f: Array, out: Array
+) -> None:
     """Friction along a way, its mean over each sample, as a kernel.
 
     Parameters
@@ -35,8 +38,10 @@ def rubbed(p: Presliding, x: Array, pull: Array, h: float, f: Array, out: Array)
         Parameters of the axis.
     x : ndarray, shape (n,)
         Positions, m.
+    speed : float
+        At the start, m/s; 0: at rest, friction in balance with the force.
     pull : ndarray, shape (n,)
-        Force less offset, N: the friction of an axis that begins at rest is in balance with it.
+        Force less offset, N.
     h : float
         Sample time, s.
     f : ndarray
@@ -45,8 +50,7 @@ def rubbed(p: Presliding, x: Array, pull: Array, h: float, f: Array, out: Array)
         f + tau df/dt is written here, N; the last sample has what the one before has.
     """
     part = h / STEPS
-    v = (x[1] - x[0]) / h
-    begin(p, f, x[0], v, pull[0])
+    begin(p, f, x[0], speed, pull[0])
     was = 0.0
     for k in range(len(f)):
         was += f[k]
@@ -81,7 +85,7 @@ def needed(rows: Rows, p: Presliding) -> Array:
     way = np.ascontiguousarray(smoothed(rows.run.x, rows.corner, dt))
     friction = np.empty_like(way)
     room = np.empty(max(len(p.shares), 1))
-    compiled(rubbed)(p, way, rows.force - p.offset, dt, room, friction)
+    compiled(rubbed)(p, way, begun(rows)[1], rows.force - p.offset, dt, room, friction)
     carried = p.mass * rows.a + p.viscous * rows.v
     rough = late(friction, HELD) + p.asymmetry * np.abs(rows.v) + p.offset
     table = evened(rows, np.stack([carried, rough], axis=1), [1])
