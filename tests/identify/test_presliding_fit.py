@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
+from macromicro.identify import drive as identified
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.presliding import Presliding, simulate
 from macromicro.identify.presliding_fit import presliding_drive
@@ -123,3 +124,17 @@ def test_noise_of_the_position_at_the_starts_of_pieces_does_not_spoil_the_rest(s
         value, error = of(fit, name)
         assert abs(value - true) < 4.0 * error
         assert error < 2e-3 * max(true, 1.0)
+
+
+@pytest.mark.slow
+def test_where_rigid_friction_shows_no_level_one_is_fitted_all_the_same() -> None:
+    """Strokes that begin so that friction's give hides its level: a mass of 3.8 kg was found."""
+    t = np.arange(8000) * DT
+    on = np.sin(2.0 * np.pi * 0.11 * t + 0.5254) > -0.3
+    u = np.where(on, 11.0 * np.sin(1.4 * np.pi * t), 3.5 * np.sin(6.2 * np.pi * t))
+    x = simulate(TRUE._replace(low=-1.0, high=1.0), u, DT)
+    x = x + 1e-7 * np.random.default_rng(0).standard_normal(8000)
+    assert "coulomb" not in identified(t, u, x).refined.names
+    fit = presliding_drive(t, u, x, along=1)
+    for name, true in (("mass", 2.0), ("viscous", 15.0), ("stiffness", 5e4), ("level 1", 5.0)):
+        assert of(fit, name)[0] == pytest.approx(true, rel=1e-3)

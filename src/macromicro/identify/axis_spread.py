@@ -104,7 +104,8 @@ def _by_noise(
     # Residuals of inverse dynamics hold more than disturbing forces. A free run whose slow errors
     # are smaller than these would make them shows how much less there is.
     share, slow = 1.0, _slow(error, told.block)
-    if slow < float(np.quantile(drawn.forced_slow + drawn.noisy_slow, 1.0 - _OFTEN)):
+    least = float(np.quantile(drawn.forced_slow + drawn.noisy_slow, 1.0 - _OFTEN))
+    if drawn.forced_slow.any() and slow < least:
         own = drawn.noisy_slow.mean() + _SURE * drawn.noisy_slow.std()
         share = float(max(slow - own, 0.0) / drawn.forced_slow.mean())
     wide = rms / explained if explained > 0.0 else 1.0

@@ -245,15 +245,15 @@ def _spread(problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse:
     low, high, scale = bounds(z, shape)
     model = problem.model(z, shape)
     missed = problem.missed(z, shape)
-    noises = [axis_noise.disturbance(rows, inverse)]
-    # Rigid friction's residuals hold the give of the friction, too, which hides how slow forces
-    # are. Along elastic friction's way they show, but of noise of the position too little, and
-    # nothing of short pieces. Neither is sure.
+    # Rigid friction's residuals hold the give of the friction, which is more than most forces are.
+    # Along elastic friction's way forces show as they are, but nothing of short pieces.
     forces, taken, repeats = disturbed(problem, z, shape, missed)
     if forces:
-        noises = [axis_noise.noise(rows, model, forces, taken)._replace(repeats=repeats)]
+        noise = axis_noise.noise(rows, model, forces, taken)._replace(repeats=repeats)
+    else:
+        noise = axis_noise.disturbance(rows, inverse)
     covariance = axis_spread.covariance(
-        problem.pieces, model, problem.slopes(z, shape), np.concatenate(missed), noises
+        problem.pieces, model, problem.slopes(z, shape), np.concatenate(missed), [noise]
     ).covariance
 
     def shown(at: Array) -> Array:
