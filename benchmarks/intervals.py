@@ -4,8 +4,9 @@
         [--kinds cogging ...]
 
 Each method fits synthetic records of a known machine, disturbed in six ways; the shares of records
-whose intervals of one and of 1.96 standard errors hold the truth are to be 68 and 95 %. `make
-bench-identify` runs it, docs/make_coverage.py makes the page of it.
+whose intervals hold the truth are to be 68 and 95 %. These are 1 and 1.96 standard errors to each
+side, or the coverage factors that are told. `make bench-identify` runs it, docs/make_coverage.py
+makes the page of it.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from scipy.signal import lfilter
 from macromicro import identify
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import eccentric, presliding, sprung
+from macromicro.identify import coverage, eccentric, presliding, sprung
 from macromicro.identify.axis import Axis, acting, simulate, step
 from macromicro.identify.presliding_fit import presliding_drive
 from macromicro.identify.runs import Run
@@ -36,7 +37,6 @@ from macromicro.models.heating import Modes, step_response
 
 OUT = Path(__file__).resolve().parents[1] / "docs" / "coverage.json"
 DISTURBANCES = ("white force", "coloured force", "cogging", "slow force", "sensor", "quantised")
-WIDE = 1.96  # standard errors of the 95 % interval
 DT = 1e-3
 
 AXIS = Axis(mass=4.0, viscous=25.0, coulomb=12.0, offset=2.0)
@@ -81,7 +81,8 @@ LINEAR_SAMPLES = 3000
 LEFT_OUT = {"thermal, heating": {"cogging"}}
 METHODS = ("least_squares", "gls", "mls", "sriv", "output_error", "box_jenkins")
 
-Estimates = Iterator[tuple[str, tuple[str, ...], Array, Array, Array]]
+# Of a method: names, truth, values, standard errors and coverage factors of its parameters.
+Estimates = Iterator[tuple[str, tuple[str, ...], Array, Array, Array, Array]]
 
 
 def steps(random: np.random.Generator, n: int, size: float) -> Array:
@@ -165,13 +166,18 @@ def linear(kind: str, order: int, seed: int) -> tuple[Array, Array]:
     return u, measured(kind, random, np.asarray(lfilter(numerator, denominator, disturbed)), 50.0)
 
 
+def normal(count: int) -> Array:
+    """Coverage factors of so many parameters that are told no others."""
+    return coverage.factors(None, np.eye(count))
+
+
 def drive(kind: str, seed: int) -> Estimates:
     """Both estimates of `identify drive`."""
     u, x = driven(kind, seed)
     fit = identify.drive(np.arange(len(u)) * DT, u, x, structure="coulomb")
     truth = np.array([getattr(AXIS, n) for n in AXIS_NAMES])
     for name, found in (("inverse dynamics", fit.inverse), ("output error", fit.refined)):
-        yield f"drive, {name}", found.names, truth, found.values, found.std
+        yield f"drive, {name}", found.names, truth, found.values, found.std, found.factors
 
 
 def turned(kind: str, seed: int) -> Estimates:
@@ -195,7 +201,12 @@ def turned(kind: str, seed: int) -> Estimates:
         values[1] = hangs + math.remainder(values[1] - hangs, 2.0 * math.pi)
         each = np.r_[found.values[: len(AXIS_NAMES)], values]
         errors = np.r_[found.std[: len(AXIS_NAMES)], std]
-        yield f"eccentric load, {name}", (*AXIS_NAMES, *eccentric.NAMES), truth, each, errors
+        factors = np.c_[
+            found.factors[:, : len(AXIS_NAMES)],
+            coverage.factors(found.draws, eccentric.slopes(found)),
+        ]
+        names = (*AXIS_NAMES, *eccentric.NAMES)
+        yield f"eccentric load, {name}", names, truth, each, errors, factors
 
 
 def transfer(kind: str, seed: int) -> Estimates:
@@ -207,7 +218,7 @@ def transfer(kind: str, seed: int) -> Estimates:
         for method in METHODS:
             fit = getattr(identify, method)(u, y, order, order, DT)
             found, std = np.r_[fit.a, fit.b, fit.gain], np.r_[fit.std, fit.gain_std]
-            yield f"linear, {method} of order {order}", names, truth, found, std
+            yield f"linear, {method} of order {order}", names, truth, found, std, normal(len(found))
 
 
 def on_spring(kind: str, seed: int) -> Estimates:
@@ -235,8 +246,9 @@ def on_spring(kind: str, seed: int) -> Estimates:
         fit = sprung_drive([run], driven=not free, spring=True, friction="coulomb")
         names = (*fit.names, "frequency")
         truth = np.array([getattr(p, n) for n in names])
-        value, error = fit.derived("frequency")
-        yield f"drive, {name}", names, truth, np.r_[fit.values, value], np.r_[fit.std, error]
+        value, error, factor = fit.derived("frequency")
+        values, std = np.r_[fit.values, value], np.r_[fit.std, error]
+        yield f"drive, {name}", names, truth, values, std, np.c_[fit.factors, factor]
 
 
 def elastic(kind: str, seed: int) -> Estimates:
@@ -256,7 +268,7 @@ def elastic(kind: str, seed: int) -> Estimates:
     kept = [n in ELASTIC_NAMES for n in names]
     truth = np.array([getattr(ELASTIC, n) for n in names if n in ELASTIC_NAMES])
     told = tuple(n for n in names if n in ELASTIC_NAMES)
-    yield "drive, elastic friction", told, truth, fit.values[kept], fit.std[kept]
+    yield "drive, elastic friction", told, truth, fit.values[kept], fit.std[kept], normal(len(told))
 
 
 def elastic_cogged(u: Array, random: np.random.Generator, size: float) -> Array:
@@ -299,7 +311,14 @@ def heated(kind: str, seed: int) -> Estimates:
     y = np.asarray(rise, np.float64)
     fit = heating(StepRecord(np.asarray(t, np.float64), y, y, np.zeros(n)), 60.0)
     names = tuple(f"{what} {k}" for what in ("rate", "share") for k in (1, 2, 3))
-    yield "thermal, heating", names, np.array(HEATED), np.array(fit.modes), np.array(fit.std)
+    yield (
+        "thermal, heating",
+        names,
+        np.array(HEATED),
+        np.array(fit.modes),
+        np.array(fit.std),
+        fit.factors,
+    )
 
 
 GROUPS: dict[str, Callable[[str, int], Estimates]] = {
@@ -331,24 +350,24 @@ def covered(group: str, kind: str, records: int, first: int = 0) -> list[dict[st
     list[dict[str, Any]]
         Shares in percent; real and told errors in the parameter's unit.
     """
-    kept: dict[tuple[str, str], list[tuple[float, float, float]]] = {}
+    kept: dict[tuple[str, str], list[list[float]]] = {}
     for seed in range(first, first + records):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                for method, names, truth, values, std in GROUPS[group](kind, seed):
-                    for row in zip(names, truth, values - truth, std, strict=True):
-                        kept.setdefault((method, row[0]), []).append(
-                            (float(row[1]), float(row[2]), float(row[3]))
-                        )
+                for method, names, truth, values, std, factors in GROUPS[group](kind, seed):
+                    table = np.stack([truth, values - truth, std, *factors], axis=1)
+                    for name, row in zip(names, table.tolist(), strict=True):
+                        kept.setdefault((method, name), []).append(row)
         except InputError:
             continue
     rows = []
     for (method, name), each in kept.items():
         with_error = [e for e in each if not math.isnan(e[2])]
-        truth, missed, told = np.array(with_error or each).T
+        columns = np.array(with_error or each).T
+        truth, missed, told, factors = *columns[:3], columns[3:]
         with np.errstate(invalid="ignore"):
-            inside = [100.0 * float(np.mean(np.abs(missed) <= w * told)) for w in (1.0, WIDE)]
+            inside = [100.0 * float(np.mean(np.abs(missed) <= w * told)) for w in factors]
         rows.append(
             {
                 "method": method, "parameter": name, "disturbance": kind, "records": len(each),

@@ -55,16 +55,17 @@ def test_a_share_outside_its_range_is_marked(
 
 
 def test_intervals_are_counted_by_what_they_hold(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Errors 0, 1, 2, 3 where 1 is told; a record that is refused does not count."""
+    """Errors 0, 1, 2, 3 where 1 is told, and 2 for 95 %; a refused record does not count."""
 
     def estimates(kind: str, seed: int) -> object:
         if seed == 4:
             raise BENCH.InputError("record", "bad", "a good one")
-        yield kind, ("m",), np.array([5.0]), np.array([5.0 + seed]), np.array([1.0])
+        told = np.array([1.0]), np.array([[1.0], [2.0]])
+        yield kind, ("m",), np.array([5.0]), np.array([5.0 + seed]), *told
 
     monkeypatch.setitem(BENCH.GROUPS, "made", estimates)
     (row,) = BENCH.covered("made", "sensor", 5)
-    assert (row["records"], row["one"], row["wide"]) == (4, 50.0, 50.0)
+    assert (row["records"], row["one"], row["wide"]) == (4, 50.0, 75.0)
     assert (row["truth"], row["bias"], row["told"]) == (5.0, 1.5, 1.0)
     assert row["scatter"] == pytest.approx(np.std([0, 1, 2, 3]), rel=0.01)
 

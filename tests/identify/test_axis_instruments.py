@@ -84,7 +84,7 @@ def test_errors_of_a_record_in_counts_are_those_of_rounding() -> None:
     for seed in range(16):
         run, _ = in_steps(seed)
         found = axis_fit.drive(run.t, run.u, run.x, structure="coulomb")
-        assert found.refined.rounded
+        assert found.refined.draws is not None
         off = found.inverse.values - np.array([getattr(TRUTH, n) for n in found.inverse.names])
         parts.append(off / found.inverse.std)
         rows = axis_fit.rows_of([run], Driven())
@@ -93,6 +93,7 @@ def test_errors_of_a_record_in_counts_are_those_of_rounding() -> None:
         wide.append(off / plain.std)
     size = np.sqrt(np.mean(np.square(parts), axis=0))
     assert np.all((size > 0.7) & (size < 1.4)), size
+    assert found.inverse.factors[1].tolist() != [1.96] * 4
     assert np.all(np.sqrt(np.mean(np.square(wide), axis=0))[1:] < 0.7)
 
 
@@ -101,7 +102,7 @@ def test_what_is_no_rounding_or_has_no_guide_keeps_its_errors() -> None:
     noisy = run._replace(x=x + 1e-5 * np.random.default_rng(1).standard_normal(len(x)))
     found = axis_fit.drive(noisy.t, noisy.u, noisy.x, structure="coulomb")
     rows = axis_fit.rows_of([noisy], Driven())
-    assert not found.refined.rounded
+    assert found.refined.draws is None
     assert found.inverse.std.tolist() == instrumented(rows, fitted(rows, "coulomb")).std.tolist()
     rows = axis_fit.rows_of([run], Driven())
     plain = instrumented(rows, fitted(rows, "stribeck"))

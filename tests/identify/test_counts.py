@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from macromicro.arrays import Array
-from macromicro.identify import counts
+from macromicro.identify import counts, coverage
 
 STEPS = st.floats(1e-6, 1e3)
 
@@ -49,13 +49,13 @@ def test_a_covariance_by_rounding_is_the_scatter_of_fits_to_rounded_curves() -> 
     solve, random, off = np.linalg.pinv(table), np.random.default_rng(2), []
     for at in random.uniform(size=2000):
         off.append(solve @ (np.floor(table @ truth / step + at) * step) - truth)
-    told = counts.covariance(solve, [table @ truth], [step])
+    told = counts.rounded(solve, [table @ truth], [step]).covariance
     scatter = np.array(off)
     assert np.diag(told) == pytest.approx(np.mean(scatter**2, axis=0), rel=0.08)
     assert told[0, 1] == pytest.approx(np.mean(scatter[:, 0] * scatter[:, 1]), rel=0.08)
     # Of two records that say the same, each with counts of its own, the mean is half as unsure.
     both = np.linalg.pinv(np.vstack([table, table]))
-    twice = counts.covariance(both, [table @ truth] * 2, [step] * 2)
+    twice = counts.rounded(both, [table @ truth] * 2, [step] * 2).covariance
     assert twice == pytest.approx(0.5 * told)
 
 
@@ -77,11 +77,12 @@ def test_free_runs_in_counts_alone() -> None:
     slopes, one = t[:, None], np.ones(500)
     told = counts.found(slopes, one, [y], [run])
     assert told is not None
-    expected = counts.covariance(np.linalg.pinv(slopes), [run], [step])
-    assert told == pytest.approx(expected)
+    expected = counts.rounded(np.linalg.pinv(slopes), [run], [step]).covariance
+    assert told.covariance == pytest.approx(expected)
+    assert np.mean(told.draws**2, axis=0) == pytest.approx(np.diag(expected))
     half = np.r_[np.ones(250), np.zeros(250)]
     first = counts.found(slopes, half, [y], [run])
-    assert first is not None and first[0, 0] > told[0, 0]
+    assert first is not None and first.covariance[0, 0] > told.covariance[0, 0]
     assert counts.found(slopes, one, [y], [run + 0.1 * np.sin(9.0 * t)]) is None
     assert counts.found(slopes, one, [np.sqrt(t)], [np.sqrt(t)]) is None
     assert counts.found(slopes, one, [y], [np.full(500, np.nan)]) is None
@@ -96,7 +97,7 @@ def test_a_force_that_moves_the_output_by_less_than_a_count_shows_in_its_counts(
     def alone(y: Array, zeroed: bool) -> bool:
         run = slopes @ (solve @ y)
         assert counts.explains(y - run, step)
-        told = counts.covariance(solve, [run], [step], zeroed=zeroed)
+        told = counts.rounded(solve, [run], [step], zeroed=zeroed).covariance
         return counts.alone(slopes, told, [y], [run], [step], zeroed=zeroed)
 
     for seed in range(20):
@@ -110,7 +111,7 @@ def test_a_force_that_moves_the_output_by_less_than_a_count_shows_in_its_counts(
         assert not alone(y, True)
     # Samples that are not there say nothing.
     run = slopes @ (solve @ y)
-    told = counts.covariance(solve, [run], [step], zeroed=True)
+    told = counts.rounded(solve, [run], [step], zeroed=True).covariance
     y[5], run[7] = np.nan, np.nan
     assert not counts.alone(slopes, told, [y], [run], [step], zeroed=True)
     every = np.full_like(y, np.nan)
@@ -123,8 +124,29 @@ def test_a_known_zero_leaves_the_offset_to_what_rounding_averages() -> None:
     t, step = np.linspace(0.0, 7.0, 3000), 0.1
     slopes = np.column_stack([np.ones(3000), t])
     solve = np.linalg.pinv(slopes)
-    unknown = counts.covariance(solve, [slopes @ [0.2, 1.0]], [step])
-    known = counts.covariance(solve, [slopes @ [0.2, 1.0]], [step], zeroed=True)
+    unknown = counts.rounded(solve, [slopes @ [0.2, 1.0]], [step]).covariance
+    known = counts.rounded(solve, [slopes @ [0.2, 1.0]], [step], zeroed=True).covariance
     assert np.sqrt(unknown[0, 0]) == pytest.approx(step / np.sqrt(12.0), rel=0.01)
     assert np.sqrt(known[0, 0]) < 0.02 * step
     assert known[1, 1] == pytest.approx(unknown[1, 1], rel=1e-3)
+
+
+def test_zeros_of_several_records_are_even_in_each_and_by_chance_together() -> None:
+    places = counts.places(3, 50)
+    even = (np.arange(50) + 0.5) / 50
+    assert np.sort(places, axis=0) == pytest.approx(np.repeat(even[:, None], 3, axis=1))
+    together = np.corrcoef(places.T)
+    assert np.abs(together[np.triu_indices(3, 1)]).max() < 0.5
+    assert places.tolist() == counts.places(3, 50).tolist()
+
+
+def test_errors_of_two_records_scatter_as_their_sum() -> None:
+    """Half the sum of two rectangles' errors is a triangle: 95 % within 1.9 standard errors."""
+    run = np.full(50, 0.37)
+    back = np.full((1, 50), 0.02)
+    one = counts.rounded(back, [run], [1.0], zeroed=True)
+    both = counts.rounded(np.hstack([back, back]), [run, run], [1.0, 1.0], zeroed=True)
+    held = [coverage.factors(d.draws, np.eye(1))[1, 0] for d in (one, both)]
+    assert held[0] == pytest.approx(np.sqrt(3.0) * 0.95, rel=0.02)
+    assert held[1] == pytest.approx(np.sqrt(6.0) * (1.0 - np.sqrt(0.05)), rel=0.05)
+    assert both.covariance == pytest.approx(2.0 * one.covariance)

@@ -47,3 +47,20 @@ def test_in_a_notebook_the_text_is_in_the_text(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr("rich.console._is_jupyter", lambda: True)
     found = Result("hall", "a table", None, [Line("width", 2.5, 0.1, "mm")], [], "", dict)
     assert "width" in str(found) and "2.50" in str(found) and "\x1b" not in str(found)
+
+
+def test_half_of_an_interval_is_told_where_it_is_not_twice_the_error() -> None:
+    lines = [
+        Line("mass", 4.0, 0.1, "kg"),
+        Line("phase", 2.0, 0.5, "rad", "of a cog", 1.41),
+        Line("few", 3.0, 0.2, "m", factor=4.3),
+        Line("none", 1.0),
+    ]
+    text = str(Result("drive", "a drive", None, lines, [], "", dict)).splitlines()
+    assert text[1].split() == ["value", "+-", "95", "%", "+-", "unit"]
+    assert text[2].split() == ["mass", "4.00", "0.10", "kg"]
+    assert text[3].split() == ["phase", "2.00", "0.50", "0.70", "rad", "of", "a", "cog"]
+    assert text[4].split() == ["few", "3.00", "0.20", "0.86", "m"]
+    assert lines[1].half == pytest.approx(0.705)
+    plain = str(Result("drive", "a drive", None, lines[::3], [], "", dict)).splitlines()
+    assert plain[1].split() == ["value", "+-", "unit"]

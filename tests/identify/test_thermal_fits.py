@@ -249,6 +249,9 @@ def test_errors_of_the_modes_allow_for_a_thermometer_in_steps() -> None:
         off.append(np.abs(np.array(found.modes) - MODES) / found.std)
     assert (np.array(off) < 2.0).mean() >= 0.85
     assert (np.array(off) < 0.5).mean() < 0.62  # as noise that goes together: nearly all
+    # What one place of the zero moves has an end: the first share errs as a wave does.
+    assert found.factors[0, 3] > 1.1 and found.factors[1, 3] < 1.7
+    assert heating(stepped(60.0), 60.0).factors.tolist() == [[1.0] * 6, [1.96] * 6]
 
 
 def test_a_draught_as_slow_as_the_slowest_rate_is_told_as_strong_as_it_was() -> None:

@@ -15,6 +15,7 @@ from macromicro.commission.procedure import Drawn, Estimate, Work
 from macromicro.commission.stand import Record
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
 from macromicro.identify.axis import simulate
+from macromicro.identify.coverage import NORMAL
 from macromicro.place import LENGTH, Place
 
 if TYPE_CHECKING:
@@ -32,7 +33,6 @@ MEANINGS = {
     "antiresonance": "antiresonance, the load on the drive",
     "damping": "damping ratio of the load on the drive",
 }
-TWICE = 1.96  # standard errors of a mode to half of its 95 % interval
 _WIDE = 0.2  # an interval that is a larger part of its value is doubtful
 _UNEVEN = 0.3  # friction that differs by more along the travel
 _SHOWN = 4  # strokes
@@ -59,7 +59,7 @@ def estimates(found: Model) -> dict[str, Estimate]:
     }
     if found.limber is not None:
         for name, value in found.limber.values.items():
-            half = TWICE * found.limber.errors[name]
+            half = NORMAL[1] * found.limber.errors[name]
             told[name] = Estimate(MEANINGS[name], value, half, UNITS[name])
     return told
 

@@ -113,21 +113,21 @@ def in_counts(rows: list[Rows], found: Estimate, axis: Axis, ways: list[Array]) 
     known = {n: getattr(axis, n) for n in found.names if n != "stribeck_speed"}
     start = replace(found, axis=found.axis._replace(**known))
     steps = [counts.pitch(r.run.x) for r in rows]
-    random = np.random.default_rng(0)  # the same data give the same errors
     many, off = max(min(_DRAWS, _WORK // sum(map(len, ways))), _FEWEST), []
-    for _ in range(many):
+    for zeros in counts.places(len(rows), many):
         drawn = []
-        for r, way, step in zip(rows, ways, steps, strict=True):
-            x = way + counts.noise(way, 0.0, step, random)
+        for r, way, step, at in zip(rows, ways, steps, zeros, strict=True):
+            x = way if step is None else way + counts.off(way, step, at)
             made = differences(r.run._replace(x=x), r.force, r.corner, r.factor)
             drawn.append(made._replace(eccentric=r.eccentric))
         one = instrumented(drawn, start, told=False)
         if one is start:
             return found
         off.append(one.values - start.values)
-    spread = np.array(off).T @ np.array(off) / many
+    draws = np.array(off)
+    spread = draws.T @ draws / many
     spread[np.isnan(found.covariance)] = np.nan
-    return replace(found, covariance=spread)
+    return replace(found, covariance=spread, draws=draws)
 
 
 def _unblurred(rows: list[Rows], found: Estimate, names: tuple[str, ...], force: Array) -> Estimate:

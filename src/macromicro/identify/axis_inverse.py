@@ -24,6 +24,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
+from macromicro.identify import coverage
 from macromicro.identify.axis import Axis, late
 from macromicro.identify.runs import Run
 from macromicro.identify.spread import robust_covariance
@@ -71,8 +72,9 @@ class Estimate:
         Error of the force (inverse dynamics) or of the position (output error).
     percent : float
         The same as 100 |error| / |measured|, for positions about their mean.
-    rounded : bool
-        Whether rounding of the positions to counts is all that moved the parameters.
+    draws : ndarray, shape (n, p), or None
+        Errors as rounding of the positions to counts makes them, where it is all that moved the
+        parameters; None where errors are normal.
     """
 
     axis: Axis
@@ -80,7 +82,7 @@ class Estimate:
     covariance: Array
     rms: float
     percent: float
-    rounded: bool = False
+    draws: Array | None = None
 
     @property
     def values(self) -> Array:
@@ -91,6 +93,11 @@ class Estimate:
     def std(self) -> Array:
         """Standard errors, in the order of `names`."""
         return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def factors(self) -> Array:
+        """Coverage factors (`coverage.factors`) of these, shape (2, p)."""
+        return coverage.factors(self.draws, np.eye(len(self.names)))
 
     def __str__(self) -> str:
         pairs = zip(self.names, self.values, self.std, strict=True)

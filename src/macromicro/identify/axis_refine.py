@@ -226,9 +226,9 @@ def refined(
     if found.status == 0:
         notice(ConvergenceWarning, "output error: not settled; the last values are returned")
     final = axis(found.x)
-    spread, rounded = np.full((len(names), len(names)), np.nan), False
+    spread, draws = np.full((len(names), len(names)), np.nan), None
     if told:
-        spread, rounded = _spread(rows, pieces, start, final, found, scale)
+        spread, draws = _spread(rows, pieces, start, final, found, scale)
         least = ~signed & (found.x <= 2.0 * low)
         if least.any():
             ended = ", ".join(n for n, at in zip(names, least, strict=True) if at)
@@ -242,14 +242,14 @@ def refined(
     about = np.concatenate([r.run.x - r.run.x.mean() for r in rows])
     rms = float(np.sqrt(np.mean(error**2)))
     percent = 100.0 * rms / float(np.sqrt(np.mean(about**2)))
-    return Estimate(final, names, spread, rms, percent, rounded)
+    return Estimate(final, names, spread, rms, percent, draws)
 
 
 def _spread(
     rows: list[Rows], pieces: list[Pieces], start: Estimate, final: Axis, found: Any, scale: Array
-) -> tuple[Array, bool]:
-    """Covariance of the parameters, and whether rounding alone moved them; `found` is in their
-    parts of `scale`."""
+) -> tuple[Array, Array | None]:
+    """Covariance of the parameters, and their errors where rounding alone moved them; `found` is
+    in their parts of `scale`."""
     pushed = [r._replace(force=late(r.force, final.lag / r.run.dt)) for r in rows]
     noise = axis_noise.disturbance(pushed, start)
     told = axis_spread.covariance(pieces, final, found.jac, found.fun, [noise])
@@ -264,4 +264,7 @@ def _spread(
     apart[told.explained & (near | noisy(found.fun, rows))] = 0.0
     at = np.arange(len(apart))
     spread[at, at] += apart**2
-    return spread, told.rounded
+    # What two methods are apart is a value for each, and no rounding.
+    if told.draws is None or apart.any():
+        return spread, None
+    return spread, told.draws * scale

@@ -11,6 +11,7 @@ from macromicro.arrays import Array
 from macromicro.identify import counts, slow_levels
 from macromicro.identify.axis_noise import Noise
 from macromicro.identify.axis_pieces import Pieces, cleared, runs, settled
+from macromicro.identify.counts import Rounded
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.slow_levels import Level
 from macromicro.identify.spread import clustered, larger
@@ -34,13 +35,13 @@ class Spread(NamedTuple):
         In the parameters' own scale.
     explained : bool
         Whether noise explains what the free run misses; else the model is another than the axis.
-    rounded : bool
-        Whether rounding of the positions to counts explains it.
+    draws : ndarray, shape (n, p), or None
+        Where rounding of the positions to counts explains it: errors that it makes.
     """
 
     covariance: Array
     explained: bool
-    rounded: bool = False
+    draws: Array | None = None
 
 
 def covariance(
@@ -79,7 +80,7 @@ def covariance(
     """
     rounded = _by_rounding(pieces, axis, jacobian, error)
     if rounded is not None:
-        return Spread(rounded, True, rounded=True)
+        return Spread(rounded.covariance, True, rounded.draws)
     few = sum(len(p.starts) for p in pieces) < MANY
     found, fits = _by_noise(pieces, axis, jacobian, error, told[-1], few)
     for other in told[:-1] if few else ():
@@ -153,25 +154,26 @@ def _by_slow(pieces: list[Pieces], axis: Any, jacobian: Array, may: Sequence[Lev
     return slow_levels.covariance(np.array(asked).T, parts, per)
 
 
-def _by_rounding(pieces: list[Pieces], axis: Any, jacobian: Array, error: Array) -> Array | None:
-    """Covariance where rounding of the positions is all that the free runs leave; else None."""
+def _by_rounding(pieces: list[Pieces], axis: Any, jacobian: Array, error: Array) -> Rounded | None:
+    """Errors where rounding of the positions is all that the free runs leave; else None."""
     parts = np.split(error, np.cumsum([len(p.rows.v) for p in pieces])[:-1])
     steps = counts.steps([p.rows.run.x for p in pieces], parts)
     if steps is None or not all(p.free for p in pieces):
         return None
-    random = np.random.Generator(np.random.PCG64(0))
     quiet = [settled(p, axis) for p in pieces]
     pseudo, asked = np.linalg.pinv(jacobian), []
-    for _ in range(_DRAWS):
+    for zeros in counts.places(len(pieces), _DRAWS):
         off = [
-            cleared(one, still, counts.noise(one.rows.run.x - missed, 0.0, step, random))
-            for one, still, missed, step in zip(pieces, quiet, parts, steps, strict=True)
+            cleared(one, still, counts.off(one.rows.run.x - missed, step, at))
+            for one, still, missed, step, at in zip(pieces, quiet, parts, steps, zeros, strict=True)
         ]
         asked.append(pseudo @ np.concatenate(off))
-    told = np.atleast_2d(np.cov(np.array(asked).T))
+    draws = np.array(asked)
+    told = np.atleast_2d(np.cov(draws.T))
     outputs = [p.rows.run.x for p in pieces]
     clean = [x - missed for x, missed in zip(outputs, parts, strict=True)]
-    return told if counts.alone(jacobian, told, outputs, clean, steps) else None
+    every = Rounded(told, draws)
+    return every if counts.alone(jacobian, told, outputs, clean, steps) else None
 
 
 def _slow(error: Array, block: int) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,21 @@ _OWN = 1.5  # times the variance of rounding: noise that rounding explains
 _ENOUGH = 20_000  # samples whose counts are compared
 _BY_CHANCE, _FURTHER = 3, 1.5  # counts that differ anyway; times those that are expected to
 _PLACES = (np.arange(200) + 0.5) / 200  # of counts, in counts
+
+
+class Rounded(NamedTuple):
+    """What rounding does to parameters.
+
+    Attributes
+    ----------
+    covariance : ndarray, shape (p, p)
+        Of the parameters.
+    draws : ndarray, shape (n, p)
+        Errors of the parameters, each with the zeros of the counts at other places.
+    """
+
+    covariance: Array
+    draws: Array
 
 
 def pitch(x: npt.ArrayLike) -> float | None:
@@ -47,6 +63,8 @@ def pitch(x: npt.ArrayLike) -> float | None:
 def noise(clean: Array, variance: float, step: float | None, random: np.random.Generator) -> Array:
     """Noise of a sensor: white, or that of rounding where that is no less than the variance.
 
+    The zero of the counts is anywhere within one.
+
     Parameters
     ----------
     clean : ndarray, shape (n,)
@@ -65,14 +83,51 @@ def noise(clean: Array, variance: float, step: float | None, random: np.random.G
     """
     if step is None or variance > _OWN * step * step / 12.0:
         return np.asarray(np.sqrt(variance) * random.standard_normal(len(clean)))
-    at = random.uniform()
+    return off(clean, step, random.uniform())
+
+
+def off(clean: Array, step: float, at: float) -> Array:
+    """What rounding adds to a curve.
+
+    Parameters
+    ----------
+    clean : ndarray, shape (n,)
+        What is measured.
+    step : float
+        To which values are rounded.
+    at : float
+        Where the zero is, in counts.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        At most half a count.
+    """
     return np.asarray((np.round(clean / step + at) - at) * step - clean)
 
 
-def covariance(
+def places(records: int, draws: int) -> Array:
+    """Places of the zeros within a count: evenly spread in each record, and by chance together.
+
+    Parameters
+    ----------
+    records, draws : int
+        How many.
+
+    Returns
+    -------
+    ndarray, shape (draws, records)
+        In counts.
+    """
+    random = np.random.Generator(np.random.PCG64(0))  # the same data give the same errors
+    even = (np.arange(draws) + 0.5) / draws
+    return np.stack([random.permutation(even) for _ in range(records)], axis=1)
+
+
+def rounded(
     solve: Array, clean: Sequence[Array], steps: Sequence[float], *, zeroed: bool = False
-) -> Array:
-    """Covariance of a fit by rounding alone.
+) -> Rounded:
+    """Errors of a fit by rounding alone.
 
     Rounding of a smooth curve is no noise: it goes together for as long as the curve stays within
     a count. It is drawn for each place that the counts may have.
@@ -91,10 +146,11 @@ def covariance(
 
     Returns
     -------
-    ndarray, shape (p, p)
-        Covariance of the parameters.
+    Rounded
+        Of the parameters.
     """
-    found = np.zeros((len(solve),) * 2)
+    found, draws = np.zeros((len(solve),) * 2), np.zeros((len(_PLACES), len(solve)))
+    random = np.random.Generator(np.random.PCG64(0))
     cuts = np.cumsum([len(x) for x in clean])[:-1]
     for back, x, step in zip(np.split(solve, cuts, axis=1), clean, steps, strict=True):
         shift = _PLACES - 0.5 if zeroed else np.zeros_like(_PLACES)
@@ -103,7 +159,8 @@ def covariance(
             for at, by in zip(_PLACES, shift, strict=True)
         ])  # fmt: skip
         found += moved.T @ moved / len(_PLACES)
-    return found
+        draws += random.permutation(moved)  # the zeros of two records are apart by chance
+    return Rounded(found, draws)
 
 
 def alone(
@@ -206,8 +263,8 @@ def found(
     runs: Sequence[Array],
     *,
     zeroed: bool = False,
-) -> Array | None:
-    """Covariance of a fit of free runs where rounding of the outputs is all that moved it.
+) -> Rounded | None:
+    """Errors of a fit of free runs where rounding of the outputs is all that moved it.
 
     Parameters
     ----------
@@ -222,7 +279,7 @@ def found(
 
     Returns
     -------
-    ndarray, shape (p, p), or None
+    Rounded or None
         None where more is left, or outputs are of no step.
     """
     if not all(np.isfinite(run).all() for run in runs):
@@ -232,5 +289,6 @@ def found(
         return None
     heavy = slopes * weights[:, None]
     solve = np.linalg.pinv(heavy.T @ slopes) @ heavy.T
-    told = covariance(solve, runs, every, zeroed=zeroed)
-    return told if alone(slopes, told, outputs, runs, every, zeroed=zeroed) else None
+    told = rounded(solve, runs, every, zeroed=zeroed)
+    sure = told.covariance
+    return told if alone(slopes, sure, outputs, runs, every, zeroed=zeroed) else None

@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.identify import coverage
 from macromicro.identify.axis import Axis
 from macromicro.identify.axis_inverse import ECCENTRIC
 
@@ -76,14 +77,32 @@ def told(found: Known) -> tuple[Array, Array]:
     std : ndarray, shape (0,) or (2,)
         Of these.
     """
-    if not set(ECCENTRIC) <= set(found.names):
+    table = slopes(found)
+    if not len(table):
         return np.empty(0), np.empty(0)
-    at = [found.names.index(n) for n in ECCENTRIC]
+    return np.array(of(found.axis)), coverage.errors(found.covariance, table)
+
+
+def slopes(found: Known) -> Array:
+    """Of unbalance and angle by what was fitted.
+
+    Parameters
+    ----------
+    found : Known
+        By any method.
+
+    Returns
+    -------
+    ndarray, shape (0, p) or (2, p)
+        NaN where the load is none.
+    """
+    if not set(ECCENTRIC) <= set(found.names):
+        return np.empty((0, len(found.names)))
     a, b = found.axis.sine, found.axis.cosine
-    values = of(found.axis)
-    size = values.unbalance
-    slopes = np.full((2, 2), math.nan)
-    if size > 0.0:
-        slopes = np.array([[a / size, b / size], [b / size**2, -a / size**2]])
-    spread = slopes @ found.covariance[np.ix_(at, at)] @ slopes.T
-    return np.array(values), np.sqrt(np.diag(spread))
+    size = of(found.axis).unbalance
+    if not size > 0.0:
+        return np.full((2, len(found.names)), math.nan)
+    made = np.zeros((2, len(found.names)))
+    at = [found.names.index(n) for n in ECCENTRIC]
+    made[:, at] = [[a / size, b / size], [b / size**2, -a / size**2]]
+    return made

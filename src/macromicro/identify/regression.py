@@ -507,7 +507,7 @@ def finished(
     with np.errstate(over="ignore", invalid="ignore"):
         fit = percent(outputs, runs)
     rounding = counts.found(solution.psi, task.weights, outputs, runs) if free else None
-    spread = covariance(task, solution) if rounding is None else rounding
+    spread = covariance(task, solution) if rounding is None else rounding.covariance
     return LinearFit(
         method,
         a,

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import macromicro
 from macromicro.drawing import files as drawings
+from macromicro.identify.coverage import NORMAL, is_normal
 from macromicro.schema.text import plain
 
 if TYPE_CHECKING:
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 RESULT, MODEL = "result.json", "model.toml"
 _PLAIN, _DIGITS = (-5, 7), 10  # powers of ten that are written out; the most digits of others
 WIDE = 120  # characters, where no terminal says how wide it is
+_COLUMNS = ("name", "value", "+-", "95 % +-", "unit", "note")
+_NUMBERS, _UNHEADED = ("value", "+-", "95 % +-"), ("name", "note")
+_ALWAYS = ("name", "value", "+-", "unit")
 
 
 class Line(NamedTuple):
@@ -39,8 +43,8 @@ class Line(NamedTuple):
         As text; "" for none.
     note : str
         What it is, in words.
-    freedom : float
-        Degrees of freedom of the error: by how few it is told.
+    factor : float
+        Coverage factor: half of the 95 % interval, in standard errors (`coverage`).
     """
 
     name: str
@@ -48,7 +52,12 @@ class Line(NamedTuple):
     error: float = math.nan
     unit: str = ""
     note: str = ""
-    freedom: float = math.inf
+    factor: float = NORMAL[1]
+
+    @property
+    def half(self) -> float:
+        """Half of the 95 % interval, in `unit`."""
+        return self.factor * self.error
 
 
 @dataclass
@@ -186,14 +195,16 @@ class Result:
                 console = Console(highlight=False, width=WIDE)
         console.print(Text(self.title), soft_wrap=True)
         table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
-        for heading, side in (("", "left"), ("value", "right"), ("+-", "right"), ("unit", "left")):
-            table.add_column(heading, justify="right" if side == "right" else "left")
-        noted = any(line.note for line in self.lines)
-        if noted:
-            table.add_column("")
-        for line in self.lines:
-            cells = [line.name, *rounded(line.value, line.error), line.unit]
-            table.add_row(*(Text(c) for c in [*cells, line.note][: 5 if noted else 4]))
+        rows = [_cells(line) for line in self.lines]
+        kept = [k for k, name in enumerate(_COLUMNS) if name in _ALWAYS or any(r[k] for r in rows)]
+        for k in kept:
+            name = _COLUMNS[k]
+            right = name in _NUMBERS
+            table.add_column(
+                "" if name in _UNHEADED else name, justify="right" if right else "left"
+            )
+        for cells in rows:
+            table.add_row(*(Text(cells[k]) for k in kept))
         console.print(table)
         for name, text in self.remarks:
             console.print(Text(f"{name}: {text}"), soft_wrap=True)
@@ -209,6 +220,14 @@ class Result:
         )
         self.show(plain)
         return "\n".join(line.rstrip() for line in text.getvalue().splitlines())
+
+
+def _cells(line: Line) -> tuple[str, ...]:
+    """A line of the table. Half of the 95 % interval stands there where it is not twice the error:
+    where errors are not normal, or few tell them."""
+    value, error = rounded(line.value, line.error)
+    half = "" if not error or is_normal(line.factor) else rounded(line.value, line.half)[1]
+    return line.name, value, error, half, line.unit, line.note
 
 
 def rounded(value: float, error: float = math.nan) -> tuple[str, str]:

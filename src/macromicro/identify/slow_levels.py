@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.identify.coverage import NORMAL, SHARES
 
 BLOCKS = 120  # in all records: as finely is it told how slow a noise is
 _TIMES = 16  # tried, from half a block to the longest record
@@ -27,7 +28,7 @@ _LEAST = 1e-4  # of all that is likely
 _SLOW = 0.01  # of the samples: noise whose correlation is longer is slow
 _TURNS = 4.0  # in all samples, at most, of noise that is slow and no swing
 _POINTS = 1 << 14  # of a spectrum
-_SHARES, _HALVED = ((0.6827, 1.0), (0.95, 1.96)), 50
+_HALVED = 50
 
 
 class Level(NamedTuple):
@@ -206,7 +207,7 @@ def _width(weights: Array, sizes: Array) -> Array:
     from scipy.special import erf
 
     widths = []
-    for share, times in _SHARES:
+    for share, times in zip(SHARES, NORMAL, strict=True):
         low, high = np.zeros(sizes.shape[1]), times * sizes.max(axis=0)
         for _ in range(_HALVED):
             middle = 0.5 * (low + high)

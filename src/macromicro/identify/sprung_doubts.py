@@ -24,7 +24,7 @@ _FEW = 8.0  # samples in one period, at least
 
 def covariance(
     records: Sequence[Run], best: End, names: tuple[str, ...], lag: float, *, speed: bool
-) -> Array:
+) -> tuple[Array, Array | None]:
     """Covariance of the parameters, NaN for those that the records do not show. Warns of those.
 
     Parameters
@@ -42,19 +42,29 @@ def covariance(
 
     Returns
     -------
-    ndarray, shape (p, p)
+    covariance : ndarray, shape (p, p)
         In their order.
+    draws : ndarray, shape (n, p), or None
+        Their errors as drawn, where a cause is known that makes them other than normal.
     """
     if not best.settled:
         notice(ConvergenceWarning, "output error: not settled; the last values are returned")
     used = np.flatnonzero(np.abs(best.slopes).max(axis=0) > 0.0)
     spread = np.full((best.slopes.shape[1],) * 2, np.nan)
-    known = _rounded(records, best, used)
-    if known is None:
-        known, repeats = scattered(records, best, used, lag, speed=speed)
-        if not repeats:  # nor is what repeats along the way a noise of any colour
+    scatter: Array | None = None
+    rounded = _rounded(records, best, used)
+    if rounded is not None:
+        known, scatter = rounded.covariance, rounded.draws
+    else:
+        known, scatter = scattered(records, best, used, lag, speed=speed)
+        if scatter is None:  # nor is what repeats along the way a noise of any colour
             known = larger(_coloured(records, best, used), known)
     spread[np.ix_(used, used)] = known
+    draws = None
+    if scatter is not None:
+        draws = np.zeros((len(scatter), len(names)))
+        named = used < len(names)
+        draws[:, used[named]] = scatter[:, named]
     own = spread[: len(names), : len(names)]
     lost = _unseen(best.slopes[:, used], [names[k] if k < len(names) else "" for k in used])
     for name in lost:
@@ -70,17 +80,21 @@ def covariance(
             )
     _mixed(own, names, np.array([getattr(best.axis, n) for n in names]))
     _coarse(records, best.axis)
-    return own
+    return own, draws
 
 
-def _rounded(records: Sequence[Run], best: End, used: npt.NDArray[np.intp]) -> Array | None:
-    """Covariance where rounding of the output is all that moved the parameters; else None."""
+def _rounded(
+    records: Sequence[Run], best: End, used: npt.NDArray[np.intp]
+) -> counts.Rounded | None:
+    """Errors where rounding of the output is all that moved the parameters; else None."""
     outputs, parts = [r.x for r in records], parted(records, best.residual)
     runs = [x - missed for x, missed in zip(outputs, parts, strict=True)]
     size = np.linalg.norm(best.slopes[:, used], axis=0)
     slopes = best.slopes[:, used] / size
     told = counts.found(slopes, np.ones(len(slopes)), outputs, runs, zeroed=True)
-    return None if told is None else np.asarray(told / np.outer(size, size))
+    if told is None:
+        return None
+    return counts.Rounded(told.covariance / np.outer(size, size), told.draws / size)
 
 
 def _coloured(records: Sequence[Run], best: End, used: npt.NDArray[np.intp]) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import sprung_doubts, sprung_start
+from macromicro.identify import coverage, sprung_doubts, sprung_start
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung import Sprung, simulate
 from macromicro.identify.sprung_search import FRICTIONS, Model, first, judged, moving, searched
@@ -50,6 +50,9 @@ class SprungFit:
         Force per unit of u.
     lag : float
         Time by which u acts late, s.
+    draws : ndarray, shape (n, p), or None
+        Errors of the parameters as drawn, where a force that repeats along the way or rounding to
+        counts makes them other than normal.
     """
 
     model: Model
@@ -63,6 +66,7 @@ class SprungFit:
     ends: tuple[float, ...]
     gain: float
     lag: float
+    draws: Array | None = None
 
     @property
     def values(self) -> Array:
@@ -79,8 +83,13 @@ class SprungFit:
         """RMS error of the free run over all records."""
         return float(np.sqrt(np.mean(np.concatenate(self.residuals) ** 2)))
 
-    def derived(self, of: str) -> tuple[float, float]:
-        """A property of `Sprung` and its standard error, by its slopes.
+    @property
+    def factors(self) -> Array:
+        """Coverage factors (`coverage.factors`) of these, shape (2, p)."""
+        return coverage.factors(self.draws, np.eye(len(self.names)))
+
+    def derived(self, of: str) -> tuple[float, float, Array]:
+        """A property of `Sprung` and its error, by its slopes.
 
         Parameters
         ----------
@@ -92,7 +101,9 @@ class SprungFit:
         value : float
             As there.
         error : float
-            NaN where none is known.
+            Standard error, NaN where none is known.
+        factors : ndarray, shape (2,)
+            Its coverage factors.
         """
         value = float(getattr(self.axis, of))
         slopes = []
@@ -100,8 +111,9 @@ class SprungFit:
             h = 1e-6 * max(abs(float(at)), 1e-12)
             up = self.axis._replace(**{name: at + h})
             slopes.append((getattr(up, of) - value) / h)
-        variance = float(np.array(slopes) @ self.covariance @ np.array(slopes))
-        return value, float(np.sqrt(variance)) if variance >= 0.0 else float("nan")
+        table = np.array([slopes])
+        error = float(coverage.errors(self.covariance, table)[0])
+        return value, error, coverage.factors(self.draws, table)[:, 0]
 
     def simulate(self, u: Any, dt: float, x: float = 0.0, v: float = 0.0) -> Array:
         """Free run of the output.
@@ -202,7 +214,7 @@ def sprung_drive(
         chosen = fair[0]
     ends = searched(kept, chosen, lag)
     best = ends[0]
-    spread = sprung_doubts.covariance(kept, best, chosen.names, lag, speed=speed)
+    spread, draws = sprung_doubts.covariance(kept, best, chosen.names, lag, speed=speed)
     starts = tuple((float(x), float(v)) for x, v in best.starts)
     free = tuple(
         simulate(best.axis, r.u, r.dt, x, v, lag)[int(speed)]
@@ -211,7 +223,18 @@ def sprung_drive(
     residuals = tuple(r.x - run for r, run in zip(whole, free, strict=True))
     rms = tuple(e.rms for e in ends)
     return SprungFit(
-        chosen, best.axis, chosen.names, spread, starts, free, residuals, scores, rms, gain, lag
+        chosen,
+        best.axis,
+        chosen.names,
+        spread,
+        starts,
+        free,
+        residuals,
+        scores,
+        rms,
+        gain,
+        lag,
+        draws,
     )
 
 

@@ -25,7 +25,7 @@ from macromicro.identify.sprung_search import End
 
 _BLOCKS = 20.0  # in a swing, or in 2 pi time constants
 _LEAST = 100  # blocks in a record
-_DRAWS = 80
+_DRAWS, _PHASES = 80, 160  # of noise; of a force that repeats, whose distribution counts, too
 
 
 class Means(NamedTuple):
@@ -80,7 +80,7 @@ def scattered(
     lag: float,
     *,
     speed: bool,
-) -> tuple[Array, bool]:
+) -> tuple[Array, Array | None]:
     """Covariance by drawn forces and noise of the sensor.
 
     A force that repeats along the way is drawn in any phase.
@@ -102,8 +102,8 @@ def scattered(
     -------
     found : ndarray, shape (p, p)
         Of these columns.
-    repeats : bool
-        Whether most of the force repeats along the way.
+    draws : ndarray, shape (n, p), or None
+        Errors as they are drawn, where most of the force repeats along the way.
     """
     residuals = parted(records, best.residual)
     slopes = best.slopes[:, used]
@@ -113,7 +113,9 @@ def scattered(
     ]
     cog = None if speed else _repeated(records, pushed)
     shown = [_shown(r, w, best.axis, speed) for r, w in zip(records, pushed, strict=True)]
-    told = levels(shown, _DRAWS, max(len(r.x) * r.dt for r in records), records[0].dt)
+    draws = _DRAWS if cog is None else _PHASES
+    told = levels(shown, draws, max(len(r.x) * r.dt for r in records), records[0].dt)
+    phases = 2.0 * np.pi * counts.places(len(records), draws)
     random = np.random.default_rng(0)  # the same data give the same errors
     starts = best.starts.tolist()
     free = [r.x - e for r, e in zip(records, residuals, strict=True)]
@@ -121,19 +123,19 @@ def scattered(
     size = np.linalg.norm(slopes, axis=0)
     back = np.linalg.pinv(slopes / size)
     asked = []
-    for level in told:
+    for level, turned in zip(told, phases, strict=True):
         errors = []
-        for r, (x, v), y, step in zip(records, starts, free, steps, strict=True):
+        for r, (x, v), y, step, phase in zip(records, starts, free, steps, turned, strict=True):
             push = r.u + drawn(level, len(r.u), r.dt, random)
             if cog is not None:
-                push += cog.at(y, random.uniform(0.0, 2.0 * np.pi))
+                push += cog.at(y, float(phase))
             moved = simulate(best.axis, push, r.dt, x, v, lag)[int(speed)]
             errors.append(moved - y + counts.noise(moved, level.sensor, step, random))
         asked.append((back @ np.concatenate(errors)) / size)
     scatter = np.array(asked)
     count = len(best.residual)
-    found = np.asarray(scatter.T @ scatter / _DRAWS * count / max(count - len(used), 1))
-    return found, cog is not None
+    found = np.asarray(scatter.T @ scatter / draws * count / max(count - len(used), 1))
+    return found, None if cog is None else scatter
 
 
 def parted(records: Sequence[Run], rows: Array) -> list[Array]:

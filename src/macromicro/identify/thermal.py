@@ -11,7 +11,7 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify import counts, slow_levels
+from macromicro.identify import counts, coverage, slow_levels
 from macromicro.identify.central import central
 from macromicro.identify.inference import Doubt, on_cooling, on_heating
 from macromicro.identify.iterated import mls
@@ -150,12 +150,15 @@ class HeatingFit(NamedTuple):
         The same as three nodes.
     nrmse : float
         RMS error over the range of the record's temperatures.
+    factors : ndarray, shape (2, 6)
+        Coverage factors (`coverage.factors`) of the modes.
     """
 
     modes: Modes
     std: Modes
     ladder: Ladder
     nrmse: float
+    factors: Array = coverage.factors(None, np.eye(6))
 
 
 def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
@@ -213,18 +216,20 @@ def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
     rounded = None
     if step is not None and counts.explains(errors, step / goal):
         every = [y + found.fun], [step / goal]
-        told = counts.covariance(np.linalg.pinv(found.jac), *every)
-        rounded = told if counts.alone(found.jac, told, [y], *every) else None
+        told = counts.rounded(np.linalg.pinv(found.jac), *every)
+        rounded = told if counts.alone(found.jac, told.covariance, [y], *every) else None
+    draws = None
     if rounded is not None:
-        spread, least = rounded, np.zeros(len(theta))
+        spread, least, draws = rounded.covariance, np.zeros(len(theta)), rounded.draws
     else:
         spread, least = _by_noise(found, usable, chosen, record, errors), _least(found)
     std = theta * np.maximum(np.sqrt(np.diag(spread)), least)
     order = np.argsort(-theta[:3])
-    modes = Modes(*(float(v) for v in np.r_[theta[:3][order], theta[3:][order]]))
-    doubt = Modes(*(float(v) for v in np.r_[std[:3][order], std[3:][order]]))
+    order = np.r_[order, 3 + order]
+    modes, doubt = (Modes(*each[order].tolist()) for each in (theta, std))
     nrmse = float(np.sqrt(np.mean(found.fun**2)) / np.ptp(y))
-    return HeatingFit(modes, doubt, ladder(modes), nrmse)
+    factors = coverage.factors(draws, np.eye(len(theta)))[:, order]
+    return HeatingFit(modes, doubt, ladder(modes), nrmse, factors)
 
 
 def _by_noise(

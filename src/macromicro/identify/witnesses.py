@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.identify.coverage import SHARES
 
-_SHARE = 0.95  # of an interval
 _LEAST = 1e-6  # of what a witness leaves unfitted
 _FLAT = 1e-12  # of what is told of the best known combination
 
@@ -87,7 +87,7 @@ def within(degrees: float) -> float:
     """
     from scipy.stats import t
 
-    return float(t.ppf(0.5 + 0.5 * _SHARE, degrees))
+    return float(t.ppf(0.5 + 0.5 * SHARES[1], degrees))
 
 
 def freedom(parts: Sequence[tuple[float, float]]) -> float:

@@ -15,6 +15,7 @@ from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.picking import RUN, Role, runs
 from macromicro.identify.result import Line, Result
+from macromicro.identify.witnesses import within
 from macromicro.schema.par import entries
 from macromicro.units import quantity
 
@@ -82,7 +83,7 @@ def identify(picking: Picking, options: Options) -> Result:
     pars = {e.path: e.par for e in entries(fit.model)}
     found = [n for n in (*carriage.RIGID, *carriage.SWING) if n in carriage.RIGID or n in fit.std]
     lines = [
-        Line(name, float(getattr(fit.model, name)), error, pars[name].unit, note, degrees)
+        Line(name, float(getattr(fit.model, name)), error, pars[name].unit, note, within(degrees))
         for name in found
         for error, degrees in [(fit.std.get(name, math.nan), fit.freedom.get(name, math.inf))]
         for note in [_note(pars[name].meaning, fit.apart.get(name))]

@@ -142,7 +142,7 @@ def machine(
             f"No gain was known: 1 {place.named('N')} below stands for one unit of the effort."
         )
     head += ["", "As found, by output error, with standard errors:"]
-    for name, (value, error) in told(fit.refined).items():
+    for name, (value, error, _) in told(fit.refined).items():
         head.append(" ".join(filter(None, (f"  {name} = {value:.5g}", about(error), units[name]))))
     values, name = axis_settings.values(axis, around), "axis"
     if place.turns:

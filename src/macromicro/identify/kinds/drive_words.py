@@ -41,14 +41,14 @@ def lines(fit: DriveFit, units: dict[str, str]) -> list[Line]:
     """
     found = []
     inverse = told(fit.inverse)
-    for name, (value, error) in told(fit.refined).items():
-        other, spread = rounded(*inverse[name])
+    for name, (value, error, factor) in told(fit.refined).items():
+        other, spread = rounded(*inverse[name][:2])
         note = f"{MEANINGS[name]}; inverse dynamics {other}" + (spread and f" +- {spread}")
-        found.append(Line(name, value, error, units[name], note))
+        found.append(Line(name, value, error, units[name], note, factor))
     return found
 
 
-def told(found: Estimate) -> dict[str, tuple[float, float]]:
+def told(found: Estimate) -> dict[str, tuple[float, float, float]]:
     """What an estimate tells of an axis; an eccentric load as people know it.
 
     Parameters
@@ -58,16 +58,18 @@ def told(found: Estimate) -> dict[str, tuple[float, float]]:
 
     Returns
     -------
-    dict[str, tuple[float, float]]
-        Value and standard error by name.
+    dict[str, tuple[float, float, float]]
+        Value, standard error and coverage factor of 95 % by name.
     """
-    from macromicro.identify import eccentric
+    from macromicro.identify import coverage, eccentric
     from macromicro.identify.axis_inverse import ECCENTRIC
 
-    every = zip(found.names, found.values.tolist(), found.std.tolist(), strict=True)
-    made = {name: (value, error) for name, value, error in every if name not in ECCENTRIC}
-    values, errors = eccentric.told(found)
-    load = zip(values.tolist(), errors.tolist(), strict=True)
+    each = (found.values, found.std, found.factors[1])
+    every = zip(*(column.tolist() for column in each), strict=True)
+    own = dict(zip(found.names, every, strict=True))
+    made = {name: row for name, row in own.items() if name not in ECCENTRIC}
+    factors = coverage.factors(found.draws, eccentric.slopes(found))[1]
+    load = zip(*(column.tolist() for column in (*eccentric.told(found), factors)), strict=True)
     return made | dict(zip(eccentric.NAMES, load, strict=False))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from macromicro.errors import InputError
 from macromicro.files.reading import is_forc, read
+from macromicro.identify import coverage
 from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.kinds.testing import Trial
@@ -233,24 +234,28 @@ def _lines(fit: SprungFit, units: dict[str, str]) -> list[Line]:
     lines = []
     if fit.model.spring:
         for name in ("frequency", "damping"):
-            value, error = fit.derived(name)
-            lines.append(Line(name, value, error, units.get(name, ""), _MEANINGS[name]))
-    for name, value, error in zip(fit.names, fit.values, fit.std, strict=True):
+            value, error, (_, factor) = fit.derived(name)
+            lines.append(Line(name, value, error, units.get(name, ""), _MEANINGS[name], factor))
+    every = zip(fit.names, fit.values, fit.std, fit.factors[1], strict=True)
+    for name, value, error, factor in every:
         if name == "offset" and fit.model.spring:
-            lines.append(Line("rest", *_rest(fit), units["rest"], _MEANINGS["rest"]))
+            lines.append(_rest(fit, units["rest"]))
             continue
         size = fit.gain if name == "dead_zone" else 1.0
-        lines.append(Line(name, value / size, error / abs(size), units[name], _MEANINGS[name]))
+        meant = units[name], _MEANINGS[name]
+        lines.append(Line(name, value / size, error / abs(size), *meant, float(factor)))
     return lines
 
 
-def _rest(fit: SprungFit) -> tuple[float, float]:
-    """Where the spring rests, and its standard error."""
+def _rest(fit: SprungFit, unit: str) -> Line:
+    """Where the spring rests."""
     k, f0 = fit.axis.spring, fit.axis.offset
     i, j = fit.names.index("offset"), fit.names.index("spring")
-    slopes = np.array([-1.0 / k, f0 / (k * k)])
-    own = fit.covariance[np.ix_([i, j], [i, j])]
-    return -f0 / k, float(np.sqrt(slopes @ own @ slopes))
+    slopes = np.zeros((1, len(fit.names)))
+    slopes[0, [i, j]] = [-1.0 / k, f0 / (k * k)]
+    error = float(coverage.errors(fit.covariance, slopes)[0])
+    factor = float(coverage.factors(fit.draws, slopes)[1, 0])
+    return Line("rest", -f0 / k, error, unit, _MEANINGS["rest"], factor)
 
 
 def _chosen(fit: SprungFit, unit: str) -> str:

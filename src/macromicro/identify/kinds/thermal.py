@@ -19,6 +19,8 @@ from macromicro.identify.result import Line, Result
 from macromicro.identify.thermal import CoolingFit, HeatingFit, StepRecord, heating, steady
 from macromicro.identify.witnesses import within
 
+MODES = 3  # of a heating
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -252,17 +254,18 @@ def _lines(found: Found) -> list[Line]:
             names, values, gain.interval, ("K", "1/V", "K"), strict=True
         ):
             note = f"(5.2), 95 %: {low:.4g} to {high:.4g}"
-            lines.append(Line(name, value, (high - low) / reach, unit, note))
+            lines.append(Line(name, value, (high - low) / reach, unit, note, 0.5 * reach))
         low, high = gain.asymptote_interval
         note = f"95 %: {low:.4g} to {high:.4g}; curve off the points by {gain.rms:.2g} K RMS"
-        lines.append(Line("asymptote b + y0", gain.asymptote, (high - low) / reach, "K", note))
-    modes, errors, ladder = found.heating.modes, found.heating.std, found.heating.ladder
-    for k in (1, 2, 3):
-        rate, error = getattr(modes, f"rate{k}"), getattr(errors, f"rate{k}")
-        lines.append(Line(f"rate {k}", rate, error, "rad/s", f"time constant {1.0 / rate:.4g} s"))
-    for k in (1, 2, 3):
-        lines.append(Line(f"share {k}", getattr(modes, f"share{k}"), getattr(errors, f"share{k}")))
-    for name, value in ladder._asdict().items():
+        error = (high - low) / reach
+        lines.append(Line("asymptote b + y0", gain.asymptote, error, "K", note, 0.5 * reach))
+    heated = found.heating
+    each = zip(heated.modes, heated.std, heated.factors[1].tolist(), strict=True)
+    for k, (value, error, factor) in enumerate(each):
+        what, unit = ("rate", "rad/s") if k < MODES else ("share", "")
+        note = f"time constant {1.0 / value:.4g} s" if k < MODES else ""
+        lines.append(Line(f"{what} {k % MODES + 1}", value, error, unit, note, factor))
+    for name, value in found.heating.ladder._asdict().items():
         lines.append(Line(name, value, unit="s" if name[0] == "c" else "", note="ladder"))
     for volts, fall in found.cooling.items():
         note = (
