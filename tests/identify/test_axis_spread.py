@@ -141,7 +141,7 @@ def test_a_force_that_repeats_along_the_way_is_drawn_in_any_phase() -> None:
     error = _missed(pieces, start.axis)
     cog = Ripple(2.0 * np.pi / 0.06, 1.5, 1.5, 0.0)
     quiet = Noise(8, np.zeros(0), 0.0, 1e-9)
-    found = covariance(pieces, start.axis, jacobian, error, [quiet._replace(repeats=cog)])
+    found = covariance(pieces, start.axis, jacobian, error, quiet._replace(repeats=cog))
     back, asked = np.linalg.pinv(jacobian), []
     for phase in (0.0, 0.5 * np.pi):
         moved = []
@@ -165,8 +165,8 @@ def test_a_slow_force_that_the_free_run_does_not_show_is_left_out() -> None:
     jacobian, error = _jacobian(pieces, final, start.names), _missed(pieces, final)
     noise = Noise(8, np.array([-0.9]), 1.0, 1e-5)
     may = noise._replace(slow=[Level(1.0, 1000.0, 1.44, 4.0)])
-    plain = covariance(pieces, final, jacobian, error, [noise]).covariance
-    slow = covariance(pieces, final, jacobian, error, [may]).covariance
+    plain = covariance(pieces, final, jacobian, error, noise).covariance
+    slow = covariance(pieces, final, jacobian, error, may).covariance
     np.testing.assert_array_equal(slow, plain)
 
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import axis_noise, axis_spread, axis_thin
+from macromicro.identify import axis_noise, axis_spread, axis_thin, coverage
 from macromicro.identify.axis import late
 from macromicro.identify.axis_fit import drive, rows_of, runs_of
 from macromicro.identify.axis_inverse import Estimate, Rows
@@ -36,6 +36,7 @@ from macromicro.identify.presliding_search import (
 )
 
 _ELASTIC = ("stiffness", "settling", "share")
+_POSITIVE = ("stiffness", "settling", "stribeck_speed")  # uncertain by tens of percent
 _NEARLY = 10.0  # times the noise of the position: a fit by measured starts, to be taken further
 _MOST = 60_000  # samples; of longer records evenly spread parts are fitted
 
@@ -56,6 +57,8 @@ class PreslidingFit:
         Of these.
     std : ndarray, shape (p,)
         Standard errors; NaN for what the record does not show.
+    factors : ndarray, shape (2, p)
+        Coverage factors (`coverage.factors`) of these.
     judged : dict[str, float]
         RMS of free runs over held-out pieces of a typical piece, by what was tried.
     reasons : dict[str, str]
@@ -79,6 +82,7 @@ class PreslidingFit:
     names: tuple[str, ...]
     values: Array
     std: Array
+    factors: Array
     judged: dict[str, float]
     reasons: dict[str, str]
     taken: str
@@ -185,7 +189,7 @@ def presliding_drive(
         notice(ConvergenceWarning, "elastic friction: not settled; the last values are returned")
     model = problem.model(found.x, shape)
     names, values = told(model, shape)
-    spread = _spread(problem, found.x, shape, rows, rigid.inverse)
+    spread, factors = _spread(problem, found.x, shape, rows, rigid.inverse)
     if not asked:
         spread[[n.startswith(_ELASTIC) for n in names]] = np.nan
     free, errors = [], []
@@ -202,6 +206,7 @@ def presliding_drive(
         names,
         values,
         spread,
+        factors,
         judged,
         reasons,
         named(shape),
@@ -240,8 +245,10 @@ def told(model: Presliding, shape: Shape) -> tuple[tuple[str, ...], Array]:
     return tuple(names), np.array(values)
 
 
-def _spread(problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse: Estimate) -> Array:
-    """Standard errors; NaN where a parameter ended at its bound."""
+def _spread(
+    problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse: Estimate
+) -> tuple[Array, Array]:
+    """Standard errors, NaN where a parameter ended at its bound, and coverage factors."""
     low, high, scale = bounds(z, shape)
     model = problem.model(z, shape)
     missed = problem.missed(z, shape)
@@ -252,15 +259,16 @@ def _spread(problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse:
         noise = axis_noise.noise(rows, model, forces, taken)._replace(repeats=repeats)
     else:
         noise = axis_noise.disturbance(rows, inverse)
-    covariance = axis_spread.covariance(
-        problem.pieces, model, problem.slopes(z, shape), np.concatenate(missed), [noise]
-    ).covariance
+    found = axis_spread.covariance(
+        problem.pieces, model, problem.slopes(z, shape), np.concatenate(missed), noise
+    )
 
     def shown(at: Array) -> Array:
         return told(problem.model(at, shape), shape)[1]
 
     turn = central(shown, z, nudges(z, scale, False), low, np.full(len(z), np.inf))
-    std = np.sqrt(np.diag(turn @ covariance @ turn.T))
+    std = np.sqrt(np.diag(turn @ found.covariance @ turn.T))
+    factors = coverage.factors(found.draws, turn)
     ended = (z <= low + 1e-3 * scale) | (z >= high - 1e-3 * scale)
     names = told(model, shape)[0]
     bound = [n for n, at in zip(shape.names, ended, strict=False) if at]
@@ -271,4 +279,8 @@ def _spread(problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse:
             "not show how much there is, and no standard error is told for it",
         )
     std[[names.index(n) for n in bound]] = np.nan
-    return np.asarray(std)
+    draws = None if found.draws is None else found.draws @ turn.T
+    for k in (names.index(n) for n in _POSITIVE if n in shape.names):
+        own = None if draws is None else draws[:, k]
+        factors[:, k] = coverage.positive(float(shown(z)[k]), float(std[k]), own)
+    return std, factors

@@ -149,18 +149,20 @@ def _lines(fit: PreslidingFit, records: Records) -> list[Line]:
     force, place = records.units["coulomb"], records.place
     units["stiffness"] = f"{force}/{place}" if force else ""
     lines: list[Line] = []
-    for name, value, error in zip(fit.names, fit.values, fit.std, strict=True):
+    every = zip(fit.names, fit.values, fit.std, fit.factors[1].tolist(), strict=True)
+    for name, value, error, factor in every:
         kind = name.split(maxsplit=1)[0]
         if kind == "level":
             many = len(fit.model.levels) > 1
             note = "Coulomb friction"
             if many:
                 note += f" at {_nodes(fit)[len(_of(lines, 'level'))]:.4g} {place}"
-            lines.append(Line(name if many else "coulomb", value, error, force, note))
+            lines.append(Line(name if many else "coulomb", value, error, force, note, factor))
         elif kind == "share":
-            lines.append(Line(name, value, error, "", "of the friction in this element"))
+            note = "of the friction in this element"
+            lines.append(Line(name, value, error, "", note, factor))
         else:
-            lines.append(Line(name, value, error, units[name], MEANINGS[name]))
+            lines.append(Line(name, value, error, units[name], MEANINGS[name], factor))
     return lines
 
 
