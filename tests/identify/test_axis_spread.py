@@ -12,12 +12,12 @@ from tests.identify.disturbed import DT, TRUTH, forces, record, slow_record
 from macromicro.arrays import Array
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_inverse import differences, fitted
+from macromicro.identify.axis_noise import Noise
 from macromicro.identify.axis_pieces import Pieces, cut, settled
 from macromicro.identify.axis_refine import piece, refined
-from macromicro.identify.axis_noise import Noise
 from macromicro.identify.axis_spread import _by_slow, covariance
-from macromicro.identify.ripple import Ripple
 from macromicro.identify.notices import DataWarning
+from macromicro.identify.ripple import Ripple
 from macromicro.identify.runs import Run
 from macromicro.identify.slow_levels import Level
 
