@@ -34,6 +34,7 @@ from macromicro.identify.presliding_search import (
     problem_of,
     searched,
 )
+from macromicro.identify.ripple import Ripple
 
 _ELASTIC = ("stiffness", "settling", "share")
 _POSITIVE = ("stiffness", "settling", "stribeck_speed")  # uncertain by tens of percent
@@ -75,6 +76,8 @@ class PreslidingFit:
         Force per unit of u.
     delay : int
         Samples by which u acts late.
+    repeats : Ripple or None
+        A force that repeats along the way and is not in the model, where there is one.
     """
 
     friction: str
@@ -91,6 +94,7 @@ class PreslidingFit:
     residuals: tuple[Array, ...]
     gain: float
     delay: int
+    repeats: Ripple | None = None
 
     def simulate(self, u: npt.ArrayLike, dt: float, x: float = 0.0, v: float = 0.0) -> Array:
         """Free run of the axis.
@@ -189,7 +193,7 @@ def presliding_drive(
         notice(ConvergenceWarning, "elastic friction: not settled; the last values are returned")
     model = problem.model(found.x, shape)
     names, values = told(model, shape)
-    spread, factors = _spread(problem, found.x, shape, rows, rigid.inverse)
+    spread, factors, repeats = _spread(problem, found.x, shape, rows, rigid.inverse)
     if not asked:
         spread[[n.startswith(_ELASTIC) for n in names]] = np.nan
     free, errors = [], []
@@ -215,6 +219,7 @@ def presliding_drive(
         tuple(errors),
         float(gain),
         int(delay),
+        repeats,
     )
 
 
@@ -247,8 +252,9 @@ def told(model: Presliding, shape: Shape) -> tuple[tuple[str, ...], Array]:
 
 def _spread(
     problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse: Estimate
-) -> tuple[Array, Array]:
-    """Standard errors, NaN where a parameter ended at its bound, and coverage factors."""
+) -> tuple[Array, Array, Ripple | None]:
+    """Standard errors, NaN where a parameter ended at its bound, their coverage factors, and the
+    force that repeats along the way."""
     low, high, scale = bounds(z, shape)
     model = problem.model(z, shape)
     missed = problem.missed(z, shape)
@@ -283,4 +289,4 @@ def _spread(
     for k in (names.index(n) for n in _POSITIVE if n in shape.names):
         own = None if draws is None else draws[:, k]
         factors[:, k] = coverage.positive(float(shown(z)[k]), float(std[k]), own)
-    return std, factors
+    return std, factors, repeats

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from macromicro.identify.presliding_fit import PreslidingFit
+    from macromicro.identify.ripple import Ripple
 
 MEANINGS = {
     "mass": "inertia",
@@ -104,6 +105,8 @@ def identify(records: Records, friction: str, along: int | None, driven: Driven)
     if len(nodes) > 1:
         at = ", ".join(f"{x:.4g}" for x in nodes)
         remarks.append(("levels", f"of the Coulomb friction at {at} {place}, linear between"))
+    if fit.repeats is not None:
+        remarks.append(("repeats", _repeated(fit.repeats, records)))
     if driven.delay:
         remarks.append(("delay", f"u acts {driven.delay} samples late"))
     data = {
@@ -168,6 +171,13 @@ def _lines(fit: PreslidingFit, records: Records) -> list[Line]:
 
 def _of(lines: list[Line], kind: str) -> list[Line]:
     return [line for line in lines if line.name.startswith(kind)]
+
+
+def _repeated(found: Ripple, records: Records) -> str:
+    """A force that repeats along the way, in words."""
+    period = 2.0 * math.pi / found.turn
+    size, every = f"{found.size:.3g} {records.force}", f"{period:.3g} {records.place}"
+    return f"a force of {size} repeats every {every}; not in the model, errors allow for it"
 
 
 def _judged(fit: PreslidingFit, place: str) -> str:
