@@ -59,6 +59,12 @@ def test_a_piece_goes_on_where_nothing_slides_before_the_next_cut() -> None:
     assert len(plain.starts) == 8
 
 
+def test_a_record_that_slides_at_its_begin_alone_is_cut_all_the_same() -> None:
+    """Pieces that are held out have to be others than those that are fitted."""
+    (made,) = pieces_of([strokes(slice(300, 8000))], 1000)
+    assert len(made.starts) == 8 and (np.diff(made.starts) > 0).all()
+
+
 @pytest.mark.parametrize("first", [1300, 2000])
 def test_the_true_axis_misses_no_more_than_noise_of_the_position(first: int) -> None:
     """From a start among wiggles it missed by forty times as much."""

@@ -187,7 +187,9 @@ def _begins(rows: Rows, cuts: Index, half: int) -> Index:
 
     It has to slide there. Where it does not, the nearest sample at which it does is taken; where
     there is none before the next cut, the piece goes on: a start taken for rest that is none, or
-    for sliding while the friction still gives, would shift all that follows.
+    for sliding while the friction still gives, would shift all that follows. A record that slides
+    nowhere inside is cut where it is fastest, for pieces held out have to be others than those
+    fitted.
     """
     speed = np.abs(rows.v)
     slides = (speed >= _GOES * speed.max()) & (_gone(rows) >= _SLID * np.ptp(rows.run.x))
@@ -203,6 +205,8 @@ def _begins(rows: Rows, cuts: Index, half: int) -> Index:
                 continue
             found = int(near[np.argmin(np.abs(near - at))])
         starts.append(found)
+    if len(starts) == 1:
+        starts += [at - half + int(np.argmax(speed[at - half : at + half])) for at in cuts[1:]]
     return np.array(starts, np.int64)
 
 
