@@ -268,7 +268,8 @@ def elastic(kind: str, seed: int) -> Estimates:
     kept = [n in ELASTIC_NAMES for n in names]
     truth = np.array([getattr(ELASTIC, n) for n in names if n in ELASTIC_NAMES])
     told = tuple(n for n in names if n in ELASTIC_NAMES)
-    yield "drive, elastic friction", told, truth, fit.values[kept], fit.std[kept], normal(len(told))
+    values, std, factors = fit.values[kept], fit.std[kept], fit.factors[:, kept]
+    yield "drive, elastic friction", told, truth, values, std, factors
 
 
 def elastic_cogged(u: Array, random: np.random.Generator, size: float) -> Array:

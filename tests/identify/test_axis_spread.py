@@ -12,10 +12,12 @@ from tests.identify.disturbed import DT, TRUTH, forces, record, slow_record
 from macromicro.arrays import Array
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_inverse import differences, fitted
+from macromicro.identify.axis_noise import Noise
 from macromicro.identify.axis_pieces import Pieces, cut, settled
 from macromicro.identify.axis_refine import piece, refined
-from macromicro.identify.axis_spread import _by_slow
+from macromicro.identify.axis_spread import _by_slow, covariance
 from macromicro.identify.notices import DataWarning
+from macromicro.identify.ripple import Ripple
 from macromicro.identify.runs import Run
 from macromicro.identify.slow_levels import Level
 
@@ -97,11 +99,7 @@ def test_pulses_of_a_known_slow_force_tell_what_drawn_ones_do() -> None:
     start = fitted(rows, "coulomb")
     final = refined(rows, start).axis
     pieces = cut(rows, 4000, False)
-    jacobian = np.column_stack([
-        (_missed(pieces, final) - _missed(pieces, final._replace(**{n: getattr(final, n) * 1.001})))
-        / (getattr(final, n) * 1e-3)
-        for n in start.names
-    ])  # fmt: skip
+    jacobian = _jacobian(pieces, final, start.names)
     one = Level(1.0, 1000.0, 1.44, 4.0)
     found = np.sqrt(np.diag(_by_slow(pieces, final, jacobian, [one])))
     random, back, asked = np.random.default_rng(0), np.linalg.pinv(jacobian), []
@@ -132,3 +130,50 @@ def test_errors_under_a_slow_force_hold() -> None:
         off.append(np.abs(found.values - TRUTH[:4]) / found.std)
     assert (np.mean(np.array(off) < 1.96, axis=0) >= 0.87).all()
     assert np.mean(np.array(off)[:, 0] < 1.0) < 0.9
+
+
+def test_a_force_that_repeats_along_the_way_is_drawn_in_any_phase() -> None:
+    """By the two phases that any other one is a sum of; a tenth is what so many draws show."""
+    rows = record(8000, 0.0, 1e-9)
+    start = fitted(rows, "coulomb")
+    pieces = cut(rows, 4000, False)
+    jacobian = _jacobian(pieces, start.axis, start.names)
+    error = _missed(pieces, start.axis)
+    cog = Ripple(2.0 * np.pi / 0.06, 1.5, 1.5, 0.0)
+    quiet = Noise(8, np.zeros(0), 0.0, 1e-9)
+    found = covariance(pieces, start.axis, jacobian, error, quiet._replace(repeats=cog))
+    back, asked = np.linalg.pinv(jacobian), []
+    for phase in (0.0, 0.5 * np.pi):
+        moved = []
+        for part in pieces:
+            r = part.rows
+            shaken = r._replace(force=r.force + cog.at(r.run.x, phase))
+            moved.append(
+                _missed([part], start.axis) - _missed([part._replace(rows=shaken)], start.axis)
+            )
+        asked.append(back @ np.concatenate(moved))
+    either = np.sqrt(0.5 * np.sum(np.square(asked), axis=0))
+    np.testing.assert_allclose(np.sqrt(np.diag(found.covariance)), either, rtol=0.2)
+
+
+def test_a_slow_force_that_the_free_run_does_not_show_is_left_out() -> None:
+    """Noise of the position alone, and a slow force that residuals seem to show."""
+    rows = record(8000, 0.0, 1e-5)
+    start = fitted(rows, "coulomb")
+    final = refined(rows, start).axis
+    pieces = cut(rows, 8000, True)
+    jacobian, error = _jacobian(pieces, final, start.names), _missed(pieces, final)
+    noise = Noise(8, np.array([-0.9]), 1.0, 1e-5)
+    may = noise._replace(slow=[Level(1.0, 1000.0, 1.44, 4.0)])
+    plain = covariance(pieces, final, jacobian, error, noise).covariance
+    slow = covariance(pieces, final, jacobian, error, may).covariance
+    np.testing.assert_array_equal(slow, plain)
+
+
+def _jacobian(pieces: list[Pieces], axis: Axis, names: tuple[str, ...]) -> Array:
+    """Slopes of what is missed by parameters."""
+    return np.column_stack([
+        (_missed(pieces, axis) - _missed(pieces, axis._replace(**{n: getattr(axis, n) * 1.001})))
+        / (getattr(axis, n) * 1e-3)
+        for n in names
+    ])  # fmt: skip

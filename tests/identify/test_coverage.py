@@ -51,3 +51,25 @@ def test_errors_of_what_follows() -> None:
 )
 def test_an_interval_is_told_where_it_is_not_twice_the_error(factor: float, normal: bool) -> None:
     assert coverage.is_normal(factor) is normal
+
+
+@pytest.mark.parametrize("ratio", [0.02, 0.5, 1.0])
+def test_a_positive_parameter_is_held_by_its_logarithm(ratio: float) -> None:
+    """By standard errors of what was found, the truth is held too seldom where they are large."""
+    draws = ratio * np.random.default_rng(0).standard_normal(3000)
+    found = 3.0 * np.exp(draws)
+    factors = np.array([coverage.positive(v, ratio * v, None) for v in found.tolist()])
+    held = np.abs(found - 3.0)[:, None] <= factors * (ratio * found)[:, None]
+    np.testing.assert_allclose(held.mean(axis=0), coverage.SHARES, atol=0.025)
+    if ratio == 0.02:
+        np.testing.assert_allclose(factors[0], coverage.NORMAL, rtol=0.02)
+    else:
+        assert (np.abs(found - 3.0) <= 1.96 * ratio * found).mean() < 0.93
+    drawn = coverage.positive(3.0, 3.0 * ratio, 3.0 * draws)
+    np.testing.assert_allclose(drawn, factors[0], rtol=0.08)
+
+
+def test_an_error_that_is_not_known_has_the_factors_of_a_normal_one() -> None:
+    for value, error in ((3.0, np.nan), (0.0, 1.0), (3.0, 0.0)):
+        np.testing.assert_array_equal(coverage.positive(value, error, None), coverage.NORMAL)
+    assert np.isfinite(coverage.positive(1e-9, 1.0, None)).all()

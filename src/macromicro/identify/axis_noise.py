@@ -10,6 +10,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.identify import slow_levels
 from macromicro.identify.axis_inverse import Estimate, Rows, force_residuals, regressors
+from macromicro.identify.ripple import Ripple
 from macromicro.identify.slow_levels import Level, block_means
 from macromicro.identify.spread import autoregression
 
@@ -32,6 +33,8 @@ class Noise(NamedTuple):
         Standard deviation of the position's own noise, white.
     slow : Sequence[Level]
         Where the force is as slow as the record: what it may be, by samples as measured; else none.
+    repeats : Ripple or None
+        A force that repeats along the way, beside the noise.
     """
 
     block: int
@@ -39,6 +42,7 @@ class Noise(NamedTuple):
     power: float
     sensor: float
     slow: Sequence[Level] = ()
+    repeats: Ripple | None = None
 
 
 def sensed(x: Array) -> float:

@@ -252,7 +252,7 @@ def _spread(
     in their parts of `scale`."""
     pushed = [r._replace(force=late(r.force, final.lag / r.run.dt)) for r in rows]
     noise = axis_noise.disturbance(pushed, start)
-    told = axis_spread.covariance(pieces, final, found.jac, found.fun, [noise])
+    told = axis_spread.covariance(pieces, final, found.jac, found.fun, noise)
     spread = told.covariance * np.outer(scale, scale)
     # Two methods that ought to agree say how far apart a wrong model can be. Where the free run is
     # explained, what is many times more than inverse dynamics' own errors, and more than those of

@@ -14,7 +14,7 @@ from macromicro.identify.axis_pieces import Pieces, cleared, runs, settled
 from macromicro.identify.counts import Rounded
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.slow_levels import Level
-from macromicro.identify.spread import clustered, larger
+from macromicro.identify.spread import clustered
 
 MANY = 16  # pieces: from there on their own scatter tells the errors
 _DRAWS = 100
@@ -36,7 +36,8 @@ class Spread(NamedTuple):
     explained : bool
         Whether noise explains what the free run misses; else the model is another than the axis.
     draws : ndarray, shape (n, p), or None
-        Where rounding of the positions to counts explains it: errors that it makes.
+        Where rounding of the positions to counts explains it, or a force repeats along the way:
+        errors that these make.
     """
 
     covariance: Array
@@ -49,7 +50,7 @@ def covariance(
     axis: Any,
     jacobian: Array,
     error: Array,
-    told: Sequence[Noise],
+    told: Noise,
 ) -> Spread:
     """Covariance of the parameters, and whether noise explains what the free run misses.
 
@@ -69,9 +70,8 @@ def covariance(
         Slopes of the errors by the parameters, pieces stacked.
     error : ndarray, shape (n,)
         Measured less free run.
-    told : Sequence[Noise]
-        What disturbs them, or what may: the larger errors are told, and the last one judges whether
-        the free run is explained.
+    told : Noise
+        What disturbs them.
 
     Returns
     -------
@@ -82,35 +82,19 @@ def covariance(
     if rounded is not None:
         return Spread(rounded.covariance, True, rounded.draws)
     few = sum(len(p.starts) for p in pieces) < MANY
-    found, fits = _by_noise(pieces, axis, jacobian, error, told[-1], few)
-    for other in told[:-1] if few else ():
-        found = larger(found, _by_noise(pieces, axis, jacobian, error, other, few, warned=False)[0])
-    return Spread(found, fits)
-
-
-def _by_noise(
-    pieces: list[Pieces],
-    axis: Any,
-    jacobian: Array,
-    error: Array,
-    told: Noise,
-    few: bool,
-    *,
-    warned: bool = True,
-) -> tuple[Array, bool]:
-    """As `covariance`, by one noise; of many pieces by their own scatter."""
     drawn = _drawn(pieces, axis, jacobian, told, _DRAWS if few else _DRAWS // 4)
     explained = float(np.quantile(np.sqrt(drawn.left), _OFTEN))
     rms = float(np.sqrt(np.mean(error**2)))
     # Residuals of inverse dynamics hold more than disturbing forces. A free run whose slow errors
     # are smaller than these would make them shows how much less there is.
     share, slow = 1.0, _slow(error, told.block)
-    if slow < float(np.quantile(drawn.forced_slow + drawn.noisy_slow, 1.0 - _OFTEN)):
+    least = float(np.quantile(drawn.forced_slow + drawn.noisy_slow, 1.0 - _OFTEN))
+    if drawn.forced_slow.any() and slow < least:
         own = drawn.noisy_slow.mean() + _SURE * drawn.noisy_slow.std()
         share = float(max(slow - own, 0.0) / drawn.forced_slow.mean())
     wide = rms / explained if explained > 0.0 else 1.0
     fits = wide <= _DOUBTED
-    if not fits and warned:
+    if not fits:
         notice(
             DataWarning,
             f"the free run misses by {rms:.3g} RMS where noise explains {explained:.2g}: the axis "
@@ -119,14 +103,20 @@ def _by_noise(
         )
     if few:
         forced = share * np.cov(drawn.forced.T)
-        if fits and told.slow:
-            # What a slow force may be knows that a record shows it weaker than others do.
+        if fits and told.slow and share > 0.0:
+            # What a slow force may be knows that a record shows it weaker than others do, but not
+            # that noise of the position is all that the free run shows.
             forced = _by_slow(pieces, axis, jacobian, told.slow)
-        found = np.atleast_2d(forced + np.cov(drawn.noisy.T))
-        return (found if fits else found * wide**2), fits
+        size = 1.0 if fits else wide
+        found = np.atleast_2d(forced + np.cov(drawn.noisy.T)) * size**2
+        if told.repeats is None:
+            return Spread(found, fits)
+        random = np.random.Generator(np.random.PCG64(1))
+        others = random.multivariate_normal(np.zeros(len(forced)), forced, len(drawn.noisy))
+        return Spread(found, fits, (others + drawn.noisy) * size)
     ends = np.cumsum([0] + [len(p.rows.v) for p in pieces[:-1]])
     starts = [p.starts + end for p, end in zip(pieces, ends, strict=True)]
-    return clustered(jacobian, error, np.concatenate(starts)), fits
+    return Spread(clustered(jacobian, error, np.concatenate(starts)), fits)
 
 
 def _by_slow(pieces: list[Pieces], axis: Any, jacobian: Array, may: Sequence[Level]) -> Array:
@@ -181,9 +171,9 @@ def _slow(error: Array, block: int) -> float:
 
 
 class _Drawn(NamedTuple):
-    """What drawn noise does, a row or value for each draw: by how much disturbing forces, and noise
-    of the position, move the parameters; mean squares of what both leave, and of its slow part from
-    each."""
+    """What drawn noise does, a row or value for each draw: by how much disturbing forces, and what
+    else there is (noise of the position, a force that repeats along the way), move the parameters;
+    mean squares of what both leave, and of its slow part from each."""
 
     forced: Array
     noisy: Array
@@ -203,6 +193,7 @@ def _drawn(pieces: list[Pieces], axis: Any, jacobian: Array, told: Noise, draws:
     made = _Drawn(*(np.empty((draws, jacobian.shape[1])) for _ in range(2)), *np.empty((3, draws)))
     for k in range(draws):
         forces, noises = [], []
+        phase = 2.0 * np.pi * k / draws  # of a force that repeats: evenly through a period
         for one, still, run in zip(pieces, quiet, plain, strict=True):
             n = len(run)
             white = random.standard_normal(n // told.block + _BEFORE + 1) * np.sqrt(told.power)
@@ -211,7 +202,12 @@ def _drawn(pieces: list[Pieces], axis: Any, jacobian: Array, told: Noise, draws:
             shaken = one._replace(rows=one.rows._replace(force=force))
             moved = runs(shaken, axis, still.speeds, still.at)
             forces.append(cleared(one, still, moved - run))
-            noises.append(cleared(one, still, told.sensor * random.standard_normal(n)))
+            noise = told.sensor * random.standard_normal(n)
+            if told.repeats is not None:
+                push = one.rows.force + told.repeats.at(one.rows.run.x, phase)
+                pushed = one._replace(rows=one.rows._replace(force=push))
+                noise += runs(pushed, axis, still.speeds, still.at) - run
+            noises.append(cleared(one, still, noise))
         forced, noisy = np.concatenate(forces), np.concatenate(noises)
         made.forced[k], made.noisy[k] = pseudo @ forced, pseudo @ noisy
         forced -= jacobian @ made.forced[k]

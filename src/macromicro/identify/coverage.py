@@ -16,6 +16,8 @@ from macromicro.arrays import Array
 
 SHARES = (0.6827, 0.95)  # that the intervals are to hold
 NORMAL = (1.0, 1.96)  # standard errors to each side, of normal errors
+_POINTS = 1000  # of a normal distribution
+_MOST = math.log(1e3)  # no parameter is told to be a thousand times what was found, or more
 _AS_NORMAL = 0.1  # of a factor: less than that draws may differ by chance
 
 
@@ -42,6 +44,37 @@ def factors(draws: Array | None, slopes: Array) -> Array:
     held = np.quantile(np.abs(draws), SHARES, axis=0)
     told = np.isfinite(size) & (size > 0.0)
     return np.where(told, held / np.where(told, size, 1.0), normal)
+
+
+def positive(value: float, error: float, draws: Array | None) -> Array:
+    """Coverage factors of a parameter that is positive and not sure to a few percent.
+
+    Errors of its logarithm are taken for normal, or as they are drawn: it may be twice or half what
+    was found, but not less than nothing.
+
+    Parameters
+    ----------
+    value : float
+        As found.
+    error : float
+        Standard error, to first order.
+    draws : ndarray, shape (n,), or None
+        Errors as they scatter, to first order; None where they are normal.
+
+    Returns
+    -------
+    ndarray, shape (2,)
+        Standard errors to each side that hold `SHARES` of the errors.
+    """
+    from scipy.special import ndtri
+
+    if not (math.isfinite(error) and error > 0.0 and value > 0.0):
+        return np.array(NORMAL)
+    if draws is None:
+        draws = error * ndtri((np.arange(_POINTS) + 0.5) / _POINTS)
+    ratio = np.clip(draws / value, -_MOST, _MOST)
+    held = np.quantile(np.abs(np.expm1(ratio)), SHARES)
+    return np.asarray(held * value / error)
 
 
 def errors(covariance: Array, slopes: Array) -> Array:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import axis_noise, axis_spread, axis_thin
+from macromicro.identify import axis_noise, axis_spread, axis_thin, coverage
 from macromicro.identify.axis import late
 from macromicro.identify.axis_fit import drive, rows_of, runs_of
 from macromicro.identify.axis_inverse import Estimate, Rows
@@ -34,8 +34,10 @@ from macromicro.identify.presliding_search import (
     problem_of,
     searched,
 )
+from macromicro.identify.ripple import Ripple
 
 _ELASTIC = ("stiffness", "settling", "share")
+_POSITIVE = ("stiffness", "settling", "stribeck_speed")  # uncertain by tens of percent
 _NEARLY = 10.0  # times the noise of the position: a fit by measured starts, to be taken further
 _MOST = 60_000  # samples; of longer records evenly spread parts are fitted
 
@@ -56,6 +58,8 @@ class PreslidingFit:
         Of these.
     std : ndarray, shape (p,)
         Standard errors; NaN for what the record does not show.
+    factors : ndarray, shape (2, p)
+        Coverage factors (`coverage.factors`) of these.
     judged : dict[str, float]
         RMS of free runs over held-out pieces of a typical piece, by what was tried.
     reasons : dict[str, str]
@@ -72,6 +76,8 @@ class PreslidingFit:
         Force per unit of u.
     delay : int
         Samples by which u acts late.
+    repeats : Ripple or None
+        A force that repeats along the way and is not in the model, where there is one.
     """
 
     friction: str
@@ -79,6 +85,7 @@ class PreslidingFit:
     names: tuple[str, ...]
     values: Array
     std: Array
+    factors: Array
     judged: dict[str, float]
     reasons: dict[str, str]
     taken: str
@@ -87,6 +94,7 @@ class PreslidingFit:
     residuals: tuple[Array, ...]
     gain: float
     delay: int
+    repeats: Ripple | None = None
 
     def simulate(self, u: npt.ArrayLike, dt: float, x: float = 0.0, v: float = 0.0) -> Array:
         """Free run of the axis.
@@ -160,6 +168,8 @@ def presliding_drive(
     if along is not None and not 1 <= along <= NODES[-1]:
         raise InputError("along", along, f"nodes along the travel, 1 to {NODES[-1]}")
     rigid = drive(t, u, x, gain=gain, limit=limit, delay=delay)
+    if "coulomb" not in rigid.refined.names:  # friction's give hid it; levels are told in it
+        rigid = drive(t, u, x, gain=gain, limit=limit, delay=delay, structure="coulomb")
     records, driven = runs_of(t, u, x), Driven(gain, limit, delay)
     fitted = records
     if sum(len(r.t) for r in records) > _MOST:
@@ -183,7 +193,7 @@ def presliding_drive(
         notice(ConvergenceWarning, "elastic friction: not settled; the last values are returned")
     model = problem.model(found.x, shape)
     names, values = told(model, shape)
-    spread = _spread(problem, found.x, shape, rows, rigid.inverse)
+    spread, factors, repeats = _spread(problem, found.x, shape, rows, rigid.inverse)
     if not asked:
         spread[[n.startswith(_ELASTIC) for n in names]] = np.nan
     free, errors = [], []
@@ -200,6 +210,7 @@ def presliding_drive(
         names,
         values,
         spread,
+        factors,
         judged,
         reasons,
         named(shape),
@@ -208,6 +219,7 @@ def presliding_drive(
         tuple(errors),
         float(gain),
         int(delay),
+        repeats,
     )
 
 
@@ -238,27 +250,31 @@ def told(model: Presliding, shape: Shape) -> tuple[tuple[str, ...], Array]:
     return tuple(names), np.array(values)
 
 
-def _spread(problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse: Estimate) -> Array:
-    """Standard errors; NaN where a parameter ended at its bound."""
+def _spread(
+    problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse: Estimate
+) -> tuple[Array, Array, Ripple | None]:
+    """Standard errors, NaN where a parameter ended at its bound, their coverage factors, and the
+    force that repeats along the way."""
     low, high, scale = bounds(z, shape)
     model = problem.model(z, shape)
     missed = problem.missed(z, shape)
-    noises = [axis_noise.disturbance(rows, inverse)]
-    # Rigid friction's residuals hold the give of the friction, too, which hides how slow forces
-    # are. Along elastic friction's way they show, but of noise of the position too little, and
-    # nothing of short pieces. Neither is sure.
-    forces, taken = disturbed(problem, z, shape, missed)
+    # Rigid friction's residuals hold the give of the friction, which is more than most forces are.
+    # Along elastic friction's way forces show as they are, but nothing of short pieces.
+    forces, taken, repeats = disturbed(problem, z, shape, missed)
     if forces:
-        noises.insert(0, axis_noise.noise(rows, model, forces, taken))
-    covariance = axis_spread.covariance(
-        problem.pieces, model, problem.slopes(z, shape), np.concatenate(missed), noises
-    ).covariance
+        noise = axis_noise.noise(rows, model, forces, taken)._replace(repeats=repeats)
+    else:
+        noise = axis_noise.disturbance(rows, inverse)
+    found = axis_spread.covariance(
+        problem.pieces, model, problem.slopes(z, shape), np.concatenate(missed), noise
+    )
 
     def shown(at: Array) -> Array:
         return told(problem.model(at, shape), shape)[1]
 
     turn = central(shown, z, nudges(z, scale, False), low, np.full(len(z), np.inf))
-    std = np.sqrt(np.diag(turn @ covariance @ turn.T))
+    std = np.sqrt(np.diag(turn @ found.covariance @ turn.T))
+    factors = coverage.factors(found.draws, turn)
     ended = (z <= low + 1e-3 * scale) | (z >= high - 1e-3 * scale)
     names = told(model, shape)[0]
     bound = [n for n, at in zip(shape.names, ended, strict=False) if at]
@@ -269,4 +285,8 @@ def _spread(problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse:
             "not show how much there is, and no standard error is told for it",
         )
     std[[names.index(n) for n in bound]] = np.nan
-    return np.asarray(std)
+    draws = None if found.draws is None else found.draws @ turn.T
+    for k in (names.index(n) for n in _POSITIVE if n in shape.names):
+        own = None if draws is None else draws[:, k]
+        factors[:, k] = coverage.positive(float(shown(z)[k]), float(std[k]), own)
+    return std, factors, repeats

@@ -7,14 +7,18 @@ The elements of the friction follow the filtered positions, so that f is known w
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.identify.axis import late
 from macromicro.identify.axis_inverse import HELD, Rows, differences, evened, smoothed
+from macromicro.identify.axis_refine import begun
 from macromicro.identify.central import central
 from macromicro.identify.presliding import STEPS, Presliding, begin, level, slid
 from macromicro.identify.presliding_search import Problem, Shape, bounds, nudges
+from macromicro.identify.ripple import Ripple, ripple
 from macromicro.identify.runs import Run
 from macromicro.kernel import compiled, kernel
 
@@ -23,7 +27,9 @@ _MOST = 3.0  # standard deviations, by the median: more is not the force
 
 
 @kernel
-def rubbed(p: Presliding, x: Array, pull: Array, h: float, f: Array, out: Array) -> None:
+def rubbed(
+    p: Presliding, x: Array, speed: float, pull: Array, h: float, f: Array, out: Array
+) -> None:
     """Friction along a way, its mean over each sample, as a kernel.
 
     Parameters
@@ -32,8 +38,10 @@ def rubbed(p: Presliding, x: Array, pull: Array, h: float, f: Array, out: Array)
         Parameters of the axis.
     x : ndarray, shape (n,)
         Positions, m.
+    speed : float
+        At the start, m/s; 0: at rest, friction in balance with the force.
     pull : ndarray, shape (n,)
-        Force less offset, N: the friction of an axis that begins at rest is in balance with it.
+        Force less offset, N.
     h : float
         Sample time, s.
     f : ndarray
@@ -42,8 +50,7 @@ def rubbed(p: Presliding, x: Array, pull: Array, h: float, f: Array, out: Array)
         f + tau df/dt is written here, N; the last sample has what the one before has.
     """
     part = h / STEPS
-    v = (x[1] - x[0]) / h
-    begin(p, f, x[0], v, pull[0])
+    begin(p, f, x[0], speed, pull[0])
     was = 0.0
     for k in range(len(f)):
         was += f[k]
@@ -78,16 +85,32 @@ def needed(rows: Rows, p: Presliding) -> Array:
     way = np.ascontiguousarray(smoothed(rows.run.x, rows.corner, dt))
     friction = np.empty_like(way)
     room = np.empty(max(len(p.shares), 1))
-    compiled(rubbed)(p, way, rows.force - p.offset, dt, room, friction)
+    compiled(rubbed)(p, way, begun(rows)[1], rows.force - p.offset, dt, room, friction)
     carried = p.mass * rows.a + p.viscous * rows.v
     rough = late(friction, HELD) + p.asymmetry * np.abs(rows.v) + p.offset
     table = evened(rows, np.stack([carried, rough], axis=1), [1])
     return np.asarray(table.sum(axis=1))
 
 
-def disturbed(
-    problem: Problem, z: Array, shape: Shape, errors: list[Array]
-) -> tuple[list[Array], list[Array]]:
+class Disturbance(NamedTuple):
+    """Forces that nobody measured, by pieces of the records that are long enough.
+
+    Attributes
+    ----------
+    missed : list[ndarray]
+        Shape (m,) per piece, N, less what the parameters can take up and less what repeats.
+    taken : list[ndarray]
+        What each parameter adds to the force, shape (m, p) per piece.
+    repeats : Ripple or None
+        A force that repeats along the way, where there is one.
+    """
+
+    missed: list[Array]
+    taken: list[Array]
+    repeats: Ripple | None
+
+
+def disturbed(problem: Problem, z: Array, shape: Shape, errors: list[Array]) -> Disturbance:
     """Forces that nobody measured, and what each parameter adds to what they were found from.
 
     They are the difference of what moves the axis along the record and along the free run: both
@@ -106,14 +129,12 @@ def disturbed(
 
     Returns
     -------
-    missed : list[ndarray]
-        Shape (m,) per piece that is long enough, N, less what the parameters can take up.
-    taken : list[ndarray]
-        Shape (m, p) per piece.
+    Disturbance
+        No force of pieces that are too short.
     """
     low, _, scale = bounds(z, shape)
     model, high = problem.model(z, shape), np.full(len(z), np.inf)
-    missed, taken = [], []
+    missed, taken, places = [], [], []
     for pieces, error in zip(problem.pieces, errors, strict=True):
         for first, many in zip(pieces.starts.tolist(), pieces.lengths.tolist(), strict=True):
             if many < _LEAST * pieces.rows.factor:
@@ -127,15 +148,25 @@ def disturbed(
 
             missed.append(force(z) - needed(free._replace(still=real.still), model))
             taken.append(central(force, z, nudges(z, scale, False), low, high))
+            places.append(evened(real, real.run.x[:, None].copy(), [])[:, 0])
     if not missed:
-        return missed, taken
+        return Disturbance(missed, taken, None)
     table = np.concatenate(taken)
     left = np.concatenate(missed)
     left = left - table @ np.linalg.lstsq(table, left, rcond=None)[0]
     # Where an axis sticks a little elsewhere than its model, they differ much, for a few rows.
-    most = _MOST * 1.4826 * float(np.median(np.abs(left)))
-    left = np.clip(left, -most, most)
-    return np.split(left, np.cumsum([len(m) for m in missed])[:-1]), taken
+    repeats = ripple([_clipped(left)], [np.concatenate(places)], [table])
+    if repeats is not None:
+        left = left - repeats.at(np.concatenate(places))
+        left = left - table @ np.linalg.lstsq(table, left, rcond=None)[0]
+    cuts = np.cumsum([len(m) for m in missed])[:-1]
+    return Disturbance(np.split(_clipped(left), cuts), taken, repeats)
+
+
+def _clipped(force: Array) -> Array:
+    """Forces, none larger than most of them can be."""
+    most = _MOST * 1.4826 * float(np.median(np.abs(force)))
+    return np.clip(force, -most, most)
 
 
 def _part(rows: Rows, at: slice, x: Array) -> Rows:

@@ -10,12 +10,14 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.identify import axis_choice
 from macromicro.identify.axis_inverse import Estimate, Rows
-from macromicro.identify.axis_pieces import Pieces, cut, settled
+from macromicro.identify.axis_pieces import Index, Pieces, cut, settled
 from macromicro.identify.axis_slopes import slopes
 from macromicro.identify.presliding import Presliding
 
 _STIFFEST = 2.0 * math.pi  # of the stuck mass' circular frequency times the sample time
 _PIECES, _LEAST = 12, 400  # pieces of all records that judge; samples in one
+_GOES = 0.1  # of the greatest speed, five times what counts as rest: the axis slides
+_SLID = 0.02  # of the travel: so far from where it turned, friction is at its level
 _SLOPE, _FINE = 2e-3, 0.1  # of a parameter's scale: for slopes; of that in the last search
 _WIDE = 4.0  # of the logarithm of shares
 FLOOR = 1e-3  # of the level: the least that is allowed
@@ -174,14 +176,45 @@ def pieces_of(rows: list[Rows], length: int, free: bool = False) -> list[Pieces]
     """
     made = []
     for p in cut(rows, length, free):
-        speed = np.abs(p.rows.v)
-        starts = p.starts.copy()
-        half = int(p.lengths.min()) // 3
-        for k, at in enumerate(p.starts[1:].tolist(), 1):
-            starts[k] = at - half + int(np.argmax(speed[at - half : at + half]))
-        lengths = np.diff(np.append(starts, len(speed)))
+        starts = _begins(p.rows, p.starts, int(p.lengths.min()) // 3)
+        lengths = np.diff(np.append(starts, len(p.rows.v)))
         made.append(p._replace(starts=starts, lengths=lengths, rests=True))
     return made
+
+
+def _begins(rows: Rows, cuts: Index, half: int) -> Index:
+    """Samples where the axis is fastest, so many to either side of cuts at most.
+
+    It has to slide there. Where it does not, the nearest sample at which it does is taken; where
+    there is none before the next cut, the piece goes on: a start taken for rest that is none, or
+    for sliding while the friction still gives, would shift all that follows. A record that slides
+    nowhere inside is cut where it is fastest, for pieces held out have to be others than those
+    fitted.
+    """
+    speed = np.abs(rows.v)
+    slides = (speed >= _GOES * speed.max()) & (_gone(rows) >= _SLID * np.ptp(rows.run.x))
+    fast = np.where(slides, speed, -1.0)
+    starts = [0]
+    for at in cuts[1:].tolist():
+        first, last = max(at - half, starts[-1] + half), at + half
+        found = first + int(np.argmax(fast[first:last]))
+        if not slides[found]:
+            first, last = starts[-1] + half, min(at + 3 * half, len(speed) - half)
+            near = first + np.flatnonzero(slides[first:last])
+            if not len(near):
+                continue
+            found = int(near[np.argmin(np.abs(near - at))])
+        starts.append(found)
+    if len(starts) == 1:
+        starts += [at - half + int(np.argmax(speed[at - half : at + half])) for at in cuts[1:]]
+    return np.array(starts, np.int64)
+
+
+def _gone(rows: Rows) -> Array:
+    """How far the axis has gone since it turned."""
+    side, x = rows.v > 0.0, rows.run.x
+    turned = np.flatnonzero(np.diff(side, prepend=not side[0]))
+    return np.asarray(np.abs(x - np.repeat(x[turned], np.diff(turned, append=len(x)))))
 
 
 def searched(

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from macromicro.identify.presliding_fit import PreslidingFit
+    from macromicro.identify.ripple import Ripple
 
 MEANINGS = {
     "mass": "inertia",
@@ -104,6 +105,8 @@ def identify(records: Records, friction: str, along: int | None, driven: Driven)
     if len(nodes) > 1:
         at = ", ".join(f"{x:.4g}" for x in nodes)
         remarks.append(("levels", f"of the Coulomb friction at {at} {place}, linear between"))
+    if fit.repeats is not None:
+        remarks.append(("repeats", _repeated(fit.repeats, records)))
     if driven.delay:
         remarks.append(("delay", f"u acts {driven.delay} samples late"))
     data = {
@@ -149,23 +152,32 @@ def _lines(fit: PreslidingFit, records: Records) -> list[Line]:
     force, place = records.units["coulomb"], records.place
     units["stiffness"] = f"{force}/{place}" if force else ""
     lines: list[Line] = []
-    for name, value, error in zip(fit.names, fit.values, fit.std, strict=True):
+    every = zip(fit.names, fit.values, fit.std, fit.factors[1].tolist(), strict=True)
+    for name, value, error, factor in every:
         kind = name.split(maxsplit=1)[0]
         if kind == "level":
             many = len(fit.model.levels) > 1
             note = "Coulomb friction"
             if many:
                 note += f" at {_nodes(fit)[len(_of(lines, 'level'))]:.4g} {place}"
-            lines.append(Line(name if many else "coulomb", value, error, force, note))
+            lines.append(Line(name if many else "coulomb", value, error, force, note, factor))
         elif kind == "share":
-            lines.append(Line(name, value, error, "", "of the friction in this element"))
+            note = "of the friction in this element"
+            lines.append(Line(name, value, error, "", note, factor))
         else:
-            lines.append(Line(name, value, error, units[name], MEANINGS[name]))
+            lines.append(Line(name, value, error, units[name], MEANINGS[name], factor))
     return lines
 
 
 def _of(lines: list[Line], kind: str) -> list[Line]:
     return [line for line in lines if line.name.startswith(kind)]
+
+
+def _repeated(found: Ripple, records: Records) -> str:
+    """A force that repeats along the way, in words."""
+    period = 2.0 * math.pi / found.turn
+    size, every = f"{found.size:.3g} {records.force}", f"{period:.3g} {records.place}"
+    return f"a force of {size} repeats every {every}; not in the model, errors allow for it"
 
 
 def _judged(fit: PreslidingFit, place: str) -> str:
