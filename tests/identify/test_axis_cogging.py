@@ -8,12 +8,20 @@ import numpy as np
 import pytest
 
 from macromicro.arrays import Array
-from macromicro.identify import coverage
+from macromicro.identify import axis_fit, axis_noise, coverage
 from macromicro.identify.axis import Axis, acting, simulate, step
 from macromicro.identify.axis_cogging import cogged
 from macromicro.identify.axis_fit import rows_of
 from macromicro.identify.axis_instruments import instrumented
-from macromicro.identify.axis_inverse import Estimate, Rows, columns, evened, fitted
+from macromicro.identify.axis_inverse import (
+    Estimate,
+    Rows,
+    columns,
+    evened,
+    fitted,
+    force_residuals,
+    regressors,
+)
 from macromicro.identify.driven import Driven
 from macromicro.identify.runs import Run
 from macromicro.identify.spread import robust_covariance
@@ -107,3 +115,20 @@ def test_a_quick_motion_makes_a_force_that_the_filters_weaken() -> None:
     exact = 0.5 * 3.0**2 * np.sum((np.linalg.pinv(left) @ pair) ** 2, axis=1)
     kept = [0, 2, 3]  # the viscous slope is hardly moved
     assert np.diag(found.covariance)[kept] == pytest.approx(exact[kept], rel=0.1)
+
+
+def test_output_error_draws_it_beside_the_noise() -> None:
+    run = moved(inputs(4), 2.0)
+    rows, found = estimate(run)
+    told = axis_noise.disturbance(rows, found)
+    assert told.repeats is not None
+    assert told.repeats.size == pytest.approx(SIZE, rel=0.05)
+    at = told.repeats.at(run.x)
+    ideal = -SIZE * np.sin(2.0 * np.pi / EVERY * run.x + 2.0)
+    assert min(np.std(at - ideal), np.std(at + ideal)) < 0.2 * SIZE
+    plain = axis_noise.noise(
+        rows, found.axis, *(f(rows, found) for f in (force_residuals, regressors))
+    )
+    assert told.power < 0.1 * plain.power
+    fit = axis_fit.drive(run.t, run.u, run.x, structure="coulomb").refined
+    assert fit.draws is not None and not fit.rounded and fit.factors[1].mean() < 1.9

@@ -84,7 +84,7 @@ def test_errors_of_a_record_in_counts_are_those_of_rounding() -> None:
     for seed in range(16):
         run, _ = in_steps(seed)
         found = axis_fit.drive(run.t, run.u, run.x, structure="coulomb")
-        assert found.refined.draws is not None
+        assert found.refined.rounded and found.refined.draws is not None
         off = found.inverse.values - np.array([getattr(TRUTH, n) for n in found.inverse.names])
         parts.append(off / found.inverse.std)
         rows = axis_fit.rows_of([run], Driven())
@@ -102,7 +102,7 @@ def test_what_is_no_rounding_or_has_no_guide_keeps_its_errors() -> None:
     noisy = run._replace(x=x + 1e-5 * np.random.default_rng(1).standard_normal(len(x)))
     found = axis_fit.drive(noisy.t, noisy.u, noisy.x, structure="coulomb")
     rows = axis_fit.rows_of([noisy], Driven())
-    assert found.refined.draws is None
+    assert not found.refined.rounded and found.refined.draws is None
     assert found.inverse.std.tolist() == instrumented(rows, fitted(rows, "coulomb")).std.tolist()
     rows = axis_fit.rows_of([run], Driven())
     plain = instrumented(rows, fitted(rows, "stribeck"))

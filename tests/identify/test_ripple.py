@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from macromicro.arrays import Array
-from macromicro.identify.ripple import ripple
+from macromicro.identify.ripple import Ripple, ripple
 
 T = np.arange(4000) * 1e-3
 PLACE = 0.1 * np.sin(2.0 * T) + 0.03 * np.sin(9.0 * T)
@@ -59,3 +59,25 @@ def test_an_axis_that_stands_shows_none() -> None:
 
 def test_what_goes_with_the_place_more_slowly_than_a_period_is_none() -> None:
     assert ripple([PLACE**2 + PLACE**3 / 0.1], [PLACE], [TAKEN]) is None
+
+
+def test_another_phase_and_size() -> None:
+    one = Ripple(80.0, 5.0, 3.0, -4.0)
+    other = one.turned(0.7, 2.0)
+    assert other.at(PLACE) == pytest.approx(2.0 * one.at(PLACE, 0.7))
+    assert (other.turn, other.size) == (80.0, 10.0)
+    assert np.hypot(other.sine, other.cosine) == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_slow_noise_of_a_few_values_is_no_ripple(seed: int) -> None:
+    """A random walk along a way of a few strokes, of which some periods explain a third."""
+    force = lfilter([1.0], [1.0, -0.9995], white(seed))
+    way = 0.3 * np.sin(2.0 * np.pi * T / 3.1)
+    assert ripple([force], [way], [np.ones((4000, 1))]) is None
+
+
+def test_many_periods_in_a_range() -> None:
+    force = np.sin(2.0 * np.pi / 0.0003 * PLACE) + 0.2 * white(3)
+    found = ripple([force], [PLACE], [TAKEN])
+    assert found is not None and 2.0 * np.pi / found.turn == pytest.approx(0.0003, rel=1e-3)

@@ -7,23 +7,82 @@ drawn in any phase, and what it leaves is taken for noise.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
+import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.identify.axis_inverse import Rows, evened
 from macromicro.identify.counts import Rounded
-from macromicro.identify.ripple import ripple
+from macromicro.identify.ripple import Ripple, ripple
 from macromicro.identify.spread import robust_covariance
 
 _PHASES = 200
 
 
-def cogged(rows: list[Rows], guides: Array, left: Array, missed: Array) -> Rounded | None:
+class Repeating(NamedTuple):
+    """A force that repeats along the way, and what else there is.
+
+    Attributes
+    ----------
+    force : Ripple
+        The force.
+    pair : ndarray, shape (m, 2)
+        It, and it a quarter of a period later, behind the filters of the records.
+    rest : ndarray, shape (m,)
+        What is left beside it, and beside the parameters.
+    ends : ndarray of int, shape (r,)
+        Where each record ends.
+    """
+
+    force: Ripple
+    pair: Array
+    rest: Array
+    ends: npt.NDArray[np.intp]
+
+
+def repeating(rows: Sequence[Rows], left: Array, missed: Array) -> Repeating | None:
+    """The force that repeats along the way, where it is most of what is left.
+
+    Parameters
+    ----------
+    rows : Sequence[Rows]
+        The records.
+    left : ndarray, shape (m, p)
+        Regressors, records stacked.
+    missed : ndarray, shape (m,)
+        What they leave of the force.
+
+    Returns
+    -------
+    Repeating or None
+        None where there is none.
+    """
+    places = [evened(r, r.run.x[:, None].copy(), [])[:, 0] for r in rows]
+    ends = np.cumsum([len(x) for x in places])
+    found = ripple(np.split(missed, ends[:-1]), places, np.split(left, ends[:-1]))
+    if found is None:
+        return None
+    # A quick motion makes a quick force, so both quadratures pass the filters of the record.
+    pair = np.concatenate([
+        evened(r, np.stack([found.at(r.run.x), found.at(r.run.x, 0.5 * np.pi)], axis=1), [0, 1])
+        for r in rows
+    ])  # fmt: skip
+    both = np.hstack([pair, left / np.linalg.norm(left, axis=0)])
+    own = np.linalg.lstsq(both, missed, rcond=None)[0]
+    size = float(np.hypot(own[0], own[1]))
+    turned = found.turned(float(np.arctan2(own[1], own[0])), size)
+    return Repeating(turned, size * pair, missed - both @ own, ends)
+
+
+def cogged(rows: Sequence[Rows], guides: Array, left: Array, missed: Array) -> Rounded | None:
     """Errors of parameters under a force that repeats along the way.
 
     Parameters
     ----------
-    rows : list[Rows]
+    rows : Sequence[Rows]
         The records.
     guides, left : ndarray, shape (m, p)
         Instruments and regressors, records stacked.
@@ -35,27 +94,15 @@ def cogged(rows: list[Rows], guides: Array, left: Array, missed: Array) -> Round
     Rounded or None
         None where no such force is most of what is left.
     """
-    places = [evened(r, r.run.x[:, None].copy(), [])[:, 0] for r in rows]
-    cuts = np.cumsum([len(x) for x in places])
-    parts = np.split(missed, cuts[:-1])
-    found = ripple(parts, places, np.split(left, cuts[:-1]))
+    found = repeating(rows, left, missed)
     if found is None:
         return None
-    size = np.linalg.norm(guides, axis=0)
-    even = guides / size
+    even = guides / np.linalg.norm(guides, axis=0)
     solve = np.linalg.pinv(even.T @ left) @ even.T
-    # A quick motion makes a quick force, so both quadratures pass the filters of the record.
-    pair = np.concatenate([
-        evened(r, np.stack([found.at(r.run.x), found.at(r.run.x, 0.5 * np.pi)], axis=1), [0, 1])
-        for r in rows
-    ])  # fmt: skip
-    both = np.hstack([pair, left / np.linalg.norm(left, axis=0)])
-    own = np.linalg.lstsq(both, missed, rcond=None)[0]
-    rest = missed - both @ own
     phases = 2.0 * np.pi * (np.arange(_PHASES) + 0.5) / _PHASES
-    turned = float(np.hypot(own[0], own[1])) * np.stack([np.cos(phases), np.sin(phases)], axis=1)
-    draws = turned @ (solve @ pair).T
-    noise = robust_covariance(guides, rest, cuts, None, left)
+    turned = np.stack([np.cos(phases), np.sin(phases)], axis=1)
+    draws = turned @ (solve @ found.pair).T
+    noise = robust_covariance(guides, found.rest, found.ends, None, left)
     spread = draws.T @ draws / _PHASES + noise
     random = np.random.Generator(np.random.PCG64(0))  # the same data give the same errors
     draws += random.multivariate_normal(np.zeros(len(noise)), noise, _PHASES, method="svd")

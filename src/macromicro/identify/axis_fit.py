@@ -219,7 +219,7 @@ def drive(  # noqa: PLR0913 -- one parameter per option
         final, free, errors = axis_thin.whole(runs, final, starts, driven, coarse)
     else:
         free, errors = free_runs(seen, final.axis, starts)
-    if final.draws is not None:
+    if final.rounded:
         inverse = in_counts(rows, inverse, final.axis, free)
     return DriveFit(
         structure,

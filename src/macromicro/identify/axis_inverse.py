@@ -73,8 +73,10 @@ class Estimate:
     percent : float
         The same as 100 |error| / |measured|, for positions about their mean.
     draws : ndarray, shape (n, p), or None
-        Errors as rounding of the positions to counts makes them, where it is all that moved the
-        parameters; None where errors are normal.
+        Errors as rounding of the positions to counts makes them, or a force that repeats along the
+        way; None where errors are normal.
+    rounded : bool
+        Whether rounding is all that moved the parameters.
     """
 
     axis: Axis
@@ -83,6 +85,7 @@ class Estimate:
     rms: float
     percent: float
     draws: Array | None = None
+    rounded: bool = False
 
     @property
     def values(self) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.identify import slow_levels
+from macromicro.identify.axis_cogging import repeating
 from macromicro.identify.axis_inverse import Estimate, Rows, force_residuals, regressors
 from macromicro.identify.ripple import Ripple
 from macromicro.identify.slow_levels import Level, block_means
@@ -80,7 +81,7 @@ def sensor(rows: Sequence[Rows]) -> float:
 
 
 def disturbance(rows: list[Rows], start: Estimate) -> Noise:
-    """The noise that the residuals of inverse dynamics with rigid friction show.
+    """What the residuals of inverse dynamics with rigid friction show: noise, and cogging.
 
     Parameters
     ----------
@@ -94,7 +95,12 @@ def disturbance(rows: list[Rows], start: Estimate) -> Noise:
     Noise
         Of all records.
     """
-    return noise(rows, start.axis, force_residuals(rows, start), regressors(rows, start))
+    missed, taken = force_residuals(rows, start), regressors(rows, start)
+    found = repeating(rows, np.concatenate(taken), np.concatenate(missed))
+    if found is None:
+        return noise(rows, start.axis, missed, taken)
+    rest = np.split(found.rest, found.ends[:-1])
+    return noise(rows, start.axis, rest, taken)._replace(repeats=found.force)
 
 
 def noise(rows: list[Rows], axis: Any, disturbed: list[Array], taken: list[Array]) -> Noise:

@@ -13,6 +13,7 @@ from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_inverse import ECCENTRIC, Estimate, Rows
 from macromicro.identify.axis_pieces import Pieces, cut, settled
 from macromicro.identify.axis_slopes import slopes
+from macromicro.identify.axis_spread import Spread
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 
 _FORCES = ("coulomb", "offset", "stribeck", *ECCENTRIC)
@@ -226,9 +227,9 @@ def refined(
     if found.status == 0:
         notice(ConvergenceWarning, "output error: not settled; the last values are returned")
     final = axis(found.x)
-    spread, draws = np.full((len(names), len(names)), np.nan), None
+    sure = Spread(np.full((len(names), len(names)), np.nan), False)
     if told:
-        spread, draws = _spread(rows, pieces, start, final, found, scale)
+        sure = _spread(rows, pieces, start, final, found, scale)
         least = ~signed & (found.x <= 2.0 * low)
         if least.any():
             ended = ", ".join(n for n, at in zip(names, least, strict=True) if at)
@@ -237,19 +238,18 @@ def refined(
                 f"output error: {ended} at the least that is allowed, next to 0; the record does "
                 "not show how much there is, and no standard error is told for it",
             )
-            spread[least, :] = spread[:, least] = np.nan
+            sure.covariance[least, :] = sure.covariance[:, least] = np.nan
     error = np.concatenate(free_runs(rows, final, started(rows, final))[1])
     about = np.concatenate([r.run.x - r.run.x.mean() for r in rows])
     rms = float(np.sqrt(np.mean(error**2)))
     percent = 100.0 * rms / float(np.sqrt(np.mean(about**2)))
-    return Estimate(final, names, spread, rms, percent, draws)
+    return Estimate(final, names, sure.covariance, rms, percent, sure.draws, sure.rounded)
 
 
 def _spread(
     rows: list[Rows], pieces: list[Pieces], start: Estimate, final: Axis, found: Any, scale: Array
-) -> tuple[Array, Array | None]:
-    """Covariance of the parameters, and their errors where rounding alone moved them; `found` is
-    in their parts of `scale`."""
+) -> Spread:
+    """How sure the parameters are; `found` is in their parts of `scale`."""
     pushed = [r._replace(force=late(r.force, final.lag / r.run.dt)) for r in rows]
     noise = axis_noise.disturbance(pushed, start)
     told = axis_spread.covariance(pieces, final, found.jac, found.fun, noise)
@@ -264,7 +264,6 @@ def _spread(
     apart[told.explained & (near | noisy(found.fun, rows))] = 0.0
     at = np.arange(len(apart))
     spread[at, at] += apart**2
-    # What two methods are apart is a value for each, and no rounding.
-    if told.draws is None or apart.any():
-        return spread, None
-    return spread, told.draws * scale
+    # What two methods are apart is neither rounding nor cogging.
+    draws = None if told.draws is None or apart.any() else told.draws * scale
+    return told._replace(covariance=spread, draws=draws)

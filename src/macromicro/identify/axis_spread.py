@@ -38,11 +38,14 @@ class Spread(NamedTuple):
     draws : ndarray, shape (n, p), or None
         Where rounding of the positions to counts explains it, or a force repeats along the way:
         errors that these make.
+    rounded : bool
+        Whether it is rounding.
     """
 
     covariance: Array
     explained: bool
     draws: Array | None = None
+    rounded: bool = False
 
 
 def covariance(
@@ -80,7 +83,7 @@ def covariance(
     """
     rounded = _by_rounding(pieces, axis, jacobian, error)
     if rounded is not None:
-        return Spread(rounded.covariance, True, rounded.draws)
+        return Spread(rounded.covariance, True, rounded.draws, rounded=True)
     few = sum(len(p.starts) for p in pieces) < MANY
     drawn = _drawn(pieces, axis, jacobian, told, _DRAWS if few else _DRAWS // 4)
     explained = float(np.quantile(np.sqrt(drawn.left), _OFTEN))

@@ -63,6 +63,25 @@ class Ripple(NamedTuple):
         angle = self.turn * place + shift
         return np.asarray(self.sine * np.sin(angle) + self.cosine * np.cos(angle))
 
+    def turned(self, shift: float, times: float = 1.0) -> Ripple:
+        """With another phase and size.
+
+        Parameters
+        ----------
+        shift : float
+            By which the phase is later, rad.
+        times : float, optional
+            As strong.
+
+        Returns
+        -------
+        Ripple
+            `at` is that of this one with the shift, so many times.
+        """
+        cos, sin = times * float(np.cos(shift)), times * float(np.sin(shift))
+        sine, cosine = self.sine * cos - self.cosine * sin, self.cosine * cos + self.sine * sin
+        return Ripple(self.turn, self.size * abs(times), sine, cosine)
+
 
 def ripple(force: list[Array], place: list[Array], taken: list[Array]) -> Ripple | None:
     """The periodic force that explains much of what is left of a force.
