@@ -128,12 +128,34 @@ def stopping(p: Axis, v: float, net: float) -> float:
 
 
 @kernel
+def level(p: Axis, v: float) -> float:
+    """Friction that does not grow with the speed: Coulomb's and Stribeck's.
+
+    Parameters
+    ----------
+    p : Axis
+        Parameters of the axis.
+    v : float
+        Speed, m/s.
+
+    Returns
+    -------
+    float
+        N, from 0.
+    """
+    if p.stribeck == 0.0:
+        return p.coulomb
+    ratio = v / p.stribeck_speed
+    return p.coulomb + p.stribeck * math.exp(-ratio * ratio)
+
+
+@kernel
 def step(p: Axis, v: float, pull: float, h: float) -> tuple[float, float]:
     """New speed and distance after a time under a held force.
 
-    Exact while the axis slides in one direction (Stribeck's level taken at the step's start). A
-    reversal is split at the moment of zero speed, so that the result is continuous in the
-    parameters.
+    Exact while the axis slides in one direction (Stribeck's level taken at the mean of the first
+    and the last speed). A reversal is split at the moment of zero speed, so that the result is
+    continuous in the parameters.
 
     Parameters
     ----------
@@ -155,14 +177,13 @@ def step(p: Axis, v: float, pull: float, h: float) -> tuple[float, float]:
     """
     moved = 0.0
     if v != 0.0:
-        level = p.coulomb
-        if p.stribeck != 0.0:
-            ratio = v / p.stribeck_speed
-            level += p.stribeck * math.exp(-ratio * ratio)
         side = 1.0 if v > 0.0 else -1.0
-        net = pull - side * level
         keep, push, carry = decay(p, side, h)
+        net = pull - side * level(p, v)
         new = keep * v + push * net
+        if p.stribeck != 0.0:
+            net = pull - side * level(p, 0.5 * (v + side * max(side * new, 0.0)))
+            new = keep * v + push * net
         if new * side > 0.0:
             return new, p.mass * push * v + carry * net
         slide = h
@@ -177,6 +198,8 @@ def step(p: Axis, v: float, pull: float, h: float) -> tuple[float, float]:
     side = 1.0 if pull > 0.0 else -1.0
     keep, push, carry = decay(p, side, h)
     net = pull - side * hold
+    if p.stribeck != 0.0:
+        net = pull - side * level(p, 0.5 * push * net)
     return push * net, moved + carry * net
 
 
