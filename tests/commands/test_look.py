@@ -92,6 +92,26 @@ def test_roles_by_course_where_names_say_nothing(
     assert shlex.split(found["command"])[-1] == "t=c,u=b:V,x=a:m"
 
 
+def test_roles_by_units_where_names_say_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = seen(capsys, written(tmp_path, **{"Zeit [s]": T, "Spannung [V]": U, "Weg [um]": X}))
+    assert shlex.split(str(found["command"]))[-1] == "t=Zeit [s],u=Spannung [V],x=Weg [um]"
+    two = seen(capsys, written(tmp_path, **{"time": T, "a [V]": U, "b [V]": U, "Weg [um]": X}))
+    assert shlex.split(str(two["command"]))[-1] == "t=time,u=?,x=Weg [um]"
+
+
+def test_times_are_told_by_name_as_roles_are(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """T is a temperature; a column of dates is the time, whatever it is called."""
+    found = seen(capsys, written(tmp_path, T=20.0 + X, t=T, u_V=U))
+    assert found["time"] == "t" and found["timing"]["rate"] == pytest.approx(1000.0)  # type: ignore[index]
+    dates = [f"2026-03-01 12:{k // 60:02d}:{k % 60:02d}" for k in range(N)]
+    found = seen(capsys, written(tmp_path, stamp=dates, u_V=U, x_mm=X))
+    assert str(found["command"]).startswith("macromicro identify drive ") and "?" not in str(found)
+
+
 def test_a_column_that_cannot_be_read_says_where(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
