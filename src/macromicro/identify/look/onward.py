@@ -10,7 +10,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.files.table import Table
-from macromicro.identify.kinds import drive, hall, hysteresis, linear, thermal
+from macromicro.identify.kinds import drive, hall, hysteresis, linear, stress, thermal
 from macromicro.identify.picking import Role, T, matched
 from macromicro.units import convert
 
@@ -35,6 +35,7 @@ class Onward(NamedTuple):
 # Kind of identification, its roles, and those that a file must have for it; the first that fits.
 _KINDS: tuple[tuple[str, Sequence[Role], str], ...] = (
     ("hysteresis", hysteresis.ROLES, "u f curve"),
+    ("stress", stress.ROLES, "T x load"),
     ("drive", drive.ROLES, "t u x"),
     ("linear", linear.ROLES, "t u y"),
     ("thermal", (T, thermal.U, thermal.TEMPERATURE), "t u T"),
