@@ -35,15 +35,15 @@ def jumps(run: Run, where: str) -> None:
     InputError
         Some steps are far larger than all others.
     """
-    steps = np.abs(np.diff(run.x))
-    order = np.argsort(steps)[::-1]
+    steps = np.diff(run.x)
+    np.abs(steps, out=steps)
     count = int(_JUMPS * len(steps))
-    top = steps[order[: count + 1]]
+    top = np.sort(np.partition(steps, len(steps) - count - 1)[-count - 1 :])[::-1]
     apart = np.flatnonzero(top[:-1] > _FAR * top[1:])
     if not len(apart) or top[apart[-1] + 1] == 0.0:
         return
     many = int(apart[-1]) + 1
-    first = int(order[:many].min()) + 1
+    first = int(np.argmax(steps >= top[many - 1])) + 1
     raise InputError(
         f"{where}, row {first + 1}",
         f"a jump by {run.x[first] - run.x[first - 1]:.6g}; {many} of them, all other steps are "
