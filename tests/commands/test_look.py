@@ -97,6 +97,8 @@ def test_roles_by_units_where_names_say_nothing(
 ) -> None:
     found = seen(capsys, written(tmp_path, **{"Zeit [s]": T, "Spannung [V]": U, "Weg [um]": X}))
     assert shlex.split(str(found["command"]))[-1] == "t=Zeit [s],u=Spannung [V],x=Weg [um]"
+    speed = seen(capsys, written(tmp_path, **{"t": T, "i [A]": U, "tacho [mm/s]": X}))
+    assert shlex.split(str(speed["command"]))[-1] == "t=t,u=i [A],v=tacho [mm/s]"
     two = seen(capsys, written(tmp_path, **{"time": T, "a [V]": U, "b [V]": U, "Weg [um]": X}))
     assert shlex.split(str(two["command"]))[-1] == "t=time,u=?,x=Weg [um]"
 

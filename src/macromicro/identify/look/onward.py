@@ -10,7 +10,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.files.table import Table
-from macromicro.identify.kinds import drive, hall, hysteresis, linear, stress, thermal
+from macromicro.identify.kinds import drive, hall, hysteresis, linear, sprung, stress, thermal
 from macromicro.identify.picking import Role, T, matched
 from macromicro.units import convert
 
@@ -66,7 +66,7 @@ def onward(table: Table, numbers: Mapping[str, Array]) -> Onward:
             reasons = [f"{role}: {name}, by its name" for role, name in columns.items()]
             return _said(table, kind, roles, columns, reasons, named=True)
     columns, reasons = by_course(numbers, table.units, found_by_name(table, numbers))
-    return _said(table, "drive", drive.ROLES, columns, reasons, named=False)
+    return _said(table, "drive", (*drive.ROLES, sprung.V), columns, reasons, named=False)
 
 
 def found_by_name(table: Table, numbers: Mapping[str, Array]) -> dict[str, str]:
@@ -121,13 +121,16 @@ def by_course(
             reasons.append(f"t: {name}, which rises by even steps")
             del rest[name]
             break
-    for role in (drive.U, drive.X):
+    for role in (drive.U, drive.X, sprung.V):
         fits = [name for name in rest if _converts(units.get(name, ""), role.units)]
-        if columns[role.name] == "?" and len(fits) == 1:
+        open_ = columns["x" if role is sprung.V else role.name] == "?"
+        if open_ and len(fits) == 1:
             columns[role.name] = fits[0]
             reasons.append(f"{role.name}: {fits[0]}, the only one in {units[fits[0]]} or the like")
             del rest[fits[0]]
-    if columns["u"] != "?" or columns["x"] != "?":
+    if "v" in columns:  # a speed does for a position
+        del columns["x"]
+    if columns["u"] != "?" or columns.get("x") != "?":
         return columns, reasons
     rough = {n: _roughness(v) for n, v in rest.items() if len(v) > 2 and np.ptp(v) > 0.0}
     if len(rough) == 2:
