@@ -68,6 +68,18 @@ def test_faults_of_times(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert timing["rate"] == pytest.approx(1000.0) and timing["longest"] == pytest.approx(0.501)
 
 
+def test_times_that_begin_anew_with_each_run_are_no_fault(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = written(tmp_path, t_s=T % 0.5, u_V=U, x_mm=X, run=np.floor(T / 0.5 + 1e-9))
+    found = seen(capsys, file)
+    timing = found["timing"]
+    assert isinstance(timing, dict)
+    assert [timing[k] for k in ("gaps", "twice", "falls", "runs")] == [0, 0, 0, 4]
+    assert timing["duration"] == pytest.approx(4 * 0.499) and remarks(found)["t_s"] == ""
+    assert look(file) == 0 and "4 runs" in capsys.readouterr().out
+
+
 def test_wraps_saturation_and_gaps_in_columns(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
