@@ -68,6 +68,18 @@ def test_faults_of_times(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert timing["rate"] == pytest.approx(1000.0) and timing["longest"] == pytest.approx(0.501)
 
 
+def test_times_that_begin_anew_with_each_run_are_no_fault(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = written(tmp_path, t_s=T % 0.5, u_V=U, x_mm=X, run=np.floor(T / 0.5 + 1e-9))
+    found = seen(capsys, file)
+    timing = found["timing"]
+    assert isinstance(timing, dict)
+    assert [timing[k] for k in ("gaps", "twice", "falls", "runs")] == [0, 0, 0, 4]
+    assert timing["duration"] == pytest.approx(4 * 0.499) and remarks(found)["t_s"] == ""
+    assert look(file) == 0 and "4 runs" in capsys.readouterr().out
+
+
 def test_wraps_saturation_and_gaps_in_columns(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -90,6 +102,28 @@ def test_roles_by_course_where_names_say_nothing(
     found = seen(capsys, written(tmp_path, a=X, b=U, c=T))
     assert isinstance(found["command"], str)
     assert shlex.split(found["command"])[-1] == "t=c,u=b:V,x=a:m"
+
+
+def test_roles_by_units_where_names_say_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = seen(capsys, written(tmp_path, **{"Zeit [s]": T, "Spannung [V]": U, "Weg [um]": X}))
+    assert shlex.split(str(found["command"]))[-1] == "t=Zeit [s],u=Spannung [V],x=Weg [um]"
+    speed = seen(capsys, written(tmp_path, **{"t": T, "i [A]": U, "tacho [mm/s]": X}))
+    assert shlex.split(str(speed["command"]))[-1] == "t=t,u=i [A],v=tacho [mm/s]"
+    two = seen(capsys, written(tmp_path, **{"time": T, "a [V]": U, "b [V]": U, "Weg [um]": X}))
+    assert shlex.split(str(two["command"]))[-1] == "t=time,u=?,x=Weg [um]"
+
+
+def test_times_are_told_by_name_as_roles_are(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """T is a temperature; a column of dates is the time, whatever it is called."""
+    found = seen(capsys, written(tmp_path, T=20.0 + X, t=T, u_V=U))
+    assert found["time"] == "t" and found["timing"]["rate"] == pytest.approx(1000.0)  # type: ignore[index]
+    dates = [f"2026-03-01 12:{k // 60:02d}:{k % 60:02d}" for k in range(N)]
+    found = seen(capsys, written(tmp_path, stamp=dates, u_V=U, x_mm=X))
+    assert str(found["command"]).startswith("macromicro identify drive ") and "?" not in str(found)
 
 
 def test_a_column_that_cannot_be_read_says_where(

@@ -57,6 +57,10 @@ def holds(found: Table, *names: str) -> bool:
         "t,u,x\n0,1.25,10\n0.5,-2.5,20.5\n1,3,30\n",
         "t;u;x\n0;1,25;10\n0,5;-2,5;20,5\n1;3;30\n",
         "t;u;x\n0;1,25;10\n0.5;-2.5;20,5\n1;3;30\n",
+        "t,u,x\r0,1.25,10\r0.5,-2.5,20.5\r1,3,30\r",
+        "t;u;x\r0;1,25;10\r# warm\r0,5;-2,5;20,5\r1;3;30",
+        "    t     u    x\n  (s)   (V)  (m)\n ----  ---- ----\n0 1.25 10\n0.5 -2.5 20.5\n1 3 30\n",
+        "t,u,x\n=====\n0,1.25,10\n0.5,-2.5,20.5\n1,3,30\n",
         "t\tu\tx\r\n0\t1,25\t10\r\n0,5\t-2,5\t20,5\r\n1\t3\t30\r\n",
         "  t   u\tx  \n 0  1.25  10 \n0.5 -2.5\t20.5\n\n1   3   30",
         "t u x\r\n0 1.25 10 \r\n0.5 -2.5 20.5\r\n1 3 30\r\n",
@@ -182,3 +186,8 @@ def test_pieces_of_any_size_make_the_same_rows(
     assert [line.split(b" ") for line in made.splitlines()] == [
         f"{k} {k + 0.5} {-k}".encode().split() for k in range(9)
     ]
+
+
+def test_a_line_with_a_return_in_it_is_one_line(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"line 3"):
+        table(tmp_path, "t,u\n0,1\n0.5\r,x\n1,3\n").several(["t", "u"])

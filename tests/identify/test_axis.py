@@ -31,13 +31,27 @@ axes = st.builds(
 )
 
 
-def test_sliding_under_a_held_force_is_exact() -> None:
-    """v = (F - Fc - F0) / Fv (1 - exp(-Fv t / M)), the solution by hand."""
+@pytest.mark.parametrize("h", [2e-5, 1e-3, 0.3])
+def test_sliding_under_a_held_force_is_exact(h: float) -> None:
+    """v = (F - Fc - F0) / Fv (1 - exp(-Fv t / M)), the solution by hand, however long a step."""
     p = Axis(mass=2.0, viscous=5.0, coulomb=3.0, offset=1.0)
-    t = np.arange(2000) * 1e-3
-    x = simulate(p, np.full(2000, 10.0), 1e-3)
+    t = np.arange(2000) * h
+    x = simulate(p, np.full(2000, 10.0), h)
     top, tau = 6.0 / 5.0, 2.0 / 5.0
-    np.testing.assert_allclose(x, top * (t - tau * (1.0 - np.exp(-t / tau))), atol=1e-6)
+    wanted = top * (t - tau * (1.0 - np.exp(-t / tau)))
+    np.testing.assert_allclose(x, wanted, rtol=1e-9, atol=1e-13)
+
+
+@pytest.mark.parametrize("v", [1.0, -1.0])
+def test_a_step_that_ends_the_motion_goes_as_far_as_friction_lets_it(v: float) -> None:
+    """M v/Fv - M Fc/Fv^2 ln(1 + Fv v/Fc) from a speed v, in one step or many."""
+    p = Axis(mass=2.0, viscous=5.0, coulomb=3.0)
+    far = 2.0 / 5.0 - 2.0 * 3.0 / 25.0 * math.log(1.0 + 5.0 / 3.0)
+    speed, moved = model.step(p, v, 0.0, 1.0)
+    assert speed == 0.0
+    assert moved == pytest.approx(math.copysign(far, v), rel=1e-12)
+    # With no viscous friction: M v^2 / 2 Fc.
+    assert model.step(p._replace(viscous=0.0), v, 0.0, 1.0)[1] == pytest.approx(v / 3.0, rel=1e-12)
 
 
 def test_coasting_stops_in_finite_time_and_stays() -> None:
@@ -110,12 +124,24 @@ def test_friction_holds_an_eccentric_load_wherever_it_is_pulled_less() -> None:
 
 @settings(max_examples=30, deadline=None)
 @given(force=forces)
-def test_a_finer_step_changes_little(force: list[float]) -> None:
+def test_a_finer_step_changes_nothing(force: list[float]) -> None:
+    """Not at all without a Stribeck level, which is taken at the start of each step."""
     p = Axis(mass=5.0, viscous=20.0, coulomb=8.0, offset=1.0)
-    pull = np.repeat(np.array(force), 20)
-    coarse = simulate(p, pull, 1e-3)
-    fine = simulate(p, np.repeat(pull, 10), 1e-4)[::10]
-    np.testing.assert_allclose(coarse, fine, atol=3e-6 + 1e-3 * np.ptp(fine))
+    pull = np.array(force)
+    coarse = simulate(p, pull, 0.1)
+    fine = simulate(p, np.repeat(pull, 100), 1e-3)[::100]
+    np.testing.assert_allclose(coarse, fine, atol=1e-9)
+
+
+@pytest.mark.parametrize("v", [0.0, 0.3, -0.3])
+def test_a_level_that_falls_within_a_step_is_followed(v: float) -> None:
+    """In one step as in a thousand; taken at its start it would be off by 2 % of the change."""
+    p = Axis(mass=2.0, viscous=5.0, coulomb=3.0, stribeck=4.0, stribeck_speed=0.2)
+    for pull in (9.0, 4.0, -9.0):
+        fine = v
+        for _ in range(1000):
+            fine, _ = model.step(p, fine, pull, 1e-5)
+        assert model.step(p, v, pull, 1e-2)[0] - v == pytest.approx(fine - v, rel=2e-3)
 
 
 @pytest.mark.parametrize("pull", [0.5, -0.5, 0.29, -0.29])
@@ -131,9 +157,11 @@ def test_from_rest_the_axis_moves_the_way_it_is_pulled_beyond_its_friction(pull:
 @pytest.mark.parametrize("viscous", [0.0, 1e-12, 3.0])
 def test_in_one_direction_speed_decays_by_the_exponential_of_its_friction(viscous: float) -> None:
     """Without viscous friction it stays, and a force adds h F / M."""
-    keep, push = model.decay(Axis(2.0, viscous), 1.0, 0.25)
+    keep, push, carry = model.decay(Axis(2.0, viscous), 1.0, 0.25)
     assert keep == pytest.approx(math.exp(-viscous * 0.25 / 2.0), rel=1e-9)
     assert push == pytest.approx((1.0 - keep) / viscous if viscous > 1e-9 else 0.125, rel=1e-9)
+    slow = (0.25 - 2.0 * push) / viscous if viscous > 1e-9 else 0.25**2 / 4.0
+    assert carry == pytest.approx(slow, rel=1e-9)
     ahead, back = (model.decay(Axis(2.0, 3.0, asymmetry=1.0), s, 0.25)[0] for s in (1.0, -1.0))
     assert (ahead, back) == pytest.approx((math.exp(-0.5), math.exp(-0.25)))
 
@@ -144,9 +172,20 @@ def test_the_speed_decays_towards_what_the_force_keeps() -> None:
     p = Axis(mass=2.0, viscous=5.0, asymmetry=1.0)
     for direction, c in ((1.0, 6.0), (-1.0, 4.0)):
         left = math.exp(-c * 0.1 / 2.0)
-        assert model.decay(p, direction, 0.1) == pytest.approx((left, (1.0 - left) / c))
-    assert model.decay(Axis(mass=2.0, viscous=0.0), 1.0, 0.5) == (1.0, 0.25)
-    assert model.decay(Axis(mass=2.0, viscous=1.0, asymmetry=1.0), -1.0, 0.5) == (1.0, 0.25)
+        assert model.decay(p, direction, 0.1)[:2] == pytest.approx((left, (1.0 - left) / c))
+    assert model.decay(Axis(mass=2.0, viscous=0.0), 1.0, 0.5)[:2] == (1.0, 0.25)
+    assert model.decay(Axis(mass=2.0, viscous=1.0, asymmetry=1.0), -1.0, 0.5)[:2] == (1.0, 0.25)
+
+
+@pytest.mark.parametrize("part", [1e-7, 0.999e-4, 1.001e-4, 1e-2])
+def test_a_short_step_goes_as_far_as_a_long_one_tells(part: float) -> None:
+    """Below 1e-4 of a time constant by a series: M v - M v' = c x - F h holds on both sides."""
+    p = Axis(mass=2.0, viscous=5.0)
+    h = part * 2.0 / 5.0
+    keep, push, carry = model.decay(p, 1.0, h)
+    assert 2.0 * (1.0 - keep) == pytest.approx(5.0 * 2.0 * push, rel=1e-11)
+    assert carry == pytest.approx(h * h / 2.0 * (0.5 - part / 6.0 + part**2 / 24.0), rel=2e-7)
+    assert 2.0 * push == pytest.approx(h - 5.0 * carry, rel=1e-11)
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -175,8 +214,8 @@ def test_friction_falls_with_the_speed_from_its_stribeck_level() -> None:
     """Fc + Fs exp(-(v / vs)^2) while it slides, Fc + Fs at rest."""
     p = Axis(mass=2.0, viscous=0.0, coulomb=1.0, stribeck=4.0, stribeck_speed=0.5)
     level = 1.0 + 4.0 * math.exp(-((1.0 / 0.5) ** 2))
-    assert model.step(p, 1.0, 6.0, 0.1)[0] == pytest.approx(1.0 + (6.0 - level) * 0.05)
-    assert model.step(p, 0.0, 6.0, 0.1)[0] == pytest.approx(0.05)
+    assert model.step(p, 1.0, 6.0, 1e-6)[0] == pytest.approx(1.0 + (6.0 - level) * 5e-7, rel=1e-9)
+    assert model.step(p, 0.0, 6.0, 1e-6)[0] == pytest.approx(5e-7)
     assert model.step(p, 0.0, 5.0, 0.1) == (0.0, 0.0)
 
 

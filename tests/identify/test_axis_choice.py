@@ -9,7 +9,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import drive
 from macromicro.identify.axis import Axis, simulate
-from macromicro.identify.axis_choice import blocks, folds, no_better
+from macromicro.identify.axis_choice import blocks, folds, no_better, turn
 from macromicro.identify.axis_inverse import Rows
 from macromicro.identify.runs import Run
 
@@ -41,13 +41,43 @@ def test_reverse_motion_in_the_tail_alone_hides_no_friction() -> None:
     assert set(found.reasons) == {"viscous", "coulomb", "asymmetric", "full"}
 
 
+def test_slow_motion_that_is_held_out_all_at_once_hides_no_friction() -> None:
+    """The other blocks give breakaway friction of either sign, by chance."""
+    u, slow = steps(100.0, 160.0, 100), steps(-70.0, 70.0, 8)
+    for held in np.flatnonzero(turn(np.arange(12)) == 0):
+        at = 40_000 * held // 12
+        u[at : at + len(slow)] = slow
+    truth = Axis(mass=95.0, viscous=100.0, coulomb=20.0, stribeck=40.0, stribeck_speed=0.05)
+    found = drive(*record(truth, u))
+    assert found.structure == "stribeck"
+    assert found.axis.stribeck == pytest.approx(40.0, rel=0.02)
+    assert "full" in found.reasons
+
+
+def test_the_only_reverse_motion_may_be_held_out() -> None:
+    """The rest does not tell Coulomb friction from a constant force, and is judged so."""
+    u = steps(30.0, 150.0, 100)
+    u[-2500:] *= -1.0
+    found = drive(*record(Axis(mass=95.0, viscous=200.0, coulomb=20.0), u))
+    assert found.structure == "coulomb" and found.reasons["viscous"] == "coulomb is better"
+    assert found.axis.coulomb == pytest.approx(20.0, rel=0.01)
+    assert found.holdout_rms < 1e-4  # blocks of both directions, from speeds of their own
+
+
 def test_what_one_way_motion_cannot_tell_apart_is_said() -> None:
     found = drive(*record(Axis(mass=95.0, viscous=200.0, coulomb=20.0), steps(40.0, 160.0)))
     assert found.structure == "viscous" and list(found.holdout) == ["viscous"]
     assert found.reasons["coulomb"] == "the motion does not tell its parameters apart"
     assert found.axis.mass == pytest.approx(95.0, rel=0.01)
-    with pytest.raises(InputError, match=r"viscous: a mass .+; coulomb: the motion does not tell"):
+    with pytest.raises(InputError, match=r"viscous: a mass .+ accelerated motion in both"):
         drive(*record(Axis(mass=95.0, viscous=200.0), np.r_[np.zeros(300), np.full(600, 50.0)]))
+
+
+@pytest.mark.parametrize("low", [-160.0, 30.0])
+def test_a_force_with_the_wrong_sign_is_told_as_such_one_way_too(low: float) -> None:
+    t, u, x = record(Axis(mass=95.0, viscous=200.0, coulomb=20.0), steps(low, 160.0))
+    with pytest.raises(InputError, match="check the signs of u, x and gain"):
+        drive(t, -u, x)
 
 
 def test_a_simple_axis_is_not_given_more_than_it_has() -> None:

@@ -15,7 +15,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import drive
 from macromicro.identify.axis import Axis, simulate
-from macromicro.identify.axis_doubts import against, coarse, correlated, jumps, mixed
+from macromicro.identify.axis_doubts import against, coarse, correlated, directions, jumps, mixed
 from macromicro.identify.axis_inverse import Estimate, Rows
 from macromicro.identify.kinds.drive_file import about
 from macromicro.identify.notices import DataWarning
@@ -131,6 +131,17 @@ def test_what_ends_at_zero_has_no_standard_error() -> None:
     assert math.isnan(errors.pop("coulomb")) and found.axis.coulomb < 1e-3
     assert all(error > 0.0 for error in errors.values())
     assert abs(found.axis.mass - 95.0) < 2.0 * errors["mass"] < 10.0
+
+
+def test_directions_are_those_of_some_share_of_the_motion() -> None:
+    def going(*v: float) -> Rows:
+        each = np.repeat(np.array(v), 10)
+        return Rows(Run(each, each, each), each, each, each, each > 9.0, 1)
+
+    both = [going(1.0, 1.0, 2.0), going(-0.5, 0.019, -0.019)]
+    assert directions(both) == {1.0, -1.0}
+    assert directions(both, 0.24) == {1.0, -1.0} and directions(both, 0.26) == {1.0}
+    assert directions([going(1.0, -0.009)]) == {1.0}
 
 
 def test_an_error_in_words() -> None:

@@ -13,7 +13,7 @@ from macromicro.identify.axis import late
 from macromicro.identify.axis_choice import part
 from macromicro.identify.axis_fit import _check, _split, rows_of, runs_of
 from macromicro.identify.axis_inverse import Rows, differences, fitted
-from macromicro.identify.axis_refine import free_runs, refined
+from macromicro.identify.axis_refine import free_runs, refined, started
 from macromicro.identify.driven import Driven
 from macromicro.identify.runs import Run
 
@@ -187,7 +187,7 @@ def test_a_fit_tells_its_free_run_and_its_errors() -> None:
     made = rows([Run(t, u, x)], gain=2.0, delay=3, holdout=0.25)
     train, test = _split(made, 0.25)
     axis = refined(train, fitted(train, "coulomb")).axis
-    missed = np.concatenate(free_runs(test, axis)[1])
+    missed = np.concatenate(free_runs(test, axis, started(test, axis))[1])
     assert found.holdout_rms == pytest.approx(np.sqrt(np.mean(missed**2))) != found.rms
     np.testing.assert_array_equal(
         free_runs(made, found.axis, found.starts)[0][0], found.free_run[0]

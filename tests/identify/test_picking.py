@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.files.naming import parted
+from macromicro.files.naming import DATES, parted
 from macromicro.files.table import Table
 from macromicro.identify.notices import SaturationWarning
-from macromicro.identify.picking import Role, pick, railed
+from macromicro.identify.picking import Role, T, pick, railed
 
 X = Role("x", "position", ("x", "position"), ("m",))
 U = Role("u", "voltage", ("u",), ("V",), optional=True)
@@ -56,6 +56,29 @@ def test_a_whole_name_is_taken_before_one_without_its_unit() -> None:
     assert pick(table(x_m=[1.0], x_mm=[2.0]), (X,), {}).names == {"x": "x_m"}  # else the first
     order = Role("x", "", ("first", "second"))
     assert pick(table(second=[1.0], first=[2.0]), (order,), {}).names == {"x": "first"}
+
+
+@pytest.mark.parametrize(("unit", "cold", "hot"), [("K", 273.15, 373.15), ("degF", 32.0, 212.0)])
+def test_a_temperature_has_a_zero_of_its_own(unit: str, cold: float, hot: float) -> None:
+    """Water freezes at 0 degC and boils at 100; a difference in K stays one."""
+    heat = Role("T", "", ("temperature",), ("degC",))
+    file = Table("a.csv", {"temperature": np.array([cold, hot])}, {"temperature": unit}, {})
+    found = pick(file, (heat,), {})
+    np.testing.assert_allclose(found.values["T"], [0.0, 100.0], atol=1e-12)
+    assert found.units["T"] == "degC"
+    if unit == "K":
+        rise = pick(file, (heat._replace(units=("K",)),), {})
+        assert rise.values["T"].tolist() == [cold, hot]
+
+
+def test_dates_are_times_whatever_they_are_called() -> None:
+    file = table(stamp=[0.0, 1.0], x_m=[1.0, 2.0])
+    with pytest.raises(InputError, match="no column for t"):
+        pick(file, (T, X), {})
+    dated = file._replace(reasons={"stamp": DATES}, units={"stamp": "s", "x_m": "m"})
+    assert pick(dated, (T, X), {}).names == {"t": "stamp", "x": "x_m"}
+    clock = dated._replace(columns={**file.columns, "clock": file.columns["stamp"]})
+    assert pick(clock._replace(units={**dated.units, "clock": "s"}), (T,), {}).names["t"] == "clock"
 
 
 def test_names_of_one_letter_are_taken_as_they_are_written() -> None:

@@ -53,6 +53,22 @@ def test_slopes_and_loads_left_out() -> None:
     assert missed(found, unseen) < 0.01
 
 
+def test_a_stroke_may_saturate_from_the_hot_level() -> None:
+    """The strain of the cold wire saturates, the hot one is elastic."""
+
+    def made(load: float) -> Cycle:
+        t, y = loop(load)
+        return cycle(load, t, 4.0 * (1.0 - math.exp(-load / 60.0)) - y)
+
+    found = fit([made(load) for load in (50.0, 100.0, 200.0, 250.0)])
+    assert found.way.saturating and found.way.from_hot
+    assert max(found.left_out[s] for s in found.inside) < 0.01
+    assert missed(found, made(150.0)) < 0.01
+    low, high = found.heating.levels(150.0)
+    assert high == pytest.approx(1.5, abs=0.02)
+    assert low - high == pytest.approx(4.0 * (1.0 - math.exp(-2.5)), abs=0.02)
+
+
 def test_a_transformation_that_widens_has_a_slope_for_each_share() -> None:
     found = fit(cycles(spread=0.002))
     assert not found.way.common

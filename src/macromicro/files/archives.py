@@ -12,7 +12,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.files.gathered import Gathered
 from macromicro.files.matlab import told
-from macromicro.files.naming import BESIDE, spelled, units_in
+from macromicro.files.naming import BESIDE, DATES, spelled, units_in
 from macromicro.files.table import Columns, Table
 from macromicro.schema.text import printable
 
@@ -97,7 +97,7 @@ def parquet_table(path: Path, where: str, accepted: str) -> Table:
         if unit := spelled(said):
             units[name], reasons[name] = unit, BESIDE
         if name in times:
-            units[name], reasons[name] = "s", "dates or times of day"
+            units[name], reasons[name] = "s", DATES
 
     def fetch(wanted: Sequence[str]) -> dict[str, Array]:
         made = {}

@@ -40,6 +40,7 @@ def cells(line: str, mark: str) -> list[str]:
     """
     if mark == BLANKS:
         line, mark = " ".join(line.split()), " "
+    line = line.replace("\r", " ")  # which ends no line here
     row = next(csv.reader([line], delimiter=mark, skipinitialspace=True), [""])
     return [cell.strip() for cell in row] or [""]
 

@@ -56,7 +56,7 @@ def table(path: Path, where: str) -> Table:
             units[name], reasons[name] = unit, naming.IN_ROW
     for name, kind in zip(names, layout.kinds, strict=True):
         if kind == TIME:
-            units[name], reasons[name] = "s", "dates or times of day"
+            units[name], reasons[name] = "s", naming.DATES
     note = "" if layout.headed else f"there is no heading ({HEADING}): columns are called 1, 2, ..."
     made = Columns(names, lambda wanted: columns(path, where, layout, wanted))
     words = tuple(n for n, kind in zip(names, layout.kinds, strict=True) if kind in (TEXT, EMPTY))

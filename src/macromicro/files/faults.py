@@ -47,7 +47,12 @@ def carefully(path: Path, where: str, layout: Layout, names: Sequence[str]) -> d
     count = len(layout.names)
     open_ended = layout.kinds[-1] == EMPTY  # trailing marks, which a line may lack
     with path.open("rb") as file:
-        decoded = io.TextIOWrapper(file, encoding=layout.encoding, errors="replace", newline="\n")
+        decoded = io.TextIOWrapper(
+            file,
+            encoding=layout.encoding,
+            errors="replace",
+            newline="\r" if layout.returns else "\n",
+        )
         for k, raw in enumerate(decoded, 1):
             line = raw.rstrip("\r\n")
             if k <= layout.lines or not line.strip() or line.lstrip()[0] in REMARKS:

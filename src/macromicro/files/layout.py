@@ -26,6 +26,7 @@ from macromicro.schema.text import printable
 SAMPLE = 1 << 18  # bytes that are looked at
 _MOST = 100  # rows that are judged
 _JUNK = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
+_RULED = re.compile(r"(?=.*(?:---|===|___))[-=_+|,;:\s]+")  # a line that is drawn below a heading
 _HEADER_END = "***End_of_Header***"
 _BOMS = {
     codecs.BOM_UTF8: "utf-8-sig",
@@ -59,6 +60,8 @@ class Layout(NamedTuple):
         Whether there is a heading.
     before : tuple[str, ...]
         The lines before the first row.
+    returns : bool
+        Whether lines end with a carriage return alone.
     """
 
     encoding: str
@@ -70,6 +73,7 @@ class Layout(NamedTuple):
     comma: bool
     headed: bool
     before: tuple[str, ...]
+    returns: bool = False
 
 
 def told(sample: bytes, whole: bool, where: str) -> Layout:
@@ -102,12 +106,14 @@ def told(sample: bytes, whole: bool, where: str) -> Layout:
         raise InputError(f"{where}, line {place}", found, ACCEPTED)
     if not text.strip():
         raise InputError(where, "an empty file", "columns of numbers below a heading")
-    lines = text.split("\n")
+    returns = "\n" not in text and "\r" in text.rstrip("\r")
+    lines = text.split("\r" if returns else "\n")
     lines = [line.rstrip("\r") for line in (lines if whole else lines[:-1])]
     # LabVIEW says where its headers end; they hold rows of numbers, too.
     ends = [k for k, line in enumerate(lines) if line.startswith(_HEADER_END)]
     begin = ends[-1] + 1 if ends else 0
     full = [(k, line) for k, line in enumerate(lines) if line.strip() and k >= begin]
+    full = [(k, line) for k, line in full if not _RULED.fullmatch(line)]
     plain = [(k, line) for k, line in full if line.lstrip()[0] not in REMARKS]
     if not plain:
         raise InputError(where, "nothing but comments", "rows of numbers below a heading")
@@ -128,7 +134,8 @@ def told(sample: bytes, whole: bool, where: str) -> Layout:
     else:
         names = [str(j + 1) for j in range(count)]
     before = tuple(lines[:first])
-    return Layout(encoding, mark, first, tuple(names), tuple(units), kinds, comma, headed, before)
+    laid = Layout(encoding, mark, first, tuple(names), tuple(units), kinds, comma, headed, before)
+    return laid._replace(returns=returns)
 
 
 def encoded(sample: bytes, where: str) -> str:

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Sequence
 
 from macromicro.units import convert
 
 IN_NAME, IN_ROW, BESIDE = "in its name", "in the row of units", "beside it in the file"
+DATES = "dates or times of day"
+# Names of a column of times, best first, as `plain` has them.
+TIMES = ("t", "time", "zeit", "timestamp", "datetime", "x_value", "clock", "seconds")
 _BRACKETS = re.compile(r"(.+?)(\s*)([\[(])(.*)[\])]")
 _SUFFIXES = (re.compile(r"(.+?)_([^_]+_per_[^_]+)"), re.compile(r"(.+)_([^_]+)"))
 _ENDINGS = {"C": "degC", "count": "counts", "counts": "counts"}
@@ -124,6 +128,44 @@ def known(unit: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def plain(name: str) -> str:
+    """A name as it is compared with usual ones: one letter as written, for T is not t.
+
+    Parameters
+    ----------
+    name : str
+        Without its unit.
+
+    Returns
+    -------
+    str
+        In lower case if it is longer.
+    """
+    return name if len(name) == 1 else name.lower()
+
+
+def by_name(columns: Iterable[str], names: Sequence[str]) -> str:
+    """The column that has one of some usual names: as it stands, without its unit, or its group.
+
+    Parameters
+    ----------
+    columns : Iterable[str]
+        Names of columns.
+    names : Sequence[str]
+        As `plain` has them, best first.
+
+    Returns
+    -------
+    str
+        "" where none has.
+    """
+    listed = list(columns)[::-1]
+    found = {plain(parted(last(n))[0]): n for n in listed}
+    found |= {plain(parted(n)[0]): n for n in listed}
+    found |= {plain(n): n for n in listed}
+    return next((found[name] for name in names if name in found), "")
 
 
 def last(name: str) -> str:

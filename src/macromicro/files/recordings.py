@@ -11,7 +11,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.errors import InputError
-from macromicro.files.naming import last, parted
+from macromicro.files.naming import parted
 from macromicro.files.reading import read
 from macromicro.files.table import Table
 from macromicro.recording import Recording
@@ -19,7 +19,6 @@ from macromicro.recording_format import FORMAT, TIME
 from macromicro.schema.text import printable
 from macromicro.units import convert
 
-TIMES = ("t", "time", "zeit", "timestamp", "datetime", "x_value", "clock", "seconds")
 _ODD = re.compile(r"[^A-Za-z0-9_]+")
 
 
@@ -89,13 +88,8 @@ def timed(table: Table) -> str:
     InputError
         There is none; lists the columns.
     """
-    plain = {parted(last(name))[0].lower(): name for name in reversed(list(table.columns))}
-    for name in TIMES:
-        if name in plain and plain[name] not in table.doubtful:
-            return plain[name]
-    for name in table.columns:
-        if table.reasons.get(name, "").startswith("dates"):
-            return name
+    if name := table.times():
+        return name
     listed = ", ".join(printable(name) for name in table.columns)
     raise InputError(table.file, "no column of times", f"one called t or time; there are {listed}")
 

@@ -41,6 +41,7 @@ class Rows:
         self._skip = layout.lines
         self._dots = layout.comma and layout.mark != ","
         self._blanks = layout.mark == BLANKS
+        self._returns = layout.returns
         self._kept = b""
         self._begun = False  # whether the present line has a cell already
         self._rest = b""  # of what was read, beyond what was asked for
@@ -111,6 +112,8 @@ class Rows:
         piece = raw
         if self._decoder is not None:
             piece = self._decoder.decode(raw, last).encode()
+        if self._returns:
+            piece = piece.replace(b"\r", b"\n")
         while self._skip and piece:
             end = piece.find(b"\n") + 1
             if not end:

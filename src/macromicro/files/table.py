@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
+from macromicro.files.naming import DATES, TIMES, by_name
 from macromicro.schema.text import printable
 
 Fetch = Callable[[Sequence[str]], dict[str, Array]]
@@ -104,6 +105,23 @@ class Table(NamedTuple):
     doubtful: dict[str, str] = {}  # noqa: RUF012
     words: tuple[str, ...] = ()
     note: str = ""
+
+    def times(self, used: Collection[str] = ()) -> str:
+        """The column that holds times: one with a usual name, or else of dates.
+
+        Parameters
+        ----------
+        used : Collection[str], optional
+            Columns that are something else.
+
+        Returns
+        -------
+        str
+            "" where there is none.
+        """
+        free = [n for n in self.columns if n not in self.doubtful and n not in used]
+        dated = (n for n in free if self.reasons.get(n) == DATES)
+        return by_name(free, TIMES) or next(dated, "")
 
     def several(self, names: Sequence[str]) -> dict[str, Array]:
         """Some columns, read in one go.

@@ -21,6 +21,8 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.kernel import compiled, kernel
 
+_SERIES = 1e-4  # of a time constant: below it a step is a series
+
 
 class Axis(NamedTuple):
     """Parameters of the equation above, in the units of force, position and second (N and m here).
@@ -67,8 +69,11 @@ class Axis(NamedTuple):
 
 
 @kernel
-def decay(p: Axis, direction: float, h: float) -> tuple[float, float]:
-    """How speed develops in one direction while the force is held: ``keep * speed + push * force``.
+def decay(p: Axis, direction: float, h: float) -> tuple[float, float, float]:
+    """How an axis slides in one direction while the force is held.
+
+    The new speed is ``keep * speed + push * force``, the distance gone ``mass * push * speed +
+    carry * force``; with c the viscous friction, 1 - e^(-c h/M) = c push and c carry = h - M push.
 
     Parameters
     ----------
@@ -85,21 +90,72 @@ def decay(p: Axis, direction: float, h: float) -> tuple[float, float]:
         Share of the speed that is left.
     push : float
         Speed per force, m/s/N.
+    carry : float
+        Distance per force, m/N.
     """
     c = p.viscous + direction * p.asymmetry
-    if c * h > 1e-12 * p.mass:
-        fall = -math.expm1(-c * h / p.mass)
-        return 1.0 - fall, fall / c
-    return 1.0, h / p.mass
+    z = c * h / p.mass
+    if z > _SERIES:
+        fall = -math.expm1(-z)
+        return 1.0 - fall, fall / c, h / c * (1.0 - fall / z)
+    # Where friction hardly slows the axis the terms above cancel; the next one is z^3/24.
+    rise = 1.0 - 0.5 * z + z * z / 6.0
+    slow = 0.5 - z / 6.0 + z * z / 24.0
+    return 1.0 - z * rise, h / p.mass * rise, h * h / p.mass * slow
+
+
+@kernel
+def stopping(p: Axis, v: float, net: float) -> float:
+    """The time in which a held force brings the axis to rest.
+
+    Parameters
+    ----------
+    p : Axis
+        Parameters of the axis.
+    v : float
+        Speed, m/s.
+    net : float
+        Force with friction's level, against the speed and other than 0, N.
+
+    Returns
+    -------
+    float
+        s; M/c ln(1 - c v / net).
+    """
+    c = p.viscous + (p.asymmetry if v > 0.0 else -p.asymmetry)
+    z = -c * v / net
+    return -p.mass * v / net * (math.log1p(z) / z if z > 1e-12 else 1.0)
+
+
+@kernel
+def level(p: Axis, v: float) -> float:
+    """Friction that does not grow with the speed: Coulomb's and Stribeck's.
+
+    Parameters
+    ----------
+    p : Axis
+        Parameters of the axis.
+    v : float
+        Speed, m/s.
+
+    Returns
+    -------
+    float
+        N, from 0.
+    """
+    if p.stribeck == 0.0:
+        return p.coulomb
+    ratio = v / p.stribeck_speed
+    return p.coulomb + p.stribeck * math.exp(-ratio * ratio)
 
 
 @kernel
 def step(p: Axis, v: float, pull: float, h: float) -> tuple[float, float]:
     """New speed and distance after a time under a held force.
 
-    Exact while the axis slides in one direction (Stribeck's level taken at the step's start). A
-    reversal is split at the moment of zero speed, so that the result is continuous in the
-    parameters.
+    Exact while the axis slides in one direction (Stribeck's level taken at the mean of the first
+    and the last speed). A reversal is split at the moment of zero speed, so that the result is
+    continuous in the parameters.
 
     Parameters
     ----------
@@ -121,24 +177,30 @@ def step(p: Axis, v: float, pull: float, h: float) -> tuple[float, float]:
     """
     moved = 0.0
     if v != 0.0:
-        level = p.coulomb
-        if p.stribeck != 0.0:
-            ratio = v / p.stribeck_speed
-            level += p.stribeck * math.exp(-ratio * ratio)
         side = 1.0 if v > 0.0 else -1.0
-        keep, push = decay(p, side, h)
-        new = keep * v + push * (pull - side * level)
+        keep, push, carry = decay(p, side, h)
+        net = pull - side * level(p, v)
+        new = keep * v + push * net
+        if p.stribeck != 0.0:
+            net = pull - side * level(p, 0.5 * (v + side * max(side * new, 0.0)))
+            new = keep * v + push * net
         if new * side > 0.0:
-            return new, 0.5 * h * (v + new)
-        slide = h * v / (v - new)
-        moved = 0.5 * slide * v
+            return new, p.mass * push * v + carry * net
+        slide = h
+        if net * side < 0.0:  # not so where friction alone has used the speed up
+            slide = min(stopping(p, v, net), h)
+        keep, push, carry = decay(p, side, slide)
+        moved = p.mass * push * v + carry * net
         h -= slide
     hold = p.coulomb + p.stribeck
     if abs(pull) <= hold or h <= 0.0:
         return 0.0, moved
     side = 1.0 if pull > 0.0 else -1.0
-    new = decay(p, side, h)[1] * (pull - side * hold)
-    return new, moved + 0.5 * h * new
+    keep, push, carry = decay(p, side, h)
+    net = pull - side * hold
+    if p.stribeck != 0.0:
+        net = pull - side * level(p, 0.5 * push * net)
+    return push * net, moved + carry * net
 
 
 @kernel

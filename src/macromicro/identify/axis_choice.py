@@ -18,6 +18,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.axis_inverse import (
     STRUCTURES,
+    Estimate,
     Rows,
     fitted,
     force_residuals,
@@ -31,6 +32,13 @@ _GAIN = 0.02  # a richer structure must lower the held-out error by this part
 _SURE = 2.0  # and the blocks' squares by so many standard errors of what they gain
 _MOST = 12  # blocks in a record
 _LEAST = 40  # decimated samples in a block: its low-pass takes 20
+# What stands in for a structure where a part of the record does not show it.
+_POORER = {
+    "coulomb": "viscous",
+    "asymmetric": "coulomb",
+    "stribeck": "coulomb",
+    "full": "stribeck",
+}
 _TOO_POOR = "the motion does not tell its parameters apart"
 _NEGATIVE = "a mass or friction below 0"
 
@@ -180,11 +188,12 @@ def chosen(rows: list[Rows]) -> Judged:
             best = name
     if best:
         return Judged(best, scores, {n: reasons[n] for n in STRUCTURES if n in reasons})
-    if set(reasons.values()) == {_NEGATIVE}:
+    if reasons["viscous"] == _NEGATIVE and fitted(rows, "viscous", told=False).axis.mass < 0.0:
         raise InputError(
             "record",
-            "every structure gives a negative mass or friction",
-            "a force that drives the motion: check the signs of u, x and gain",
+            "a mass below 0: the force acts against the acceleration",
+            "a force that drives the motion: check the signs of u, x and gain, that x does not "
+            "wrap, and that samples are not too far apart",
         )
     raise InputError(
         "record",
@@ -195,6 +204,10 @@ def chosen(rows: list[Rows]) -> Judged:
 
 def held_out(rows: list[Rows], name: str) -> Array | str:
     """How well a structure foretells the force.
+
+    Where what is fitted does not show what a structure adds, or gives it a negative sign, the
+    nearest poorer structure foretells the blocks held out: the only reverse motion, or the only
+    slow one, may be in them.
 
     Parameters
     ----------
@@ -208,17 +221,30 @@ def held_out(rows: list[Rows], name: str) -> Array | str:
     ndarray, shape (k,), or str
         Mean square of the force error in each held-out block, or why there is none.
     """
+    whole = _fit(rows, name)
+    if isinstance(whole, str):
+        return whole
     squares = []
     for train, test in folds(rows):
-        try:
-            estimate = fitted(train, name, told=False)
-        except InputError:
-            return _TOO_POOR
-        if not plausible(estimate):
-            return _NEGATIVE
+        estimate: Estimate | str = _fit(train, name)
+        at = name
+        while isinstance(estimate, str) and at in _POORER:
+            at = _POORER[at]
+            estimate = _fit(train, at)
+        if isinstance(estimate, str):
+            return estimate
         missed = [r for r in force_residuals(test, estimate) if len(r)]
         squares += [float(np.mean(r**2)) for r in missed]
     return np.array(squares) if squares else _TOO_POOR
+
+
+def _fit(rows: list[Rows], name: str) -> Estimate | str:
+    """The fit of a structure, or why it cannot be."""
+    try:
+        estimate = fitted(rows, name, told=False)
+    except InputError:
+        return _TOO_POOR
+    return estimate if plausible(estimate) else _NEGATIVE
 
 
 def typical(squares: Array) -> float:

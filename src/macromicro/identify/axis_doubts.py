@@ -35,15 +35,15 @@ def jumps(run: Run, where: str) -> None:
     InputError
         Some steps are far larger than all others.
     """
-    steps = np.abs(np.diff(run.x))
-    order = np.argsort(steps)[::-1]
+    steps = np.diff(run.x)
+    np.abs(steps, out=steps)
     count = int(_JUMPS * len(steps))
-    top = steps[order[: count + 1]]
+    top = np.sort(np.partition(steps, len(steps) - count - 1)[-count - 1 :])[::-1]
     apart = np.flatnonzero(top[:-1] > _FAR * top[1:])
     if not len(apart) or top[apart[-1] + 1] == 0.0:
         return
     many = int(apart[-1]) + 1
-    first = int(order[:many].min()) + 1
+    first = int(np.argmax(steps >= top[many - 1])) + 1
     raise InputError(
         f"{where}, row {first + 1}",
         f"a jump by {run.x[first] - run.x[first - 1]:.6g}; {many} of them, all other steps are "
@@ -110,9 +110,7 @@ def mixed(estimate: Estimate, rows: Sequence[Rows]) -> None:
     rows : Sequence[Rows]
         In what.
     """
-    fastest = max(float(np.abs(r.v).max()) for r in rows)
-    ways = {float(s) for r in rows for s in np.sign(r.v[np.abs(r.v) > _SLOW * fastest])}
-    if len(ways) == 1 and "coulomb" not in estimate.names:
+    if len(directions(rows)) == 1 and "coulomb" not in estimate.names:
         notice(
             DataWarning,
             "motion in one direction only: Coulomb friction and a constant force cannot be "
@@ -124,6 +122,26 @@ def mixed(estimate: Estimate, rows: Sequence[Rows]) -> None:
             f"{a} and {b} cannot be separated in this record: their errors go together "
             f"(correlation {correlation:.3f}); the errors printed hold for both at once",
         )
+
+
+def directions(rows: Sequence[Rows], least: float = 0.0) -> set[float]:
+    """In which directions the axis goes, faster than 1 % of its greatest speed.
+
+    Parameters
+    ----------
+    rows : Sequence[Rows]
+        The records.
+    least : float, optional
+        For more than this part of the time in which it goes.
+
+    Returns
+    -------
+    set[float]
+        Of 1.0 and -1.0.
+    """
+    v = np.concatenate([r.v for r in rows])
+    going = np.sign(v[np.abs(v) > _SLOW * np.abs(v).max()])
+    return {way for way in (1.0, -1.0) if np.sum(going == way) > least * len(going)}
 
 
 def correlated(estimate: Estimate) -> list[tuple[str, str, float]]:

@@ -32,6 +32,7 @@ _LEAST = 200
 _LATEST = 1000  # samples
 _TRIED = 12  # whole samples of delay tried
 FIT = "fit"
+_SHARE = 0.05  # of the time: an axis that goes back for less shows no friction in that direction
 _MANY = 3  # with so many records, whole ones are held out
 
 
@@ -210,7 +211,7 @@ def drive(  # noqa: PLR0913 -- one parameter per option
     if coarse > 1:
         seen = _means(runs, coarse, driven)
     test, trained = _judged(seen, holdout, structure, lag)
-    missed = np.concatenate(free_runs(test, trained.axis)[1])
+    missed = np.concatenate(free_runs(test, trained.axis, started(test, trained.axis))[1])
     final = refined(seen, inverse, lag)
     axis_doubts.mixed(inverse, rows)
     axis_doubts.coarse((inverse, final), runs[0].dt)
@@ -377,14 +378,22 @@ def _judged(
     rows: list[Rows], holdout: float, structure: str, lag: float | None
 ) -> tuple[list[Rows], Estimate]:
     """What the output error is judged by, and its fit to the rest; every third block where what
-    `_split` leaves is too poor for the structure."""
+    `_split` leaves is too poor for the structure, or never goes in a direction that is judged."""
     train, test = _split(rows, holdout)
-    try:
-        start = fitted(train, structure, told=False)
-    except InputError:
+    shown = axis_doubts.directions(train, _SHARE)
+    start = _seen(train, structure) if axis_doubts.directions(test, _SHARE) <= shown else None
+    if start is None:
         train, test = next(axis_choice.folds(rows))
         start = fitted(train, structure, told=False)
     return test, refined(train, start, lag, told=False)
+
+
+def _seen(rows: list[Rows], structure: str) -> Estimate | None:
+    """The fit of a structure, or None where the motion is too poor for it."""
+    try:
+        return fitted(rows, structure, told=False)
+    except InputError:
+        return None
 
 
 def _delayed(runs: list[Run], driven: Driven) -> tuple[Driven, float]:

@@ -194,10 +194,14 @@ def whole(
     """
     free, errors, extent = [], [], 0.0
     for run, (x, v) in zip(runs, starts, strict=True):
+        # In place, for these are the longest arrays of all.
+        about = run.x - run.x.mean()
+        extent += float(about @ about)
+        del about
         made = simulate(found.axis, driven.force(run.u), run.dt, x, v)
-        free.append(made + float(np.mean(run.x[:many] - made[:many])))
-        errors.append(run.x - free[-1])
-        extent += float(np.sum((run.x - run.x.mean()) ** 2))
+        made += float(np.mean(run.x[:many] - made[:many]))
+        free.append(made)
+        errors.append(run.x - made)
     square = sum(float(e @ e) for e in errors)
     rms = float(np.sqrt(square / sum(map(len, errors))))
     return replace(found, rms=rms, percent=100.0 * float(np.sqrt(square / extent))), free, errors

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.files.naming import last, parted
+from macromicro.files.naming import TIMES, by_name, last, parted
 from macromicro.files.table import Table
 from macromicro.identify.notices import DataWarning, SaturationWarning, notice
 from macromicro.schema.text import printable
@@ -38,8 +38,7 @@ class Role(NamedTuple):
     meaning : str
         Meaning in words.
     names : tuple[str, ...]
-        Column names that are taken for it, best first: as written where they have one letter (T is
-        not t), else in lower case, whatever the file's is.
+        Column names that are taken for it, best first, as `naming.plain` has them.
     units : tuple[str, ...]
         It is converted to the first that fits; without units it stays as it is.
     optional : bool
@@ -77,6 +76,9 @@ class Picked(NamedTuple):
     constants: dict[str, float]
 
 
+# Of a temperature: the size of a degree and its zero, which differences do not have.
+DEGREES = {"K": (1.0, 273.15), "degF": (5.0 / 9.0, 32.0), "°F": (5.0 / 9.0, 32.0)}
+T = Role("t", "time", TIMES, ("s",))
 RUN = Role("run", "which run a row belongs to", ("run", "record", "trial"), optional=True)
 
 
@@ -195,13 +197,11 @@ def _column(
         if len(near) == 1:
             return near[0], unit or table.units[near[0]]
         raise InputError(f"{table.file}, --columns {role.name}", printable(name), _listed(table))
-    free = [n for n in table.columns if n not in used]
-    plain = {_spelled(parted(last(n))[0]): n for n in reversed(free)}
-    plain |= {_spelled(parted(n)[0]): n for n in reversed(free)}
-    plain |= {_spelled(n): n for n in free}
-    for name in role.names:
-        if name in plain:
-            return plain[name], table.units[plain[name]]
+    found = by_name([n for n in table.columns if n not in used], role.names)
+    if not found and role.names == TIMES:
+        found = table.times(used)
+    if found:
+        return found, table.units[found]
     if role.optional:
         return "", ""
     raise InputError(
@@ -210,11 +210,6 @@ def _column(
         f"{_listed(table)}; name it with --columns {role.name}=COLUMN"
         + (f"; {table.note}" if table.note else ""),
     )
-
-
-def _spelled(name: str) -> str:
-    """A column's name as roles have it."""
-    return name if len(name) == 1 else name.lower()
 
 
 def _listed(table: Table) -> str:
@@ -234,6 +229,9 @@ def _converted(table: Table, role: Role, name: str, unit: str, values: Array) ->
             text = f"{table.file}: {printable(name)} names no unit; taken as {role.units[0]}"
             notice(UnitWarning, text)
         return values, role.units[0]
+    if "degC" in role.units and unit in DEGREES:
+        size, zero = DEGREES[unit]
+        return (values - zero) * size, "degC"
     for to in role.units:
         try:
             factor = convert(1.0, unit, to)

@@ -6,10 +6,11 @@ stroke is done. By branch these are linear in the load,
     T_q(s) = a_q + b_q s
 
 (Clausius-Clapeyron; K. Otsuka, C. M. Wayman, Shape Memory Materials, section 2.2), with one slope
-b for all q or one for each. The cold level goes linearly between neighbouring loads, so does the
-stroke, or it saturates, a + b (1 - exp(-s / c)) (D. C. Lagoudas, Shape Memory Alloys, 2008,
-section 3.3.1): of these ways the one that predicts loads left out best is taken. Between the lowest
-and the highest load measured the map interpolates; beyond them it extrapolates, and says so.
+b for all q or one for each. Both levels, cold and hot, go linearly between neighbouring loads; or
+one of them does so, and the stroke to the other saturates, a + b (1 - exp(-s / c)) (D. C. Lagoudas,
+Shape Memory Alloys, 2008, section 3.3.1; a hot wire is elastic, strokes may be measured from cold):
+of these ways the one that predicts loads left out best is taken. Between the lowest and the highest
+load measured the map interpolates; beyond them it extrapolates, and says so.
 """
 
 from __future__ import annotations
@@ -37,10 +38,13 @@ class Way(NamedTuple):
         Whether all shares of a branch have one slope.
     saturating : bool
         Whether the stroke saturates with the load.
+    from_hot : bool
+        Whether it is then measured from the hot level, which goes linearly, and not from the cold.
     """
 
     common: bool
     saturating: bool
+    from_hot: bool = False
 
 
 class Side(NamedTuple):
@@ -62,6 +66,8 @@ class Side(NamedTuple):
         RMS of the temperatures about their lines, K.
     curve : tuple[float, ...]
         a, b, c of the stroke; empty where it goes linearly.
+    from_hot : bool
+        Whether the stroke leads from the hot level to the cold one.
     """
 
     loads: Array
@@ -72,6 +78,7 @@ class Side(NamedTuple):
     spread: Array
     rms: float
     curve: tuple[float, ...] = ()
+    from_hot: bool = False
 
     def levels(self, load: float) -> tuple[float, float]:
         """Cold and hot level at a load.
@@ -86,10 +93,11 @@ class Side(NamedTuple):
         low, high : float
             Unit of the output.
         """
-        low = _between(load, self.loads, self.low)
-        if self.curve:
-            return low, low + _saturated(load, *self.curve)
-        return low, _between(load, self.loads, self.high)
+        low, high = (_between(load, self.loads, each) for each in (self.low, self.high))
+        if not self.curve:
+            return low, high
+        stroke = _saturated(load, *self.curve)
+        return (high - stroke, high) if self.from_hot else (low, low + stroke)
 
     def temperatures(self, load: float) -> Array:
         """Where the shares are done at a load, degC, rising.
@@ -240,7 +248,7 @@ def _side(cycles: Sequence[Cycle], name: str, way: Way) -> Side:
     rms = float(np.sqrt(np.mean(missed**2)))
     low, high = (np.array([getattr(b, each) for b in own]) for each in ("low", "high"))
     curve = _curve(loads, high - low) if way.saturating else ()
-    return Side(loads, low, high, at_zero, slopes, spread, rms, curve)
+    return Side(loads, low, high, at_zero, slopes, spread, rms, curve, way.from_hot)
 
 
 def _map(cycles: Sequence[Cycle], way: Way) -> StressMap:
@@ -292,7 +300,8 @@ def fit(cycles: Sequence[Cycle]) -> StressMap:
         shown = ", ".join(f"{each:g}" for each in loads)
         raise InputError("loads", shown or "none", "two or more, each once")
     inside = tuple(loads[1:-1])
-    ways = [Way(common, late) for common in (True, False) for late in (False, True)]
+    strokes = ((False, False), (True, False), (True, True))
+    ways = [Way(common, *stroke) for common in (True, False) for stroke in strokes]
     tried = {way: _left_out(ordered, way) for way in ways}
 
     def score(way: Way) -> float:

@@ -25,6 +25,7 @@ from macromicro.identify.free_run_search import Span, ended, nearest, search, sl
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.spread import clustered
 from macromicro.identify.transformation import Branch, quantile, relays
+from macromicro.kernel import compiled, kernel
 from macromicro.models import stressed
 from macromicro.models.heating import Ladder
 from macromicro.models.stressed import Stressed
@@ -55,6 +56,8 @@ _SCALARS = (
     ("fall skew", 1.0, 0.1, 10.0, True),
     ("low", 0.0, -0.2, 0.2, False),
     ("stroke", 1.0, 0.8, 2.5, False),
+    ("resistance", 0.0, -0.4, 0.4, False),
+    ("growth", 0.0, -0.3, 1.0, False),
     # Heat of the greatest drive, K, and the power of the drive with which it falls below.
     ("warm", 140.0, 1.0, 3000.0, True),
     ("power", 2.0, 0.3, 15.0, True),
@@ -91,10 +94,16 @@ class Unheated(NamedTuple):
         Heat, ladder and relays; contraction before thermal expansion.
     expansion : float
         By which the wires grow again as they warm, mm/K.
+    resistance : float
+        By which part the heat changes until full contraction, as their resistance does.
+    growth : float
+        By which part the wires lose more for each K above ambient, 1/K.
     """
 
     wires: Stressed
     expansion: float
+    resistance: float = 0.0
+    growth: float = 0.0
 
 
 class UnheatedFit(NamedTuple):
@@ -166,8 +175,25 @@ def simulate(p: Unheated, u: npt.ArrayLike, dt: float) -> Array:
     sent = np.asarray(u, np.float64)
     most = _PART * p.wires.ladder.c1 * p.wires.ladder.r1
     parts = max(math.ceil(dt / most), 1)
-    made = stressed.simulate(p.wires, np.repeat(sent, parts), dt / parts)[:, ::parts]
-    return np.asarray(made[0] - p.expansion * (made[1] - p.wires.ambient))
+    out = np.empty((2, len(sent)))
+    compiled(_rollout)(p, stressed.cold(p.wires), np.ascontiguousarray(sent), parts, dt, out)
+    return np.asarray(out[0] - p.expansion * out[1])
+
+
+@kernel
+def _rollout(
+    p: Unheated, s: stressed.StressedState, drive: Array, parts: int, dt: float, out: Array
+) -> None:
+    """Contraction [mm] and rise of the wires [K] into `out` (2, n), before each sample; each in
+    so many `parts`."""
+    table = p.wires.hysteresis
+    for k in range(len(drive)):
+        out[0, k] = s.x
+        out[1, k] = s.wire
+        given = stressed.static_heat(p.wires, drive[k])
+        for _ in range(parts):
+            heat = given * (1.0 + p.resistance * (s.x - table.low) / table.span)
+            s = stressed.exchanged(p.wires, s, heat, heat, 0.0, p.growth, dt / parts)
 
 
 def unheated(
@@ -267,7 +293,8 @@ def _model(known: _Known, z: Array) -> tuple[Unheated, FodTable, dict[str, float
     expansion = own["expansion"] * known.stroke / (known.austenite - known.ambient)
     for node, heat in zip(known.volts[1:], heats[1:], strict=True):
         own[f"heat {node:.4g}"] = float(heat)
-    return Unheated(wires, expansion), table, own
+    growth = own["growth"] / (known.austenite - known.ambient)
+    return Unheated(wires, expansion, own["resistance"], growth), table, own
 
 
 def _missed(known: _Known, grids: Sequence[_Grid], z: Array) -> Array:

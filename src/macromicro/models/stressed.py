@@ -266,8 +266,38 @@ def warmed(p: Stressed, s: StressedState, ctrl: float, cut: float, dt: float) ->
         left = math.exp(-dt / p.lag)
         heat = goal + (s.heat - goal) * left
         mean = goal + (s.heat - goal) * (1.0 - left) * p.lag / dt
+    return exchanged(p, s, heat, mean, cut, 0.0, dt)
+
+
+@kernel
+def exchanged(
+    p: Stressed, s: StressedState, heat: float, mean: float, cut: float, growth: float, dt: float
+) -> StressedState:
+    """The actuator after a step in which a known heat is delivered.
+
+    Parameters
+    ----------
+    p : Stressed
+        Parameters of the model.
+    s : StressedState
+        State of the model; its memory is changed in place.
+    heat, mean : float
+        Delivered at the end of the step, and in its mean, K.
+    cut : float
+        Share of `dt` for which CONTRACT takes the current, 0 to 1.
+    growth : float
+        By which part the wires lose more for each K above ambient, 1/K: free convection grows with
+        the temperature (F. P. Incropera, Fundamentals of Heat and Mass Transfer, chapter 9).
+    dt : float
+        At most a fifth of c1 * r1, s.
+
+    Returns
+    -------
+    StressedState
+        New state.
+    """
     n = p.ladder
-    out1 = (s.wire - s.plates) / n.r1
+    out1 = (s.wire - s.plates) / n.r1 * (1.0 + growth * s.wire)
     out2 = (s.plates - s.body) / n.r2
     out3 = s.body / n.r3
     content = s.content + (mean - out1) * dt / n.c1

@@ -71,6 +71,16 @@ def test_a_load_that_was_not_fitted(tmp_path: Path) -> None:
         stress.identify(given(fitted), Options(tests=(str(beyond),)))
 
 
+def test_a_load_that_is_measured_scatters() -> None:
+    """About 100 and 150 N, by 1 %, in one file after another."""
+    random = np.random.default_rng(0)
+    wanted = np.repeat([100.0, 150.0, 100.0], 500)
+    found = stress.held(wanted * (1.0 + 0.005 * random.standard_normal(1500)), "a.csv")
+    assert len(np.unique(found)) == 2
+    np.testing.assert_allclose(found, wanted, rtol=1e-3)
+    np.testing.assert_array_equal(stress.held(np.array([0.0, -20.0, 0.1]), ""), [0.05, -20, 0.05])
+
+
 def test_refused(tmp_path: Path) -> None:
     t, y = loop(100.0)
     wild = table(tmp_path / "w.csv", "T_degC,x,load_N", t, y, np.linspace(1.0, 2.0, len(t)))

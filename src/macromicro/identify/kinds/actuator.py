@@ -13,7 +13,7 @@ from macromicro.columns import Column
 from macromicro.identify.kinds import model_file, testing, unheated
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.kinds.testing import Trial
-from macromicro.identify.picking import RUN, Picked, Role, runs
+from macromicro.identify.picking import RUN, Picked, Role, T, runs
 from macromicro.identify.result import Line, Result
 from macromicro.recording import Recording
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from macromicro.identify.heated import HeatedFit
 
 LAW = "inverse"
-T = Role("t", "time", ("t", "time"), ("s",))
 U = Role("u", "heating voltage", ("u", "ctrl", "voltage", "volts", "input"), ("V",))
 DRIVE = Role(
     U.name, "voltage, current or power that heats", (*U.names, "current", "power"), ("V", "A", "W")

@@ -13,7 +13,7 @@ from macromicro.errors import InputError
 from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.kinds.testing import Trial
-from macromicro.identify.picking import RUN, Role, runs
+from macromicro.identify.picking import RUN, Role, T, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.witnesses import within
 from macromicro.schema.par import entries
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from macromicro.identify.carriage import CarriageFit
 
 LAW = "terminal"
-T = Role("t", "time", ("t", "time"), ("s",))
 U = Role("u", "effort sent", ("u", "motor", "voltage", "effort"), ("V",))
 X = Role("x", "encoder", ("x", "macro_position", "counts", "position"), ("counts",))
 Y = Role("y", "platform by a laser", ("y", "laser"), ("m",), optional=True)

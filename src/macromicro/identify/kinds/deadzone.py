@@ -11,7 +11,7 @@ from macromicro.errors import InputError
 from macromicro.identify.kinds import foretelling, model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.notices import DataWarning, notice
-from macromicro.identify.picking import RUN, Picked, Role, runs
+from macromicro.identify.picking import RUN, Picked, Role, T, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run, checked
 from macromicro.nominal import FULL_SCALE
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from macromicro.identify.discontinuity import DiscontinuousDeadZone
 
 
-T = Role("t", "time", ("t", "time"), ("s",))
 U = Role(
     "u", "drive voltage", ("u", "U", "motor", "voltage", "volts", "v", "V", "input", "vir"), ("V",)
 )

@@ -8,7 +8,7 @@ from macromicro.errors import InputError
 from macromicro.identify.driven import Driven
 from macromicro.identify.kinds import drive_file, drive_words, presliding, sprung, testing
 from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.picking import RUN, Picked, Role, railed, runs
+from macromicro.identify.picking import RUN, Picked, Role, T, railed, runs
 from macromicro.identify.result import Result
 from macromicro.identify.runs import Run, checked
 from macromicro.place import ANGLE, LENGTH
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-T = Role("t", "time", ("t", "time", "zeit"), ("s",))
 U = Role(
     "u",
     "drive voltage, current or force; where nothing drives: --free",

@@ -119,17 +119,21 @@ def machine(
     from macromicro.identify import axis_settings, eccentric
     from macromicro.identify.axis_settings import Around
 
-    places = np.concatenate([r.x for r in records])
-    travel, dt = float(np.ptp(places)), records[0].dt
-    steps = np.abs(np.concatenate([np.diff(r.x) for r in records]))
-    least = float(steps[steps > _FINEST * travel].min())
+    first = min(float(r.x.min()) for r in records)
+    travel = max(float(r.x.max()) for r in records) - first
+    dt, least, most = records[0].dt, np.inf, 0.0
+    for r in records:
+        steps = np.diff(r.x)
+        np.abs(steps, out=steps)
+        most = max(most, float(steps.max()))
+        least = min(least, float(steps.min(where=steps > _FINEST * travel, initial=np.inf)))
     around = Around(
         gain=fit.gain,
-        effort=max(float(np.abs(r.u).max()) for r in records),
+        effort=max(float(max(r.u.max(), -r.u.min())) for r in records),
         pitch=float(f"{least:.4g}"),
         period=float(f"{dt:.6g}"),
         travel=travel,
-        speed=float(steps.max()) / dt,
+        speed=most / dt,
     )
     axis = fit.axis._replace(lag=fit.delay * dt + fit.axis.lag)
     head = [
@@ -147,7 +151,7 @@ def machine(
     values, name = axis_settings.values(axis, around), "axis"
     if place.turns:
         load = eccentric.of(axis)
-        load = load._replace(hangs=load.hangs - float(places.min()))
+        load = load._replace(hangs=load.hangs - first)
         values, name = axis_settings.turned(values, load), "rotary"
         values = axis_settings.endless(values) if endless else values
         if "offset" in errors:

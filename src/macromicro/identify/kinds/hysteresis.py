@@ -20,6 +20,7 @@ from macromicro.identify.kinds.curves import Found, Pair
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import Role, pick, railed
+from macromicro.identify.picking import T as TIME
 from macromicro.identify.result import Line, Result
 from macromicro.schema.text import printable
 
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-T = Role("t", "time", ("t", "time"), ("s",), optional=True)
+T = TIME._replace(optional=True)
 U = Role(
     "u",
     "input",

@@ -12,7 +12,7 @@ from macromicro.errors import InputError
 from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.kinds.testing import Trial
-from macromicro.identify.picking import RUN, Picked, Role, railed, runs
+from macromicro.identify.picking import RUN, Picked, Role, T, railed, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run, checked
 from macromicro.units import quotient
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from macromicro.identify.linear_fit import LinearFit
 
 
-T = Role("t", "time", ("t", "time"), ("s",))
 U = Role("u", "input", ("u", "U", "motor", "voltage", "volts", "input", "force", "vir", "ctrl"))
 Y = Role("y", "output", ("y", "Y", "speed", "velocity", "output"), optional=True)
 X = Role(

@@ -28,8 +28,8 @@ T = Role("T", "temperature", ("temperature", "thermocouple", "temp", "T"), ("deg
 X = Role("x", "strain or position", ("x", "strain", "contraction", "position", "y", "laser"))
 LOAD = Role("load", "load, held", ("load", "stress", "force", "weight", "s"), ("MPa", "N"))
 ROLES = (T, X, LOAD)
-_MOST = 50  # loads
-_DIGITS = 4  # of a load: measured ones scatter
+_APART, _WIDE = 0.01, 0.1  # of the greatest load: between two loads, and how one may scatter
+_DIGITS = 4  # of a load that was measured
 _STARTED, _HALF, _ENDED = (int(np.abs(SHARES - q).argmin()) for q in (0.1, 0.5, 0.9))
 
 
@@ -110,11 +110,9 @@ def identify(picking: Picking, options: Options) -> Result:
 def _cycles(tables: list[Picked]) -> list[Cycle]:
     """What each load of the files showed."""
     kept: dict[float, list[tuple[str, Array, Array]]] = {}
-    for table in tables:
-        own = np.array([float(f"{v:.{_DIGITS}g}") for v in table.values["load"]])
-        if len(np.unique(own)) > _MOST:
-            found = f"{len(np.unique(own))} different loads"
-            raise InputError(f"{table.file}, load", found, "loads that are held, each for a cycle")
+    levels = held(np.concatenate([table.values["load"] for table in tables]), tables[0].file)
+    ends = np.cumsum([len(table.values["load"]) for table in tables])[:-1]
+    for table, own in zip(tables, np.split(levels, ends), strict=True):
         cuts = np.flatnonzero(np.diff(own)) + 1
         parts = (np.split(table.values[name], cuts) for name in ("T", "x"))
         for value, t, y in zip(np.split(own, cuts), *parts, strict=True):
@@ -124,6 +122,38 @@ def _cycles(tables: list[Picked]) -> list[Cycle]:
         t, y = (np.concatenate([one[k] for one in each]) for k in (1, 2))
         cycles.append(cycle(value, t, y, each[0][0]))
     return cycles
+
+
+def held(loads: Array, file: str) -> Array:
+    """The load that is held, for each measured one: the median of those that lie together.
+
+    Parameters
+    ----------
+    loads : ndarray, shape (n,)
+        As measured, in any order.
+    file : str
+        For messages.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        With four digits.
+
+    Raises
+    ------
+    InputError
+        Loads go on without a gap over a tenth of the greatest one.
+    """
+    order = np.argsort(loads, kind="stable")
+    rising, most = loads[order], float(np.abs(loads).max())
+    made = np.empty(len(loads))
+    for group in np.split(order, np.flatnonzero(np.diff(rising) > _APART * most) + 1):
+        own = loads[group]
+        if np.ptp(own) > _WIDE * most:
+            found = f"every load from {own.min():g} to {own.max():g}"
+            raise InputError(f"{file}, load", found, "loads that are held, each for a cycle")
+        made[group] = float(f"{np.median(own):.{_DIGITS}g}")
+    return made
 
 
 def _sides(found: StressMap, load: str, middle: float) -> list[Line]:
@@ -144,7 +174,10 @@ def _sides(found: StressMap, load: str, middle: float) -> list[Line]:
 
 def _words(found: StressMap) -> str:
     slopes = "one slope for each branch" if found.way.common else "a slope for each share"
-    stroke = "a stroke that saturates" if found.way.saturating else "a stroke linear between loads"
+    stroke = "levels linear between loads"
+    if found.way.saturating:
+        level = "hot" if found.way.from_hot else "cold"
+        stroke = f"a stroke that saturates, from the {level} level"
     why = "; what predicts loads left out best" if found.inside else ""
     return f"{slopes}, {stroke}{why}"
 

@@ -14,7 +14,7 @@ from macromicro.identify.kinds.heating import Source
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.notices import DataWarning, notice
-from macromicro.identify.picking import RUN, Picked, Role
+from macromicro.identify.picking import RUN, Picked, Role, T
 from macromicro.identify.result import Line, Result
 from macromicro.identify.thermal import CoolingFit, HeatingFit, StepRecord, heating, steady
 from macromicro.identify.witnesses import within
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from macromicro.identify.gain import GainFit
 
 
-T = Role("t", "time", ("t", "time"), ("s",))
 U = Role("u", "heating voltage", ("u", "U", "ctrl", "voltage", "volts", "v", "V", "input"), ("V",))
 TEMPERATURE = Role(
     "T",

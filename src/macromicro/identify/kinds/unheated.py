@@ -39,6 +39,8 @@ _MEANS = {
     "fall spread": ("K", "of the thresholds of extension"),
     "fall skew": ("", "of these"),
     "low": ("", "place of the cold wires, of the range, from the records' first"),
+    "resistance": ("", "by which the heat changes until full contraction"),
+    "growth": ("", "of the loss of heat, until the thresholds"),
     "stroke": ("", "full contraction, of the range in the records"),
 }
 

@@ -10,8 +10,9 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.files.table import Table
-from macromicro.identify.kinds import drive, hall, hysteresis, linear, thermal
-from macromicro.identify.picking import Role, matched
+from macromicro.identify.kinds import drive, hall, hysteresis, linear, sprung, stress, thermal
+from macromicro.identify.picking import Role, T, matched
+from macromicro.units import convert
 
 _SMOOTHER = 3.0  # a position is so many times smoother than the effort that moves it
 
@@ -34,9 +35,10 @@ class Onward(NamedTuple):
 # Kind of identification, its roles, and those that a file must have for it; the first that fits.
 _KINDS: tuple[tuple[str, Sequence[Role], str], ...] = (
     ("hysteresis", hysteresis.ROLES, "u f curve"),
+    ("stress", stress.ROLES, "T x load"),
     ("drive", drive.ROLES, "t u x"),
     ("linear", linear.ROLES, "t u y"),
-    ("thermal", (thermal.T, thermal.U, thermal.TEMPERATURE), "t u T"),
+    ("thermal", (T, thermal.U, thermal.TEMPERATURE), "t u T"),
     ("hall", hall.ROLES, "v x"),
     ("plays", hysteresis.ROLES, "u f"),
 )
@@ -63,17 +65,42 @@ def onward(table: Table, numbers: Mapping[str, Array]) -> Onward:
             columns = {role: found[role] for role in needed.split()}
             reasons = [f"{role}: {name}, by its name" for role, name in columns.items()]
             return _said(table, kind, roles, columns, reasons, named=True)
-    columns, reasons = by_course(numbers)
-    return _said(table, "drive", drive.ROLES, columns, reasons, named=False)
+    columns, reasons = by_course(numbers, table.units, found_by_name(table, numbers))
+    return _said(table, "drive", (*drive.ROLES, sprung.V), columns, reasons, named=False)
 
 
-def by_course(numbers: Mapping[str, Array]) -> tuple[dict[str, str], list[str]]:
-    """Time, effort and position by the course of columns whose names say nothing.
+def found_by_name(table: Table, numbers: Mapping[str, Array]) -> dict[str, str]:
+    """What names say of a drive's roles, where they do not say all.
+
+    Parameters
+    ----------
+    table : Table
+        Of the file.
+    numbers : Mapping[str, Array]
+        Its columns of numbers.
+
+    Returns
+    -------
+    dict[str, str]
+        Column by role.
+    """
+    found = matched(table._replace(columns=numbers), drive.ROLES)
+    return {role: found[role] for role in "tux" if role in found}
+
+
+def by_course(
+    numbers: Mapping[str, Array], units: Mapping[str, str], named: Mapping[str, str]
+) -> tuple[dict[str, str], list[str]]:
+    """Time, effort and position where names do not tell all: by units, or by their course.
 
     Parameters
     ----------
     numbers : Mapping[str, Array]
         Columns of numbers.
+    units : Mapping[str, str]
+        Theirs, "" where unknown.
+    named : Mapping[str, str]
+        Column by role, of those that names tell.
 
     Returns
     -------
@@ -82,15 +109,29 @@ def by_course(numbers: Mapping[str, Array]) -> tuple[dict[str, str], list[str]]:
     reasons : list[str]
         Why, in words.
     """
-    columns, reasons = {"t": "?", "u": "?", "x": "?"}, []
-    rest = dict(numbers)
-    for name, values in numbers.items():
+    columns = {"t": "?", "u": "?", "x": "?"} | dict(named)
+    reasons = [f"{role}: {name}, by its name" for role, name in named.items()]
+    rest = {name: values for name, values in numbers.items() if name not in named.values()}
+    for name, values in rest.items():
+        if columns["t"] != "?":
+            break
         steps = np.diff(values)
         if len(steps) > 1 and steps.min() > 0.0 and np.ptp(steps) < 0.1 * steps.mean():
             columns["t"] = name
             reasons.append(f"t: {name}, which rises by even steps")
             del rest[name]
             break
+    for role in (drive.U, drive.X, sprung.V):
+        fits = [name for name in rest if _converts(units.get(name, ""), role.units)]
+        open_ = columns["x" if role is sprung.V else role.name] == "?"
+        if open_ and len(fits) == 1:
+            columns[role.name] = fits[0]
+            reasons.append(f"{role.name}: {fits[0]}, the only one in {units[fits[0]]} or the like")
+            del rest[fits[0]]
+    if "v" in columns:  # a speed does for a position
+        del columns["x"]
+    if columns["u"] != "?" or columns.get("x") != "?":
+        return columns, reasons
     rough = {n: _roughness(v) for n, v in rest.items() if len(v) > 2 and np.ptp(v) > 0.0}
     if len(rough) == 2:
         smooth, other = sorted(rough, key=lambda n: rough[n])
@@ -98,6 +139,17 @@ def by_course(numbers: Mapping[str, Array]) -> tuple[dict[str, str], list[str]]:
             columns |= {"u": other, "x": smooth}
             reasons.append(f"x: {smooth}, which is smoother than {other}")
     return columns, reasons
+
+
+def _converts(unit: str, to: Sequence[str]) -> bool:
+    """Whether a unit is of the kind of one of some."""
+    for one in to:
+        try:
+            convert(1.0, unit, one)
+        except ValueError:
+            continue
+        return True
+    return False
 
 
 def _roughness(values: Array) -> float:

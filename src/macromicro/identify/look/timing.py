@@ -19,7 +19,7 @@ class Timing(NamedTuple):
     rows : int
         How many there are.
     duration : float
-        From first to last, s.
+        From first to last, of all runs together, s.
     rate : float
         Rows a second by the usual step, Hz; 0 where times do not increase.
     uneven : float
@@ -30,6 +30,8 @@ class Timing(NamedTuple):
         Row of the first one, from 1; 0 where there is none.
     longest : float
         The longest gap, s.
+    runs : int
+        Records in the file, each with times of its own.
     """
 
     rows: int
@@ -43,15 +45,18 @@ class Timing(NamedTuple):
     first_twice: int
     first_fall: int
     longest: float
+    runs: int = 1
 
 
-def timing(t: Array) -> Timing:
+def timing(t: Array, run: Array | None = None) -> Timing:
     """Look at times.
 
     Parameters
     ----------
     t : ndarray, shape (n,)
         s, finite; two or more.
+    run : ndarray, shape (n,), optional
+        Which run each belongs to: no step is judged from one to the next.
 
     Returns
     -------
@@ -59,6 +64,8 @@ def timing(t: Array) -> Timing:
         What was seen.
     """
     steps = np.diff(t)
+    apart = np.zeros(len(steps), dtype=np.bool_) if run is None else np.diff(run) != 0.0
+    steps[apart] = np.nan
     rising = steps[steps > 0.0]
     usual = float(np.median(rising)) if len(rising) else 0.0
     gaps = np.flatnonzero(steps > GAP * usual) if usual else np.empty(0, dtype=np.int64)
@@ -72,7 +79,7 @@ def timing(t: Array) -> Timing:
 
     return Timing(
         rows=len(t),
-        duration=float(t[-1] - t[0]),
+        duration=float(np.nansum(steps)),
         rate=1.0 / usual if usual else 0.0,
         uneven=uneven,
         gaps=len(gaps),
@@ -82,6 +89,7 @@ def timing(t: Array) -> Timing:
         first_twice=row(twice),
         first_fall=row(falls),
         longest=float(steps[gaps].max()) if len(gaps) else 0.0,
+        runs=int(apart.sum()) + 1,
     )
 
 
@@ -101,6 +109,8 @@ def words(seen: Timing) -> list[str]:
     if not seen.rate:
         return [f"{seen.rows} rows; times do not increase"]
     said = [f"{seen.rows} rows over {seen.duration:.6g} s, {seen.rate:.6g} Hz"]
+    if seen.runs > 1:
+        said.append(f"{seen.runs} runs")
     if seen.uneven > 0.02:
         said.append(f"steps differ from the usual one by up to {100.0 * seen.uneven:.0f} %")
     if seen.gaps:

@@ -15,6 +15,7 @@ from macromicro.files.table import Table
 from macromicro.identify.look.columns import Seen, seen
 from macromicro.identify.look.onward import Onward, onward
 from macromicro.identify.look.timing import Timing, timing
+from macromicro.identify.picking import RUN, matched
 from macromicro.schema.text import printable
 from macromicro.units import convert
 
@@ -96,8 +97,12 @@ def look(path: Path) -> Look:
     times = None
     if time:
         t = numbers[time] * convert(1.0, table.units[time] or "s", "s")
-        t = t[np.isfinite(t)]
-        times = timing(t) if len(t) > 1 else None
+        good = np.isfinite(t)
+        run = matched(table._replace(columns=numbers), (RUN,)).get("run")
+        which = numbers[run][good] if run and len(numbers[run]) == len(t) else None
+        times = timing(t[good], which) if good.sum() > 1 else None
+        if times is not None and times.runs > 1:  # its times begin anew, they do not wrap
+            columns = tuple(c._replace(remarks=()) if c.name == time else c for c in columns)
     forward = onward(table, numbers)
     return Look(table.file, columns, table.constants, time, times, forward)
 
