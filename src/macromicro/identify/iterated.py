@@ -107,5 +107,5 @@ def sriv(
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
     solution, count, done = instrumental(task)
-    fit = finished("sriv", task, solution, count, converged=done, free=True)
+    fit = finished("sriv", task, solution, count, converged=done)
     return compared(task, solution, fit)

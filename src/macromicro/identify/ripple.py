@@ -16,7 +16,7 @@ from macromicro.arrays import Array
 
 _LEAST, _MOST = 2.0, 200.0  # periods in the range of places
 _FINE = 6  # tried in a period more of that range
-_SHARE = 0.3  # of the force's power: less may be chance
+SHARE = 0.3  # of the force's power: less may be chance
 _ENOUGH = 20_000  # samples that are tried
 
 
@@ -89,7 +89,7 @@ def ripple(force: list[Array], place: list[Array], taken: list[Array]) -> Ripple
     nearby = best + np.linspace(-1.0, 1.0, 41) * (turns[1] - turns[0])
     best = float(max(nearby, key=lambda turn: _explained(turn, x, left, basis)[0]))
     power, (sine, cosine) = _explained(best, x, left, basis)
-    if not power > _SHARE * float(left @ left):
+    if not power > SHARE * float(left @ left):
         return None
     return Ripple(best, float(np.hypot(sine, cosine)), float(sine), float(cosine))
 

@@ -59,7 +59,7 @@ def output_error(
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
     (solution, count, done), ends = searched(task, begins(task))
-    fit = finished("output_error", task, solution, count, converged=done, free=True)
+    fit = finished("output_error", task, solution, count, converged=done)
     outputs = [r.y for r in task.data]
     with np.errstate(over="ignore", invalid="ignore"):
         fits = {n: percent(outputs, tuple(free_runs(task, e[0].theta))) for n, e in ends.items()}
