@@ -18,6 +18,7 @@ _LEAST, _MOST = 2.0, 200.0  # periods in the range of places
 _FINE = 6  # tried in a period more of that range
 SHARE = 0.3  # of the force's power: less may be chance
 _ENOUGH = 20_000  # samples that are tried
+_AT_ONCE = 200_000  # values of a sine
 
 
 class Ripple(NamedTuple):
@@ -83,15 +84,16 @@ def ripple(force: list[Array], place: list[Array], taken: list[Array]) -> Ripple
     left = np.concatenate([f[::every] for f in force])
     left = left - basis @ (basis.T @ left)
     turns = 2.0 * np.pi * np.arange(_LEAST, _MOST, 1.0 / _FINE) / extent
-    best = max(turns, key=lambda turn: _explained(turn, x, left, basis)[0])
+    best = turns[np.argmax(_explained(turns, x, left, basis)[0])]
     if best == turns[0]:  # no period, but what goes with the place more slowly than any
         return None
     nearby = best + np.linspace(-1.0, 1.0, 41) * (turns[1] - turns[0])
-    best = float(max(nearby, key=lambda turn: _explained(turn, x, left, basis)[0]))
-    power, (sine, cosine) = _explained(best, x, left, basis)
-    if not power > SHARE * float(left @ left):
+    powers, pairs = _explained(nearby, x, left, basis)
+    at = int(np.argmax(powers))
+    if not powers[at] > SHARE * float(left @ left):
         return None
-    return Ripple(best, float(np.hypot(sine, cosine)), float(sine), float(cosine))
+    sine, cosine = pairs[at].tolist()
+    return Ripple(float(nearby[at]), float(np.hypot(sine, cosine)), sine, cosine)
 
 
 def _scaled(table: Array) -> Array:
@@ -99,9 +101,18 @@ def _scaled(table: Array) -> Array:
     return table / np.where(size > 0.0, size, 1.0)
 
 
-def _explained(turn: float, x: Array, left: Array, basis: Array) -> tuple[float, Array]:
-    """Power that a period explains beside the parameters, and its sine and cosine."""
-    pair = np.stack([np.sin(turn * x), np.cos(turn * x)], axis=1)
-    own = pair - basis @ (basis.T @ pair)
-    found = np.linalg.lstsq(own, left, rcond=1e-6)[0]
-    return float(left @ own @ found), found
+def _explained(turns: Array, x: Array, left: Array, basis: Array) -> tuple[Array, Array]:
+    """Power that periods explain beside the parameters, and the sine and cosine of each."""
+    powers, found = np.zeros(len(turns)), np.zeros((len(turns), 2))
+    many = max(_AT_ONCE // len(x), 1)
+    for first in range(0, len(turns), many):
+        rows = slice(first, first + many)
+        angle = np.outer(turns[rows], x)
+        pairs = np.stack([np.sin(angle), np.cos(angle)], axis=1)
+        own = pairs - (pairs @ basis) @ basis.T
+        moments = own @ left
+        square = own @ own.transpose(0, 2, 1)
+        # Of a sine alone where the cosine is a combination of the parameters.
+        found[rows] = np.einsum("kij,kj->ki", np.linalg.pinv(square, 1e-12, True), moments)
+        powers[rows] = np.einsum("ki,ki->k", moments, found[rows])
+    return powers, found
