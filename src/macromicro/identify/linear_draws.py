@@ -27,10 +27,11 @@ from macromicro.identify.regression import (
     per_record,
     whitened,
 )
-from macromicro.identify.ripple import SHARE, Ripple, ripple
+from macromicro.identify.ripple import Ripple, ripple
 from macromicro.identify.spread import autoregression
 
 _PHASES = 160  # drawn
+_MOST = 0.5  # of the force's power: less is no matter of the way in the main
 
 
 def rounding(task: Task, theta: Array, *, coloured: bool = False) -> Rounded | None:
@@ -106,8 +107,9 @@ def cogging(task: Task, theta: Array) -> list[Ripple]:
         force = lfilter(np.r_[1.0, theta[: task.na]], [1.0], part, axis=0)[task.delay :] / total
         place, left = _ways(task, r)[: len(force)], force[:, -1]
         one = ripple([left], [place], [force[:, :-1]])
-        # What parameters take off the force may hide all that does not repeat: of a poor model.
-        if one is None or _power(left - one.at(place)) > (1.0 - SHARE) * _power(left):
+        # Slow noise repeats in part by chance. Of a poor model's force, parameters may take all
+        # that does not repeat.
+        if one is None or _power(left - one.at(place)) > (1.0 - _MOST) * _power(left):
             return []
         found.append(one)
     return found

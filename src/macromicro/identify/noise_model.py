@@ -33,7 +33,7 @@ _STRETCHES = 30  # that a covariance is judged by
 _LONG = 20  # the order of D from which on noise is no autoregression
 _FREE = ("sriv", "output_error")  # unbiased whatever the colour of the noise
 _APART = 2.0  # standard errors: from there on two methods do not agree
-_BENT = 0.25  # at the ends of a 95 % interval runs are then off by half of what moves them
+_BENT = 1.0 / 6.0  # at the ends of a 95 % interval runs are then off by a third of what moves them
 _NO_NOISE = "what the model leaves, such as cogging, is no noise"
 
 
@@ -90,7 +90,8 @@ def box_jenkins(
     rounded = linear_draws.rounding(task, theta, coloured=True)
     if rounded is not None:
         return _drawn(task, fit, rounded)
-    if not fit.doubt and linear_draws.cogging(task, theta):
+    # Where little of what it leaves repeats, output error may show it.
+    if not fit.doubt and any(linear_draws.cogging(task, at) for at in (theta, first.theta)):
         return withheld(fit, f"{_NO_NOISE}: a force that repeats along the way")
     return fit
 

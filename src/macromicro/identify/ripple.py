@@ -16,7 +16,7 @@ from macromicro.arrays import Array
 
 _LEAST, _MOST = 2.0, 200.0  # periods in the range of places
 _FINE = 6  # tried in a period more of that range
-SHARE = 0.3  # of the force's power: less may be chance
+_SHARE = 0.3  # of the force's power: less may be chance
 _ENOUGH = 20_000  # samples that are tried
 _AT_ONCE = 200_000  # values of a sine
 
@@ -90,7 +90,7 @@ def ripple(force: list[Array], place: list[Array], taken: list[Array]) -> Ripple
     nearby = best + np.linspace(-1.0, 1.0, 41) * (turns[1] - turns[0])
     powers, pairs = _explained(nearby, x, left, basis)
     at = int(np.argmax(powers))
-    if not powers[at] > SHARE * float(left @ left):
+    if not powers[at] > _SHARE * float(left @ left):
         return None
     sine, cosine = pairs[at].tolist()
     return Ripple(float(nearby[at]), float(np.hypot(sine, cosine)), sine, cosine)
