@@ -10,7 +10,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.identify import linear_draws
 from macromicro.identify.counts import Rounded
-from macromicro.identify.descent import WHITE, begins, searched
+from macromicro.identify.descent import WHITE, begins, linearised, searched
 from macromicro.identify.linear_fit import LinearFit, exact, withheld
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.records import Record, Signals
@@ -18,6 +18,7 @@ from macromicro.identify.regression import (
     Solution,
     Start,
     Task,
+    covariance,
     finished,
     free_runs,
     per_record,
@@ -33,7 +34,7 @@ _STRETCHES = 30  # that a covariance is judged by
 _LONG = 20  # the order of D from which on noise is no autoregression
 _FREE = ("sriv", "output_error")  # unbiased whatever the colour of the noise
 _APART = 2.0  # standard errors: from there on two methods do not agree
-_BENT = 1.0 / 6.0  # at the ends of a 95 % interval runs are then off by a third of what moves them
+_BENT = 0.125  # at the ends of a 95 % interval runs are then off by a quarter of what moves them
 _NO_NOISE = "what the model leaves, such as cogging, is no noise"
 
 
@@ -215,17 +216,21 @@ def compared(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
     drawn = _redrawn(task, solution.theta, white=white) if free else None
     if drawn is not None:
         fit = _drawn(task, fit, drawn)
-    if free and bent(task, solution.theta, fit.covariance) > _BENT:
+    where, spread = solution.theta, fit.covariance
+    if not (white or drawn is not None):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DataWarning)
+            other, theta = fitted(task, solution)
+        apart = np.abs(np.r_[fit.a, fit.b] - np.r_[other.a, other.b])
+        if not (apart <= _APART * np.fmax(fit.std, other.std)).all():
+            text = "box_jenkins, which models the colour of the noise, finds another model"
+            return withheld(fit, text)
+        if not other.doubt:  # nearer to the machine: an error is not told for being small by chance
+            where = theta
+            spread = covariance(task, linearised(task, theta))[: task.size, : task.size]
+    if free and bent(task, where, spread) > _BENT:
         return withheld(fit, "they are so large that they are not proportional; see box_jenkins")
-    if free and (white or drawn is not None):
-        return fit
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DataWarning)
-        other, _ = fitted(task, solution)
-    apart = np.abs(np.r_[fit.a, fit.b] - np.r_[other.a, other.b])
-    if (apart <= _APART * np.fmax(fit.std, other.std)).all():
-        return fit
-    return withheld(fit, "box_jenkins, which models the colour of the noise, finds another model")
+    return fit
 
 
 def _redrawn(task: Task, theta: Array, *, white: bool) -> Rounded | None:
@@ -237,7 +242,7 @@ def _redrawn(task: Task, theta: Array, *, white: bool) -> Rounded | None:
     return linear_draws.cogged(task, theta, cogs) if cogs else None
 
 
-def bent(task: Task, theta: Array, covariance: Array) -> float:
+def bent(task: Task, theta: Array, spread: Array) -> float:
     """How far free runs are from proportional to errors of the parameters.
 
     |y(+) + y(-) - 2 y| / |y(+) - y(-)|, where y(+) and y(-) are free runs of parameters that are
@@ -250,17 +255,17 @@ def bent(task: Task, theta: Array, covariance: Array) -> float:
         Records and orders.
     theta : ndarray, shape (p,)
         What was found.
-    covariance : ndarray, shape (na + nb, na + nb)
-        Its errors.
+    spread : ndarray, shape (na + nb, na + nb)
+        Covariance of a and b.
 
     Returns
     -------
     float
         0 for a model that is linear in its parameters; infinite where one of the runs overflows.
     """
-    size = np.sqrt(np.diag(covariance))
+    size = np.sqrt(np.diag(spread))
     size[size == 0.0] = 1.0
-    power, turned = np.linalg.eigh(covariance / np.outer(size, size))
+    power, turned = np.linalg.eigh(spread / np.outer(size, size))
     middle, most = np.concatenate(free_runs(task, theta)), 0.0
     for move in (turned * np.sqrt(np.maximum(power, 0.0))).T:
         by = np.zeros(len(theta))
