@@ -39,14 +39,14 @@ class Ripple(NamedTuple):
     sine: float
     cosine: float
 
-    def at(self, place: Array, shift: float = 0.0) -> Array:
+    def at(self, place: Array, shift: float | Array = 0.0) -> Array:
         """The force at places.
 
         Parameters
         ----------
         place : ndarray, shape (n,)
             Places.
-        shift : float, optional
+        shift : float or ndarray, shape (n,), optional
             By which the phase is later, rad.
 
         Returns
@@ -108,10 +108,13 @@ def _explained(turns: Array, x: Array, left: Array, basis: Array) -> tuple[Array
     for first in range(0, len(turns), many):
         rows = slice(first, first + many)
         angle = np.outer(turns[rows], x)
-        pairs = np.stack([np.sin(angle), np.cos(angle)], axis=1)
-        own = pairs - (pairs @ basis) @ basis.T
-        moments = own @ left
-        square = own @ own.transpose(0, 2, 1)
+        sine, cosine = np.sin(angle), np.cos(angle)
+        moments = np.stack([sine @ left, cosine @ left], axis=1)
+        lost = np.stack([sine @ basis, cosine @ basis], axis=1)
+        crossed = np.einsum("kn,kn->k", sine, cosine)
+        whole = np.einsum("kn,kn->k", sine, sine)
+        square = np.array([[whole, crossed], [crossed, len(x) - whole]]).transpose(2, 0, 1)
+        square -= lost @ lost.transpose(0, 2, 1)
         # Of a sine alone where the cosine is a combination of the parameters.
         found[rows] = np.einsum("kij,kj->ki", np.linalg.pinv(square, 1e-12, True), moments)
         powers[rows] = np.einsum("ki,ki->k", moments, found[rows])
