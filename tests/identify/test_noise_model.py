@@ -169,7 +169,7 @@ def test_errors_that_are_not_proportional_are_withheld() -> None:
         found = fit("output_error", *disturbed(seed))
         doubts.append(found.doubt)
         assert np.isnan(found.std).all() and found.draws is None
-    assert sum("not proportional" in text for text in doubts) >= 2
+    assert sum("are not proportional" in text for text in doubts) >= 2
 
 
 def test_stretches_widen_errors_and_never_narrow_them() -> None:

@@ -78,7 +78,7 @@ def sriv(
 
     As `mls`, but the regressors are correlated with those of the model's own noise-free output (the
     instruments), which removes the bias under any noise that the input did not cause. Errors are
-    withheld where `box_jenkins` does not agree.
+    drawn, or withheld, as those of `output_error`.
 
     Parameters
     ----------

@@ -55,8 +55,9 @@ def box_jenkins(
     Akaike's criterion prefers; then A and B minimise the sum of squares of D (y - (B / A) u); and
     so on until they settle. That is the prediction-error method for Box-Jenkins models whose noise
     is autoregressive (Ljung, System Identification, sections 4.2 and 7.2; Young and Jakeman, 1979,
-    by instruments), and of least variance for any noise that the input did not cause. Of standard
-    errors by the model and by the scatter of stretches of the record, the larger are told.
+    by instruments), and of least variance for any noise that the input did not cause. Errors are
+    those by the model, or where stretches of the record scatter by more than chance, by these;
+    where rounding to counts is all that is left, they are drawn. They are withheld under cogging.
 
     Parameters
     ----------
@@ -190,8 +191,10 @@ def compared(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
     """A fit with its errors where they hold: what the method supposes, and `box_jenkins`, agree.
 
     `least_squares`, `gls` and `mls` suppose white residuals. Of the others there is no question
-    where the residuals are white; where noise is coloured, the nearest free run may be that of a
-    slow pole which a zero nearly cancels, and which follows the noise.
+    where the residuals are white, or where cogging or rounding, which are drawn anew, made them;
+    where noise is coloured, the nearest free run may be that of a slow pole which a zero nearly
+    cancels, and which follows the noise. Errors are to first order, and told where they are small
+    enough for that (`bent`).
 
     Parameters
     ----------
@@ -217,7 +220,7 @@ def compared(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
     if drawn is not None:
         fit = _drawn(task, fit, drawn)
     where, spread = solution.theta, fit.covariance
-    if not (white or drawn is not None):
+    if not (free and white) and drawn is None:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DataWarning)
             other, theta = fitted(task, solution)
@@ -229,7 +232,7 @@ def compared(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
             where = theta
             spread = covariance(task, linearised(task, theta))[: task.size, : task.size]
     if free and bent(task, where, spread) > _BENT:
-        return withheld(fit, "they are so large that they are not proportional; see box_jenkins")
+        return withheld(fit, "so large that free runs are not proportional to them; see box_jenkins")
     return fit
 
 

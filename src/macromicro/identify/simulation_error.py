@@ -29,8 +29,9 @@ def output_error(
     Consistent under any noise that the input did not cause, and of least variance when that noise
     is white (Ljung, System Identification, chapter 7). The sum has other minima, so the search is
     made from the results of `mls`, `sriv` and `least_squares`, and from the model of first order;
-    the least of their ends is taken, and `starts` tells them all. Errors are withheld where
-    `box_jenkins` does not agree.
+    the least of their ends is taken, and `starts` tells them all. Errors under cogging and in
+    counts are drawn; they are withheld where `box_jenkins` does not agree, or where they are too
+    large to be told to first order.
 
     Parameters
     ----------
