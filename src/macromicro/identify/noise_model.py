@@ -232,7 +232,9 @@ def compared(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
             where = theta
             spread = covariance(task, linearised(task, theta))[: task.size, : task.size]
     if free and bent(task, where, spread) > _BENT:
-        return withheld(fit, "so large that free runs are not proportional to them; see box_jenkins")
+        return withheld(
+            fit, "so large that free runs are not proportional to them; see box_jenkins"
+        )
     return fit
 
 
