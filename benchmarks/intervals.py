@@ -218,7 +218,8 @@ def transfer(kind: str, seed: int) -> Estimates:
         for method in METHODS:
             fit = getattr(identify, method)(u, y, order, order, DT)
             found, std = np.r_[fit.a, fit.b, fit.gain], np.r_[fit.std, fit.gain_std]
-            yield f"linear, {method} of order {order}", names, truth, found, std, normal(len(found))
+            factors = np.c_[fit.factors, fit.gain_factors]
+            yield f"linear, {method} of order {order}", names, truth, found, std, factors
 
 
 def on_spring(kind: str, seed: int) -> Estimates:

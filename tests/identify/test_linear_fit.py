@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from macromicro.identify.linear_fit import LinearFit, Whiteness, percent, whiteness
+from macromicro.identify.linear_fit import LinearFit, Whiteness, percent, whiteness, withheld
 
 RNG = np.random.default_rng(3)
 
@@ -104,3 +104,22 @@ def test_it_says_its_numbers_with_their_errors() -> None:
     assert str(made([-0.75, 0.125], [3.0])) == (
         "sriv: a1 -0.75 +- 2, a2 0.125 +- 3, b1 3 +- 4; fit 99.00 %, residuals white"
     )
+
+
+def test_coverage_factors_are_those_of_the_draws() -> None:
+    """Errors of a and b that go with the phase of one harmonic: 95 % within 1.41 standard errors,
+    and of the gain's, to which a and b add up, too; without draws they are normal."""
+    phase = 2.0 * np.pi * (np.arange(400) + 0.5) / 400
+    draws = np.column_stack([0.01 * np.sin(phase), np.cos(phase)])
+    one = np.zeros(1)
+    fit = LinearFit(
+        "sriv", np.array([-0.9]), np.array([2.0]), 1.0, 1, draws.T @ draws / 400, (one,), (one,),
+        99.0, Whiteness(one, 0.0, 1.0, True), draws=draws,
+    )  # fmt: skip
+    low, high = np.sqrt(2.0) * np.sin(0.5 * np.pi * np.array([0.6827, 0.95]))
+    np.testing.assert_allclose(fit.factors, [[low, low], [high, high]], rtol=0.01)
+    np.testing.assert_allclose(fit.gain_factors, [low, high], rtol=0.01)
+    assert fit.gain_std == pytest.approx(math.hypot(20.0 * 0.01, 1.0) / 0.1 / math.sqrt(2.0))
+    without = withheld(fit, "of no use")
+    assert without.draws is None and np.isnan(without.gain_std)
+    np.testing.assert_array_equal(without.factors[1], [1.96, 1.96])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ _OWN = 1.5  # times the variance of rounding: noise that rounding explains
 _ENOUGH = 20_000  # samples whose counts are compared
 _BY_CHANCE, _FURTHER = 3, 1.5  # counts that differ anyway; times those that are expected to
 _PLACES = (np.arange(200) + 0.5) / 200  # of counts, in counts
+_ROUNDS = 2  # of draws: about what was found, then about what its errors leave open
 
 
 class Rounded(NamedTuple):
@@ -161,6 +162,52 @@ def rounded(
         found += moved.T @ moved / len(_PLACES)
         draws += random.permutation(moved)  # the zeros of two records are apart by chance
     return Rounded(found, draws)
+
+
+def redrawn(
+    asked: Callable[[Array], Array],
+    slopes: Array,
+    clean: Sequence[Array],
+    steps: Sequence[float],
+) -> Rounded:
+    """Errors of a fit by rounding alone, of the curves that these errors leave open.
+
+    What rounding does depends on where a curve stands between two counts, and the fit has chosen
+    the curve that lies best among them: about this one alone, errors come out too small. So they
+    are drawn twice, the second time about curves that are off by errors of the first. The zero of
+    the counts is unknown within one.
+
+    Parameters
+    ----------
+    asked : Callable
+        Errors of the parameters, shape (p,), by those of all records, stacked.
+    slopes : ndarray, shape (n, p)
+        Of the curves by the parameters, records stacked.
+    clean : Sequence[ndarray]
+        The curve of each record as found, n values in all.
+    steps : Sequence[float]
+        A count of each, in the unit of its curve.
+
+    Returns
+    -------
+    Rounded
+        Of the parameters.
+    """
+    cuts = np.cumsum([len(x) for x in clean])[:-1]
+    random = np.random.Generator(np.random.PCG64(1))
+    zeros = places(len(clean), len(_PLACES))
+    draws = np.zeros((len(zeros), slopes.shape[1]))
+    for _ in range(_ROUNDS):
+        found = []
+        # An error goes with a place of the zeros that it does not stem from.
+        for error, row in zip(random.permutation(draws), zeros, strict=True):
+            curves = np.split(np.concatenate(clean) - slopes @ error, cuts)
+            found.append(asked(np.concatenate([
+                np.floor(x / step + at) * step - x
+                for x, step, at in zip(curves, steps, row, strict=True)
+            ])))  # fmt: skip
+        draws = np.array(found)
+    return Rounded(draws.T @ draws / len(draws), draws)
 
 
 def alone(

@@ -78,7 +78,7 @@ def sriv(
 
     As `mls`, but the regressors are correlated with those of the model's own noise-free output (the
     instruments), which removes the bias under any noise that the input did not cause. Errors are
-    withheld where `box_jenkins` does not agree.
+    drawn, or withheld, as those of `output_error`.
 
     Parameters
     ----------
@@ -107,5 +107,5 @@ def sriv(
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
     solution, count, done = instrumental(task)
-    fit = finished("sriv", task, solution, count, converged=done, free=True)
+    fit = finished("sriv", task, solution, count, converged=done)
     return compared(task, solution, fit)

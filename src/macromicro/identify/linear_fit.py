@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
+from macromicro.identify import coverage
 
 _ROUNDING = 1e-9
 
@@ -74,6 +75,9 @@ class LinearFit:
         empty for the others.
     doubt : str
         Why `covariance` is withheld, all NaN; empty where it is told.
+    draws : ndarray, shape (n, na + nb), or None
+        Errors of a and b as drawn, where a force that repeats along the way or rounding to counts
+        makes them other than normal.
     """
 
     method: str
@@ -91,6 +95,7 @@ class LinearFit:
     noise: Array = field(default_factory=lambda: np.zeros(0))
     starts: dict[str, float] = field(default_factory=dict)
     doubt: str = ""
+    draws: Array | None = None
 
     @property
     def std(self) -> Array:
@@ -117,9 +122,24 @@ class LinearFit:
     @property
     def gain_std(self) -> float:
         """Standard error of the static gain, to first order."""
+        return float(coverage.errors(self.covariance, self._gain_slopes)[0])
+
+    @property
+    def factors(self) -> Array:
+        """Coverage factors (`coverage.factors`) of a and b, shape (2, na + nb)."""
+        return coverage.factors(self.draws, np.eye(len(self.a) + len(self.b)))
+
+    @property
+    def gain_factors(self) -> Array:
+        """Coverage factors of the static gain, shape (2,)."""
+        return np.asarray(coverage.factors(self.draws, self._gain_slopes)[:, 0])
+
+    @property
+    def _gain_slopes(self) -> Array:
+        """Of the static gain by a and b, shape (1, na + nb)."""
         rest = 1.0 + self.a.sum()
-        slope = np.r_[np.full(len(self.a), -self.gain), np.ones(len(self.b))] / rest
-        return float(np.sqrt(slope @ self.covariance @ slope))
+        slopes = np.r_[np.full(len(self.a), -self.gain), np.ones(len(self.b))] / rest
+        return np.asarray(slopes[None])
 
     def simulate(self, u: npt.ArrayLike) -> Array:
         """Free run from rest.
@@ -179,7 +199,8 @@ def withheld(fit: LinearFit, doubt: str) -> LinearFit:
     LinearFit
         Its covariance all NaN.
     """
-    return replace(fit, covariance=np.full_like(fit.covariance, np.nan), doubt=doubt)
+    unknown = np.full_like(fit.covariance, np.nan)
+    return replace(fit, covariance=unknown, doubt=doubt, draws=None)
 
 
 def exact(fit: LinearFit) -> bool:

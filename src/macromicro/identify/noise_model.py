@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.identify.descent import WHITE, begins, searched
+from macromicro.identify import linear_draws
+from macromicro.identify.counts import Rounded
+from macromicro.identify.descent import WHITE, begins, linearised, searched
 from macromicro.identify.linear_fit import LinearFit, exact, withheld
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.records import Record, Signals
@@ -16,6 +18,7 @@ from macromicro.identify.regression import (
     Solution,
     Start,
     Task,
+    covariance,
     finished,
     free_runs,
     per_record,
@@ -23,7 +26,7 @@ from macromicro.identify.regression import (
     settled,
     whitened,
 )
-from macromicro.identify.spread import autoregression, clustered
+from macromicro.identify.spread import autoregression, by_chance, clustered, covering
 
 _ROUNDS = 20
 _PART = 0.01  # of a standard error: rounds have settled when no parameter moves by more
@@ -31,6 +34,8 @@ _STRETCHES = 30  # that a covariance is judged by
 _LONG = 20  # the order of D from which on noise is no autoregression
 _FREE = ("sriv", "output_error")  # unbiased whatever the colour of the noise
 _APART = 2.0  # standard errors: from there on two methods do not agree
+_BENT = 0.125  # at the ends of a 95 % interval runs are then off by a quarter of what moves them
+_NO_NOISE = "what the model leaves, such as cogging, is no noise"
 
 
 def box_jenkins(
@@ -50,8 +55,9 @@ def box_jenkins(
     Akaike's criterion prefers; then A and B minimise the sum of squares of D (y - (B / A) u); and
     so on until they settle. That is the prediction-error method for Box-Jenkins models whose noise
     is autoregressive (Ljung, System Identification, sections 4.2 and 7.2; Young and Jakeman, 1979,
-    by instruments), and of least variance for any noise that the input did not cause. Of standard
-    errors by the model and by the scatter of stretches of the record, the larger are told.
+    by instruments), and of least variance for any noise that the input did not cause. Errors are
+    those by the model, or where stretches of the record scatter by more than chance, by these;
+    where rounding to counts is all that is left, they are drawn. They are withheld under cogging.
 
     Parameters
     ----------
@@ -79,12 +85,21 @@ def box_jenkins(
         An option is not accepted, or the data are unusable.
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
-    (solution, _, _), _ = searched(task, begins(task))
-    return fitted(task, solution)
+    (first, _, _), _ = searched(task, begins(task))
+    fit, theta = fitted(task, first)
+    if exact(fit):
+        return fit
+    rounded = linear_draws.rounding(task, theta, coloured=True)
+    if rounded is not None:
+        return _drawn(task, fit, rounded)
+    # Where little of what it leaves repeats, output error may show it.
+    if not fit.doubt and any(linear_draws.cogging(task, at) for at in (theta, first.theta)):
+        return withheld(fit, f"{_NO_NOISE}: a force that repeats along the way")
+    return fit
 
 
-def fitted(task: Task, first: Solution) -> LinearFit:
-    """The fit of `box_jenkins` from a solution of output error on.
+def fitted(task: Task, first: Solution) -> tuple[LinearFit, Array]:
+    """The fit of `box_jenkins` from a solution of output error on, what it leaves taken for noise.
 
     Parameters
     ----------
@@ -95,8 +110,10 @@ def fitted(task: Task, first: Solution) -> LinearFit:
 
     Returns
     -------
-    LinearFit
-        As of `box_jenkins`.
+    fit : LinearFit
+        With errors, or without where what is left is no autoregression.
+    theta : ndarray, shape (p,)
+        Its parameters and initial states.
 
     Raises
     ------
@@ -114,8 +131,14 @@ def fitted(task: Task, first: Solution) -> LinearFit:
     fit = finished("box_jenkins", task, solution, count, converged=done, noise=noise)
     if len(noise) > _LONG:
         found = f"an autoregression of {len(noise)} terms"
-        return withheld(fit, f"what the model leaves, such as cogging, is no noise: {found}")
-    return _widened(task, solution, fit)
+        return withheld(fit, f"{_NO_NOISE}: {found}"), solution.theta
+    return _widened(task, solution, fit), solution.theta
+
+
+def _drawn(task: Task, fit: LinearFit, told: Rounded) -> LinearFit:
+    """A fit with the errors of draws."""
+    size = task.size
+    return replace(fit, covariance=told.covariance[:size, :size], draws=told.draws[:, :size])
 
 
 def coloured(task: Task, theta: Array) -> Array:
@@ -147,8 +170,8 @@ def _through(task: Task, noise: Array) -> Task:
 
 
 def _widened(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
-    """Errors by stretches of the record where they are larger: a disturbance that depends on the
-    motion is no noise, and residuals of it may be white all the same."""
+    """Errors by stretches of the record where they are larger than by chance: a disturbance that
+    depends on the motion is no noise, and residuals of it may be white all the same."""
     n, p = solution.psi.shape
     length = max(n // _STRETCHES, 1)
     if n < 4 * p * length:
@@ -159,19 +182,19 @@ def _widened(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
         starts += [row + k * len(record.u) // many for k in range(many)]
         row += len(record.u)
     slopes, left = solution.psi * task.roots[:, None], solution.residual * task.roots
-    other = np.diag(clustered(slopes, left, starts))[: task.size]
-    own = np.diag(fit.covariance)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        factor = np.sqrt(np.where(own > 0.0, np.maximum(other / own, 1.0), 1.0))
-    return replace(fit, covariance=fit.covariance * np.outer(factor, factor))
+    other = clustered(slopes, left, starts)[: task.size, : task.size]
+    found = covering(fit.covariance, other, by_chance(len(starts), task.size))
+    return replace(fit, covariance=found)
 
 
 def compared(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
     """A fit with its errors where they hold: what the method supposes, and `box_jenkins`, agree.
 
     `least_squares`, `gls` and `mls` suppose white residuals. Of the others there is no question
-    where the residuals are white; where noise is coloured, the nearest free run may be that of a
-    slow pole which a zero nearly cancels, and which follows the noise.
+    where the residuals are white, or where cogging or rounding, which are drawn anew, made them;
+    where noise is coloured, the nearest free run may be that of a slow pole which a zero nearly
+    cancels, and which follows the noise. Errors are to first order, and told where they are small
+    enough for that (`bent`).
 
     Parameters
     ----------
@@ -188,15 +211,74 @@ def compared(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
         With errors, or without.
     """
     free, white = fit.method in _FREE, fit.whiteness.white
-    if exact(fit) or (free and white):
+    if exact(fit):
         return fit
     if not (free or white):
         text = f"{fit.method} is biased where residuals are not white; see box_jenkins"
         return withheld(fit, text)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DataWarning)
-        other = fitted(task, solution)
-    apart = np.abs(np.r_[fit.a, fit.b] - np.r_[other.a, other.b])
-    if (apart <= _APART * np.fmax(fit.std, other.std)).all():
-        return fit
-    return withheld(fit, "box_jenkins, which models the colour of the noise, finds another model")
+    drawn = _redrawn(task, solution.theta, white=white) if free else None
+    if drawn is not None:
+        fit = _drawn(task, fit, drawn)
+    where, spread = solution.theta, fit.covariance
+    if not (free and white) and drawn is None:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DataWarning)
+            other, theta = fitted(task, solution)
+        apart = np.abs(np.r_[fit.a, fit.b] - np.r_[other.a, other.b])
+        if not (apart <= _APART * np.fmax(fit.std, other.std)).all():
+            text = "box_jenkins, which models the colour of the noise, finds another model"
+            return withheld(fit, text)
+        if not other.doubt:  # nearer to the machine: an error is not told for being small by chance
+            where = theta
+            spread = covariance(task, linearised(task, theta))[: task.size, : task.size]
+    if free and bent(task, where, spread) > _BENT:
+        return withheld(
+            fit, "so large that free runs are not proportional to them; see box_jenkins"
+        )
+    return fit
+
+
+def _redrawn(task: Task, theta: Array, *, white: bool) -> Rounded | None:
+    """Errors by draws where what is left is no noise: white residuals show no cogging."""
+    rounded = linear_draws.rounding(task, theta)
+    if rounded is not None or white:
+        return rounded
+    cogs = linear_draws.cogging(task, theta)
+    return linear_draws.cogged(task, theta, cogs) if cogs else None
+
+
+def bent(task: Task, theta: Array, spread: Array) -> float:
+    """How far free runs are from proportional to errors of the parameters.
+
+    |y(+) + y(-) - 2 y| / |y(+) - y(-)|, where y(+) and y(-) are free runs of parameters that are
+    off by a standard error in both senses, in the worst of the directions in which errors are
+    independent (D. Bates, D. Watts, J. Royal Statistical Society B 42, 1980, p. 1).
+
+    Parameters
+    ----------
+    task : Task
+        Records and orders.
+    theta : ndarray, shape (p,)
+        What was found.
+    spread : ndarray, shape (na + nb, na + nb)
+        Covariance of a and b.
+
+    Returns
+    -------
+    float
+        0 for a model that is linear in its parameters; infinite where one of the runs overflows.
+    """
+    size = np.sqrt(np.diag(spread))
+    size[size == 0.0] = 1.0
+    power, turned = np.linalg.eigh(spread / np.outer(size, size))
+    middle, most = np.concatenate(free_runs(task, theta)), 0.0
+    for move in (turned * np.sqrt(np.maximum(power, 0.0))).T:
+        by = np.zeros(len(theta))
+        by[: task.size] = size * move
+        more, less = (np.concatenate(free_runs(task, theta + s * by)) for s in (1.0, -1.0))
+        with np.errstate(over="ignore", invalid="ignore"):
+            first, second = np.linalg.norm(more - less), np.linalg.norm(more + less - 2.0 * middle)
+        if not np.isfinite(second):
+            return float(np.inf)
+        most = max(most, float(second / first) if first > 0.0 else 0.0)
+    return most

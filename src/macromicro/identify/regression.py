@@ -14,7 +14,6 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import counts
 from macromicro.identify.linear_fit import LinearFit, percent, whiteness
 from macromicro.identify.notices import ConvergenceWarning, RestWarning, UnstableWarning, notice
 from macromicro.identify.records import Record, Signals, records
@@ -462,7 +461,6 @@ def finished(
     *,
     converged: bool = True,
     noise: Array | None = None,
-    free: bool = False,
 ) -> LinearFit:
     """The `LinearFit` of a solution, warnings included.
 
@@ -480,8 +478,6 @@ def finished(
         Whether they settled.
     noise : Array | None, optional
         d1, d2, ... of `gls`.
-    free : bool, optional
-        Whether residuals are those of free runs.
 
     Returns
     -------
@@ -506,8 +502,7 @@ def finished(
         _check_rest(method, task, residuals)
     with np.errstate(over="ignore", invalid="ignore"):
         fit = percent(outputs, runs)
-    rounding = counts.found(solution.psi, task.weights, outputs, runs) if free else None
-    spread = covariance(task, solution) if rounding is None else rounding.covariance
+    spread = covariance(task, solution)
     return LinearFit(
         method,
         a,

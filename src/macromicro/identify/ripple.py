@@ -45,14 +45,14 @@ class Ripple(NamedTuple):
     sine: float
     cosine: float
 
-    def at(self, place: Array, shift: float = 0.0) -> Array:
+    def at(self, place: Array, shift: float | Array = 0.0) -> Array:
         """The force at places.
 
         Parameters
         ----------
         place : ndarray, shape (n,)
             Places.
-        shift : float, optional
+        shift : float or ndarray, shape (n,), optional
             By which the phase is later, rad.
 
         Returns
@@ -130,18 +130,21 @@ def ripple(force: list[Array], place: list[Array], taken: list[Array]) -> Ripple
     )
     power, (sine, cosine) = _explained(best, x, left, basis)
     parts = np.split(left, np.cumsum([len(f[::every]) for f in force])[:-1])
-    if not power > max(_SHARE, _by_chance(parts, len(tried))) * float(left @ left):
+    gone = sum(float(np.abs(np.diff(p)).sum()) for p in place)
+    rare = _by_chance(parts, len(tried), best * gone / (2.0 * np.pi))
+    if not power > max(_SHARE, rare) * float(left @ left):
         return None
     return Ripple(best, float(np.hypot(sine, cosine)), float(sine), float(cosine))
 
 
-def _by_chance(left: list[Array], tried: int) -> float:
+def _by_chance(left: list[Array], tried: int, passed: float) -> float:
     """The share of a noise's power that one of so many periods rarely explains.
 
     Of n independent values a sine and a cosine explain more than a share s with probability
-    (1 - s)^(n/2 - 1).
+    (1 - s)^(n/2 - 1). A noise that is slow has few of them, but is no wave of which more periods
+    were passed than it has values.
     """
-    many = sum(map(len, left)) / max(together(autoregression(left)), 1.0)
+    many = max(sum(map(len, left)) / max(together(autoregression(left)), 1.0), passed)
     return float(1.0 - (_CHANCE / tried) ** (1.0 / max(0.5 * many - 1.0, 1.0)))
 
 

@@ -29,8 +29,9 @@ def output_error(
     Consistent under any noise that the input did not cause, and of least variance when that noise
     is white (Ljung, System Identification, chapter 7). The sum has other minima, so the search is
     made from the results of `mls`, `sriv` and `least_squares`, and from the model of first order;
-    the least of their ends is taken, and `starts` tells them all. Errors are withheld where
-    `box_jenkins` does not agree.
+    the least of their ends is taken, and `starts` tells them all. Errors under cogging and in
+    counts are drawn; they are withheld where `box_jenkins` does not agree, or where they are too
+    large to be told to first order.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def output_error(
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
     (solution, count, done), ends = searched(task, begins(task))
-    fit = finished("output_error", task, solution, count, converged=done, free=True)
+    fit = finished("output_error", task, solution, count, converged=done)
     outputs = [r.y for r in task.data]
     with np.errstate(over="ignore", invalid="ignore"):
         fits = {n: percent(outputs, tuple(free_runs(task, e[0].theta))) for n, e in ends.items()}

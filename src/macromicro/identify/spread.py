@@ -143,13 +143,15 @@ def larger(one: Array, other: Array) -> Array:
     return np.asarray(base * np.outer(scale, scale))
 
 
-def covering(one: Array, other: Array) -> Array:
+def covering(one: Array, other: Array, chance: float = 1.0) -> Array:
     """A covariance by which no combination of the parameters is surer than by either of two.
 
     Parameters
     ----------
     one, other : ndarray, shape (p, p)
         Covariances of the same parameters.
+    chance : float, optional
+        How many times larger variances of `other` may be by chance, which then do not count.
 
     Returns
     -------
@@ -162,7 +164,7 @@ def covering(one: Array, other: Array) -> Array:
     root = turned * np.sqrt(np.maximum(power, _FLAT * power.max(initial=0.0)))
     back = np.linalg.pinv(root)
     ratio, across = np.linalg.eigh(back @ (other / np.outer(size, size)) @ back.T)
-    wide = root @ across * np.sqrt(np.maximum(ratio, 1.0))
+    wide = root @ across * np.sqrt(np.where(ratio > chance, np.maximum(ratio, 1.0), 1.0))
     return np.asarray(wide @ wide.T * np.outer(size, size))
 
 
@@ -191,12 +193,41 @@ def clustered(slopes: Array, residual: Array, starts: npt.ArrayLike) -> Array:
     count, p = len(at), slopes.shape[1]
     scores = np.add.reduceat(slopes * residual[:, None], at, axis=0)
     s = scores.T @ scores
-    last = int(_LAGS * np.cbrt(count))
-    for lag in range(1, last + 1):
+    for lag, weight in enumerate(_neighbours(count), 1):
         cross = scores[lag:].T @ scores[:-lag]
-        s += (1.0 - lag / (last + 1.0)) * (cross + cross.T)
+        s += weight * (cross + cross.T)
     inverse = np.linalg.pinv(slopes.T @ slopes)
     return np.asarray(inverse @ s @ inverse * (count / max(count - p, 1)))
+
+
+def _neighbours(count: int) -> Array:
+    """Weights of the products of neighbours, so many stretches apart."""
+    last = int(_LAGS * np.cbrt(count))
+    return np.asarray(1.0 - np.arange(1, last + 1) / (last + 1.0))
+
+
+def by_chance(count: int, p: int) -> float:
+    """How many times too large the largest variance of `clustered` may be by chance.
+
+    The products that it sums are worth k = n / (1 + 2 sum w^2) independent ones, w the weights of
+    neighbours; the largest eigenvalue of a covariance of p numbers by k draws is near
+    (1 + sqrt(p / k))^2 times the true one (V. Marchenko, L. Pastur, Math. USSR Sbornik 1, 1967,
+    p. 457).
+
+    Parameters
+    ----------
+    count : int
+        Stretches.
+    p : int
+        Parameters.
+
+    Returns
+    -------
+    float
+        Above 1.
+    """
+    worth = count / (1.0 + 2.0 * float(np.sum(_neighbours(count) ** 2)))
+    return float((1.0 + np.sqrt(p / worth)) ** 2)
 
 
 def sampled(slopes: Array, places: npt.ArrayLike, errors: Array) -> Array:

@@ -215,8 +215,8 @@ def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
     step = counts.pitch(record.rise[usable])
     rounded = None
     if step is not None and counts.explains(errors, step / goal):
-        every = [y + found.fun], [step / goal]
-        told = counts.rounded(np.linalg.pinv(found.jac), *every)
+        every, solve = ([y + found.fun], [step / goal]), np.linalg.pinv(found.jac)
+        told = counts.redrawn(lambda e: solve @ e, found.jac, *every)
         rounded = told if counts.alone(found.jac, told.covariance, [y], *every) else None
     draws = None
     if rounded is not None:

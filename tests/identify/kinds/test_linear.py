@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -182,6 +183,15 @@ def fit(a: list[float], b: list[float]) -> LinearFit:
     white = Whiteness(np.zeros(1), 0.0, 1.0, True)
     cov = np.diag(np.arange(1.0, n + 1) ** 2 * 1e-4)
     return LinearFit("m", np.array(a), np.array(b), 0.1, 1, cov, (), (), 99.0, white)
+
+
+def test_lines_tell_the_coverage_factors_of_drawn_errors() -> None:
+    phase = 2.0 * np.pi * np.arange(200) / 200
+    draws = np.column_stack([0.01 * np.sin(phase), 0.02 * np.sin(phase)])
+    lines = linear.coefficients(replace(fit([-0.9], [2.0]), draws=draws), "m", "V")
+    assert [x.name for x in lines] == ["a1", "b1", "gain", "pole"]
+    assert [x.factor for x in lines] == pytest.approx([1.41] * 4, abs=0.01)
+    assert [x.factor for x in linear.coefficients(fit([-0.9], [2.0]), "m", "V")] == [1.96] * 4
 
 
 def test_lines_of_second_order_models() -> None:

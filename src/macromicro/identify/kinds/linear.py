@@ -9,6 +9,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
+from macromicro.identify.coverage import NORMAL
 from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.kinds.testing import Trial
@@ -311,12 +312,13 @@ def coefficients(fit: LinearFit, out_unit: str, in_unit: str) -> list[Line]:
         A line each.
     """
     slope = quotient(out_unit, in_unit)
-    lines = [Line(f"a{k + 1}", v, s) for k, (v, s) in enumerate(zip(fit.a, fit.std, strict=False))]
-    lines += [
-        Line(f"b{k + 1}", v, s, slope)
-        for k, (v, s) in enumerate(zip(fit.b, fit.std[len(fit.a) :], strict=True))
-    ]
-    lines.append(Line("gain", fit.gain, fit.gain_std, slope, "at standstill"))
+    names = [f"a{k + 1}" for k in range(len(fit.a))] + [f"b{k + 1}" for k in range(len(fit.b))]
+    units = [""] * len(fit.a) + [slope] * len(fit.b)
+    factors = fit.factors[1].tolist()
+    each = zip(names, np.r_[fit.a, fit.b].tolist(), fit.std.tolist(), units, factors, strict=True)
+    lines = [Line(name, v, s, unit, factor=by) for name, v, s, unit, by in each]
+    by = float(fit.gain_factors[1])
+    lines.append(Line("gain", fit.gain, fit.gain_std, slope, "at standstill", by))
     for k, pole in enumerate(fit.continuous_poles):
         name = f"pole {k + 1}" if len(fit.a) > 1 else "pole"
         if abs(pole.imag) > 1e-9 * abs(pole):
@@ -328,7 +330,8 @@ def coefficients(fit: LinearFit, out_unit: str, in_unit: str) -> list[Line]:
             continue
         error = fit.std[0] / abs(fit.a[0]) / fit.dt if len(fit.a) == 1 else math.nan
         note = f"time constant {-1.0 / pole.real:.4g} s" if pole.real < 0.0 else "unstable"
-        lines.append(Line(name, float(pole.real), error, "rad/s", note))
+        by = factors[0] if len(fit.a) == 1 else NORMAL[1]
+        lines.append(Line(name, float(pole.real), error, "rad/s", note, by))
     return lines
 
 
