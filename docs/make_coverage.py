@@ -9,14 +9,14 @@ from typing import Any
 
 HERE = Path(__file__).parent
 RESULTS, PAGE = HERE / "coverage.json", HERE / "coverage.md"
-ONE, WIDE = (60.0, 76.0), (90.0, 99.0)  # %, of intervals of one and of 1.96 standard errors
+ONE, WIDE = (60.0, 76.0), (90.0, 99.0)  # %, of intervals of 68 and 95 %
 BIASED = 0.5  # of the scatter: from there on an estimate is off rather than uncertain
 HEAD = """\
 # Do the printed errors hold?
 
 `make bench-identify` lets `identify` fit synthetic records of a known machine and counts how
-often the interval of one standard error, and of 1.96, holds the truth: it should in 68 and 95 % of
-them. A cell gives both shares; **bold** is outside 60 to 76 or 90 to 99 %; `biased` stands where
+often its intervals of 68 and 95 % hold the truth: 1 and 1.96 standard errors to each side, or other
+factors where these are told. A cell gives both shares; **bold** is outside 60 to 76 or 90 to 99 %; `biased` stands where
 the mean is off by more than half of what single records scatter by, so that no interval about it
 can hold. `withheld` or `in 40 %`: no errors are told, or in so many of the records, to which the
 shares then refer. The headings say how many records there are: a share of 68 % is known to {doubt} %.

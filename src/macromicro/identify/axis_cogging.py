@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.identify.axis_inverse import Rows, evened
-from macromicro.identify.counts import Rounded
+from macromicro.identify.coverage import Drawn
 from macromicro.identify.ripple import Ripple, ripple
 from macromicro.identify.spread import robust_covariance
 
@@ -77,7 +77,7 @@ def repeating(rows: Sequence[Rows], left: Array, missed: Array) -> Repeating | N
     return Repeating(turned, size * pair, missed - both @ own, ends)
 
 
-def cogged(rows: Sequence[Rows], guides: Array, left: Array, missed: Array) -> Rounded | None:
+def cogged(rows: Sequence[Rows], guides: Array, left: Array, missed: Array) -> Drawn | None:
     """Errors of parameters under a force that repeats along the way.
 
     Parameters
@@ -91,7 +91,7 @@ def cogged(rows: Sequence[Rows], guides: Array, left: Array, missed: Array) -> R
 
     Returns
     -------
-    Rounded or None
+    Drawn or None
         None where no such force is most of what is left.
     """
     found = repeating(rows, left, missed)
@@ -106,4 +106,4 @@ def cogged(rows: Sequence[Rows], guides: Array, left: Array, missed: Array) -> R
     spread = draws.T @ draws / _PHASES + noise
     random = np.random.Generator(np.random.PCG64(0))  # the same data give the same errors
     draws += random.multivariate_normal(np.zeros(len(noise)), noise, _PHASES, method="svd")
-    return Rounded(spread, draws)
+    return Drawn(spread, draws)

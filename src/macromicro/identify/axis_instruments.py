@@ -18,6 +18,7 @@ from macromicro.identify import counts
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_cogging import cogged
 from macromicro.identify.axis_inverse import Estimate, Rows, columns, differences, plausible
+from macromicro.identify.coverage import Drawn
 from macromicro.identify.spread import robust_covariance
 
 _ROUNDS = 5
@@ -90,7 +91,7 @@ def instrumented(rows: list[Rows], start: Estimate, *, told: bool = True) -> Est
     return _unblurred(rows, found, names, force)
 
 
-def _repeated(found: Estimate, told: counts.Rounded | None) -> Estimate:
+def _repeated(found: Estimate, told: Drawn | None) -> Estimate:
     """With the errors by a force that repeats along the way, where there is one."""
     if told is None:
         return found

@@ -11,7 +11,7 @@ from macromicro.arrays import Array
 from macromicro.identify import counts, slow_levels
 from macromicro.identify.axis_noise import Noise
 from macromicro.identify.axis_pieces import Pieces, cleared, runs, settled
-from macromicro.identify.counts import Rounded
+from macromicro.identify.coverage import Drawn
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.slow_levels import Level
 from macromicro.identify.spread import clustered
@@ -145,7 +145,7 @@ def _by_slow(pieces: list[Pieces], axis: Any, jacobian: Array, may: Sequence[Lev
     return slow_levels.covariance(np.array(asked).T, parts, per)
 
 
-def _by_rounding(pieces: list[Pieces], axis: Any, jacobian: Array, error: Array) -> Rounded | None:
+def _by_rounding(pieces: list[Pieces], axis: Any, jacobian: Array, error: Array) -> Drawn | None:
     """Errors where rounding of the positions is all that the free runs leave; else None."""
     parts = np.split(error, np.cumsum([len(p.rows.v) for p in pieces])[:-1])
     steps = counts.steps([p.rows.run.x for p in pieces], parts)
@@ -163,7 +163,7 @@ def _by_rounding(pieces: list[Pieces], axis: Any, jacobian: Array, error: Array)
     told = np.atleast_2d(np.cov(draws.T))
     outputs = [p.rows.run.x for p in pieces]
     clean = [x - missed for x, missed in zip(outputs, parts, strict=True)]
-    every = Rounded(told, draws)
+    every = Drawn(told, draws)
     return every if counts.alone(jacobian, told, outputs, clean, steps) else None
 
 

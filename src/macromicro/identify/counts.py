@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
+from macromicro.identify.coverage import Drawn
 
 _MOST = 1e7  # counts in a record's range
 _WHOLE = 0.01  # of a count: as near to a whole one every value is
@@ -18,21 +18,6 @@ _ENOUGH = 20_000  # samples whose counts are compared
 _BY_CHANCE, _FURTHER = 3, 1.5  # counts that differ anyway; times those that are expected to
 _PLACES = (np.arange(200) + 0.5) / 200  # of counts, in counts
 _ROUNDS = 2  # of draws: about what was found, then about what its errors leave open
-
-
-class Rounded(NamedTuple):
-    """What rounding does to parameters.
-
-    Attributes
-    ----------
-    covariance : ndarray, shape (p, p)
-        Of the parameters.
-    draws : ndarray, shape (n, p)
-        Errors of the parameters, each with the zeros of the counts at other places.
-    """
-
-    covariance: Array
-    draws: Array
 
 
 def pitch(x: npt.ArrayLike) -> float | None:
@@ -127,7 +112,7 @@ def places(records: int, draws: int) -> Array:
 
 def rounded(
     solve: Array, clean: Sequence[Array], steps: Sequence[float], *, zeroed: bool = False
-) -> Rounded:
+) -> Drawn:
     """Errors of a fit by rounding alone.
 
     Rounding of a smooth curve is no noise: it goes together for as long as the curve stays within
@@ -147,7 +132,7 @@ def rounded(
 
     Returns
     -------
-    Rounded
+    Drawn
         Of the parameters.
     """
     found, draws = np.zeros((len(solve),) * 2), np.zeros((len(_PLACES), len(solve)))
@@ -161,7 +146,7 @@ def rounded(
         ])  # fmt: skip
         found += moved.T @ moved / len(_PLACES)
         draws += random.permutation(moved)  # the zeros of two records are apart by chance
-    return Rounded(found, draws)
+    return Drawn(found, draws)
 
 
 def redrawn(
@@ -169,7 +154,7 @@ def redrawn(
     slopes: Array,
     clean: Sequence[Array],
     steps: Sequence[float],
-) -> Rounded:
+) -> Drawn:
     """Errors of a fit by rounding alone, of the curves that these errors leave open.
 
     What rounding does depends on where a curve stands between two counts, and the fit has chosen
@@ -190,7 +175,7 @@ def redrawn(
 
     Returns
     -------
-    Rounded
+    Drawn
         Of the parameters.
     """
     cuts = np.cumsum([len(x) for x in clean])[:-1]
@@ -207,7 +192,7 @@ def redrawn(
                 for x, step, at in zip(curves, steps, row, strict=True)
             ])))  # fmt: skip
         draws = np.array(found)
-    return Rounded(draws.T @ draws / len(draws), draws)
+    return Drawn(draws.T @ draws / len(draws), draws)
 
 
 def alone(
@@ -310,7 +295,7 @@ def found(
     runs: Sequence[Array],
     *,
     zeroed: bool = False,
-) -> Rounded | None:
+) -> Drawn | None:
     """Errors of a fit of free runs where rounding of the outputs is all that moved it.
 
     Parameters
@@ -326,7 +311,7 @@ def found(
 
     Returns
     -------
-    Rounded or None
+    Drawn or None
         None where more is left, or outputs are of no step.
     """
     if not all(np.isfinite(run).all() for run in runs):

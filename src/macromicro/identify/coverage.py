@@ -9,6 +9,7 @@ that of a rectangle, and 1.65. Where errors are drawn, the draws tell (JCGM 101:
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +20,21 @@ NORMAL = (1.0, 1.96)  # standard errors to each side, of normal errors
 _POINTS = 1000  # of a normal distribution
 _MOST = math.log(1e3)  # no parameter is told to be a thousand times what was found, or more
 _AS_NORMAL = 0.1  # of a factor: less than that draws may differ by chance
+
+
+class Drawn(NamedTuple):
+    """Errors of parameters that were drawn.
+
+    Attributes
+    ----------
+    covariance : ndarray, shape (p, p)
+        Of the parameters.
+    draws : ndarray, shape (n, p)
+        Their errors, a row for each draw.
+    """
+
+    covariance: Array
+    draws: Array
 
 
 def factors(draws: Array | None, slopes: Array) -> Array:

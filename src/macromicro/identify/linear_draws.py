@@ -15,7 +15,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.identify import counts
-from macromicro.identify.counts import Rounded
+from macromicro.identify.coverage import Drawn
 from macromicro.identify.descent import linearised
 from macromicro.identify.records import Record
 from macromicro.identify.regression import (
@@ -34,7 +34,7 @@ _PHASES = 160  # drawn
 _MOST = 0.5  # of the force's power: less is no matter of the way in the main
 
 
-def rounding(task: Task, theta: Array, *, coloured: bool = False) -> Rounded | None:
+def rounding(task: Task, theta: Array, *, coloured: bool = False) -> Drawn | None:
     """Errors where rounding of the outputs is all that free runs leave.
 
     Parameters
@@ -48,7 +48,7 @@ def rounding(task: Task, theta: Array, *, coloured: bool = False) -> Rounded | N
 
     Returns
     -------
-    Rounded or None
+    Drawn or None
         Of all parameters; None where more is left, or outputs are of no step.
     """
     runs, outputs = free_runs(task, theta), [r.y for r in task.data]
@@ -124,7 +124,7 @@ def _power(x: Array) -> float:
     return float(x @ x)
 
 
-def cogged(task: Task, theta: Array, cogs: Sequence[Ripple]) -> Rounded:
+def cogged(task: Task, theta: Array, cogs: Sequence[Ripple]) -> Drawn:
     """Errors of a fit of free runs where a force repeats along the way.
 
     Parameters
@@ -138,7 +138,7 @@ def cogged(task: Task, theta: Array, cogs: Sequence[Ripple]) -> Rounded:
 
     Returns
     -------
-    Rounded
+    Drawn
         Of all parameters: by the force, and by the noise that is left beside it.
     """
     from scipy.signal import lfilter
@@ -165,7 +165,7 @@ def cogged(task: Task, theta: Array, cogs: Sequence[Ripple]) -> Rounded:
     power, turned = np.linalg.eigh(left / np.outer(size, size))
     root = turned * np.sqrt(np.maximum(power, 0.0)) * size[:, None]
     draws += random.standard_normal(draws.shape) @ root.T
-    return Rounded(draws.T @ draws / _PHASES, draws)
+    return Drawn(draws.T @ draws / _PHASES, draws)
 
 
 def pushed(task: Task, theta: Array, record: int, cog: Ripple, phases: Array) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.identify import linear_draws
-from macromicro.identify.counts import Rounded
+from macromicro.identify.coverage import Drawn
 from macromicro.identify.descent import WHITE, begins, linearised, searched
 from macromicro.identify.linear_fit import LinearFit, exact, withheld
 from macromicro.identify.notices import DataWarning
@@ -135,7 +135,7 @@ def fitted(task: Task, first: Solution) -> tuple[LinearFit, Array]:
     return _widened(task, solution, fit), solution.theta
 
 
-def _drawn(task: Task, fit: LinearFit, told: Rounded) -> LinearFit:
+def _drawn(task: Task, fit: LinearFit, told: Drawn) -> LinearFit:
     """A fit with the errors of draws."""
     size = task.size
     return replace(fit, covariance=told.covariance[:size, :size], draws=told.draws[:, :size])
@@ -238,7 +238,7 @@ def compared(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
     return fit
 
 
-def _redrawn(task: Task, theta: Array, *, white: bool) -> Rounded | None:
+def _redrawn(task: Task, theta: Array, *, white: bool) -> Drawn | None:
     """Errors by draws where what is left is no noise: white residuals show no cogging."""
     rounded = linear_draws.rounding(task, theta)
     if rounded is not None or white:

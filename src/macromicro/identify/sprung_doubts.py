@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.identify import counts
+from macromicro.identify.coverage import Drawn
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.runs import Run
 from macromicro.identify.spread import larger, robust_covariance
@@ -83,9 +84,7 @@ def covariance(
     return own, draws
 
 
-def _rounded(
-    records: Sequence[Run], best: End, used: npt.NDArray[np.intp]
-) -> counts.Rounded | None:
+def _rounded(records: Sequence[Run], best: End, used: npt.NDArray[np.intp]) -> Drawn | None:
     """Errors where rounding of the output is all that moved the parameters; else None."""
     outputs, parts = [r.x for r in records], parted(records, best.residual)
     runs = [x - missed for x, missed in zip(outputs, parts, strict=True)]
@@ -94,7 +93,7 @@ def _rounded(
     told = counts.found(slopes, np.ones(len(slopes)), outputs, runs, zeroed=True)
     if told is None:
         return None
-    return counts.Rounded(told.covariance / np.outer(size, size), told.draws / size)
+    return Drawn(told.covariance / np.outer(size, size), told.draws / size)
 
 
 def _coloured(records: Sequence[Run], best: End, used: npt.NDArray[np.intp]) -> Array:
