@@ -10,7 +10,7 @@ import pytest
 from macromicro.arrays import Array
 from macromicro.identify import axis_fit, axis_noise, coverage
 from macromicro.identify.axis import Axis, acting, simulate, step
-from macromicro.identify.axis_cogging import cogged
+from macromicro.identify.axis_cogging import cogged, repeating
 from macromicro.identify.axis_fit import rows_of
 from macromicro.identify.axis_instruments import instrumented
 from macromicro.identify.axis_inverse import (
@@ -22,6 +22,7 @@ from macromicro.identify.axis_inverse import (
     force_residuals,
     regressors,
 )
+from macromicro.identify.coverage import Drawn
 from macromicro.identify.driven import Driven
 from macromicro.identify.runs import Run
 from macromicro.identify.spread import robust_covariance
@@ -59,6 +60,8 @@ def test_errors_are_those_of_its_phases() -> None:
     told = np.array([f.std for f in found])
     assert np.sqrt(np.mean((off / told) ** 2, axis=0)) == pytest.approx(1.0, abs=0.3)
     assert all(f.draws is not None for f in found)
+    every = [2.0 * math.pi / f.repeats.turn for f in found if f.repeats]
+    assert len(every) == 12 and every == pytest.approx([EVERY] * 12, rel=0.02)
     factors = np.array([f.factors for f in found])
     assert (np.abs(off) <= factors[:, 1] * told).mean() > 0.9
     assert factors[:, 1].mean() < 1.8  # of normal errors 1.96: most of it is one harmonic
@@ -75,6 +78,11 @@ def forced(rows: list[Rows], force: Array) -> Array:
     return np.asarray(evened(r, force[:, None].copy(), [0])[:, 0])
 
 
+def errors(rows: list[Rows], left: Array, missed: Array) -> Drawn | None:
+    found = repeating(rows, left, missed)
+    return None if found is None else cogged(found, left, left)
+
+
 def without(left: Array, force: Array) -> Array:
     return np.asarray(force - left @ np.linalg.lstsq(left, force, rcond=None)[0])
 
@@ -84,7 +92,7 @@ def test_what_it_leaves_counts_as_noise() -> None:
     x = rows[0].run.x
     cog = without(left, forced(rows, SIZE * np.sin(2.0 * np.pi / EVERY * x)))
     noise = without(left, 0.5 * np.random.default_rng(0).standard_normal(len(cog)))
-    alone, both = (cogged(rows, left, left, cog + e) for e in (0.0 * noise, noise))
+    alone, both = (errors(rows, left, cog + e) for e in (0.0 * noise, noise))
     assert alone is not None and both is not None
     gained = np.diag(both.covariance) - np.diag(alone.covariance)
     own = np.diag(robust_covariance(left, noise, [len(noise)]))
@@ -101,7 +109,7 @@ def test_noise_is_no_cogging() -> None:
     for force in (6.0 * np.random.default_rng(0).standard_normal(len(u)), slow):
         run = Run(np.arange(len(u)) * DT, u, simulate(TRUTH, u + force, DT))
         rows, left = table(run)
-        assert cogged(rows, left, left, without(left, forced(rows, force))) is None
+        assert errors(rows, left, without(left, forced(rows, force))) is None
         assert estimate(run)[1].draws is None
 
 
@@ -110,7 +118,7 @@ def test_a_quick_motion_makes_a_force_that_the_filters_weaken() -> None:
     rows, left = table(moved(inputs(3), 1.0))
     turn, x = 2.0 * np.pi / 0.006, rows[0].run.x  # ten times as many in the range
     pair = np.stack([forced(rows, np.sin(turn * x)), forced(rows, np.cos(turn * x))], axis=1)
-    found = cogged(rows, left, left, without(left, 3.0 * pair[:, 0]))
+    found = errors(rows, left, without(left, 3.0 * pair[:, 0]))
     assert found is not None
     exact = 0.5 * 3.0**2 * np.sum((np.linalg.pinv(left) @ pair) ** 2, axis=1)
     kept = [0, 2, 3]  # the viscous slope is hardly moved

@@ -77,26 +77,21 @@ def repeating(rows: Sequence[Rows], left: Array, missed: Array) -> Repeating | N
     return Repeating(turned, size * pair, missed - both @ own, ends)
 
 
-def cogged(rows: Sequence[Rows], guides: Array, left: Array, missed: Array) -> Drawn | None:
+def cogged(found: Repeating, guides: Array, left: Array) -> Drawn:
     """Errors of parameters under a force that repeats along the way.
 
     Parameters
     ----------
-    rows : Sequence[Rows]
-        The records.
+    found : Repeating
+        The force, and what else there is.
     guides, left : ndarray, shape (m, p)
         Instruments and regressors, records stacked.
-    missed : ndarray, shape (m,)
-        What the regressors leave of the force.
 
     Returns
     -------
-    Drawn or None
-        None where no such force is most of what is left.
+    Drawn
+        Of the parameters.
     """
-    found = repeating(rows, left, missed)
-    if found is None:
-        return None
     even = guides / np.linalg.norm(guides, axis=0)
     solve = np.linalg.pinv(even.T @ left) @ even.T
     phases = 2.0 * np.pi * (np.arange(_PHASES) + 0.5) / _PHASES

@@ -16,9 +16,10 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.identify import counts
 from macromicro.identify.axis import Axis, simulate
-from macromicro.identify.axis_cogging import cogged
+from macromicro.identify.axis_cogging import cogged, repeating
 from macromicro.identify.axis_inverse import Estimate, Rows, columns, differences, plausible
 from macromicro.identify.coverage import Drawn
+from macromicro.identify.ripple import Ripple
 from macromicro.identify.spread import robust_covariance
 
 _ROUNDS = 5
@@ -86,20 +87,19 @@ def instrumented(rows: list[Rows], start: Estimate, *, told: bool = True) -> Est
             break
     if not plausible(found):
         return start if plausible(start) else found
-    if told:
-        found = _repeated(found, cogged(rows, guides, left, missed))
+    repeats = repeating(rows, left, missed) if told else None
+    if repeats is not None:
+        found = _repeated(found, repeats.force, cogged(repeats, guides, left))
     return _unblurred(rows, found, names, force)
 
 
-def _repeated(found: Estimate, told: Drawn | None) -> Estimate:
-    """With the errors by a force that repeats along the way, where there is one."""
-    if told is None:
-        return found
+def _repeated(found: Estimate, force: Ripple, told: Drawn) -> Estimate:
+    """With the errors by a force that repeats along the way."""
     p, spread = len(told.covariance), found.covariance.copy()
     spread[:p, :p] = told.covariance
     draws = np.zeros((len(told.draws), len(spread)))
     draws[:, :p] = told.draws
-    return replace(found, covariance=spread, draws=draws)
+    return replace(found, covariance=spread, draws=draws, repeats=force)
 
 
 def in_counts(rows: list[Rows], found: Estimate, axis: Axis, ways: list[Array]) -> Estimate:

@@ -26,6 +26,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import coverage
 from macromicro.identify.axis import Axis, late
+from macromicro.identify.ripple import Ripple
 from macromicro.identify.runs import Run
 from macromicro.identify.spread import robust_covariance
 
@@ -77,6 +78,8 @@ class Estimate:
         way; None where errors are normal.
     rounded : bool
         Whether rounding is all that moved the parameters.
+    repeats : Ripple or None
+        A force that repeats along the way and is not in the model, where the residuals show one.
     """
 
     axis: Axis
@@ -86,6 +89,7 @@ class Estimate:
     percent: float
     draws: Array | None = None
     rounded: bool = False
+    repeats: Ripple | None = None
 
     @property
     def values(self) -> Array:

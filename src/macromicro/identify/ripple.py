@@ -101,6 +101,8 @@ def ripple(force: list[Array], place: list[Array], taken: list[Array]) -> Ripple
         None where no period explains a third of the power, beside the parameters, or where a noise
         as slow as what is left would seem to repeat, too.
     """
+    from scipy.optimize import minimize_scalar
+
     every = max(sum(map(len, force)) // _ENOUGH, 1)
     x = np.concatenate([p[::every] for p in place])
     extent = float(np.ptp(x))
@@ -109,8 +111,6 @@ def ripple(force: list[Array], place: list[Array], taken: list[Array]) -> Ripple
     basis = np.linalg.qr(_scaled(np.concatenate([t[::every] for t in taken])))[0]
     left = np.concatenate([f[::every] for f in force])
     left = left - basis @ (basis.T @ left)
-    from scipy.optimize import minimize_scalar
-
     tried = np.arange(round(_LEAST * _FINE), round(_MOST * _FINE))
     at = int(np.argmax(_powers(tried, (x - x.min()) / extent, left, basis)))
     if at == 0:  # no period, but what goes with the place more slowly than any

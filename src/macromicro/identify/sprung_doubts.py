@@ -15,7 +15,7 @@ from macromicro.identify.runs import Run
 from macromicro.identify.spread import larger, robust_covariance
 from macromicro.identify.sprung import Sprung
 from macromicro.identify.sprung_search import SIGNED, End
-from macromicro.identify.sprung_spread import blocks, parted, scattered
+from macromicro.identify.sprung_spread import Scattered, blocks, parted, scattered
 
 _BLIND = 1e-6  # of the largest singular value of the slopes: this way nothing moves
 _KNOWN = 0.02  # of a parameter: an error that does no harm, whatever it goes with
@@ -25,8 +25,8 @@ _FEW = 8.0  # samples in one period, at least
 
 def covariance(
     records: Sequence[Run], best: End, names: tuple[str, ...], lag: float, *, speed: bool
-) -> tuple[Array, Array | None]:
-    """Covariance of the parameters, NaN for those that the records do not show. Warns of those.
+) -> Scattered:
+    """How sure the parameters are, NaN for those that the records do not show. Warns of those.
 
     Parameters
     ----------
@@ -43,29 +43,27 @@ def covariance(
 
     Returns
     -------
-    covariance : ndarray, shape (p, p)
+    Scattered
         In their order.
-    draws : ndarray, shape (n, p), or None
-        Their errors as drawn, where a cause is known that makes them other than normal.
     """
     if not best.settled:
         notice(ConvergenceWarning, "output error: not settled; the last values are returned")
     used = np.flatnonzero(np.abs(best.slopes).max(axis=0) > 0.0)
     spread = np.full((best.slopes.shape[1],) * 2, np.nan)
-    scatter: Array | None = None
     rounded = _rounded(records, best, used)
     if rounded is not None:
-        known, scatter = rounded.covariance, rounded.draws
+        known = Scattered(*rounded)
     else:
-        known, scatter = scattered(records, best, used, lag, speed=speed)
-        if scatter is None:  # nor is what repeats along the way a noise of any colour
-            known = larger(_coloured(records, best, used), known)
-    spread[np.ix_(used, used)] = known
+        known = scattered(records, best, used, lag, speed=speed)
+        if known.repeats is None:  # what repeats along the way is no noise of any colour
+            wide = larger(_coloured(records, best, used), known.covariance)
+            known = known._replace(covariance=wide)
+    spread[np.ix_(used, used)] = known.covariance
     draws = None
-    if scatter is not None:
-        draws = np.zeros((len(scatter), len(names)))
+    if known.draws is not None:
+        draws = np.zeros((len(known.draws), len(names)))
         named = used < len(names)
-        draws[:, used[named]] = scatter[:, named]
+        draws[:, used[named]] = known.draws[:, named]
     own = spread[: len(names), : len(names)]
     lost = _unseen(best.slopes[:, used], [names[k] if k < len(names) else "" for k in used])
     for name in lost:
@@ -81,7 +79,7 @@ def covariance(
             )
     _mixed(own, names, np.array([getattr(best.axis, n) for n in names]))
     _coarse(records, best.axis)
-    return own, draws
+    return Scattered(own, draws, known.repeats)
 
 
 def _rounded(records: Sequence[Run], best: End, used: npt.NDArray[np.intp]) -> Drawn | None:

@@ -11,6 +11,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import coverage, sprung_doubts, sprung_start
+from macromicro.identify.ripple import Ripple
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung import Sprung, simulate
 from macromicro.identify.sprung_search import FRICTIONS, Model, first, judged, moving, searched
@@ -53,6 +54,8 @@ class SprungFit:
     draws : ndarray, shape (n, p), or None
         Errors of the parameters as drawn, where a force that repeats along the way or rounding to
         counts makes them other than normal.
+    repeats : Ripple or None
+        A force that repeats along the way and is not in the model, where the residuals show one.
     """
 
     model: Model
@@ -67,6 +70,7 @@ class SprungFit:
     gain: float
     lag: float
     draws: Array | None = None
+    repeats: Ripple | None = None
 
     @property
     def values(self) -> Array:
@@ -214,7 +218,7 @@ def sprung_drive(
         chosen = fair[0]
     ends = searched(kept, chosen, lag)
     best = ends[0]
-    spread, draws = sprung_doubts.covariance(kept, best, chosen.names, lag, speed=speed)
+    sure = sprung_doubts.covariance(kept, best, chosen.names, lag, speed=speed)
     starts = tuple((float(x), float(v)) for x, v in best.starts)
     free = tuple(
         simulate(best.axis, r.u, r.dt, x, v, lag)[int(speed)]
@@ -226,7 +230,7 @@ def sprung_drive(
         chosen,
         best.axis,
         chosen.names,
-        spread,
+        sure.covariance,
         starts,
         free,
         residuals,
@@ -234,7 +238,8 @@ def sprung_drive(
         rms,
         gain,
         lag,
-        draws,
+        sure.draws,
+        sure.repeats,
     )
 
 

@@ -44,6 +44,24 @@ class Means(NamedTuple):
     slopes: Array
 
 
+class Scattered(NamedTuple):
+    """How drawn forces and noise scatter the parameters.
+
+    Attributes
+    ----------
+    covariance : ndarray, shape (p, p)
+        Of the parameters.
+    draws : ndarray, shape (n, p), or None
+        Their errors as drawn, where a cause is known that makes them other than normal.
+    repeats : Ripple or None
+        A force that repeats along the way, where most of what disturbs does.
+    """
+
+    covariance: Array
+    draws: Array | None
+    repeats: Ripple | None = None
+
+
 def blocks(records: Sequence[Run], best: End, used: npt.NDArray[np.intp]) -> list[Means]:
     """Residuals and slopes as means over blocks.
 
@@ -81,7 +99,7 @@ def scattered(
     lag: float,
     *,
     speed: bool,
-) -> tuple[Array, Array | None]:
+) -> Scattered:
     """Covariance by drawn forces and noise of the sensor.
 
     A force that repeats along the way is drawn in any phase.
@@ -101,10 +119,8 @@ def scattered(
 
     Returns
     -------
-    found : ndarray, shape (p, p)
+    Scattered
         Of these columns.
-    draws : ndarray, shape (n, p), or None
-        Errors as they are drawn, where most of the force repeats along the way.
     """
     residuals = parted(records, best.residual)
     slopes = best.slopes[:, used]
@@ -140,7 +156,7 @@ def scattered(
     scatter = np.array(asked)
     count = len(best.residual)
     found = np.asarray(scatter.T @ scatter / draws * count / max(count - len(used), 1))
-    return found, None if cog is None else scatter
+    return Scattered(found, None if cog is None else scatter, cog)
 
 
 def parted(records: Sequence[Run], rows: Array) -> list[Array]:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import pytest
 from tests.identify.kinds.fits import AXIS, NAMES, STD, fit
 
 from macromicro.identify.kinds import drive_words
+from macromicro.identify.ripple import Ripple
 
 
 @pytest.mark.parametrize(
@@ -36,3 +38,9 @@ def test_the_structure_in_words() -> None:
         "force error on held-out data: coulomb 0.25, taken; viscous 0.5: coulomb is better; "
         "full: a mass or friction below 0"
     )
+
+
+def test_a_force_that_repeats_is_told_with_its_period() -> None:
+    assert drive_words.repeated(None, "N", "m") == []
+    ((name, text),) = drive_words.repeated(Ripple(2.0 * math.pi / 0.065, 1.5, 1.5, 0.0), "N", "m")
+    assert name == "repeats" and text.startswith("a force of 1.5 N repeats every 0.065 m; ")

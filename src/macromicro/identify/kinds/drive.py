@@ -148,6 +148,7 @@ def identify(picking: Picking, options: Options) -> Result:
         ("on data that was not fitted to", f"RMS {fit.holdout_rms:.4g} {x_unit}"),
         ("force, inverse dynamics", f"error {fit.inverse.percent:.2f} %"),
         ("structure", drive_words.structure(fit)),
+        *drive_words.repeated(fit.inverse.repeats, force, x_unit),
     ]
     if not named:
         bare = " and ".join(n for n in ("u", "x") if not first.units[n])

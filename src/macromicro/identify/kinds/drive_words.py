@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from macromicro.identify.result import Line, rounded
@@ -10,6 +11,7 @@ from macromicro.place import PLACES
 if TYPE_CHECKING:
     from macromicro.identify.axis_fit import DriveFit
     from macromicro.identify.axis_inverse import Estimate
+    from macromicro.identify.ripple import Ripple
 
 MEANINGS = {
     "mass": "inertia",
@@ -71,6 +73,30 @@ def told(found: Estimate) -> dict[str, tuple[float, float, float]]:
     factors = coverage.factors(found.draws, eccentric.slopes(found))[1]
     load = zip(*(column.tolist() for column in (*eccentric.told(found), factors)), strict=True)
     return made | dict(zip(eccentric.NAMES, load, strict=False))
+
+
+def repeated(found: Ripple | None, force: str, x: str) -> list[tuple[str, str]]:
+    """What to say of a force that repeats along the way.
+
+    Parameters
+    ----------
+    found : Ripple or None
+        The force; None where there is none.
+    force : str
+        Unit of the force.
+    x : str
+        Unit of the position.
+
+    Returns
+    -------
+    list[tuple[str, str]]
+        A remark, or none.
+    """
+    if found is None:
+        return []
+    every = 2.0 * math.pi / found.turn
+    told = f"a force of {found.size:.3g} {force} repeats every {every:.3g} {x}"
+    return [("repeats", f"{told}; not in the model, errors allow for it")]
 
 
 def units_of(force: str, x: str) -> dict[str, str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.identify.driven import Driven
-from macromicro.identify.kinds import model_file, testing
+from macromicro.identify.kinds import drive_words, model_file, testing
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run
 
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from macromicro.identify.presliding_fit import PreslidingFit
-    from macromicro.identify.ripple import Ripple
 
 MEANINGS = {
     "mass": "inertia",
@@ -105,8 +104,7 @@ def identify(records: Records, friction: str, along: int | None, driven: Driven)
     if len(nodes) > 1:
         at = ", ".join(f"{x:.4g}" for x in nodes)
         remarks.append(("levels", f"of the Coulomb friction at {at} {place}, linear between"))
-    if fit.repeats is not None:
-        remarks.append(("repeats", _repeated(fit.repeats, records)))
+    remarks += drive_words.repeated(fit.repeats, records.force, records.place)
     if driven.delay:
         remarks.append(("delay", f"u acts {driven.delay} samples late"))
     data = {
@@ -171,13 +169,6 @@ def _lines(fit: PreslidingFit, records: Records) -> list[Line]:
 
 def _of(lines: list[Line], kind: str) -> list[Line]:
     return [line for line in lines if line.name.startswith(kind)]
-
-
-def _repeated(found: Ripple, records: Records) -> str:
-    """A force that repeats along the way, in words."""
-    period = 2.0 * math.pi / found.turn
-    size, every = f"{found.size:.3g} {records.force}", f"{period:.3g} {records.place}"
-    return f"a force of {size} repeats every {every}; not in the model, errors allow for it"
 
 
 def _judged(fit: PreslidingFit, place: str) -> str:

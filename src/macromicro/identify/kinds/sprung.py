@@ -10,7 +10,7 @@ import numpy as np
 from macromicro.errors import InputError
 from macromicro.files.reading import is_forc, read
 from macromicro.identify import coverage
-from macromicro.identify.kinds import model_file, testing
+from macromicro.identify.kinds import drive_words, model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.picking import Picked, Role, matched, railed, runs
@@ -164,6 +164,7 @@ def identify(what: Picking, roles: tuple[Role, Role, Role], asked: Asked, gains:
         ("searches", f"{same(fit.ends)} of {len(fit.ends)} end there; RMS {_ends(fit)} {shown}"),
         ("starts", "position and speed at the start of each record are found with the parameters"),
     ]
+    remarks += drive_words.repeated(fit.repeats, units["coulomb"], shown)
     if asked.free:
         remarks.append(("free motion", "nothing drives, so that forces are told per mass"))
     data = {
