@@ -56,7 +56,8 @@ def page(rows: list[dict[str, Any]]) -> str:
     lines = [HEAD.format(doubt=doubt)]
     for method in dict.fromkeys(r["method"] for r in rows):
         of_it = [r for r in rows if r["method"] == method]
-        count = max(r["records"] for r in of_it)
+        counted = sorted({r["records"] for r in of_it})
+        count = " to ".join(str(n) for n in dict.fromkeys((counted[0], counted[-1])))
         lines += [f"## {method[0].upper()}{method[1:]}: {count} records", ""]
         lines += [f"| | {' | '.join(kinds)} |", "|---" * (len(kinds) + 1) + "|"]
         for name in dict.fromkeys(r["parameter"] for r in of_it):
