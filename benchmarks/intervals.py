@@ -166,11 +166,6 @@ def linear(kind: str, order: int, seed: int) -> tuple[Array, Array]:
     return u, measured(kind, random, np.asarray(lfilter(numerator, denominator, disturbed)), 50.0)
 
 
-def normal(count: int) -> Array:
-    """Coverage factors of so many parameters that are told no others."""
-    return coverage.factors(None, np.eye(count))
-
-
 def drive(kind: str, seed: int) -> Estimates:
     """Both estimates of `identify drive`."""
     u, x = driven(kind, seed)

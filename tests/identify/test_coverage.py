@@ -73,3 +73,11 @@ def test_an_error_that_is_not_known_has_the_factors_of_a_normal_one() -> None:
     for value, error in ((3.0, np.nan), (0.0, 1.0), (3.0, 0.0)):
         np.testing.assert_array_equal(coverage.positive(value, error, None), coverage.NORMAL)
     assert np.isfinite(coverage.positive(1e-9, 1.0, None)).all()
+
+
+def test_normal_errors_have_their_covariance_in_any_units() -> None:
+    size = np.array([1e-9, 3.0, 1e6])
+    told = np.array([[1.0, 0.5, 0.0], [0.5, 1.0, -0.8], [0.0, -0.8, 1.0]]) * np.outer(size, size)
+    draws = coverage.normal(told, 40_000, np.random.default_rng(0)) / size
+    assert draws.T @ draws / 40_000 == pytest.approx(told / np.outer(size, size), abs=0.02)
+    assert not coverage.normal(np.zeros((2, 2)), 5, np.random.default_rng(0)).any()

@@ -116,14 +116,20 @@ def test_what_is_exact_is_never_doubted() -> None:
         np.testing.assert_allclose(np.r_[found.a, found.b], TRUTH, rtol=1e-5)
 
 
-def test_a_disturbance_that_is_no_noise_has_no_errors() -> None:
-    """Cogging, a sine of the travel: an autoregression of almost any length fits it better."""
-    u = steps(5)
+def cogged(u: Array) -> Array:
+    """Outputs of a machine of first order under a sine of the travel."""
     y, place, pull = np.zeros(len(u)), 0.0, 0.0
     for k in range(1, len(u)):
         y[k] = 0.95833 * y[k - 1] + 165.72 * (u[k - 1] + pull)
         place += y[k] * DT
         pull = 0.1 * np.sin(2.0 * np.pi * place / 60.0)
+    return y
+
+
+def test_a_disturbance_that_is_no_noise_has_no_errors() -> None:
+    """Cogging, a sine of the travel: an autoregression of almost any length fits it better."""
+    u = steps(5)
+    y = cogged(u)
     found = fit("box_jenkins", u, y, 1)
     assert len(found.noise) > model._LONG
     assert "is no noise: an autoregression of" in found.doubt and np.isnan(found.std).all()
@@ -135,11 +141,7 @@ def test_cogging_is_told_by_its_way_where_an_autoregression_is_short(
     """Output error, which it moves by what repeats, tells errors."""
     monkeypatch.setattr(model, "_LONG", 99)
     u = steps(5)
-    y, place, pull = np.zeros(len(u)), 0.0, 0.0
-    for k in range(1, len(u)):
-        y[k] = 0.95833 * y[k - 1] + 165.72 * (u[k - 1] + pull)
-        place += y[k] * DT
-        pull = 0.1 * np.sin(2.0 * np.pi * place / 60.0)
+    y = cogged(u)
     found = fit("box_jenkins", u, y, 1)
     assert found.doubt.endswith("a force that repeats along the way") and found.draws is None
     for name in ("sriv", "output_error"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.identify.elastic import DT, STAGE
 
 from macromicro.errors import InputError
 from macromicro.identify import drive as identified
@@ -12,21 +13,7 @@ from macromicro.identify.presliding import Presliding, begin, simulate, step
 from macromicro.identify.presliding_fit import presliding_drive
 from macromicro.kernel import compiled
 
-DT = 1e-3
-TRUE = Presliding(
-    mass=2.0,
-    viscous=15.0,
-    offset=0.3,
-    asymmetry=0.0,
-    stribeck=0.0,
-    stribeck_speed=0.01,
-    stiffness=5e4,
-    settling=4e-3,
-    shares=np.empty(0),
-    levels=np.array([5.0]),
-    low=-0.3,
-    high=0.3,
-)
+TRUE = STAGE._replace(low=-0.3, high=0.3)
 
 
 def drive(n: int, seed: int = 0) -> np.ndarray:

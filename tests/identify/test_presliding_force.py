@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from tests.identify.elastic import DT, STAGE
 
 from macromicro.arrays import Array
 from macromicro.identify import presliding
@@ -16,22 +17,8 @@ from macromicro.identify.presliding_search import Problem, Shape, problem_of
 from macromicro.identify.runs import Run
 from macromicro.kernel import compiled
 
-DT = 1e-3
 NAMES = ("mass", "viscous", "offset", "stiffness", "settling", "asymmetry")
-TRUTH = Presliding(
-    mass=2.0,
-    viscous=15.0,
-    offset=0.3,
-    asymmetry=4.0,
-    stribeck=0.0,
-    stribeck_speed=0.01,
-    stiffness=5e4,
-    settling=4e-3,
-    shares=np.empty(0),
-    levels=np.array([5.0]),
-    low=-1.0,
-    high=1.0,
-)
+TRUTH = STAGE._replace(asymmetry=4.0)
 ELEMENTS = TRUTH._replace(shares=np.array([0.1, 0.2, 0.3, 0.4]))
 
 

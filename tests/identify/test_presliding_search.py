@@ -4,28 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.identify.elastic import DT, STAGE
 
 from macromicro.identify.axis_inverse import Rows, differences
 from macromicro.identify.axis_pieces import settled
-from macromicro.identify.presliding import Presliding, simulate
+from macromicro.identify.presliding import simulate
 from macromicro.identify.presliding_search import pieces_of
 from macromicro.identify.runs import Run
-
-DT = 1e-3
-TRUTH = Presliding(
-    mass=2.0,
-    viscous=15.0,
-    offset=0.3,
-    asymmetry=0.0,
-    stribeck=0.0,
-    stribeck_speed=0.01,
-    stiffness=5e4,
-    settling=4e-3,
-    shares=np.empty(0),
-    levels=np.array([5.0]),
-    low=-1.0,
-    high=1.0,
-)
 
 
 def strokes(wiggles: slice, n: int = 8000, noise: float = 0.0) -> Rows:
@@ -33,7 +18,7 @@ def strokes(wiggles: slice, n: int = 8000, noise: float = 0.0) -> Rows:
     t = np.arange(n) * DT
     u = 11.0 * np.sin(1.4 * np.pi * t)
     u[wiggles] = 3.5 * np.sin(6.2 * np.pi * t[wiggles])
-    x = simulate(TRUTH, u, DT) + noise * np.random.default_rng(0).standard_normal(n)
+    x = simulate(STAGE, u, DT) + noise * np.random.default_rng(0).standard_normal(n)
     return differences(Run(t, u, x), u, 80.0, 5)
 
 
@@ -69,4 +54,4 @@ def test_a_record_that_slides_at_its_begin_alone_is_cut_all_the_same() -> None:
 def test_the_true_axis_misses_no_more_than_noise_of_the_position(first: int) -> None:
     """From a start among wiggles it missed by forty times as much."""
     (made,) = pieces_of([strokes(slice(first, first + 3000), noise=1e-7)], 2667, free=True)
-    assert np.sqrt(np.mean(settled(made, TRUTH).error ** 2)) < 2e-7
+    assert np.sqrt(np.mean(settled(made, STAGE).error ** 2)) < 2e-7

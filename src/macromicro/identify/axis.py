@@ -128,6 +128,30 @@ def stopping(p: Axis, v: float, net: float) -> float:
 
 
 @kernel
+def breakaway(most: float, fades: float, v: float) -> float:
+    """Stribeck's friction: what a slow axis has beside Coulomb's, Fs exp(-(v/vs)^2).
+
+    Parameters
+    ----------
+    most : float
+        Fs, at rest, N.
+    fades : float
+        vs, m/s; not 0 where there is such friction.
+    v : float
+        Speed, m/s.
+
+    Returns
+    -------
+    float
+        N.
+    """
+    if most == 0.0:
+        return 0.0
+    ratio = v / fades
+    return most * math.exp(-ratio * ratio)
+
+
+@kernel
 def level(p: Axis, v: float) -> float:
     """Friction that does not grow with the speed: Coulomb's and Stribeck's.
 
@@ -143,10 +167,7 @@ def level(p: Axis, v: float) -> float:
     float
         N, from 0.
     """
-    if p.stribeck == 0.0:
-        return p.coulomb
-    ratio = v / p.stribeck_speed
-    return p.coulomb + p.stribeck * math.exp(-ratio * ratio)
+    return p.coulomb + breakaway(p.stribeck, p.stribeck_speed, v)
 
 
 @kernel

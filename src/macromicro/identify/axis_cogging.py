@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.identify.axis_inverse import Rows, evened
-from macromicro.identify.coverage import Drawn
+from macromicro.identify.coverage import Drawn, normal
 from macromicro.identify.ripple import Ripple, ripple
 from macromicro.identify.spread import robust_covariance
 
@@ -100,5 +100,4 @@ def cogged(found: Repeating, guides: Array, left: Array) -> Drawn:
     noise = robust_covariance(guides, found.rest, found.ends, None, left)
     spread = draws.T @ draws / _PHASES + noise
     random = np.random.Generator(np.random.PCG64(0))  # the same data give the same errors
-    draws += random.multivariate_normal(np.zeros(len(noise)), noise, _PHASES, method="svd")
-    return Drawn(spread, draws)
+    return Drawn(spread, draws + normal(noise, _PHASES, random))

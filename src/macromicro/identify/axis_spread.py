@@ -11,7 +11,7 @@ from macromicro.arrays import Array
 from macromicro.identify import counts, slow_levels
 from macromicro.identify.axis_noise import Noise
 from macromicro.identify.axis_pieces import Pieces, cleared, runs, settled
-from macromicro.identify.coverage import Drawn
+from macromicro.identify.coverage import Drawn, normal
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.slow_levels import Level
 from macromicro.identify.spread import clustered
@@ -115,7 +115,7 @@ def covariance(
         if told.repeats is None:
             return Spread(found, fits)
         random = np.random.Generator(np.random.PCG64(1))
-        others = random.multivariate_normal(np.zeros(len(forced)), forced, len(drawn.noisy))
+        others = normal(np.atleast_2d(forced), len(drawn.noisy), random)
         return Spread(found, fits, (others + drawn.noisy) * size)
     ends = np.cumsum([0] + [len(p.rows.v) for p in pieces[:-1]])
     starts = [p.starts + end for p, end in zip(pieces, ends, strict=True)]

@@ -178,7 +178,7 @@ def redrawn(
     Drawn
         Of the parameters.
     """
-    cuts = np.cumsum([len(x) for x in clean])[:-1]
+    whole, cuts = np.concatenate(clean), np.cumsum([len(x) for x in clean])[:-1]
     random = np.random.Generator(np.random.PCG64(1))
     zeros = places(len(clean), len(_PLACES))
     draws = np.zeros((len(zeros), slopes.shape[1]))
@@ -186,7 +186,7 @@ def redrawn(
         found = []
         # An error goes with a place of the zeros that it does not stem from.
         for error, row in zip(random.permutation(draws), zeros, strict=True):
-            curves = np.split(np.concatenate(clean) - slopes @ error, cuts)
+            curves = np.split(whole - slopes @ error, cuts)
             found.append(asked(np.concatenate([
                 np.floor(x / step + at) * step - x
                 for x, step, at in zip(curves, steps, row, strict=True)

@@ -37,6 +37,30 @@ class Drawn(NamedTuple):
     draws: Array
 
 
+def normal(covariance: Array, count: int, random: np.random.Generator) -> Array:
+    """Normal errors of parameters, whatever their units.
+
+    Parameters
+    ----------
+    covariance : ndarray, shape (p, p)
+        Theirs.
+    count : int
+        Draws.
+    random : np.random.Generator
+        Draws.
+
+    Returns
+    -------
+    ndarray, shape (count, p)
+        A row for each draw.
+    """
+    size = np.sqrt(np.diag(covariance))
+    size[size == 0.0] = 1.0
+    power, turned = np.linalg.eigh(covariance / np.outer(size, size))
+    root = turned * np.sqrt(np.maximum(power, 0.0)) * size[:, None]
+    return np.asarray(random.standard_normal((count, len(size))) @ root.T)
+
+
 def factors(draws: Array | None, slopes: Array) -> Array:
     """Coverage factors of what follows from parameters, to first order.
 

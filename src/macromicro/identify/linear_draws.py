@@ -15,7 +15,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.identify import counts
-from macromicro.identify.coverage import Drawn
+from macromicro.identify.coverage import Drawn, normal
 from macromicro.identify.descent import linearised
 from macromicro.identify.records import Record
 from macromicro.identify.regression import (
@@ -160,11 +160,7 @@ def cogged(task: Task, theta: Array, cogs: Sequence[Ripple]) -> Drawn:
     rest = base.residual - np.concatenate(answers)
     left = covariance(task, Solution(theta, base.psi, rest - base.psi @ (solve @ rest)))
     random = np.random.Generator(np.random.PCG64(0))  # the same data give the same errors
-    size = np.sqrt(np.diag(left))
-    size[size == 0.0] = 1.0
-    power, turned = np.linalg.eigh(left / np.outer(size, size))
-    root = turned * np.sqrt(np.maximum(power, 0.0)) * size[:, None]
-    draws += random.standard_normal(draws.shape) @ root.T
+    draws += normal(left, _PHASES, random)
     return Drawn(draws.T @ draws / _PHASES, draws)
 
 

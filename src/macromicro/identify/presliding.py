@@ -21,14 +21,13 @@ Fc(x) goes linearly between nodes at equal distances.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.identify.axis import late
+from macromicro.identify.axis import breakaway, late
 from macromicro.identify.axis_pieces import Index, laid
 from macromicro.kernel import compiled, kernel
 
@@ -114,10 +113,7 @@ def level(p: Presliding, x: float, v: float) -> float:
         at = min(max((x - p.low) / (p.high - p.low), 0.0), 1.0) * last
         k = min(int(at), last - 1)
         found = p.levels[k] + (at - k) * (p.levels[k + 1] - p.levels[k])
-    if p.stribeck != 0.0:
-        ratio = v / p.stribeck_speed
-        found += p.stribeck * math.exp(-ratio * ratio)
-    return float(found)
+    return float(found + breakaway(p.stribeck, p.stribeck_speed, v))
 
 
 @kernel

@@ -19,14 +19,13 @@ from macromicro.identify.result import Line, Result
 from macromicro.identify.thermal import CoolingFit, HeatingFit, StepRecord, heating, steady
 from macromicro.identify.witnesses import within
 
-MODES = 3  # of a heating
-
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from macromicro.identify.gain import GainFit
 
 
+_MODES = 3  # of a heating
 U = Role("u", "heating voltage", ("u", "U", "ctrl", "voltage", "volts", "v", "V", "input"), ("V",))
 TEMPERATURE = Role(
     "T",
@@ -261,9 +260,9 @@ def _lines(found: Found) -> list[Line]:
     heated = found.heating
     each = zip(heated.modes, heated.std, heated.factors[1].tolist(), strict=True)
     for k, (value, error, factor) in enumerate(each):
-        what, unit = ("rate", "rad/s") if k < MODES else ("share", "")
-        note = f"time constant {1.0 / value:.4g} s" if k < MODES else ""
-        lines.append(Line(f"{what} {k % MODES + 1}", value, error, unit, note, factor))
+        what, unit = ("rate", "rad/s") if k < _MODES else ("share", "")
+        note = f"time constant {1.0 / value:.4g} s" if k < _MODES else ""
+        lines.append(Line(f"{what} {k % _MODES + 1}", value, error, unit, note, factor))
     for name, value in found.heating.ladder._asdict().items():
         lines.append(Line(name, value, unit="s" if name[0] == "c" else "", note="ladder"))
     for volts, fall in found.cooling.items():
