@@ -20,7 +20,8 @@ def stage() -> Iterator[Any]:
     from macromicro.ophyd import Positioner
 
     made = Positioner(config=str(EXAMPLES / "screw.toml"), name="stage")
-    yield made
+    made.machine.set_speed("macro", "20 mm/s")  # at full speed a move ends within 0.2 s: before
+    yield made  # a busy computer has stopped or replaced it
     made.close()
 
 
