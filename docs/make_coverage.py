@@ -10,6 +10,7 @@ from typing import Any
 HERE = Path(__file__).parent
 RESULTS, PAGE = HERE / "coverage.json", HERE / "coverage.md"
 ONE, WIDE = (60.0, 76.0), (90.0, 99.0)  # %, of intervals of 68 and 95 %
+FEW = 20  # records that tell errors: a share of fewer says nothing
 BIASED = 0.5  # of the scatter: from there on an estimate is off rather than uncertain
 HEAD = """\
 # Do the printed errors hold?
@@ -19,7 +20,7 @@ often its intervals of 68 and 95 % hold the truth: 1 and 1.96 standard errors to
 factors where these are told. A cell gives both shares; **bold** is outside 60 to 76 or 90 to 99 %; `biased` stands where
 the mean is off by more than half of what single records scatter by, so that no interval about it
 can hold. `withheld` or `in 40 %`: no errors are told, or in so many of the records, to which the
-shares then refer. The headings say how many records there are: a share of 68 % is known to {doubt} %.
+shares then refer; where fewer than 20 tell errors there is no share. The headings say how many records there are: a share of 68 % is known to {doubt} %.
 docs/coverage.json has bias, scatter and told error of each.
 
 | disturbance | a drive of 4 kg; on a spring, 2 kg | an eccentric load of 0.01 kg m^2 | a decay at 18 Hz, per mass | a linear machine | heating by 60 K |
@@ -37,8 +38,8 @@ docs/coverage.json has bias, scatter and told error of each.
 def cell(row: dict[str, Any]) -> str:
     """Both shares, marked."""
     told, count = row.get("told_in", row["records"]), row["records"]
-    if not told:
-        return "withheld"
+    if told < FEW:
+        return f"withheld in {count - told} of {count}" if told else "withheld"
     some = "" if told == count else f" in {100.0 * told / count:.0f} %"
     good = ONE[0] <= row["one"] <= ONE[1] and WIDE[0] <= row["wide"] <= WIDE[1]
     text = f"{row['one']:.0f} / {row['wide']:.0f}"

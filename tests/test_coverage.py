@@ -51,6 +51,7 @@ def test_a_share_outside_its_range_is_marked(
     assert DOCS.cell(row) == text
     assert DOCS.cell({**row, "told_in": 50}) == text
     assert DOCS.cell({**row, "told_in": 20}) == f"{text} in 40 %"
+    assert DOCS.cell({**row, "told_in": 19}) == "withheld in 31 of 50"
     assert DOCS.cell({**row, "told_in": 0}) == "withheld"
 
 

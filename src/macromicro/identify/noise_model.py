@@ -33,7 +33,9 @@ _PART = 0.01  # of a standard error: rounds have settled when no parameter moves
 _STRETCHES = 30  # that a covariance is judged by
 _LONG = 20  # the order of D from which on noise is no autoregression
 _FREE = ("sriv", "output_error")  # unbiased whatever the colour of the noise
-_APART = 2.0  # standard errors: from there on two methods do not agree
+# Standard errors, one in a thousand by chance: from there on two methods do not agree. With two of
+# them what is far off by chance would not be told, and intervals of the rest would hold all.
+_APART = 3.3
 _BENT = 0.125  # at the ends of a 95 % interval runs are then off by a quarter of what moves them
 _NO_NOISE = "what the model leaves, such as cogging, is no noise"
 

@@ -25,7 +25,9 @@ BLOCKS = 120  # in all records: as finely is it told how slow a noise is
 _TIMES = 16  # tried, from half a block to the longest record
 _PARTS = np.r_[0.0, np.geomspace(1e-3, 1e3, 13)]  # W / S tried, of means over blocks
 _LEAST = 1e-4  # of all that is likely
-_SLOW = 0.01  # of the samples: noise whose correlation is longer is slow
+# Of the samples: noise whose correlation is longer is slow. Of 33 stretches that are independent
+# residuals tell the strength of a noise to an eighth, 1 / sqrt(2 * 33).
+_SLOW = 0.03
 _TURNS = 4.0  # in all samples, at most, of noise that is slow and no swing
 _POINTS = 1 << 14  # of a spectrum
 _HALVED = 50
@@ -65,7 +67,7 @@ def is_slow(n: int, noise: tuple[Array, float]) -> bool:
     Returns
     -------
     bool
-        Whether more than a hundredth of the samples go together, and not as a swing does: that is
+        Whether more than 3 % of the samples go together, and not as a swing does: that is
         strongest where it turns more often in the samples than slow noise would.
     """
     response = _response(noise[0])
