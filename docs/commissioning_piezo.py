@@ -9,6 +9,7 @@ import numpy as np
 from commissioning_table import Drawn
 
 from macromicro.commission import piezo
+from macromicro.commission.piezo_drives import REACH
 from macromicro.commission.running import Commissioned
 from macromicro.hysteresis import prandtl_loop
 from macromicro.plant import piezo as plant
@@ -62,7 +63,7 @@ def figures(random: np.random.Generator) -> dict[str, Any]:
 def truth(tree: Any, found: Commissioned) -> dict[str, float]:
     """What the estimates are, by the stage's figures; volts at the D/A."""
     ready, gain = plant.prepare(_bench(tree)), tree.amplifier.gain
-    extent = gain * found.work[piezo.REACH].extent
+    extent = gain * found.work[REACH].extent
     p = ready.hysteresis
     loop = prandtl_loop.measured(p.thresholds, p.weights, extent)
     return {

@@ -62,7 +62,7 @@ def one(label: str, file: Path, seed: int) -> Tried:
         found = plane.commission(pair, places, (first, second))
     except (CommissionError, InputError) as error:
         return Tried(label, {}, refused=str(error))
-    errors = {}
+    errors: dict[str, tuple[float, bool]] = {}
     for name, tree, each in zip(AXES, trees, found.axes, strict=True):
         estimates = axis.KIND.estimates(each.model)
         about = compared(estimates, commissioning_axis.truth(tree, each))

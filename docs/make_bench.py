@@ -171,6 +171,8 @@ def short(claims: list[Claim]) -> str:
     for name, k, unit, words, printed in SHORT:
         measured = by[name].measured
         x = measured[k] if isinstance(measured, list) else measured
+        if isinstance(x, str) or x is None:
+            raise SystemExit(f"{name}: no number was measured: {x}")
         mark = "" if by[name].verdict == REPRODUCED else f" (claim: {by[name].verdict})"
         lines.append(f"| {name} | {words} | {printed} | {number(x, unit)}{mark} |\n")
     return "".join(lines)

@@ -78,7 +78,8 @@ def identified(settings: Settings, seed: int) -> carriage.CarriageFit:
 def under(settings: Settings, law: str, gains: dict[str, float]) -> Settings:
     """The bench under a law."""
     tree = settings._replace(controller=settings.controller.joined(law, "law"))
-    return changed(tree, {f"controller.own.{name}": value for name, value in gains.items()})
+    made: Settings = changed(tree, {f"controller.own.{n}": v for n, v in gains.items()})
+    return made
 
 
 def moved(settings: Settings, folder: Path) -> list[dict[str, float]]:

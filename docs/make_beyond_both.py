@@ -79,7 +79,8 @@ def under(settings: Settings, laws: str, models: Models) -> Settings:
     tree = make_beyond.under(settings, laws, models.own)
     if models.fine is not None:
         tree = tree._replace(controller=tree.controller._replace(fine=models.fine))
-    return changed(tree, SEQUENCE)
+    made: Settings = changed(tree, SEQUENCE)
+    return made
 
 
 def arrived(run: Recording, single: Programme) -> list[float]:

@@ -45,7 +45,9 @@ def main(names: list[str], number: int | None, rows: Path | None) -> None:
         page = PAGE.read_text(encoding="utf-8")
         if not marked.search(page):
             raise SystemExit(f"{PAGE}: no table of {name}")
-        PAGE.write_text(marked.sub(lambda m, t=text: m[1] + t + m[2], page), encoding="utf-8")
+        # No template: the text may hold backslashes.
+        parts = marked.split(page, maxsplit=1)
+        PAGE.write_text(parts[0] + parts[1] + text + "".join(parts[2:]), encoding="utf-8")
 
 
 def _text(name: str, number: int | None, rows: Path | None) -> str:

@@ -93,7 +93,7 @@ def draw(run: Recording) -> Figure:
     for ax in (coarse, fine, near):
         ax.grid(True, color="0.88", linewidth=0.6)
         ax.spines[["top", "right"]].set_visible(False)
-    dashed = {"color": ORANGE, "linestyle": "--", "linewidth": 1.2}
+    dashed: dict[str, Any] = {"color": ORANGE, "linestyle": "--", "linewidth": 1.2}
     drawn(coarse, t, run["macro_position"] * PITCH, color=BLUE, label="encoder")
     drawn(coarse, t, run["macro_reference"] * PITCH, label="reference", **dashed)
     drawn(fine, t, run["hall_position"], color=GREEN, label="Hall sensor")
@@ -116,8 +116,9 @@ def draw(run: Recording) -> Figure:
         ax.tick_params(labelsize=11)
         for label in (ax.xaxis.label, ax.yaxis.label):
             label.set_fontsize(11.5)
-        for text in ax.get_legend().get_texts():
-            text.set_fontsize(11)
+        if (legend := ax.get_legend()) is not None:
+            for text in legend.get_texts():
+                text.set_fontsize(11)
     coarse.tick_params(labelbottom=False)
     figure.align_ylabels([coarse, fine, near])
     figure.subplots_adjust(left=0.07, right=0.985, top=0.95, bottom=0.075, hspace=0.45)
