@@ -90,6 +90,30 @@ def test_five_times_any_other_step_is_a_jump() -> None:
         jumps(Run(x, x, x), "x")
 
 
+def test_a_jump_within_what_it_moves_at_full_speed_is_one() -> None:
+    """The speed is 3 before and 3 after it, and changes by 0.02 elsewhere: counts were lost."""
+    swing = 300.0 * np.sin(np.arange(1000) / 100.0)
+    x = np.r_[swing[:700], swing[700:] - 2.0]
+    assert np.abs(np.diff(x)).max() < 5.0
+    with pytest.raises(
+        InputError,
+        match=r"x, row 701: 'a jump by 0\.\d+; 1 of them, other steps differ .* 0\.0\d+ at most",
+    ):
+        jumps(Run(x, x, x), "x")
+    spike = swing.copy()
+    spike[500] += 2.0
+    with pytest.raises(InputError, match="row 501: 'a jump by"):
+        jumps(Run(spike, spike, spike), "x")
+
+
+def test_an_impact_is_no_jump() -> None:
+    """From one sample to the next it goes back as fast as it came, and stays there."""
+    x = np.r_[np.arange(0.0, 100.0), 99.0 - np.arange(1.0, 80.0), np.full(50, 20.0)]
+    jumps(Run(x, x, x), "x")
+    smooth = np.cumsum(x) * 1e-2
+    jumps(Run(smooth, smooth, smooth), "x")
+
+
 def test_jumps_of_more_than_a_fiftieth_of_the_samples_are_how_it_moves() -> None:
     """A coarse and rapid position: each seventh sample."""
     x = np.arange(700.0) + 50.0 * (np.arange(700) // 7)

@@ -62,6 +62,11 @@ def _number(text: str) -> float | str:
         return text
 
 
+def _whole(text: str | None) -> int | str | None:
+    """A whole number where it is one, else the word."""
+    return int(text) if text is not None and text.lstrip("+-").isdecimal() else text
+
+
 @app.command()
 def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
     files: Files,
@@ -81,7 +86,12 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
     ] = None,
     limit: Annotated[float | None, typer.Option(help="The drive saturates at +-LIMIT.")] = None,
     delay: Annotated[
-        int | None, typer.Option(help="Samples by which u acts late.", show_default="0")
+        str | None,
+        typer.Option(
+            metavar="<int>|fit",
+            help="Samples by which u acts late, or fit: found with the parameters.",
+            show_default="0",
+        ),
     ] = None,
     spring: Annotated[bool, typer.Option("--spring", help="A spring pulls.")] = False,
     dead_zone: Annotated[
@@ -108,7 +118,7 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
         "structure": structure,
         "along": along,
         "limit": limit,
-        "delay": delay,
+        "delay": _whole(delay),
         "tests": tuple(test or ()),
         "spring": spring,
         "dead_zone": dead_zone,

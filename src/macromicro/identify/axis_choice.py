@@ -30,6 +30,7 @@ Index = npt.NDArray[np.int64]
 FOLDS = 3
 _GAIN = 0.02  # a richer structure must lower the held-out error by this part
 _SURE = 2.0  # and the blocks' squares by so many standard errors of what they gain
+_STRANGE = 3.0  # likewise, of what nobody spoke of: several such things are looked for
 _MOST = 12  # blocks in a record
 _LEAST = 40  # decimated samples in a block: its low-pass takes 20
 # What stands in for a structure where a part of the record does not show it.
@@ -247,6 +248,54 @@ def _fit(rows: list[Rows], name: str) -> Estimate | str:
     return estimate if plausible(estimate) else _NEGATIVE
 
 
+def lowered(rows: list[Rows], other: list[Rows], structure: str) -> float | None:
+    """By how much records taken another way lower the force error in blocks held out.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    other : list[Rows]
+        The same, with another force or other parameters; errors count as parts of the force.
+    structure : str
+        Of the friction.
+
+    Returns
+    -------
+    float | None
+        Part of the error; 1 where only the other way gives a mass and friction above 0. None: not
+        by enough, or the motion does not tell.
+    """
+    one, another = held_out(rows, structure), held_out(other, structure)
+    if isinstance(another, str):
+        return None
+    if isinstance(one, str):
+        return 1.0 if one == _NEGATIVE else None
+    power = [sum(float(r.force @ r.force) for r in each) for each in (rows, other)]
+    another = another * (power[0] / power[1])
+    score, richer = typical(one), typical(another)
+    why_not = no_better(score, richer, np.log(one / another), structure, _STRANGE)
+    return None if why_not else 1.0 - richer / score
+
+
+def told(part: float) -> str:
+    """What `lowered` found, in words.
+
+    Parameters
+    ----------
+    part : float
+        Of the error.
+
+    Returns
+    -------
+    str
+        What the other way does.
+    """
+    if part == 1.0:
+        return "alone gives a mass and friction above 0"
+    return f"lowers the force error by {100.0 * part:.0f} % on data held out"
+
+
 def typical(squares: Array) -> float:
     """RMS in a typical block.
 
@@ -263,7 +312,7 @@ def typical(squares: Array) -> float:
     return float(np.exp(0.5 * np.mean(np.log(squares))))
 
 
-def no_better(score: float, richer: float, gained: Array, than: str) -> str:
+def no_better(score: float, richer: float, gained: Array, than: str, sure: float = _SURE) -> str:
     """Why a richer structure is not taken.
 
     Parameters
@@ -275,6 +324,8 @@ def no_better(score: float, richer: float, gained: Array, than: str) -> str:
         not decide.
     than : str
         Name of the poorer one.
+    sure : float, optional
+        Standard errors of the mean gain that it must be above.
 
     Returns
     -------
@@ -284,6 +335,6 @@ def no_better(score: float, richer: float, gained: Array, than: str) -> str:
     if richer >= (1.0 - _GAIN) * score:
         return f"not {100.0 * _GAIN:.0f} % better than {than}"
     error = float(np.std(gained, ddof=1) / np.sqrt(len(gained))) if len(gained) > 1 else 0.0
-    if float(gained.mean()) < _SURE * error:
+    if float(gained.mean()) < sure * error:
         return f"better than {than}, but by less than its blocks differ"
     return ""

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.axis_inverse import Estimate, Rows
 from macromicro.identify.notices import DataWarning, notice
@@ -33,23 +34,56 @@ def jumps(run: Run, where: str) -> None:
     Raises
     ------
     InputError
-        Some steps are far larger than all others.
+        Some steps are far larger than all others, or than the speed before and after them.
     """
     steps = np.diff(run.x)
-    np.abs(steps, out=steps)
-    count = int(_JUMPS * len(steps))
-    top = np.sort(np.partition(steps, len(steps) - count - 1)[-count - 1 :])[::-1]
-    apart = np.flatnonzero(top[:-1] > _FAR * top[1:])
-    if not len(apart) or top[apart[-1] + 1] == 0.0:
+    large, said = _apart(np.abs(steps)), "all other steps are"
+    if large is None:
+        large, said = _lost(steps), "other steps differ from the one before by"
+    if large is None:
         return
-    many = int(apart[-1]) + 1
-    first = int(np.argmax(steps >= top[many - 1])) + 1
+    many, at, rest = large
     raise InputError(
-        f"{where}, row {first + 1}",
-        f"a jump by {run.x[first] - run.x[first - 1]:.6g}; {many} of them, all other steps are "
-        f"{top[many]:.3g} at most",
+        f"{where}, row {at + 2}",
+        f"a jump by {steps[at]:.6g}; {many} of them, {said} {rest:.3g} at most",
         "a position without jumps: unwrap the counter, or cut the record there",
     )
+
+
+def _apart(sizes: Array) -> tuple[int, int, float] | None:
+    """How many of them are far larger than all others, the first of these, and the largest of the
+    others; None where no gap tells."""
+    top = _largest(sizes)
+    apart = np.flatnonzero(top[:-1] > _FAR * top[1:])
+    if not len(apart) or top[apart[-1] + 1] == 0.0:
+        return None
+    many = int(apart[-1]) + 1
+    return many, int(np.argmax(sizes >= top[many - 1])), float(top[many])
+
+
+def _largest(sizes: Array) -> Array:
+    """The largest of them in falling order, one more than there may be jumps."""
+    count = int(_JUMPS * len(sizes))
+    return np.sort(np.partition(sizes, len(sizes) - count - 1)[-count - 1 :])[::-1]
+
+
+def _lost(steps: Array) -> tuple[int, int, float] | None:
+    """As `_apart`, of steps that are off the step before and the one after by far more than these
+    differ elsewhere: counts that were lost in motion. An impact is off on one side only."""
+    change = np.diff(steps)
+    off = np.zeros(len(steps))
+    both = np.minimum(np.abs(change[:-1]), np.abs(change[1:]))
+    off[1:-1] = np.where(change[:-1] * change[1:] < 0.0, both, 0.0)
+    top = _largest(off)
+    apart = np.flatnonzero(top[:-1] > _FAR * top[1:])
+    if not len(apart):
+        return None
+    jumps = np.flatnonzero(off >= top[apart[0]])
+    beside = np.zeros(len(change), dtype=bool)
+    beside[jumps - 1] = beside[jumps] = True
+    rest = float(np.abs(change[~beside]).max(initial=0.0))
+    far = 0.0 < _FAR * rest < top[apart[0]]
+    return (len(jumps), int(jumps[0]), rest) if far else None
 
 
 def against(estimate: Estimate) -> None:

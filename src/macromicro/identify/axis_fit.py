@@ -10,7 +10,14 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import axis_choice, axis_doubts, axis_load, axis_thin
+from macromicro.identify import (
+    axis_choice,
+    axis_delay,
+    axis_doubts,
+    axis_drive,
+    axis_load,
+    axis_thin,
+)
 from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_choice import Judged, part
 from macromicro.identify.axis_instruments import in_counts, instrumented
@@ -23,15 +30,12 @@ from macromicro.identify.axis_inverse import (
     plausible,
 )
 from macromicro.identify.axis_refine import begun, free_runs, refined, started
-from macromicro.identify.driven import USUAL, Driven, Filtering
+from macromicro.identify.driven import FIT, USUAL, Driven, Filtering
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.records import flag_saturation
 from macromicro.identify.runs import Run, checked
 
 _LEAST = 200
-_LATEST = 1000  # samples
-_TRIED = 12  # whole samples of delay tried
-FIT = "fit"
 _SHARE = 0.05  # of the time: an axis that goes back for less shows no friction in that direction
 _MANY = 3  # with so many records, whole ones are held out
 
@@ -183,7 +187,8 @@ def drive(  # noqa: PLR0913 -- one parameter per option
     _check(gain, structure, holdout, delay)
     runs = runs_of(t, u, x)
     whole = 0 if isinstance(delay, str) else int(delay)
-    driven, lag = Driven(gain, limit, whole, bool(eccentric), filtering, holdout), None
+    driven = Driven(gain, limit, whole, bool(eccentric), filtering, holdout)
+    lag: tuple[float, float] | None = None  # s, beyond whole samples, and its standard error
     if isinstance(delay, str):
         driven, lag = _delayed(runs, driven)
     fine, coarse = 1, 1
@@ -191,15 +196,17 @@ def drive(  # noqa: PLR0913 -- one parameter per option
         fine, coarse = axis_thin.factors(runs, driven)
     few = _few(runs, coarse)
     rows = rows_of(few, driven)
+    if lag is None:
+        axis_drive.warned(rows, gain)
     judged = Judged(structure, {}, {})
     if structure == "auto":
-        judged = axis_choice.chosen(rows)
+        judged = axis_choice.chosen(rows if lag is None else axis_delay.pushed(rows, lag[0]))
         structure = judged.structure
     if eccentric is None:
         axis_load.warned(rows, structure)
     if coarse > 1:
         rows = _means(runs, fine, driven)
-    inverse = instrumented(rows, fitted(rows, structure))
+    inverse = _inverse(rows, structure, lag)
     axis_doubts.against(inverse)
     if not plausible(inverse):
         notice(
@@ -210,9 +217,12 @@ def drive(  # noqa: PLR0913 -- one parameter per option
     seen = rows
     if coarse > 1:
         seen = _means(runs, coarse, driven)
-    test, trained = _judged(seen, holdout, structure, lag)
+    judging = seen if lag is None else axis_delay.pushed(seen, lag[0])
+    test, trained = _judged(judging, holdout, structure)
     missed = np.concatenate(free_runs(test, trained.axis, started(test, trained.axis))[1])
-    final = refined(seen, inverse, lag)
+    final = refined(seen, inverse) if lag is None else axis_delay.refined_late(seen, inverse, *lag)
+    if lag is not None and final.axis.lag != lag[0]:
+        inverse = _inverse(rows, structure, (final.axis.lag, float(final.std[-1])))
     axis_doubts.mixed(inverse, rows)
     axis_doubts.coarse((inverse, final), runs[0].dt)
     starts = started(seen, final.axis)
@@ -244,10 +254,10 @@ def _check(gain: float, structure: str, holdout: float, delay: int | str) -> Non
         raise InputError("structure", structure, ", ".join(["auto", *STRUCTURES]))
     if not 0.05 <= holdout <= 0.7:
         raise InputError("holdout", holdout, "a part from 0.05 to 0.7")
-    whole = isinstance(delay, int | np.integer) and 0 <= int(delay) <= _LATEST
+    whole = isinstance(delay, int | np.integer) and 0 <= int(delay) <= axis_delay.LATEST
     if delay != FIT and not whole:
         raise InputError(
-            "delay", delay, f'a whole number of samples from 0 to {_LATEST}, or "{FIT}"'
+            "delay", delay, f'a whole number of samples from 0 to {axis_delay.LATEST}, or "{FIT}"'
         )
 
 
@@ -374,9 +384,16 @@ def _split(rows: list[Rows], holdout: float) -> tuple[list[Rows], list[Rows]]:
     )
 
 
-def _judged(
-    rows: list[Rows], holdout: float, structure: str, lag: float | None
-) -> tuple[list[Rows], Estimate]:
+def _inverse(rows: list[Rows], structure: str, lag: tuple[float, float] | None) -> Estimate:
+    """Inverse dynamics, where the delay was found with its error."""
+
+    def made(rows: list[Rows]) -> Estimate:
+        return instrumented(rows, fitted(rows, structure))
+
+    return made(rows) if lag is None else axis_delay.under(made, rows, *lag)
+
+
+def _judged(rows: list[Rows], holdout: float, structure: str) -> tuple[list[Rows], Estimate]:
     """What the output error is judged by, and its fit to the rest; every third block where what
     `_split` leaves is too poor for the structure, or never goes in a direction that is judged."""
     train, test = _split(rows, holdout)
@@ -385,7 +402,7 @@ def _judged(
     if start is None:
         train, test = next(axis_choice.folds(rows))
         start = fitted(train, structure, told=False)
-    return test, refined(train, start, lag, told=False)
+    return test, refined(train, start, told=False)
 
 
 def _seen(rows: list[Rows], structure: str) -> Estimate | None:
@@ -396,15 +413,12 @@ def _seen(rows: list[Rows], structure: str) -> Estimate | None:
         return None
 
 
-def _delayed(runs: list[Run], driven: Driven) -> tuple[Driven, float]:
-    """The drive with whole samples of delay, and where to begin the search for the rest, in s.
+def _delayed(runs: list[Run], driven: Driven) -> tuple[Driven, tuple[float, float]]:
+    """The drive with whole samples of delay, and the rest with its standard error, in s.
 
-    The delay under which inverse dynamics explains the force best, less one sample where there is
-    one: the rest may then move to both sides.
+    Less one sample where there is one: the rest may then move to both sides.
     """
-    errors = []
-    for tried in range(_TRIED + 1):
-        rows = rows_of(runs, driven._replace(delay=tried))
-        errors.append(fitted(rows, "coulomb", told=False).percent)
-    best = int(np.argmin(errors))
-    return driven._replace(delay=max(best - 1, 0)), (1.0 if best else 0.1) * runs[0].dt
+    rows = rows_of(runs, driven)
+    found, error = axis_delay.exact(rows, axis_delay.delay(rows))
+    whole, dt = max(int(found) - 1, 0), runs[0].dt
+    return driven._replace(delay=whole), ((found - whole) * dt, error * dt)

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from macromicro.identify import axis_choice
 from macromicro.identify.axis_inverse import Rows
 from macromicro.identify.notices import DataWarning, notice
@@ -31,12 +29,7 @@ def suspected(rows: Sequence[Rows], structure: str) -> float | None:
         motion does not tell.
     """
     hung = [r._replace(eccentric=True) for r in rows]
-    plain, loaded = (axis_choice.held_out(list(each), structure) for each in (rows, hung))
-    if isinstance(plain, str) or isinstance(loaded, str):
-        return None
-    score, richer = axis_choice.typical(plain), axis_choice.typical(loaded)
-    why_not = axis_choice.no_better(score, richer, np.log(plain / loaded), structure)
-    return None if why_not else 1.0 - richer / score
+    return axis_choice.lowered(list(rows), hung, structure)
 
 
 def warned(rows: Sequence[Rows], structure: str) -> None:
@@ -53,7 +46,7 @@ def warned(rows: Sequence[Rows], structure: str) -> None:
     if lowered is not None:
         notice(
             DataWarning,
-            f"a torque that goes with the sine of the angle lowers the force error by "
-            f"{100.0 * lowered:.0f} % on data held out: is the load eccentric on a horizontal "
-            "shaft? Then --eccentric (`eccentric=True`) finds gravity on it",
+            f"a torque that goes with the sine of the angle {axis_choice.told(lowered)}: is the "
+            "load eccentric on a horizontal shaft? Then --eccentric (`eccentric=True`) finds "
+            "gravity on it",
         )

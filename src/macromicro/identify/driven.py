@@ -25,6 +25,7 @@ class Filtering(NamedTuple):
 
 
 USUAL = Filtering()
+FIT = "fit"  # in place of a delay: found with the parameters
 
 
 class Driven(NamedTuple):

@@ -259,7 +259,8 @@ def rounded(value: float, error: float = math.nan) -> tuple[str, str]:
     own = int(said.split("e")[1])
     top = math.floor(math.log10(abs(value))) if value != 0.0 else own
     place = min(own - 1, top)
-    if _PLAIN[0] <= own and max(own, top) < _PLAIN[1]:
-        places = max(1 - own, 0)
-        return f"{round(value, -place):.{max(-place, 0)}f}", f"{float(said):.{places}f}"
+    exact = top >= -2 and -place <= _DIGITS  # 3.99999935 +- 5.9e-07
+    if max(own, top) < _PLAIN[1] and (own >= _PLAIN[0] or exact):
+        small = f"{float(said):.{max(1 - own, 0)}f}" if own >= _PLAIN[0] else f"{float(said):.2g}"
+        return f"{round(value, -place):.{max(-place, 0)}f}", small
     return f"{value:.{min(top - place, _DIGITS)}e}", f"{float(said):.2g}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from macromicro.errors import InputError
-from macromicro.identify.driven import Driven
+from macromicro.identify.driven import FIT, Driven
 from macromicro.identify.kinds import drive_file, drive_words, presliding, sprung, testing
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.picking import RUN, Picked, Role, T, railed, runs
@@ -44,8 +44,9 @@ class Options(NamedTuple):
         Structure of the friction.
     limit : float | None
         u saturates there.
-    delay : int | None
-        Samples by which u acts late; None: as the file says, else 0.
+    delay : int | str | None
+        Samples by which u acts late, or "fit": found with the parameters; None: as the file says,
+        else 0.
     tests : tuple[str, ...]
         Files with records that are not fitted.
     spring : bool
@@ -66,7 +67,7 @@ class Options(NamedTuple):
     gain: float | None = None
     structure: str = "auto"
     limit: float | None = None
-    delay: int | None = None
+    delay: int | str | None = None
     tests: tuple[str, ...] = ()
     spring: bool = False
     dead_zone: bool = False
@@ -124,10 +125,11 @@ def identify(picking: Picking, options: Options) -> Result:
     units = (
         drive_words.units_of(force, x_unit) if named else dict.fromkeys(drive_words.MEANINGS, "")
     )
+    units = {**units, "lag": "s"}
     unseen = [(table.file, run) for table in others for run in measured(table)]
     if options.structure in FRICTIONS:
         told = presliding.Records(records, unseen, force, x_unit, units)
-        driven = Driven(gain, options.limit, delay)
+        driven = Driven(gain, options.limit, int(delay))
         return presliding.identify(told, options.structure, options.along, driven)
     fit = drive(
         [r.t for r in records],
@@ -139,7 +141,7 @@ def identify(picking: Picking, options: Options) -> Result:
         delay=delay,
         eccentric=options.eccentric or (None if x_unit == ANGLE.base else False),
     )
-    lines = drive_words.lines(fit, units)
+    lines = drive_words.lines(fit, units, records[0].dt)
     trials = [testing.driven(fit, run, file) for file, run in unseen]
     lines += testing.lines(trials, x_unit)
     samples = sum(len(r.t) for r in records)
@@ -155,14 +157,15 @@ def identify(picking: Picking, options: Options) -> Result:
         remarks.append(("units", f"none is named for {bare}: parameters in those of the columns"))
     if gain != 1.0:
         remarks.append(("gain", f"{gain:g} {newton}/{u_unit}, {said}"))
-    if delay:
+    if delay and delay != FIT:
         remarks.append(("delay", f"u acts {delay} samples late"))
     data = {
         "structure": fit.structure,
         "rms": fit.rms,
         "fit_percent": fit.fit,
         "gain": gain,
-        "delay": delay,
+        "delay": fit.delay,
+        "lag": fit.axis.lag,
         "holdout": fit.holdout,
         "reasons": fit.reasons,
         "holdout_rms": fit.holdout_rms,
@@ -195,6 +198,8 @@ def _checked(options: Options) -> None:
     if options.along is not None and options.structure not in FRICTIONS:
         accepted = f"only with --structure {' or '.join(FRICTIONS)}"
         raise InputError("--along", options.along, accepted)
+    if options.delay == FIT and options.structure in FRICTIONS:
+        raise InputError("--delay", FIT, "a whole number of samples with elastic friction")
     for name in ("eccentric", "endless"):
         if getattr(options, name) and options.structure in FRICTIONS:
             raise InputError(f"--{name}", options.structure, "no elastic friction beside it")
@@ -215,8 +220,9 @@ def _asked(options: Options) -> sprung.Asked:
         if getattr(options, name):
             accepted = "no spring, dead zone, speeds or free motion beside it"
             raise InputError(f"--{name}", "with one of these", accepted)
-    if options.delay is not None and options.delay < 0:
-        raise InputError("delay", options.delay, "a whole number of samples from 0")
+    if options.delay is not None and not (isinstance(options.delay, int) and options.delay >= 0):
+        accepted = "a whole number of samples from 0 with one of these"
+        raise InputError("--delay", options.delay, accepted)
     shared = {n: getattr(options, n) for n in sprung.Asked._fields}
     return sprung.Asked(**shared)
 

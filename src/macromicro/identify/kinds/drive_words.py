@@ -26,7 +26,7 @@ MEANINGS = {
 }
 
 
-def lines(fit: DriveFit, units: dict[str, str]) -> list[Line]:
+def lines(fit: DriveFit, units: dict[str, str], dt: float) -> list[Line]:
     """The parameters by output error, beside those by inverse dynamics.
 
     Parameters
@@ -35,6 +35,8 @@ def lines(fit: DriveFit, units: dict[str, str]) -> list[Line]:
         What was found.
     units : dict[str, str]
         By name of the parameter.
+    dt : float
+        Sample time, s.
 
     Returns
     -------
@@ -42,8 +44,12 @@ def lines(fit: DriveFit, units: dict[str, str]) -> list[Line]:
         One for each.
     """
     found = []
-    inverse = told(fit.inverse)
-    for name, (value, error, factor) in told(fit.refined).items():
+    inverse, refined = told(fit.inverse), told(fit.refined)
+    if "lag" in refined:
+        lag, error, factor = refined.pop("lag")
+        late = fit.delay * dt + lag
+        found.append(Line("delay", late, error, "s", "by which the force acts late", factor))
+    for name, (value, error, factor) in refined.items():
         other, spread = rounded(*inverse[name][:2])
         note = f"{MEANINGS[name]}; inverse dynamics {other}" + (spread and f" +- {spread}")
         found.append(Line(name, value, error, units[name], note, factor))

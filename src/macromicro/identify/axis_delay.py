@@ -1,0 +1,202 @@
+"""When the force of a drive acts: its delay, by inverse dynamics and by output error.
+
+Under forces that nobody measured a free run tells a delay ten times less surely than the force that
+inverse dynamics leaves: it holds the sum of all that pushed. Under noise of the position alone it
+is the other way round. Of both the surer one counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.identify.axis import late
+from macromicro.identify.axis_inverse import HELD, STRUCTURES, Estimate, Rows, columns, evened
+from macromicro.identify.axis_refine import refined
+from macromicro.identify.spread import robust_covariance
+
+LATEST = 1000  # samples
+_EARLY = 12  # samples by which delays are tried one by one
+_PART = 10  # a delay is at most so small a part of the shortest record
+ABOUT = "coulomb"  # the friction that a delay is searched by
+_ROUNDS, _HALF = 5, 0.5  # of the search for parts of a sample, and its differences, samples
+
+
+def shifted(force: Array, samples: int) -> Array:
+    """A held force so many samples later, or earlier below 0.
+
+    Parameters
+    ----------
+    force : ndarray, shape (n,)
+        Held for a sample each.
+    samples : int
+        By how many.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Its first or last value where nothing is known.
+    """
+    if samples >= 0:
+        return late(force, samples)
+    return np.concatenate([force[-samples:], np.full(min(-samples, len(force)), force[-1])])
+
+
+def delay(rows: list[Rows], least: int = 0) -> int:
+    """The delay of the force under which inverse dynamics leaves the smallest part of it.
+
+    Searched by delays a quarter apart, then by each between the neighbours of the best of them.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    least : int, optional
+        The smallest one tried, samples.
+
+    Returns
+    -------
+    int
+        Samples.
+    """
+    most = min(LATEST, min(len(r.v) for r in rows) // _PART)
+    tried = [*range(least, min(_EARLY, most) + 1)]
+    while tried[-1] < most:
+        tried.append(min(tried[-1] + tried[-1] // 4, most))
+    best = _best(rows, tried)
+    at = tried.index(best)
+    low, high = tried[max(at - 1, 0)], tried[min(at + 1, len(tried) - 1)]
+    return _best(rows, range(low, high + 1))
+
+
+def _best(rows: list[Rows], tried: Iterable[int]) -> int:
+    """That which leaves the smallest part of the force."""
+    parts = [columns(r, STRUCTURES[ABOUT], 1.0)[:, :-1] for r in rows]
+    basis = np.linalg.qr(np.concatenate(parts))[0]
+
+    def left(samples: int) -> float:
+        moved = [r._replace(force=shifted(r.force, samples)) for r in rows]
+        force = np.concatenate(_forces(moved, 0.0))
+        whole = float(force @ force)
+        return float(np.sum((force - basis @ (basis.T @ force)) ** 2)) / (whole or 1.0)
+
+    return min(tried, key=left)
+
+
+def exact(rows: list[Rows], samples: int) -> tuple[float, float]:
+    """A delay to parts of a sample, with its standard error, by inverse dynamics.
+
+    Least squares of the force by the parameters and by what a later force would add.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    samples : int
+        The delay found by `delay`.
+
+    Returns
+    -------
+    delay : float
+        Samples, 0 at the least.
+    error : float
+        Standard error.
+    """
+    parts = [columns(r, STRUCTURES[ABOUT], 1.0)[:, :-1] for r in rows]
+    found, spread = float(samples), np.nan
+    for _ in range(_ROUNDS):
+        before = min(found, _HALF)
+        first, last = (_forces(rows, found + by) for by in (-before, _HALF))
+        more = [(b - a) / (before + _HALF) for a, b in zip(first, last, strict=True)]
+        table = np.concatenate([np.c_[p, -m] for p, m in zip(parts, more, strict=True)])
+        force = np.concatenate(_forces(rows, found))
+        theta = np.linalg.lstsq(table, force, rcond=None)[0]
+        ends = np.cumsum([len(p) for p in parts])
+        spread = robust_covariance(table, force - table @ theta, ends)[-1, -1]
+        found = max(found + float(np.clip(theta[-1], -1.0, 1.0)), 0.0)
+    return found, float(np.sqrt(spread))
+
+
+def _forces(rows: list[Rows], samples: float) -> list[Array]:
+    """The force of each record so much later, filtered as its regressors."""
+    pushed = [late(r.force, HELD + samples) for r in rows]
+    return [evened(r, push[:, None], [0])[:, 0] for r, push in zip(rows, pushed, strict=True)]
+
+
+def pushed(rows: list[Rows], lag: float) -> list[Rows]:
+    """Records whose force acts later.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    lag : float
+        By so much, s.
+
+    Returns
+    -------
+    list[Rows]
+        Likewise.
+    """
+    return [r._replace(force=late(r.force, lag / r.run.dt)) for r in rows]
+
+
+def under(
+    made: Callable[[list[Rows]], Estimate], rows: list[Rows], lag: float, error: float
+) -> Estimate:
+    """An estimate under a delay that was found, with errors by how sure that is, too.
+
+    Parameters
+    ----------
+    made : Callable[[list[Rows]], Estimate]
+        The estimate.
+    rows : list[Rows]
+        The records.
+    lag : float
+        The delay, s.
+    error : float
+        Its standard error, s.
+
+    Returns
+    -------
+    Estimate
+        Of normal errors.
+    """
+    found, later = (made(pushed(rows, at)) for at in (lag, lag + error))
+    moved = later.values - found.values
+    covariance = found.covariance + np.outer(moved, moved)
+    return replace(found, covariance=covariance, draws=None, rounded=False)
+
+
+def refined_late(rows: list[Rows], start: Estimate, lag: float, error: float) -> Estimate:
+    """Output error of a drive whose delay is not known.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    start : Estimate
+        By inverse dynamics under the delay that it told.
+    lag : float
+        That delay, s, beyond whole samples that the force is late already.
+    error : float
+        Its standard error, s.
+
+    Returns
+    -------
+    Estimate
+        With `lag` among its names, at their end.
+    """
+    free = refined(rows, start, lag)
+    if free.std[-1] <= error:
+        return free
+    found = under(lambda late_rows: refined(late_rows, start), rows, lag, error)
+    names = (*found.names, "lag")
+    covariance = np.zeros((len(names), len(names)))
+    covariance[:-1, :-1] = found.covariance
+    covariance[-1, -1] = error**2
+    axis = found.axis._replace(lag=lag)
+    return replace(found, axis=axis, names=names, covariance=covariance)
