@@ -34,6 +34,17 @@ def answered(u: Array, a: float = -0.9, b: float = 0.5, delay: int = 1) -> Array
     return y + 1e-3 * np.random.default_rng(9).standard_normal(len(u))
 
 
+def test_what_would_foretell_the_records_better_is_said(tmp_path: Path) -> None:
+    u = excited()
+    y = answered(u, delay=4)
+    file = table(tmp_path / "a.csv", "t_s,u_V,y_mm", T, u, y)
+    said = dict(linear.identify(given(file), Options()).remarks)
+    text = said["lower error on the last 30 %, by a fit to the rest"]
+    assert text.startswith("a delay of 4 (--order 1,1,4), by 100 %; ") and text.endswith(" %")
+    right = dict(linear.identify(given(file), Options(order="1,1,4")).remarks)
+    assert not any("lower error" in name for name in right)
+
+
 def test_a_first_order_model_and_all_that_is_said_of_it(tmp_path: Path) -> None:
     u = excited()
     y = answered(u)

@@ -9,6 +9,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
+from macromicro.identify import linear_hints
 from macromicro.identify.coverage import NORMAL
 from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from macromicro.identify.linear_fit import LinearFit
+    from macromicro.identify.linear_hints import Asked
 
 
 U = Role("u", "input", ("u", "U", "motor", "voltage", "volts", "input", "force", "vir", "ctrl"))
@@ -116,11 +118,11 @@ def identify(picking: Picking, options: Options) -> Result:
         ("residuals", f"{'white' if white.white else 'not white'} (p = {white.p_value:.2g})"),
         ("method", f"{fit.method}, {fit.iterations} iterations, start at {options.start}"),
     ]
-    if fit.doubt:
-        remarks.append(("errors withheld", fit.doubt))
+    remarks += [("errors withheld", fit.doubt)] if fit.doubt else []
     if fit.starts:
         ends = ", ".join(f"{name} {end:.2f} %" for name, end in fit.starts.items())
         remarks.append(("ends of the search, by its beginning", f"{ends}; the nearest is taken"))
+    remarks += better(linear_hints.Asked(u, y, na, nb, delay, dt, options.start), in_unit)
     if position:
         remarks.append(("output", f"speed: the position differentiated; {_travel(fit, y)}"))
     remarks += [("records", text) for text in averaged]
@@ -147,6 +149,28 @@ def identify(picking: Picking, options: Options) -> Result:
     toml = coefficients_toml(fit, in_unit, out_unit)
     more = {**data(fit), "tests": testing.data(trials)}
     return Result("linear", title, fit, lines, remarks, toml, draw, more)
+
+
+def better(asked: Asked, unit: str) -> list[tuple[str, str]]:
+    """What else would foretell the records better, as a remark; none where nothing does.
+
+    Parameters
+    ----------
+    asked : Asked
+        Records and the model that was fitted.
+    unit : str
+        Of the input.
+
+    Returns
+    -------
+    list[tuple[str, str]]
+        One or none.
+    """
+    found = linear_hints.hints(asked, unit)
+    if not found:
+        return []
+    each = "; ".join(f"{hint.words}, by {100.0 * hint.lowered:.0f} %" for hint in found)
+    return [("lower error on the last 30 %, by a fit to the rest", each)]
 
 
 def tried(fit: LinearFit, run: Run, file: str, *, position: bool) -> Trial:
