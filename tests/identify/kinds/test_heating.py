@@ -104,6 +104,39 @@ def test_the_mean_of_runs_alike_is_the_record() -> None:
     np.testing.assert_allclose(warm.rise, x[:95] + 1.0 - 15.0)
 
 
+def test_the_room_is_what_was_measured_before_the_step() -> None:
+    """With the error of that mean, by how single samples of the record scatter."""
+    noise = 0.2 * np.random.default_rng(3).standard_normal(4100)
+    u = np.r_[np.zeros(99), np.full(4001, 2.0)]
+    x = np.where(u > 0.0, 50.0, 20.0) + noise
+    x[99] = 20.0 + noise[99]  # measured when the step begins
+    found = heating.steps([picked((u, x))], "T")
+    (cold,) = found.cold[2.0]
+    assert cold.samples == 100 and cold.mean == pytest.approx(x[:100].mean())
+    made = heating.record(found.held[2.0], MEASURED, found.cold[2.0])
+    np.testing.assert_allclose(made.rise, x[99:] - x[:100].mean())
+    np.testing.assert_allclose(made.error, 0.02, rtol=0.05)
+    alone = heating.record(found.held[2.0], MEASURED)
+    np.testing.assert_allclose(alone.rise, x[99:] - x[99])
+    np.testing.assert_allclose(alone.error, 0.2, rtol=0.05)
+    known = heating.record(found.held[2.0], Source(None, 21.0), found.cold[2.0])
+    np.testing.assert_array_equal(known.error, 0.0)
+    two = [heating.Cold(20.0, 100), heating.Cold(22.0, 25)]
+    both = heating.record([found.held[2.0][0]] * 2, MEASURED, two)
+    np.testing.assert_allclose(both.rise, x[99:] - 21.0)
+    np.testing.assert_allclose(both.error, 0.2 * math.sqrt(0.5 * (0.01 + 0.04)), rtol=0.05)
+
+
+def test_a_fall_goes_to_what_was_measured_before_the_step() -> None:
+    t = np.arange(600) * DT
+    u = np.where(t < 10.0, 2.0, 0.0)
+    x = 20.0 + np.where(t < 10.0, 40.0, 40.0 * np.exp(-(t - 10.0) / 5.0))
+    fall = heating.fall([run(x, u=u)], MEASURED, [heating.Cold(20.0, 50)])
+    assert 5.0 <= fall.time < 5.0 + 1.5 * DT  # the first sample below
+    warm = heating.fall([run(x, u=u)], MEASURED, [heating.Cold(30.0, 50)])  # 63 % of 30 K
+    assert warm.time == pytest.approx(5.0 * math.log(40.0 / (10.0 + 30.0 / math.e)), abs=2.0 * DT)
+
+
 def test_nine_tenths_of_the_longest_are_too_short() -> None:
     group = [run(np.zeros(101)), run(np.ones(91)), run(np.ones(92))]
     np.testing.assert_allclose(heating.record(group, MEASURED).position, 0.5)

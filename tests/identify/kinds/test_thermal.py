@@ -99,7 +99,8 @@ def test_four_voltages_give_the_static_gain() -> None:
 def test_a_fall_that_shows_nothing_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     fit = CoolingFit(4.0, 4.1, 0.01, 60.0)
 
-    def fall(group: Any, source: Source) -> CoolingFit:
+    def fall(group: Any, source: Source, cold: Any) -> CoolingFit:
+        assert cold == ()
         if group == ["bad"]:
             raise InputError("cooling record", "a fall", "another")
         assert source is MEASURED
@@ -157,6 +158,32 @@ def test_lines_of_gain_rates_shares_ladder_and_cooling() -> None:
     assert cool.note == "to 63 % of the fall from 60 degC; by least squares 4.125 s"
     few = facts(thermal._lines(found(3, None, cooling=False)))
     assert "b" not in few and "cooling from 2 V" not in few
+
+
+def test_what_a_step_s_end_leaves_to_come_is_an_error_of_its_rise() -> None:
+    """After 49.5 s: 10 % of it by a time constant of 10 s."""
+    made = found(2)
+    line = facts(thermal._lines(made))["rise at 2 V"]
+    left = 20.0 * 0.1 * math.exp(-4.95)
+    doubt = thermal._doubt(made.records[2.0])
+    assert line.error == pytest.approx(math.hypot(doubt, left), rel=1e-6)
+    assert left > doubt and line.note == "0.014 K still to come at its end"
+    unsure = FIT._replace(std=Modes(*ERRORS[:2], 0.051, *ERRORS[3:]))
+    other = facts(thermal._lines(made._replace(heating=unsure)))["rise at 2 V"]
+    assert math.isnan(other.error) and other.note == "at the end of the step"
+
+
+def test_a_slowest_rate_that_is_not_told_leaves_the_rise_without_error(tmp_path: Path) -> None:
+    """40 s of a heating whose slowest time constant is 100 s."""
+    t = np.arange(0.0, 40.0, 0.1)
+    modes = Modes(1.75, 0.108, 0.0099, 0.74, 0.21, 0.05)
+    noise = 0.1 * np.random.default_rng(3).standard_normal(len(t))
+    y = 25.0 + 60.0 * step_response(modes, t) + noise
+    file = table(tmp_path / "a.csv", "t_s,u_V,temperature_C", t, 0.0 * t + 3.0, y)
+    with pytest.warns(DataWarning, match=r"lasts 39\.9 s and does not tell its slowest time"):
+        made = thermal.identify(given(file), Options())
+    line = facts(made.lines)["rise at 3 V"]
+    assert math.isnan(line.error) and line.note == "at the end of the step"
 
 
 def test_the_doubt_of_a_rise_is_the_table_s_and_the_scatter() -> None:

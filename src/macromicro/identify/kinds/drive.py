@@ -157,8 +157,7 @@ def identify(picking: Picking, options: Options) -> Result:
         remarks.append(("units", f"none is named for {bare}: parameters in those of the columns"))
     if gain != 1.0:
         remarks.append(("gain", f"{gain:g} {newton}/{u_unit}, {said}"))
-    if delay and delay != FIT:
-        remarks.append(("delay", f"u acts {delay} samples late"))
+    remarks += drive_words.late(delay)
     data = {
         "structure": fit.structure,
         "rms": fit.rms,

@@ -105,6 +105,24 @@ def repeated(found: Ripple | None, force: str, x: str) -> list[tuple[str, str]]:
     return [("repeats", f"{told}; not in the model, errors allow for it")]
 
 
+def late(delay: int | str) -> list[tuple[str, str]]:
+    """What to say of a delay that was given.
+
+    Parameters
+    ----------
+    delay : int | str
+        Samples, or "fit": it is one of the parameters.
+
+    Returns
+    -------
+    list[tuple[str, str]]
+        A remark; none of no delay.
+    """
+    if not delay or isinstance(delay, str):
+        return []
+    return [("delay", f"u acts {delay} sample{'s' * (delay != 1)} late")]
+
+
 def units_of(force: str, x: str) -> dict[str, str]:
     """Units of the parameters; kg, N s/m and N, or kg m^2, N m s/rad and N m, where force and
     position are SI.

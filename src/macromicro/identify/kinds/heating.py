@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
@@ -36,6 +38,21 @@ class Source(NamedTuple):
     ambient: float | None
 
 
+class Cold(NamedTuple):
+    """What was seen before a step.
+
+    Attributes
+    ----------
+    mean : float
+        Of a temperature, deg C, or a position, mm.
+    samples : int
+        How many, with the one at which the step begins.
+    """
+
+    mean: float
+    samples: int
+
+
 class Steps(NamedTuple):
     """Runs by voltage (V).
 
@@ -45,10 +62,13 @@ class Steps(NamedTuple):
         Those of a constant voltage.
     cooled : dict[float, list[Run]]
         Those that end at 0 V.
+    cold : dict[float, list[Cold]]
+        What was seen before the steps of each voltage.
     """
 
     held: dict[float, list[Run]]
     cooled: dict[float, list[Run]]
+    cold: Mapping[float, list[Cold]] = MappingProxyType({})
 
 
 def steps(tables: Sequence[Picked], role: str) -> Steps:
@@ -73,12 +93,14 @@ def steps(tables: Sequence[Picked], role: str) -> Steps:
     """
     held: dict[float, list[Run]] = {}
     cooled: dict[float, list[Run]] = {}
+    cold: dict[float, list[Cold]] = {}
     left = 0
     for table in tables:
         for part in runs(table):
             railed(part[role], f"{table.file}, {role}")
             run = checked(part["t"], part["u"], part[role], table.file, 50)
             first = int(np.argmax(run.u != 0.0))
+            before = Cold(float(run.x[: first + 1].mean()), first + 1)
             run = Run(run.t[first:] - run.t[first], run.u[first:], run.x[first:])
             if len(run.t) < 50 or run.u[0] <= 0.0:
                 left += 1
@@ -91,6 +113,8 @@ def steps(tables: Sequence[Picked], role: str) -> Steps:
                 cooled.setdefault(volts, []).append(run)
             else:
                 left += 1
+                continue
+            cold.setdefault(volts, []).append(before)
     if left:
         accepted = "a constant voltage from a cold start, then 0 V perhaps"
         notice(DataWarning, f"{left} runs are no steps ({accepted}); left out")
@@ -101,7 +125,7 @@ def steps(tables: Sequence[Picked], role: str) -> Steps:
         if volts not in held:
             cut = [int(np.argmax(r.u == 0.0)) for r in group]
             held[volts] = [Run(*(c[:k] for c in r)) for r, k in zip(group, cut, strict=True)]
-    return Steps(held, cooled)
+    return Steps(held, cooled, cold)
 
 
 def _alike(group: list[Run]) -> list[Run]:
@@ -121,8 +145,11 @@ def _recordings(group: list[Run]) -> list[Recording]:
     ]
 
 
-def record(group: list[Run], source: Source) -> StepRecord:
+def record(group: list[Run], source: Source, cold: Sequence[Cold] = ()) -> StepRecord:
     """The mean of one voltage's runs as temperature rise over ambient.
+
+    Where nobody tells the room's temperature it is the mean of what was measured before the steps,
+    and how sure that is by the scatter of the record's samples counts as its error.
 
     Parameters
     ----------
@@ -130,6 +157,8 @@ def record(group: list[Run], source: Source) -> StepRecord:
         Runs of one voltage.
     source : Source
         How a temperature is found.
+    cold : Sequence[Cold], optional
+        What was seen before the runs; by default their first samples.
 
     Returns
     -------
@@ -141,8 +170,27 @@ def record(group: list[Run], source: Source) -> StepRecord:
         ambient = 25.0 if source.ambient is None else source.ambient
         return inferred_step(source.table, _recordings(group), ambient)
     mean = np.mean([r.x for r in group], axis=0)
-    ambient = float(np.mean([r.x[0] for r in group])) if source.ambient is None else source.ambient
-    return StepRecord(group[0].t, mean, mean - ambient, np.zeros_like(mean))
+    if source.ambient is not None:
+        return StepRecord(group[0].t, mean, mean - source.ambient, np.zeros_like(mean))
+    cold = _cold(group, cold)
+    error = _scatter(mean) * math.sqrt(np.mean([1.0 / c.samples for c in cold]))
+    ambient = _ambient(cold)
+    return StepRecord(group[0].t, mean, mean - ambient, np.full_like(mean, error))
+
+
+def _cold(group: list[Run], cold: Sequence[Cold]) -> Sequence[Cold]:
+    """What was seen before the runs, or their first samples."""
+    return cold or [Cold(float(r.x[0]), 1) for r in group]
+
+
+def _ambient(cold: Sequence[Cold]) -> float:
+    return float(np.mean([c.mean for c in cold]))
+
+
+def _scatter(x: Array) -> float:
+    """Standard deviation of single samples about the smooth way that they are of: by their second
+    differences, whose variance is six times theirs (J. von Neumann, 1941), over the last half."""
+    return float(np.sqrt(np.mean(np.diff(x[len(x) // 2 :], 2) ** 2) / 6.0))
 
 
 def clear_of_stop(step: StepRecord, source: Source) -> bool:
@@ -187,7 +235,7 @@ def drift(step: StepRecord) -> float:
     return float(rise[-tenth:].mean() - rise[:tenth].mean()) / max(abs(float(rise[-1])), 1e-12)
 
 
-def fall(group: list[Run], source: Source) -> CoolingFit:
+def fall(group: list[Run], source: Source, cold: Sequence[Cold] = ()) -> CoolingFit:
     """The cooling constant of (5.9) from one voltage's runs.
 
     Parameters
@@ -196,6 +244,8 @@ def fall(group: list[Run], source: Source) -> CoolingFit:
         Runs that end at 0 V.
     source : Source
         How a temperature is found.
+    cold : Sequence[Cold], optional
+        As for `record`.
 
     Returns
     -------
@@ -215,7 +265,7 @@ def fall(group: list[Run], source: Source) -> CoolingFit:
 
     t, x = group[0].t, np.mean([r.x for r in group], axis=0)
     begin = int(np.argmax(group[0].u == 0.0))
-    ambient = float(x[0]) if source.ambient is None else source.ambient
+    ambient = _ambient(_cold(group, cold)) if source.ambient is None else source.ambient
     peak = float(x[max(begin - 5, 0) : begin].mean())
     time, rise = t[begin:] - t[begin], x[begin:] - ambient
     done = np.flatnonzero(rise <= (peak - ambient) * math.exp(-1.0))

@@ -105,8 +105,7 @@ def identify(records: Records, friction: str, along: int | None, driven: Driven)
         at = ", ".join(f"{x:.4g}" for x in nodes)
         remarks.append(("levels", f"of the Coulomb friction at {at} {place}, linear between"))
     remarks += drive_words.repeated(fit.repeats, records.force, records.place)
-    if driven.delay:
-        remarks.append(("delay", f"u acts {driven.delay} samples late"))
+    remarks += drive_words.late(driven.delay)
     data = {
         "structure": friction,
         "taken": fit.taken,

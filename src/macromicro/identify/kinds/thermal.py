@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from macromicro.identify.gain import GainFit
+    from macromicro.models.heating import Modes
 
 
 _MODES = 3  # of a heating
@@ -116,7 +118,10 @@ def identify(picking: Picking, options: Options) -> Result:
     others = testing.unseen(options.tests, picking, roles, tables[0])
     sorted_ = steps.steps(tables, role)
     remarks: list[tuple[str, str]] = []
-    records = {v: steps.record(group, source) for v, group in sorted(sorted_.held.items())}
+    records = {
+        v: steps.record(group, source, sorted_.cold.get(v, ()))
+        for v, group in sorted(sorted_.held.items())
+    }
     rises = _steady(records, source, remarks)
     chosen = _chosen(records, rises, options.step)
     fit = heating(records[chosen], rises[chosen])
@@ -127,6 +132,14 @@ def identify(picking: Picking, options: Options) -> Result:
     remarks.append(
         ("dynamics", f"from the step to {chosen:g} V, error {100.0 * fit.nrmse:.2f} % of its range")
     )
+    if not _told(fit):
+        slowest, lasted = 1.0 / fit.modes[_MODES - 1], float(records[chosen].t[-1])
+        notice(
+            DataWarning,
+            f"the step to {chosen:g} V lasts {lasted:.4g} s and does not tell its slowest time "
+            f"constant ({slowest:.2g} s found, wrong by any factor): neither slowest rate and "
+            "share, nor c3 and r3, nor what is still to come of the rises; a longer step does",
+        )
     if abs(rest) > _STILL:
         text = f"the step to {chosen:g} V still changed by {100.0 * rest:.1f} % in its last tenth; "
         notice(DataWarning, text + "its end was taken as steady")
@@ -153,8 +166,9 @@ def _tried(found: Found, others: list[Picked], role: str, source: Source) -> lis
 
     trials = []
     for table in others:
-        for volts, group in sorted(steps.steps([table], role).held.items()):
-            step = steps.record(group, source)
+        seen = steps.steps([table], role)
+        for volts, group in sorted(seen.held.items()):
+            step = steps.record(group, source, seen.cold.get(volts, ()))
             if volts in found.rises:
                 end = found.rises[volts]
             elif found.gain is not None:
@@ -232,17 +246,14 @@ def _falls(sorted_: steps.Steps, source: Source) -> dict[float, CoolingFit]:
     found = {}
     for volts, group in sorted(sorted_.cooled.items()):
         try:
-            found[volts] = steps.fall(group, source)
+            found[volts] = steps.fall(group, source, sorted_.cold.get(volts, ()))
         except InputError as error:
             notice(DataWarning, f"cooling from {volts:g} V left out: {error}")
     return found
 
 
 def _lines(found: Found) -> list[Line]:
-    lines = [
-        Line(f"rise at {v:g} V", rise, _doubt(found.records[v]), "K")
-        for v, rise in found.rises.items()
-    ]
+    lines = [_risen(found, volts) for volts in found.rises]
     if found.gain is not None:
         gain = found.gain
         reach = 2.0 * within(len(found.rises) - 3)
@@ -273,8 +284,29 @@ def _lines(found: Found) -> list[Line]:
     return lines
 
 
+def _risen(found: Found, volts: float) -> Line:
+    """The rise at the end of a step; what was to come after it is its error, too."""
+    step, rise = found.records[volts], found.rises[volts]
+    error, left = _doubt(step), rise * _left(found.heating.modes, float(step.t[-1]))
+    if not _told(found.heating):
+        return Line(f"rise at {volts:g} V", rise, unit="K", note="at the end of the step")
+    note = f"{left:.2g} K still to come at its end" if left > error else ""
+    return Line(f"rise at {volts:g} V", rise, math.hypot(error, left), "K", note)
+
+
+def _left(modes: Modes, t: float) -> float:
+    """What is still to come of a steady rise after a time [s], by (5.6)."""
+    rates, shares = np.split(np.array(modes), 2)
+    return float(shares @ np.exp(-rates * t))
+
+
+def _told(fit: HeatingFit) -> bool:
+    """Whether the step was long enough to tell its slowest rate, to a half at least."""
+    return fit.std[_MODES - 1] < 0.5 * fit.modes[_MODES - 1]
+
+
 def _doubt(step: StepRecord) -> float:
-    """Standard error [K] of a steady rise: the table's, or the scatter of its last tenth."""
+    """Standard error [K] of the rise at a step's end: the table's, or the scatter there."""
     last = step.t >= step.t[-1] - _end(step)
     spread = float(np.std(step.rise[last])) / np.sqrt(last.sum())
     return float(np.hypot(float(step.error[last].mean()), spread))
