@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.identify import slow_levels
+from macromicro.identify.restored import restored
 
 MAX_ORDER = 30
 _ALIKE = 0.2  # of a record: over which residuals go together at most
@@ -28,7 +29,8 @@ def robust_covariance(
     Residuals are modelled as an autoregression D(z) e = w of the order (at most 30) that Akaike's
     criterion prefers, so S = var(w) |F' W psi|^2, where F' runs the filter 1 / D backwards. For
     white residuals this is the usual var(e) (psi' psi)^-1 (Ljung, System Identification, section
-    9.4). Noise as slow as the record is stronger than residuals show it (`slow_levels`).
+    9.4). What the parameters take of the noise is given back to it (`restored`). Noise as slow as
+    the record is stronger than residuals show it (`slow_levels`).
 
     Parameters
     ----------
@@ -59,8 +61,14 @@ def robust_covariance(
     left = np.split(residual, cuts)
     noise = autoregression(list(filter(len, left)))  # of a record that stands nothing is left
     n, p = psi.shape
-    found = inverse @ _driven(parts, noise) @ inverse.T * (n / max(n - p, 1))
-    if n > p and slow_levels.is_slow(n, noise):
+    is_slow = n > p and slow_levels.is_slow(n, noise)
+    if is_slow:
+        full = noise[0], noise[1] * n / (n - p)
+    else:
+        taken = np.split(guided if weights is None else guided * weights[:, None], cuts)
+        full = restored(noise, taken, [inverse @ part.T for part in parts])
+    found = inverse @ _driven(parts, full) @ inverse.T
+    if is_slow:
         # What is quick of it the autoregression knows better.
         may = slow_levels.levels(left, guided)
         slow = slow_levels.covariance(inverse @ heavy.T, [len(e) for e in left], may)
