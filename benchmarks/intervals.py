@@ -68,9 +68,10 @@ ELASTIC = presliding.Presliding(
 )
 ELASTIC_NAMES = ("mass", "viscous", "offset", "stiffness", "settling", "coulomb")
 ELASTIC_SIZE = (0.1, 1e-7)  # white force, sensor
-# (5.6) as the bench shows it: rates in rad/s, shares of the rise. What rounding of a smooth rise does
-# to a fit depends on the rise and on where the zero of the counts is: of one machine it is a function
-# of the latter alone, which no interval can follow. So each record is of a machine that is off this.
+# (5.6) as the bench shows it: rates in rad/s, shares of the rise. What rounding of a smooth rise
+# does to a fit depends on the rise and on where the zero of the counts is: of one machine it is a
+# function of the latter alone, which no interval follows. So each record is of a machine that is
+# off this one.
 HEATED = Modes(1.75, 0.108, 0.0099, 0.74, 0.21, 0.05)
 HEATED_OFF = 0.3  # by which rates and shares are off at most, before the shares come to 1 again
 HEATED_DT, HEATED_SAMPLES = 0.1, 4000

@@ -33,7 +33,7 @@ def test_of_white_noise_parameters_take_their_number() -> None:
 
 
 def test_the_model_of_the_residuals_that_are_expected_is_that_of_the_noise() -> None:
-    """Of two records, one model, and instruments: residuals' own autocovariance is dense algebra."""
+    """Of two records and with instruments: what residuals are expected to be is dense algebra."""
     n, p = 300, 6
     table = slow_waves(n, p)
     guides = table + 0.05 * np.random.default_rng(0).standard_normal(table.shape)
