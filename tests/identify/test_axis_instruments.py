@@ -49,6 +49,21 @@ def test_a_free_run_that_is_no_guide_changes_nothing() -> None:
     assert instrumented(rows, far) is far
 
 
+def test_friction_of_a_free_run_that_stands_is_no_force() -> None:
+    """For a second a force that is not known keeps the axis going; by what is known it stands."""
+    random = np.random.default_rng(3)
+    u, push = np.repeat(random.uniform(-60.0, 60.0, 40), 200), np.zeros(N)
+    u[3000:4000], push[3000:4000] = 12.5, 2.5
+    assert np.abs(np.diff(simulate(TRUTH, u, DT)[3600:4000])).max() == 0.0
+    x = simulate(TRUTH, u + push, DT)
+    assert np.diff(x[3600:4000]).min() > 0.0
+    rows = [differences(Run(np.arange(N) * DT, u, x), u, 80.0, 10)]
+    plain = fitted(rows, "coulomb")
+    found = instrumented(rows, plain)
+    assert found is not plain
+    assert found.axis.offset == pytest.approx(plain.axis.offset, abs=0.1)
+
+
 def test_stribecks_speed_stays() -> None:
     rows = record(1)
     plain = fitted(rows, "stribeck")

@@ -90,7 +90,7 @@ def instrumented(rows: list[Rows], start: Estimate, *, told: bool = True) -> Est
     repeats = repeating(rows, left, missed) if told else None
     if repeats is not None:
         found = _repeated(found, repeats.force, cogged(repeats, guides, left))
-    return _unblurred(rows, found, names, force)
+    return _unblurred(rows, found, names)
 
 
 def _repeated(found: Estimate, force: Ripple, told: Drawn) -> Estimate:
@@ -145,13 +145,20 @@ def in_counts(rows: list[Rows], found: Estimate, axis: Axis, ways: list[Array]) 
     return replace(found, covariance=spread, draws=draws)
 
 
-def _unblurred(rows: list[Rows], found: Estimate, names: tuple[str, ...], force: Array) -> Estimate:
+def _unblurred(rows: list[Rows], found: Estimate, names: tuple[str, ...]) -> Estimate:
     """Less what the method makes of the found axis' own free run.
 
     The low-pass of the position blurs reversals, where friction changes sign at once, so even a
-    run without any noise gives other values than those that it was made with.
+    run without any noise gives other values than those that it was made with. Where the run stands,
+    friction balances any force, as it does where the record stands.
     """
-    guides = np.concatenate([_instruments(r, found, names) for r in rows])
+    runs = [_free(r, found) for r in rows]
+    speed = found.axis.stribeck_speed
+    table = np.concatenate([
+        columns(run._replace(still=run.still | r.still), names, speed)
+        for run, r in zip(runs, rows, strict=True)
+    ])  # fmt: skip
+    guides, force = table[:, :-1], table[:, -1]
     sizes = np.sqrt((guides**2).sum(axis=0))
     own = np.linalg.lstsq(guides / sizes, force, rcond=None)[0] / sizes
     values = found.values[: len(names)]
@@ -163,8 +170,13 @@ def _unblurred(rows: list[Rows], found: Estimate, names: tuple[str, ...], force:
 
 def _instruments(rows: Rows, estimate: Estimate, names: tuple[str, ...]) -> Array:
     """The regressors of the free run, at the same rows."""
+    made = _free(rows, estimate)._replace(still=rows.still)
+    return np.asarray(columns(made, names, estimate.axis.stribeck_speed)[:, :-1])
+
+
+def _free(rows: Rows, estimate: Estimate) -> Rows:
+    """The free run of an estimate, under the record's force."""
     r = rows.run
     x = simulate(estimate.axis, rows.force, r.dt, float(r.x[0]), float(rows.v[0]))
     made = differences(r._replace(x=x), rows.force, rows.corner, rows.factor)
-    made = made._replace(still=rows.still, eccentric=rows.eccentric)
-    return np.asarray(columns(made, names, estimate.axis.stribeck_speed)[:, :-1])
+    return made._replace(eccentric=rows.eccentric)
