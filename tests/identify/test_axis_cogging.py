@@ -139,4 +139,4 @@ def test_output_error_draws_it_beside_the_noise() -> None:
     )
     assert told.power < 0.1 * plain.power
     fit = axis_fit.drive(run.t, run.u, run.x, structure="coulomb").refined
-    assert fit.draws is not None and not fit.rounded and fit.factors[1].mean() < 1.9
+    assert fit.draws is not None and not fit.sensed and fit.factors[1].mean() < 1.9

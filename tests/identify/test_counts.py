@@ -47,6 +47,13 @@ def _told(slopes: Array, runs: list[Array], step: float, *, zeroed: bool = False
     return counts.redrawn(solve.__matmul__, slopes, runs, steps, zeroed=zeroed).covariance
 
 
+def test_a_step_is_felt_where_noise_is_no_more_than_rounding() -> None:
+    x = np.round(np.linspace(0.0, 30.0, 400) / 0.5) * 0.5
+    assert counts.felt(x, 0.5**2 / 12.0) == pytest.approx(0.5)
+    assert counts.felt(x, 0.5**2) is None
+    assert counts.felt(np.sqrt(np.arange(400.0)), 0.0) is None
+
+
 def test_a_covariance_by_rounding_is_the_scatter_of_fits_to_rounded_curves() -> None:
     # Slow curves over few counts, whose rounding is far from white.
     t = np.linspace(0.0, 1.0, 2000)

@@ -13,7 +13,7 @@ from macromicro.errors import InputError
 from macromicro.identify import axis_choice, axis_doubts, axis_load, axis_thin
 from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_choice import Judged, part
-from macromicro.identify.axis_instruments import in_counts, instrumented
+from macromicro.identify.axis_instruments import instrumented, redrawn
 from macromicro.identify.axis_inverse import (
     STRUCTURES,
     Estimate,
@@ -220,8 +220,8 @@ def drive(  # noqa: PLR0913 -- one parameter per option
         final, free, errors = axis_thin.whole(runs, final, starts, driven, coarse)
     else:
         free, errors = free_runs(seen, final.axis, starts)
-    if final.rounded:
-        inverse = in_counts(rows, inverse, final.axis, free)
+    if final.sensed and coarse == 1:
+        inverse = redrawn(rows, inverse, final.axis, free)
     return DriveFit(
         structure,
         inverse,

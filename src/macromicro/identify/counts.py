@@ -46,6 +46,25 @@ def pitch(x: npt.ArrayLike) -> float | None:
     return step if np.abs(at - np.round(at)).max() < _WHOLE else None
 
 
+def felt(x: Array, variance: float) -> float | None:
+    """The step of a record, where rounding to it is all of its noise.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        Values, finite.
+    variance : float
+        Of their noise.
+
+    Returns
+    -------
+    float or None
+        Unit of x; None of a record of no step, and where noise is more.
+    """
+    step = pitch(x)
+    return step if step is not None and variance <= _OWN * step * step / 12.0 else None
+
+
 def noise(clean: Array, variance: float, step: float | None, random: np.random.Generator) -> Array:
     """Noise of a sensor: white, or that of rounding where that is no less than the variance.
 
