@@ -89,6 +89,7 @@ def instrumented(rows: list[Rows], start: Estimate, *, told: bool = True) -> Est
     if not plausible(found):
         return start if plausible(start) else found
     repeats = repeating(rows, left, missed) if told else None
+    found = replace(found, searched=told)
     if repeats is not None:
         found = _repeated(found, repeats.force, cogged(repeats, guides, left))
     return _unblurred(rows, found, names)

@@ -80,6 +80,8 @@ class Estimate:
         Whether noise of the positions, white or rounding, is all that moved the parameters.
     repeats : Ripple or None
         A force that repeats along the way and is not in the model, where the residuals show one.
+    searched : bool
+        Whether it was sought.
     """
 
     axis: Axis
@@ -90,6 +92,7 @@ class Estimate:
     draws: Array | None = None
     sensed: bool = False
     repeats: Ripple | None = None
+    searched: bool = False
 
     @property
     def values(self) -> Array:

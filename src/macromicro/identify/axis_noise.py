@@ -9,7 +9,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.identify import slow_levels
-from macromicro.identify.axis_cogging import repeating
+from macromicro.identify.axis_cogging import beside, repeating
 from macromicro.identify.axis_inverse import Estimate, Rows, force_residuals, regressors
 from macromicro.identify.restored import restored
 from macromicro.identify.ripple import Ripple
@@ -97,7 +97,11 @@ def disturbance(rows: list[Rows], start: Estimate) -> Noise:
         Of all records.
     """
     missed, taken = force_residuals(rows, start), regressors(rows, start)
-    found = repeating(rows, np.concatenate(taken), np.concatenate(missed))
+    every = np.concatenate(taken), np.concatenate(missed)
+    if start.searched:
+        found = None if start.repeats is None else beside(rows, *every, start.repeats)
+    else:
+        found = repeating(rows, *every)
     if found is None:
         return noise(rows, start.axis, missed, taken)
     rest = np.split(found.rest, found.ends[:-1])
