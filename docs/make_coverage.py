@@ -23,7 +23,7 @@ can hold. `withheld` or `in 40 %`: no errors are told, or in so many of the reco
 shares then refer; where fewer than 20 tell errors there is no share. The headings say how many records there are: a share of 68 % is known to {doubt} %.
 docs/coverage.json has bias, scatter and told error of each.
 
-| disturbance | a drive of 4 kg; on a spring, 2 kg | an eccentric load of 0.01 kg m^2 | a decay at 18 Hz, per mass | a linear machine | heating by 60 K |
+| disturbance | a drive of 4 kg; on a spring, 2 kg | an eccentric load of 0.01 kg m^2 | a decay at 18 Hz, per mass | a linear machine | heating by 60 K, of machines up to 30 % off |
 |---|---|---|---|---|---|
 | white force | 6 N at 1 kHz | 0.1 N m | 0.05 m/s^2, as much as its friction | 0.3 of an input of +-2 | 5 % of the heat |
 | coloured force | twice that at low frequencies, correlated over 20 ms | likewise | likewise | likewise | 0.2 K, over 2 s |

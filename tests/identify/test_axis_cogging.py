@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from macromicro.arrays import Array
-from macromicro.identify import axis_fit, axis_noise, coverage
+from macromicro.identify import axis_cogging, axis_fit, axis_noise, coverage
 from macromicro.identify.axis import Axis, acting, simulate, step
 from macromicro.identify.axis_cogging import cogged, repeating
 from macromicro.identify.axis_fit import rows_of
@@ -24,6 +25,7 @@ from macromicro.identify.axis_inverse import (
 )
 from macromicro.identify.coverage import Drawn
 from macromicro.identify.driven import Driven
+from macromicro.identify.ripple import Ripple, ripple
 from macromicro.identify.runs import Run
 from macromicro.identify.spread import robust_covariance
 
@@ -139,4 +141,28 @@ def test_output_error_draws_it_beside_the_noise() -> None:
     )
     assert told.power < 0.1 * plain.power
     fit = axis_fit.drive(run.t, run.u, run.x, structure="coulomb").refined
-    assert fit.draws is not None and not fit.rounded and fit.factors[1].mean() < 1.9
+    assert fit.draws is not None and not fit.sensed and fit.factors[1].mean() < 1.9
+
+
+def test_it_is_sought_once_in_a_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Output error takes the period that inverse dynamics has found, or that there is none."""
+    sought: list[Ripple | None] = []
+
+    def seen(*args: list[Array]) -> Ripple | None:
+        sought.append(ripple(*args))
+        return sought[-1]
+
+    monkeypatch.setattr(axis_cogging, "ripple", seen)
+    for run in (moved(inputs(4), 2.0), moved(inputs(4), 2.0, 0.0)):
+        sought.clear()
+        fit = axis_fit.drive(run.t, run.u, run.x, structure="coulomb")
+        assert len(sought) == 1
+        assert (fit.refined.draws is None) == (sought[0] is None)
+    rows, found = estimate(moved(inputs(4), 2.0))
+    assert found.repeats is not None
+    again = axis_noise.disturbance(rows, replace(found, searched=False)).repeats
+    once = axis_noise.disturbance(rows, found).repeats
+    assert once is not None and again is not None
+    assert once.turn == found.repeats.turn
+    assert again.turn == pytest.approx(once.turn, rel=1e-3)
+    assert again.size == pytest.approx(once.size, rel=1e-3)

@@ -85,7 +85,7 @@ def test_errors_grow_by_what_the_delay_leaves_open() -> None:
     found = axis_delay.under(fit, made, 2e-3, 5e-4)
     np.testing.assert_allclose(found.covariance, [[10.0, 1.0], [1.0, 17.0]])
     assert asked == [float(late(u, samples).sum()) for samples in (2.0, 2.5)]
-    assert found.axis.mass == 5.0 and found.draws is None and not found.rounded
+    assert found.axis.mass == 5.0 and found.draws is None and not found.sensed
 
 
 @pytest.mark.parametrize("delay", [-1, 1001, "all", 0.5])

@@ -8,7 +8,7 @@ import pytest
 from macromicro.arrays import Array
 from macromicro.identify import axis_fit
 from macromicro.identify.axis import Axis, simulate
-from macromicro.identify.axis_instruments import in_counts, instrumented
+from macromicro.identify.axis_instruments import instrumented, redrawn
 from macromicro.identify.axis_inverse import Estimate, Rows, differences, fitted
 from macromicro.identify.driven import Driven
 from macromicro.identify.runs import Run
@@ -49,6 +49,21 @@ def test_a_free_run_that_is_no_guide_changes_nothing() -> None:
     assert instrumented(rows, far) is far
 
 
+def test_friction_of_a_free_run_that_stands_is_no_force() -> None:
+    """For a second a force that is not known keeps the axis going; by what is known it stands."""
+    random = np.random.default_rng(3)
+    u, push = np.repeat(random.uniform(-60.0, 60.0, 40), 200), np.zeros(N)
+    u[3000:4000], push[3000:4000] = 12.5, 2.5
+    assert np.abs(np.diff(simulate(TRUTH, u, DT)[3600:4000])).max() == 0.0
+    x = simulate(TRUTH, u + push, DT)
+    assert np.diff(x[3600:4000]).min() > 0.0
+    rows = [differences(Run(np.arange(N) * DT, u, x), u, 80.0, 10)]
+    plain = fitted(rows, "coulomb")
+    found = instrumented(rows, plain)
+    assert found is not plain
+    assert found.axis.offset == pytest.approx(plain.axis.offset, abs=0.1)
+
+
 def test_stribecks_speed_stays() -> None:
     rows = record(1)
     plain = fitted(rows, "stribeck")
@@ -84,7 +99,7 @@ def test_errors_of_a_record_in_counts_are_those_of_rounding() -> None:
     for seed in range(16):
         run, _ = in_steps(seed)
         found = axis_fit.drive(run.t, run.u, run.x, structure="coulomb")
-        assert found.refined.rounded and found.refined.draws is not None
+        assert found.refined.sensed and found.refined.draws is not None
         off = found.inverse.values - np.array([getattr(TRUTH, n) for n in found.inverse.names])
         parts.append(off / found.inverse.std)
         rows = axis_fit.rows_of([run], Driven())
@@ -97,15 +112,35 @@ def test_errors_of_a_record_in_counts_are_those_of_rounding() -> None:
     assert np.all(np.sqrt(np.mean(np.square(wide), axis=0))[1:] < 0.7)
 
 
-def test_what_is_no_rounding_or_has_no_guide_keeps_its_errors() -> None:
+def test_errors_under_noise_of_the_position_are_those_that_it_makes() -> None:
+    """By their residuals, whose spectrum vanishes at rest, a constant force is told too wide."""
+    random = np.random.default_rng(1)
+    u = np.repeat(random.uniform(-60.0, 60.0, 27), 300)
+    t, x = np.arange(len(u)) * DT, simulate(TRUTH, u, DT)
+    off = []
+    for _ in range(80):
+        noisy = Run(t, u, x + 0.5 * STEP * random.standard_normal(len(x)))
+        rows = axis_fit.rows_of([noisy], Driven())
+        plain = instrumented(rows, fitted(rows, "coulomb"))
+        off.append(plain.values - [getattr(TRUTH, n) for n in plain.names])
+    found = axis_fit.drive(t, u, noisy.x, structure="coulomb")
+    assert found.refined.sensed and found.inverse.draws is None
+    scatter = np.sqrt(np.mean(np.square(off), axis=0))
+    assert found.inverse.std == pytest.approx(scatter, rel=0.25)
+    assert found.inverse.values.tolist() == plain.values.tolist()
+    assert plain.std[3] > 1.3 * scatter[3]
+
+
+def test_what_a_force_disturbs_or_has_no_guide_keeps_its_errors() -> None:
     run, x = in_steps(0)
-    noisy = run._replace(x=x + 1e-5 * np.random.default_rng(1).standard_normal(len(x)))
+    push = 6.0 * np.random.default_rng(1).standard_normal(len(x))
+    noisy = run._replace(x=simulate(TRUTH, run.u + push, DT))
     found = axis_fit.drive(noisy.t, noisy.u, noisy.x, structure="coulomb")
     rows = axis_fit.rows_of([noisy], Driven())
-    assert not found.refined.rounded and found.refined.draws is None
+    assert not found.refined.sensed and found.refined.draws is None
     assert found.inverse.std.tolist() == instrumented(rows, fitted(rows, "coulomb")).std.tolist()
     rows = axis_fit.rows_of([run], Driven())
     plain = instrumented(rows, fitted(rows, "stribeck"))
-    told = in_counts(rows, plain, TRUTH, [x])
+    told = redrawn(rows, plain, TRUTH, [x])
     assert np.isnan(told.std).tolist() == [False] * 5 + [True]
-    assert in_counts(rows, plain, TRUTH._replace(coulomb=-1.0), [x]) is plain
+    assert redrawn(rows, plain, TRUTH._replace(coulomb=-1.0), [x]) is plain

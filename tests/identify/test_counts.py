@@ -41,22 +41,35 @@ def test_what_is_smaller_than_rounding_is_rounding() -> None:
     assert np.std(counts.noise(clean, 0.25, None, random)) == pytest.approx(0.5, rel=0.05)
 
 
+def _told(slopes: Array, runs: list[Array], step: float, *, zeroed: bool = False) -> Array:
+    """Covariance by rounding alone."""
+    solve, steps = np.linalg.pinv(slopes), [step] * len(runs)
+    return counts.redrawn(solve.__matmul__, slopes, runs, steps, zeroed=zeroed).covariance
+
+
+def test_a_step_is_felt_where_noise_is_no_more_than_rounding() -> None:
+    x = np.round(np.linspace(0.0, 30.0, 400) / 0.5) * 0.5
+    assert counts.felt(x, 0.5**2 / 12.0) == pytest.approx(0.5)
+    assert counts.felt(x, 0.5**2) is None
+    assert counts.felt(np.sqrt(np.arange(400.0)), 0.0) is None
+
+
 def test_a_covariance_by_rounding_is_the_scatter_of_fits_to_rounded_curves() -> None:
-    # A slow curve over few counts, whose rounding is far from white.
+    # Slow curves over few counts, whose rounding is far from white.
     t = np.linspace(0.0, 1.0, 2000)
     table, step = np.column_stack([t, np.exp(-3.0 * t)]), 0.25
-    truth = np.array([0.4, 1.0])
     solve, random, off = np.linalg.pinv(table), np.random.default_rng(2), []
-    for at in random.uniform(size=2000):
+    truths = np.array([0.4, 1.0]) + random.uniform(-0.2, 0.2, (2000, 2))
+    for truth, at in zip(truths, random.uniform(size=2000), strict=True):
         off.append(solve @ (np.floor(table @ truth / step + at) * step) - truth)
-    told = counts.rounded(solve, [table @ truth], [step]).covariance
+    twice = np.vstack([table, table])
+    told = np.mean([_told(table, [table @ truth], step) for truth in truths[::50]], axis=0)
+    half = np.mean([_told(twice, [table @ truth] * 2, step) for truth in truths[::50]], axis=0)
     scatter = np.array(off)
     assert np.diag(told) == pytest.approx(np.mean(scatter**2, axis=0), rel=0.08)
     assert told[0, 1] == pytest.approx(np.mean(scatter[:, 0] * scatter[:, 1]), rel=0.08)
     # Of two records that say the same, each with counts of its own, the mean is half as unsure.
-    both = np.linalg.pinv(np.vstack([table, table]))
-    twice = counts.rounded(both, [table @ truth] * 2, [step] * 2).covariance
-    assert twice == pytest.approx(0.5 * told)
+    assert np.diag(half) == pytest.approx(0.5 * np.diag(told), rel=0.08)
 
 
 def test_what_rounding_explains() -> None:
@@ -70,22 +83,13 @@ def test_what_rounding_explains() -> None:
     assert not counts.explains(np.full(100, step), step)
 
 
-def test_free_runs_in_counts_alone() -> None:
+def test_a_step_is_told_of_each_record_or_of_none() -> None:
     t = np.linspace(0.0, 1.0, 500)
     run, step = 3.0 * t, 0.1
     y = np.round(run / step) * step
-    slopes, one = t[:, None], np.ones(500)
-    told = counts.found(slopes, one, [y], [run])
-    assert told is not None
-    expected = counts.rounded(np.linalg.pinv(slopes), [run], [step]).covariance
-    assert told.covariance == pytest.approx(expected)
-    assert np.mean(told.draws**2, axis=0) == pytest.approx(np.diag(expected))
-    half = np.r_[np.ones(250), np.zeros(250)]
-    first = counts.found(slopes, half, [y], [run])
-    assert first is not None and first.covariance[0, 0] > told.covariance[0, 0]
-    assert counts.found(slopes, one, [y], [run + 0.1 * np.sin(9.0 * t)]) is None
-    assert counts.found(slopes, one, [np.sqrt(t)], [np.sqrt(t)]) is None
-    assert counts.found(slopes, one, [y], [np.full(500, np.nan)]) is None
+    assert counts.steps([y, 2.0 * y], [y - run, 2.0 * (y - run)]) == pytest.approx([0.1, 0.2])
+    assert counts.steps([y, y], [y - run, y - run + 0.1 * np.sin(9.0 * t)]) is None
+    assert counts.steps([y, np.sqrt(t)], [y - run, np.zeros(500)]) is None
 
 
 def test_a_force_that_moves_the_output_by_less_than_a_count_shows_in_its_counts() -> None:
@@ -97,7 +101,7 @@ def test_a_force_that_moves_the_output_by_less_than_a_count_shows_in_its_counts(
     def alone(y: Array, zeroed: bool) -> bool:
         run = slopes @ (solve @ y)
         assert counts.explains(y - run, step)
-        told = counts.rounded(solve, [run], [step], zeroed=zeroed).covariance
+        told = _told(slopes, [run], step, zeroed=zeroed)
         return counts.alone(slopes, told, [y], [run], [step], zeroed=zeroed)
 
     for seed in range(20):
@@ -111,7 +115,7 @@ def test_a_force_that_moves_the_output_by_less_than_a_count_shows_in_its_counts(
         assert not alone(y, True)
     # Samples that are not there say nothing.
     run = slopes @ (solve @ y)
-    told = counts.rounded(solve, [run], [step], zeroed=True).covariance
+    told = _told(slopes, [run], step, zeroed=True)
     y[5], run[7] = np.nan, np.nan
     assert not counts.alone(slopes, told, [y], [run], [step], zeroed=True)
     every = np.full_like(y, np.nan)
@@ -123,12 +127,11 @@ def test_a_known_zero_leaves_the_offset_to_what_rounding_averages() -> None:
     """Unknown within a count, it is 0.29 of a count off (a uniform distribution)."""
     t, step = np.linspace(0.0, 7.0, 3000), 0.1
     slopes = np.column_stack([np.ones(3000), t])
-    solve = np.linalg.pinv(slopes)
-    unknown = counts.rounded(solve, [slopes @ [0.2, 1.0]], [step]).covariance
-    known = counts.rounded(solve, [slopes @ [0.2, 1.0]], [step], zeroed=True).covariance
+    unknown = _told(slopes, [slopes @ [0.2, 1.0]], step)
+    known = _told(slopes, [slopes @ [0.2, 1.0]], step, zeroed=True)
     assert np.sqrt(unknown[0, 0]) == pytest.approx(step / np.sqrt(12.0), rel=0.01)
     assert np.sqrt(known[0, 0]) < 0.02 * step
-    assert known[1, 1] == pytest.approx(unknown[1, 1], rel=1e-3)
+    assert known[1, 1] == pytest.approx(unknown[1, 1], rel=0.05)  # of other curves
 
 
 def test_zeros_of_several_records_are_even_in_each_and_by_chance_together() -> None:
@@ -142,14 +145,14 @@ def test_zeros_of_several_records_are_even_in_each_and_by_chance_together() -> N
 
 def test_errors_of_two_records_scatter_as_their_sum() -> None:
     """Half the sum of two rectangles' errors is a triangle: 95 % within 1.9 standard errors."""
-    run = np.full(50, 0.37)
-    back = np.full((1, 50), 0.02)
-    one = counts.rounded(back, [run], [1.0], zeroed=True)
-    both = counts.rounded(np.hstack([back, back]), [run, run], [1.0, 1.0], zeroed=True)
+    run, back = np.full(50, 0.37), np.full((1, 50), 0.02)
+    one = counts.redrawn(back.__matmul__, np.zeros((50, 1)), [run], [1.0], zeroed=True)
+    two = np.hstack([back, back])
+    both = counts.redrawn(two.__matmul__, np.zeros((100, 1)), [run, run], [1.0, 1.0], zeroed=True)
     held = [coverage.factors(d.draws, np.eye(1))[1, 0] for d in (one, both)]
     assert held[0] == pytest.approx(np.sqrt(3.0) * 0.95, rel=0.02)
     assert held[1] == pytest.approx(np.sqrt(6.0) * (1.0 - np.sqrt(0.05)), rel=0.05)
-    assert both.covariance == pytest.approx(2.0 * one.covariance)
+    assert both.covariance == pytest.approx(2.0 * one.covariance, rel=0.1)
 
 
 def test_errors_are_drawn_of_the_curves_that_they_leave_open() -> None:
@@ -162,7 +165,8 @@ def test_errors_are_drawn_of_the_curves_that_they_leave_open() -> None:
         solve = np.linalg.pinv(slopes)
         found = solve @ np.floor(slopes @ [3.0] + random.uniform())
         off, run = abs(float(found[0]) - 3.0), slopes @ found
-        first = counts.rounded(solve, [run], [1.0]).covariance[0, 0]
+        still = np.zeros_like(slopes)  # as if no error moved the curve
+        first = counts.redrawn(solve.__matmul__, still, [run], [1.0]).covariance[0, 0]
         told = counts.redrawn(solve.__matmul__, slopes, [run], [1.0])
         once.append(off < 1.96 * np.sqrt(first))
         twice.append(off < 1.96 * np.sqrt(told.covariance[0, 0]))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from macromicro.identify import sprung_spread
+from macromicro.identify.ripple import Ripple
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung import Sprung, step
 from macromicro.identify.sprung_fit import sprung_drive
@@ -40,7 +41,7 @@ def test_a_force_that_repeats_along_the_way_of_a_drive_on_a_spring(
         return seen[-1]
 
     monkeypatch.setattr(sprung_spread, "ripple", told)
-    off = []
+    off, held = [], []
     for seed in range(6):
         fit = sprung_drive([cogged(seed)], spring=True, friction="coulomb")
         found = seen[-1]
@@ -48,19 +49,41 @@ def test_a_force_that_repeats_along_the_way_of_a_drive_on_a_spring(
         assert found.size == pytest.approx(SIZE, rel=0.06)
         assert 2.0 * math.pi / found.turn == pytest.approx(EVERY, rel=0.03)
         off.append((fit.values - [getattr(DRIVE, n) for n in fit.names]) / fit.std)
+        held.append(np.abs(off[-1]) < fit.factors[1])
         assert fit.factors[1].mean() < 1.85
     size = np.sqrt(np.mean(np.square(off), axis=0))
-    assert np.all((size > 0.5) & (size < 1.4)), size
+    assert np.all(size > 0.5) and np.median(size) < 1.3, size
+    assert np.mean(held) > 0.85
 
 
-def test_forces_stand_for_those_between_reversals() -> None:
+def test_what_is_left_tells_no_force_between_reversals_or_where_both_stand() -> None:
     t = np.arange(400) * DT
     x = np.sin(2.0 * math.pi * 5.0 * t)
     late = np.sin(2.0 * math.pi * 5.0 * (t - 0.004))
+    for way in (x, late):
+        way[330:] = way[330]  # stand
     ways = np.sign(np.gradient(x)) != np.sign(np.gradient(late))
+    none = Ripple(1.0, 0.0, 0.0, 0.0)
     force = np.stack([t, 2.0 * t], axis=1)[1:-1] + 6.0 * ways[1:-1, None]
-    found = sprung_spread._steady(Run(t, 0 * t, x), x - late, force)
-    assert found == pytest.approx(np.stack([t, 2.0 * t], axis=1)[1:-1], abs=1e-9)
-    same = sprung_spread._steady(Run(t, 0 * t, x), 0.0 * x, force)
-    assert same is force  # nothing is apart
-    assert sprung_spread._steady(Run(t, 0 * t, x), 2.0 * x, force) is force  # all of it is
+    force[331:] = 9.0  # friction balances anything
+    r = Run(t, 0 * t, x)
+    told = sprung_spread._telling(r, x - late)
+    assert not told[ways[1:-1]].any() and not told[331:].any()
+    assert told.mean() > 0.6
+    found = sprung_spread._rest(r, force, told, none)
+    assert found[:325] == pytest.approx(np.stack([t, 2.0 * t], axis=1)[1:326], abs=1e-9)
+    assert np.ptp(found[331:], axis=0) == pytest.approx(0.0)
+    # What goes another way all the time, or stands most of it, is no matter of reversals.
+    assert sprung_spread._telling(r, 2.0 * x)[:300].mean() > 0.95
+    assert sprung_spread._telling(r, x).all()
+
+
+def test_cogging_alone_disturbs_a_record_that_rests(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At rest and at reversals friction feigned a slow force: the constant one was told ten times
+    as wide."""
+    run = cogged(1)
+    told = sprung_drive([run], spring=True, friction="coulomb").std
+    monkeypatch.setattr(sprung_spread, "drawn", lambda level, n, dt, random: np.zeros(n))
+    alone = sprung_drive([run], spring=True, friction="coulomb").std
+    assert np.median(told / alone) < 1.1
+    assert np.all(told < 3.0 * alone), told / alone

@@ -16,7 +16,6 @@ from macromicro.hysteresis.preisach import Preisach
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.linear_fit import LinearFit
 from macromicro.identify.notices import ConvergenceWarning
-from macromicro.identify.spread import sampled
 from macromicro.identify.thermal import (
     StepRecord,
     averaged,
@@ -102,7 +101,7 @@ def test_noise_is_told_as_error_of_the_fit_and_of_its_modes() -> None:
 @pytest.mark.parametrize("keep", [0.0, 0.9])
 def test_errors_of_the_modes_allow_for_noise_that_goes_together(keep: float) -> None:
     """Of few points, evenly over the logarithm of time: at least sigma^2 (J'J)^-1, sigma^2 by
-    n - 6; and J' G J between these inverses, G by the whole record's autocovariance."""
+    n - 6; and J' G J between these inverses, G of the noise."""
     record = stepped()
     white = np.random.default_rng(2).normal(0.0, 0.02, len(record.t))
     noise = np.asarray(lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], white))
@@ -122,10 +121,10 @@ def test_errors_of_the_modes_allow_for_noise_that_goes_together(keep: float) -> 
     variance = float(left @ left) / (len(t) - 6)
     wanted = np.array(found.modes) * np.sqrt(np.diag(np.linalg.inv(j.T @ j)) * variance)
     places = np.searchsorted(noisy.t, t)
-    errors = np.full(len(noisy.t), np.nan)
-    errors[usable] = step_response(found.modes, noisy.t[usable]) - noisy.rise[usable] / 60.0
-    other = np.array(found.modes) * np.sqrt(np.diag(sampled(j, places, errors)))
-    np.testing.assert_allclose(found.std, np.maximum(wanted, other), rtol=0.02)
+    g = (0.02 / 60.0) ** 2 * keep ** np.abs(np.subtract.outer(places, places))
+    solve = np.linalg.pinv(j)
+    other = np.array(found.modes) * np.sqrt(np.diag(solve @ g @ solve.T))
+    np.testing.assert_allclose(found.std, np.maximum(wanted, other), rtol=0.1)
     assert bool((np.array(found.std) > 1.5 * wanted).any()) is (keep > 0.0)
 
 

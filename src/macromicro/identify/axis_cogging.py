@@ -63,17 +63,39 @@ def repeating(rows: Sequence[Rows], left: Array, missed: Array) -> Repeating | N
     places = [evened(r, r.run.x[:, None].copy(), [])[:, 0] for r in rows]
     ends = np.cumsum([len(x) for x in places])
     found = ripple(np.split(missed, ends[:-1]), places, np.split(left, ends[:-1]))
-    if found is None:
-        return None
+    return None if found is None else beside(rows, left, missed, found)
+
+
+def beside(rows: Sequence[Rows], left: Array, missed: Array, found: Ripple) -> Repeating:
+    """What a force that repeats with a known period is beside the parameters, and what is left.
+
+    Parameters
+    ----------
+    rows : Sequence[Rows]
+        The records.
+    left : ndarray, shape (m, p)
+        Regressors, records stacked.
+    missed : ndarray, shape (m,)
+        What they leave of the force.
+    found : Ripple
+        Its period; size and phase are found.
+
+    Returns
+    -------
+    Repeating
+        The force, and what else there is.
+    """
     # A quick motion makes a quick force, so both quadratures pass the filters of the record.
-    pair = np.concatenate([
+    pairs = [
         evened(r, np.stack([found.at(r.run.x), found.at(r.run.x, 0.5 * np.pi)], axis=1), [0, 1])
         for r in rows
-    ])  # fmt: skip
+    ]
+    pair = np.concatenate(pairs)
     both = np.hstack([pair, left / np.linalg.norm(left, axis=0)])
     own = np.linalg.lstsq(both, missed, rcond=None)[0]
     size = float(np.hypot(own[0], own[1]))
     turned = found.turned(float(np.arctan2(own[1], own[0])), size)
+    ends = np.cumsum([len(p) for p in pairs])
     return Repeating(turned, size * pair, missed - both @ own, ends)
 
 

@@ -168,7 +168,7 @@ def under(
     found, later = (made(pushed(rows, at)) for at in (lag, lag + error))
     moved = later.values - found.values
     covariance = found.covariance + np.outer(moved, moved)
-    return replace(found, covariance=covariance, draws=None, rounded=False)
+    return replace(found, covariance=covariance, draws=None, sensed=False)
 
 
 def refined_late(rows: list[Rows], start: Estimate, lag: float, error: float) -> Estimate:

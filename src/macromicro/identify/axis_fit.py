@@ -20,7 +20,7 @@ from macromicro.identify import (
 )
 from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_choice import Judged, part
-from macromicro.identify.axis_instruments import in_counts, instrumented
+from macromicro.identify.axis_instruments import instrumented, redrawn
 from macromicro.identify.axis_inverse import (
     STRUCTURES,
     Estimate,
@@ -230,8 +230,8 @@ def drive(  # noqa: PLR0913 -- one parameter per option
         final, free, errors = axis_thin.whole(runs, final, starts, driven, coarse)
     else:
         free, errors = free_runs(seen, final.axis, starts)
-    if final.rounded:
-        inverse = in_counts(rows, inverse, final.axis, free)
+    if final.sensed and coarse == 1 and lag is None:
+        inverse = redrawn(rows, inverse, final.axis, free)
     return DriveFit(
         structure,
         inverse,

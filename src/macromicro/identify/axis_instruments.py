@@ -18,6 +18,7 @@ from macromicro.identify import counts
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_cogging import cogged, repeating
 from macromicro.identify.axis_inverse import Estimate, Rows, columns, differences, plausible
+from macromicro.identify.axis_noise import sensed
 from macromicro.identify.coverage import Drawn
 from macromicro.identify.ripple import Ripple
 from macromicro.identify.spread import robust_covariance
@@ -88,9 +89,10 @@ def instrumented(rows: list[Rows], start: Estimate, *, told: bool = True) -> Est
     if not plausible(found):
         return start if plausible(start) else found
     repeats = repeating(rows, left, missed) if told else None
+    found = replace(found, searched=told)
     if repeats is not None:
         found = _repeated(found, repeats.force, cogged(repeats, guides, left))
-    return _unblurred(rows, found, names, force)
+    return _unblurred(rows, found, names)
 
 
 def _repeated(found: Estimate, force: Ripple, told: Drawn) -> Estimate:
@@ -102,12 +104,14 @@ def _repeated(found: Estimate, force: Ripple, told: Drawn) -> Estimate:
     return replace(found, covariance=spread, draws=draws, repeats=force)
 
 
-def in_counts(rows: list[Rows], found: Estimate, axis: Axis, ways: list[Array]) -> Estimate:
-    """An estimate with the errors that rounding of the positions makes, where nothing else does.
+def redrawn(rows: list[Rows], found: Estimate, axis: Axis, ways: list[Array]) -> Estimate:
+    """An estimate with the errors that noise of the positions makes, where nothing else does.
 
     Behind the low-pass rounding is neither white nor even: a slow way stays long within a count.
-    Ways of a known axis are rounded, their zero anywhere within a count, and what the method makes
-    of each is compared with that axis; so what it misses of reversals is told, too.
+    White noise is differentiated twice: at rest next to none of it is left, which an autoregression
+    does not follow that far. Both are drawn along ways of a known axis, the zero of counts anywhere
+    within one, and what the method makes of each is compared with that axis; so what it misses of
+    reversals is told, too.
 
     Parameters
     ----------
@@ -127,13 +131,16 @@ def in_counts(rows: list[Rows], found: Estimate, axis: Axis, ways: list[Array]) 
     """
     known = {n: getattr(axis, n) for n in found.names if n != "stribeck_speed"}
     start = replace(found, axis=found.axis._replace(**known))
-    steps = [counts.pitch(r.run.x) for r in rows]
+    sizes = [sensed(r.run.x) for r in rows]
+    steps = [counts.felt(r.run.x, size**2) for r, size in zip(rows, sizes, strict=True)]
     many, off = max(min(_DRAWS, _WORK // sum(map(len, ways))), _FEWEST), []
+    random = np.random.Generator(np.random.PCG64(0))  # the same data give the same errors
     for zeros in counts.places(len(rows), many):
         drawn = []
-        for r, way, step, at in zip(rows, ways, steps, zeros, strict=True):
-            x = way if step is None else way + counts.off(way, step, at)
-            made = differences(r.run._replace(x=x), r.force, r.corner, r.factor)
+        for r, way, size, step, at in zip(rows, ways, sizes, steps, zeros, strict=True):
+            white = size * random.standard_normal(len(way))
+            noise = white if step is None else counts.off(way, step, at)
+            made = differences(r.run._replace(x=way + noise), r.force, r.corner, r.factor)
             drawn.append(made._replace(eccentric=r.eccentric))
         one = instrumented(drawn, start, told=False)
         if one is start:
@@ -142,16 +149,23 @@ def in_counts(rows: list[Rows], found: Estimate, axis: Axis, ways: list[Array]) 
     draws = np.array(off)
     spread = draws.T @ draws / many
     spread[np.isnan(found.covariance)] = np.nan
-    return replace(found, covariance=spread, draws=draws)
+    return replace(found, covariance=spread, draws=draws if any(steps) else None)
 
 
-def _unblurred(rows: list[Rows], found: Estimate, names: tuple[str, ...], force: Array) -> Estimate:
+def _unblurred(rows: list[Rows], found: Estimate, names: tuple[str, ...]) -> Estimate:
     """Less what the method makes of the found axis' own free run.
 
     The low-pass of the position blurs reversals, where friction changes sign at once, so even a
-    run without any noise gives other values than those that it was made with.
+    run without any noise gives other values than those that it was made with. Where the run stands,
+    friction balances any force, as it does where the record stands.
     """
-    guides = np.concatenate([_instruments(r, found, names) for r in rows])
+    runs = [_free(r, found) for r in rows]
+    speed = found.axis.stribeck_speed
+    table = np.concatenate([
+        columns(run._replace(still=run.still | r.still), names, speed)
+        for run, r in zip(runs, rows, strict=True)
+    ])  # fmt: skip
+    guides, force = table[:, :-1], table[:, -1]
     sizes = np.sqrt((guides**2).sum(axis=0))
     own = np.linalg.lstsq(guides / sizes, force, rcond=None)[0] / sizes
     values = found.values[: len(names)]
@@ -163,8 +177,13 @@ def _unblurred(rows: list[Rows], found: Estimate, names: tuple[str, ...], force:
 
 def _instruments(rows: Rows, estimate: Estimate, names: tuple[str, ...]) -> Array:
     """The regressors of the free run, at the same rows."""
+    made = _free(rows, estimate)._replace(still=rows.still)
+    return np.asarray(columns(made, names, estimate.axis.stribeck_speed)[:, :-1])
+
+
+def _free(rows: Rows, estimate: Estimate) -> Rows:
+    """The free run of an estimate, under the record's force."""
     r = rows.run
     x = simulate(estimate.axis, rows.force, r.dt, float(r.x[0]), float(rows.v[0]))
     made = differences(r._replace(x=x), rows.force, rows.corner, rows.factor)
-    made = made._replace(still=rows.still, eccentric=rows.eccentric)
-    return np.asarray(columns(made, names, estimate.axis.stribeck_speed)[:, :-1])
+    return made._replace(eccentric=rows.eccentric)

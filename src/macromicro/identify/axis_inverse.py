@@ -76,10 +76,12 @@ class Estimate:
     draws : ndarray, shape (n, p), or None
         Errors as rounding of the positions to counts makes them, or a force that repeats along the
         way; None where errors are normal.
-    rounded : bool
-        Whether rounding is all that moved the parameters.
+    sensed : bool
+        Whether noise of the positions, white or rounding, is all that moved the parameters.
     repeats : Ripple or None
         A force that repeats along the way and is not in the model, where the residuals show one.
+    searched : bool
+        Whether it was sought.
     """
 
     axis: Axis
@@ -88,8 +90,9 @@ class Estimate:
     rms: float
     percent: float
     draws: Array | None = None
-    rounded: bool = False
+    sensed: bool = False
     repeats: Ripple | None = None
+    searched: bool = False
 
     @property
     def values(self) -> Array:

@@ -9,8 +9,9 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.identify import slow_levels
-from macromicro.identify.axis_cogging import repeating
+from macromicro.identify.axis_cogging import beside, repeating
 from macromicro.identify.axis_inverse import Estimate, Rows, force_residuals, regressors
+from macromicro.identify.restored import restored
 from macromicro.identify.ripple import Ripple
 from macromicro.identify.slow_levels import Level, block_means
 from macromicro.identify.spread import autoregression
@@ -96,7 +97,11 @@ def disturbance(rows: list[Rows], start: Estimate) -> Noise:
         Of all records.
     """
     missed, taken = force_residuals(rows, start), regressors(rows, start)
-    found = repeating(rows, np.concatenate(taken), np.concatenate(missed))
+    every = np.concatenate(taken), np.concatenate(missed)
+    if start.searched:
+        found = None if start.repeats is None else beside(rows, *every, start.repeats)
+    else:
+        found = repeating(rows, *every)
     if found is None:
         return noise(rows, start.axis, missed, taken)
     rest = np.split(found.rest, found.ends[:-1])
@@ -140,7 +145,9 @@ def noise(rows: list[Rows], axis: Any, disturbed: list[Array], taken: list[Array
     own = (axis.mass * still / dt**2) ** 2
     left = max(1.0 - own * _differentiated(block, factor) / seen, 0.0) if seen > 0.0 else 0.0
     slow: list[Level] = []
-    if slow_levels.is_slow(sum(map(len, means)), (d, power)):
+    if not slow_levels.is_slow(sum(map(len, means)), (d, power)):
+        d, power = _given_back((d, power), taken, many)
+    else:
         coarse = max(total // slow_levels.BLOCKS, 1) * factor
         felt = own * _differentiated(coarse, factor) * coarse  # the position's part of the white
         slow = [
@@ -148,6 +155,16 @@ def noise(rows: list[Rows], axis: Any, disturbed: list[Array], taken: list[Array
             for one in slow_levels.levels(disturbed, np.concatenate(taken))
         ]
     return Noise(block, d, power * left, still, slow)
+
+
+def _given_back(noise: tuple[Array, float], taken: list[Array], many: int) -> tuple[Array, float]:
+    """The noise of means over blocks with what the parameters have taken of it (`restored`)."""
+    kept = [t for t in taken if len(t) >= many]
+    size = np.linalg.norm(np.concatenate(kept), axis=0)
+    even = [t / np.where(size > 0.0, size, 1.0) for t in kept]
+    inverse = np.linalg.pinv(np.sum([t.T @ t for t in even], axis=0))
+    means = [block_means(t, many) for t in even]
+    return restored(noise, means, [many * inverse @ mean.T for mean in means])
 
 
 def _differentiated(block: int, factor: int) -> float:

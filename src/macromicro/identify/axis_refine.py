@@ -243,7 +243,7 @@ def refined(
     about = np.concatenate([r.run.x - r.run.x.mean() for r in rows])
     rms = float(np.sqrt(np.mean(error**2)))
     percent = 100.0 * rms / float(np.sqrt(np.mean(about**2)))
-    return Estimate(final, names, sure.covariance, rms, percent, sure.draws, sure.rounded)
+    return Estimate(final, names, sure.covariance, rms, percent, sure.draws, sure.sensed)
 
 
 def _spread(

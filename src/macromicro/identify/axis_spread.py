@@ -22,6 +22,7 @@ _BEFORE = 200  # samples for the noise to settle
 _SLOW, _FEWEST = 10, 20  # blocks in a slow mean, such means
 _PULSE = 0.04  # of the slow force: the answer of an axis that turns is no straight line
 _SURE = 2.0  # standard deviations
+_WHITE = 1.5  # times the variance of the positions' white noise: there is no other
 _OFTEN = 0.95  # of the drawn free runs are as near as this
 _DOUBTED = 2.0  # times that: the model is another than the axis
 
@@ -38,14 +39,14 @@ class Spread(NamedTuple):
     draws : ndarray, shape (n, p), or None
         Where rounding of the positions to counts explains it, or a force repeats along the way:
         errors that these make.
-    rounded : bool
-        Whether it is rounding.
+    sensed : bool
+        Whether noise of the positions, rounding or white, is all there is.
     """
 
     covariance: Array
     explained: bool
     draws: Array | None = None
-    rounded: bool = False
+    sensed: bool = False
 
 
 def covariance(
@@ -83,7 +84,7 @@ def covariance(
     """
     rounded = _by_rounding(pieces, axis, jacobian, error)
     if rounded is not None:
-        return Spread(rounded.covariance, True, rounded.draws, rounded=True)
+        return Spread(rounded.covariance, True, rounded.draws, sensed=True)
     few = sum(len(p.starts) for p in pieces) < MANY
     drawn = _drawn(pieces, axis, jacobian, told, _DRAWS if few else _DRAWS // 4)
     explained = float(np.quantile(np.sqrt(drawn.left), _OFTEN))
@@ -95,6 +96,7 @@ def covariance(
     if drawn.forced_slow.any() and slow < least:
         own = drawn.noisy_slow.mean() + _SURE * drawn.noisy_slow.std()
         share = float(max(slow - own, 0.0) / drawn.forced_slow.mean())
+    sensed = share == 0.0 and rms**2 <= _WHITE * told.sensor**2
     wide = rms / explained if explained > 0.0 else 1.0
     fits = wide <= _DOUBTED
     if not fits:
@@ -113,13 +115,14 @@ def covariance(
         size = 1.0 if fits else wide
         found = np.atleast_2d(forced + np.cov(drawn.noisy.T)) * size**2
         if told.repeats is None:
-            return Spread(found, fits)
+            return Spread(found, fits, sensed=sensed)
         random = np.random.Generator(np.random.PCG64(1))
         others = normal(np.atleast_2d(forced), len(drawn.noisy), random)
         return Spread(found, fits, (others + drawn.noisy) * size)
     ends = np.cumsum([0] + [len(p.rows.v) for p in pieces[:-1]])
     starts = [p.starts + end for p, end in zip(pieces, ends, strict=True)]
-    return Spread(clustered(jacobian, error, np.concatenate(starts)), fits)
+    spread = clustered(jacobian, error, np.concatenate(starts))
+    return Spread(spread, fits, sensed=sensed and told.repeats is None)
 
 
 def _by_slow(pieces: list[Pieces], axis: Any, jacobian: Array, may: Sequence[Level]) -> Array:

@@ -46,6 +46,25 @@ def pitch(x: npt.ArrayLike) -> float | None:
     return step if np.abs(at - np.round(at)).max() < _WHOLE else None
 
 
+def felt(x: Array, variance: float) -> float | None:
+    """The step of a record, where rounding to it is all of its noise.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        Values, finite.
+    variance : float
+        Of their noise.
+
+    Returns
+    -------
+    float or None
+        Unit of x; None of a record of no step, and where noise is more.
+    """
+    step = pitch(x)
+    return step if step is not None and variance <= _OWN * step * step / 12.0 else None
+
+
 def noise(clean: Array, variance: float, step: float | None, random: np.random.Generator) -> Array:
     """Noise of a sensor: white, or that of rounding where that is no less than the variance.
 
@@ -110,57 +129,20 @@ def places(records: int, draws: int) -> Array:
     return np.stack([random.permutation(even) for _ in range(records)], axis=1)
 
 
-def rounded(
-    solve: Array, clean: Sequence[Array], steps: Sequence[float], *, zeroed: bool = False
-) -> Drawn:
-    """Errors of a fit by rounding alone.
-
-    Rounding of a smooth curve is no noise: it goes together for as long as the curve stays within
-    a count. It is drawn for each place that the counts may have.
-
-    Parameters
-    ----------
-    solve : ndarray, shape (p, n)
-        From errors of all records, stacked, to errors of the parameters.
-    clean : Sequence[ndarray]
-        The curve of each record, n values in all.
-    steps : Sequence[float]
-        A count of each, in the unit of its curve.
-    zeroed : bool, optional
-        Whether the zero of the counts is known, as that of an encoder at its index; else it is
-        unknown within a count.
-
-    Returns
-    -------
-    Drawn
-        Of the parameters.
-    """
-    found, draws = np.zeros((len(solve),) * 2), np.zeros((len(_PLACES), len(solve)))
-    random = np.random.Generator(np.random.PCG64(0))
-    cuts = np.cumsum([len(x) for x in clean])[:-1]
-    for back, x, step in zip(np.split(solve, cuts, axis=1), clean, steps, strict=True):
-        shift = _PLACES - 0.5 if zeroed else np.zeros_like(_PLACES)
-        moved = np.array([
-            back @ ((np.floor(x / step + at) - by) * step - x)
-            for at, by in zip(_PLACES, shift, strict=True)
-        ])  # fmt: skip
-        found += moved.T @ moved / len(_PLACES)
-        draws += random.permutation(moved)  # the zeros of two records are apart by chance
-    return Drawn(found, draws)
-
-
 def redrawn(
     asked: Callable[[Array], Array],
     slopes: Array,
     clean: Sequence[Array],
     steps: Sequence[float],
+    *,
+    zeroed: bool = False,
 ) -> Drawn:
     """Errors of a fit by rounding alone, of the curves that these errors leave open.
 
-    What rounding does depends on where a curve stands between two counts, and the fit has chosen
+    Rounding of a smooth curve is no noise: it goes together for as long as the curve stays within
+    a count. What it does depends on where a curve stands between two counts, and the fit has chosen
     the curve that lies best among them: about this one alone, errors come out too small. So they
-    are drawn twice, the second time about curves that are off by errors of the first. The zero of
-    the counts is unknown within one.
+    are drawn twice, the second time about curves that are off by errors of the first.
 
     Parameters
     ----------
@@ -172,6 +154,9 @@ def redrawn(
         The curve of each record as found, n values in all.
     steps : Sequence[float]
         A count of each, in the unit of its curve.
+    zeroed : bool, optional
+        Whether the zero of the counts is known, as that of an encoder at its index; else it is
+        unknown within a count.
 
     Returns
     -------
@@ -188,7 +173,7 @@ def redrawn(
         for error, row in zip(random.permutation(draws), zeros, strict=True):
             curves = np.split(whole - slopes @ error, cuts)
             found.append(asked(np.concatenate([
-                np.floor(x / step + at) * step - x
+                (np.floor(x / step + at) - (at - 0.5 if zeroed else 0.0)) * step - x
                 for x, step, at in zip(curves, steps, row, strict=True)
             ])))  # fmt: skip
         draws = np.array(found)
@@ -286,41 +271,3 @@ def steps(outputs: Sequence[Array], residuals: Sequence[Array]) -> list[float] |
             return None
         found.append(step)
     return found
-
-
-def found(
-    slopes: Array,
-    weights: Array,
-    outputs: Sequence[Array],
-    runs: Sequence[Array],
-    *,
-    zeroed: bool = False,
-) -> Drawn | None:
-    """Errors of a fit of free runs where rounding of the outputs is all that moved it.
-
-    Parameters
-    ----------
-    slopes : ndarray, shape (n, p)
-        Of the runs by the parameters, records stacked.
-    weights : ndarray, shape (n,)
-        Of the samples.
-    outputs, runs : Sequence[ndarray]
-        Measured and by the model, n values in all.
-    zeroed : bool, optional
-        Whether the zero of the counts is known.
-
-    Returns
-    -------
-    Drawn or None
-        None where more is left, or outputs are of no step.
-    """
-    if not all(np.isfinite(run).all() for run in runs):
-        return None
-    every = steps(outputs, [y - run for y, run in zip(outputs, runs, strict=True)])
-    if every is None:
-        return None
-    heavy = slopes * weights[:, None]
-    solve = np.linalg.pinv(heavy.T @ slopes) @ heavy.T
-    told = rounded(solve, runs, every, zeroed=zeroed)
-    sure = told.covariance
-    return told if alone(slopes, sure, outputs, runs, every, zeroed=zeroed) else None

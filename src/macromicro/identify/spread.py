@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.identify import slow_levels
+from macromicro.identify.restored import restored
 
 MAX_ORDER = 30
-_ALIKE = 0.2  # of a record: over which residuals go together at most
-_SOKAL = 6.0
-_MOST_LOST = 0.5
+_MOST_OF = 0.999  # of the power of a noise: by what drove it so much before
 _FLAT = 1e-12  # of the largest: variances that rounding has made
 _LAGS = 0.75  # neighbours taken together: this times the cube root of the stretches
 
@@ -28,7 +29,8 @@ def robust_covariance(
     Residuals are modelled as an autoregression D(z) e = w of the order (at most 30) that Akaike's
     criterion prefers, so S = var(w) |F' W psi|^2, where F' runs the filter 1 / D backwards. For
     white residuals this is the usual var(e) (psi' psi)^-1 (Ljung, System Identification, section
-    9.4). Noise as slow as the record is stronger than residuals show it (`slow_levels`).
+    9.4). What the parameters take of the noise is given back to it (`restored`). Noise as slow as
+    the record is stronger than residuals show it (`slow_levels`).
 
     Parameters
     ----------
@@ -59,8 +61,14 @@ def robust_covariance(
     left = np.split(residual, cuts)
     noise = autoregression(list(filter(len, left)))  # of a record that stands nothing is left
     n, p = psi.shape
-    found = inverse @ _driven(parts, noise) @ inverse.T * (n / max(n - p, 1))
-    if n > p and slow_levels.is_slow(n, noise):
+    is_slow = n > p and slow_levels.is_slow(n, noise)
+    if is_slow:
+        full = noise[0], noise[1] * n / (n - p)
+    else:
+        taken = np.split(guided if weights is None else guided * weights[:, None], cuts)
+        full = restored(noise, taken, [inverse @ part.T for part in parts])
+    found = inverse @ driven(parts, full) @ inverse.T
+    if is_slow:
         # What is quick of it the autoregression knows better.
         may = slow_levels.levels(left, guided)
         slow = slow_levels.covariance(inverse @ heavy.T, [len(e) for e in left], may)
@@ -68,14 +76,31 @@ def robust_covariance(
     return np.asarray(found / np.outer(scale, scale))
 
 
-def _driven(parts: list[Array], noise: tuple[Array, float]) -> Array:
-    """S of `robust_covariance`: the filter 1 / D backwards over each record's rows."""
+def driven(parts: Sequence[Array], noise: tuple[Array, float]) -> Array:
+    """Covariance of sums of a noise, by its autoregression D(z) e = w.
+
+    Parameters
+    ----------
+    parts : Sequence[ndarray]
+        Weights of the noise in each sum, shape (n, p) per record.
+    noise : tuple[ndarray, float]
+        d1, d2, ... of D, and the variance of w.
+
+    Returns
+    -------
+    ndarray, shape (p, p)
+        The variance of w, times the products of the weights behind the filter 1 / D, backwards and
+        on beyond the start of each record: the noise does not begin there.
+    """
     from scipy.signal import lfilter
 
     d, power = noise
-    s = np.zeros((parts[0].shape[1],) * 2)
+    top, p = np.concatenate([[1.0], d]), parts[0].shape[1]
+    s = np.zeros((p, p))
     for part in filter(len, parts):
-        back = lfilter([1.0], np.concatenate([[1.0], d]), part[::-1].T.copy())
+        answer = np.cumsum(lfilter([1.0], top, np.r_[1.0, np.zeros(len(part) - 1)]) ** 2)
+        before = int(np.searchsorted(answer, _MOST_OF * answer[-1]))
+        back = lfilter([1.0], top, np.vstack([part[::-1], np.zeros((before, p))]).T.copy())
         s += back @ back.T
     return np.asarray(power * s)
 
@@ -228,52 +253,6 @@ def by_chance(count: int, p: int) -> float:
     """
     worth = count / (1.0 + 2.0 * float(np.sum(_neighbours(count) ** 2)))
     return float((1.0 + np.sqrt(p / worth)) ** 2)
-
-
-def sampled(slopes: Array, places: npt.ArrayLike, errors: Array) -> Array:
-    """Covariance of least squares over some samples of a record whose residuals go together.
-
-    B^-1 J' G J B^-1 with B = J'J and G the residuals' covariance at the fitted samples, by
-    the autocovariance of the whole record, which a triangle takes to zero (Newey and West 1987).
-
-    Parameters
-    ----------
-    slopes : ndarray, shape (m, p)
-        J, of the residuals at the samples that were fitted.
-    places : array_like of int, shape (m,)
-        Which samples of the record these are.
-    errors : ndarray, shape (n,)
-        Residuals of the whole record, NaN where there is none.
-
-    Returns
-    -------
-    ndarray, shape (p, p)
-        Covariance of the parameters.
-    """
-    known = np.isfinite(errors)
-    e = np.where(known, errors, 0.0)
-    count = max(int(known.sum()), 1)
-    gamma = np.fft.irfft(np.abs(np.fft.rfft(e, 2 * len(e))) ** 2)[: len(e)] / count
-    last = _window(gamma)
-    gamma = gamma[: last + 1] * (1.0 - np.arange(last + 1) / (last + 1.0))
-    at = np.asarray(places)
-    apart = np.abs(at[:, None] - at[None, :])
-    together = np.where(apart <= last, gamma[np.minimum(apart, last)], 0.0)
-    inverse = np.linalg.pinv(slopes.T @ slopes)
-    # Each fitted parameter takes the mean of all gammas off each of them.
-    lost = min(slopes.shape[1] * (last + 1.0) / count, _MOST_LOST)
-    return np.asarray(inverse @ (slopes.T @ together @ slopes) @ inverse / (1.0 - lost))
-
-
-def _window(gamma: Array) -> int:
-    """Lags after which residuals do not go together: six times their integrated autocorrelation
-    (A. Sokal, Monte Carlo Methods in Statistical Mechanics, 1997, section 3)."""
-    most = max(int(_ALIKE * len(gamma)), 1)
-    if gamma[0] <= 0.0:
-        return 1
-    time = 1.0 + 2.0 * np.cumsum(gamma[1 : most + 1]) / gamma[0]
-    enough = np.flatnonzero(np.arange(1, len(time) + 1) >= _SOKAL * time)
-    return int(enough[0]) + 1 if len(enough) else most
 
 
 def standard_errors(slopes: Array) -> Array:

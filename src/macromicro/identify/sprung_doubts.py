@@ -88,8 +88,12 @@ def _rounded(records: Sequence[Run], best: End, used: npt.NDArray[np.intp]) -> D
     runs = [x - missed for x, missed in zip(outputs, parts, strict=True)]
     size = np.linalg.norm(best.slopes[:, used], axis=0)
     slopes = best.slopes[:, used] / size
-    told = counts.found(slopes, np.ones(len(slopes)), outputs, runs, zeroed=True)
-    if told is None:
+    steps = counts.steps(outputs, parts)
+    if steps is None:
+        return None
+    back = np.linalg.pinv(slopes)
+    told = counts.redrawn(back.__matmul__, slopes, runs, steps, zeroed=True)
+    if not counts.alone(slopes, told.covariance, outputs, runs, steps, zeroed=True):
         return None
     return Drawn(told.covariance / np.outer(size, size), told.draws / size)
 

@@ -26,6 +26,7 @@ from macromicro.identify.sprung_search import End
 _BLOCKS = 20.0  # in a swing, or in 2 pi time constants
 _LEAST = 100  # blocks in a record
 _APART = 0.3  # of the samples: more are no reversals
+_STANDS = 0.7  # of the samples: of a record that stands for longer the rest tells too little
 _DRAWS, _PHASES = 80, 160  # of noise; of a force that repeats, whose distribution counts, too
 
 
@@ -130,9 +131,10 @@ def scattered(
     ]
     cog = None
     if not speed:
-        steady = [_steady(*each) for each in zip(records, residuals, pushed, strict=True)]
-        cog = _repeated(records, steady)
-        pushed = pushed if cog is None else steady
+        told_by = [_telling(r, e) for r, e in zip(records, residuals, strict=True)]
+        cog = _repeated(records, pushed, told_by)
+        if cog is not None:
+            pushed = [_rest(*each, cog) for each in zip(records, pushed, told_by, strict=True)]
     shown = [_shown(r, w, best.axis, speed) for r, w in zip(records, pushed, strict=True)]
     draws = _DRAWS if cog is None else _PHASES
     told = levels(shown, draws, max(len(r.x) * r.dt for r in records), records[0].dt)
@@ -177,14 +179,13 @@ def parted(records: Sequence[Run], rows: Array) -> list[Array]:
     return np.split(rows, np.cumsum([len(r.x) for r in records])[:-1])
 
 
-def _repeated(records: Sequence[Run], pushed: list[Array]) -> Ripple | None:
-    """A force that repeats along the way, taken off what is left; None where there is none."""
-    places = [r.x[1:-1] for r in records]
-    found = ripple([w[:, -1] for w in pushed], places, [w[:, :-1] for w in pushed])
-    if found is not None:
-        for w, place in zip(pushed, places, strict=True):
-            w[:, -1] -= found.at(place)
-    return found
+def _repeated(
+    records: Sequence[Run], pushed: list[Array], told_by: list[npt.NDArray[np.bool_]]
+) -> Ripple | None:
+    """A force that repeats along the way, in what is left where it tells one."""
+    every = list(zip(records, pushed, told_by, strict=True))
+    places = [r.x[1:-1][at] for r, _, at in every]
+    return ripple([w[at, -1] for _, w, at in every], places, [w[at, :-1] for _, w, at in every])
 
 
 def _pushed(r: Run, every: Array, p: Sprung, speed: bool) -> Array:
@@ -201,19 +202,30 @@ def _pushed(r: Run, every: Array, p: Sprung, speed: bool) -> Array:
     )
 
 
-def _steady(r: Run, residual: Array, pushed: Array) -> Array:
-    """Forces without those of friction where record and free run go in different directions.
+def _telling(r: Run, residual: Array) -> npt.NDArray[np.bool_]:
+    """Where what is left tells a force: shape (n - 2,).
 
-    Reversals of the two are a few samples apart, and friction between them is what a disturbance
-    did, not what it was: forces around them stand there instead.
+    Reversals of record and free run are a few samples apart, and friction between them is what a
+    disturbance did, not what it was; of a reversal itself no sample says when within it friction
+    changed its sign. Where both stand, friction balances whatever there is.
     """
     ways = [np.sign(np.gradient(x)) for x in (r.x, r.x - residual)]
-    apart = np.convolve(ways[0] != ways[1], np.ones(3), "same")[1:-1] > 0.0
-    if not 0.0 < apart.mean() < _APART:
-        return pushed
-    at = np.arange(len(pushed))
-    kept = [np.interp(at, at[~apart], column[~apart]) for column in pushed.T]
-    return np.stack(kept, axis=1)
+    doubt = ways[0] != ways[1]
+    for way in ways:
+        doubt |= np.diff(way, prepend=way[0]) != 0.0
+    apart = np.convolve(doubt, np.ones(5), "same") > 0.0
+    if apart[1:-1].mean() >= _APART:
+        apart[:] = False
+    told = ~(apart | (ways[1] == 0.0))[1:-1]
+    return np.asarray(told if told.mean() > 1.0 - _STANDS else np.ones_like(told))
+
+
+def _rest(r: Run, pushed: Array, told: npt.NDArray[np.bool_], cog: Ripple) -> Array:
+    """Forces without one that repeats; what is left around it stands where they tell none."""
+    left = pushed.copy()
+    left[:, -1] -= cog.at(r.x[1:-1])
+    at = np.arange(len(left))
+    return np.stack([np.interp(at, at[told], column[told]) for column in left.T], axis=1)
 
 
 def _shown(r: Run, pushed: Array, p: Sprung, speed: bool) -> Shown:

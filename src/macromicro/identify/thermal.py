@@ -18,7 +18,8 @@ from macromicro.identify.iterated import mls
 from macromicro.identify.linear_fit import LinearFit
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.records import signal
-from macromicro.identify.spread import autoregression, sampled, standard_errors
+from macromicro.identify.restored import restored
+from macromicro.identify.spread import autoregression, driven, standard_errors
 from macromicro.models.heating import Ladder, Modes, ladder, step_response
 from macromicro.recording import Recording
 
@@ -235,8 +236,8 @@ def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
 def _by_noise(
     found: Any, usable: npt.NDArray[np.intp], chosen: npt.NDArray[np.intp], r: StepRecord, e: Array
 ) -> Array:
-    """Covariance of the logarithms by what the whole record leaves; a noise as slow as the record
-    is stronger than it shows, for rates and shares have taken part of it."""
+    """Covariance of the logarithms by what the whole record leaves of a noise; rates and shares
+    have taken part of it (`restored`), most of one as slow as the record (`slow_levels`)."""
 
     def run(theta: Array) -> Array:
         return np.asarray(step_response(Modes(*np.exp(theta)), r.t[usable]))
@@ -247,10 +248,12 @@ def _by_noise(
     left = e[usable] - taken @ (np.linalg.pinv(taken) @ e[usable])
     cuts = np.flatnonzero(np.diff(usable) > 1) + 1
     every = np.split(left, cuts)
-    if not slow_levels.is_slow(len(usable), autoregression(every)):
-        return sampled(found.jac, usable[chosen], e)
     solve = np.zeros_like(taken.T)
     solve[:, chosen] = np.linalg.pinv(found.jac)
+    if not slow_levels.is_slow(len(usable), autoregression(every)):
+        backs = np.split(solve, cuts, axis=1)
+        noise = autoregression(np.split(e[usable], cuts))
+        return driven([b.T for b in backs], restored(noise, np.split(taken, cuts), backs))
     return slow_levels.covariance(solve, list(map(len, every)), slow_levels.levels(every, taken))
 
 
