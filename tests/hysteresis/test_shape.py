@@ -129,3 +129,13 @@ def test_the_bound_is_met_to_a_ten_thousandth_of_the_usual_size() -> None:
     rough, fine = (shape.bounded(one, right, one, offset, scale, 1.0) for scale in (1000.0, 1e-3))
     np.testing.assert_allclose(fine, [3.0, 1.0], atol=1e-7)
     assert 1e-4 < abs(rough[0] - 3.0) < 0.1
+
+
+def test_as_many_rounds_are_made_as_are_asked_for() -> None:
+    one = sp.csr_array(np.eye(2))
+    right, offset = np.array([1.0, 1.0]), np.array([-3.0, 3.0])
+    ends = [
+        float(shape.bounded(one, right, one, offset, 1e-9, 1.0, rounds)[0]) for rounds in (1, 5, 60)
+    ]
+    off = [abs(end - 3.0) for end in ends]
+    assert off[0] > off[1] > off[2] and off[2] < 1e-6

@@ -16,7 +16,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.hysteresis.curves import Curve, averaged
-from macromicro.hysteresis.shape import bounded, monotone_hull, nonnegative_hull, solver
+from macromicro.hysteresis.shape import ROUNDS, bounded, monotone_hull, nonnegative_hull, solver
 from macromicro.hysteresis.stencils import Grid, densities, numbered, readings, roughness, slopes
 
 # A roughness of the density must be paid for at all, or nothing fills the gaps.
@@ -144,6 +144,7 @@ def fitted(
     shape: str,
     smooth: float,
     between: Sequence[Curve] = (),
+    rounds: int = ROUNDS,
 ) -> Array:
     """E at the grid points, for outputs scaled so that the major loop is 0 to 1.
 
@@ -162,6 +163,8 @@ def fitted(
         Length, in cells, below which the density's roughness is taken for noise.
     between : Sequence[Curve], optional
         Curves that nobody measured, between those that were: each counts for less than one.
+    rounds : int, optional
+        By which the shape is met, at most.
 
     Returns
     -------
@@ -209,7 +212,7 @@ def fitted(
         bound, scale, rho = density, 1.0 / n**2, 0.05 * n**2
     else:
         bound, scale, rho = slopes(n, ids), 1.0 / n, 1.0
-    known[free] = bounded(matrix, right, bound[:, free], bound @ known, scale, rho)
+    known[free] = bounded(matrix, right, bound[:, free], bound @ known, scale, rho, rounds)
     values[below] = known
     if shape == "monotone":
         return monotone_hull(values)

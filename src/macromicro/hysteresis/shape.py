@@ -9,6 +9,7 @@ import numpy as np
 from macromicro.arrays import Array
 
 ROUNDS = 800
+ROUGH = 200  # these do to tell which of several tables predicts curves best
 _WEIGHED = (20, 60, 150)  # after these rounds the weight is adjusted
 
 
@@ -35,7 +36,13 @@ def solver(matrix: Any) -> Any:
 
 
 def bounded(
-    matrix: Any, right: Array, bound: Any, offset: Array, scale: float, rho: float
+    matrix: Any,
+    right: Array,
+    bound: Any,
+    offset: Array,
+    scale: float,
+    rho: float,
+    rounds: int = ROUNDS,
 ) -> Array:
     """Minimiser of x'Hx/2 - r'x under Bx + b >= 0, by alternating directions (ADMM).
 
@@ -53,9 +60,11 @@ def bounded(
     offset : ndarray, shape (k,)
         b.
     scale : float
-        Usual size of Bx + b; the bound is met to a ten-thousandth of it, or as far as `ROUNDS` go.
+        Usual size of Bx + b; the bound is met to a ten-thousandth of it, or as far as `rounds` go.
     rho : float
         Weight that holds z to Bx + b at first; it is adjusted, only the speed depends on it.
+    rounds : int, optional
+        Of the iteration, at most.
 
     Returns
     -------
@@ -67,7 +76,7 @@ def bounded(
     solve = solver(matrix + rho * (bound.T @ bound))
     dual = np.zeros(offset.size)
     x = np.zeros(right.size)
-    for turn in range(ROUNDS):
+    for turn in range(rounds):
         x = solve(right + rho * (bound.T @ (z - dual - offset)))
         reached = bound @ x + offset
         old, eased = z, 1.6 * reached - 0.6 * z

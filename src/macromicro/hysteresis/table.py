@@ -24,7 +24,7 @@ from macromicro.hysteresis.curves import (
 )
 from macromicro.hysteresis.everett import Everett
 from macromicro.hysteresis.fit import branches, fitted
-from macromicro.hysteresis.shape import cells
+from macromicro.hysteresis.shape import ROUNDS, cells
 from macromicro.hysteresis.stencils import Grid, numbered, readings
 
 Shape = Literal["free", "monotone", "nonnegative"]
@@ -123,6 +123,7 @@ class FodTable:
         between: Between = "input",
         nodes: int = NODES,
         limits: tuple[float, float] | None = None,
+        rounds: int = ROUNDS,
     ) -> Self:
         """The table that fits measured first-order curves in the least-squares sense.
 
@@ -149,6 +150,8 @@ class FodTable:
         limits : tuple[float, float] | None, optional
             Inputs of negative and positive saturation, where the data do not show them; by default
             the extremes of the data.
+        rounds : int, optional
+            Of the iteration that meets a shape, at most; `shape.ROUGH` do to compare tables.
 
         Returns
         -------
@@ -182,7 +185,7 @@ class FodTable:
         scaled = [Curve(curve.u, (curve.f - low) / span) for curve in used]
         loop = ((rising - low) / span, (falling - low) / span)
         filled = along_output(scaled, grid.nodes, loop[0]) if between == "output" else []
-        values = turn * span * fitted(scaled, grid, loop, shape, smooth, filled)
+        values = turn * span * fitted(scaled, grid, loop, shape, smooth, filled, rounds)
         lo, f_low = grid.lo, turn * low
         if sign < 0.0:
             lo, f_low = -(grid.lo + (nodes - 1) * grid.step), -turn * (low + span)

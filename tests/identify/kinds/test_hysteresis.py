@@ -16,6 +16,7 @@ from tests.identify.kinds.seen import facts, given, plots, table
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis import FodTable, forc, from_density, table_files
+from macromicro.hysteresis.shape import ROUGH, ROUNDS
 from macromicro.hysteresis.table import Misfit
 from macromicro.identify.kinds import hysteresis
 from macromicro.identify.kinds.hysteresis import Errors, Options
@@ -290,6 +291,22 @@ def steep(many: int) -> list[tuple[np.ndarray, np.ndarray]]:
     low, high = np.interp([0.12, 3.98], rising, grid)
     starts = [*np.linspace(low, high, many - 1), table.hi]
     return [(u, table.curve(u[0], u)) for u in (np.linspace(s, 20.0, 300) for s in starts)]
+
+
+def test_tables_are_compared_roughly_and_the_one_chosen_is_made_with_care(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[int] = []
+    real = FodTable.from_curves
+
+    def made(*args: Any, **options: Any) -> FodTable:
+        asked.append(options["rounds"])
+        return real(*args, **options)
+
+    monkeypatch.setattr(hysteresis.FodTable, "from_curves", made)
+    file = written(tmp_path / "steep.csv", steep(15))
+    hysteresis.identify(given(file), Options(smooth="auto", shape="nonnegative"))
+    assert set(asked) == {ROUGH, ROUNDS} and asked.count(ROUNDS) == 2  # all, and every second
 
 
 def test_the_way_between_curves_is_chosen_by_curves_held_out(tmp_path: Path) -> None:

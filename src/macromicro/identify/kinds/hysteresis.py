@@ -13,6 +13,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.files.reading import is_forc, read
 from macromicro.hysteresis import FodTable, Preisach, congruency, wiping_out
+from macromicro.hysteresis.shape import ROUGH, ROUNDS
 from macromicro.hysteresis.table import BETWEENS, SHAPES
 from macromicro.identify.kinds import curves as cutting
 from macromicro.identify.kinds import model_file
@@ -253,7 +254,9 @@ class _Maker:
         if len(self.open) == 1:
             self.open = []
 
-    def __call__(self, pairs: list[Pair], choice: Choice | None = None) -> FodTable:
+    def __call__(
+        self, pairs: list[Pair], choice: Choice | None = None, rounds: int = ROUNDS
+    ) -> FodTable:
         smooth, between = choice or self.choice
         return FodTable.from_curves(
             pairs,
@@ -262,6 +265,7 @@ class _Maker:
             smooth=smooth,
             between=between,  # type: ignore[arg-type]
             limits=self.limits,
+            rounds=rounds,
         )
 
 
@@ -306,7 +310,7 @@ def chosen(make: _Maker, pairs: list[Pair]) -> dict[Choice, float]:
             ]
             with warnings.catch_warnings():  # they were said about the whole table
                 warnings.simplefilter("ignore")
-                misfit = make(seen, choice).misfit(unseen)
+                misfit = make(seen, choice, ROUGH).misfit(unseen)
             points = sum(len(u) for u, _ in unseen)
             squares, count = squares + misfit.rms**2 * points, count + points
         found[choice] = math.sqrt(squares / count)
