@@ -76,13 +76,18 @@ def test_a_low_pass_takes_what_is_above_its_cut_off() -> None:
 def test_regressors_are_those_of_the_equation_and_the_force_comes_last(structure: str) -> None:
     names = STRUCTURES[structure]
     found = columns(rows(), names, 0.15)
+
+    def drop(speed: float) -> np.ndarray:
+        return np.asarray(np.sign(V) * np.exp(-((V / speed) ** 2)))
+
     moving = np.abs(V) >= 0.01 * np.abs(V).max()
     terms = {
         "mass": A, "viscous": V, "coulomb": np.sign(V), "offset": np.ones(6000),
         "asymmetry": np.abs(V), "stribeck": np.sign(V) * np.exp(-((V / 0.15) ** 2)),
+        "stribeck_speed": (drop(0.15 + 1e-6) - drop(0.15 - 1e-6)) / 2e-6,
     }  # fmt: skip
     wanted = [terms[n][moving] for n in names if n in terms] + [late(held(FORCE), 0.5)[moving]]
-    np.testing.assert_allclose(found, np.stack(wanted, axis=1))
+    np.testing.assert_allclose(found, np.stack(wanted, axis=1), rtol=1e-6, atol=1e-6)
 
 
 def test_an_eccentric_load_adds_its_sine_and_cosine_to_any_structure() -> None:
@@ -145,20 +150,15 @@ def test_parameters_of_a_made_force_are_found_again(structure: str, factor: int)
     parts = [rows(factor, force, slice(0, 3300)), rows(factor, force, slice(2700, None))]
     found = fitted(parts, structure)
     assert found.names == free
+    np.testing.assert_allclose(found.values, [getattr(axis, n) for n in free], rtol=0.012)
+    assert found.percent < 1.0
     if "stribeck" not in free:
-        np.testing.assert_allclose(found.values, [getattr(axis, n) for n in free], rtol=0.01)
         assert found.axis.stribeck_speed == pytest.approx(np.abs(V).max())
-        assert found.percent < 1.0
-    else:  # its speed is one of a grid of 25
-        assert found.axis.stribeck_speed == pytest.approx(0.15, rel=0.15)
-        assert (found.axis.mass, found.axis.viscous) == pytest.approx((2.0, 3.0), rel=0.02)
-        assert found.percent < 3.0
     left = np.concatenate(force_residuals(parts, found))
     assert found.rms == pytest.approx(np.sqrt(np.mean(left**2)), rel=1e-9)
     kept = np.concatenate([columns(p, free, found.axis.stribeck_speed)[:, -1] for p in parts])
     assert found.percent == pytest.approx(100.0 * found.rms / np.sqrt(np.mean(kept**2)))
     std = dict(zip(found.names, found.std, strict=True))
-    assert math.isnan(std.pop("stribeck_speed", math.nan))
     assert all(0.0 < s < 1.0 for s in std.values())
 
 

@@ -12,12 +12,22 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.identify import counts
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_cogging import cogged, repeating
-from macromicro.identify.axis_inverse import Estimate, Rows, columns, differences, plausible
+from macromicro.identify.axis_inverse import (
+    SPEED,
+    Estimate,
+    Rows,
+    by_speed,
+    columns,
+    differences,
+    linear,
+    plausible,
+)
 from macromicro.identify.axis_noise import sensed
 from macromicro.identify.coverage import Drawn
 from macromicro.identify.ripple import Ripple
@@ -51,7 +61,7 @@ def instrumented(rows: list[Rows], start: Estimate, *, told: bool = True) -> Est
     Estimate
         Its `rms` is that of the force.
     """
-    names = tuple(n for n in start.names if n != "stribeck_speed")
+    names = linear(start.names)
     speed = start.axis.stribeck_speed
     parts = [columns(r, names, speed) for r in rows]
     table = np.concatenate(parts)
@@ -68,12 +78,15 @@ def instrumented(rows: list[Rows], start: Estimate, *, told: bool = True) -> Est
         near = np.abs((guides * left).sum(axis=0)) / (sizes[0] * sizes[1])
         square = (guides / sizes[0]).T @ (left / sizes[1])
         if near.min() < _LIKE or np.linalg.cond(square) > _POOR:
-            return start
+            # Friction that drops within a few samples is the first to be missed by a free run
+            # that goes with the record otherwise: its reversals are blurred alike.
+            others = near[[n != "stribeck" for n in names]]
+            return _unblurred(rows, start, names) if told and others.min() >= _LIKE else start
         theta = np.linalg.solve(square, (guides / sizes[0]).T @ force) / sizes[1]
         missed = force - left @ theta
         spread = start.covariance.copy()
         if told:
-            spread[: len(names), : len(names)] = robust_covariance(guides, missed, ends, None, left)
+            spread = _spread(rows, found, guides, left, missed, ends)
         values = dict(zip(names, theta.tolist(), strict=True))
         before, rms = found, float(np.sqrt(np.mean(missed**2)))
         found = replace(
@@ -93,6 +106,21 @@ def instrumented(rows: list[Rows], start: Estimate, *, told: bool = True) -> Est
     if repeats is not None:
         found = _repeated(found, repeats.force, cogged(repeats, guides, left))
     return _unblurred(rows, found, names)
+
+
+def _spread(
+    rows: list[Rows],
+    found: Estimate,
+    guides: Array,
+    left: Array,
+    missed: Array,
+    ends: npt.NDArray[np.int64],
+) -> Array:
+    """Covariance of all parameters, to first order by Stribeck's speed, too."""
+    if SPEED in found.names:
+        free = [_free(r, found)._replace(still=r.still) for r in rows]
+        guides, left = np.c_[guides, by_speed(free, found)], np.c_[left, by_speed(rows, found)]
+    return robust_covariance(guides, missed, ends, None, left)
 
 
 def _repeated(found: Estimate, force: Ripple, told: Drawn) -> Estimate:
@@ -129,7 +157,7 @@ def redrawn(rows: list[Rows], found: Estimate, axis: Axis, ways: list[Array]) ->
     Estimate
         As it was where a free run is no guide.
     """
-    known = {n: getattr(axis, n) for n in found.names if n != "stribeck_speed"}
+    known = {n: getattr(axis, n) for n in linear(found.names)}
     start = replace(found, axis=found.axis._replace(**known))
     sizes = [sensed(r.run.x) for r in rows]
     steps = [counts.felt(r.run.x, size**2) for r, size in zip(rows, sizes, strict=True)]
@@ -148,7 +176,8 @@ def redrawn(rows: list[Rows], found: Estimate, axis: Axis, ways: list[Array]) ->
         off.append(one.values - start.values)
     draws = np.array(off)
     spread = draws.T @ draws / many
-    spread[np.isnan(found.covariance)] = np.nan
+    held = np.array([n == SPEED for n in found.names])  # it was not searched for in the draws
+    spread[held] = spread[:, held] = np.nan
     return replace(found, covariance=spread, draws=draws if any(steps) else None)
 
 
@@ -159,20 +188,25 @@ def _unblurred(rows: list[Rows], found: Estimate, names: tuple[str, ...]) -> Est
     run without any noise gives other values than those that it was made with. Where the run stands,
     friction balances any force, as it does where the record stands.
     """
-    runs = [_free(r, found) for r in rows]
+    runs = [
+        run._replace(still=run.still | r.still)
+        for run, r in zip((_free(r, found) for r in rows), rows, strict=True)
+    ]
     speed = found.axis.stribeck_speed
-    table = np.concatenate([
-        columns(run._replace(still=run.still | r.still), names, speed)
-        for run, r in zip(runs, rows, strict=True)
-    ])  # fmt: skip
+    table = np.concatenate([columns(run, names, speed) for run in runs])
     guides, force = table[:, :-1], table[:, -1]
+    searched = SPEED in found.names
+    if searched:
+        guides = np.c_[guides, by_speed(runs, found)]
     sizes = np.sqrt((guides**2).sum(axis=0))
+    sizes[sizes == 0.0] = 1.0
     own = np.linalg.lstsq(guides / sizes, force, rcond=None)[0] / sizes
-    values = found.values[: len(names)]
-    other = replace(
-        found, axis=found.axis._replace(**dict(zip(names, 2.0 * values - own, strict=True)))
-    )
-    return other if plausible(other) else found
+    held = np.zeros(len(own))
+    held[len(names) :] = speed
+    values = found.values - (own + held - found.values)
+    other = replace(found, axis=found.axis._replace(**dict(zip(found.names, values, strict=True))))
+    sound = plausible(other) and (not searched or other.axis.stribeck_speed > 0.0)
+    return other if sound else found
 
 
 def _instruments(rows: Rows, estimate: Estimate, names: tuple[str, ...]) -> Array:

@@ -46,9 +46,11 @@ STRUCTURES: dict[str, tuple[str, ...]] = {
         "stribeck_speed",
     ),
 }
+SPEED = "stribeck_speed"
 ECCENTRIC = ("sine", "cosine")  # of any structure, where gravity pulls at an eccentric load
 _SPEEDS = np.geomspace(0.005, 0.5, 25)  # Stribeck speeds tried, parts of the top speed
 
+_STEPS, _NEAR = 8, 1e-3  # of the search between these, and its end, parts of the speed
 _LARGEST = 3.0  # of the largest force: no breakaway friction is above it
 
 _STILL = 0.01
@@ -163,9 +165,26 @@ def parameters(rows: list[Rows], structure: str) -> tuple[str, ...]:
     Returns
     -------
     tuple[str, ...]
-        Names of parameters.
+        Names of parameters, that which is not linear at the end.
     """
-    return STRUCTURES[structure] + (ECCENTRIC if any(r.eccentric for r in rows) else ())
+    named = STRUCTURES[structure] + (ECCENTRIC if any(r.eccentric for r in rows) else ())
+    return (*linear(named), *(n for n in named if n == SPEED))
+
+
+def linear(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Those parameters that the force is linear in: all but Stribeck's speed.
+
+    Parameters
+    ----------
+    names : tuple[str, ...]
+        Of parameters.
+
+    Returns
+    -------
+    tuple[str, ...]
+        In their order.
+    """
+    return tuple(n for n in names if n != SPEED)
 
 
 def differences(
@@ -268,7 +287,7 @@ def columns(rows: Rows, names: tuple[str, ...], stribeck_speed: float) -> Array:
     rows : Rows
         One record.
     names : tuple[str, ...]
-        Parameters; Stribeck's speed has no regressor.
+        Parameters; of Stribeck's speed it is what it changes of a unit of breakaway.
     stribeck_speed : float
         Units of x/s.
 
@@ -285,6 +304,7 @@ def columns(rows: Rows, names: tuple[str, ...], stribeck_speed: float) -> Array:
         "offset": np.ones_like(v),
         "asymmetry": np.abs(v),
         "stribeck": sign * np.exp(-((v / stribeck_speed) ** 2)),
+        SPEED: sign * np.exp(-((v / stribeck_speed) ** 2)) * 2.0 * v**2 / stribeck_speed**3,
         "sine": np.sin(rows.run.x),
         "cosine": np.cos(rows.run.x),
     }
@@ -359,15 +379,33 @@ class _Solved(NamedTuple):
     missed: Array
     lengths: list[int]
 
-    def told(self) -> Estimate:
-        """With its covariance; of Stribeck's speed, which was searched for, there is none."""
-        found = self.estimate
-        names, linear = len(found.names), self.left.shape[1]
-        spread = np.full((names, names), np.nan)
-        spread[:linear, :linear] = robust_covariance(
-            self.left, self.missed, np.cumsum(self.lengths)
-        )
+    def told(self, rows: list[Rows]) -> Estimate:
+        """With its covariance, to first order by Stribeck's speed, too."""
+        found, table = self.estimate, self.left
+        if SPEED in found.names:
+            table = np.c_[table, by_speed(rows, found)]
+        spread = robust_covariance(table, self.missed, np.cumsum(self.lengths))
         return replace(found, covariance=spread)
+
+
+def by_speed(rows: list[Rows], estimate: Estimate) -> Array:
+    """What Stribeck's speed changes of the force.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    estimate : Estimate
+        The axis.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        Decimated, all records in a row.
+    """
+    p = estimate.axis
+    each = [columns(r, (SPEED,), p.stribeck_speed)[:, 0] for r in rows]
+    return np.asarray(p.stribeck * np.concatenate(each))
 
 
 def fitted(rows: list[Rows], structure: str, *, told: bool = True) -> Estimate:
@@ -394,11 +432,11 @@ def fitted(rows: list[Rows], structure: str, *, told: bool = True) -> Estimate:
     """
     names = parameters(rows, structure)
     top = max(float(np.abs(r.v).max()) for r in rows)
-    speeds = _SPEEDS * top if "stribeck_speed" in names else [top]
+    speeds = _SPEEDS * top if SPEED in names else [top]
     most = _LARGEST * max(float(np.abs(r.force).max()) for r in rows)
     best: _Solved | None = None
     # What does not depend on Stribeck's speed is filtered once.
-    steady = [columns(r, tuple(n for n in names if n != "stribeck"), top) for r in rows]
+    steady = [columns(r, tuple(n for n in linear(names) if n != "stribeck"), top) for r in rows]
     for k, speed in enumerate(speeds):
         try:
             found = _linear(rows, steady, names, float(speed))
@@ -413,29 +451,55 @@ def fitted(rows: list[Rows], structure: str, *, told: bool = True) -> Estimate:
         if best is None or rank < (not plausible(best.estimate), best.estimate.rms):
             best = found
     assert best is not None
-    return best.told() if told else best.estimate
+    if SPEED in names:
+        best = _nearer(rows, steady, best)
+    return best.told(rows) if told else best.estimate
+
+
+def _nearer(rows: list[Rows], steady: list[Array], found: _Solved) -> _Solved:
+    """Stribeck's speed between those that were tried, by Gauss-Newton steps."""
+    for _ in range(_STEPS):
+        made = found.estimate
+        speed, slope = made.axis.stribeck_speed, by_speed(rows, made)
+        slope = slope - found.left @ np.linalg.lstsq(found.left, slope, rcond=None)[0]
+        power = float(slope @ slope)
+        if not power > 0.0:
+            break
+        step = float(slope @ found.missed) / power
+        try:
+            other = _linear(
+                rows, steady, made.names, float(np.clip(speed + step, 0.5 * speed, 2.0 * speed))
+            )
+        except InputError:
+            break
+        if plausible(other.estimate) < plausible(made) or other.estimate.rms >= made.rms:
+            break
+        found = other
+        if abs(step) <= _NEAR * speed:
+            break
+    return found
 
 
 def _linear(rows: list[Rows], steady: list[Array], names: tuple[str, ...], speed: float) -> _Solved:
     """Least squares with Stribeck's speed held; `steady`: all other columns."""
     parts = steady
     if "stribeck" in names:
-        at = [n for n in names if n != "stribeck_speed"].index("stribeck")
+        at = linear(names).index("stribeck")
         added = [columns(r, ("stribeck",), speed)[:, 0] for r in rows]
         parts = [np.insert(p, at, one, axis=1) for p, one in zip(parts, added, strict=True)]
     table = np.concatenate(parts)
     left, force = table[:, :-1], table[:, -1]
     scale = np.sqrt((left**2).sum(axis=0))
-    linear = tuple(n for n in names if n != "stribeck_speed")
+    each = linear(names)
     if (scale == 0.0).any() or np.linalg.cond(left / scale) > 1e8:
         raise InputError(
             "record",
-            f"the motion does not determine all parameters; {_together(left, scale, linear)}",
+            f"the motion does not determine all parameters; {_together(left, scale, each)}",
             "accelerated motion in both directions at several speeds, or a simpler structure",
         )
     theta = np.linalg.lstsq(left / scale, force, rcond=None)[0] / scale
     missed = force - left @ theta
-    found = dict(zip(linear, theta.tolist(), strict=True))
+    found = dict(zip(each, theta.tolist(), strict=True))
     axis = Axis(**found, stribeck_speed=speed)
     rms = float(np.sqrt(np.mean(missed**2)))
     percent = 100.0 * rms / float(np.sqrt(np.mean(force**2)))
@@ -486,7 +550,7 @@ def force_residuals(rows: list[Rows], estimate: Estimate) -> list[Array]:
     list[Array]
         Arrays of shape (m,), one per record.
     """
-    theta = np.array([getattr(estimate.axis, n) for n in _steady(estimate)])
+    theta = np.array([getattr(estimate.axis, n) for n in linear(estimate.names)])
     return [table[:, -1] - table[:, :-1] @ theta for table in _tables(rows, estimate)]
 
 
@@ -508,9 +572,5 @@ def regressors(rows: list[Rows], estimate: Estimate) -> list[Array]:
     return [table[:, :-1] for table in _tables(rows, estimate)]
 
 
-def _steady(estimate: Estimate) -> tuple[str, ...]:
-    return tuple(n for n in estimate.names if n != "stribeck_speed")
-
-
 def _tables(rows: list[Rows], estimate: Estimate) -> list[Array]:
-    return [columns(r, _steady(estimate), estimate.axis.stribeck_speed) for r in rows]
+    return [columns(r, linear(estimate.names), estimate.axis.stribeck_speed) for r in rows]
