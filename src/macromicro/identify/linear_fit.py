@@ -114,6 +114,19 @@ class LinearFit:
             return np.asarray(np.log(self.poles) / self.dt, dtype=np.complex128)
 
     @property
+    def pole_slopes(self) -> Complex:
+        """Of the continuous poles by a and b, shape (na, na + nb); infinite for a double pole.
+
+        A(p) = 0 gives dp / da_k = -p^(na - k) / A'(p), and ds = dp / (p dt).
+        """
+        poles, na = self.poles, len(self.a)
+        derived = np.polyval(np.polyder(np.r_[1.0, self.a]), poles)
+        powers = poles[:, None] ** np.arange(na - 1, -1, -1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slopes = -powers / (derived * poles * self.dt)[:, None]
+        return np.hstack([slopes, np.zeros((na, len(self.b)))])
+
+    @property
     def gain(self) -> float:
         """Static gain sum(b) / (1 + sum(a)), (4.6); infinite for an integrator."""
         rest = 1.0 + self.a.sum()

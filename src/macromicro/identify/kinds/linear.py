@@ -9,20 +9,19 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import linear_hints
-from macromicro.identify.coverage import NORMAL
+from macromicro.identify import coverage, linear_hints
 from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.picking import RUN, Picked, Role, T, railed, runs
-from macromicro.identify.result import Line, Result
+from macromicro.identify.result import Line, Result, rounded
 from macromicro.identify.runs import Run, checked
 from macromicro.units import quotient
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from macromicro.identify.linear_fit import LinearFit
+    from macromicro.identify.linear_fit import Complex, LinearFit
     from macromicro.identify.linear_hints import Asked
 
 
@@ -320,6 +319,25 @@ def joined(records: list[Run], position: bool) -> tuple[list[Run], list[str]]:
     return made, [", ".join(said) + ", averaged" if len(made) < len(records) else "fitted together"]
 
 
+def _shown(fit: LinearFit, line: Line, slope: Array) -> Line:
+    """A line with the error of what follows from a and b, to first order."""
+    error = float(coverage.errors(fit.covariance, slope[None])[0])
+    return line._replace(error=error, factor=float(coverage.factors(fit.draws, slope[None])[1, 0]))
+
+
+def _pair(fit: LinearFit, name: str, pole: complex, slope: Complex) -> Line:
+    """Frequency and damping of a pair of poles, |s| and -Re s / |s|, with their errors."""
+    size = abs(pole)
+    by_size = (pole.conjugate() * slope).real / size
+    damping = -pole.real / size
+    error = float(
+        coverage.errors(fit.covariance, (-(slope.real + damping * by_size) / size)[None])[0]
+    )
+    value, spread = rounded(damping, error) if math.isfinite(error) else (f"{damping:.3g}", "")
+    note = f"a pair, damping {value}" + (spread and f" +- {spread}")
+    return _shown(fit, Line(name, size, unit="rad/s", note=note), by_size)
+
+
 def coefficients(fit: LinearFit, out_unit: str, in_unit: str) -> list[Line]:
     """a, b, static gain and poles as lines.
 
@@ -343,19 +361,17 @@ def coefficients(fit: LinearFit, out_unit: str, in_unit: str) -> list[Line]:
     lines = [Line(name, v, s, unit, factor=by) for name, v, s, unit, by in each]
     by = float(fit.gain_factors[1])
     lines.append(Line("gain", fit.gain, fit.gain_std, slope, "at standstill", by))
+    slopes = fit.pole_slopes
     for k, pole in enumerate(fit.continuous_poles):
         name = f"pole {k + 1}" if len(fit.a) > 1 else "pole"
         if abs(pole.imag) > 1e-9 * abs(pole):
             if pole.imag > 0.0:
-                damping = -pole.real / abs(pole)
-                lines.append(
-                    Line(name, abs(pole), math.nan, "rad/s", f"a pair, damping {damping:.3g}")
-                )
+                lines.append(_pair(fit, name, complex(pole), slopes[k]))
             continue
-        error = fit.std[0] / abs(fit.a[0]) / fit.dt if len(fit.a) == 1 else math.nan
         note = f"time constant {-1.0 / pole.real:.4g} s" if pole.real < 0.0 else "unstable"
-        by = factors[0] if len(fit.a) == 1 else NORMAL[1]
-        lines.append(Line(name, float(pole.real), error, "rad/s", note, by))
+        lines.append(
+            _shown(fit, Line(name, float(pole.real), unit="rad/s", note=note), slopes[k].real)
+        )
     return lines
 
 
