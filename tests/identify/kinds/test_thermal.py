@@ -328,7 +328,15 @@ def test_steps_that_were_not_fitted(
     with pytest.raises(InputError, match=r"a step to 1\.5 V'; accepted: one of 1, 2 V"):
         thermal.identify(given(file), Options(tests=(str(half),)))
     monkeypatch.setattr(thermal, "_gain", lambda rises, remarks: GAIN)
-    found = thermal.identify(given(file), Options(tests=(str(half),)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = thermal.identify(given(file), Options(tests=(str(half),)))
+    for volts in (0.5, 2.5):
+        far = table(
+            tmp_path / "d.csv", "t_s,u_V,temperature_C", t, 0.0 * t + volts, 25.0 + measured
+        )
+        with pytest.warns(DataWarning, match=rf"d\.csv: .*to {volts} V is extra.* from 1 to 2 V"):
+            thermal.identify(given(file), Options(tests=(str(far),)))
     model = exponential(GAIN.model, 1.5) * np.asarray(step_response(MODES, t))
     missed = float(np.sqrt(np.mean((measured - model) ** 2)))
     assert found.data["tests"][0]["rms"] == pytest.approx(missed, rel=1e-6)

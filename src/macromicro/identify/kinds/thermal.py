@@ -173,6 +173,13 @@ def _tried(found: Found, others: list[Picked], role: str, source: Source) -> lis
                 end = found.rises[volts]
             elif found.gain is not None:
                 end = float(exponential(found.gain.model, volts))
+                low, high = min(found.rises), max(found.rises)
+                if not low < volts < high:
+                    notice(
+                        DataWarning,
+                        f"{table.file}: the rise of a step to {volts:g} V is extrapolated by "
+                        f"(5.2), which was fitted from {low:g} to {high:g} V",
+                    )
             else:
                 known = ", ".join(f"{v:g}" for v in found.rises)
                 accepted = f"one of {known} V, or steady rises at four voltages for (5.2)"
