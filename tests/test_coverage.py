@@ -89,3 +89,11 @@ def test_a_drives_errors_hold(kind: str) -> None:
     assert len(checked) in (4, 8)
     for row in checked:
         assert 42.0 <= row["one"] <= 94.0 and row["wide"] >= 83.0, row
+
+
+def test_starts_that_a_count_leaves_open_do_not_spoil_elastic_friction() -> None:
+    """With starts as measured the search ended at 500 times the noise of the position."""
+    _, names, truth, values, std, _ = next(BENCH.elastic("quantised", 5068))
+    assert names == BENCH.ELASTIC_NAMES
+    np.testing.assert_allclose(values, truth, rtol=1e-4)
+    assert np.all(std < 1e-4 * truth)

@@ -31,6 +31,12 @@ def test_a_force_that_acts_before_it_is_said_to() -> None:
     assert re.match(r"the force acts 5 ms \(5 samples\) earlier than u says: .*two clocks", text)
 
 
+def test_at_the_end_of_what_is_tried_there_is_no_shift() -> None:
+    u = steps(2)
+    assert not any("earlier" in text for text in said_of(rows(late(u, 12), u)))
+    assert any("earlier" in text for text in said_of(rows(late(u, 11), u)))
+
+
 def test_a_delay_is_told_with_what_it_explains_and_a_remedy() -> None:
     u = steps(3)
     (text,) = said_of(rows(u, late(u, 20)))

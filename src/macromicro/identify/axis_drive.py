@@ -96,7 +96,9 @@ def _shown_late(rows: list[Rows]) -> list[Rows] | None:
     """Say that the force is late where that shows; then as it acts, else None."""
     samples = delay(rows, -_EARLY)
     moved = [r._replace(force=shifted(r.force, samples)) for r in rows]
-    lowered = axis_choice.lowered(rows, moved, ABOUT) if samples else None
+    # At the end of what is tried it is no shift of the columns.
+    within = samples and samples != -_EARLY
+    lowered = axis_choice.lowered(rows, moved, ABOUT) if within else None
     if lowered is None:
         return None
     _late(samples, rows[0].run.dt, lowered)

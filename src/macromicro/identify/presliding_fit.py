@@ -38,7 +38,7 @@ from macromicro.identify.ripple import Ripple
 
 _ELASTIC = ("stiffness", "settling", "share")
 _POSITIVE = ("stiffness", "settling", "stribeck_speed")  # uncertain by tens of percent
-_NEARLY = 10.0  # times the noise of the position: a fit by measured starts, to be taken further
+_NEARLY = 1000.0  # times the noise of the position: a fit by measured starts, to be taken further
 _MOST = 60_000  # samples; of longer records evenly spread parts are fitted
 
 
