@@ -36,45 +36,50 @@ def jumps(run: Run, where: str) -> None:
     InputError
         Some steps are far larger than all others, or than the speed before and after them.
     """
-    steps = np.diff(run.x)
-    large, said = _apart(np.abs(steps)), "all other steps are"
+    large, said = _apart(run.x), "all other steps are"
     if large is None:
-        large, said = _lost(steps), "other steps differ from the one before by"
+        large, said = _lost(run.x), "other steps differ from the one before by"
     if large is None:
         return
     many, at, rest = large
     raise InputError(
         f"{where}, row {at + 2}",
-        f"a jump by {steps[at]:.6g}; {many} of them, {said} {rest:.3g} at most",
+        f"a jump by {run.x[at + 1] - run.x[at]:.6g}; {many} of them, {said} {rest:.3g} at most",
         "a position without jumps: unwrap the counter, or cut the record there",
     )
 
 
-def _apart(sizes: Array) -> tuple[int, int, float] | None:
-    """How many of them are far larger than all others, the first of these, and the largest of the
+def _apart(x: Array) -> tuple[int, int, float] | None:
+    """How many steps are far larger than all others, the first of these, and the largest of the
     others; None where no gap tells."""
-    top = _largest(sizes)
+    top = _largest(np.diff(x), int(_JUMPS * (len(x) - 1)))
     apart = np.flatnonzero(top[:-1] > _FAR * top[1:])
     if not len(apart) or top[apart[-1] + 1] == 0.0:
         return None
     many = int(apart[-1]) + 1
-    return many, int(np.argmax(sizes >= top[many - 1])), float(top[many])
+    first = int(np.argmax(np.abs(np.diff(x)) >= top[many - 1]))
+    return many, first, float(top[many])
 
 
-def _largest(sizes: Array) -> Array:
-    """The largest of them in falling order, one more than there may be jumps."""
-    count = int(_JUMPS * len(sizes))
-    return np.sort(np.partition(sizes, len(sizes) - count - 1)[-count - 1 :])[::-1]
+def _largest(values: Array, count: int) -> Array:
+    """The largest sizes in falling order, one more than `count`; the values are overwritten."""
+    np.abs(values, out=values)
+    values.partition(len(values) - count - 1)  # in place, for records may be long
+    return np.sort(values[-count - 1 :])[::-1]
 
 
-def _lost(steps: Array) -> tuple[int, int, float] | None:
+def _lost(x: Array) -> tuple[int, int, float] | None:
     """As `_apart`, of steps that are off the step before and the one after by far more than these
     differ elsewhere: counts that were lost in motion. An impact is off on one side only."""
-    change = np.diff(steps)
-    off = np.zeros(len(steps))
+    count = int(_JUMPS * (len(x) - 1))
+    most = _largest(np.diff(x, 2), 2 * count)
+    if most[0] <= _FAR * most[-1]:  # each jump changes two
+        return None
+    change = np.diff(x, 2)
+    off = np.zeros(len(x) - 1)
     both = np.minimum(np.abs(change[:-1]), np.abs(change[1:]))
     off[1:-1] = np.where(change[:-1] * change[1:] < 0.0, both, 0.0)
-    top = _largest(off)
+    top = _largest(off.copy(), count)
     apart = np.flatnonzero(top[:-1] > _FAR * top[1:])
     if not len(apart):
         return None

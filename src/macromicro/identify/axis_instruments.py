@@ -27,6 +27,7 @@ from macromicro.identify.axis_inverse import (
     differences,
     linear,
     plausible,
+    stacked,
 )
 from macromicro.identify.axis_noise import sensed
 from macromicro.identify.coverage import Drawn
@@ -64,25 +65,25 @@ def instrumented(rows: list[Rows], start: Estimate, *, told: bool = True) -> Est
     names = linear(start.names)
     speed = start.axis.stribeck_speed
     parts = [columns(r, names, speed) for r in rows]
-    table = np.concatenate(parts)
+    table = stacked(parts)
     left, force = table[:, :-1], table[:, -1]
     ends = np.cumsum([len(p) for p in parts])
     found = start
     for _ in range(_ROUNDS if told else 1):
         if not plausible(found):
             return start
-        guides = np.concatenate([_instruments(r, found, names) for r in rows])
-        sizes = [np.sqrt((m**2).sum(axis=0)) for m in (guides, left)]
+        guides = stacked([_instruments(r, found, names) for r in rows])
+        sizes = [np.sqrt(np.einsum("ij,ij->j", m, m)) for m in (guides, left)]
         if any((s == 0.0).any() for s in sizes):
             return start
-        near = np.abs((guides * left).sum(axis=0)) / (sizes[0] * sizes[1])
-        square = (guides / sizes[0]).T @ (left / sizes[1])
+        near = np.abs(np.einsum("ij,ij->j", guides, left)) / (sizes[0] * sizes[1])
+        square = guides.T @ left / np.outer(*sizes)
         if near.min() < _LIKE or np.linalg.cond(square) > _POOR:
             # Friction that drops within a few samples is the first to be missed by a free run
             # that goes with the record otherwise: its reversals are blurred alike.
             others = near[[n != "stribeck" for n in names]]
             return _unblurred(rows, start, names) if told and others.min() >= _LIKE else start
-        theta = np.linalg.solve(square, (guides / sizes[0]).T @ force) / sizes[1]
+        theta = np.linalg.solve(square, guides.T @ force / sizes[0]) / sizes[1]
         missed = force - left @ theta
         spread = start.covariance.copy()
         if told:
@@ -193,12 +194,12 @@ def _unblurred(rows: list[Rows], found: Estimate, names: tuple[str, ...]) -> Est
         for run, r in zip((_free(r, found) for r in rows), rows, strict=True)
     ]
     speed = found.axis.stribeck_speed
-    table = np.concatenate([columns(run, names, speed) for run in runs])
+    table = stacked([columns(run, names, speed) for run in runs])
     guides, force = table[:, :-1], table[:, -1]
     searched = SPEED in found.names
     if searched:
         guides = np.c_[guides, by_speed(runs, found)]
-    sizes = np.sqrt((guides**2).sum(axis=0))
+    sizes = np.sqrt(np.einsum("ij,ij->j", guides, guides))
     sizes[sizes == 0.0] = 1.0
     own = np.linalg.lstsq(guides / sizes, force, rcond=None)[0] / sizes
     held = np.zeros(len(own))

@@ -15,6 +15,7 @@ of the force is that of its two held values.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
@@ -296,21 +297,31 @@ def columns(rows: Rows, names: tuple[str, ...], stribeck_speed: float) -> Array:
     ndarray, shape (m, p + 1)
         One column per regressor, then the force.
     """
-    v, sign = rows.v, _signs(rows)
-    made = {
-        "mass": rows.a,
-        "viscous": v,
-        "coulomb": sign,
-        "offset": np.ones_like(v),
-        "asymmetry": np.abs(v),
-        "stribeck": sign * np.exp(-((v / stribeck_speed) ** 2)),
-        SPEED: sign * np.exp(-((v / stribeck_speed) ** 2)) * 2.0 * v**2 / stribeck_speed**3,
-        "sine": np.sin(rows.run.x),
-        "cosine": np.cos(rows.run.x),
-    }
-    asked = [n for n in names if n in made]
-    table = np.stack([made[n] for n in asked] + [late(rows.force, HELD)], axis=1)
+    asked = [n for n in names if n in _TERMS]
+    table = np.empty((len(rows.v), len(asked) + 1))
+    for column, name in zip(table.T, asked, strict=False):
+        column[:] = _TERMS[name](rows, stribeck_speed)
+    table[:, -1] = late(rows.force, HELD)
     return evened(rows, table, [k for k, n in enumerate([*asked, ""]) if n not in SMOOTH])
+
+
+def _fading(rows: Rows, speed: float) -> Array:
+    """Breakaway of 1 that fades with the speed."""
+    return np.asarray(_signs(rows) * np.exp(-((rows.v / speed) ** 2)))
+
+
+# What a unit of each parameter adds to the force, by Stribeck's speed.
+_TERMS: dict[str, Callable[[Rows, float], Array]] = {
+    "mass": lambda rows, _: rows.a,
+    "viscous": lambda rows, _: rows.v,
+    "coulomb": lambda rows, _: _signs(rows),
+    "offset": lambda rows, _: np.ones_like(rows.v),
+    "asymmetry": lambda rows, _: np.abs(rows.v),
+    "stribeck": _fading,
+    SPEED: lambda rows, speed: _fading(rows, speed) * 2.0 * rows.v**2 / speed**3,
+    "sine": lambda rows, _: np.sin(rows.run.x),
+    "cosine": lambda rows, _: np.cos(rows.run.x),
+}
 
 
 def evened(rows: Rows, table: Array, rough: list[int]) -> Array:
@@ -330,9 +341,28 @@ def evened(rows: Rows, table: Array, rough: list[int]) -> Array:
     ndarray, shape (m, p)
         Filtered and decimated alike.
     """
-    table[:, rough] = smoothed(table[:, rough], rows.corner, rows.run.dt)
-    kept, stands = _decimated(table, rows.factor), _standing(rows.still, rows.factor)
-    return np.asarray(kept[~stands])
+    stands = _standing(rows.still, rows.factor)
+    kept = np.empty((len(stands), table.shape[1]))
+    for k, column in enumerate(table.T):  # one by one: records may be long
+        even = smoothed(column, rows.corner, rows.run.dt) if k in rough else column
+        kept[:, k] = _decimated(even, rows.factor)
+    return np.asarray(kept[~stands]) if stands.any() else kept
+
+
+def stacked(parts: list[Array]) -> Array:
+    """Tables of all records in a row; that of one is not copied, for it may be long.
+
+    Parameters
+    ----------
+    parts : list[ndarray]
+        Shape (m, p) per record.
+
+    Returns
+    -------
+    ndarray, shape (n, p)
+        All rows.
+    """
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def _signs(rows: Rows) -> Array:
@@ -344,21 +374,21 @@ def _signs(rows: Rows) -> Array:
     return np.asarray(part * (2.0 - np.abs(part)))  # weighted by a triangle, as `means` does
 
 
-def _decimated(table: Array, factor: int) -> Array:
-    """Every `factor`-th row behind a zero-phase low-pass; the filter's ends are cut off."""
+def _decimated(column: Array, factor: int) -> Array:
+    """Every `factor`-th value behind a zero-phase low-pass; the filter's ends are cut off."""
     if factor == 1:
-        return table
+        return column
     from scipy.signal import oaconvolve
 
-    return np.asarray(oaconvolve(table, _taps(factor), mode="valid", axes=0)[::factor])
+    return np.asarray(oaconvolve(column, _taps(factor), mode="valid")[::factor])
 
 
 @lru_cache(maxsize=8)
 def _taps(factor: int) -> Array:
-    """The low-pass of a decimation, as one column."""
+    """The low-pass of a decimation."""
     from scipy.signal import firwin
 
-    return np.asarray(firwin(20 * factor + 1, 0.8 / factor))[:, None]
+    return np.asarray(firwin(20 * factor + 1, 0.8 / factor))
 
 
 def _standing(still: npt.NDArray[np.bool_], factor: int) -> npt.NDArray[np.bool_]:
@@ -487,17 +517,19 @@ def _linear(rows: list[Rows], steady: list[Array], names: tuple[str, ...], speed
         at = linear(names).index("stribeck")
         added = [columns(r, ("stribeck",), speed)[:, 0] for r in rows]
         parts = [np.insert(p, at, one, axis=1) for p, one in zip(parts, added, strict=True)]
-    table = np.concatenate(parts)
+    table = stacked(parts)
     left, force = table[:, :-1], table[:, -1]
-    scale = np.sqrt((left**2).sum(axis=0))
+    scale = np.sqrt(np.einsum("ij,ij->j", left, left))
     each = linear(names)
-    if (scale == 0.0).any() or np.linalg.cond(left / scale) > 1e8:
+    even = left / np.where(scale > 0.0, scale, 1.0)
+    if (scale == 0.0).any() or np.linalg.cond(np.linalg.qr(even, mode="r")) > 1e8:
         raise InputError(
             "record",
             f"the motion does not determine all parameters; {_together(left, scale, each)}",
             "accelerated motion in both directions at several speeds, or a simpler structure",
         )
-    theta = np.linalg.lstsq(left / scale, force, rcond=None)[0] / scale
+    theta = np.linalg.lstsq(even, force, rcond=None)[0] / scale
+    del even
     missed = force - left @ theta
     found = dict(zip(each, theta.tolist(), strict=True))
     axis = Axis(**found, stribeck_speed=speed)

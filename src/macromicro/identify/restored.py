@@ -55,7 +55,7 @@ def restored(
     d, power = noise
     n, p = sum(map(len, taken)), taken[0].shape[1]
     k = len(d)
-    if not power > 0.0 or n <= p + k or p * max(k, together(noise)) < _LEAST * n:
+    if not takes(noise, n, p):
         return d, power * n / max(n - p, 1)
     size = max(_POINTS, 1 << (2 * max(map(len, taken)) - 1).bit_length())
     spectrum = _spectrum(noise, size)
@@ -67,6 +67,25 @@ def restored(
     more = _spectrum(_levinson(whole), size) / _spectrum(_levinson(left), size)
     d, power = _levinson(np.fft.irfft(spectrum * more)[: k + 1])
     return d, power * n / (n - k)
+
+
+def takes(noise: tuple[Array, float], n: int, p: int) -> bool:
+    """Whether parameters take a part of a noise that counts.
+
+    Parameters
+    ----------
+    noise : tuple[ndarray, float]
+        As `restored` has it.
+    n, p : int
+        Residuals and parameters.
+
+    Returns
+    -------
+    bool
+        False where what they take is as good as white, or too few residuals are left to tell.
+    """
+    k = len(noise[0])
+    return noise[1] > 0.0 and n > p + k and p * max(k, together(noise)) >= _LEAST * n
 
 
 def _gone(

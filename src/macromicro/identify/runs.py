@@ -143,7 +143,7 @@ def _even(t: Array, u: Array, x: Array, where: str) -> tuple[Array, Array, Array
         row = int(steps.argmax())
         found = f"a gap of {steps[row]:g} s after {t[row]:g} s, usual step {usual:g} s"
         raise InputError(f"{where}.t", found, "one record without gaps; cut it there")
-    if np.abs(steps - usual).max() <= _EVEN * usual:
+    if max(float(steps.max()) - usual, usual - float(steps.min())) <= _EVEN * usual:
         return t, u, x
     grid = np.linspace(t[0], t[-1], round((t[-1] - t[0]) / usual) + 1)
     notice(

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.identify import slow_levels
-from macromicro.identify.restored import restored
+from macromicro.identify.restored import restored, takes
 
 MAX_ORDER = 30
 _MOST_OF = 0.999  # of the power of a noise: by what drove it so much before
@@ -53,10 +53,10 @@ def robust_covariance(
     cuts = np.asarray(ends)[:-1]
     scale = np.sqrt(np.einsum("ij,ij->j", psi, psi))
     scale[scale == 0.0] = 1.0
-    even = psi / scale
-    heavy = even if weights is None else even * weights[:, None]
-    guided = even if regressors is None else regressors / scale
-    inverse = np.linalg.pinv(heavy.T @ guided)
+    # Long records: no copy of the regressors that is not needed; scales go onto small matrices.
+    heavy = psi if weights is None else psi * weights[:, None]
+    guided = psi if regressors is None else regressors
+    inverse = np.linalg.pinv(heavy.T @ guided / np.outer(scale, scale)) / np.outer(scale, scale)
     parts = np.split(heavy, cuts)
     left = np.split(residual, cuts)
     noise = autoregression(list(filter(len, left)))  # of a record that stands nothing is left
@@ -66,14 +66,16 @@ def robust_covariance(
         full = noise[0], noise[1] * n / (n - p)
     else:
         taken = np.split(guided if weights is None else guided * weights[:, None], cuts)
-        full = restored(noise, taken, [inverse @ part.T for part in parts])
+        full = noise[0], noise[1] * n / max(n - p, 1)
+        if takes(noise, n, p):
+            full = restored(noise, taken, [inverse @ part.T for part in parts])
     found = inverse @ driven(parts, full) @ inverse.T
     if is_slow:
         # What is quick of it the autoregression knows better.
         may = slow_levels.levels(left, guided)
         slow = slow_levels.covariance(inverse @ heavy.T, [len(e) for e in left], may)
         found = covering(found, slow)
-    return np.asarray(found / np.outer(scale, scale))
+    return np.asarray(found)
 
 
 def driven(parts: Sequence[Array], noise: tuple[Array, float]) -> Array:
@@ -100,7 +102,9 @@ def driven(parts: Sequence[Array], noise: tuple[Array, float]) -> Array:
     for part in filter(len, parts):
         answer = np.cumsum(lfilter([1.0], top, np.r_[1.0, np.zeros(len(part) - 1)]) ** 2)
         before = int(np.searchsorted(answer, _MOST_OF * answer[-1]))
-        back = lfilter([1.0], top, np.vstack([part[::-1], np.zeros((before, p))]).T.copy())
+        back = np.empty((p, len(part) + before))
+        for column, row in zip(part.T, back, strict=True):  # one by one: records may be long
+            row[:] = lfilter([1.0], top, np.r_[column[::-1], np.zeros(before)])
         s += back @ back.T
     return np.asarray(power * s)
 
