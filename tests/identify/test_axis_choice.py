@@ -7,7 +7,7 @@ import pytest
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import drive
+from macromicro.identify import axis_choice, drive
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_choice import blocks, folds, no_better, turn
 from macromicro.identify.axis_inverse import Rows
@@ -124,3 +124,16 @@ def test_a_richer_structure_has_to_be_better_by_more_than_noise(
 ) -> None:
     found = no_better(1.0, richer, gained, "x")
     assert found.startswith(said) and bool(found) == bool(said)
+
+
+def test_what_nobody_spoke_of_must_be_surer_than_a_structure(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A gain of two and a half standard errors is one for a structure, not for a delay."""
+    gained = 1.0 + 0.4 * 4.0 * np.array([1.0, -1.0] * 8) / np.sqrt(16.0 / 15.0)  # 0.4 its error
+    assert no_better(1.0, 0.5, gained, "x") == ""
+    assert "by less than its blocks differ" in no_better(1.0, 0.5, gained, "x", 3.0)
+    squares = iter([np.exp(gained), np.ones(16)])
+    monkeypatch.setattr(axis_choice, "held_out", lambda rows, name: next(squares))
+    made = [Rows(Run(*[np.ones(9)] * 3), *[np.ones(9)] * 4, 1)]  # type: ignore[arg-type]
+    assert axis_choice.lowered(made, made, "x") is None

@@ -112,6 +112,9 @@ def test_an_impact_is_no_jump() -> None:
     jumps(Run(x, x, x), "x")
     smooth = np.cumsum(x) * 1e-2
     jumps(Run(smooth, smooth, smooth), "x")
+    steps = np.r_[np.ones(100), 6.0, np.full(100, 11.0)]  # a push over two samples
+    pushed = np.cumsum(steps + 0.01 * np.random.default_rng(0).standard_normal(201))
+    jumps(Run(pushed, pushed, pushed), "x")
 
 
 def test_jumps_of_more_than_a_fiftieth_of_the_samples_are_how_it_moves() -> None:

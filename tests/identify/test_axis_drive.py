@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tests.identify.late_records import record, rows, steps
 
-from macromicro.identify import axis_drive, drive
+from macromicro.identify import axis_choice, axis_drive, drive
 from macromicro.identify.axis import late
 from macromicro.identify.axis_delay import delay
 from macromicro.identify.axis_inverse import Rows
@@ -67,6 +67,12 @@ def test_a_limited_force_is_cut_on_both_sides() -> None:
     u = steps(6)
     (cut,) = axis_drive.limited(rows(u, u), 20.0)
     np.testing.assert_array_equal(cut.force, np.clip(u, -20.0, 20.0))
+
+
+def test_errors_of_a_smaller_force_count_as_parts_of_it() -> None:
+    u = steps(6)
+    made = rows(u, u)
+    assert axis_choice.lowered(made, axis_drive.limited(made, 5.0), "coulomb") is None
 
 
 @pytest.mark.parametrize("seed", [7, 10])

@@ -89,6 +89,13 @@ def test_it_is_judged_by_the_last_part_of_each_record() -> None:
     assert hints(two)[0].words.startswith("a delay of 1")
 
 
+def test_what_only_the_fitted_part_shows_is_not_told() -> None:
+    """A delay of 5 more in the first 70 % alone: of the rest it foretells nothing."""
+    u = inputs(9)
+    late = answered(np.r_[np.zeros(5), u[:-5]])
+    assert of(u, np.where(np.arange(len(u)) < 0.7 * len(u), late, answered(u))) == []
+
+
 def test_long_records_are_looked_at_by_their_first_part() -> None:
     u = inputs(7, 60_000)
     late = answered(np.r_[np.zeros(8), u[:-8]])
