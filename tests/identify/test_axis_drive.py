@@ -72,7 +72,7 @@ def test_a_limited_force_is_cut_on_both_sides() -> None:
 def test_errors_of_a_smaller_force_count_as_parts_of_it() -> None:
     u = steps(6)
     made = rows(u, u)
-    assert axis_choice.lowered(made, axis_drive.limited(made, 5.0), "coulomb") is None
+    assert axis_choice.lowered(made, axis_drive.limited(made, 0.5), "coulomb") is None
 
 
 @pytest.mark.parametrize("seed", [7, 10])
