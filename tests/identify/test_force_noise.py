@@ -127,6 +127,16 @@ def test_columns_that_are_alike_under_a_spectrum_are_no_error() -> None:
         assert np.isfinite(likely(np.log([1e-30, 1e-30, 1.0, level])))
 
 
+def test_levels_beyond_all_numbers_are_not_likely() -> None:
+    """Where a search goes that knows no bounds: no error, and nothing to stay for."""
+    random = np.random.default_rng(4)
+    flat = np.ones(N // 2 + 1)
+    likely = _likelihood(binned(random.standard_normal(N), DT, flat, flat, NOTHING))
+    for beyond in (np.full(4, 800.0), np.array([0.0, 0.0, -800.0, 800.0])):
+        assert likely(beyond) == -np.inf
+    assert np.isfinite(likely(np.zeros(4)))
+
+
 def test_bins_hold_the_power_of_all_frequencies() -> None:
     w = np.random.default_rng(0).standard_normal(1000)
     ones = np.ones(501)

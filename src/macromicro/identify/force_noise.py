@@ -182,8 +182,11 @@ def _likelihood(every: Shown) -> Callable[[Array], float]:
     shared = fitted[:, :-1, -1] @ basis
 
     def likely(at: Array) -> float:
-        a, b, c, s = np.exp(at)
-        spectrum = force * (a + b / (1.0 + (f / c) ** 2)) + sensor * s + floor
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+            a, b, c, s = np.exp(at)
+            spectrum = force * (a + b / (1.0 + (f / c) ** 2)) + sensor * s + floor
+        if not np.isfinite(spectrum).all():  # a search knows no bounds
+            return -np.inf
         weights = values / spectrum
         whole = -float(values @ np.log(spectrum) + weights @ power)
         size, turned = np.linalg.eigh(np.tensordot(weights, taken, 1))
