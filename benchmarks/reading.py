@@ -1,5 +1,8 @@
 """How long does it take to read and identify long records? Seconds, and memory by that of numbers.
 
+Memory of reading is what it adds to the process. That of both is what a short record does not need:
+libraries alone, most of them for compiled code, take as much as some millions of rows.
+
 python benchmarks/reading.py [ROWS ...]
 
 Each in a process of its own, on a file that is made first: an axis under a known force, with noise,
@@ -18,6 +21,7 @@ from pathlib import Path
 import numpy as np
 
 ROWS = (1_000_000, 10_000_000)
+SHORT = 10_000
 DT = 1e-3
 
 
@@ -25,20 +29,30 @@ def main() -> None:
     if sys.argv[1:2] == ["--one"]:
         print(json.dumps(one(Path(sys.argv[2]))))
         return
-    print(f"{'rows':>9}  {'file':>7}  {'read':>7}  {'memory':>12}  {'identified':>10}  mass, 95 kg")
+    short, _ = measured(SHORT)
+    print(
+        f"{'rows':>9}  {'file':>7}  {'read':>7}  {'memory':>13}  {'identified':>10}  "
+        f"{'memory':>13}  {'in all':>7}  mass, 95 kg"
+    )
     for rows in map(int, sys.argv[1:] or ROWS):
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "axis.csv"
-            written(path, rows)
-            words = [sys.executable, __file__, "--one", str(path)]
-            done = subprocess.run(words, check=True, stdout=subprocess.PIPE, text=True)
-            found = json.loads(done.stdout.splitlines()[-1])
-            size = path.stat().st_size / 1e6
+        found, size = measured(rows)
+        both = (found["peak"] - short["peak"]) / found["numbers"]
         print(
             f"{rows:>9}  {size:>4.0f} MB  {found['read']:>5.1f} s  "
-            f"{found['memory']:>4.1f} x numbers  {found['identified']:>8.1f} s  "
+            f"{found['memory'] / found['numbers']:>4.1f} x numbers  {found['identified']:>8.1f} s  "
+            f"{both:>4.1f} x numbers  {found['peak'] / 1e6:>4.0f} MB  "
             f"{found['mass']:.2f} +- {found['error']:.2f}"
         )
+
+
+def measured(rows: int) -> tuple[dict[str, float], float]:
+    """What `one` finds in a process of its own, and the size of the file, MB."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "axis.csv"
+        written(path, rows)
+        words = [sys.executable, __file__, "--one", str(path)]
+        done = subprocess.run(words, check=True, stdout=subprocess.PIPE, text=True)
+        return json.loads(done.stdout.splitlines()[-1]), path.stat().st_size / 1e6
 
 
 def written(path: Path, rows: int) -> None:
@@ -70,7 +84,9 @@ def one(path: Path) -> dict[str, float]:
     fit = drive(values["t"], values["u"], values["x"]).refined
     return {
         "read": taken,
-        "memory": memory / numbers,
+        "memory": memory,
+        "numbers": numbers,
+        "peak": peak(),
         "identified": time.perf_counter() - begin,
         "mass": fit.axis.mass,
         "error": float(fit.std[0]),

@@ -77,7 +77,7 @@ def table(run: Run) -> tuple[list[Rows], Array]:
 def forced(rows: list[Rows], force: Array) -> Array:
     """A force behind the filters of a record."""
     r = rows[0]
-    return np.asarray(evened(r, force[:, None].copy(), [0])[:, 0])
+    return np.asarray(evened(r, [force], [True])[:, 0])
 
 
 def errors(rows: list[Rows], left: Array, missed: Array) -> Drawn | None:

@@ -22,6 +22,7 @@ from macromicro.identify.axis_inverse import (
     means,
     parameters,
     plausible,
+    stacked,
 )
 from macromicro.identify.runs import Run
 
@@ -218,6 +219,28 @@ def test_motion_that_does_not_determine_the_parameters_is_refused() -> None:
     one_way = Rows(Run(T, FORCE, X), FORCE, np.abs(V) + 0.1, A, T < -1.0, 1)
     with pytest.raises(InputError, match="does not determine"):
         fitted([one_way], "coulomb")
+
+
+def test_what_takes_no_more_of_the_force_than_rounding_is_nothing() -> None:
+    """A held force is its constant, whatever the axis does; a mass of 1e-13 would be plausible."""
+    held = Rows(Run(T, np.full(6000, 7.0), X), np.full(6000, 7.0), V, A, T < -1.0, 1)
+    found = fitted([held], "viscous")
+    assert found.values[:2].tolist() == [0.0, 0.0] and not plausible(found)
+    assert found.axis.offset == pytest.approx(7.0)
+    small = fitted([rows(force=FORCE + 1e7)], "full")  # of a force that is hardly but constant
+    assert (small.values[[0, 1, 2, 4, 5]] != 0.0).all()
+
+
+@pytest.mark.parametrize("factor", [1, 5])
+def test_tables_of_several_records_are_stacked_without_what_stands(factor: int) -> None:
+    parts = [rows(factor, part=slice(0, 3000)), rows(factor, part=slice(3000, 6000))]
+    parts[1].still[500:1500] = True
+    each = [columns(r, ("mass", "coulomb"), 1.0) for r in parts]
+    table, lengths = stacked(parts, lambda r: columns(r, ("mass", "coulomb"), 1.0))
+    assert lengths == [len(one) for one in each] and lengths[1] < lengths[0]
+    np.testing.assert_array_equal(table, np.concatenate(each))
+    bare, _ = stacked(parts[1:], lambda r: columns(r, ("mass", "coulomb"), 1.0, forced=False))
+    np.testing.assert_array_equal(bare, each[1][:, :-1])
 
 
 @pytest.mark.parametrize("unit", [1e-10, 1e10])

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from macromicro.identify import axis_thin, drive
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_fit import DriveFit
+from macromicro.identify.axis_inverse import differences
 from macromicro.identify.driven import Driven
 from macromicro.identify.runs import Run
 
@@ -59,7 +60,22 @@ def both() -> tuple[Run, DriveFit, DriveFit]:
     with pytest.MonkeyPatch.context() as patch:
         plain = drive(*run, structure="coulomb")
         patch.setattr(axis_thin, "LONG", 15_000)
+        patch.setattr(axis_thin, "_PIECE", 6000)  # of means, of which there are 20 000
         return run, plain, drive(*run)
+
+
+def test_long_records_are_cut_for_regression_and_no_sample_is_lost(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(axis_thin, "LONG", 3000)
+    monkeypatch.setattr(axis_thin, "_PIECE", 1000)
+    both = [differences(record(n), np.arange(float(n)), 80.0, 1) for n in (3000, 3500)]
+    made = axis_thin.pieces(both)
+    assert [len(r.v) for r in made] == [3000, 875, 875, 875, 875]
+    for name in ("force", "v", "a", "still"):
+        whole = np.concatenate([getattr(r, name) for r in both])
+        np.testing.assert_array_equal(np.concatenate([getattr(r, name) for r in made]), whole)
+    np.testing.assert_array_equal(np.concatenate([r.run.x for r in made[1:]]), both[1].run.x)
 
 
 def test_the_same_axis_is_found(both: tuple[Run, DriveFit, DriveFit]) -> None:

@@ -18,7 +18,7 @@ from macromicro.files.progress import bar
 from macromicro.files.stream import Rows
 from macromicro.files.table import Columns, Table
 
-_BLOCK = 1 << 21  # bytes that are parsed at a time
+_BLOCK = 1 << 20  # bytes that are parsed at a time; of larger ones more stays with the process
 _EMPTY = (*MISSING, *(" " * k for k in range(1, 9)))
 
 

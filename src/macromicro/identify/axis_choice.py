@@ -41,7 +41,7 @@ _POORER = {
     "full": "stribeck",
 }
 _TOO_POOR = "the motion does not tell its parameters apart"
-_NEGATIVE = "a mass or friction below 0"
+_NEGATIVE = "no mass above 0, or a friction below 0"
 
 
 class Judged(NamedTuple):

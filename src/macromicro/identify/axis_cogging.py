@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.identify.axis_inverse import Rows, evened
+from macromicro.identify.axis_inverse import Rows, evened, stacked
 from macromicro.identify.coverage import Drawn, normal
 from macromicro.identify.ripple import Ripple, ripple
 from macromicro.identify.spread import robust_covariance
@@ -60,7 +60,7 @@ def repeating(rows: Sequence[Rows], left: Array, missed: Array) -> Repeating | N
     Repeating or None
         None where there is none.
     """
-    places = [evened(r, r.run.x[:, None].copy(), [])[:, 0] for r in rows]
+    places = [evened(r, [r.run.x], [False])[:, 0] for r in rows]
     ends = np.cumsum([len(x) for x in places])
     found = ripple(np.split(missed, ends[:-1]), places, np.split(left, ends[:-1]))
     return None if found is None else beside(rows, left, missed, found)
@@ -85,18 +85,18 @@ def beside(rows: Sequence[Rows], left: Array, missed: Array, found: Ripple) -> R
     Repeating
         The force, and what else there is.
     """
+
     # A quick motion makes a quick force, so both quadratures pass the filters of the record.
-    pairs = [
-        evened(r, np.stack([found.at(r.run.x), found.at(r.run.x, 0.5 * np.pi)], axis=1), [0, 1])
-        for r in rows
-    ]
-    pair = np.concatenate(pairs)
+    def quadratures(rows: Rows) -> Array:
+        turns = (found.at(rows.run.x, turn) for turn in (0.0, 0.5 * np.pi))
+        return evened(rows, turns, [True, True])
+
+    pair, lengths = stacked(rows, quadratures)
     both = np.hstack([pair, left / np.linalg.norm(left, axis=0)])
     own = np.linalg.lstsq(both, missed, rcond=None)[0]
     size = float(np.hypot(own[0], own[1]))
     turned = found.turned(float(np.arctan2(own[1], own[0])), size)
-    ends = np.cumsum([len(p) for p in pairs])
-    return Repeating(turned, size * pair, missed - both @ own, ends)
+    return Repeating(turned, size * pair, missed - both @ own, np.cumsum(lengths))
 
 
 def cogged(found: Repeating, guides: Array, left: Array) -> Drawn:

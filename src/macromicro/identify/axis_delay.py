@@ -74,7 +74,7 @@ def delay(rows: list[Rows], least: int = 0) -> int:
 
 def _best(rows: list[Rows], tried: Iterable[int]) -> int:
     """That which leaves the smallest part of the force."""
-    parts = [columns(r, STRUCTURES[ABOUT], 1.0)[:, :-1] for r in rows]
+    parts = [columns(r, STRUCTURES[ABOUT], 1.0, forced=False) for r in rows]
     basis = np.linalg.qr(np.concatenate(parts))[0]
 
     def left(samples: int) -> float:
@@ -105,7 +105,7 @@ def exact(rows: list[Rows], samples: int) -> tuple[float, float]:
     error : float
         Standard error.
     """
-    parts = [columns(r, STRUCTURES[ABOUT], 1.0)[:, :-1] for r in rows]
+    parts = [columns(r, STRUCTURES[ABOUT], 1.0, forced=False) for r in rows]
     found, spread = float(samples), np.nan
     for _ in range(_ROUNDS):
         before = min(found, _HALF)
@@ -123,7 +123,7 @@ def exact(rows: list[Rows], samples: int) -> tuple[float, float]:
 def _forces(rows: list[Rows], samples: float) -> list[Array]:
     """The force of each record so much later, filtered as its regressors."""
     pushed = [late(r.force, HELD + samples) for r in rows]
-    return [evened(r, push[:, None], [0])[:, 0] for r, push in zip(rows, pushed, strict=True)]
+    return [evened(r, [push], [True])[:, 0] for r, push in zip(rows, pushed, strict=True)]
 
 
 def pushed(rows: list[Rows], lag: float) -> list[Rows]:

@@ -216,7 +216,7 @@ def drive(  # noqa: PLR0913 -- one parameter per option
         )
     seen = rows
     if coarse > 1:
-        seen = _means(runs, coarse, driven)
+        rows = seen = _means(runs, coarse, driven)  # the longer ones are in memory no more
     judging = seen if lag is None else axis_delay.pushed(seen, lag[0])
     test, trained = _judged(judging, holdout, structure)
     missed = np.concatenate(free_runs(test, trained.axis, started(test, trained.axis))[1])
@@ -388,6 +388,7 @@ def _inverse(rows: list[Rows], structure: str, lag: tuple[float, float] | None) 
     """Inverse dynamics, where the delay was found with its error."""
 
     def made(rows: list[Rows]) -> Estimate:
+        rows = axis_thin.pieces(rows)
         return instrumented(rows, fitted(rows, structure))
 
     return made(rows) if lag is None else axis_delay.under(made, rows, *lag)

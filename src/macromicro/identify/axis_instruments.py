@@ -33,6 +33,7 @@ from macromicro.identify.axis_noise import sensed
 from macromicro.identify.coverage import Drawn
 from macromicro.identify.ripple import Ripple
 from macromicro.identify.spread import robust_covariance
+from macromicro.identify.triangle import triangle
 
 _ROUNDS = 5
 _SETTLED = 0.01  # standard errors
@@ -64,15 +65,14 @@ def instrumented(rows: list[Rows], start: Estimate, *, told: bool = True) -> Est
     """
     names = linear(start.names)
     speed = start.axis.stribeck_speed
-    parts = [columns(r, names, speed) for r in rows]
-    table = stacked(parts)
-    left, force = table[:, :-1], table[:, -1]
-    ends = np.cumsum([len(p) for p in parts])
+    table, lengths = stacked(rows, lambda r: columns(r, names, speed))
+    left, force, ends = table[:, :-1], table[:, -1], np.cumsum(lengths)
     found = start
     for _ in range(_ROUNDS if told else 1):
         if not plausible(found):
             return start
-        guides = stacked([_instruments(r, found, names) for r in rows])
+        guides = np.empty(0)  # those of the round before are in memory no longer
+        guides = _instruments(rows, found, names)
         sizes = [np.sqrt(np.einsum("ij,ij->j", m, m)) for m in (guides, left)]
         if any((s == 0.0).any() for s in sizes):
             return start
@@ -119,8 +119,10 @@ def _spread(
 ) -> Array:
     """Covariance of all parameters, to first order by Stribeck's speed, too."""
     if SPEED in found.names:
-        free = [_free(r, found)._replace(still=r.still) for r in rows]
-        guides, left = np.c_[guides, by_speed(free, found)], np.c_[left, by_speed(rows, found)]
+        other, _ = stacked(
+            rows, lambda r: by_speed([_free(r, found)._replace(still=r.still)], found)[:, None]
+        )
+        guides, left = np.c_[guides, other], np.c_[left, by_speed(rows, found)]
     return robust_covariance(guides, missed, ends, None, left)
 
 
@@ -189,17 +191,19 @@ def _unblurred(rows: list[Rows], found: Estimate, names: tuple[str, ...]) -> Est
     run without any noise gives other values than those that it was made with. Where the run stands,
     friction balances any force, as it does where the record stands.
     """
-    runs = [
-        run._replace(still=run.still | r.still)
-        for run, r in zip((_free(r, found) for r in rows), rows, strict=True)
-    ]
-    speed = found.axis.stribeck_speed
-    table = stacked([columns(run, names, speed) for run in runs])
-    guides, force = table[:, :-1], table[:, -1]
-    searched = SPEED in found.names
+    speed, searched = found.axis.stribeck_speed, SPEED in found.names
+
+    def made(rows: Rows) -> Array:
+        run = _free(rows, found)
+        run = run._replace(still=run.still | rows.still)
+        table = columns(run, names, speed)
+        return np.c_[by_speed([run], found), table] if searched else table
+
+    square = triangle(made(r) for r in rows)
+    guides, force = square[:, :-1], square[:, -1]
     if searched:
-        guides = np.c_[guides, by_speed(runs, found)]
-    sizes = np.sqrt(np.einsum("ij,ij->j", guides, guides))
+        guides = np.roll(guides, -1, axis=1)
+    sizes = np.linalg.norm(guides, axis=0)
     sizes[sizes == 0.0] = 1.0
     own = np.linalg.lstsq(guides / sizes, force, rcond=None)[0] / sizes
     held = np.zeros(len(own))
@@ -210,10 +214,15 @@ def _unblurred(rows: list[Rows], found: Estimate, names: tuple[str, ...]) -> Est
     return other if sound else found
 
 
-def _instruments(rows: Rows, estimate: Estimate, names: tuple[str, ...]) -> Array:
+def _instruments(rows: list[Rows], estimate: Estimate, names: tuple[str, ...]) -> Array:
     """The regressors of the free run, at the same rows."""
-    made = _free(rows, estimate)._replace(still=rows.still)
-    return np.asarray(columns(made, names, estimate.axis.stribeck_speed)[:, :-1])
+    speed = estimate.axis.stribeck_speed
+
+    def made(rows: Rows) -> Array:
+        run = _free(rows, estimate)._replace(still=rows.still)
+        return columns(run, names, speed, forced=False)
+
+    return stacked(rows, made)[0]
 
 
 def _free(rows: Rows, estimate: Estimate) -> Rows:

@@ -15,7 +15,7 @@ of the force is that of its two held values.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
@@ -30,6 +30,7 @@ from macromicro.identify.axis import Axis, late
 from macromicro.identify.ripple import Ripple
 from macromicro.identify.runs import Run
 from macromicro.identify.spread import robust_covariance
+from macromicro.identify.triangle import triangle
 
 # Parameters of each structure, from the poorest to the richest.
 STRUCTURES: dict[str, tuple[str, ...]] = {
@@ -54,6 +55,7 @@ _SPEEDS = np.geomspace(0.005, 0.5, 25)  # Stribeck speeds tried, parts of the to
 _STEPS, _NEAR = 8, 1e-3  # of the search between these, and its end, parts of the speed
 _LARGEST = 3.0  # of the largest force: no breakaway friction is above it
 
+_ROUNDING = 1e-9  # of the force: a parameter that takes no more is 0
 _STILL = 0.01
 SMOOTH = ("mass", "viscous")  # their regressors have passed the low-pass of the position
 _MIXED = 0.1  # of the largest weight in what the regressors do not show
@@ -277,7 +279,9 @@ def means(x: Array, dt: float) -> tuple[Array, Array]:
     return v, a
 
 
-def columns(rows: Rows, names: tuple[str, ...], stribeck_speed: float) -> Array:
+def columns(
+    rows: Rows, names: tuple[str, ...], stribeck_speed: float, *, forced: bool = True
+) -> Array:
     """The regressors, and the mean of the held force last, filtered and decimated alike.
 
     Rows around which the axis stands for half the time or more are left out: friction at rest
@@ -291,6 +295,8 @@ def columns(rows: Rows, names: tuple[str, ...], stribeck_speed: float) -> Array:
         Parameters; of Stribeck's speed it is what it changes of a unit of breakaway.
     stribeck_speed : float
         Units of x/s.
+    forced : bool, optional
+        Whether the force is asked for.
 
     Returns
     -------
@@ -298,11 +304,15 @@ def columns(rows: Rows, names: tuple[str, ...], stribeck_speed: float) -> Array:
         One column per regressor, then the force.
     """
     asked = [n for n in names if n in _TERMS]
-    table = np.empty((len(rows.v), len(asked) + 1))
-    for column, name in zip(table.T, asked, strict=False):
-        column[:] = _TERMS[name](rows, stribeck_speed)
-    table[:, -1] = late(rows.force, HELD)
-    return evened(rows, table, [k for k, n in enumerate([*asked, ""]) if n not in SMOOTH])
+    rough = [n not in SMOOTH for n in asked]
+
+    def made() -> Iterator[Array]:  # one by one: records may be long
+        for name in asked:
+            yield _TERMS[name](rows, stribeck_speed)
+        if forced:
+            yield late(rows.force, HELD)
+
+    return evened(rows, made(), [*rough, True] if forced else rough)
 
 
 def _fading(rows: Rows, speed: float) -> Array:
@@ -324,45 +334,67 @@ _TERMS: dict[str, Callable[[Rows, float], Array]] = {
 }
 
 
-def evened(rows: Rows, table: Array, rough: list[int]) -> Array:
+def evened(rows: Rows, signals: Iterable[Array], rough: Sequence[bool]) -> Array:
     """A table of forces behind the same low-pass, decimated, without rows that stand.
 
     Parameters
     ----------
     rows : Rows
-        The record that the table is of.
-    table : ndarray, shape (n, p)
-        One row per sample; overwritten.
-    rough : list[int]
-        Columns that have not passed the low-pass of the position.
+        The record that they are of.
+    signals : Iterable[ndarray]
+        One for each column, shape (n,).
+    rough : Sequence[bool]
+        Whether each has not passed the low-pass of the position.
 
     Returns
     -------
     ndarray, shape (m, p)
         Filtered and decimated alike.
     """
-    stands = _standing(rows.still, rows.factor)
-    kept = np.empty((len(stands), table.shape[1]))
-    for k, column in enumerate(table.T):  # one by one: records may be long
-        even = smoothed(column, rows.corner, rows.run.dt) if k in rough else column
-        kept[:, k] = _decimated(even, rows.factor)
-    return np.asarray(kept[~stands]) if stands.any() else kept
+    moves = ~_standing(rows.still, rows.factor)
+    kept = np.empty((int(moves.sum()), len(rough)))
+    for k, (signal, is_rough) in enumerate(zip(signals, rough, strict=True)):
+        even = smoothed(signal, rows.corner, rows.run.dt) if is_rough else signal
+        kept[:, k] = _decimated(even, rows.factor)[moves]
+    return kept
 
 
-def stacked(parts: list[Array]) -> Array:
-    """Tables of all records in a row; that of one is not copied, for it may be long.
+def stacked(rows: Sequence[Rows], made: Callable[[Rows], Array]) -> tuple[Array, list[int]]:
+    """Tables of all records in a row.
+
+    Each is copied into its place as soon as it is made: together they may be long.
 
     Parameters
     ----------
-    parts : list[ndarray]
-        Shape (m, p) per record.
+    rows : Sequence[Rows]
+        The records.
+    made : Callable[[Rows], ndarray]
+        The table of one, shape (m, p), by `columns` or `evened`.
 
     Returns
     -------
-    ndarray, shape (n, p)
+    table : ndarray, shape (n, p)
         All rows.
+    lengths : list[int]
+        Rows of each record.
     """
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+    first = made(rows[0])
+    lengths = [len(first)]
+    if len(rows) == 1:
+        return first, lengths
+    table = np.empty((sum(_most(r) for r in rows), first.shape[1]))
+    table[: len(first)] = first
+    for record in rows[1:]:
+        one, at = made(record), sum(lengths)
+        table[at : at + len(one)] = one
+        lengths.append(len(one))
+    return table[: sum(lengths)], lengths
+
+
+def _most(rows: Rows) -> int:
+    """Rows of a table of a record that never stands."""
+    n, factor = len(rows.v), rows.factor
+    return n if factor == 1 else len(range(10 * factor, n - 10 * factor, factor))
 
 
 def _signs(rows: Rows) -> Array:
@@ -434,8 +466,8 @@ def by_speed(rows: list[Rows], estimate: Estimate) -> Array:
         Decimated, all records in a row.
     """
     p = estimate.axis
-    each = [columns(r, (SPEED,), p.stribeck_speed)[:, 0] for r in rows]
-    return np.asarray(p.stribeck * np.concatenate(each))
+    table, _ = stacked(rows, lambda r: columns(r, (SPEED,), p.stribeck_speed, forced=False))
+    return np.asarray(p.stribeck * table[:, 0])
 
 
 def fitted(rows: list[Rows], structure: str, *, told: bool = True) -> Estimate:
@@ -466,7 +498,8 @@ def fitted(rows: list[Rows], structure: str, *, told: bool = True) -> Estimate:
     most = _LARGEST * max(float(np.abs(r.force).max()) for r in rows)
     best: _Solved | None = None
     # What does not depend on Stribeck's speed is filtered once.
-    steady = [columns(r, tuple(n for n in linear(names) if n != "stribeck"), top) for r in rows]
+    fixed = tuple(n for n in linear(names) if n != "stribeck")
+    steady = stacked(rows, lambda r: columns(r, fixed, top))
     for k, speed in enumerate(speeds):
         try:
             found = _linear(rows, steady, names, float(speed))
@@ -486,7 +519,7 @@ def fitted(rows: list[Rows], structure: str, *, told: bool = True) -> Estimate:
     return best.told(rows) if told else best.estimate
 
 
-def _nearer(rows: list[Rows], steady: list[Array], found: _Solved) -> _Solved:
+def _nearer(rows: list[Rows], steady: tuple[Array, list[int]], found: _Solved) -> _Solved:
     """Stribeck's speed between those that were tried, by Gauss-Newton steps."""
     for _ in range(_STEPS):
         made = found.estimate
@@ -510,26 +543,27 @@ def _nearer(rows: list[Rows], steady: list[Array], found: _Solved) -> _Solved:
     return found
 
 
-def _linear(rows: list[Rows], steady: list[Array], names: tuple[str, ...], speed: float) -> _Solved:
-    """Least squares with Stribeck's speed held; `steady`: all other columns."""
-    parts = steady
+def _linear(
+    rows: list[Rows], steady: tuple[Array, list[int]], names: tuple[str, ...], speed: float
+) -> _Solved:
+    """Least squares with Stribeck's speed held; `steady`: all other columns, rows per record."""
+    (table, lengths), each = steady, linear(names)
     if "stribeck" in names:
-        at = linear(names).index("stribeck")
-        added = [columns(r, ("stribeck",), speed)[:, 0] for r in rows]
-        parts = [np.insert(p, at, one, axis=1) for p, one in zip(parts, added, strict=True)]
-    table = stacked(parts)
-    left, force = table[:, :-1], table[:, -1]
-    scale = np.sqrt(np.einsum("ij,ij->j", left, left))
-    each = linear(names)
-    even = left / np.where(scale > 0.0, scale, 1.0)
-    if (scale == 0.0).any() or np.linalg.cond(np.linalg.qr(even, mode="r")) > 1e8:
+        added, _ = stacked(rows, lambda r: columns(r, ("stribeck",), speed, forced=False))
+        table = np.insert(table, each.index("stribeck"), added[:, 0], axis=1)
+    left, force, p = table[:, :-1], table[:, -1], len(each)
+    square = triangle([table])
+    scale = np.linalg.norm(square[:, :p], axis=0)
+    even = square[:, :p] / np.where(scale > 0.0, scale, 1.0)
+    if (scale == 0.0).any() or len(table) < p or np.linalg.cond(even) > 1e8:
         raise InputError(
             "record",
-            f"the motion does not determine all parameters; {_together(left, scale, each)}",
+            f"the motion does not determine all parameters; {_together(even, scale, each)}",
             "accelerated motion in both directions at several speeds, or a simpler structure",
         )
-    theta = np.linalg.lstsq(even, force, rcond=None)[0] / scale
-    del even
+    parts = np.linalg.lstsq(even, square[:, p], rcond=None)[0]
+    parts[np.abs(parts) <= _ROUNDING * np.linalg.norm(square[:, p])] = 0.0
+    theta = parts / scale
     missed = force - left @ theta
     found = dict(zip(each, theta.tolist(), strict=True))
     axis = Axis(**found, stribeck_speed=speed)
@@ -537,15 +571,15 @@ def _linear(rows: list[Rows], steady: list[Array], names: tuple[str, ...], speed
     percent = 100.0 * rms / float(np.sqrt(np.mean(force**2)))
     unknown = np.full((len(names), len(names)), np.nan)
     made = Estimate(axis, names, unknown, rms, percent)
-    return _Solved(made, left, missed, [len(p) for p in parts])
+    return _Solved(made, left, missed, lengths)
 
 
-def _together(left: Array, scale: Array, names: tuple[str, ...]) -> str:
-    """Which parameters the regressors do not tell apart, or do not show at all."""
+def _together(even: Array, scale: Array, names: tuple[str, ...]) -> str:
+    """Which parameters regressors, of length 1 each, do not tell apart, or do not show at all."""
     unseen = [n for n, s in zip(names, scale, strict=True) if s == 0.0]
     if unseen:
         return f"not seen: {', '.join(unseen)}"
-    weights = np.abs(np.linalg.svd(left / scale, full_matrices=False)[2][-1])
+    weights = np.abs(np.linalg.svd(even, full_matrices=False)[2][-1])
     mixed = [n for n, w in zip(names, weights, strict=True) if w > _MIXED * weights.max()]
     return f"cannot be separated: {', '.join(mixed)}"
 

@@ -9,19 +9,23 @@ mean.
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.axis import late, simulate
-from macromicro.identify.axis_inverse import Estimate, differences, fitted
+from macromicro.identify.axis_choice import part
+from macromicro.identify.axis_inverse import Estimate, Rows, differences, fitted
 from macromicro.identify.driven import Driven
 from macromicro.identify.records import flag_saturation
 from macromicro.identify.runs import Run
+from macromicro.identify.triangle import stretches as in_stretches
 
 LONG = 400_000  # samples in all records; fewer are taken as they are
 FINE, COARSE = 100.0, 30.0  # samples left in a time constant M/Fv: regression, free run
+_PIECE = 100_000  # samples of a long record whose table is made at a time
 _STRETCHES, _STRETCH = 8, 20_000  # parts of records, and samples in each, that tell it roughly
 _PARTS = 4  # stretches that stand for a long record
 CORNER, FACTOR = 0.08, 10  # of the low-pass, in samples' rate, and of the decimation
@@ -49,10 +53,10 @@ def factors(runs: list[Run], driven: Driven) -> tuple[int, int]:
     if total <= LONG:
         return 1, 1
     rows = []
-    for part in stretches(runs, _STRETCHES, _STRETCH):
-        if np.ptp(part.x) > 0.0:
-            push, corner = driven.force(part.u), CORNER / part.dt
-            rows.append(differences(part, push, corner, FACTOR, eccentric=driven.eccentric))
+    for run in stretches(runs, _STRETCHES, _STRETCH):
+        if np.ptp(run.x) > 0.0:
+            push, corner = driven.force(run.u), CORNER / run.dt
+            rows.append(differences(run, push, corner, FACTOR, eccentric=driven.eccentric))
     try:
         axis = fitted(rows, "coulomb", told=False).axis
     except (InputError, ValueError):  # what is wrong with it, the fit to all of it says
@@ -88,6 +92,31 @@ def stretches(runs: list[Run], count: int = _PARTS, length: int = LONG // _PARTS
         parts = max(min(round(count * len(run.t) / total), len(run.t) // size), 1)
         for first in np.linspace(0, len(run.t) - size, parts).astype(int):
             made.append(Run(*(column[first : first + size] for column in run)))
+    return made
+
+
+def pieces(rows: list[Rows]) -> list[Rows]:
+    """Records of more than `LONG` samples as several of no more than 100 000.
+
+    Tables of them are made one after the other, so that less is in memory at a time; a free run
+    begins anew in each, which piles up less.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+
+    Returns
+    -------
+    list[Rows]
+        Views, all samples in their order.
+    """
+    made = []
+    for record in rows:
+        n = len(record.v)
+        count = -(-n // _PIECE) if n > LONG else 1
+        ends = np.linspace(0, n, count + 1).round().astype(int)
+        made += [part(record, slice(a, b)) for a, b in pairwise(ends)]
     return made
 
 
@@ -194,10 +223,9 @@ def whole(
     """
     free, errors, extent = [], [], 0.0
     for run, (x, v) in zip(runs, starts, strict=True):
-        # In place, for these are the longest arrays of all.
-        about = run.x - run.x.mean()
-        extent += float(about @ about)
-        del about
+        # In parts and in place, for these are the longest arrays of all.
+        mean = run.x.mean()
+        extent += sum(float((near - mean) @ (near - mean)) for near in in_stretches(run.x))
         made = simulate(found.axis, driven.force(run.u), run.dt, x, v)
         made += float(np.mean(run.x[:many] - made[:many]))
         free.append(made)

@@ -65,6 +65,7 @@ class Driven(NamedTuple):
         Returns
         -------
         ndarray, shape (n,)
-            Force, as late as it acts.
+            Force, as late as it acts; `u` itself where that is the same.
         """
-        return self.gain * late(u, self.delay)
+        pull = late(u, self.delay)
+        return pull if self.gain == 1.0 else self.gain * pull  # no copy: records may be long

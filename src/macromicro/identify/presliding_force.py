@@ -88,7 +88,7 @@ def needed(rows: Rows, p: Presliding) -> Array:
     compiled(rubbed)(p, way, begun(rows)[1], rows.force - p.offset, dt, room, friction)
     carried = p.mass * rows.a + p.viscous * rows.v
     rough = late(friction, HELD) + p.asymmetry * np.abs(rows.v) + p.offset
-    table = evened(rows, np.stack([carried, rough], axis=1), [1])
+    table = evened(rows, [carried, rough], [False, True])
     return np.asarray(table.sum(axis=1))
 
 
@@ -148,7 +148,7 @@ def disturbed(problem: Problem, z: Array, shape: Shape, errors: list[Array]) -> 
 
             missed.append(force(z) - needed(free._replace(still=real.still), model))
             taken.append(central(force, z, nudges(z, scale, False), low, high))
-            places.append(evened(real, real.run.x[:, None].copy(), [])[:, 0])
+            places.append(evened(real, [real.run.x], [False])[:, 0])
     if not missed:
         return Disturbance(missed, taken, None)
     table = np.concatenate(taken)

@@ -18,6 +18,7 @@ from macromicro.identify.linear_fit import LinearFit, percent, whiteness
 from macromicro.identify.notices import ConvergenceWarning, RestWarning, UnstableWarning, notice
 from macromicro.identify.records import Record, Signals, records
 from macromicro.identify.spread import robust_covariance
+from macromicro.identify.triangle import triangle
 
 Start = Literal["rest", "free"]
 
@@ -259,7 +260,7 @@ def solved(psi: Array, phi: Array, target: Array, roots: Array) -> Array:
     left, right = psi / scale * roots[:, None], phi / scale * roots[:, None]
     if psi is phi:
         # The triangle of a QR decomposition holds all that the small solution needs.
-        r: Array = np.asarray(np.linalg.qr(np.column_stack([right, target * roots]), mode="r"))
+        r = triangle([np.column_stack([right, target * roots])])
         n = phi.shape[1]
         theta, _, rank, _ = np.linalg.lstsq(r[:, :n], r[:, n], rcond=1e-12)
         poor = rank < n

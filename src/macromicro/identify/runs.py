@@ -138,17 +138,17 @@ def _even(t: Array, u: Array, x: Array, where: str) -> tuple[Array, Array, Array
         raise InputError(
             f"{where}.t", f"{t[row]:g} s after {t[row - 1]:g} s", "times that increase"
         )
-    usual = float(np.median(steps))
-    if steps.max() > _GAP * usual:
-        row = int(steps.argmax())
-        found = f"a gap of {steps[row]:g} s after {t[row]:g} s, usual step {usual:g} s"
+    row, shortest, longest = int(steps.argmax()), float(steps.min()), float(steps.max())
+    usual = float(np.median(steps, overwrite_input=True))  # no copy: records may be long
+    if longest > _GAP * usual:
+        found = f"a gap of {longest:g} s after {t[row]:g} s, usual step {usual:g} s"
         raise InputError(f"{where}.t", found, "one record without gaps; cut it there")
-    if max(float(steps.max()) - usual, usual - float(steps.min())) <= _EVEN * usual:
+    if max(longest - usual, usual - shortest) <= _EVEN * usual:
         return t, u, x
     grid = np.linspace(t[0], t[-1], round((t[-1] - t[0]) / usual) + 1)
     notice(
         ResampledWarning,
-        f"{where}: time steps from {steps.min():g} to {steps.max():g} s; interpolated onto "
+        f"{where}: time steps from {shortest:g} to {longest:g} s; interpolated onto "
         f"{len(grid)} samples {usual:g} s apart (the input held, the position linear)",
     )
     held = u[np.clip(np.searchsorted(t, grid, side="right") - 1, 0, len(u) - 1)]

@@ -142,8 +142,8 @@ def autoregression(residuals: list[Array]) -> tuple[Array, float]:
             k = -2.0 * shared / each
             d = np.concatenate([d + k * d[::-1], [k]])
             power *= 1.0 - k * k
-            pairs = [(f + k * b, b + k * f) for f, b in zip(ahead, back, strict=True)]
-            ahead, back = [f[1:] for f, _ in pairs], [b[:-1] for _, b in pairs]
+            for i, (f, b) in enumerate(zip(ahead, back, strict=True)):
+                ahead[i], back[i] = (f + k * b)[1:], (b + k * f)[:-1]
         if not power > 0.0:
             break
         score = n * np.log(power) + 2.0 * order

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.identify.kinds.seen import plots
 
-from macromicro.drawing.style import BLUE, ORANGE, RED
+from macromicro.drawing.style import BINS, BLUE, ORANGE, RED
 from macromicro.identify.kinds import pictures
 
 T = np.arange(40) * 0.5
@@ -49,6 +49,21 @@ def test_a_single_record_needs_no_number_and_time_is_the_axis() -> None:
     shown = plots(pictures.free_runs([T], [T], [T], "y"))
     assert [p.title for p in shown] == ["", "measured less model"]
     assert shown[1].x == "time [s]" and shown[0].legend
+
+
+def test_long_records_are_thinned_and_no_peak_is_lost() -> None:
+    t = np.arange(100_000) * 0.01
+    model = np.sin(t)
+    measured = model + np.where(t == 123.45, 0.7, 0.0) - np.where(t == 987.65, 0.2, 0.0)
+    figure = pictures.free_runs([t], [measured], [model], "y")
+    _, shown, rest = plots(figure)[1].lines[0]
+    assert len(rest) == 2 * BINS and rest.max() == pytest.approx(0.7)
+    assert rest.min() == pytest.approx(-0.2)
+    assert shown[rest.argmax()] == pytest.approx(123.45, abs=t[-1] / BINS)
+    assert shown[rest.argmin()] == pytest.approx(987.65, abs=t[-1] / BINS)
+    _, shown, rest = plots(pictures.leftover([measured - model], 0.01, "e"))[0].lines[0]
+    assert len(rest) == 2 * BINS and rest.max() == pytest.approx(0.7)
+    assert shown[rest.argmax()] == pytest.approx(123.45, abs=t[-1] / BINS)
 
 
 def test_two_records_are_numbered() -> None:

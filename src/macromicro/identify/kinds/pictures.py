@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.drawing.style import BLUE, ORANGE, RED, finish, line, new
+from macromicro.drawing.style import BINS, BLUE, ORANGE, RED, finish, line, new, thinned
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST = 3  # records that a figure shows
 _LAGS = 50
+_STRETCHES = 50  # of a record, one after the other
 
 
 def free_runs(
@@ -51,8 +53,7 @@ def free_runs(
         top, low = axes[0, k], axes[1, k]
         line(top, t[k], measured[k], BLUE, "measured")
         line(top, t[k], model[k], ORANGE, "model, free run", linestyle="--")
-        rest = np.asarray(measured[k] - model[k], np.float64)
-        line(low, t[k], rest, RED, "measured - model")
+        line(low, *_less(t[k], measured[k], model[k]), RED, "measured - model")
         title = f"record {k + 1} of {len(t)}" if len(t) > 1 else ""
         finish(top, names[k] if names else title, "", label, legend=count == 1)
         finish(low, "measured less model", x)
@@ -61,6 +62,15 @@ def free_runs(
         figure.legend(handles, words, loc="upper right", ncols=2, frameon=False, fontsize=8)
     figure.subplots_adjust(left=0.11, wspace=0.42)
     return figure
+
+
+def _less(t: Array, measured: Array, model: Array) -> tuple[Array, Array]:
+    """A difference over time, thinned in stretches: records may be long."""
+    cuts = np.linspace(0, len(t), _STRETCHES + 1).astype(np.intp)
+    bins = BINS // _STRETCHES
+    parts = [thinned(t[a:b], measured[a:b] - model[a:b], bins) for a, b in pairwise(cuts)]
+    x, y = zip(*parts, strict=True)
+    return np.concatenate(x), np.concatenate(y)
 
 
 def leftover(residuals: Sequence[Array], dt: float, label: str) -> Figure:
@@ -81,9 +91,9 @@ def leftover(residuals: Sequence[Array], dt: float, label: str) -> Figure:
         Two axes.
     """
     figure, axes = new(3.4, 1, 2)
-    e = np.concatenate(list(residuals))
-    t = np.asarray(np.arange(len(e)) * dt, np.float64)
-    line(axes[0, 0], t, e, RED, "residual")
+    e = residuals[0] if len(residuals) == 1 else np.concatenate(list(residuals))
+    t, thin = thinned(np.arange(len(e), dtype=np.int32), e)
+    line(axes[0, 0], t * dt, thin, RED, "residual")
     finish(axes[0, 0], "residuals, records in a row", y=label)
     figure.subplots_adjust(left=0.11)
     power = sum(float(r @ r) for r in residuals) or 1.0
