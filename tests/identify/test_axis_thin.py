@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from macromicro.errors import InputError
 from macromicro.identify import axis_thin, drive
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_fit import DriveFit
-from macromicro.identify.axis_inverse import differences
+from macromicro.identify.axis_inverse import Estimate, differences
 from macromicro.identify.driven import Driven
+from macromicro.identify.notices import SaturationWarning
 from macromicro.identify.runs import Run
 
 DT = 1e-3
@@ -92,6 +96,41 @@ def test_the_free_run_is_of_what_was_measured(both: tuple[Run, DriveFit, DriveFi
     np.testing.assert_allclose(run.x - thin.free_run[0], thin.residuals[0], atol=1e-15)
     assert thin.rms == pytest.approx(float(np.sqrt(np.mean(thin.residuals[0] ** 2))))
     assert thin.rms < 1.5 * plain.rms
+
+
+def test_what_means_make_of_reversals_is_taken_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without noise, of four samples each: 0.1 % of the mass and 0.2 % of viscous friction."""
+    monkeypatch.setattr(axis_thin, "LONG", 10_000)
+    run = record(60_000)
+    clean = run._replace(x=simulate(AXIS, np.clip(run.u, -65.0, 65.0), DT))
+    assert axis_thin.factors([clean], Driven()) == (4, 6)
+    with pytest.warns(SaturationWarning):
+        found = drive(*clean, structure="coulomb", limit=65.0).inverse
+    truth = np.array([getattr(AXIS, n) for n in found.names])
+    assert (np.abs(found.values - truth) < [0.02, 0.06, 0.004, 0.002]).all()
+
+
+def test_an_estimate_stays_where_the_parts_do_not_better_it() -> None:
+    found = Estimate(AXIS, ("mass", "viscous"), np.eye(2), 0.1, 1.0)
+
+    def refused(_: list[Run]) -> Estimate:
+        raise InputError("record", "at rest", "a motion")
+
+    def far(_: list[Run]) -> Estimate:
+        return replace(found, axis=AXIS._replace(mass=200.0))
+
+    def near(parts: list[Run]) -> Estimate:
+        """As of a run by the axis itself, under the input as it acts."""
+        (part,) = parts
+        np.testing.assert_allclose(part.x, run.x[0] + simulate(AXIS, 2.0 * run.u, DT), atol=1e-12)
+        return replace(found, axis=AXIS._replace(mass=94.0, viscous=204.0))
+
+    run = record(2000)._replace(x=np.full(2000, 0.3))
+    for again in (refused, far):
+        assert axis_thin.unblurred([run], found, Driven(2.0), again) is found
+    other = axis_thin.unblurred([run], found, Driven(2.0), near)
+    assert other.values.tolist() == [96.0, 202.0] and other.axis.coulomb == 20.0
+    assert other.covariance is found.covariance
 
 
 def test_a_late_input_is_moved_before_it_is_averaged(monkeypatch: pytest.MonkeyPatch) -> None:

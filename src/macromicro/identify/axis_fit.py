@@ -206,7 +206,7 @@ def drive(  # noqa: PLR0913 -- one parameter per option
         axis_load.warned(rows, structure)
     if coarse > 1:
         rows = _means(runs, fine, driven)
-    inverse = _inverse(rows, structure, lag)
+    inverse = _unblurred(runs, _inverse(rows, structure, lag), driven, structure, fine)
     axis_doubts.against(inverse)
     if not plausible(inverse):
         notice(
@@ -392,6 +392,18 @@ def _inverse(rows: list[Rows], structure: str, lag: tuple[float, float] | None) 
         return instrumented(rows, fitted(rows, structure))
 
     return made(rows) if lag is None else axis_delay.under(made, rows, *lag)
+
+
+def _unblurred(
+    runs: list[Run], found: Estimate, driven: Driven, structure: str, fine: int
+) -> Estimate:
+    """Inverse dynamics of means over `fine` samples, less what these make of reversals."""
+
+    def again(parts: list[Run]) -> Estimate:
+        return _inverse(_means(parts, fine, driven), structure, None)
+
+    blurred = fine > 1 and plausible(found)
+    return axis_thin.unblurred(runs, found, driven, again) if blurred else found
 
 
 def _judged(rows: list[Rows], holdout: float, structure: str) -> tuple[list[Rows], Estimate]:

@@ -8,6 +8,7 @@ mean.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
@@ -17,7 +18,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.axis import late, simulate
 from macromicro.identify.axis_choice import part
-from macromicro.identify.axis_inverse import Estimate, Rows, differences, fitted
+from macromicro.identify.axis_inverse import Estimate, Rows, differences, fitted, plausible
 from macromicro.identify.driven import Driven
 from macromicro.identify.records import flag_saturation
 from macromicro.identify.runs import Run
@@ -188,6 +189,44 @@ def thinned(runs: list[Run], many: int, driven: Driven) -> list[Run]:
         u = u if limit is None else flag_saturation(u, f"record[{k}].u", limit)
         made.append(means(run._replace(u=late(u, driven.delay)), many))
     return made
+
+
+def unblurred(
+    runs: list[Run], found: Estimate, driven: Driven, again: Callable[[list[Run]], Estimate]
+) -> Estimate:
+    """An estimate by means less what they make of a reversal, where friction changes its sign.
+
+    Parts of the records are run freely by the axis that was found, sample by sample; what the same
+    means make of these is off by as much as it is of the record.
+
+    Parameters
+    ----------
+    runs : list[Run]
+        The records, as they were measured.
+    found : Estimate
+        By inverse dynamics, from means of them.
+    driven : Driven
+        What the drive makes of its input.
+    again : Callable[[list[Run]], Estimate]
+        An estimate in the same way.
+
+    Returns
+    -------
+    Estimate
+        As it was where the parts do not tell the parameters.
+    """
+    made = []
+    for run in stretches(runs):
+        u = run.u if driven.limit is None else np.clip(run.u, -driven.limit, driven.limit)
+        force = driven.force(u)
+        made.append(run._replace(x=simulate(found.axis, force, run.dt, float(run.x[0]))))
+    try:
+        own = again(made)
+    except InputError:
+        return found
+    values = 2.0 * found.values - own.values
+    other = replace(found, axis=found.axis._replace(**dict(zip(found.names, values, strict=True))))
+    return other if plausible(other) else found
 
 
 def whole(
