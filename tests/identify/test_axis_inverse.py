@@ -216,6 +216,9 @@ def test_motion_that_does_not_determine_the_parameters_is_refused() -> None:
     steady = Rows(Run(T, FORCE, T), FORCE, np.ones(6000), np.zeros(6000), T < -1.0, 1)
     with pytest.raises(InputError, match="does not determine"):
         fitted([steady], "viscous")
+    few = rows(part=slice(300, 302))
+    with pytest.raises(InputError, match="does not determine"):
+        fitted([few], "viscous")
     one_way = Rows(Run(T, FORCE, X), FORCE, np.abs(V) + 0.1, A, T < -1.0, 1)
     with pytest.raises(InputError, match="does not determine"):
         fitted([one_way], "coulomb")

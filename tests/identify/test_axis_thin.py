@@ -96,6 +96,7 @@ def test_the_free_run_is_of_what_was_measured(both: tuple[Run, DriveFit, DriveFi
     np.testing.assert_allclose(run.x - thin.free_run[0], thin.residuals[0], atol=1e-15)
     assert thin.rms == pytest.approx(float(np.sqrt(np.mean(thin.residuals[0] ** 2))))
     assert thin.rms < 1.5 * plain.rms
+    assert thin.fit == pytest.approx(100.0 - 100.0 * thin.rms / float(np.std(run.x)))
 
 
 def test_what_means_make_of_reversals_is_taken_off(monkeypatch: pytest.MonkeyPatch) -> None:
