@@ -87,6 +87,25 @@ def part(rows: Rows, where: slice) -> Rows:
     )
 
 
+def divided(record: Rows, count: int) -> list[Rows]:
+    """A record in so many parts of one length or nearly so.
+
+    Parameters
+    ----------
+    record : Rows
+        The record.
+    count : int
+        From 1.
+
+    Returns
+    -------
+    list[Rows]
+        All samples in their order.
+    """
+    ends = np.linspace(0, len(record.v), count + 1).round().astype(int)
+    return [part(record, slice(a, b)) for a, b in pairwise(ends)]
+
+
 def blocks(rows: list[Rows]) -> list[Rows]:
     """All records in blocks of one length or nearly so, in their order.
 
@@ -102,10 +121,8 @@ def blocks(rows: list[Rows]) -> list[Rows]:
     """
     made = []
     for record in rows:
-        n = len(record.v)
-        count = max(min(_MOST, n // (_LEAST * record.factor)), 1)
-        ends = np.linspace(0, n, count + 1).round().astype(int)
-        made += [part(record, slice(a, b)) for a, b in pairwise(ends)]
+        longest = _LEAST * record.factor
+        made += divided(record, max(min(_MOST, len(record.v) // longest), 1))
     return made
 
 

@@ -24,6 +24,7 @@ from macromicro.identify.axis_inverse import (
     Rows,
     by_speed,
     columns,
+    corrected,
     differences,
     linear,
     plausible,
@@ -208,10 +209,7 @@ def _unblurred(rows: list[Rows], found: Estimate, names: tuple[str, ...]) -> Est
     own = np.linalg.lstsq(guides / sizes, force, rcond=None)[0] / sizes
     held = np.zeros(len(own))
     held[len(names) :] = speed
-    values = found.values - (own + held - found.values)
-    other = replace(found, axis=found.axis._replace(**dict(zip(found.names, values, strict=True))))
-    sound = plausible(other) and (not searched or other.axis.stribeck_speed > 0.0)
-    return other if sound else found
+    return corrected(found, own + held)
 
 
 def _instruments(rows: list[Rows], estimate: Estimate, names: tuple[str, ...]) -> Array:

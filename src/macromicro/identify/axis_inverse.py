@@ -601,6 +601,27 @@ def plausible(estimate: Estimate) -> bool:
     return p.mass > 0.0 and p.viscous >= abs(p.asymmetry) and min(p.coulomb, p.stribeck) >= 0.0
 
 
+def corrected(found: Estimate, own: Array) -> Estimate:
+    """An estimate less what its method makes of a free run of the axis that was found.
+
+    Parameters
+    ----------
+    found : Estimate
+        By a method.
+    own : ndarray, shape (p,)
+        What the same method makes of that free run, in the order of its names.
+
+    Returns
+    -------
+    Estimate
+        As it was where no axis has these values.
+    """
+    values = found.values - (own - found.values)
+    other = replace(found, axis=found.axis._replace(**dict(zip(found.names, values, strict=True))))
+    sound = plausible(other) and (SPEED not in found.names or other.axis.stribeck_speed > 0.0)
+    return other if sound else found
+
+
 def force_residuals(rows: list[Rows], estimate: Estimate) -> list[Array]:
     """Measured less predicted force, decimated.
 
@@ -635,8 +656,9 @@ def regressors(rows: list[Rows], estimate: Estimate) -> list[Array]:
     list[Array]
         Arrays of shape (m, p), one per record.
     """
-    return [table[:, :-1] for table in _tables(rows, estimate)]
+    return _tables(rows, estimate, forced=False)
 
 
-def _tables(rows: list[Rows], estimate: Estimate) -> list[Array]:
-    return [columns(r, linear(estimate.names), estimate.axis.stribeck_speed) for r in rows]
+def _tables(rows: list[Rows], estimate: Estimate, *, forced: bool = True) -> list[Array]:
+    names, speed = linear(estimate.names), estimate.axis.stribeck_speed
+    return [columns(r, names, speed, forced=forced) for r in rows]

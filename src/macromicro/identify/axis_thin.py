@@ -8,18 +8,19 @@ mean.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.axis import late, simulate
-from macromicro.identify.axis_choice import part
-from macromicro.identify.axis_inverse import Estimate, Rows, differences, fitted, plausible
+from macromicro.identify.axis_choice import divided
+from macromicro.identify.axis_inverse import Estimate, Rows, corrected, differences, fitted
 from macromicro.identify.driven import Driven
+from macromicro.identify.notices import DataWarning
 from macromicro.identify.records import flag_saturation
 from macromicro.identify.runs import Run
 from macromicro.identify.triangle import stretches as in_stretches
@@ -115,9 +116,7 @@ def pieces(rows: list[Rows]) -> list[Rows]:
     made = []
     for record in rows:
         n = len(record.v)
-        count = -(-n // _PIECE) if n > LONG else 1
-        ends = np.linspace(0, n, count + 1).round().astype(int)
-        made += [part(record, slice(a, b)) for a, b in pairwise(ends)]
+        made += divided(record, -(-n // _PIECE) if n > LONG else 1)
     return made
 
 
@@ -217,16 +216,15 @@ def unblurred(
     """
     made = []
     for run in stretches(runs):
-        u = run.u if driven.limit is None else np.clip(run.u, -driven.limit, driven.limit)
-        force = driven.force(u)
-        made.append(run._replace(x=simulate(found.axis, force, run.dt, float(run.x[0]))))
+        free = simulate(found.axis, driven.force(run.u), run.dt, float(run.x[0]))
+        made.append(run._replace(x=free))
     try:
-        own = again(made)
+        with warnings.catch_warnings():  # of the records they were said already
+            warnings.simplefilter("ignore", DataWarning)
+            own = again(made)
     except InputError:
         return found
-    values = 2.0 * found.values - own.values
-    other = replace(found, axis=found.axis._replace(**dict(zip(found.names, values, strict=True))))
-    return other if plausible(other) else found
+    return corrected(found, own.values)
 
 
 def whole(

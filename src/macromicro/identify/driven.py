@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from macromicro.arrays import Array
 from macromicro.identify.axis import late
 
@@ -60,12 +62,13 @@ class Driven(NamedTuple):
         Parameters
         ----------
         u : ndarray, shape (n,)
-            Within its limit.
+            As it was asked for.
 
         Returns
         -------
         ndarray, shape (n,)
-            Force, as late as it acts; `u` itself where that is the same.
+            Force within the drive's limit, as late as it acts; `u` itself where that is the same.
         """
-        pull = late(u, self.delay)
+        within = u if self.limit is None else np.clip(u, -self.limit, self.limit)
+        pull = late(within, self.delay)
         return pull if self.gain == 1.0 else self.gain * pull  # no copy: records may be long
