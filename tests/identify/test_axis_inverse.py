@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from macromicro.identify.axis_inverse import (
     _decimated,
     _standing,
     columns,
+    corrected,
     differences,
     fitted,
     force_residuals,
@@ -181,6 +183,19 @@ def test_masses_and_frictions_below_zero_are_not_plausible(
 ) -> None:
     """Nor an asymmetry that makes viscous friction push."""
     assert plausible(estimate(**changed)) == good
+
+
+def test_an_estimate_is_corrected_by_what_its_method_makes_of_its_own_run() -> None:
+    """What comes out too large by as much is taken off, where an axis has what is left."""
+    names = ("mass", "coulomb", "stribeck_speed")
+    found = Estimate(TRUTH, names, np.eye(3), 0.1, 1.0)
+    other = corrected(found, np.array([2.1, 1.4, 0.2]))
+    np.testing.assert_allclose(other.values, [1.9, 1.6, 0.1])
+    assert other.axis.viscous == TRUTH.viscous and other.covariance is found.covariance
+    for own in ([4.0, 1.5, 0.15], [2.0, 3.1, 0.15], [2.0, 1.5, 0.31]):
+        assert corrected(found, np.array(own)) is found
+    bare = replace(found, axis=TRUTH._replace(stribeck_speed=-1.0), names=names[:2])
+    assert corrected(bare, np.array([2.1, 1.5])).axis.mass == pytest.approx(1.9)
 
 
 def test_an_estimate_tells_its_values_with_their_errors() -> None:
