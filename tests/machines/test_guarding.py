@@ -7,6 +7,7 @@ import pytest
 from macromicro.control.stage_law import Sample, Target
 from macromicro.kernel import compiled
 from macromicro.machines import guarding
+from macromicro.machines.guard_words import AGAINST, DRIVE, FROZEN, HOT, JUMP, LIMIT_LOW
 from macromicro.machines.guarding import (
     FAST,
     HIGH,
@@ -144,7 +145,7 @@ def test_pushing_without_a_reading_counts_on_and_easing_ends_it():
 def test_a_fault_stays_and_nothing_passes():
     first, _ = one(0.6)
     watch, given = guarding.step(P, first, Sample(5.0, 0.0), Target(0.0, 0.0, 0.0), 1.0)
-    assert watch == first and given == 0.0
+    assert watch[:4] == first[:4] and watch.fault == HIGH and given == 0.0
     late = watched([(0.0, 0.0, 1.0)] * 5 + [(0.7, 0.7, 1.0)])[0]
     assert late.time == pytest.approx(0.005)
     third = watched([(0.7, 0.7, 1.0)], start=1.0 / 3.0)[0]
@@ -173,3 +174,174 @@ def test_compiled_it_does_the_same():
     watch = fresh()
     args = (P, watch, Sample(0.0, 0.6), Target(0.6, 0.0, 0.0), 1.0)
     assert compiled(guarding.step)(*args)[0].fault == HIGH
+
+
+LEAN = P._replace(lean=2.0, leant=0.1, still=0.01)
+
+
+@pytest.mark.parametrize("effort", [2.0, -2.0, 4.9])
+def test_a_free_stage_moves_under_less_than_a_hard_push(effort):
+    stands = [(0.1, 0.1, 0.0)] + [(0.1, 0.1, effort)] * 100
+    assert watched(stands, LEAN)[0].fault == OK
+    stuck, given = watched([*stands, (0.1, 0.1, effort)], LEAN)
+    assert (stuck.fault, stuck.value, stuck.limit, given) == (STUCK, effort, 0.1, 0.0)
+    assert guarding.leaning(stuck) == pytest.approx(0.101)
+    assert guarding.leaning(watched(stands[:11], LEAN)[0]) == pytest.approx(0.01)
+    eased = [*stands, (0.1, 0.1, 1.999), *[(0.1, 0.1, effort)] * 100]
+    assert watched(eased, LEAN)[0].fault == OK
+    assert guarding.leaning(watched(eased[:102], LEAN)[0]) == 0.0
+    assert guarding.leaning(fresh()) == 0.0
+    for limits in (LEAN._replace(lean=0.0), LEAN._replace(lean=5.1)):  # not watched, or less
+        assert watched([(0.1, 0.1, effort)] * 1000, limits)[0].fault == OK
+
+
+def test_a_reading_that_dithers_is_no_motion():
+    dither = [(0.1 + 0.0099 * (k % 2), 0.1, 3.0) for k in range(102)]
+    assert watched(dither, LEAN)[0].fault == STUCK
+    hard = [(0.1 + 0.0099 * (k % 2), 0.1, 6.0) for k in range(302)]
+    assert watched(hard, LEAN._replace(lean=0.0))[0].fault == STUCK
+    moves = [(0.1 + 0.0101 * (k % 2), 0.1, 3.0) for k in range(302)]
+    assert watched(moves, LEAN)[0].fault == OK
+
+
+BACK = LEAN._replace(against=0.05, leant=9.0, stuck=9.0, window=9.0)
+
+
+def pulled(way, n, effort, start=0.0):
+    return [(x, x, effort) for x in (start + way * k * 1e-3 for k in range(n))]
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_motion_against_the_motor(sign):
+    assert watched(pulled(-sign, 51, 3.0 * sign), BACK)[0].fault == OK
+    against, given = watched(pulled(-sign, 52, 3.0 * sign), BACK)
+    assert (against.fault, against.limit, given) == (AGAINST, 0.05, 0.0)
+    assert against.value == pytest.approx(0.051)
+    for effort in (1.99 * sign, -3.0 * sign):  # too little to tell, or with it
+        assert watched(pulled(-sign, 200, effort), BACK)[0].fault == OK
+    assert watched(pulled(-sign, 200, 3.0 * sign), BACK._replace(against=0.0))[0].fault == OK
+    assert watched(pulled(-sign, 200, 3.0 * sign), BACK._replace(lean=0.0))[0].fault == OK
+    # What goes along once, or is not pushed, begins anew.
+    for effort, way in ((3.0 * sign, sign), (0.0, -sign)):
+        half = pulled(-sign, 40, 3.0 * sign)
+        turned = pulled(way, 2, effort, half[-1][0])[1:]
+        rest = pulled(-sign, 41, 3.0 * sign, turned[-1][0])[1:]
+        assert watched([*half, *turned, *rest], BACK)[0].fault == OK
+    assert watched([*half, *[(half[-1][0],) * 2 + (3.0 * sign,)] * 20], BACK)[0].fault == OK
+
+
+LEAP = P._replace(leap=2.0, still=0.01, speed=1e9)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("driven", [True, False])
+def test_a_reading_that_jumps(sign, driven):
+    def after(places, limits=LEAP):
+        watch = fresh()
+        for k, place in enumerate(places):
+            if driven:
+                aim = Target(0.0 if math.isnan(place) else place, 0.0, 0.0)
+                watch, _ = guarding.step(limits, watch, Sample(k * DT, place), aim, 1.0)
+            else:
+                watch = guarding.off(limits, watch, Sample(k * DT, place))
+        return watch
+
+    assert after([0.1, 0.1 + sign * 0.0119]).fault == OK  # 2 mm in 1 ms, and 10 mm
+    jump = after([0.1, 0.1 + sign * 0.0121])
+    assert (jump.fault, jump.limit, jump.time) == (JUMP, 2.0, DT)
+    assert jump.value == pytest.approx(0.0121) and guarding.blind(jump)
+    assert after([0.1, NAN, NAN, 0.1 + sign * 0.0159]).fault == OK  # three periods
+    assert after([0.1, NAN, NAN, 0.1 + sign * 0.0161]).fault == JUMP
+    assert after([0.1, 0.1 + sign * 0.3], LEAP._replace(leap=0.0)).fault == OK
+    assert after([NAN, NAN, 0.3]).fault == OK  # the first
+    assert after([0.1, *[NAN] * 21]).fault == SILENT
+
+
+def test_a_sensor_that_repeats_itself():
+    limits = P._replace(repeats=0.05)
+    same = [(0.1, 0.1, 1.0)] * 51
+    assert watched(same, limits)[0].fault == OK
+    frozen, given = watched([*same, same[0]], limits)
+    assert (frozen.fault, frozen.limit, given) == (FROZEN, 0.05, 0.0)
+    assert frozen.value == pytest.approx(0.051)
+    assert watched([*same, (0.1001, 0.1, 1.0), *same[:50]], limits)[0].fault == OK
+    assert watched(same * 4, limits._replace(repeats=0.0))[0].fault == OK
+    silent = limits._replace(silent=1.0)  # no reading is no new one, either
+    assert watched([*same[:10], *[(NAN, 0.1, 1.0)] * 42], silent)[0].fault == FROZEN
+
+
+def test_what_is_heated_by_its_mean_effort():
+    limits = P._replace(heat=4.0, heating=0.1, push=20.0)
+    full = [(0.1, 0.1, 10.0)] * 400
+    hot, given = watched(full[:53], limits)
+    assert (hot.fault, hot.limit, given) == (HOT, 4.0, 0.0)
+    assert hot.time == pytest.approx(-0.1 * math.log(0.6), abs=0.002)  # 10 V (1 - exp(-t/tau))
+    assert not guarding.blind(hot)
+    for effort in (3.99, -3.99):
+        assert watched([(0.1, 0.1, effort)] * 3000, limits)[0].fault == OK
+    assert watched([(0.1, 0.1, -10.0)] * 400, limits)[0].fault == HOT
+    assert watched(full, limits._replace(heat=0.0))[0].fault == OK
+    # Clearing the fault cools nothing; time does.
+    cleared = guarding.cleared(hot)
+    again, _ = guarding.step(limits, cleared, Sample(hot.then + DT, 0.1), Target(0.1, 0, 0), 10.0)
+    assert again.fault == HOT
+    for k in range(1, 101):
+        cleared = guarding.off(limits, cleared, Sample(hot.then + k * DT, 0.1))
+    assert cleared.mean == pytest.approx(hot.mean * math.exp(-1.0), rel=0.01)
+
+
+def test_what_the_sensor_does_while_a_fault_is_latched():
+    fault, _ = one(effort=11.0)
+    assert not guarding.blind(fault)
+    limits = P._replace(leap=1.0, still=0.001)
+    fine = guarding.off(limits, fault, Sample(DT, 0.001))
+    assert fine.missed == 0.0 and fine[:4] == fault[:4]
+    jumped, given = guarding.step(limits, fine, Sample(2 * DT, 0.1), Target(0.1, 0, 0), 1.0)
+    assert jumped.missed == 1.0 and jumped[:4] == fault[:4] and given == 0.0
+    assert guarding.off(limits, jumped, Sample(3 * DT, 0.1)).missed == 1.0
+    assert guarding.off(limits, fine, Sample(1.0, NAN)).missed == 1.0
+    assert guarding.cleared(jumped).missed == 0.0
+
+
+def test_after_which_faults_the_position_is_in_doubt():
+    for code in (ILLEGAL, DRIVE, HOT):
+        assert not guarding.blind(fresh()._replace(fault=code))
+    for code in (SILENT, LOW, HIGH, FAST, LOST, STUCK, JUMP, FROZEN, AGAINST, LIMIT_LOW):
+        assert guarding.blind(fresh()._replace(fault=code))
+
+
+@pytest.mark.parametrize(
+    ("code", "value", "limit", "words"),
+    [
+        (JUMP, 0.0121, 2.0, "by 12.1 mm between two readings, possible 2000 mm/s"),
+        (FROZEN, 0.051, 0.05, "the same value for 0.0510 s, allowed 0.0500 s"),
+        (AGAINST, 0.051, 0.05, "51 mm against the effort, allowed 50 mm"),
+        (HOT, 4.01, 4.0, "4.01 V on average, allowed 4 V"),
+    ],
+)
+def test_the_words_of_each(code, value, limit, words):
+    found = describe(fresh()._replace(fault=code, value=value, limit=limit))
+    assert words in found.evidence and "guard." in found.remedy
+
+
+def test_slower_changes_the_speed_alone():
+    limits = Limits(*(0.5 + k for k in range(len(Limits._fields))))
+    assert guarding.slower(limits, 1.0) == limits._replace(speed=1.0)
+    assert guarding.slower(limits, math.inf) == limits
+
+
+@pytest.mark.parametrize("function", [guarding.off, guarding.step])
+def test_both_ways_of_running_give_the_same_bits(function):
+    limits = LEAP._replace(lean=2.0, heat=4.0, repeats=0.5, against=1.0)
+    watch = both = fresh()
+    for k, place in enumerate([0.0, 0.001, NAN, 0.002, 0.3, 0.3]):
+        sample, aim = Sample(k * DT, place), Target(0.001, 0.0, 0.0)
+        more = (aim, 3.0) if function is guarding.step else ()
+        watch, both = (
+            function(limits, watch, sample, *more),
+            compiled(function)(limits, both, sample, *more),
+        )
+        assert repr(watch) == repr(both)
+        if more:
+            watch, both = watch[0], both[0]
+    assert watch.fault == JUMP

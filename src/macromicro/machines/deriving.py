@@ -14,6 +14,7 @@ from macromicro.machines import loops
 from macromicro.machines.parts import LOW_LIMIT, MOTOR, TURN
 from macromicro.machines.rounding import rounded as _round
 from macromicro.machines.sheets import (
+    SPARE,
     constant,
     fastest,
     held,
@@ -38,6 +39,8 @@ MARGIN = 0.02  # of the way between the stops that stays free at either end
 FINEST = 50e-6  # s; longest step of the physics
 COUNTED = 0.15  # share of the effort that one count's step may take
 OUTER, OBSERVER = 0.25, 7.0  # position loop and observer, to the velocity loop's bandwidth
+STARTS, LESS = 1.5, 0.8  # of what starts the stage, and of guard.push: guard.lean
+LEAP = 3.0  # times the greatest speed that the motor can reach
 ROOM = 0.33  # rad; phase that all delays may take at the velocity loop's bandwidth
 
 _TRIES = 40
@@ -222,6 +225,23 @@ def _jerk(tree: Any) -> float:
     return _round(tree.motion.acceleration * rate)
 
 
+def _lean(tree: Any) -> float:
+    """Half as much again as what starts a free stage, and less than what homing pushes with."""
+    starts = STARTS * per_newton(tree) * held(tree)
+    return _round(min(starts, LESS * tree.guard.push))
+
+
+def _still(tree: Any) -> float:
+    """Two counts, and noise."""
+    return _round(2.0 * tree.encoder.pitch + 8.0 * tree.encoder.noise)
+
+
+def _against(tree: Any) -> float:
+    """Twice the way in which it brakes from its greatest speed."""
+    braking = tree.motion.velocity**2 / tree.motion.acceleration
+    return _round(braking + 5.0 * tree.guard.still)
+
+
 RULES: tuple[Rule, ...] = (
     ("friction.coulomb", lambda t: t.friction.has("coulomb")),
     ("friction.stribeck", lambda t: t.friction.has("stribeck")),
@@ -268,4 +288,8 @@ RULES: tuple[Rule, ...] = (
     ("encoder.index_place", _index),
     ("amplifier.continuous", lambda t: _round(0.5 * t.amplifier.current)),
     ("guard.push", lambda t: _round(min(2.0 * per_newton(t) * held(t), 0.95 * t.guard.effort))),
+    ("guard.lean", _lean),
+    ("guard.still", _still),
+    ("guard.against", _against),
+    ("guard.leap", lambda t: _round(LEAP * max(fastest(t) / SPARE, t.motion.velocity))),
 )

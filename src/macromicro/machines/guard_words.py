@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 OK, ILLEGAL, SILENT, LOW, HIGH, FAST, LOST, STUCK = range(8)
 LIMIT_LOW, LIMIT_HIGH, LIMITS, DRIVE, NOT_ENABLED = range(8, 13)
+JUMP, FROZEN, AGAINST, HOT = range(13, 17)
+KEEPS_PLACE = (OK, ILLEGAL, DRIVE, NOT_ENABLED, HOT)  # after any other the position is in doubt
 
 
 class Text(NamedTuple):
@@ -104,5 +106,35 @@ TEXTS = {
         "off {value:.4f} s after it was switched on, allowed {limit:.4f} s",
         "Check the enable wire, the drive's supply and its safe-torque-off inputs; "
         "amplifier.enable_time says how long it may take.",
+    ),
+    JUMP: Text(
+        "position jump",
+        "The position reading jumped farther than the stage can move.",
+        "by {value:.4g} {unit} between two readings, possible {limit:.4g} {unit}/s",
+        "Check the encoder's cable, shield and supply, then clear the fault and home; guard.leap "
+        "sets the limit.",
+        True,
+    ),
+    FROZEN: Text(
+        "position frozen",
+        "The position sensor repeats one value, which its noise makes impossible.",
+        "the same value for {value:.4f} s, allowed {limit:.4f} s",
+        "Check the sensor and its converter; guard.repeats sets the limit, and encoder.noise says "
+        "how noisy the sensor is.",
+    ),
+    AGAINST: Text(
+        "motion against the motor",
+        "The stage moves against the push of its motor.",
+        "{value:.4g} {unit} against the effort, allowed {limit:.4g} {unit}",
+        "Check the polarity of motor and encoder, and that nothing else drives the stage; "
+        "guard.against and guard.lean set the limits.",
+        True,
+    ),
+    HOT: Text(
+        "heated too long",
+        "The mean effort is more than the actuator can be heated with.",
+        "{value:.3g} V on average, allowed {limit:.3g} V",
+        "Let it cool. Check that the stage is free, its sensor works and the target is within its "
+        "stroke; guard.heat and guard.heating set the limits.",
     ),
 }

@@ -8,10 +8,11 @@ from typing import Any
 from macromicro.control.live.leading import Seek, Touch
 from macromicro.machines import pace, wiring
 from macromicro.machines.parts import CAM, HOME, INDEX, LOW_LIMIT, START, STOP
-from macromicro.machines.sheets import endless, force, mass, per_newton, pulled
+from macromicro.machines.sheets import endless, force, held, lag, mass, per_newton, pulled
 
 SHARE = 0.9  # of the guard's push, under which the stage has to move
 EMF = 0.35  # of the effort, for the back-EMF: kinetic friction takes less than 0.56 of it
+REVEAL, SURELY = 0.05, 4.0  # s at least, and times what a free stage takes to move `still`
 STAND = 0.3  # s; shortest standstill that is taken for the stop
 FAST, SLOW = 0.1, 0.01  # of the greatest speed
 PATIENCE = 5.0  # times what the whole way takes
@@ -225,4 +226,24 @@ def stop(tree: Any) -> Touch:
         back=back,
         place=load.stop_low - leans,
         patience=PATIENCE * (way / speed + back / min(slow, speed)) + 10.0,
+        reveal=reveal(tree),
     )
+
+
+def reveal(tree: Any) -> float:
+    """Time within which a free stage moves visibly under the guard's `lean`.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    float
+        s: at least so long, and a multiple of sqrt(2 m x/F) for the way x that counts as motion and
+        the force F that is left over behind friction and weight.
+    """
+    left = tree.guard.lean / per_newton(tree) - held(tree)
+    takes = math.sqrt(2.0 * mass(tree) * tree.guard.still / left) if left > 0.0 else STAND
+    return float(max(REVEAL, SURELY * (takes + lag(tree)), 3.0 * pace.period(tree)))

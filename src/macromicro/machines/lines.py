@@ -16,7 +16,7 @@ from macromicro.machines.guard_words import (
     NOT_ENABLED,
     OK,
 )
-from macromicro.machines.guarding import Limits, Watch
+from macromicro.machines.guarding import Limits, Watch, latched, slower
 from macromicro.types import QUIET, Enable, Lines
 
 SLACK = 2.0  # times the speed off a limit switch that the guard allows
@@ -235,18 +235,7 @@ def step(
         fault, value, limit = NOT_ENABLED, since, p.rise
     held = Held(began, 1.0 if on_low else 0.0, 1.0 if on_high else 0.0)
     if fault != OK:
-        found = Watch(
-            fault,
-            value,
-            limit,
-            sample.t,
-            watch.heard,
-            watch.place,
-            watch.since,
-            watch.there,
-            watch.pushed,
-            watch.stood,
-        )
+        found = latched(watch, fault, value, limit, sample.t)
         return found, held, 0.0
     if on_low and p.homing == 0:
         effort = max(effort, 0.0)
@@ -296,17 +285,7 @@ def bounded(guard: Limits, p: Wired, s: Held) -> Limits:
     """
     free = p.homing == 1 or (s.low < 0.5 and s.high < 0.5)
     # Built in any case: those of a stage that turns are of another type.
-    return Limits(
-        guard.effort,
-        guard.low,
-        guard.high,
-        guard.speed if free else min(guard.speed, p.leave),
-        guard.window,
-        guard.error,
-        guard.silent,
-        guard.push,
-        guard.stuck,
-    )
+    return slower(guard, math.inf if free else p.leave)
 
 
 def shown(lines: Lines, there: tuple[str, ...]) -> Lines:

@@ -14,6 +14,7 @@ from macromicro.hysteresis.prandtl import Prandtl
 from macromicro.hysteresis.prandtl_loop import Loop, shaped
 from macromicro.machines.rounding import rounded
 from macromicro.machines.tree import Checked, Problem
+from macromicro.plant.gauge import repeats
 from macromicro.plant.piezo import loaded
 
 SPREAD = 0.25  # of the weights: a guess that suits soft ceramics; `identify plays` measures them
@@ -153,6 +154,9 @@ RULES: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("guard.high", lambda t: _beside(t, 1.0)),
     ("guard.speed", lambda t: rounded(2.0 * fastest(t))),
     ("guard.error", lambda t: rounded(0.1 * (t.travel.high - t.travel.low))),
+    ("guard.still", lambda t: rounded(2.0 * t.encoder.pitch + 8.0 * t.encoder.noise)),
+    ("guard.leap", lambda t: t.guard.speed),
+    ("guard.repeats", lambda t: rounded(repeats(t.encoder, t.timing.period))),
 )  # fmt: skip
 
 

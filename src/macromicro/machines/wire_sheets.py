@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from macromicro.machines.rounding import rounded
 from macromicro.machines.tree import Checked, Problem
 from macromicro.plant.flexure import stiffness
+from macromicro.plant.gauge import repeats
 
 DENSITY = 6450.0  # kg/m^3; Dynalloy, F1140, physical properties
 SPECIFIC = 837.0  # J/(kg K); the same: 0.2 cal/(g K)
@@ -24,6 +25,9 @@ ROOM = 0.9  # share of the wire's way that targets may use
 SLOWER = 0.5  # share of what heating and cooling can that moves use
 QUICK = 100.0  # rad/s; bandwidth at most
 LATE = 0.6  # rad; phase that period and driver may take there
+HOTTER = 1.5  # times the rise to austenite finish that the guard allows
+LEANS, SLOWLY = 0.9, 3.0  # of full effort, and times the warm-up: guard.lean and guard.leant
+LEAP = 10.0  # times the greatest speed: guard.leap
 SLOW = 0.05  # of it, the integral: with more the loop hunts across the hysteresis
 
 
@@ -275,6 +279,39 @@ def bandwidth(tree: Any) -> float:
     return min(QUICK, LATE / float(tree.timing.period + tree.driver.lag))
 
 
+def warm_up(tree: Any) -> float:
+    """Time in which full effort warms the cold wire until it begins to contract.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of a wire stage.
+
+    Returns
+    -------
+    float
+        s; infinite where full effort does not.
+    """
+    found, room = heats(tree), tree.air.ambient
+    rise = shifted(tree, tree.bias.preload).heat_start - room
+    share = rise / (power(tree) * found.resistance)
+    if share >= 1.0:
+        return math.inf
+    return -found.capacity * found.resistance * math.log(1.0 - share)
+
+
+def _heat_limit(tree: Any) -> float:
+    """The mean effort behind which a wire of the sheet is hotter than it needs to be.
+
+    Its mean over the time constant of the wire stands for a wire without latent heat, so that this
+    is allowed for; and half of the rise to austenite finish under the greatest load.
+    """
+    found, room = heats(tree), tree.air.ambient
+    rise = shifted(tree, pull(tree, way(tree))).heat_end - room
+    allowed = HOTTER * rise + found.latent / found.capacity
+    return rounded(tree.guard.effort * allowed / (power(tree) * found.resistance))
+
+
 def _velocity(tree: Any) -> float:
     return rounded(SLOWER * max(min(speeds(tree)), 1e-3 * way(tree)))
 
@@ -301,6 +338,13 @@ RULES: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("guard.high", lambda t: rounded(1.1 * way(t))),
     ("guard.speed", lambda t: rounded(2.0 * per_joule(t) * power(t))),
     ("guard.error", lambda t: rounded(1.1 * way(t))),  # it begins to move when it is warm
+    ("guard.lean", lambda t: rounded(LEANS * t.guard.effort)),
+    ("guard.leant", lambda t: rounded(0.5 + SLOWLY * warm_up(t))),
+    ("guard.still", lambda t: rounded(2.0 * t.encoder.pitch + 8.0 * t.encoder.noise)),
+    ("guard.leap", lambda t: rounded(LEAP * t.guard.speed)),
+    ("guard.repeats", lambda t: rounded(repeats(t.encoder, t.timing.period))),
+    ("guard.heat", _heat_limit),
+    ("guard.heating", lambda t: rounded(heats(t).capacity * heats(t).resistance)),
 )
 
 

@@ -9,6 +9,7 @@ from macromicro.kernel import kernel
 from macromicro.schema.par import Par
 
 _SHEET = "data sheet"
+LIVES = 0.97  # chance of an equal reading beyond which a sensor at rest may well repeat itself
 
 
 class Gauge(NamedTuple):
@@ -49,3 +50,29 @@ def reading(p: Gauge, x: float, draw: float) -> float:
     """
     shown = min(max(x + p.noise * draw, p.low), p.high)
     return math.floor(shown / p.pitch + 0.5) * p.pitch
+
+
+def repeats(p: Gauge, period: float) -> float:
+    """How long a sensor that lives may show one and the same value at rest.
+
+    A reading equals the one before it with at most the probability that the noise stays within one
+    step. The time is twice that in which a run of equal readings has a chance of 1e-12.
+
+    Parameters
+    ----------
+    p : Gauge
+        Parameters of the sensor.
+    period : float
+        Control period, s.
+
+    Returns
+    -------
+    float
+        s, half a second or more; 0 where the noise is too small beside a step to tell.
+    """
+    if p.noise <= 0.0:
+        return 0.0
+    same = math.erf(p.pitch / (2.0 * math.sqrt(2.0) * p.noise))
+    if same >= LIVES:
+        return 0.0
+    return max(2.0 * period * math.log(1e-12) / math.log(same), 0.5)

@@ -6,10 +6,11 @@ import math
 
 import pytest
 
+from macromicro.control.live import guided, state
 from macromicro.control.live import messages as m
-from macromicro.control.live import state
-from macromicro.control.live.leading import Aim, Course
+from macromicro.control.live.leading import Aim, Course, Seek
 from macromicro.control.live.messages import Accepted, Finished, Refused
+from macromicro.control.live.state import Search
 from macromicro.motion import s_curve
 
 from .led import PITCH, TOUCH, Stage, enabled
@@ -51,11 +52,63 @@ def test_a_stage_that_does_not_follow_has_stalled_after_its_patience() -> None:
     stage.stuck = True
     end = stage.end(m.MoveTo(0.01))
     assert end.outcome == m.STALLED and end.evidence["error_um"] == pytest.approx(1e4)
-    assert end.evidence["rest"] == "did not come to rest in time"
-    # 10 mm take 0.16 s; then the patience for the arrival, and both for rest.
+    # 10 mm take 0.16 s, then the patience for the arrival. Behind it nothing pushes any more.
     assert end.evidence["seconds"] == pytest.approx(0.66, abs=0.02)
-    assert stage.tick * 1e-3 == pytest.approx(0.66 + 0.5 + 1.0, abs=0.02)
+    assert stage.tick * 1e-3 == pytest.approx(0.66 + 0.01, abs=0.02)
     assert stage.s.mode == m.STOPPED
+    assert stage.course.on and stage.course.aim.position == stage.place
+
+
+def test_a_stage_that_heats_is_let_go_when_it_is_stopped() -> None:
+    """Not held, and not braked for: its effort is off until the next motion."""
+    stage = enabled()
+    stage.q = stage.q._replace(heats=True)
+    assert stage.end(m.MoveTo(0.01)).outcome == m.DONE
+    stage.run(10)
+    assert stage.course.on  # where it has arrived it is held
+    stage.ask(m.MoveTo(0.05))
+    stage.run(100)
+    assert stage.ask(m.Stop()) == Accepted(0)
+    stage.run(3)
+    assert stage.s.mode == m.STOPPED and stage.s.motion is None and not stage.course.on
+    assert stage.end(m.MoveTo(0.02)).outcome == m.DONE
+    assert stage.course.on
+
+
+@pytest.mark.parametrize("seconds", [0.0, 0.029, 0.031])
+def test_a_jog_that_is_blocked_ends_once_a_free_stage_had_moved(seconds: float) -> None:
+    stage = enabled(touch=TOUCH._replace(reveal=0.03))
+    stage.ask(m.Jog(m.MACRO, 0.05))
+    stage.run(50)
+    stage.g = stage.g._replace(leaning=seconds)
+    stage.run(20)
+    ends = [n for n in stage.notices if isinstance(n, Finished)]
+    assert [e.outcome for e in ends] == ([m.STALLED] if seconds > 0.03 else [])
+    assert not ends or "pushes and the reading does not change" in ends[0].evidence["reason"]
+
+
+def test_before_the_place_is_known_no_speed_is_allowed_that_was_not_asked_for() -> None:
+    stage = enabled(touch=TOUCH)
+    stage.ask(m.Jog(m.MACRO, 0.1))
+    stage.run(200)
+    assert stage.course.leant == math.inf  # without a time of its own: as the settings say
+    assert stage.course.speed == pytest.approx(2.0 * 0.05 + 0.25 * stage.q.velocity)
+    known = enabled()
+    known.ask(m.Jog(m.MACRO, 0.05))
+    known.run(50)
+    assert known.course.speed == math.inf
+
+
+@pytest.mark.parametrize(("phase", "allowed"), [(0, 0.2), (1, 0.03), (2, 0.03)])
+def test_a_stage_that_leaves_the_stop_must_move_sooner_than_one_that_leans(
+    phase: int, allowed: float
+) -> None:
+    touch = TOUCH._replace(reveal=0.03)
+    work = Search(phase, 0.0, 0.0, math.nan)
+    assert guided.leans(touch, work) == pytest.approx(allowed)
+    assert guided.leans(touch, None) == pytest.approx(0.13)
+    seek = Seek("home", above=False, pulse=False, spacing=0.0, margin=1e-4, rise=0.01)
+    assert guided.leans(touch._replace(seek=seek), work) == pytest.approx(0.2)
 
 
 def test_a_stop_decelerates_and_the_stage_is_held() -> None:

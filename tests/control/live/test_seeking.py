@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from macromicro.control.live import guided
+from macromicro.control.live import guided, seeking
 from macromicro.control.live import messages as m
 from macromicro.control.live.leading import NEVER, Course, Seek, at
 from macromicro.types import QUIET, Lines, Sample
@@ -97,7 +97,7 @@ def test_the_limit_switch_names_the_place(raw: float, place: float) -> None:
     end = homed(stage)
     assert stage.s.frame.offset == pytest.approx(-raw / PITCH, abs=1.5)
     assert end.evidence["stop_raw_counts"] == pytest.approx((EDGE - raw) / PITCH, abs=1.5)
-    assert stage.causes() == ["switch found", "place found"]
+    assert stage.causes() == ["switch found", "switch confirmed", "place found"]
     assert stage.place > EDGE
     assert stage.fastest == pytest.approx(TOUCH.speed) or (place < EDGE and stage.fastest > 0.02)
     assert not stage.course.homing
@@ -148,12 +148,13 @@ def test_a_stage_that_drags_behind_its_set_point_does_not_stand() -> None:
     stage = enabled(SEEK._replace(line="home", above=True), place=0.0, edge=-0.004)
     stage.quickest = 0.02
     homed(stage)
-    assert stage.causes() == ["switch found", "place found"]
+    assert stage.causes() == ["switch found", "switch confirmed", "place found"]
 
 
 def test_a_limit_switch_ends_the_way_before_the_stop() -> None:
     stage = enabled(SEEK._replace(line="home", above=True), place=0.01, edge=0.03)
     stage.width, deepest = 0.005, 1.0
+    stage.run(5)
     stage.ask(m.Home())
     while "switch found" not in stage.causes():
         stage.run(1)
@@ -166,6 +167,7 @@ def test_a_limit_switch_ends_the_way_before_the_stop() -> None:
 def test_what_pushed_against_the_stop_is_forgotten() -> None:
     stage = enabled(SEEK._replace(line="home", above=True), place=0.0, edge=0.03)
     stage.width, stage.low = 0.005, -math.inf
+    stage.run(5)
     stage.ask(m.Home())
     stage.run(100)
     before = stage.g.restart
@@ -189,7 +191,7 @@ def test_a_home_switch_that_is_on_below_its_place(place: float) -> None:
     stage = enabled(SEEK._replace(line="home"), place=place, edge=0.02)
     homed(stage)
     assert stage.s.frame.offset == pytest.approx(0.0, abs=1.5)
-    assert stage.causes() == ["switch found", "place found"]
+    assert stage.causes() == ["switch found", "switch confirmed", "place found"]
 
 
 @pytest.mark.parametrize(
@@ -198,6 +200,7 @@ def test_a_home_switch_that_is_on_below_its_place(place: float) -> None:
 def test_a_cam_is_found_from_below_after_the_end_of_the_way(place: float, turns: bool) -> None:
     stage = enabled(SEEK._replace(line="home", above=True), place=place, edge=0.02)
     stage.width = 2e-3
+    stage.run(5)
     homed(stage)
     assert stage.s.frame.offset == pytest.approx(0.0, abs=1.5)
     assert ("end of the way" in stage.causes()) == turns
@@ -206,12 +209,14 @@ def test_a_cam_is_found_from_below_after_the_end_of_the_way(place: float, turns:
 def test_a_cam_above_the_stop_is_found_without_a_limit_switch() -> None:
     stage = enabled(SEEK._replace(line="home", above=True), place=0.01, edge=0.02)
     stage.width, stage.low = 2e-3, -1.0
+    stage.run(5)
     homed(stage)
     assert stage.s.frame.offset == pytest.approx(0.0, abs=1.5)
     assert "end of the way" in stage.causes()
 
 
 TURN = 4e-3
+PULSES = ["index pulse found", "again"]  # a pulse counts that comes twice
 
 
 def turning(edge: float, above: float, raw: float = 0.0, line: str = "home") -> Lined:
@@ -232,7 +237,7 @@ def test_the_first_pulse_above_the_switch_names_the_place_to_a_count(
 ) -> None:
     stage = turning(0.02, above, raw)
     end = homed(stage)
-    assert stage.causes() == ["switch found", "switch confirmed", "place found"]
+    assert stage.causes() == ["switch found", *["switch confirmed"] * 2, *PULSES, "place found"]
     assert end.evidence["stop_raw_counts"] == round((0.02 + above - raw) / PITCH)
     assert stage.s.frame.offset == round(-raw / PITCH)
 
@@ -271,7 +276,7 @@ def test_a_mark_alone(place: float, turns: bool, low: float) -> None:
     stage.pulses, stage.low = (0.02,), low
     homed(stage)
     assert stage.s.frame.offset == 0.0
-    assert stage.causes() == (["end of the way"] if turns else []) + ["place found"]
+    assert stage.causes() == [*(["end of the way"] if turns else []), *PULSES, "place found"]
 
 
 def test_a_switch_that_never_comes_is_told_with_the_reason() -> None:
@@ -400,7 +405,7 @@ def test_what_stood_before_the_switch_was_on_has_its_time_anew() -> None:
     stage.stuck = True
     stage.run(round((TOUCH.lead / TOUCH.speed + 0.9 * TOUCH.stand) / DT))
     stage.low = stage.place  # tripped from here on
-    stage.run(2)
+    stage.run(5)
     assert stage.causes() == ["switch found"]
     stage.run(60)
     stage.stuck = False
@@ -436,3 +441,96 @@ def test_a_stage_that_is_pushed_while_its_drive_switches_on_is_held_where_it_is(
     stage.run(1)
     assert stage.course.waiting and stage.course.restart == before + 1
     assert stage.course.aim.position + stage.raw == pytest.approx(stage.place, abs=PITCH)
+
+
+def spiked(stage: Lined, looks: int) -> None:
+    """Home with one spike of some looks on the switch's line, on the slow way to its edge."""
+    stage.ask(m.Home())
+    stage.until("switch found")
+    while getattr(stage.s.work, "phase", None) != seeking.EDGE:
+        stage.run(1)
+    stage.run(3)
+    edge, stage.edge = stage.edge, 1.0
+    stage.run(looks)
+    stage.edge = edge
+
+
+@pytest.mark.parametrize("looks", [1, 2, 3, 30])
+def test_a_spike_on_the_line_of_the_switch_names_no_place(looks: int) -> None:
+    """A short one is not seen; a long one is an edge that is not found a second time."""
+    stage = enabled(SEEK._replace(line="home"), edge=0.02)
+    spiked(stage, looks)
+    stage.run(8000)
+    ends = [n for n in stage.notices if isinstance(n, m.Finished)]
+    assert [e.outcome for e in ends] == [m.DONE]
+    assert stage.s.frame.offset == pytest.approx(0.0, abs=1.5)
+    assert stage.causes().count("switch confirmed") == (1 if looks < 4 else 2)
+
+
+def test_an_edge_that_is_never_where_it_was_is_told() -> None:
+    stage = enabled(SEEK._replace(line="home"), edge=0.02)
+    stage.ask(m.Home())
+    stage.until("switch found")
+    found = 0
+    while stage.s.mode == m.HOMING:
+        stage.run(1)
+        if stage.causes().count("switch confirmed") > found:
+            found, stage.edge = found + 1, stage.edge - 1e-3
+    stage.run(600)
+    end = next(n for n in stage.notices if isinstance(n, m.Finished))
+    assert end.outcome == m.STALLED and not stage.s.frame.trusted
+    assert "check the switch and its wires" in end.evidence["reason"]
+    assert found == seeking.TRIES
+
+
+def test_a_pulse_that_is_none_names_no_place() -> None:
+    """A spike on the line of the index pulse, on the way to the mark."""
+    stage = enabled(SEEK._replace(line="", pulse=True), place=0.03)
+    stage.pulses = (0.02, 0.025)
+    stage.ask(m.Home())
+    stage.until("index pulse found")
+    stage.pulses = (0.02,)
+    stage.run(12000)
+    ends = [n for n in stage.notices if isinstance(n, m.Finished)]
+    assert [e.outcome for e in ends] == [m.DONE], ends
+    assert ends[0].evidence["stop_raw_counts"] == round(0.02 / PITCH)
+    assert "index pulse not confirmed" in stage.causes()
+
+
+def test_a_pulse_above_the_switch_that_is_none_names_no_place() -> None:
+    stage = turning(0.02, 2e-3)
+    stage.pulses = tuple(sorted((*stage.pulses, 0.0212)))
+    stage.ask(m.Home())
+    stage.until("index pulse found")
+    stage.pulses = tuple(x for x in stage.pulses if x != 0.0212)
+    stage.run(12000)
+    ends = [n for n in stage.notices if isinstance(n, m.Finished)]
+    assert [e.outcome for e in ends] == [m.DONE], ends
+    assert ends[0].evidence["stop_raw_counts"] == round(0.022 / PITCH)
+
+
+def test_pulses_at_changing_places_are_told() -> None:
+    stage = turning(0.02, 5e-4)
+    stage.ask(m.Home())
+    found = 0
+    while stage.s.mode == m.HOMING:
+        stage.run(1)
+        if stage.causes().count("index pulse found") > found:
+            found += 1
+            stage.pulses = tuple(x + 1e-4 for x in stage.pulses)
+    stage.run(600)
+    end = next(n for n in stage.notices if isinstance(n, m.Finished))
+    assert end.outcome == m.STALLED and "changing places" in end.evidence["reason"]
+
+
+def test_a_stage_that_shows_no_motion_is_not_pushed_for_the_whole_stand() -> None:
+    stage = enabled(SEEK._replace(line="home"), place=0.03, edge=0.02)
+    assert stage.q.touch is not None
+    stage.q = stage.q._replace(touch=stage.q.touch._replace(reveal=0.02))
+    stage.ask(m.Home())
+    stage.stuck = True
+    stage.run(30)
+    assert stage.s.mode == m.HOMING
+    stage.g = stage.g._replace(leaning=0.021)
+    stage.run(1)
+    assert stage.s.mode == m.STOPPED

@@ -124,6 +124,7 @@ class Watched:
             law="mine",
             timing=SimpleNamespace(period=0.25e-3),
             guard=Limits(),
+            encoder=SimpleNamespace(pitch=1e-4),
             arrival="arrival",
             controller=gains,
         )
@@ -166,6 +167,12 @@ class Watched:
         return "coasted", len(noise), 0
 
 
+def fresh_at(seen: Sample) -> guarding.Watch:
+    """A guard that has forgotten a fault, and not where the stage was seen last."""
+    known = {"heard": seen.t, "place": seen.position, "then": seen.t}
+    return guarding.fresh()._replace(**known)
+
+
 NOISE = np.arange(8.0).reshape(4, 2)
 SEEN = Sample(0.5, 0.02)
 AIM = Aim(0.03, 0.1, 0.2, 0.3)
@@ -194,6 +201,31 @@ def test_loop_and_law_are_given_the_course(monkeypatch: pytest.MonkeyPatch) -> N
     assert control.effort == 0.4 and made.coasts == []
 
 
+def test_before_the_place_is_known_the_guard_is_stricter(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = Watched(monkeypatch, Gains())
+    control = made.control()
+    for course in (COURSE._replace(speed=0.1, leant=0.04), COURSE._replace(speed=7.0, leant=2.0)):
+        control.run(course, "params", "state", SEEN, NOISE)
+    strict, wide = (loop.guard for _, loop, *_ in made.loops)
+    assert strict.speed == pytest.approx(0.1 + 3.0 * 1e-4 / 0.01) and strict.leant == 0.04
+    assert wide.speed == Limits().speed and wide.leant == 2.0
+
+
+def test_the_sensor_is_watched_while_nothing_is_driven(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = Watched(monkeypatch, Gains())
+    made.tree.guard = Limits(leap=1.0, still=1e-3)
+    for course in (COURSE._replace(on=False), COURSE._replace(waiting=True)):
+        control = made.control()
+        control.run(course, "params", "state", SEEN, NOISE)
+        control.run(course, "params", "state", Sample(0.501, 0.0219), NOISE)
+        assert control.watch.fault == guarding.OK
+        control.run(course, "params", "state", Sample(0.502, 0.0241), NOISE)
+        assert control.watch.fault == guarding.JUMP and guarding.blind(control.watch)
+        control.renew()
+        control.run(course, "params", "state", Sample(0.503, 0.0241), NOISE)
+        assert control.watch.fault == guarding.OK and control.enable == float(course.waiting)
+
+
 def test_what_the_guard_cuts_coasts_for_the_rest_and_stays_off(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -210,7 +242,7 @@ def test_what_the_guard_cuts_coasts_for_the_rest_and_stays_off(
     assert control.effort == 0.0 and len(made.loops) == 1
     assert made.coasts[1][3] == [0.0] * 4 and made.coasts[1][1] == "state"
     control.renew()
-    assert repr(control.watch) == repr(guarding.fresh())
+    assert repr(control.watch) == repr(fresh_at(SEEN))
     made.written, made.fault = 4, guarding.OK
     assert control.run(COURSE, "params", "state", SEEN, NOISE) == "driven"
 

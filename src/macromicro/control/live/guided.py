@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from typing import Any
 
 from macromicro.control import arrival
 from macromicro.control.arrival import TICK
@@ -23,6 +24,7 @@ from macromicro.control.live.leading import (
     Course,
     Guide,
     Guided,
+    Touch,
     ahead,
     at,
     braked,
@@ -35,6 +37,12 @@ from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import Approach, Braking, Jogged, LiveState, Search
 from macromicro.types import QUIET, Lines, Sample
 
+HASTE, SURGE = 2.0, 0.25  # times what was asked, and of the greatest speed, before it is known
+SPARE = 0.1  # s; beyond what is taken for the stop, until the guard takes it for a fault
+STANDS = {
+    "reason": "the motor pushes and the reading does not change: the stage is blocked, at an end "
+    "of its way, or its encoder or motor is not connected"
+}
 Step = tuple[LiveState, Guided, tuple[Notice, ...]]
 Work = Callable[[LiveParameters, Guide, LiveState, Guided, float, float], Step]
 Brake = Callable[[Guide, Guided, float], tuple[Guided, bool]]
@@ -87,8 +95,13 @@ def step(
     """
     s, sample = perceive(p, s, sample, dt, look)
     place = s.seen.encoder * p.settings.pitch
-    g = _marked(q, s, g._replace(lines=lines), place - s.frame.offset * p.settings.pitch)
-    if s.mode in (m.DISABLED, m.FAULT):  # else it has been seen, or it could not be enabled
+    g = g._replace(lines=lines)
+    if q.touch is not None and q.touch.seek is not None:
+        said = seeking.on(q.touch.seek, g)
+        g = seeking.debounced(g, said, s.time, s.seen.encoder, dt)
+    g = _marked(q, s, g, place - s.frame.offset * p.settings.pitch)
+    released = q.heats and s.mode == m.STOPPED and s.work is None
+    if s.mode in (m.DISABLED, m.FAULT) or released:  # else it has been seen, or was not enabled
         return s, g._replace(on=False), Course(), ()
     if not g.on:  # the law begins where the stage is
         g = _fresh(g, place)._replace(on_since=s.time)
@@ -102,29 +115,46 @@ def step(
     else:
         g = braked(q, g, dt)
     low, high, offset = -math.inf, math.inf, s.frame.offset * p.settings.pitch
-    effort = math.inf
+    effort = speed = leant = math.inf
+    homing = isinstance(s.work, Search)
     if s.frame.trusted:
         low = -math.inf if g.off_low else q.low + offset
         high = math.inf if g.off_high else q.high + offset
     elif q.touch is not None:
-        effort = q.touch.effort
+        effort, leant = q.touch.effort, leans(q.touch, s.work)
+        speed = HASTE * max(q.touch.speed, abs(g.aim.velocity)) + SURGE * q.velocity
     on = s.mode not in (m.DISABLED, m.FAULT)
-    homing = isinstance(s.work, Search)
-    course = Course(on, g.aim, low, high, effort, g.restart, homing=homing)
+    course = Course(
+        on, g.aim, low, high, effort, g.restart, homing=homing, speed=speed, leant=leant
+    )
     return s, g._replace(on=on), course, notices
+
+
+def leans(q: Touch, work: Any) -> float:
+    """The longest time that a stage whose place is not known may stand and be pushed.
+
+    Parameters
+    ----------
+    q : Touch
+        How it finds its place.
+    work : Any
+        What it is doing.
+
+    Returns
+    -------
+    float
+        s: while the stop is felt for, a little more than that takes; else what a free stage needs
+        to move, and a little more.
+    """
+    if not isinstance(work, Search):
+        return q.reveal + SPARE
+    away = q.seek is None and work.phase in (touching.BACK, touching.OUT)
+    return q.reveal if away else q.stand + SPARE
 
 
 def _fresh(g: Guided, place: float) -> Guided:
     """The set point where the stage is, for a law that begins anew."""
-    return Guided(
-        REST._replace(position=place),
-        on=True,
-        restart=g.restart + 1,
-        lines=g.lines,
-        on_since=g.on_since,
-        off_low=g.off_low,
-        off_high=g.off_high,
-    )
+    return let_go(g, place)._replace(on=True, inside=math.nan, there=math.nan)
 
 
 def _marked(q: Guide, s: LiveState, g: Guided, place: float) -> Guided:
@@ -205,8 +235,26 @@ def follow(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, d
         return s, g, (event, *notices)
     if late >= q.arrival.patience - TICK:
         s, notices = brake.start(p, s, m.STALLED, t.STALLED, found)
-        return s, g, notices
+        return s, let_go(g, place), notices
     return s, g, ()
+
+
+def let_go(g: Guided, place: float) -> Guided:
+    """The set point where the stage stands, so that nothing pushes any more.
+
+    Parameters
+    ----------
+    g : Guided
+        State of the set point.
+    place : float
+        Where the stage is, m.
+
+    Returns
+    -------
+    Guided
+        For a law that begins anew there.
+    """
+    return g._replace(aim=REST._replace(position=place), restart=g.restart + 1, motion=NEVER)
 
 
 def reached(q: Guide, g: Guided, goal: float, place: float, now: float) -> tuple[Guided, bool]:
@@ -283,19 +331,21 @@ def slow_down(
     assert isinstance(work, Braking)
     if g.motion != NEVER:  # the profile is given up
         g = g._replace(motion=NEVER, inside=math.nan)
-    if not s.frame.trusted and g.aim.velocity == 0.0 and math.isnan(g.inside):
+    apart = g.aim.position != place
+    if not s.frame.trusted and apart and g.aim.velocity == 0.0 and math.isnan(g.inside):
         # What leaned on something is let go: it is held where it is.
-        g = g._replace(aim=REST._replace(position=place), restart=g.restart + 1)
+        g = let_go(g, place)
     g, stands = brake(q, g, dt)
     off = g.aim.position - place
     inside = arrival.since(q.arrival, off, g.inside, s.time) if stands else math.nan
     g = g._replace(inside=inside)
-    rested = arrival.arrived(q.arrival, inside, s.time)
+    rested = q.heats or arrival.arrived(q.arrival, inside, s.time)
     if not rested and s.time < work.until + q.arrival.patience - TICK:
         return s, g, ()
     evidence = {"way_counts": s.seen.encoder - work.origin, "cause": work.cause, **work.found}
     if not rested:
         evidence["rest"] = "did not come to rest in time"
+        g = let_go(g, place)
     s, notices = t.finished(p, s, work.outcome if rested else m.STALLED, evidence)
     return s, g, notices
 
@@ -349,9 +399,10 @@ def jog(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: 
         return s, g, ()
     g, leant = ahead(q.touch, g, place)
     s = s._replace(work=work._replace(held_back=work.held_back + dt if leant else 0.0))
-    if work.held_back >= p.settings.jogging.patience - TICK:
-        s, notices = brake.start(p, s, m.STALLED, t.STALLED)
-        return s, g, notices
+    patience = p.settings.jogging.patience
+    if work.held_back >= patience - TICK or g.leaning >= min(patience, q.touch.reveal):
+        s, notices = brake.start(p, s, m.STALLED, t.STALLED, STANDS)
+        return s, let_go(g, place), notices
     return s, g, ()
 
 

@@ -83,6 +83,8 @@ class Touch(NamedTuple):
         How it finds a switch; None: the stop.
     out : float
         Where it goes then, m; NaN: to the lowest target.
+    reveal : float
+        Time within which a free stage moves under the guard's `lean`, s.
     """
 
     speed: float
@@ -96,6 +98,7 @@ class Touch(NamedTuple):
     patience: float
     seek: Seek | None = None
     out: float = math.nan
+    reveal: float = math.inf
 
 
 class Guide(NamedTuple):
@@ -115,6 +118,8 @@ class Guide(NamedTuple):
         Speed off a tripped limit switch, m/s.
     rise : float
         Time from the enable line until the drive gives an effort, s.
+    heats : bool
+        Whether holding heats the actuator: stopped, it is let go.
     """
 
     velocity: float
@@ -126,6 +131,7 @@ class Guide(NamedTuple):
     touch: Touch | None = None
     leave: float = math.inf
     rise: float = 0.0
+    heats: bool = False
 
 
 class Aim(NamedTuple):
@@ -165,6 +171,10 @@ class Course(NamedTuple):
         Whether the drive is being switched on: the law gives no effort yet.
     homing : bool
         Whether the lower limit switch is looked for.
+    speed : float
+        Greatest speed that the guard allows, m/s.
+    leant : float
+        Longest time under the guard's `lean` without motion, s; infinite: that of the settings.
     """
 
     on: bool = False
@@ -175,6 +185,8 @@ class Course(NamedTuple):
     restart: int = 0
     waiting: bool = False
     homing: bool = False
+    speed: float = math.inf
+    leant: float = math.inf
 
 
 class Guided(NamedTuple):
@@ -202,6 +214,14 @@ class Guided(NamedTuple):
         When, s.
     lines : Lines
         What the switches say.
+    leaning : float
+        For how long the stage has stood under an effort that moves a free one, s.
+    switch : bool
+        Whether the switch that a homing looks for is on, each look for long enough.
+    turned : float
+        Since when it says otherwise, s; NaN: it does not.
+    edge : float
+        Where the stage was at the first of these looks, counts.
     on_since : float
         When the stage was switched on, s.
     off_low, off_high : bool
@@ -218,6 +238,10 @@ class Guided(NamedTuple):
     there: float = math.nan
     since: float = 0.0
     lines: Lines = QUIET
+    leaning: float = 0.0
+    switch: bool = False
+    turned: float = math.nan
+    edge: float = math.nan
     on_since: float = 0.0
     off_low: bool = False
     off_high: bool = False
@@ -336,6 +360,8 @@ def led(
 def ahead(q: Touch, g: Guided, place: float) -> tuple[Guided, bool]:
     """The set point no farther ahead of the stage than a search allows.
 
+    A stage whose reading dithers by less than `give` stands, and holds the set point back.
+
     Parameters
     ----------
     q : Touch
@@ -354,6 +380,6 @@ def ahead(q: Touch, g: Guided, place: float) -> tuple[Guided, bool]:
     """
     off = g.aim.position - place
     held = place + math.copysign(q.lead, off)
-    return (
-        (g, False) if abs(off) <= q.lead else (g._replace(aim=g.aim._replace(position=held)), True)
-    )
+    if abs(off) <= q.lead:
+        return g, abs(off) > max(q.lead - q.give, 0.5 * q.lead)
+    return g._replace(aim=g.aim._replace(position=held)), True

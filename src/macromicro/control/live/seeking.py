@@ -1,9 +1,10 @@
 """Homing of a stage that is led on a switch, an index pulse, or the pulse next to a switch.
 
 Down until the switch is on (up, where a cam was below), up until it lets go and a little farther,
-and down again slowly: where it trips then is its edge. The place is that of the edge, or of the
-first index pulse above it, whose count the counter has captured. Then it leaves for the lowest
-target.
+and down again slowly: where it trips then is its edge. An edge counts that is found twice at the
+same place, and a switch is on or off that says so for several looks: a spike on its line names no
+place. The place is that of the edge, or of the first index pulse above it, whose count the counter
+has captured, and which comes at the same count a second time. Then it leaves for the lowest target.
 """
 
 from __future__ import annotations
@@ -29,7 +30,10 @@ from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import LiveState, Search
 
-SEEK, RISE, OUT, UP, EDGE, PULSE = range(6)  # OUT as in `touching`
+SEEK, RISE, OUT, UP, EDGE, PULSE, CHECK = range(7)  # OUT as in `touching`
+HOLDS, LOOKS = 2.5e-3, 2  # s, and looks; a switch that says the same for longer has turned
+TRIES = 4  # times that an edge or pulse may be found elsewhere
+SAME = 2.5  # counts between two findings of one pulse
 _WHY = {
     SEEK: "it stands, and no switch was on",
     RISE: "it stands, and the switch stays on",
@@ -76,13 +80,62 @@ def step(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt:
         return s, g, notices
     if work.phase == OUT:
         return touching.leave(p, q, touch, s, work, g, place, dt)
-    goal = {SEEK: -touch.speed, UP: touch.speed, EDGE: -touch.slow}.get(work.phase, seek.rise)
-    g = g._replace(aim=ramped(q, at(g.aim, dt), goal, dt))
+    slow = {SEEK: -touch.speed, UP: touch.speed, EDGE: -touch.slow, CHECK: -seek.rise}
+    g = g._replace(aim=ramped(q, at(g.aim, dt), slow.get(work.phase, seek.rise), dt))
     g, held = ahead(touch, g, place)
     if math.isnan(g.there) or not held or abs(place - g.there) > touch.give:
         g = g._replace(there=place, since=s.time)
     stands = s.time - g.since >= touch.stand - TICK
+    stands = stands or touching.revealed(touch, work, g, place, p.settings.pitch)
     return _judged(p, touch, s, work, g, place, stands)
+
+
+def on(seek: Seek, g: Guided) -> bool:
+    """Whether the switch says so now.
+
+    Parameters
+    ----------
+    seek : Seek
+        How the stage finds its place.
+    g : Guided
+        State of the set point.
+
+    Returns
+    -------
+    bool
+        False without a switch.
+    """
+    return seek.line != "" and bool(getattr(g.lines, seek.line) == 1.0)
+
+
+def debounced(g: Guided, said: bool, now: float, here: float, dt: float) -> Guided:
+    """What a switch has said for several looks, and where it began to.
+
+    Parameters
+    ----------
+    g : Guided
+        State of the set point.
+    said : bool
+        Whether it is on, by this look.
+    now : float
+        s.
+    here : float
+        Where the stage is, counts.
+    dt : float
+        Time between two looks, s.
+
+    Returns
+    -------
+    Guided
+        New state.
+    """
+    if said == g.switch:
+        return g._replace(turned=math.nan)
+    if math.isnan(g.turned):
+        return g._replace(turned=now, edge=here)
+    if now - g.turned < max(HOLDS, LOOKS * dt) - TICK:
+        return g
+    return g._replace(switch=said, turned=math.nan)
 
 
 def _judged(
@@ -95,31 +148,51 @@ def _judged(
     stands: bool,
 ) -> Step:
     """What this period's lines say, and whether the stage stands against something."""
-    seek, lines, here = touch.seek, g.lines, s.seen.encoder
+    seek, lines = touch.seek, g.lines
     assert seek is not None
-    on = seek.line != "" and getattr(lines, seek.line) == 1.0
     step: Step | None = None
-    if not seek.line and not math.isnan(lines.index_count):
-        step = _named(s, work, g, place, lines.index_count)
-    elif work.phase in (SEEK, UP) and on:
+    if not seek.line and work.phase in (SEEK, UP) and not math.isnan(lines.index_count):
+        found = work._replace(stop=lines.index_count, expected=-math.inf)
+        step = _next(s, found, g, CHECK, "index pulse found")
+    elif work.phase in (SEEK, UP) and g.switch:
         step = _next(s, work._replace(expected=math.nan), g, RISE, "switch found")
     elif work.phase == SEEK and (stands or lines.limit_low == 1.0) and _may_turn(seek):
         if stands:  # what pushed is forgotten
             g = g._replace(aim=REST._replace(position=place), restart=g.restart + 1)
         step = _next(s, work, g, UP, "end of the way")
     elif work.phase == RISE:
-        free = math.nan if on else here if math.isnan(work.expected) else work.expected
+        free = math.nan if g.switch else g.edge if math.isnan(work.expected) else work.expected
         risen = place >= free * p.settings.pitch + touch.back
         s = s._replace(work=work._replace(expected=free, phase=EDGE if risen else RISE))
-    elif work.phase == EDGE and on and seek.pulse:
-        step = _next(s, work._replace(expected=here), g, PULSE, "switch confirmed")
-    elif work.phase == EDGE and on:
-        step = _named(s, work, g, place, here)
+    elif work.phase == EDGE and g.switch:
+        step = _edge(p, seek, s, work, g, place)
     elif work.phase == PULSE:
-        step = _pulse(p, seek, s, work, g, place)
+        step = _pulse(p, touch, seek, s, work, g, place)
+    elif work.phase == CHECK and (stands or place <= work.stop * p.settings.pitch - touch.back):
+        step = _next(s, work, g, PULSE, "again")
     if step is None and stands:
         step = _given_up(p, s, g, {"reason": _WHY[work.phase]})
     return (s, g, ()) if step is None else step
+
+
+def _edge(
+    p: LiveParameters, seek: Seek, s: LiveState, work: Search, g: Guided, place: float
+) -> Step:
+    """The edge of the switch was found slowly: is it where it was before?"""
+    apart = abs(g.edge - work.stop) * p.settings.pitch
+    if not apart <= seek.margin:
+        if work.tries >= TRIES:
+            reason = (
+                f"the edge of the switch is at places {1e3 * apart:.4g} mm apart, which is more "
+                f"than {1e3 * seek.margin:.4g} mm: check the switch and its wires"
+            )
+            return _given_up(p, s, g, {"reason": reason})
+        again = work._replace(stop=g.edge, expected=math.nan, tries=work.tries + 1)
+        return _next(s, again, g, RISE, "switch confirmed")
+    if not seek.pulse:
+        return _named(s, work, g, place, g.edge)
+    found = work._replace(expected=g.edge, stop=math.nan, tries=0)
+    return _next(s, found, g, PULSE, "switch confirmed")
 
 
 def _may_turn(seek: Seek) -> bool:
@@ -128,29 +201,49 @@ def _may_turn(seek: Seek) -> bool:
 
 
 def _pulse(
-    p: LiveParameters, seek: Seek, s: LiveState, work: Search, g: Guided, place: float
+    p: LiveParameters, touch: Touch, seek: Seek, s: LiveState, work: Search, g: Guided, place: float
 ) -> Step | None:
     """The first index pulse above the edge: is it sure that it is that one?"""
     pitch, count = p.settings.pitch, g.lines.index_count
     if not count >= work.expected:
-        gone = place - work.expected * pitch > 1.5 * seek.spacing > 0.0
-        reason = "no index pulse within a turn and a half above the switch"
-        return _given_up(p, s, g, {"reason": reason}) if gone else None
+        return _no_pulse(p, touch, seek, s, work, g, place)
     above = (count - work.expected) * pitch
     near = min(above, seek.spacing - above) if seek.spacing > 0.0 else above
-    if near >= seek.margin:
+    if seek.line and near < seek.margin:
+        reason = (
+            f"the index pulse is {1e3 * near:.4g} mm from the edge of the switch, which is "
+            f"uncertain by {1e3 * seek.margin:.4g} mm: move the switch"
+        )
+        return _given_up(p, s, g, {"reason": reason, "index_from_switch_um": 1e6 * near})
+    if abs(count - work.stop) <= SAME:
         return _named(s, work, g, place, count)
-    reason = (
-        f"the index pulse is {1e3 * near:.4g} mm from the edge of the switch, which is uncertain "
-        f"by {1e3 * seek.margin:.4g} mm: move the switch"
-    )
-    return _given_up(p, s, g, {"reason": reason, "index_from_switch_um": 1e6 * near})
+    if work.tries >= TRIES:
+        return _given_up(p, s, g, {"reason": "the index pulses come at changing places"})
+    found = work._replace(stop=count, tries=work.tries + 1)
+    return _next(s, found, g, CHECK, "index pulse found")
+
+
+def _no_pulse(
+    p: LiveParameters, touch: Touch, seek: Seek, s: LiveState, work: Search, g: Guided, place: float
+) -> Step | None:
+    """Has the stage gone too far without an index pulse?"""
+    pitch = p.settings.pitch
+    if seek.line and place - work.expected * pitch > 1.5 * seek.spacing > 0.0:
+        reason = "no index pulse within a turn and a half above the switch"
+        return _given_up(p, s, g, {"reason": reason})
+    if not place > work.stop * pitch + touch.back:  # NaN: none has come yet
+        return None
+    again = work._replace(stop=math.nan, tries=work.tries + 1)
+    if again.tries > TRIES:
+        return _given_up(p, s, g, {"reason": "an index pulse came once and not again"})
+    return _next(s, again, g, PULSE if seek.line else SEEK, "index pulse not confirmed")
 
 
 def _next(s: LiveState, work: Search, g: Guided, phase: int, cause: str) -> Step:
     """The next way."""
     event = t.reported(s, "move", cause, {"raw_counts": s.seen.encoder})
-    return s._replace(work=work._replace(phase=phase)), g._replace(there=math.nan), (event,)
+    work = work._replace(phase=phase, origin=s.seen.encoder)
+    return s._replace(work=work), g._replace(there=math.nan), (event,)
 
 
 def _named(s: LiveState, work: Search, g: Guided, place: float, count: float) -> Step:

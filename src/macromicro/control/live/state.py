@@ -208,6 +208,8 @@ class Search(NamedTuple):
         Where the stop is expected, raw counts, or NaN.
     pace : float
         Speed of the search, counts/s; NaN before its first period.
+    tries : int
+        How often what was found has not been found again.
     """
 
     phase: int
@@ -217,6 +219,7 @@ class Search(NamedTuple):
     sure: bool = False
     expected: float = NAN
     pace: float = NAN
+    tries: int = 0
 
 
 class Jogged(NamedTuple):

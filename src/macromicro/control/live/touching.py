@@ -126,7 +126,7 @@ def leave(
     if not arrival.arrived(q.arrival, inside, s.time):
         return s, g, ()
     if not known:
-        s = s._replace(work=work._replace(phase=DOWN))
+        s = s._replace(work=work._replace(phase=DOWN, origin=s.seen.encoder))
         return s, g._replace(there=math.nan, motion=NEVER), ()
     return _homed(p, s, work, g, touch)
 
@@ -150,9 +150,10 @@ def _down(
     speed = touch.slow if second else touch.speed
     g = g._replace(aim=ramped(q, at(g.aim, dt), -speed, dt))
     g, held = ahead(touch, g, place)
-    if math.isnan(g.there) or not held or abs(place - g.there) > touch.give:
+    pushed = revealed(touch, work, g, place, pitch)
+    if math.isnan(g.there) or abs(place - g.there) > touch.give or not (held or pushed):
         return s, g._replace(there=place, since=s.time), ()
-    if s.time - g.since < touch.stand - TICK:
+    if s.time - g.since < touch.stand - TICK and not pushed:
         return s, g, ()
     sure = abs(place - work.stop * pitch) <= touch.give  # never of the first, whose stop is NaN
     cause = "end stop confirmed" if sure else "end stop found"
@@ -161,6 +162,34 @@ def _down(
     aim = REST._replace(position=place)  # what pushed against the stop is forgotten
     g = g._replace(aim=aim, restart=g.restart + 1, motion=NEVER, there=math.nan)
     return s._replace(work=felt), g, (event,)
+
+
+def revealed(touch: Touch, work: Search, g: Guided, place: float, pitch: float) -> bool:
+    """Whether a stage has stood for long enough under a push that moves a free one.
+
+    One that has not moved since this way began is at the stop already, or shows no motion: it is
+    not pushed for longer than it takes to see that.
+
+    Parameters
+    ----------
+    touch : Touch
+        How it finds its place.
+    work : Search
+        How far the homing is; its `origin` is where this way began.
+    g : Guided
+        State of the set point.
+    place : float
+        Where the stage is, m.
+    pitch : float
+        Way per count, m.
+
+    Returns
+    -------
+    bool
+        True: it stands.
+    """
+    unmoved = abs(place - work.origin * pitch) <= touch.give
+    return g.leaning >= (min(touch.reveal, touch.stand) if unmoved else touch.stand) - TICK
 
 
 def _homed(

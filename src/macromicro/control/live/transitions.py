@@ -149,6 +149,30 @@ def untrusted(s: LiveState, why: str) -> tuple[LiveState, tuple[Event, ...]]:
     return s, (reported(s, "trust", why, {"trusted": False}),)
 
 
+def trusted(s: LiveState, why: str, offset: float) -> tuple[LiveState, Event]:
+    """The machine when the place is known again without a motion.
+
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+    why : str
+        Cause of the event.
+    offset : float
+        Raw count of the coordinate 0.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    event : Event
+        With the offset.
+    """
+    frame = s.frame._replace(offset=offset, trusted=True, named=True)
+    facts = {"trusted": True, "offset_raw_counts": offset}
+    return s._replace(frame=frame), reported(s, "trust", why, facts)
+
+
 def idle(d: Drive) -> Drive:
     """Both stages off, memories empty; a reset of the laser that was asked for is still to be
     given.

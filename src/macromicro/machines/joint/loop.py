@@ -22,7 +22,7 @@ from macromicro.control.arrival import TICK
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.kernel import kernel
 from macromicro.machines import guarding, sequence, stage
-from macromicro.machines.guarding import OK, Watch
+from macromicro.machines.guarding import OK, Watch, latched
 from macromicro.machines.joint.settings import AXES
 from macromicro.machines.lines import Held
 from macromicro.machines.sequence import DONE, HOLDING, MOVING, Progress
@@ -239,11 +239,7 @@ def told(watch: Watch, other: Watch, effort: float, t: float) -> tuple[Watch, fl
         return watch, effort
     if watch.fault != OK:
         return watch, 0.0
-    s = watch
-    return (
-        Watch(TOLD, 0.0, 0.0, t, s.heard, s.place, s.since, s.there, s.pushed, s.stood),
-        0.0,
-    )
+    return latched(watch, TOLD, 0.0, 0.0, t), 0.0
 
 
 _SHARED = ("t", *(c.name for c in layout(Inside).columns))

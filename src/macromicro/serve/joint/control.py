@@ -69,7 +69,7 @@ class Control:
         self.efforts = [0.0, 0.0]  # V, the last that were given
         self.enable = 0.0
         self.captured = [math.nan, math.nan]  # counts of the last index pulses of the period
-        self.renew()
+        self.watches = [guarding.fresh(), guarding.fresh()]
 
     def take(self, axis: int, gains: Any) -> None:
         """Give a law other gains from the next period on; it keeps its memory."""
@@ -77,7 +77,7 @@ class Control:
 
     def renew(self) -> None:
         """Forget a fault."""
-        self.watches = [guarding.fresh(), guarding.fresh()]
+        self.watches = [guarding.cleared(watch) for watch in self.watches]
 
     @property
     def tripped(self) -> bool:
@@ -118,6 +118,7 @@ class Control:
             self._restart, self._held = [None, None], [Held(), Held()]
             self.efforts, self.enable = [0.0, 0.0], 1.0 if ready else 0.0
             self.own = []
+            self._look(seen)
             return self._coast(bench, stages, noise)
         self.enable = 1.0
         controls = tuple(self._led(k, course, seen[k]) for k, course in enumerate(courses))
@@ -142,6 +143,16 @@ class Control:
         if written < self.number:
             return self._coast(bench, after, tuple(each[written:] for each in noise))
         return after
+
+    def _look(self, seen: tuple[Sample, Sample]) -> None:
+        """Watch both sensors while nothing is driven; a fault of one is one of both."""
+        first, second = (
+            guarding.off(own.guard, watch, sample)
+            for own, watch, sample in zip(self._trees, self.watches, seen, strict=True)
+        )
+        first, _ = loop.told(first, second, 0.0, seen[0].t)
+        second, _ = loop.told(second, first, 0.0, seen[0].t)
+        self.watches = [first, second]
 
     def _led(self, k: int, course: Course, seen: Sample) -> stage.Loop:
         """What controls one axis until the next period of the live machine."""

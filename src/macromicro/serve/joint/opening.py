@@ -18,6 +18,7 @@ from macromicro.control.live.messages import (
     Programme,
     Stop,
 )
+from macromicro.machines import guarding
 from macromicro.machines.joint import course, on_rig, planning, two_rigs
 from macromicro.machines.joint.settings import AXES, of
 from macromicro.rig.session import Session
@@ -132,6 +133,7 @@ def paired(settings: JointSettings, rig: Simulated | Real) -> Pair:
 
         led = live.Led(guide.parameters(axis, own), lead, settings.period, own, take)
         led.lines = lambda k=k: rig.lines[k]  # type: ignore[misc]
+        led.leaning = lambda k=k: guarding.leaning(rig.control.watches[k])  # type: ignore[misc]
         leds.append(led)
     made = Pair((leds[0], leds[1]), tree, Together(tree))
     made.other = lambda: rig.second

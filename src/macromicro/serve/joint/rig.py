@@ -13,7 +13,7 @@ import numpy as np
 from macromicro.control.live.alone import SENSORS
 from macromicro.control.live.leading import Course
 from macromicro.control.live.messages import AXES
-from macromicro.machines import lines, pace
+from macromicro.machines import guarding, lines, pace
 from macromicro.machines.joint import on_rig, runs
 from macromicro.machines.joint.machine import Joint
 from macromicro.machines.joint.on_rig import Pair
@@ -29,7 +29,6 @@ from macromicro.serve.snapshot import Trouble
 from macromicro.serve.stage import guide
 from macromicro.serve.stage import rig as stage_rig
 from macromicro.serve.stage.counts import counted, shared_out, with_pulse
-from macromicro.serve.stage.rig import blind
 from macromicro.types import ENABLE, QUIET, SAFE, Clock, Lines, Outputs
 from macromicro.types import Sample as Shown
 
@@ -242,4 +241,9 @@ class Led(stage_rig.Led):
         """The latched fault in words, and whether counts may have been missed."""
         control = self._both.control
         found = faults.of_axis(*self.evidence())
-        return found, blind(control.watches[control.faulty])
+        return found, guarding.blind(control.watches[control.faulty])
+
+    def overlooked(self) -> str:
+        """Why a position may be wrong although the latched fault says nothing of it, or ""."""
+        missed = any(watch.missed for watch in self._both.control.watches)
+        return stage_rig.MISSED if missed else ""

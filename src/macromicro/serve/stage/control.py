@@ -90,7 +90,14 @@ def led(course: Course, gained: Any, tree: Any, wired: Wired) -> Loop:
         origin=aim.position,
         end=math.nan,
     )
-    guard = tree.guard._replace(low=course.low, high=course.high)
+    # A speed is measured to three counts within the guard's window.
+    coarse = 3.0 * tree.encoder.pitch / tree.guard.window
+    guard = tree.guard._replace(
+        low=course.low,
+        high=course.high,
+        speed=min(tree.guard.speed, course.speed + coarse),
+        leant=course.leant if math.isfinite(course.leant) else tree.guard.leant,
+    )
     return Loop(gained, guard, tree.arrival, plan, wired._replace(homing=int(course.homing)))
 
 
@@ -162,7 +169,7 @@ class Control:
 
     def renew(self) -> None:
         """Forget a fault."""
-        self.watch = guarding.fresh()
+        self.watch = guarding.cleared(self.watch)
 
     def run(self, course: Course, params: Any, state: Any, seen: Sample, noise: Array) -> Any:
         """Drive the stage for one period of the live machine.
@@ -190,6 +197,7 @@ class Control:
             self._restart, self.effort, self._held = None, 0.0, Held()
             self.own = []
             self.enable = 1.0 if course.waiting and self.watch.fault == OK else 0.0
+            self.watch = guarding.off(self._tree.guard, self.watch, seen)
             return self._coast(params, state, noise)
         self.enable = 1.0
         gained = limited(self._gains, course)

@@ -69,6 +69,7 @@ def guide(machine: Machine, tree: Any, *, switched: bool = False) -> Guide:
         touch,
         lines.leaving(tree),
         lines.rise(tree) if switched else 0.0,
+        guard.heat > 0.0,
     )
 
 

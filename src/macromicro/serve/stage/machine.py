@@ -15,6 +15,7 @@ from macromicro.control.live.plain import shown
 from macromicro.control.live.state import LiveState, Motion, Played
 from macromicro.control.live.surveying import Surveying
 from macromicro.machines import tree as trees
+from macromicro.machines.parts import START
 from macromicro.serve.live import Live
 from macromicro.serve.persist import Restored
 from macromicro.serve.stage import playing
@@ -31,9 +32,10 @@ class Led(Live):
     """A `serve.machine.Machine` whose motions are set points for the law of its stage.
 
     `tree`: settings of the machine; `take`: gives the law new gains; `course`: what the law is
-    given for the present period; `lines`: where what the switches say comes from; `guide`: what
-    leads it, which whoever joins two of them may change for a motion; `works`: how each kind of
-    motion is carried out.
+    given for the present period; `lines`: where what the switches say comes from; `leaning`: for
+    how long the guard has seen the stage stand under a push [s]; `guide`: what leads it, which
+    whoever joins two of them may change for a motion; `works`: how each kind of motion is carried
+    out.
     """
 
     def __init__(
@@ -52,6 +54,7 @@ class Led(Live):
         self._look = Surveying(q.edges, q.pitch, dt)
         self.course = Course()
         self.lines: Callable[[], Lines] = lambda: QUIET
+        self.leaning: Callable[[], float] = lambda: 0.0
         self._fastest = guide.velocity
         self.speed = guide.velocity  # of its moves at most, m/s
 
@@ -61,8 +64,7 @@ class Led(Live):
         if self.searches:
             super().begin(sample, restored)
             return
-        s = state.begin(self._p, sample.encoder, trusted=True)
-        self._s = s._replace(frame=s.frame._replace(carriage=False))
+        self._s = state.begin(self._p, sample.encoder, trusted=True)
 
     @property
     def state(self) -> LiveState:
@@ -101,7 +103,7 @@ class Led(Live):
             self._p,
             guide,
             self._s,
-            self._g,
+            self._g._replace(leaning=self.leaning()),
             sample,
             dt,
             self._look,
@@ -124,6 +126,8 @@ class Led(Live):
         if isinstance(request, m.Programme):
             self._s, reply, notices = self._programme(request)
             return reply, tuple(notices)
+        if not self.searches and isinstance(request, m.Home | m.ClearFault):
+            return self._known(request)
         return super().accept(request)
 
     def refusal(self, request: Any) -> Refused | None:
@@ -196,7 +200,30 @@ class Led(Live):
         found = refused or playing.motion(s, plan, self._p.settings.pitch, self._p.settings.place)
         return accept.begin(self._p, s, found, start)
 
+    def _known(self, request: m.Home | m.ClearFault) -> tuple[Reply, tuple[Notice, ...]]:
+        """An absolute sensor knows its place when its fault is cleared; a counter without a
+        reference begins at 0 where the stage stands."""
+        refused = self.refusal(request)
+        if refused is not None:
+            return refused, ()
+        told: tuple[Notice, ...] = ()
+        if isinstance(request, m.ClearFault):
+            reply, told = super().accept(request)
+            if not self._absolute or self._s.frame.trusted:
+                return reply, told
+            offset, cause = self._s.frame.offset, "absolute sensor"
+        else:
+            offset, cause = self._s.seen.encoder, "zero where it stands"
+        self._s, event = transitions.trusted(self._s, cause, offset)
+        return Accepted(), (*told, event)
+
+    @property
+    def _absolute(self) -> bool:
+        """Does its sensor know the place by itself?"""
+        homing = getattr(self._tree, "homing", None)
+        return homing is None or homing.on != START
+
     def _unable(self, request: Any) -> Refused | None:
         if isinstance(request, m.Home) and not self.searches:
-            return _ABSOLUTE
+            return _ABSOLUTE if self._absolute or self._s.frame.trusted else None
         return None

@@ -17,7 +17,7 @@ from macromicro.control.live.messages import (
     Stop,
 )
 from macromicro.errors import InputError
-from macromicro.machines import lines, on_rig
+from macromicro.machines import guarding, lines, on_rig
 from macromicro.machines import rig as machine_rig
 from macromicro.machines.machine import Machine
 from macromicro.rig.opening import TWIN, open_rig
@@ -200,4 +200,5 @@ def _live(settings: StageSettings, rig: stage_rig.Simulated | stage_rig.Real) ->
     made = live.Led(guide.parameters(machine, tree), q, settings.period, tree, rig.control.take)
     rig.source = lambda: made.course
     made.lines = lambda: rig.lines
+    made.leaning = lambda: guarding.leaning(rig.control.watch)
     return made

@@ -11,7 +11,7 @@ import numpy as np
 
 from macromicro.control.live.leading import Course
 from macromicro.machines import guarding, lines, open_rig, pace
-from macromicro.machines.guarding import OK, Watch
+from macromicro.machines.guarding import OK
 from macromicro.machines.machine import Machine
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import quickest
@@ -25,6 +25,7 @@ from macromicro.serve.stage.counts import counted, shared_out, with_pulse
 from macromicro.types import ENABLE, QUIET, SAFE, Clock, Command, Outputs, Rig
 from macromicro.types import Sample as Shown
 
+MISSED = "the position sensor failed while a fault was latched"
 Source = Callable[[], Course]
 
 
@@ -107,11 +108,6 @@ class Simulated(Entered):
     def stop(self) -> None:
         """No effort until the machine leads it again."""
         self.control.effort = 0.0
-
-
-def blind(watch: Watch) -> bool:
-    """Is it a fault in which counts may have been missed?"""
-    return watch.fault in (guarding.SILENT, guarding.STUCK)
 
 
 class Real:
@@ -259,15 +255,15 @@ class Led:
     def fault(self) -> tuple[Trouble, bool]:
         """The latched fault in words, and whether counts may have been missed."""
         found = faults.of_stage(*self.evidence(), self._control.place)
-        return found, blind(self._control.watch)
+        return found, guarding.blind(self._control.watch)
 
     def renew(self) -> None:
         """Forget the fault."""
         self._control.renew()
 
     def overlooked(self) -> str:
-        """Nothing is watched while a fault is latched."""
-        return ""
+        """Why the position may be wrong although the latched fault says nothing of it, or ""."""
+        return MISSED if self._control.watch.missed else ""
 
     def __enter__(self) -> Self:
         self._session.__enter__()
