@@ -49,6 +49,8 @@ def test_every_request_of_the_table_is_a_verb() -> None:
         ("move_by", ("-3 um",), m.MoveBy(-3e-6)),
         ("move_macro", (120,), m.MoveMacro(120.0)),
         ("move_micro", ("0.1 mm",), m.MoveMicro(1e-4)),
+        ("move_macro_by", (3,), m.MoveMacroBy(3)),
+        ("move_micro_by", ("0.1 mm",), m.MoveMicroBy(1e-4)),
         ("move_point", ("1 mm", 0.002), m.MovePoint(0.001, 0.002)),
         ("move_axis", ("y", "4 mm"), m.MoveAxis("y", 0.004)),
         ("move_point_by", ("1 mm", -0.002), m.MovePointBy(0.001, -0.002)),
