@@ -404,12 +404,12 @@ class Verbs(ABC, Generic[Begun, Told]):
         """
         return self._gains(changes)
 
-    def limits(self, values: Mapping[str, float] | None = None) -> Told:
+    def limits(self, values: Mapping[str, float] | None) -> Told:
         """New soft limits, within the machine's own.
 
         Parameters
         ----------
-        values : Mapping[str, float] | None, optional
+        values : Mapping[str, float] | None
             All that ``state.limits`` has, in its units; None for the machine's own.
 
         Returns

@@ -70,7 +70,6 @@ def test_a_kept_position_is_of_one_machine_with_its_settings(tmp_path: Path) -> 
         ("load.payload", "0.1 kg"),
         ("load.stop_low", "-12 mm"),
         ("encoder.pitch", "2 um"),
-        ("homing.on", "start"),
     ):
         other = found._replace(tree=found.tree.with_(path, value))
         assert found.kept_as("twin") != other.kept_as("twin")
