@@ -78,7 +78,7 @@ def test_what_moves_nothing_goes_out_too(client: Make, fake: Station) -> None:
         (lambda: stage.fan(True), m.Fan(True)),
         (stage.clear, m.ClearFault()),
         (lambda: stage.limits(stage.state.limits), m.SetLimits(fake.s.limits)),
-        (stage.limits, m.SetLimits(None)),
+        (lambda: stage.limits(None), m.SetLimits(None)),
         (lambda: stage.set_speed("macro", "5 mm/s"), m.SetSpeed("macro", 0.005)),
         (lambda: stage.gains({"sequence.wait": 1.5}), m.SetGains((("sequence.wait", 1.5),))),
         (stage.stop, m.Stop()),
