@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from functools import partial
@@ -120,6 +121,19 @@ class Positioner(PositionerBase):  # type: ignore[misc]
         if not self._axis:
             return state.position * self._per
         return next(a.position_m for a in state.axes if a.name == self._axis) * self._per
+
+    def locate(self) -> dict[str, float]:
+        """Where it was sent, from where relative moves of plans start, and where it is.
+
+        Returns
+        -------
+        dict[str, float]
+            "setpoint": target of the last move, else where it is; "readback".
+        """
+        state, here = self.machine.state, self.position
+        targets = [axis.target_m for axis in state.axes if axis.name == self._axis]
+        target = (targets[0] if self._axis else state.target) * self._per
+        return {"setpoint": here if math.isnan(target) else target, "readback": here}
 
     @property
     def limits(self) -> tuple[float, float]:

@@ -18,7 +18,8 @@ from macromicro.serve.shared import NAMES
 from macromicro.serve.snapshot import Pace, RecordingState, Snapshot, Trouble
 from macromicro.serve.trail import Trail
 
-MOTIONS = (m.Home, m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, *m.AXES_MOVES, m.Jog,
+MOTIONS = (m.Home, m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, m.MoveMacroBy,
+           m.MoveMicroBy, *m.AXES_MOVES, m.Jog,
            m.Programme)  # fmt: skip
 
 
@@ -45,6 +46,7 @@ class FakeStation:
         self.fault: Trouble | None = None
         self.recording = RecordingState(False, "", 0, 0, "")
         self.trusted = True
+        self.target = math.nan
         self.p = parameters.prepare(self.settings.live, self.settings.controller)
         self.s = state.begin(self.p)
         self.running = True
@@ -193,6 +195,7 @@ class FakeStation:
             holder=self.holder,
             clients=tuple(self.connected),
             emergency_s=math.nan,
+            target_m=self.target,
         )
 
     def telemetry(self, since: int = -1) -> tuple[int, Any, Any]:

@@ -6,13 +6,16 @@ import json
 import math
 import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from macromicro.errors import MacromicroError
+from macromicro.schema.config import overridden
 from macromicro.serve import persist, position_store
 from macromicro.serve.persist import Evident, Kept, Lock
 from macromicro.serve.position_store import Place, PositionStore
+from macromicro.serve.settings import LiveSettings
 
 KEPT = Kept("twin", 1400.0, 3.0, True, "homed", False, 1.8e9, -0.0021)
 COUNTED = Evident(counted=True)
@@ -50,6 +53,38 @@ def test_what_is_not_trusted(kept: Kept | str, count: float, why: str) -> None:
     assert not restored.trusted
     assert math.isnan(restored.offset)
     assert why in restored.why
+
+
+@pytest.mark.parametrize(
+    ("table", "same"),
+    [
+        ({"bench": {"carriage": {"stop_low": "-5 mm"}}}, False),
+        ({"sensors": {"encoder": {"pitch": "70 um"}}}, False),
+        ({"live": {"homing": {"back_off": "100 counts"}}}, False),
+        ({"controller": {"pd_tuned": {"now": "0.01 V/count"}}}, True),
+        ({"guard": {"silent": "0.3 s"}}, True),
+    ],
+)
+def test_a_position_of_other_stops_pitch_or_homing_is_not_trusted(
+    table: dict[str, Any], same: bool
+) -> None:
+    """Of the two-stage machine, whose encoder reads what it was left at."""
+    left = KEPT._replace(rig=LiveSettings().kept_as("lab"))
+    now = overridden(LiveSettings(), table, "other.toml").kept_as("lab")
+    restored = persist.restore(left, now, 1400.0, COUNTED)
+    assert restored.trusted == same and ("other settings" in restored.why) != same
+    if not same:
+        assert math.isnan(restored.offset)
+    elsewhere = persist.restore(left, LiveSettings().kept_as("other"), 1400.0, COUNTED)
+    assert "another rig, lab two_stage" in elsewhere.why
+
+
+def test_a_position_of_an_older_version_is_not_trusted(tmp_path: Path) -> None:
+    """It does not say which settings it depends on."""
+    path = tmp_path / "position.json"
+    persist.save(path, KEPT)
+    path.write_text(path.read_text().replace(persist.FORMAT, "macromicro position 1"))
+    assert "older version" in str(persist.load(path))
 
 
 @pytest.mark.parametrize(

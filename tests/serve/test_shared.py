@@ -57,10 +57,11 @@ def test_two_mappings_are_the_same_memory() -> None:
     one = Shared.create(50)
     other = Shared(os.dup(one.fd), 50)
     fill(one, 0, 3)
-    one.set_status(Status(periods=3.0, fault=7.0, offset=-12.0))
+    told = Status(3.0, fault=7.0, offset=-12.0, target=0.5, second_target=0.25)
+    one.set_status(told)
     one.close()
     assert other.since(0)[1] == 3
-    assert other.status() == Status(periods=3.0, fault=7.0, offset=-12.0)
+    assert other.status() == told
 
 
 def test_a_status_half_written_by_a_killed_loop_is_shown_all_the_same() -> None:

@@ -58,7 +58,9 @@ class Verbs(ABC, Generic[Begun, Told]):
         return self._motion("move to", (position,), wait=wait, replace=replace)
 
     def move_by(self, distance: Quantity, *, replace: bool = False, wait: bool = True) -> Begun:
-        """The whole positioner by a distance from the target that is held, else from where it is.
+        """The whole positioner by a distance from the target of the last move.
+
+        After a stop, a jog, homing, a fault, or disabling there is none: then from where it is.
 
         Parameters
         ----------
@@ -115,6 +117,46 @@ class Verbs(ABC, Generic[Begun, Told]):
             The motion.
         """
         return self._motion("move micro", (contraction,), wait=wait, replace=replace)
+
+    def move_macro_by(self, counts: float, *, replace: bool = False, wait: bool = True) -> Begun:
+        """The macro-stage alone by some counts, from its last target as `move_by`.
+
+        Parameters
+        ----------
+        counts : float
+            Of the encoder; it goes to the nearest count, and fractions add up.
+        replace : bool, optional
+            As of `move_to`.
+        wait : bool, optional
+            Whether to return only at the end.
+
+        Returns
+        -------
+        Begun
+            The motion.
+        """
+        return self._motion("move macro by", (counts,), wait=wait, replace=replace)
+
+    def move_micro_by(
+        self, distance: Quantity, *, replace: bool = False, wait: bool = True
+    ) -> Begun:
+        """The micro-stage alone by a distance, from the contraction that it holds as `move_by`.
+
+        Parameters
+        ----------
+        distance : Quantity
+            m, or a text with a unit.
+        replace : bool, optional
+            As of `move_to`.
+        wait : bool, optional
+            Whether to return only at the end.
+
+        Returns
+        -------
+        Begun
+            The motion.
+        """
+        return self._motion("move micro by", (distance,), wait=wait, replace=replace)
 
     def move_point(
         self, x: Quantity, y: Quantity, *, replace: bool = False, wait: bool = True
@@ -362,12 +404,12 @@ class Verbs(ABC, Generic[Begun, Told]):
         """
         return self._gains(changes)
 
-    def limits(self, values: Mapping[str, float] | None = None) -> Told:
+    def limits(self, values: Mapping[str, float] | None) -> Told:
         """New soft limits, within the machine's own.
 
         Parameters
         ----------
-        values : Mapping[str, float] | None, optional
+        values : Mapping[str, float] | None
             All that ``state.limits`` has, in its units; None for the machine's own.
 
         Returns

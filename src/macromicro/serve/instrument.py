@@ -17,21 +17,17 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Event
 from macromicro.control.live.targets import reach
 from macromicro.errors import InputError
-from macromicro.place import PLACES, Place
+from macromicro.place import Place
 from macromicro.schema.par import entries, replaced
 from macromicro.serve.guesses import Token
 from macromicro.serve.programmes import Planned, called
 from macromicro.serve.shared import OWN
-from macromicro.serve.snapshot import Snapshot
 
 if TYPE_CHECKING:
     from macromicro.serve.choosing import AnySettings
     from macromicro.serve.station import Station
 
 SPARE = 1000  # rows: for clocks that differ
-_TOWARDS = (*(m.MODES[k] for k in m.MOVING), m.MODES[m.HOLDING])
-_GOALS = tuple(f"target_{place.base}" for place in PLACES)
-_FINE = (m.MODES[m.MOVING_MICRO], m.MODES[m.HOLDING])
 
 
 class Instrument:
@@ -48,7 +44,6 @@ class Instrument:
         self.token = token or Token(None)
         self._lock = threading.Lock()
         self._control: Any = self.settings.controller
-        self._target = math.nan
         self._speeds: dict[str, float] = self.settings.speeds
         self._seen = -1  # number of the last event
         self._newest = -1, 0.0  # number of the last row of telemetry, and when it was looked at
@@ -82,7 +77,6 @@ class Instrument:
         self._seen, events = self.station.events(self._seen)
         for event in events:
             self._control = gains_after(event, self._control, self.settings.controller)
-            self._target = target_after(event, self._target)
             self._speeds = speeds_after(event, self._speeds, self.settings.speeds)
 
     def control(self) -> Any:
@@ -90,14 +84,6 @@ class Instrument:
         with self._lock:
             self._follow()
             return self._control
-
-    def target(self, now: Snapshot | None = None) -> float:
-        """Where the whole positioner is going or is held [m]; NaN where it is not. `now`: the
-        present snapshot, where the caller has it."""
-        with self._lock:
-            self._follow()
-            target = self._target
-        return target_now(now or self.station.snapshot(), target, self.settings.live.pitch)
 
     def speed(self, stage: str) -> float:
         """The fastest that moves of a stage go now [m/s]; NaN where its law gives their speed."""
@@ -193,28 +179,3 @@ def speeds_after(event: Event, speeds: dict[str, float], own: dict[str, float]) 
         keys = [f"{'' if stage == m.MACRO else f'{stage}_'}speed_{b}_per_s" for b in ("m", "rad")]
         found[stage] = next((event.evidence[key] for key in keys if key in event.evidence), before)
     return found
-
-
-def target_after(event: Event, target: float) -> float:
-    """The absolute target [m] after an event; NaN where there is none."""
-    if event.kind == "loop" and event.cause == "started":
-        return math.nan
-    if event.kind != "mode":
-        return target
-    if event.to_mode not in _TOWARDS:
-        return math.nan
-    begins = event.cause.endswith((" move", " jog")) or event.cause == "programme"
-    goals = [event.evidence[key] for key in _GOALS if key in event.evidence]
-    return float([*goals, math.nan][0]) if begins else target
-
-
-def target_now(now: Snapshot, target: float, pitch: float) -> float:
-    """Where the whole positioner is going or is held [m], `target` by the events; NaN where it
-    is not."""
-    if now.mode not in _TOWARDS or now.mode == m.MODES[m.HOMING]:
-        return math.nan
-    if math.isfinite(target):
-        return target
-    if now.mode in _FINE:
-        return now.macro_count * pitch + now.micro_reference_m
-    return now.macro_reference * pitch

@@ -93,6 +93,7 @@ class Live:
             1.0 if math.isfinite(half) else 0.0,
             s.frame.offset,
             s.limits,
+            state.goal(self._p, s),
         )
 
 

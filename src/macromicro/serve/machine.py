@@ -16,7 +16,8 @@ from macromicro.types import Clock, Command, Outputs, Sample
 class View(NamedTuple):
     """What the telemetry shows of a machine. `mode`: index into `messages.MODES`; `motion`:
     number under way, or 0; integrals [V]; `position`, `uncertainty` [m]; `trusted` 0 or 1;
-    `offset` [counts]: what the encoder reads at coordinate 0; `limits`: soft limits in force."""
+    `offset` [counts]: what the encoder reads at coordinate 0; `limits`: soft limits in force;
+    `target` [m]: where it goes, or rests on target, NaN where it does neither."""
 
     mode: Annotated[
         float, Quantity("1", "mode of the live machine, as its attribute `modes` lists them", "i1")
@@ -32,11 +33,12 @@ class View(NamedTuple):
     trusted: Annotated[float, Quantity("1", "is the position known since homing? 0 or 1", "i1")]
     offset: float
     limits: SoftLimits = SoftLimits()
+    target: float = math.nan
 
 
 class Second(NamedTuple):
     """What the telemetry shows of the second axis of a machine of two. `offset` [counts]: what its
-    encoder reads at coordinate 0."""
+    encoder reads at coordinate 0; `target` [m]: as of `View`."""
 
     counts: Annotated[float, Quantity("count", "encoder of the axis y", column="y_count")]
     reference: Annotated[float, Quantity("count", "set point of the axis y", column="y_reference")]
@@ -54,6 +56,7 @@ class Second(NamedTuple):
         ),
     ]
     offset: float
+    target: float = math.nan
 
 
 SECONDLY = Second(*[math.nan] * 6)

@@ -12,13 +12,16 @@ import fcntl
 import json
 import math
 import os
+import zlib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from macromicro.errors import MacromicroError
 from macromicro.schema.text import printable
 
-FORMAT = "macromicro position 1"
+FORMAT = "macromicro position 2"
+_OLDER = ("macromicro position 1",)
 SAME = 50e-6  # m between what the laser said of the carriage and says that is the same place
 TELLING = 1e-3  # m: nearer to 0 a laser may just have been switched on
 NEAR = 2.0  # counts between what was left and what is found that count as the same place
@@ -41,6 +44,13 @@ class Kept(NamedTuple):
     laser: float = math.nan
     second: float = math.nan
     second_offset: float = math.nan
+
+
+def identity(rig: str, machine: str, settings: Mapping[str, Any]) -> str:
+    """What a position is kept of: a machine on a rig, with those settings that a position depends
+    on."""
+    text = "\n".join(f"{path} = {value!r}" for path, value in settings.items())
+    return f"{rig} {machine} {zlib.crc32(text.encode()):08x}"
 
 
 class Evident(NamedTuple):
@@ -97,7 +107,9 @@ def load(path: Path) -> Kept | str:
     except (OSError, ValueError, RecursionError) as error:
         return f"{path}: the kept position cannot be read ({printable(error, 80)})"
     try:
-        if found.pop("format") != FORMAT:
+        if (written := found.pop("format")) in _OLDER:
+            return f"{path}: an older version kept the position, without its settings"
+        if written != FORMAT:
             raise ValueError
         kept = Kept(**found)
         places = (kept.encoder, kept.offset, kept.second, kept.second_offset)
@@ -148,7 +160,10 @@ def restore(
 def _void(kept: Kept, rig: str, count: float) -> str:
     """Why what was kept says nothing of where the carriage is now; "" if it does."""
     if kept.rig != rig:
-        return f"the kept position is of another rig, {kept.rig}"
+        other, mine = (each.rpartition(" ")[0] for each in (kept.rig, rig))
+        if mine and mine == other:
+            return "the kept position is of other settings: of encoder, stops, switches or homing"
+        return f"the kept position is of another rig, {other or kept.rig}"
     if kept.moving:
         return "a motion was interrupted when the last run ended"
     if not kept.trusted or not math.isfinite(kept.offset):

@@ -84,7 +84,8 @@ REQUESTS: tuple[RequestType, ...] = (
         "move by",
         m.MoveBy,
         "MOVE:RELative",
-        "The whole positioner by a distance, from the target that is held, else from where it is.",
+        "The whole positioner by a distance, from the target of the last move, else from where it "
+        "is.",
         (Field("distance", "m", -10.0, 10.0),),
         effect=MOVES,
         replaces=True,
@@ -109,6 +110,28 @@ REQUESTS: tuple[RequestType, ...] = (
         effect=MOVES,
         replaces=True,
         motion="micro move to",
+    ),
+    RequestType(
+        "move macro by",
+        m.MoveMacroBy,
+        "MOVE:MACRo:RELative",
+        "The macro-stage alone by some counts, from its last target, else from where it is; the "
+        "micro-stage goes off.",
+        (Field("distance", "counts", -1e6, 1e6),),
+        effect=MOVES,
+        replaces=True,
+        motion="macro move by",
+    ),
+    RequestType(
+        "move micro by",
+        m.MoveMicroBy,
+        "MOVE:MICRo:RELative",
+        "The micro-stage alone by a distance, from the contraction that it holds, else from where "
+        "it is.",
+        (Field("distance", "m", -1.0, 1.0),),
+        effect=MOVES,
+        replaces=True,
+        motion="micro move by",
     ),
     RequestType(
         "move point",

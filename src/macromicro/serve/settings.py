@@ -18,7 +18,8 @@ from macromicro.programme.travel import Travel
 from macromicro.rig import limits
 from macromicro.rig.limits import Limits
 from macromicro.schema.config import changed_toml
-from macromicro.schema.par import Par
+from macromicro.schema.par import Par, entries
+from macromicro.serve.persist import identity
 from macromicro.serve.programmes import TwoStage
 from macromicro.settings import chosen
 
@@ -160,6 +161,9 @@ def kept(serve: ServeSettings, period: float, where: str) -> None:
         raise InputError(f"{where}, {name}", value, accepted)
 
 
+_OF_POSITION = ("bench.carriage.", "sensors.encoder.", "live.pitch", "live.homing.")
+
+
 class LiveSettings(NamedTuple):
     """The tree behind ``--config`` of the commands that run the machine live: everything
     that `macromicro.settings.Settings` has, [live] and [serve]. Its guard is stricter."""
@@ -211,8 +215,10 @@ class LiveSettings(NamedTuple):
         return TwoStage(self.live.pitch, rates=own)
 
     def kept_as(self, rig: str) -> str:
-        """What the position file calls the machine."""
-        return rig
+        """What the position file calls this machine: with other stops, another pitch or another way
+        to home it is another one."""
+        known = {e.path: e.value for e in entries(self) if e.path.startswith(_OF_POSITION)}
+        return identity(rig, self.machine(), known)
 
     def rigs(self, name: str) -> tuple[str, ...]:
         """The rigs that ``--rig`` names."""

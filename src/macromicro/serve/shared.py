@@ -141,7 +141,8 @@ class Status(NamedTuple):
     and the time [s] of it, as in `rig.guard.Watch`; `latest`, `longest` [s]; `offset`
     [counts]: what the encoder reads at coordinate 0, NaN where that is not known; then the
     soft limits in force, as `control.live.parameters.SoftLimits`; `second_offset`: as `offset`, of
-    a second axis; `lamps`: lines of two axes, as `lamps.packed`."""
+    a second axis; `lamps`: lines of two axes, as `lamps.packed`; `target`,
+    `second_target` [m]: as of `machine.View`."""
 
     periods: float = 0.0
     missed: float = 0.0
@@ -161,6 +162,8 @@ class Status(NamedTuple):
     whole_high: float = 0.0
     second_offset: float = 0.0
     lamps: float = 0.0
+    target: float = math.nan
+    second_target: float = math.nan
 
 
 _STATUS = packed(len(Status._fields))

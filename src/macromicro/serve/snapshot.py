@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from macromicro.control.live.parameters import SoftLimits
@@ -42,8 +43,8 @@ class RecordingState(NamedTuple):
 
 
 class AxisNow(NamedTuple):
-    """One axis of a machine of two: its position, half width and set point [m], its effort [V], and
-    how far it may go [m]."""
+    """One axis of a machine of two: its position, half width and set point [m], its effort [V],
+    how far it may go [m], and where it goes or rests on target [m], NaN where it does neither."""
 
     name: str
     position_m: float
@@ -52,6 +53,7 @@ class AxisNow(NamedTuple):
     motor_v: float
     low_m: float
     high_m: float
+    target_m: float = math.nan
 
 
 class Snapshot(NamedTuple):
@@ -73,8 +75,9 @@ class Snapshot(NamedTuple):
     all that are connected. `emergency_s`: how long the last emergency stop took until the
     outputs were safe, NaN before the first. `lines`: switches and lines of the drive that there are
     (`types.Lines` without the index, and "enable"; with "x_" or "y_" in front of a machine of two
-    axes), and whether each is on. `axes`: both of a
-    machine of two axes, whose other positions are those of the first one.
+    axes), and whether each is on. `axes`: both of a machine of two axes, whose other positions are
+    those of the first one. `target_m`: where the whole positioner goes, or rests on target, NaN
+    where it does neither.
     """
 
     time_s: float
@@ -103,3 +106,4 @@ class Snapshot(NamedTuple):
     emergency_s: float
     lines: tuple[tuple[str, bool], ...] = ()
     axes: tuple[AxisNow, ...] = ()
+    target_m: float = math.nan

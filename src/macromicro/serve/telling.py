@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from macromicro.control.live.messages import Event, MoveMicro, SetGains, SetLimits
+from macromicro.control.live.messages import Event, MoveMicro, MoveMicroBy, SetGains, SetLimits
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.settings import Control
 from macromicro.schema.par import Par, entries, finite
@@ -57,6 +57,8 @@ def request(request: Any, control: Any = None) -> dict[str, Any]:
     facts: dict[str, Any] = {k: v for k, v in request._asdict().items() if k != "client"}
     if isinstance(request, MoveMicro):
         facts["position"] = millimetres(request.position)
+    elif isinstance(request, MoveMicroBy):
+        facts["distance"] = millimetres(request.distance)
     elif isinstance(request, SetGains):
         pars = _pars(control)
         facts["changes"] = tuple(

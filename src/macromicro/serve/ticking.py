@@ -256,7 +256,7 @@ class Loop:
         self._shared.show(row, self._status(view))
 
     def _status(self, view: View) -> tuple[float, ...]:
-        pacer = self.pacer
+        pacer, second = self.pacer, self._second()
         return (
             pacer.periods,
             pacer.missed,
@@ -266,8 +266,10 @@ class Loop:
             *self._fault,
             view.offset,
             *view.limits,
-            self._second().offset,
+            second.offset,
             self._lamps(),
+            view.target,
+            second.target,
         )
 
 

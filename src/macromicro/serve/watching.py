@@ -41,14 +41,14 @@ def snapshot(
     limits = live.limits
     if shared is None or now is None:
         row, pace, age, offset, fault = _NOTHING, Pace(0, 0, 0.0, 0.0, 0.0), math.nan, 0.0, None
-        lit = 0.0
+        lit, targets = 0.0, (math.nan, math.nan)
     else:
         _, row, status = now
         pace = Pace(
             int(status.periods), int(status.missed), status.share, status.latest, status.longest
         )
         age = (time.monotonic_ns() - int(shared.cells[ALIVE])) * 1e-9
-        lit = status.lamps
+        lit, targets = status.lamps, (status.target, status.second_target)
         offset, fault = status.offset, faults.trouble(status, live.place)
         limits = SoftLimits(*(getattr(status, name) for name in SoftLimits._fields))
     value = dict(zip(INDEX, row.tolist(), strict=True))
@@ -83,7 +83,8 @@ def snapshot(
         clients=clients,
         emergency_s=emergency_time(shared),
         lines=_lines(value, lit) if running else (),
-        axes=_axes(value, getattr(settings, "lives", ()), stale, running),
+        axes=_axes(value, getattr(settings, "lives", ()), stale, running, targets),
+        target_m=targets[0] if running else math.nan,
     )
 
 
@@ -95,7 +96,11 @@ def _lines(value: dict[str, float], lit: float) -> tuple[tuple[str, bool], ...]:
 
 
 def _axes(
-    value: dict[str, float], lives: tuple[Live, ...], stale: bool, running: bool
+    value: dict[str, float],
+    lives: tuple[Live, ...],
+    stale: bool,
+    running: bool,
+    targets: tuple[float, float],
 ) -> tuple[AxisNow, ...]:
     """Both axes of a machine of two; none of another."""
     columns = (
@@ -103,7 +108,7 @@ def _axes(
         ("y_position", "y_uncertainty", "y_reference", "y_count", "y_motor"),
     )
     found = []
-    for name, live, names in zip(AXES, lives, columns, strict=False):
+    for name, live, names, target in zip(AXES, lives, columns, targets, strict=False):
         place, half, reference, count, motor = (value[each] for each in names)
         found.append(
             AxisNow(
@@ -114,6 +119,7 @@ def _axes(
                 motor if running else 0.0,
                 live.limits.whole_low,
                 live.limits.whole_high,
+                target if running else math.nan,
             )
         )
     return tuple(found)

@@ -104,7 +104,8 @@ class Scripted(Machine):
             **self.out._asdict(), **self.command._asdict(), **s.seen._asdict(),
             "coordinate": state.coordinate(s), "position_": state.position(p, s),
             "carriage": state.carriage(p, s), "uncertainty": state.uncertainty(p, s),
-            "by_laser": state.by_laser(p, s), "busy": state.busy(s), "target": s.target,
+            "by_laser": state.by_laser(p, s), "busy": state.busy(s),
+            "target": s.target.whole if s.motion is None else math.nan,
             "trusted": s.frame.trusted, "zero": s.frame.zero,
         }  # fmt: skip
         self.names = list(shown)

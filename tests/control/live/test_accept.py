@@ -24,6 +24,7 @@ PLAN = Plan(np.array([math.nan]), np.array([0]), np.array([30.0]), np.array([0.0
 REQUESTS: dict[str, Any] = {
     "enable": m.Enable(), "disable": m.Disable(), "home": m.Home(), "move to": m.MoveTo(0.01),
     "move by": m.MoveBy(0.001), "move macro": m.MoveMacro(100), "move micro": m.MoveMicro(1e-3),
+    "macro by": m.MoveMacroBy(3), "micro by": m.MoveMicroBy(1e-4),
     "jog": m.Jog("macro", 0.01), "stop": m.Stop(), "emergency": m.EmergencyStop(),
     "speed": m.SetSpeed("macro", 0.01), "zero": m.Zero(),
     "fan": m.Fan(True), "programme": m.Programme(PLAN),
@@ -33,7 +34,8 @@ REQUESTS: dict[str, Any] = {
     "move point by": m.MovePointBy(0.01, 0.01), "move axis by": m.MoveAxisBy("x", 0.01),
 }  # fmt: skip
 ALWAYS = {"disable", "stop", "emergency", "lost"}
-MOTIONS = {"home", "move to", "move by", "move macro", "move micro", "jog", "programme"}
+MOTIONS = {"home", "move to", "move by", "move macro", "move micro", "macro by", "micro by", "jog"}
+MOTIONS |= {"programme"}
 QUIET = {"fan", "zero", "gains", "limits"}
 ACCEPTED = {
     "disabled": ALWAYS | QUIET | {"enable"},

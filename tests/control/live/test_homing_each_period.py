@@ -12,7 +12,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.effort import Efforts
 from macromicro.control.live.homing import BACK, GIVE, PUSH, SEARCH
 from macromicro.control.live.parameters import Homing, Live
-from macromicro.control.live.state import REST, Drive, Frame, LiveState, Search
+from macromicro.control.live.state import NOWHERE, REST, Drive, Frame, LiveState, Search, Targets
 from macromicro.control.live.survey import NOTHING
 from macromicro.control.macro import Memory
 from macromicro.types import Sample
@@ -284,13 +284,14 @@ def test_homing_begins_where_the_carriage_is() -> None:
     f.ask(m.Enable())
     f.see(51.0)
     f.s = f.s._replace(
-        target=1e-3, drive=f.s.drive._replace(macro_reference=7.0, memory=PUSHED, integral=1.0)
+        target=Targets(1e-3),
+        drive=f.s.drive._replace(macro_reference=7.0, memory=PUSHED, integral=1.0),
     )
     f.ask(m.Home())
     work, d = f.s.work, f.s.drive
     assert isinstance(work, Search)
     assert (work.phase, work.since, work.origin) == (SEARCH, f.s.time, 51.0)
-    assert math.isnan(work.stop) and math.isnan(f.s.target)
+    assert math.isnan(work.stop) and f.s.target == NOWHERE
     assert d == Drive(51.0, 0.0, REST, 0.0, False)
     assert not f.s.frame.trusted and f.s.motion is not None
 

@@ -218,7 +218,7 @@ def test_steps_by_the_target_do_not_collect_errors() -> None:
         f.ask(m.MoveBy(1e-4))
         f.until("holding")
         assert f.ends[-1].outcome == "done"
-        assert f.s.target == pytest.approx(0.002 + k * 1e-4, abs=1e-12)
+        assert f.s.target.whole == pytest.approx(0.002 + k * 1e-4, abs=1e-12)
 
 
 def test_what_drifts_for_longer_than_the_patience_has_stalled() -> None:

@@ -66,7 +66,9 @@ def test_a_short_move_is_the_micro_stages_alone(bench: Bench) -> None:
     bench.ask(m.MoveBy(0.0002))
     end = bench.wait(20.0)
     assert (start.outcome, end.outcome) == ("done", "done")
-    assert bench.s.target == pytest.approx(0.0202, abs=1e-12)  # from the target, not a reading
+    assert bench.s.target.whole == pytest.approx(
+        0.0202, abs=1e-12
+    )  # from the target, not a reading
     assert bench.s.seen.encoder == count
     assert bench.twin.truth().carriage == pytest.approx(carriage, abs=2e-6)
     assert bench.true_position() - true == pytest.approx(0.0002, abs=20e-6)

@@ -9,7 +9,7 @@ import pytest
 
 from macromicro.control.live import edges, state
 from macromicro.control.live import messages as m
-from macromicro.control.live.state import REST, Drive, Frame, LiveState, Seen
+from macromicro.control.live.state import NOWHERE, REST, Drive, Frame, LiveState, Seen
 from macromicro.control.live.survey import Survey
 
 from .bench import PITCH, Machine, homed
@@ -50,7 +50,7 @@ def test_before_its_first_sample_it_is_off_and_knows_nothing() -> None:
     assert (s.mode, s.time, s.shift, s.fan, s.given) == (m.DISABLED, 0.0, 0.0, 0.0, 0)
     assert (s.motion, s.work, s.fault, s.doubt) == (None, None, None, "")
     assert repr(s.seen) == "Seen(encoder=nan, speed=0.0, standing=0.0, fine=nan, position=nan)"
-    assert s.survey == Survey() and math.isnan(s.target)
+    assert s.survey == Survey() and s.target == NOWHERE
     assert all(value == 0.0 for memory in state.REST for value in memory)
     assert state.EMPTY[:2] == (0.0, 0) and (state.EMPTY.held, state.EMPTY.lives) == (0.0, False)
 

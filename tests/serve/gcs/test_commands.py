@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 
@@ -137,19 +138,15 @@ def test_a_move_needs_the_servo_and_control(connect: Connect, fake: FakeStation)
 
 
 def test_relative_moves_go_from_the_last_target(connect: Connect, fake: FakeStation) -> None:
-    """From what was commanded, not from the count that is held, or steps would drift."""
+    """Which the control loop knows."""
     client = connect()
     client.send("MVR 1 -1.5")
     assert client.ask("ONT?") == "1=0"
-    assert fake.requests[-1].position == pytest.approx(0.0406234)
-    for by, wanted in ((0.25, 0.0408734), (0.25, 0.0411234)):
-        fake.end("done")
-        client.send(f"MVR 1 {by}")
-        assert client.ask("ONT?") == "1=0"
-        assert fake.requests[-1].position == pytest.approx(wanted, abs=1e-9)
+    assert fake.requests[-1] == m.MoveBy(pytest.approx(-0.0015), fake.holder, True)
+    fake.target = 0.0411234
     assert client.ask("MOV?") == "1=41.1234000"
-    fake.end("stalled")
-    assert client.ask("MOV?") == "1=42.1234000"  # where it is, which is held
+    fake.target = math.nan
+    assert client.ask("MOV?") == "1=42.1234000"  # where it is
 
 
 def test_referencing_is_busy_until_its_end(connect: Connect, fake: FakeStation) -> None:

@@ -146,9 +146,7 @@ def test_ends_of_what_is_allowed(bench) -> None:
 
 def test_the_target_of_the_whole(bench) -> None:
     assert bench.ask("MOVE:ABS?") == "9.91E37"  # ready, nothing held
-    where = {"target_m": 0.0125}
-    bench.station.told.append(m.Event(1.0, "mode", "ready", "holding", "macro move", where))
-    bench.station.mode = "holding"
+    bench.station.target, bench.station.mode = 0.0125, "holding"
     assert bench.ask("MOVE:ABS?;MACR?;MICR?") == "12.5;589;0.3" and bench.errors() == []
 
 

@@ -8,6 +8,7 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.machines import machine as machines
+from macromicro.schema.par import replaced
 from macromicro.serve import choosing
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.stage import guide, settings
@@ -65,8 +66,21 @@ def test_the_servers_table_stands_beside_the_machine(tmp_path: Path) -> None:
 def test_a_kept_position_is_of_one_machine_with_its_settings(tmp_path: Path) -> None:
     found = settings.load(PRINTER)
     assert found is not None
-    other = found._replace(tree=found.tree.with_("load.payload", "0.1 kg"))
-    assert found.kept_as("twin") != other.kept_as("twin")
+    for path, value in (
+        ("load.payload", "0.1 kg"),
+        ("load.stop_low", "-12 mm"),
+        ("encoder.pitch", "2 um"),
+    ):
+        other = found._replace(tree=found.tree.with_(path, value))
+        assert found.kept_as("twin") != other.kept_as("twin")
+    # What says how it moves costs no trust; where it leans on the stop may follow from a limit.
+    for path, value in (
+        ("controller.position", 20.0),
+        ("motion.velocity", 0.1),
+        ("guard.error", 0.005),
+    ):
+        same = found._replace(tree=replaced(found.tree, path, value))
+        assert found.kept_as("twin") == same.kept_as("twin")
     assert found.place("twin") == other.place("twin") == "twin-axis"
     text = found.as_toml(found.controller, found.live.limits._replace(whole_high=0.1))
     again = settings.load(written(tmp_path, text))

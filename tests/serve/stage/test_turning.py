@@ -11,12 +11,11 @@ import pytest
 
 from macromicro.control.live import messages as m
 from macromicro.control.live import targets
-from macromicro.control.live.messages import Event, Refused
+from macromicro.control.live.messages import Refused
 from macromicro.control.live.state import begin
 from macromicro.machines import guarding
 from macromicro.place import ANGLE, LENGTH
 from macromicro.serve import faults, shared
-from macromicro.serve.instrument import target_after
 from macromicro.serve.requests import KINDS
 from macromicro.serve.scpi.errors import ScpiError
 from macromicro.serve.scpi.parameters import Number
@@ -104,15 +103,6 @@ def test_words_are_in_degrees() -> None:
     assert "at 500.000 mm" in str(ended(end, "move"))
     fault = faults.of_stage(200.0 + guarding.LOST, 1.0, 0.5, 2.0, ANGLE)
     assert "57.3 deg, allowed 28.65 deg" in fault.evidence
-
-
-def test_a_target_is_known_from_its_event() -> None:
-    def event(evidence: dict[str, Any]) -> Event:
-        return Event(0.0, "mode", "ready", "moving-macro", "macro move", evidence)
-
-    assert target_after(event({"target_rad": 0.4}), math.nan) == 0.4
-    assert target_after(event({"target_m": 0.3}), math.nan) == 0.3
-    assert math.isnan(target_after(event({}), 0.2))
 
 
 def test_telemetry_is_shown_in_degrees() -> None:

@@ -11,7 +11,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.settings import Control
 from macromicro.serve.instrument import Instrument
 from macromicro.serve.settings import LiveSettings
-from macromicro.serve.web.orders import Orders, Refusal, read
+from macromicro.serve.web.orders import KEYS, Orders, Refusal, read, surplus
 
 ORDERS = Orders(Instrument(Station()))  # type: ignore[arg-type]
 
@@ -76,6 +76,8 @@ def test_orders_become_requests_in_the_machines_units(order: dict[str, Any], wan
         {"do": "gains", "changes": [["sequence.wait", 2.0, 10**400]]},
         {"do": "gains", "changes": [["sequence.wait", 2.0, "x" * 201]]},
         {"do": "move micro", "value": 1e307, "unit": "m"},
+        {"do": "limits"},
+        {"do": "limits", "whole_low": 0.0},
     ],
 )
 def test_bad_orders_are_refused(order: dict[str, Any]) -> None:
@@ -143,3 +145,18 @@ def test_a_programme_is_held_to_the_limits_in_force() -> None:
     assert isinstance(station.request("a", m.SetLimits(narrow)), m.Accepted)
     with pytest.raises(Refusal, match=r"^thesis\.toml"):  # and not where it lies on the server
         orders.request({"do": "programme", "name": "thesis"})
+
+
+@pytest.mark.parametrize("what", sorted(KEYS))
+def test_keys_that_an_order_does_not_know_are_refused_by_name(what: str) -> None:
+    """Numbers beside instead of within `values` say that something else was meant."""
+    known = dict.fromkeys(("do", "id", *KEYS[what]), 1) | {"do": what}
+    assert surplus(known) is None
+    refused = surplus({**known, "macro_low": 600, "hi": 2})
+    assert refused is not None and "macro_low, hi" in refused.reason
+    assert all(key in refused.remedy for key in KEYS[what])
+
+
+@pytest.mark.parametrize("what", ["nonsense", 7, None])
+def test_what_is_no_order_has_no_keys(what: Any) -> None:
+    assert surplus({"do": what, "more": 1}) is None

@@ -40,7 +40,7 @@ def test_the_page_has_gains_in_volts_per_mm_and_contractions_in_mm() -> None:
     told = {t["path"]: t for t in reporting.settings(Control())}
     assert [told["pi_antiwindup.kp"][k] for k in ("value", "unit", "high")] == [3.0, "V/mm", 1e3]
     fake = Station()
-    state = reporting.state(fake.snapshot(), NAN, fake.settings.live)
+    state = reporting.state(fake.snapshot(), fake.settings.live)
     assert state["micro_mm"] == 0.31
     assert (state["limits"]["micro_high"], state["limits"]["whole_high"]) == (3.5, 0.2169)
     page = reporting.limits(fake.settings)

@@ -196,6 +196,20 @@ def test_a_jog_ends_when_its_button_is_no_longer_told_of(client: Make, fake: Sta
     assert fake.requests[-1].stage == "macro"
 
 
+def test_an_order_with_an_unknown_key_does_nothing_but_a_stop_is_heard(
+    client: Make, fake: Station
+) -> None:
+    viewer = client()
+    viewer.order("take")
+    reply = viewer.order("limits", macro_low=600, macro_high=900)
+    assert not reply["ok"] and "macro_low, macro_high" in reply["reason"]
+    assert not viewer.order("limits")["ok"]
+    assert not viewer.order("view", span=2.0, rows=7)["ok"]
+    assert not viewer.order("state", motion=1)["ok"]
+    assert fake.requests == []
+    assert viewer.order("stop", now=True)["ok"] and viewer.order("emergency", why="x")["ok"]
+
+
 def test_a_jog_ends_with_its_connection(client: Make, fake: Station) -> None:
     viewer = client(bounds=Bounds(jog=60.0))
     viewer.order("take")

@@ -278,22 +278,49 @@ def _move_by(p: LiveParameters, s: LiveState, request: m.MoveBy) -> Answer:
     refusal = targets.number(request.distance, "distance", p.settings.place.base)
     if refusal:
         return s, _obstacle(p, s, replace=request.replace) or refusal, ()
-    here = s.seen.position if math.isnan(s.target) else s.target
-    return _whole(p, s, here + float(request.distance), "move by", request.replace)
+    goal = targets.origin(p, s) + float(request.distance)
+    return _whole(p, s, goal, "move by", request.replace)
 
 
 def _move_macro(p: LiveParameters, s: LiveState, request: m.MoveMacro) -> Answer:
-    refusal = unready(p, s, request.replace)
+    return _coarse(p, s, request.counts, request.replace)
+
+
+def _move_macro_by(p: LiveParameters, s: LiveState, request: m.MoveMacroBy) -> Answer:
+    refusal = unready(p, s, request.replace) or targets.number(request.counts, "distance", "counts")
+    if refusal:
+        return s, refusal, ()
+    goal = targets.coarse_origin(p, s) + float(request.counts)
+    s, reply, notices = _coarse(p, s, math.floor(goal + 0.5), request.replace)
+    if isinstance(reply, Accepted):  # what was rounded off is not lost to the next one
+        s = s._replace(target=s.target._replace(macro=goal))
+    return s, reply, notices
+
+
+def _coarse(p: LiveParameters, s: LiveState, counts: Any, replace: Any) -> Answer:
+    refusal = unready(p, s, replace)
 
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
         facts = {"target_counts": motion.coarse - s.frame.offset}
         return moves.start_macro(s, motion, t.MACRO_MOVE, facts)
 
-    return begin(p, s, refusal or targets.coarse(s, request.counts), start)
+    return begin(p, s, refusal or targets.coarse(s, counts), start)
 
 
 def _move_micro(p: LiveParameters, s: LiveState, request: m.MoveMicro) -> Answer:
-    refusal = unready(p, s, request.replace)
+    return _contraction(p, s, request.position, request.replace)
+
+
+def _move_micro_by(p: LiveParameters, s: LiveState, request: m.MoveMicroBy) -> Answer:
+    refusal = targets.number(request.distance, "distance", "m")
+    if refusal:
+        return s, _obstacle(p, s, replace=request.replace) or refusal, ()
+    here = s.seen.fine if math.isnan(s.target.micro) else s.target.micro
+    return _contraction(p, s, here + float(request.distance), request.replace)
+
+
+def _contraction(p: LiveParameters, s: LiveState, position: Any, replace: Any) -> Answer:
+    refusal = unready(p, s, replace)
     if refusal is None and not _rests(s):
         refusal = Refused("the carriage is moving", "stop it first")
 
@@ -301,7 +328,7 @@ def _move_micro(p: LiveParameters, s: LiveState, request: m.MoveMicro) -> Answer
         facts = {"micro_mm": motion.fine * 1e3, "target_m": carriage(p, s) + motion.fine}
         return moves.start_micro(s, motion, t.MICRO_MOVE, facts)
 
-    return begin(p, s, refusal or targets.contraction(s, request.position), start)
+    return begin(p, s, refusal or targets.contraction(s, position), start)
 
 
 def _jog(p: LiveParameters, s: LiveState, request: m.Jog) -> Answer:
@@ -361,6 +388,8 @@ _HANDLERS: dict[type, Callable[[LiveParameters, LiveState, Any], Answer]] = {
     m.MoveBy: _move_by,
     m.MoveMacro: _move_macro,
     m.MoveMicro: _move_micro,
+    m.MoveMacroBy: _move_macro_by,
+    m.MoveMicroBy: _move_micro_by,
     m.Jog: _jog,
     m.Stop: _stop,
     m.EmergencyStop: _emergency,

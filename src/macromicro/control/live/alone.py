@@ -14,10 +14,16 @@ from macromicro.control.supervisor import Plan
 
 SENSORS = {m.MACRO: "encoder", m.MICRO: "hall", **{axis: f"{axis}_count" for axis in m.AXES}}
 # Of a machine with one place.
-_ONE = (m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, m.Zero, m.Fan, m.SetLimits)
+_ONE = (*m.ONE_MOVES, m.Zero, m.Fan, m.SetLimits)
 _AXES_ONLY = Refused("this machine has no axes x and y", "ask for the stage that it has")
 _POINT = Refused("this machine has two axes", "ask for a point, or for one of them")
-_NEEDS: dict[type, str] = {m.Home: m.MACRO, m.MoveMacro: m.MACRO, m.MoveMicro: m.MICRO}
+_NEEDS: dict[type, str] = {
+    m.Home: m.MACRO,
+    m.MoveMacro: m.MACRO,
+    m.MoveMacroBy: m.MACRO,
+    m.MoveMicro: m.MICRO,
+    m.MoveMicroBy: m.MICRO,
+}
 # What of the controller's settings belongs to the micro-stage; all else is the macro-stage's.
 _FINE = ("micro_law", "ctrl_limit", "p", "pi", "pi_antiwindup", "fine")
 _ALL = Control._fields

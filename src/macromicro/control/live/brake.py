@@ -17,6 +17,7 @@ from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import (
     NAN,
+    NOWHERE,
     REST,
     Approach,
     Braking,
@@ -83,7 +84,7 @@ def start(
         macro_reference=s.seen.encoder, micro_reference=0.0, memory=REST, integral=0.0
     )
     evidence = {"speed_counts_per_s": speed, "allowed_counts": allowed}
-    s, event = go(s._replace(work=work, drive=drive), m.STOPPED, cause, evidence)
+    s, event = go(s._replace(work=work, drive=drive, target=NOWHERE), m.STOPPED, cause, evidence)
     return s, (event,)
 
 

@@ -28,6 +28,7 @@ from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import Homing, LiveParameters
 from macromicro.control.live.state import (
     NAN,
+    NOWHERE,
     REST,
     Frame,
     LiveState,
@@ -71,7 +72,7 @@ def start(p: LiveParameters, s: LiveState, motion: Motion) -> tuple[LiveState, t
         work=Search(SEARCH, s.time, s.seen.encoder, NAN, expected=expected),
         drive=drive,
         frame=s.frame._replace(trusted=False),
-        target=NAN,
+        target=NOWHERE,
         survey=survey.again(s.survey, p.settings.pitch),
     )
     s, event = t.go(s, m.HOMING, t.HOME, {})

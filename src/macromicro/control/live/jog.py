@@ -12,7 +12,15 @@ from macromicro.control.live import transitions as t
 from macromicro.control.live.effort import Efforts, fine_efforts, limited, macro_effort, observe
 from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.state import EMPTY, Jogged, LiveState, Motion, Settle, driven
+from macromicro.control.live.state import (
+    EMPTY,
+    NOWHERE,
+    Jogged,
+    LiveState,
+    Motion,
+    Settle,
+    driven,
+)
 from macromicro.types import Sample
 
 
@@ -43,7 +51,8 @@ def start_macro(
     here = motion._replace(coarse=s.seen.encoder)
     s, notices = moves.start_macro(s, here, t.MACRO_JOG, found)
     settle = Settle(s.time, s.seen.encoder, EMPTY)
-    return s._replace(work=Jogged(speed / p.settings.pitch, 0.0, 0.0, settle)), notices
+    work = Jogged(speed / p.settings.pitch, 0.0, 0.0, settle)
+    return s._replace(work=work, target=NOWHERE), notices
 
 
 def start_micro(s: LiveState, motion: Motion, speed: float) -> tuple[LiveState, tuple[Notice, ...]]:
@@ -71,7 +80,8 @@ def start_micro(s: LiveState, motion: Motion, speed: float) -> tuple[LiveState, 
         s, motion._replace(fine=here), t.MICRO_JOG, {"speed_m_per_s": speed}
     )
     settle = Settle(s.time, s.seen.encoder, EMPTY)
-    return s._replace(work=Jogged(speed, 0.0, 0.0, settle)), notices
+    target = s.target._replace(micro=math.nan)
+    return s._replace(work=Jogged(speed, 0.0, 0.0, settle), target=target), notices
 
 
 def step(

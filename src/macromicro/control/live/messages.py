@@ -91,8 +91,8 @@ class MoveTo(NamedTuple):
 
 
 class MoveBy(NamedTuple):
-    """The whole positioner by a distance from the target that is being held, else from the present
-    place.
+    """The whole positioner by a distance from the target of the last move, else from the present
+    position.
 
     Attributes
     ----------
@@ -141,6 +141,42 @@ class MoveMicro(NamedTuple):
     """
 
     position: float
+    client: str = ""
+    replace: bool = False
+
+
+class MoveMacroBy(NamedTuple):
+    """The macro-stage by some counts from its last target, else from where it is.
+
+    Attributes
+    ----------
+    counts : float
+        It goes to the nearest whole count; the next one adds to the target as it was meant.
+    client : str
+        Who sent it.
+    replace : bool
+        As for `MoveTo`.
+    """
+
+    counts: float
+    client: str = ""
+    replace: bool = False
+
+
+class MoveMicroBy(NamedTuple):
+    """The micro-stage by a distance from the target that it holds, else from where it is.
+
+    Attributes
+    ----------
+    distance : float
+        m.
+    client : str
+        Who sent it.
+    replace : bool
+        As for `MoveTo`.
+    """
+
+    distance: float
     client: str = ""
     replace: bool = False
 
@@ -368,6 +404,7 @@ class LinkLost(NamedTuple):
     client: str = ""
 
 
+ONE_MOVES = (MoveTo, MoveBy, MoveMacro, MoveMacroBy, MoveMicro, MoveMicroBy)
 AXES_MOVES = (MovePoint, MovePointBy, MoveAxis, MoveAxisBy)
 
 Request = (
@@ -378,6 +415,8 @@ Request = (
     | MoveBy
     | MoveMacro
     | MoveMicro
+    | MoveMacroBy
+    | MoveMicroBy
     | MovePoint
     | MovePointBy
     | MoveAxis

@@ -31,6 +31,7 @@ from macromicro.control.live.state import (
     LiveState,
     Motion,
     Settle,
+    Targets,
     by_laser,
     carriage,
     driven,
@@ -62,7 +63,8 @@ def start_macro(
         The transition.
     """
     drive = t.idle(s.drive)._replace(macro_reference=motion.coarse)
-    s = s._replace(motion=motion, work=Approach(NAN, NAN), drive=drive, target=NAN)
+    target = Targets(motion.target, motion.coarse - s.frame.offset)
+    s = s._replace(motion=motion, work=Approach(NAN, NAN), drive=drive, target=target)
     s, event = t.go(s, m.MOVING_MACRO, cause, evidence)
     return s, (event,)
 
@@ -97,7 +99,8 @@ def start_micro(
         if s.mode != m.SETTLING:
             drive = drive._replace(macro_reference=s.seen.encoder)
     work = Settle(s.time, s.seen.encoder, EMPTY)
-    s = s._replace(motion=motion, work=work, drive=drive, target=NAN)
+    target = Targets(motion.target, s.target.macro, motion.fine)
+    s = s._replace(motion=motion, work=work, drive=drive, target=target)
     s, event = t.go(s, m.MOVING_MICRO, cause, evidence)
     return s, (event,)
 
@@ -226,7 +229,7 @@ def settle(
             s._replace(work=Approach(NAN, NAN), drive=drive), m.MOVING_MACRO, t.DRIFTED, found
         )
         return s, efforts._replace(notices=(event,))
-    if math.isnan(motion.target):
+    if math.isnan(motion.target) or m.MICRO not in p.stages:
         s, notices = t.conclude(p, s, m.READY, (m.DONE, t.SETTLED), found)
         return s, Efforts(notices=notices)
     rest = remaining(p, s, motion.target)

@@ -10,8 +10,8 @@ from macromicro.control.live import messages as m
 
 _ALWAYS = frozenset({m.Stop, m.EmergencyStop, m.Disable, m.SetGains})
 _AXES = frozenset(m.AXES_MOVES)
-_ONE = frozenset({m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, m.Zero, m.Fan, m.SetLimits})
-_MOTIONS = frozenset({m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, m.Programme})
+_ONE = frozenset({*m.ONE_MOVES, m.Zero, m.Fan, m.SetLimits})
+_MOTIONS = frozenset({*m.ONE_MOVES, m.Programme})
 
 
 def possible(
@@ -60,7 +60,7 @@ def possible(
     if not moving:
         found |= {m.Home}
     if mode in (m.MOVING_MACRO, m.SETTLING) or m.MICRO not in stages:
-        found -= {m.MoveMicro}
+        found -= {m.MoveMicro, m.MoveMicroBy}
     if m.MACRO not in stages:
-        found -= {m.MoveMacro, m.Home}
+        found -= {m.MoveMacro, m.MoveMacroBy, m.Home}
     return frozenset(found)

@@ -22,7 +22,16 @@ from macromicro.control.live import transitions as t
 from macromicro.control.live.effort import Efforts, fine_efforts, observe
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.state import EMPTY, NAN, Drive, LiveState, Motion, Running, driven
+from macromicro.control.live.state import (
+    EMPTY,
+    NAN,
+    NOWHERE,
+    Drive,
+    LiveState,
+    Motion,
+    Running,
+    driven,
+)
 from macromicro.control.supervisor import DONE, MACRO, MICRO, SETTLING, Plan, Progress
 from macromicro.programme import moves
 from macromicro.types import Sample
@@ -53,7 +62,7 @@ def start(s: LiveState, motion: Motion, plan: Plan) -> tuple[LiveState, tuple[No
     progress = supervisor.begin(s.seen.encoder, s.laws)._replace(fine=s.drive.fine)
     drive = t.idle(s.drive)._replace(macro_reference=s.seen.encoder)
     work = Running(raw, progress, s.time, EMPTY, NAN, None)
-    s = s._replace(motion=motion, work=work, drive=drive, target=math.nan)
+    s = s._replace(motion=motion, work=work, drive=drive, target=NOWHERE)
     s, event = t.go(s, m.MOVING_MACRO, t.PROGRAMME, {"moves": len(plan.stage)})
     return s, (event,)
 

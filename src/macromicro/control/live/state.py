@@ -7,7 +7,16 @@ from typing import Any, NamedTuple
 
 from macromicro.control import macro, micro, settings
 from macromicro.control.live import survey
-from macromicro.control.live.messages import DISABLED, MACRO, MICRO, Evidence
+from macromicro.control.live.messages import (
+    DISABLED,
+    HOLDING,
+    MACRO,
+    MICRO,
+    MOVING_MACRO,
+    MOVING_MICRO,
+    SETTLING,
+    Evidence,
+)
 from macromicro.control.live.parameters import LiveParameters, SoftLimits
 from macromicro.control.live.survey import NOTHING, Survey
 from macromicro.control.macro import Memory
@@ -348,6 +357,18 @@ class Trouble(NamedTuple):
     evidence: Evidence
 
 
+class Targets(NamedTuple):
+    """Targets of the move under way, or of the last one: a relative move starts there. NaN where
+    there is none: what stops a stage otherwise, or leads it without a target, forgets it."""
+
+    whole: float = NAN  # m
+    macro: float = NAN  # counts of the homed frame
+    micro: float = NAN  # m
+
+
+NOWHERE = Targets()
+
+
 class LiveState(NamedTuple):
     """State of the live machine.
 
@@ -373,8 +394,8 @@ class LiveState(NamedTuple):
         The one under way.
     work : Work | None
         How far the motion is.
-    target : float
-        What is being held after an absolute move, m, or NaN.
+    target : Targets
+        Of the move under way or of the last one.
     fan : float
         0 or 1.
     fault : Trouble | None
@@ -399,7 +420,7 @@ class LiveState(NamedTuple):
     drive: Drive
     motion: Motion | None
     work: Work | None
-    target: float
+    target: Targets
     fan: float
     fault: Trouble | None
     given: int
@@ -447,7 +468,7 @@ def begin(
         Drive(0.0, 0.0, REST, 0.0, False, micro.begun(laws.fine)),
         None,
         None,
-        NAN,
+        NOWHERE,
         0.0,
         None,
         0,
@@ -641,3 +662,51 @@ def busy(s: LiveState) -> bool:
         True if so.
     """
     return s.motion is not None
+
+
+def target(p: LiveParameters, s: LiveState) -> float:
+    """Target of the whole positioner, of the move under way or of the last one.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+
+    Returns
+    -------
+    float
+        m, or NaN.
+    """
+    whole, macro, micro = s.target
+    if not math.isnan(whole):
+        return whole
+    return carriage(p, s) + micro if MICRO in p.stages else macro * p.settings.pitch
+
+
+def goal(p: LiveParameters, s: LiveState) -> float:
+    """Where the whole positioner is going, or rests on target.
+
+    A jog or a programme goes where its set point is now.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+
+    Returns
+    -------
+    float
+        m; NaN where it goes nowhere and rests on no target.
+    """
+    known = target(p, s)
+    if not math.isnan(known):
+        return known
+    if s.mode in (MOVING_MICRO, HOLDING):
+        return carriage(p, s) + s.drive.micro_reference
+    if s.mode in (MOVING_MACRO, SETTLING):
+        return (s.drive.macro_reference - s.frame.offset) * p.settings.pitch
+    return NAN

@@ -12,7 +12,15 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Refused
 from macromicro.control.live.parameters import Live, LiveParameters, SoftLimits
 from macromicro.control.live.plain import among, shown
-from macromicro.control.live.state import NAN, LiveState, Motion, by_laser, carriage, coordinate
+from macromicro.control.live.state import (
+    NAN,
+    LiveState,
+    Motion,
+    by_laser,
+    carriage,
+    coordinate,
+)
+from macromicro.control.live.state import target as last_target
 from macromicro.control.supervisor import Plan
 from macromicro.place import LENGTH, Place
 from macromicro.schema.par import finite
@@ -100,7 +108,7 @@ def whole(
     target = float(target)
     if m.MICRO not in p.stages:  # to the nearest count
         found = coarse(s, alone.nearest(target, pitch))
-        return found if isinstance(found, Refused) else found._replace(kind=kind)
+        return found if isinstance(found, Refused) else found._replace(kind=kind, target=target)
     if m.MACRO not in p.stages:
         found = contraction(s, target)
         return found if isinstance(found, Refused) else found._replace(kind=kind, target=target)
@@ -181,6 +189,50 @@ def coarse(s: LiveState, counts: Any) -> Motion | Refused:
             f"{counts!r} counts is no whole number", "give a whole number of counts", True
         )
     return _motion(s, "move macro", NAN, float(counts) + s.frame.offset, NAN)
+
+
+def origin(p: LiveParameters, s: LiveState) -> float:
+    """Where a relative move of the whole positioner starts.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+
+    Returns
+    -------
+    float
+        Target of the move under way or of the last one; else the present position, m.
+    """
+    known = last_target(p, s)
+    return s.seen.position if math.isnan(known) else known
+
+
+def coarse_origin(p: LiveParameters, s: LiveState) -> float:
+    """Where a relative move of the macro-stage starts.
+
+    A carriage whose motor is off may be moved by hand: it counts as on target within the tolerance
+    of its moves.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+
+    Returns
+    -------
+    float
+        Its target, else the present count; counts of the homed frame.
+    """
+    here, target = coordinate(s), s.target.macro
+    free = m.MICRO in p.stages and s.mode not in (m.MOVING_MACRO, m.SETTLING)
+    if math.isnan(target) or (free and abs(target - here) > s.laws.sequence.tolerance):
+        return here
+    return target
 
 
 def contraction(s: LiveState, position: Any) -> Motion | Refused:

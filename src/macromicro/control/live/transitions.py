@@ -28,6 +28,7 @@ from macromicro.control.live.messages import Event, Evidence, Finished, Notice
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import (
     NAN,
+    NOWHERE,
     REST,
     Drive,
     LiveState,
@@ -38,6 +39,7 @@ from macromicro.control.live.state import (
 
 _AT_REST = (m.READY, m.HOLDING, m.STOPPED)
 _STARTS = (*_AT_REST, m.MOVING_MACRO, m.SETTLING, m.MOVING_MICRO)  # the latter superseded
+_FINE = (m.MOVING_MICRO, m.HOLDING)
 _ENDS_BY_BRAKING = (m.HOMING, m.MOVING_MACRO, m.SETTLING)
 _ON = tuple(k for k in range(len(m.MODES)) if k not in (m.DISABLED, m.FAULT))
 
@@ -218,7 +220,11 @@ def finished(
     by = "laser" if by_laser(p, s) else "encoder"
     facts = {"kind": s.motion.kind, "seconds": s.time - s.motion.began, "by": by, **evidence}
     end = Finished(s.motion.id, outcome, s.seen.position, uncertainty(p, s), facts)
-    target = s.motion.target if outcome == m.DONE else NAN
+    target = s.target
+    if outcome == m.DONE and s.mode in _FINE:
+        target = target._replace(micro=s.drive.micro_reference)
+    elif outcome not in (m.DONE, m.SUPERSEDED):  # a carriage that stands is where it was sent
+        target = NOWHERE._replace(macro=target.macro) if s.mode in _FINE else NOWHERE
     return s._replace(motion=None, work=None, target=target), (end,)
 
 
@@ -250,6 +256,7 @@ def conclude(
     outcome, cause = how
     s, ends = finished(p, s, outcome, evidence)
     s, event = go(s, mode, cause, evidence)
-    if mode != m.HOLDING:
-        s = s._replace(drive=idle(s.drive), target=NAN)
+    if mode != m.HOLDING:  # only a carriage that has arrived stays on target with both stages off
+        target = s.target._replace(micro=NAN) if mode == m.READY else NOWHERE
+        s = s._replace(drive=idle(s.drive), target=target)
     return s, (*ends, event)

@@ -125,15 +125,19 @@ class Channels:
 
     def _now(self, name: str, now: Snapshot) -> Now:
         ends = [self._instrument.limit("whole" if name == "whole" else name, w) for w in _ENDS]
-        scale, place = self._per, now.position_m
+        scale, place, target = self._per, now.position_m, now.target_m
         if name == "macro":
             scale, place = self._per * self._live.pitch, now.macro_count
         elif name == "micro":
             place = now.micro_m
         elif name != "whole":
-            place = now.axes[m.AXES.index(name)].position_m if now.axes else math.nan
+            own = now.axes[m.AXES.index(name)] if now.axes else None
+            place, target = (own.position_m, own.target_m) if own else (math.nan, math.nan)
         low, high = (end * scale for end in ends)
-        return Now(place * scale, low, high, now.mode not in _OFF, bool(now.motion))
+        shown = Now(place * scale, low, high, now.mode not in _OFF, bool(now.motion))
+        if name in m.STAGES:
+            return shown
+        return shown._replace(target=(place if math.isnan(target) else target) * scale)
 
     # Orders
 

@@ -33,13 +33,15 @@ class Axis(NamedTuple):
 
 
 class Now(NamedTuple):
-    """An axis at one instant, in the record's unit."""
+    """An axis at one instant, in the record's unit; `target`: where a tweak starts, None where
+    the record's own value says it."""
 
     place: float
     low: float
     high: float
     enabled: bool
     moving: bool
+    target: float | None = None
 
 
 class Record:
@@ -125,8 +127,9 @@ class Record:
         if math.isfinite(now.place):
             await show(fields["RBV"], now.place)
             await show(fields["DRBV"], now.place)
-            if not self._going and not now.enabled:
-                await show(self.value, now.place)
+            target = now.target if now.enabled else now.place
+            if target is not None and not self._going and not now.moving:
+                await show(self.value, target)
         ends = {"upper_ctrl_limit": now.high, "lower_ctrl_limit": now.low}
         if (fields["HLM"].value, fields["LLM"].value) != (now.high, now.low):
             await self.value.write_metadata(**ends)
@@ -205,6 +208,8 @@ class Record:
             await asyncio.sleep(SENT_S)
         if mine != self._moves:
             return
+        if failure is not None:
+            await show(self.value, fields["RBV"].value)
         await show(fields["MOVN"], 0)
         await fields["DMOV"].write(1, verify_value=False)
         self._going = False

@@ -83,18 +83,10 @@ def _position(session: Session, axis: str) -> float:
 
 
 def _target(session: Session, axis: str) -> float:
-    """The target, as this client commanded it where nobody has moved the machine since: what is
-    held may differ from it by what counts as arrived."""
-    goal = session.goal(axis)
-    return _held(session, axis) if math.isnan(goal) else goal
-
-
-def _held(session: Session, axis: str) -> float:
+    """The target of the last move; where there is none, the position."""
     now = session.station.snapshot()
-    if axis != "1":
-        return now.axes[session.axes.index(axis)].reference_m
-    target = session.instrument.target(now)
-    return target if math.isfinite(target) else now.position_m
+    target = now.target_m if axis == "1" else now.axes[session.axes.index(axis)].target_m
+    return _position(session, axis) if math.isnan(target) else target
 
 
 def _limit(which: str) -> Callable[[Session, str], float]:
@@ -108,30 +100,27 @@ def _referenced(session: Session, axis: str) -> bool:
     return now.trusted and now.mode != m.MODES[m.HOMING]
 
 
-def _move(call: Call, goals: dict[str, float]) -> None:
+def _move(call: Call, one: Any, point: Any, axis: Any) -> Answer:
+    """A move of the whole, of both axes or of one: the messages for it, with the values given."""
     session = call.session
     per = session.instrument.place.per
-    found = {axis: value / per for axis, value in goals.items()}
+    found = {axis: value / per for axis, value in _pairs(call).items()}
     if session.axes == ("1",):
-        session.move(m.MoveTo(found["1"], replace=True), call.entry)
+        session.move(one(found["1"], replace=True), call.entry)
     elif len(found) == len(session.axes):
-        x, y = (found[axis] for axis in session.axes)
-        session.move(m.MovePoint(x, y), call.entry)
+        session.move(point(*(found[each] for each in session.axes)), call.entry)
     else:
-        ((axis, value),) = found.items()
-        session.move(m.MoveAxis(axis.lower(), value), call.entry)
-    session.goals = session.goals | found
+        ((name, value),) = found.items()
+        session.move(axis(name.lower(), value), call.entry)
+    return None
 
 
 def _mov(call: Call) -> Answer:
-    _move(call, _pairs(call))
-    return None
+    return _move(call, m.MoveTo, m.MovePoint, m.MoveAxis)
 
 
 def _mvr(call: Call) -> Answer:
-    per, session = call.session.instrument.place.per, call.session
-    _move(call, {a: _target(session, a) * per + by for a, by in _pairs(call).items()})
-    return None
+    return _move(call, m.MoveBy, m.MovePointBy, m.MoveAxisBy)
 
 
 def _svo(call: Call) -> Answer:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import threading
 from typing import Any
 
@@ -26,8 +25,6 @@ class Session(Client):
         two = set(m.AXES) <= set(self.station.stages)
         self.axes: tuple[str, ...] = tuple(a.upper() for a in m.AXES) if two else ("1",)
         self.motion, self.homing, self.arrived = 0, False, True
-        self.goals: dict[str, float] = {}  # of each axis, as they were last commanded, m or rad
-        self._last = 0  # number of this client's last motion
         self._stopping = False  # it is being stopped by this client
         self.began = -1  # row of telemetry at which the traces begin
         self.rate = 1  # rows of telemetry for each of a table
@@ -71,15 +68,6 @@ class Session(Client):
         self.stop()
         self.fail(errors.STOPPED)
 
-    def goal(self, axis: str) -> float:
-        """Where this client's last motion was to take an axis, m or rad; NaN where it did not get
-        there, or something has moved or stopped the machine since."""
-        moving, now = self.poll(), self.station.snapshot()
-        since = now.motion not in (0, self._last) or self.station.finished(self._last + 1, 0.0)
-        if since or self.homing or now.mode in _OFF or not (moving or self.arrived):
-            return math.nan
-        return math.nan if self._stopping else self.goals.get(axis, math.nan)
-
     def on_target(self) -> bool:
         """Has this client's last motion arrived, and does nothing move or hold it off since?"""
         moving = self.poll()
@@ -111,7 +99,7 @@ class Session(Client):
         motion = self.order(request, entry)
         # One that it supersedes ends as this client wants it to.
         self.motion, self.arrived, self.began = motion, not motion, began
-        self._stopping, self._last = False, motion
+        self._stopping = False
         self.homing = isinstance(request, m.Home)
 
     def _newest(self) -> int:

@@ -189,7 +189,8 @@ class Pair:
         """The present state, for the telemetry: that of the first axis, mode and trust of both."""
         trusted = self._leds[0].view().trusted * self._leds[1].view().trusted
         number = 0 if self._motion is None else self._motion.number
-        return self._leds[0].view()._replace(mode=self._mode, motion=number, trusted=trusted)
+        first = self._leds[0].view()._replace(target=self._target(0))
+        return first._replace(mode=self._mode, motion=number, trusted=trusted)
 
     def second(self) -> Second:
         """The second axis, for the telemetry."""
@@ -201,6 +202,7 @@ class Pair:
             seen.position,
             seen.uncertainty,
             seen.offset,
+            self._target(1),
         )
 
     # What joins them
@@ -220,11 +222,18 @@ class Pair:
         """A move of an axis by a distance, as one to a place."""
         if not finite(distance):
             return m.MoveBy(distance)  # its refusal says what is accepted
-        led = self._leds[k]
-        s, here = led.state, led.aim - led.state.frame.offset * led.pitch
-        if s.motion is not None:  # nothing is held
-            here = s.seen.position
+        target = self._target(k)
+        here = self._leds[k].state.seen.position if math.isnan(target) else target
         return m.MoveTo(here + float(distance), "", True)
+
+    def _target(self, k: int) -> float:
+        """Target of an axis: of the move that is yet to begin, of that under way, or of the last
+        one; NaN without one."""
+        waiting = () if self._motion is None else self._motion.parts or ()
+        for axis, part in waiting:
+            if axis == k and isinstance(part, m.MoveTo):
+                return float(part.position)
+        return self._leds[k].view().target
 
     def _any(self, parts: Iterable[tuple[int, Any]]) -> Refused | None:
         """The first refusal of an axis that is asked for its part."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zlib
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,9 +22,10 @@ from macromicro.schema.config import overridden
 from macromicro.schema.text import printable
 from macromicro.serve.joint import control
 from macromicro.serve.joint.programmes import TwoAxes
+from macromicro.serve.persist import identity
 from macromicro.serve.settings import ServeSettings, kept
 from macromicro.serve.stage import guide
-from macromicro.serve.stage.settings import parted
+from macromicro.serve.stage.settings import of_position, parted
 
 
 class Gains(NamedTuple):
@@ -82,7 +82,10 @@ class JointSettings(NamedTuple):
 
     def kept_as(self, rig: str) -> str:
         """What the position file calls this machine: with other settings it is another one."""
-        return f"{rig} {JOINT} {zlib.crc32(joint.as_toml(self.tree).encode()):08x}"
+        known: dict[str, Any] = {}
+        for name, axis, tree in zip(AXES, self.machine.axes, of(self.tree), strict=True):
+            known |= of_position(axis, tree, f"{name}.")
+        return identity(rig, JOINT, known)
 
     def rigs(self, name: str) -> tuple[str, ...]:
         """The rigs that ``--rig`` names, x first. Raises InputError where they are not two."""

@@ -160,10 +160,11 @@ COMMANDS = (
     *commands("move to"),
     Command(
         "MOVE[:ABSolute]?",
-        _asked("whole", "m", lambda session: session.instrument.target()),
-        "Where the whole positioner is going or is held; or the ends between which it may go.",
+        _asked("whole", "m", lambda session: session.snapshot().target_m),
+        "Where the whole positioner is going or rests on target; or the ends between which it may "
+        "go.",
         (_WHICH,),
-        answer="position mm; 9.91E37 where it goes nowhere and holds nothing",
+        answer="position mm; 9.91E37 where it does neither, as behind a stop",
     ),
     *commands("move by"),
     *commands("move macro"),
@@ -174,6 +175,7 @@ COMMANDS = (
         (_WHICH,),
         answer="counts",
     ),
+    *commands("move macro by"),
     *commands("move micro"),
     Command(
         "MOVE:MICRo?",
@@ -182,6 +184,7 @@ COMMANDS = (
         (_WHICH,),
         answer="mm",
     ),
+    *commands("move micro by"),
     Command(
         "MOVE:NUMBer?",
         lambda call: str(call.session.snapshot().motion),

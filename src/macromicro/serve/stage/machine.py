@@ -17,6 +17,7 @@ from macromicro.control.live.surveying import Surveying
 from macromicro.machines import tree as trees
 from macromicro.machines.parts import START
 from macromicro.serve.live import Live
+from macromicro.serve.machine import View
 from macromicro.serve.persist import Restored
 from macromicro.serve.stage import playing
 from macromicro.types import QUIET, SAFE, Command, Lines, Outputs, Sample
@@ -113,6 +114,13 @@ class Led(Live):
         reference = self.course.aim.position / self._p.settings.pitch
         on = 1.0 if self.course.on else 0.0
         return Command(reference, on, 0.0, 0.0, 0.0), SAFE, notices
+
+    def view(self) -> View:
+        """The present state; a jog or a programme goes where its set point is now."""
+        seen = super().view()
+        if math.isnan(state.target(self._p, self._s)) and math.isfinite(seen.target):
+            seen = seen._replace(target=self.aim - self._s.frame.offset * self.pitch)
+        return seen
 
     def accept(self, request: Any) -> tuple[Reply, tuple[Notice, ...]]:
         """A request, between two periods."""

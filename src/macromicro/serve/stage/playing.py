@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from macromicro.control.arrival import TICK
-from macromicro.control.live import brake
+from macromicro.control.live import alone, brake
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.guided import Step, reached, slowed
 from macromicro.control.live.leading import REST, Aim, Guide, Guided, led
 from macromicro.control.live.messages import Evidence, Notice, Refused
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.state import NAN, LiveState, Motion, Played
+from macromicro.control.live.state import NAN, NOWHERE, LiveState, Motion, Played, Targets
 from macromicro.control.stage_law import Sample, Target
 from macromicro.machines import sequence
 from macromicro.machines.sequence import DONE, MOVING, Arrival, Plan, Progress
@@ -78,7 +78,7 @@ def start(s: LiveState, motion: Motion, plan: Plan) -> tuple[LiveState, tuple[No
         The transition.
     """
     work = Played(plan, sequence.begin(), NAN, None)
-    s = s._replace(motion=motion, work=work, target=NAN)
+    s = s._replace(motion=motion, work=work, target=NOWHERE)
     s, event = t.go(s, m.MOVING_MACRO, t.PROGRAMME, {"moves": len(plan.target)})
     return s, (event,)
 
@@ -206,4 +206,6 @@ def _end(
         if work.cut_off is not None:
             found |= {f"cut_off_{name}": value for name, value in work.cut_off.items()}
         return brake.start(p, s, m.STALLED, t.STALLED, found)
+    whole = float(plan.target[move])
+    s = s._replace(target=Targets(whole, alone.nearest(whole, p.settings.pitch)))
     return t.conclude(p, s, m.READY, (m.DONE, t.PROGRAMME_DONE), found)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zlib
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,7 +15,9 @@ from macromicro.machines.tree import gains, gains_set, joined
 from macromicro.rig import limits
 from macromicro.rig.limits import Limits
 from macromicro.schema import config
+from macromicro.schema.par import entries
 from macromicro.schema.text import printable, read_toml
+from macromicro.serve.persist import identity
 from macromicro.serve.settings import ServeSettings, kept
 from macromicro.serve.stage import guide
 from macromicro.serve.stage.programmes import OneStage
@@ -74,7 +75,7 @@ class StageSettings(NamedTuple):
 
     def kept_as(self, rig: str) -> str:
         """What the position file calls this machine: with other settings it is another one."""
-        return f"{rig} {self.name} {zlib.crc32(as_toml(self.machine, self.tree).encode()):08x}"
+        return identity(rig, self.name, of_position(self.machine, self.tree))
 
     def rigs(self, name: str) -> tuple[str, ...]:
         """The rigs that ``--rig`` names."""
@@ -90,6 +91,21 @@ class StageSettings(NamedTuple):
         travel = self.tree.travel._replace(low=limits.whole_low, high=limits.whole_high)
         changed = {gains_set(self.tree): control, "travel": travel}
         return as_toml(self.machine, self.tree._replace(**changed))
+
+
+_NOT_OF_POSITION = ("law", "controller", "own", "motion", "arrival", "guard")
+
+
+def of_position(machine: Machine, tree: Any, where: str = "") -> dict[str, Any]:
+    """The settings of a stage that its position depends on, each behind `where`: all but those of
+    its law, its moves and its guard, of which the place of the stop may depend on one."""
+    known = {
+        where + e.path: e.value
+        for e in entries(tree)
+        if e.path.partition(".")[0] not in _NOT_OF_POSITION
+    }
+    touch = None if machine.touch is None else machine.touch(tree)
+    return known if touch is None else known | {f"{where}place": touch.place}
 
 
 def parted(path: Path) -> tuple[str, dict[str, Any], ServeSettings]:

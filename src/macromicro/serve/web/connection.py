@@ -22,7 +22,7 @@ from macromicro.serve.guesses import WRONG
 from macromicro.serve.requests import OVERTAKEN
 from macromicro.serve.web.context import Context
 from macromicro.serve.web.handler import OrderHandler
-from macromicro.serve.web.orders import Refusal, read
+from macromicro.serve.web.orders import Refusal, read, surplus
 from macromicro.serve.web.sessions import Session
 from macromicro.serve.web.streaming import Stream
 
@@ -168,6 +168,8 @@ class PageConnection:
         elif what == "keep":
             if session.jog is not None:
                 session.jog = (session.jog[0], time.monotonic() + self._bounds.jog)
+        elif (refused := surplus(order)) is not None:
+            self._later(self._reply(order, refused))
         elif what == "view":
             before = self._stream.want(order)
             if before is not None:

@@ -50,8 +50,7 @@ class Hub:
     def now(self) -> dict[str, Any]:
         """The machine's state at this instant."""
         now = self.station.snapshot()
-        target = self._instrument.target(now)
-        return reporting.state(now, target, self.settings.live, self.station.stages)
+        return reporting.state(now, self.settings.live, self.station.stages)
 
     def as_toml(self) -> str:
         """A file for `--config` that starts a server as this one is set now: gains and soft

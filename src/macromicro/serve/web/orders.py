@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from macromicro.control.live import messages as m
+from macromicro.control.live.messages import Refused
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.settings import Control
 from macromicro.errors import InputError
@@ -16,7 +17,7 @@ from macromicro.schema.par import entries, finite
 from macromicro.serve import telling
 from macromicro.serve.instrument import Instrument
 from macromicro.serve.programmes import Planned
-from macromicro.serve.requests import KINDS, Field, RequestType
+from macromicro.serve.requests import KINDS, STOPS, Field, RequestType
 from macromicro.units import size
 
 
@@ -79,6 +80,45 @@ def text(order: dict[str, Any], key: str) -> str:
     if not isinstance(value, str) or not 0 < len(value) <= _LONGEST:
         raise Refusal(f"{key} {value!r:.60} is no name", "give a short text")
     return value
+
+
+def _keys(kind: RequestType) -> tuple[str, ...]:
+    """What an order of this kind has beside its name and number."""
+    units = ("unit",) if any(field.unit == "m" for field in kind.fields) else ()
+    return (*(f.key for f in kind.fields), *units, *(("replace",) if kind.replaces else ()))
+
+
+# Of every order that may be refused: a stop, an emergency stop and signs of life never are.
+KEYS: dict[str, tuple[str, ...]] = {
+    **{name: _keys(kind) for name, kind in KINDS.items() if kind.access != STOPS},
+    "gains": ("changes",),
+    "limits": ("values",),
+    "programme": ("name", "uploaded"),
+    "download": ("name", "offset"),
+    "upload": ("name", "offset", "text", "last"),
+    "record": (),
+    "end recording": (),
+    "settings": (),
+    "take": (),
+    "release": (),
+    "login": ("token",),
+    "state": (),
+    "wait": ("motion",),
+    "view": ("view", "span", "columns", "frames"),
+}
+
+
+def surplus(order: dict[str, Any]) -> Refused | None:
+    """Why an order with keys that it does not know is refused."""
+    what = order.get("do")
+    if not isinstance(what, str) or what not in KEYS:
+        return None  # it is no order, which is said elsewhere
+    known = KEYS[what]
+    unknown = [key for key in order if key not in ("do", "id", *known)]
+    if not unknown:
+        return None
+    accepted = f"use {', '.join(known)}" if known else "send none"
+    return Refused(f"{what}: unknown {', '.join(unknown):.200}", accepted)
 
 
 class Orders:
@@ -157,12 +197,13 @@ def _value_of(field: Field, order: dict[str, Any], place: Place) -> float | bool
 def _limits(order: dict[str, Any]) -> m.Request:
     """New soft limits by name, as `telling.limits` gives them; null for the machine's
     own."""
-    values = order.get("values")
+    names = SoftLimits._fields
+    values = order.get("values", ())
     if values is None:
         return m.SetLimits(None)
-    names = SoftLimits._fields
     if not isinstance(values, dict) or set(values) != set(names):
-        raise Refusal("these are no soft limits", f"give all of {', '.join(names)}, or null")
+        accepted = f'give all of {", ".join(names)} within "values", or null for the machine\'s own'
+        raise Refusal("these are no soft limits", accepted)
     return m.SetLimits(telling.soft_limits({name: number(values, name) for name in names}))
 
 

@@ -36,10 +36,8 @@ def offered(now: Snapshot, supersede: bool, stages: tuple[str, ...] = m.STAGES) 
     return [kind.name for kind in REQUESTS if kind.access == CONTROL and kind.message in kinds]
 
 
-def state(
-    now: Snapshot, target: float, settings: Live, stages: tuple[str, ...] = m.STAGES
-) -> dict[str, Any]:
-    """The snapshot, and what makes sense now; `target` [m], or NaN."""
+def state(now: Snapshot, settings: Live, stages: tuple[str, ...] = m.STAGES) -> dict[str, Any]:
+    """The snapshot, and what makes sense now."""
     state: dict[str, Any] = {
         name: getattr(now, name)
         for name in ("time_s", "age_s", "running", "mode", "position_m", "uncertainty_m")
@@ -49,7 +47,7 @@ def state(
     state |= {name: getattr(now, name) for name in ("motor_v", "ctrl_v", "fan", "temperature_c")}
     state |= {name: getattr(now, name) for name in ("motion", "holder", "clients", "emergency_s")}
     state["limits"] = telling.limits(now.limits)
-    state["target_m"] = target
+    state["target_m"] = now.target_m
     state["possible"] = offered(now, settings.supersede == 1, stages)
     state["fault"] = None if now.fault is None else now.fault._asdict()
     state["axes"] = [axis._asdict() for axis in now.axes]

@@ -102,7 +102,8 @@ function own(server) {
 function suit(server) {
   const there = (stages) => stages.split(" ").every((stage) => server.stages.includes(stage));
   for (const part of document.querySelectorAll("[data-of]")) part.hidden = !there(part.dataset.of);
-  if (server.stages.length === 1) {
+  page.alone = server.stages.length === 1;
+  if (page.alone) {
     for (const option of document.querySelectorAll("[data-one]")) option.textContent = option.dataset.one;
   }
   bothAxes.open(server.axes);

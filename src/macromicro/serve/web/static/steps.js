@@ -27,19 +27,18 @@ export class Steps {
     $("step").value = String(fitting.includes(chosen) ? chosen : fitting.findLast((step) => step <= 0.05 * travel) ?? fitting[0]);
   }
 
-  // One step [m] of a stage from where it is to be; refused where that is not known.
+  // One step [m] of a stage; the machine adds it to its last target.
   step(stage, distance) {
-    const now = this.page.state, give = (what, fields) => this.orders.give(what, fields, "Step");
-    if (stage === "whole") return give("move by", { value: distance, unit: length.base });
+    const give = (what, fields) => this.orders.give(what, fields, "Step");
+    if (stage === "whole" || stage === "macro" && this.page.alone) return give("move by", { value: distance, unit: length.base });
     if (stage === "x" || stage === "y") return this.page.step(stage, distance);
     if (stage === "macro") {
-      const counts = Math.round(distance / this.page.limits.pitch);
-      if (!counts) return this.page.say(`Step: refused. A step of ${length.words(Math.abs(distance))} is less ` +
+      const counts = distance / this.page.limits.pitch;
+      if (Math.abs(counts) < 1) return this.page.say(`Step: refused. A step of ${length.words(Math.abs(distance))} is less ` +
         "than one count of the macro-stage. Choose a longer one.", true);
-      return give("move macro", { value: Math.round(now.macro_count) + counts });
+      return give("move macro by", { value: counts });
     }
-    const here = now.micro_target_mm ?? now.micro_mm;
-    return give("move micro", { value: Math.max(here * 1e-3 + distance, 0), unit: "m" });
+    return give("move micro by", { value: distance, unit: "m" });
   }
 }
 

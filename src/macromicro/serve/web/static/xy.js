@@ -83,10 +83,9 @@ export class Plane {
     return metres < low || metres > high ? `${name}: accepted: ${length.short(low)} to ${length.short(high)} ${length.name}.` : "";
   }
 
-  // One step [m] of an axis from where it is to be.
+  // One step [m] of an axis; the machine adds it to its last target.
   step(name, distance) {
-    const axis = this.page.state.axes.find((each) => each.name === name);
-    this.orders.give("move axis", { axis: name, value: axis.reference_m + distance, unit: length.base }, "Step");
+    this.orders.give("move axis by", { axis: name, value: distance, unit: length.base }, "Step");
   }
 
   draw(ring, now, live) {
