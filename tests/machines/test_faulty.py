@@ -98,6 +98,8 @@ def test_an_absolute_sensor_jumps_by_a_quarter_of_its_travel(tmp_path: Path) -> 
     inject(rig.cells, "encoder-jump")
     leap = (run(rig, 1, SAFE)[-1].encoder - before) * rig.pitch
     assert leap == pytest.approx(0.25 * (tree.travel.high - tree.travel.low), abs=5e-9)
+    inject(rig.cells, faulty.NONE)
+    assert abs(run(rig, 1, SAFE)[-1].encoder - before) * rig.pitch < 5e-9
 
 
 def test_switches(tmp_path: Path) -> None:

@@ -9,8 +9,9 @@ import pytest
 
 from faultmatrix import table
 from faultmatrix.bed import Period, homed
+from faultmatrix.bounds import Bounds
 from faultmatrix.cells import FALSE, HARMLESS, SAFE_, UNSEEN, Cell, Plan, Trial, healthy, planned
-from faultmatrix.judge import Bounds, Judge
+from faultmatrix.judge import Judge
 from faultmatrix.matrix import filled, moments
 from faultmatrix.subjects import made
 
@@ -98,7 +99,7 @@ def test_cells(fault: str, mode: str, verdict: str, slide: Plan) -> None:
         assert str(Trial(slide, fault, mode, 0.1, whole).run()) == str(first)
 
 
-@pytest.mark.parametrize("kind", ["piezo", "turn", "two stages", "two axes"])
+@pytest.mark.parametrize("kind", ["piezo", "turn", "two-stage", "two-axes"])
 def test_every_kind_has_a_verdict(kind: str, tmp_path: Path) -> None:
     cells = filled(kind, tmp_path, quick=True, only=("motor-dead",), modes=("disabled", "moving"))
     assert [cell.verdict for cell in cells] == [UNSEEN, SAFE_]

@@ -7,15 +7,13 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from faultmatrix.bed import Bed, Home, Period
-from faultmatrix.judge import Bounds, Judge
+from faultmatrix.bounds import Bounds, bounds, leading
+from faultmatrix.judge import Judge
 from faultmatrix.reasons import ABSOLUTE, REASONS
 from faultmatrix.subjects import Made
 from macromicro.control.live import messages as m
-from macromicro.machines.joint.settings import of
 from macromicro.rig import faulty
 from macromicro.serve.joint.settings import JointSettings
-from macromicro.serve.stage import guide
-from macromicro.serve.stage.settings import StageSettings
 
 MODES = ("disabled", "holding", "homing", "jogging", "moving", "programme")
 SAFE_, HARMLESS, UNSEEN, UNSAFE, FALSE = (
@@ -28,11 +26,10 @@ SAFE_, HARMLESS, UNSEEN, UNSAFE, FALSE = (
 BAD = (UNSAFE, FALSE)
 # s that a motion with a fault may last beyond one and a half times its time without one
 LONGEST, HOMING = 10.0, 20.0
-_AFTER = 2.5  # s that are looked at behind a motion
+_AFTER, _CALM = 2.5, 0.3  # s that are looked at behind a motion, with a push and without
 _CLEAR = 5.0  # s behind the fault that are looked at where the verdict is clear
-_OFF = 0.3  # s of them where outputs are off
 _HEALING = 60.0  # s that a homing without the fault may last
-_REST = {"disabled": 1.0, "holding": 3.0}
+_REST = {"disabled": 1.0, "holding": 2.5}
 MICRO = ("hall", "laser", "wire", "fan")  # what faults of the stage on the carriage begin with
 
 
@@ -85,50 +82,29 @@ class Plan(NamedTuple):
 
 def planned(made: Made, home: Home) -> Plan:
     """A kind's moves and bounds, from its settings."""
-    settings = made.settings
-    programmes = settings.programmes
-    limits = settings.live.limits
-    plan = programmes.named(programmes.names()[0], limits).plan
+    settings, programmes = made.settings, made.settings.programmes
+    programme = programmes.named(programmes.names()[0], settings.live.limits).plan
     bed = Bed(made, home)
-    faults = faulty.possible(_Rig(bed, settings))
     bed.close()
-    if not isinstance(settings, (StageSettings, JointSettings)):
-        bounds = Bounds(settings.live.pitch, 1.0, (4.75, 4.75), 5e-4)
-        pitch = settings.live.pitch
-        jog = settings.live.jogging.macro * pitch
-        return Plan(made, home, 0.02, 0.18, jog, "macro", bounds, plan, False, faults, (1e3, "mm"))
-    tree = of(settings.tree)[0] if isinstance(settings, JointSettings) else settings.tree
-    stage = "x" if isinstance(settings, JointSettings) else "macro"
-    travel = tree.travel
-    span = travel.high - travel.low
-    resolution = guide.count(tree)
-    push = min(tree.guard.push, 0.95 * tree.guard.effort)
-    bounds = Bounds(
-        resolution,
-        max(tree.motion.velocity, tree.guard.speed / 1.5),
-        (push, math.inf),
-        max(5 * resolution, 1e-3 * span),
+    found, jogging = leading(settings), settings.live.jogging.macro
+    stage, show = "macro", (1e3, "mm")
+    if found is None:
+        low, high, jog = 0.02, 0.18, jogging * settings.live.pitch
+    else:
+        travel = found[1].travel
+        span = travel.high - travel.low
+        low, high, jog = travel.low + 0.05 * span, travel.high - 0.05 * span, 0.1 * span
+        jog = min(jogging, jog)
+        if span < 1e-3:
+            show = (1e6, "um")
+    if settings.live.turns:
+        show = (math.degrees(1.0), "deg")
+    if isinstance(settings, JointSettings):
+        stage = "x"
+    judged = bounds(settings)
+    return Plan(
+        made, home, low, high, jog, stage, judged, programme, not bed.searches, made.faults(), show
     )
-    low, high = travel.low + 0.05 * span, travel.high - 0.05 * span
-    jog = min(settings.live.jogging.macro, 0.1 * span)
-    absolute = not bed.searches
-    show = (math.degrees(1.0), "deg") if settings.live.turns else (1e3, "mm")
-    if span < 1e-3:
-        show = (1e6, "um")
-    return Plan(made, home, low, high, jog, stage, bounds, plan, absolute, faults, show)
-
-
-class _Rig:
-    """Channels and outputs of the faulty rig behind a machine."""
-
-    def __init__(self, bed: Bed, settings: Any) -> None:
-        tree = settings.tree if isinstance(settings, (StageSettings, JointSettings)) else None
-        if tree is None:
-            self.channels: tuple[str, ...] = tuple(bed.led.channels)
-            self.outputs: tuple[str, ...] = ("motor", "ctrl", "fan")
-            return
-        lines = settings.machine.kind.lines if isinstance(settings, StageSettings) else ()
-        self.channels, self.outputs = ("encoder", *lines), ("motor",)
 
 
 class Trial:
@@ -147,10 +123,12 @@ class Trial:
         self._begin()
         self._skip(self.share * self.whole)
         bed.inject(self.fault)
-        bounds = self.plan.bounds
+        allowed = self.plan.bounds
+        if mode == "homing":
+            allowed = allowed._replace(resolution=allowed.resolution + allowed.repeat)
         if faulty.FAULTS[self.fault].dither:  # the sensor itself is a count off
-            bounds = bounds._replace(resolution=2.0 * bounds.resolution)
-        self.judge = judge = Judge(bounds, bed.now)
+            allowed = allowed._replace(resolution=2.0 * allowed.resolution)
+        self.judge = judge = Judge(allowed, bed.now)
         ends = len(bed.ends)
         if mode in _REST:
             self._see(bed.run(_REST[mode]))
@@ -215,10 +193,11 @@ class Trial:
                 return
 
     def _after(self) -> None:
-        """What is to be seen behind a motion: less where outputs are off."""
-        self._see(self.bed.run(_OFF))
-        if self.judge.effort:
-            self._see(self.bed.run(_AFTER - _OFF))
+        """What is to be seen behind a motion: as long as it pushes, or shortly."""
+        self._see(self.bed.run(_CALM))
+        for _ in range(round(_AFTER / _CALM)):
+            if not self._decided and self.judge.pushes:
+                self._see(self.bed.run(_CALM))
 
     @property
     def _decided(self) -> bool:
@@ -252,15 +231,12 @@ class Trial:
         self._see(bed.run(0.05))
         if what := self._what(ends):
             return what
-        for share in (0.7, 0.4):
-            reply = bed.ask(self.plan.move(share))
-            if isinstance(reply, m.Refused):
-                return f"refused, {reply.reason}"
-            self._see(bed.until_end(self.longest))
-            if what := self._what(ends):
-                break
+        reply = bed.ask(self.plan.move(0.5))
+        if isinstance(reply, m.Refused):
+            return f"refused, {reply.reason}"
+        self._see(bed.until_end(self.longest))
         self._after()
-        return what or self._what(ends)
+        return self._what(ends)
 
     def _healed(self) -> bool:
         """Is the position right behind a homing without the fault?"""
@@ -279,7 +255,8 @@ class Trial:
         last = next(iter(bed.run(bed.dt)))
         return (
             last.trusted
-            and abs(last.told - last.true) <= last.half + 2 * self.plan.bounds.resolution
+            and abs(last.told - last.true)
+            <= last.half + self.plan.bounds.resolution + self.plan.bounds.repeat
         )
 
     def _reason(self) -> Any:

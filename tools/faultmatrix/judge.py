@@ -4,25 +4,15 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import NamedTuple
 
 from faultmatrix.bed import Period
+from faultmatrix.bounds import Bounds
 
 FALSE_S = 0.2  # s that a wrong position may be trusted
 PUSH_S = 2.0  # s of more than the push limit without motion
 _CALM_S = 0.05  # s of right positions behind which a wrong one is another one
 _WINDOW = 10  # periods over which a speed is measured
 _COAST_S = 0.02  # s
-
-
-class Bounds(NamedTuple):
-    """What is judged by. `resolution` [m]; `fastest` [m/s]; `push` [V] of each output; `still` [m]:
-    less is no motion."""
-
-    resolution: float
-    fastest: float
-    push: tuple[float, ...]
-    still: float
 
 
 class Judge:
@@ -35,6 +25,7 @@ class Judge:
         self.fastest = 0.0  # m/s
         self.off = math.nan  # s since the onset, since when outputs are off
         self.effort = 0.0
+        self.pushes = False  # more than the limit now
         self._places: deque[float] = deque(maxlen=_WINDOW + 1)
         self._times: deque[float] = deque(maxlen=_WINDOW + 1)
         self._driven = self._wrong = self._right = -math.inf
@@ -70,6 +61,10 @@ class Judge:
             self.unsafe.append(f"{speed / self.bounds.fastest:.2f} times its speed")
 
     def _push(self, period: Period) -> None:
+        self.pushes = any(
+            abs(output) > push
+            for output, push in zip(period.outputs, self.bounds.push, strict=True)
+        )
         moved = abs(period.true - self._stood) > self.bounds.still
         if moved:
             self._stood = period.true

@@ -26,7 +26,7 @@ def filled(
     modes: Sequence[str] = MODES,
 ) -> list[Cell]:
     """The cells of a kind, in the order of the tables; the same for the same settings."""
-    subject = made(kind, folder / kind.replace(" ", "-"))
+    subject = made(kind, folder / kind)
     plan = planned(subject, homed(subject))
     wanted = only or (QUICK if quick else tuple(faulty.NAMES))
     faults = [name for name in plan.faults if name in wanted and (only or name not in _ELSE)]

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from macromicro.rig import faulty
+from macromicro.rig.opening import named
 from macromicro.serve import choosing
 from macromicro.serve.loop_process import Drivable, open_machine
 from macromicro.serve.loop_spec import LIVE, Spec
@@ -26,18 +27,21 @@ class Subject(NamedTuple):
 
     def text(self) -> str:
         """The settings file."""
-        return (_EXAMPLES / self.file).read_text() + self.more if self.file else self.more
+        if not self.file:
+            return self.more
+        # A vertical stage without a brake falls wherever it is off: no fault of a sensor.
+        return (_EXAMPLES / self.file).read_text().replace('"90 deg"', '"0 deg"') + self.more
 
 
 SUBJECTS: dict[str, Subject] = {
     "slide": Subject("printer.toml"),
-    "slide with switches": Subject("screw.toml", _SWITCHED),
+    "slide-switches": Subject("screw.toml", _SWITCHED),
     "turn": Subject("disc.toml"),
     "piezo": Subject("piezo-100um.toml"),
     "wire": Subject("wire-150um.toml"),
-    "two axes": Subject("xy-plotter.toml", "", _AXES),
+    "two-axes": Subject("xy-plotter.toml", "", _AXES),
     # Homing at its normal pace would take half of the time.
-    "two stages": Subject(
+    "two-stage": Subject(
         "", '[live.homing]\nspeed = "600 count/s"\n', "macromicro.rig.faulty:twin"
     ),
 }
@@ -58,6 +62,11 @@ class Made(NamedTuple):
         from macromicro.machines.faulty import MACHINE
 
         return {faulty.BOARD: str(self.board), MACHINE: str(self.file)}
+
+    def faults(self) -> tuple[str, ...]:
+        """The faults that its rig can have."""
+        os.environ.update(self.environment)
+        return faulty.possible(named(self.rig.partition("+")[0])(0))
 
     def open(self, seed: int = 0) -> Drivable:
         """A new machine as the server's loop opens it, on a new rig."""

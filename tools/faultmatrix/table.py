@@ -24,7 +24,7 @@ def section(cells: Sequence[Cell]) -> str:
         count = Counter(cell.verdict for cell in mine)
         shares = ", ".join(f"{n} {verdict}" for verdict, n in count.most_common())
         modes = [mode for mode in MODES if any(cell.mode == mode for cell in mine)]
-        lines += [f"**{kind[0].upper()}{kind[1:]}**: {len(mine)} cells, {shares}.", ""]
+        lines += [f"**{kind.capitalize()}**: {len(mine)} cells, {shares}.", ""]
         lines += ["| fault | " + " | ".join(modes) + " |", "|---" * (len(modes) + 1) + "|"]
         by_place = {(cell.fault, cell.mode): cell for cell in mine}
         for fault in dict.fromkeys(cell.fault for cell in mine):
@@ -39,10 +39,15 @@ def _words(cell: Cell) -> str:
     return f"**{words}**" if cell.verdict in BAD else words
 
 
-def write(path: Path, text: str) -> None:
-    """Into the document, in place of the section of the run before; or as a file of its own."""
+def replaced(path: Path, text: str, begin: str, end: str) -> None:
+    """Write a section between its markers, in place of the one before; or a new file."""
     path.parent.mkdir(parents=True, exist_ok=True)
     old = path.read_text(encoding="utf-8") if path.exists() else ""
-    before, begin, rest = old.partition(BEGIN)
-    after = rest.partition(END)[2].removeprefix("\n") if begin else ""
+    before, found, rest = old.partition(begin)
+    after = rest.partition(end)[2].removeprefix("\n") if found else ""
     path.write_text(before + text + after, encoding="utf-8")
+
+
+def write(path: Path, text: str) -> None:
+    """The tables, into a document or a file of their own."""
+    replaced(path, text, BEGIN, END)

@@ -64,7 +64,7 @@ class FaultyStage(CompiledTwin):
         grain = max(1.0, round(_WIDE * encoder.noise / self.pitch))
         absolute = machine.touch is None
         leap = (travel.high - travel.low) / 4.0 / 500.0 / self.pitch if absolute else 1.0
-        self._injection = faulty.Injection(self.cells, grain, leap)
+        self._injection = faulty.Injection(self.cells, grain, leap, absolute=absolute)
         self._most = float(settings.guard.effort)
         self._forced: dict[str, float] = {}
 
@@ -129,7 +129,7 @@ class FaultyStage(CompiledTwin):
         legal = abs(motor) <= self._most
         self._injection.written(self.tick * self.dt, legal, motor)
         passed = self._injection.passed({"motor": motor})
-        super().write(outputs._replace(**passed))
+        super().write(outputs._replace(**passed) if passed else outputs)
 
     def _advanced(self, effort: float) -> None:
         if not self._injection.fault.blocked:

@@ -207,13 +207,22 @@ class Injection:
         Counts of the sensor per count that the machine tells apart.
     leap : float, optional
         Counts of the sensor per count of a jump.
+    absolute : bool, optional
+        Whether the sensor is right again once it is whole; a counter keeps what it has lost.
     """
 
-    def __init__(self, cells: NDArray[np.float64], grain: float = 1.0, leap: float = 1.0) -> None:
+    def __init__(
+        self,
+        cells: NDArray[np.float64],
+        grain: float = 1.0,
+        leap: float = 1.0,
+        *,
+        absolute: bool = False,
+    ) -> None:
         self.cells = cells
         self.fault, self.fresh = _FAULTS[0], False
         self._number = 0
-        self._grain, self._leap = grain, leap
+        self._grain, self._leap, self._absolute = grain, leap, absolute
         self._true: float | None = None  # the encoder's last true reading
         self._count = 0.0  # and what it is said to be
         self._stands = 0.0
@@ -267,7 +276,7 @@ class Injection:
         fault = self.fault
         if "encoder" in fault.silent or math.isnan(true):
             return math.nan
-        if self._true is None:
+        if self._true is None or (self._absolute and self.fresh and not self._number):
             self._true = self._count = true
         moved, self._true = true - self._true, true
         self._count += moved * fault.step + (fault.jump * self._leap if self.fresh else 0.0)
