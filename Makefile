@@ -3,14 +3,16 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 MINUTES ?= 60
+KIND ?= each
 MUTATED ?= rig/guard.py rig/guarded.py rig/limits.py rig/envelope.py rig/sensing.py rig/watching.py rig/opening.py rig/replay.py control/live machines/homing.py serve/stage/control.py serve/stage/playing.py serve/stage/machine.py
-SOAK ?= docs/reliability.md
-TRIAL ?= docs/firmware.md
+SOAK ?= results/soak.md
+TRIAL ?= results/trial.md
+MATRIX ?= results/matrix.md
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run serve test test-docs test-slow test-all browser compiler avr arm firmware firmware-arm trial lint format dist bench bench-peers bench-identify soak mutants docs notebooks site clean
+.PHONY: help run serve test test-docs test-slow test-all browser compiler avr arm firmware firmware-arm trial lint format dist bench bench-peers bench-identify soak matrix mutants docs notebooks site clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -86,7 +88,7 @@ firmware-arm: $(VENV)/.core ## build the firmware's core for a Cortex-M4F, which
 	PYTHONPATH=tools $(BIN)/python -m boardcode --out build/firmware
 	$(MAKE) --no-print-directory -C firmware mps2
 
-trial: firmware ## random orders and injuries before the simulated board for MINUTES=60 of its time
+trial: firmware ## random orders and injuries before the simulated board for MINUTES=60 of its time; TRIAL=
 	PYTHONPATH=tools $(BIN)/python -m boardtrial --minutes $(MINUTES) --out $(TRIAL)
 
 lint: $(VENV)/.dev ## check format, style, types and the layers
@@ -119,8 +121,11 @@ bench-identify: $(VENV)/.core ## long files; do the errors that identify prints 
 mutants: $(VENV)/.dev ## do the tests notice a wrong sign, term, latch? MUTATED="rig/guard.py control/live"
 	$(BIN)/python tools/mutants $(MUTATED) --jobs 2
 
-soak: $(VENV)/.core ## serve under random commands and faults for MINUTES=60
-	PYTHONPATH=tools $(BIN)/python -m soak --minutes $(MINUTES) --out $(SOAK)
+matrix: $(VENV)/.core ## every fault in every mode of every kind of machine, judged by truth
+	PYTHONPATH=tools $(BIN)/python -m faultmatrix --out $(MATRIX)
+
+soak: $(VENV)/.core ## serve under random commands and faults for MINUTES=60; KIND=slide SOAK=
+	PYTHONPATH=tools $(BIN)/python -m soak --kind $(KIND) --minutes $(MINUTES) --out $(SOAK)
 
 docs: $(VENV)/.core ## measure anew what the documents say, and draw their figures
 	$(BIN)/python docs/make_bench.py

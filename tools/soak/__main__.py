@@ -9,13 +9,18 @@ import signal
 import sys
 import tempfile
 import traceback
+from collections.abc import Callable
 from pathlib import Path
 
+from faultmatrix.subjects import SUBJECTS
 from macromicro.rig import faulty
 from soak import table
 from soak.campaign import Campaign, Round
 from soak.finale import finale
+from soak.rounds import Rounds
 from soak.victim import Victim
+
+KINDS, EACH = tuple(SUBJECTS), "each"
 
 
 def main() -> int:
@@ -24,33 +29,28 @@ def main() -> int:
     parser.add_argument("--minutes", type=float, default=60.0, help="how long, beside the finale")
     parser.add_argument("--seed", type=int, default=1, help="of commands, faults and noise")
     parser.add_argument("--out", type=Path, default=Path("results/soak.md"), help="the table")
+    parser.add_argument(
+        "--kind",
+        choices=(*KINDS, EACH),
+        default="two-stage",
+        help='of machine; "each": all in turn, which share the minutes',
+    )
     given = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # and clean up
-    with tempfile.TemporaryDirectory(prefix="macromicro-soak-") as folder:
-        victim = Victim(Path(folder), given.seed)
-        try:
-            return _soak(victim, given)
-        finally:
-            victim.end()
-
-
-def _soak(victim: Victim, given: argparse.Namespace) -> int:
-    victim.start()
-    campaign = Campaign(victim, given.seed)
-    rounds: list[Round] = []
-    complaints: list[str] = []
+    kinds = KINDS if given.kind == EACH else (given.kind,)
+    seconds = 60.0 * given.minutes / len(kinds)
     load = os.getloadavg()
-    try:
-        campaign.run(60.0 * given.minutes)
-        campaign.finish()
-        rounds, complaints = finale(victim, given.seed)
-    except Exception:  # the table is worth most when something went wrong
-        traceback.print_exc()
-        complaints = [f"the soak ended with an error: {traceback.format_exc(limit=1).strip()}"]
-        complaints += [f"the server said: {victim.said()}"] if victim.said() else []
-    complaints = [*campaign.complaints, *table.leaks(campaign.loads), *complaints]
-    if victim.cells[faulty.ILLEGAL]:
-        complaints.append(f"{victim.cells[faulty.ILLEGAL]:.0f} illegal outputs were written")
+    parts, complaints = [], 0
+    for kind in kinds:
+        with tempfile.TemporaryDirectory(prefix="macromicro-soak-") as folder:
+            victim = Victim(Path(folder), given.seed, kind=kind)
+            try:
+                soaked = _two_stage if kind == "two-stage" else _rounds
+                part, found = soaked(victim, given.seed, seconds)
+            finally:
+                victim.end()
+        parts.append(part)
+        complaints += len(found)
     after = os.getloadavg()
     head = (
         f"{given.minutes:g} minutes, seed {given.seed}, on {os.cpu_count()} cores "
@@ -58,10 +58,55 @@ def _soak(victim: Victim, given: argparse.Namespace) -> int:
         f"{load[0]:.1f} before and {after[0]:.1f} after; no real-time priority unless the loop "
         "may have it."
     )
-    text = table.section(head, campaign, [*campaign.rounds, *rounds], complaints)
+    text = table.section(head, parts)
     table.write(given.out, text)
     print(text)
     return 1 if complaints else 0
+
+
+def _rounds(victim: Victim, seed: int, seconds: float) -> tuple[str, list[str]]:
+    """A machine of one stage, or of two axes: its part of the table, and the complaints."""
+    victim.start()
+    rounds = Rounds(victim, seed)
+    ended = _guarded(victim, lambda: rounds.run(seconds))
+    complaints = [*rounds.complaints, *ended, *_illegal(victim)]
+    return table.of_kind(rounds, complaints), complaints
+
+
+def _two_stage(victim: Victim, seed: int, seconds: float) -> tuple[str, list[str]]:
+    """The two-stage machine, its server killed at the end: as `_rounds`."""
+    victim.start()
+    campaign = Campaign(victim, seed)
+    rounds: list[Round] = []
+    found: list[str] = []
+
+    def soak() -> None:
+        campaign.run(seconds)
+        campaign.finish()
+        made, complaints = finale(victim, seed)
+        rounds.extend(made)
+        found.extend(complaints)
+
+    ended = _guarded(victim, soak)
+    complaints = [*campaign.complaints, *table.leaks(campaign.loads), *found, *ended]
+    complaints += _illegal(victim)
+    return table.two_stage(campaign, [*campaign.rounds, *rounds], complaints), complaints
+
+
+def _guarded(victim: Victim, soak: Callable[[], None]) -> list[str]:
+    """What ended it early: the table is worth most when something went wrong."""
+    try:
+        soak()
+    except Exception:
+        traceback.print_exc()
+        said = [f"the server said: {victim.said()}"] if victim.said() else []
+        return [f"the soak ended with an error: {traceback.format_exc(limit=1).strip()}", *said]
+    return []
+
+
+def _illegal(victim: Victim) -> list[str]:
+    number = victim.cells[faulty.ILLEGAL]
+    return [f"{number:.0f} illegal outputs were written"] if number else []
 
 
 if __name__ == "__main__":

@@ -25,8 +25,8 @@ class Verdict(NamedTuple):
     motions: frozenset[int]
 
 
-def judge(path: Path) -> Verdict:
-    """Look at every row."""
+def judge(path: Path, *, most: float = 5.0, led: bool = False) -> Verdict:
+    """Look at every row. `most` [V]: of the motor; a `led` stage is held by its law when ready."""
     run = Recording.load(path)
     motor, ctrl, fan = run["motor"], run["ctrl"], run["fan"]
     mode, fault, motion = run["mode"], run["fault"], run["motion"]
@@ -37,11 +37,13 @@ def judge(path: Path) -> Verdict:
     steps = np.round(np.diff(t[told]) * 1e3) - np.diff(told)
     # The faults of the rig's clock move it by whole hours and by 10 s, and back.
     known = np.isin(np.abs(steps), (0.0, 3.6e6, 1e4, 3.61e6))
-    legal = (np.abs(motor) <= 5.0) & (ctrl >= 0.0) & (ctrl <= 5.0) & ((fan == 0) | (fan == 1))
-    idle = (mode == DISABLED) | (mode == READY)
+    legal = (np.abs(motor) <= most) & (ctrl >= 0.0) & (ctrl <= 5.0) & ((fan == 0) | (fan == 1))
+    idle = (mode == DISABLED) | ((mode == READY) & (not led))
     latched = (fault != 0) | (mode == FAULT)
     on = (motor != 0.0) | (ctrl != 0.0)
     unsafe = (idle | latched) & on | (latched & (fan != 0))
+    if led:  # its law gives the effort behind the row: a row shows the one of the period before
+        unsafe[1:] &= (idle | latched)[:-1]
     began = np.flatnonzero(np.diff(fault, prepend=0) != 0)
     starts = motion[np.flatnonzero(np.diff(motion, prepend=0) != 0)]
     numbers = starts[starts > 0].tolist()

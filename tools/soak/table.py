@@ -8,8 +8,10 @@ from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
+from faultmatrix.table import replaced
 from macromicro.rig.faulty import FAULTS
 from soak.campaign import Campaign, Round
+from soak.rounds import Rounds
 from soak.victim import Load
 
 BEGIN, END = "<!-- soak: begin -->", "<!-- soak: end -->"
@@ -18,20 +20,53 @@ _MB = 1e6
 MOST_MB, MOST_LOOP_MB, MOST_FILES = 8.0, 2.0, 3
 
 
-def section(head: str, campaign: Campaign, rounds: list[Round], complaints: list[str]) -> str:
-    """Markdown: the faults, then the checks, then what nothing explains."""
-    lines = [BEGIN, head, "", *_faults(rounds), "", *_checks(campaign, complaints)]
-    lines += ["", *(f"- **unexplained**: {c}" for c in complaints)]
-    return "\n".join(lines).rstrip() + "\n" + END + "\n"
+def section(head: str, parts: Iterable[str]) -> str:
+    """Markdown: what was found of each kind."""
+    return "\n".join([BEGIN, head, "", *parts]).rstrip() + "\n" + END + "\n"
+
+
+def two_stage(campaign: Campaign, rounds: list[Round], complaints: list[str]) -> str:
+    """The two-stage machine: the faults, then the checks, then what nothing explains."""
+    lines = ["**Two-stage**", "", *_faults(rounds), "", *_checks(campaign, complaints)]
+    return "\n".join([*lines, *_unexplained(complaints), ""])
+
+
+def of_kind(rounds: Rounds, complaints: list[str]) -> str:
+    """A machine of another kind: the faults, then the checks, then what nothing explains."""
+    lines = [f"**{rounds.victim.subject.name.capitalize()}**", ""]
+    lines += [
+        "| fault | injected | stopped as a fault | outcomes | reported |",
+        "|---|---|---|---|---|",
+    ]
+    for name in sorted({each.name for each in rounds.rounds}):
+        mine = [each for each in rounds.rounds if each.name == name]
+        ends = Counter(each.outcome for each in mine).most_common()
+        told = Counter(each.words for each in mine if each.words).most_common(1)
+        stopped = sum(each.code != 0 for each in mine)
+        outcomes = ", ".join(f"{n} {outcome}" for outcome, n in ends)
+        words = (told[0][0] if told else "nothing").replace("|", "/")[:110]
+        lines.append(
+            f"| {name}: {FAULTS[name].words} | {len(mine)} | {stopped} | {outcomes} | {words} |"
+        )
+    every = ", ".join(f"{n} {outcome}" for outcome, n in rounds.outcomes.most_common())
+    lines += [
+        "",
+        f"- Orders: {len(rounds.rounds)} beside {rounds.homings} homings: {every}. "
+        f"{rounds.checked} trusted positions were compared with the truth.",
+        f"- Recorded: {rounds.rows} rows, outputs looked at in each. Stops because this computer "
+        f"was too busy: {rounds.busy}.",
+        f"- Unexplained: {len(complaints)}.",
+    ]
+    return "\n".join([*lines, *_unexplained(complaints), ""])
+
+
+def _unexplained(complaints: list[str]) -> list[str]:
+    return ["", *(f"- **unexplained**: {c}" for c in complaints)] if complaints else []
 
 
 def write(path: Path, text: str) -> None:
     """Into the document, in place of the section of the run before; or as a file of its own."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    old = path.read_text(encoding="utf-8") if path.exists() else ""
-    before, begin, rest = old.partition(BEGIN)
-    after = rest.partition(END)[2].removeprefix("\n") if begin else ""
-    path.write_text(before + text + after, encoding="utf-8")
+    replaced(path, text, BEGIN, END)
 
 
 def _faults(rounds: list[Round]) -> Iterable[str]:

@@ -13,12 +13,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from faultmatrix.subjects import made
 from macromicro.errors import MacromicroError
 from macromicro.rig import faulty
-
-RIG = "macromicro.rig.faulty:twin"
-# Homing at its normal pace would take half of the time.
-_SETTINGS = '[live.homing]\nspeed = "600 count/s"\n'
 
 
 class Load(NamedTuple):
@@ -34,16 +31,18 @@ class Load(NamedTuple):
 
 
 class Victim:
-    """`macromicro serve` on the faulty twin, in a folder of its own; with a `page`, or without."""
+    """`macromicro serve` on a faulty rig of a kind, in a folder of its own; with a `page`, or
+    without."""
 
-    def __init__(self, folder: Path, seed: int, *, page: bool = False) -> None:
+    def __init__(
+        self, folder: Path, seed: int, *, page: bool = False, kind: str = "two-stage"
+    ) -> None:
         self.folder, self.state = folder, folder / "position.json"
+        self.subject = made(kind, folder)
         self.recordings = folder / "recordings"
-        self.cells = faulty.board(folder / "board")
+        self.cells = faulty.board(self.subject.board)
         self.port, self.page = 0, 0
         self._web = "0" if page else "-1"
-        self._config = folder / "soak.toml"
-        self._config.write_text(_SETTINGS)
         self._seed = seed
         self._process: subprocess.Popen[str] | None = None
 
@@ -61,8 +60,17 @@ class Victim:
 
     def command(self, port: int) -> list[str]:
         """The command line."""
-        options = ["--rig", RIG, "--web", self._web, "--scpi", str(port), "--seed", str(self._seed)]
-        files = ["--state", str(self.state), "--config", str(self._config)]
+        options = [
+            "--rig",
+            self.subject.rig,
+            "--web",
+            self._web,
+            "--scpi",
+            str(port),
+            "--seed",
+            str(self._seed),
+        ]
+        files = ["--state", str(self.state), "--config", str(self.subject.file)]
         folder = ["--record", str(self.recordings)]
         return [sys.executable, "-m", "macromicro", "serve", *options, *files, *folder]
 
@@ -74,7 +82,7 @@ class Victim:
                 stdout=subprocess.PIPE,
                 stderr=errors,
                 text=True,
-                env={**os.environ, faulty.BOARD: str(self.folder / "board")},
+                env={**os.environ, **self.subject.environment},
                 start_new_session=True,
             )
         assert self._process.stdout is not None

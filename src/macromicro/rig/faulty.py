@@ -1,4 +1,7 @@
-"""The twin with faults that can be switched on while it runs, to try a set-up against them.
+"""Rigs with faults that can be switched on while they run, to try a set-up against them.
+
+The table of faults and the board serve every kind of machine. The rig here is the twin of the
+two-stage machine; those of one stage and of two axes are in `machines.faulty`.
 
 `twin` is a factory for ``--rig macromicro.rig.faulty:twin``. Which fault is on stands in a
 small file that the rig and whoever injects have mapped (MACROMICRO_FAULTS names it), so
@@ -55,70 +58,70 @@ CELLS = 16
 
 
 class Fault(NamedTuple):
-    """One fault as data: nothing of it is left once it is switched off, but for counts lost.
+    """One fault as data: nothing of it is left once it is switched off, but for counts lost."""
 
-    Attributes
-    ----------
-    words : str
-        What is broken.
-    step : float
-        Multiplies each count of motion.
-    jump : float
-        Comes once, counts.
-    silent : tuple[str, ...]
-        Channels that give nothing.
-    hall : float | str
-        "stuck", a voltage that is read whatever the field is, or NaN for none.
-    noise : float
-        Noise added to the Hall voltage, V rms.
-    later : float
-        Added to the time of samples, s.
-    clock : str
-        "stands" at the onset's time, "none": no number.
-    stall : float
-        Time that every reading takes, s.
-    cut : tuple[str, ...]
-        Outputs that do not reach the bench.
-    blocked : bool
-        Whether the carriage cannot move.
-    raises : str
-        Reading fails with this message.
-    hangs : bool
-        Whether reading does not return.
-    """
+    words: str  # what is broken
+    needs: tuple[str, ...] = ()  # channels and outputs without which a rig cannot have it
+    step: float = 1.0  # multiplies each count of motion
+    jump: float = 0.0  # comes once, counts; of an absolute sensor 500 are a quarter of its travel
+    dither: float = 0.0  # share of the readings that show the next count
+    rough: float = 0.0  # noise of the counts, rms; of an absolute sensor scaled as `jump`
+    silent: tuple[str, ...] = ()  # channels that give nothing
+    hall: float | str = math.nan  # "stuck", or a voltage that is read whatever the field is
+    noise: float = 0.0  # noise added to the Hall voltage, V rms
+    later: float = 0.0  # added to the time of samples, s
+    clock: str = ""  # "stands" at the onset's time, "none": no number
+    stall: float = 0.0  # time that every reading takes, s
+    cut: tuple[str, ...] = ()  # outputs that do not reach the machine
+    reversed: tuple[str, ...] = ()  # outputs that reach it with the other sign
+    blocked: bool = False  # the stage cannot move
+    lines: tuple[tuple[str, str], ...] = ()  # switches: "on", "off", or "cut" as a wire
+    swapped: bool = False  # each limit switch is wired in place of the other
+    brief: bool = False  # `lines` holds for 1 ms alone
+    raises: str = ""  # reading fails with this message
+    hangs: bool = False  # reading does not return
 
-    words: str
-    step: float = 1.0
-    jump: float = 0.0
-    silent: tuple[str, ...] = ()
-    hall: float | str = math.nan
-    noise: float = 0.0
-    later: float = 0.0
-    clock: str = ""
-    stall: float = 0.0
-    cut: tuple[str, ...] = ()
-    blocked: bool = False
-    raises: str = ""
-    hangs: bool = False
 
+_POSITION, _MOTOR = ("encoder",), ("motor",)
+_LOW, _LIMITS, _HOME = ("limit_low",), ("limit_low", "limit_high"), ("home",)
+_HALL, _LASER = ("hall",), ("laser",)
 
 FAULTS: dict[str, Fault] = {
     NONE: Fault("nothing is broken"),
-    "encoder-frozen": Fault("the encoder's counter stands", step=0.0),
-    "encoder-reversed": Fault("the encoder's two channels are swapped", step=-1.0),
-    "encoder-skipping": Fault("one count of ten is lost", step=0.9),
-    "encoder-jump": Fault("the counter jumps by 500 counts", jump=500.0),
-    "encoder-silent": Fault("the counter board does not answer", silent=("encoder",)),
-    "hall-stuck": Fault("the A/D board repeats one code", hall="stuck"),
-    "hall-range": Fault("the Hall sensor's wire lies on its supply", hall=4.9988),
-    "hall-low": Fault("the Hall sensor's wire lies on ground", hall=0.0),
-    "hall-noisy": Fault("the Hall sensor's cable has lost its shield: 0.1 V rms", noise=0.1),
-    "hall-silent": Fault("the A/D board does not answer", silent=("hall",)),
-    "laser-lost": Fault("the laser's beam is interrupted", silent=("laser",)),
-    "wire-broken": Fault("no current flows through the wires", cut=("ctrl",)),
-    "motor-dead": Fault("the motor's amplifier is off", cut=("motor",)),
-    "fan-lost": Fault("the fan does not turn", cut=("fan",)),
-    "carriage-stuck": Fault("the carriage is jammed", blocked=True),
+    "encoder-frozen": Fault("the encoder's counter stands", _POSITION, step=0.0),
+    "encoder-reversed": Fault("the encoder's two channels are swapped", _POSITION, step=-1.0),
+    "encoder-skipping": Fault("one count of ten is lost", _POSITION, step=0.9),
+    "encoder-jump": Fault("the counter jumps by 500 counts", _POSITION, jump=500.0),
+    "encoder-silent": Fault("the counter board does not answer", _POSITION, silent=("encoder",)),
+    "encoder-dither": Fault("one reading in ten is one count off", _POSITION, dither=0.1),
+    "encoder-noisy": Fault("the position is noisy: 100 counts rms", _POSITION, rough=100.0),
+    "hall-stuck": Fault("the A/D board repeats one code", _HALL, hall="stuck"),
+    "hall-range": Fault("the Hall sensor's wire lies on its supply", _HALL, hall=4.9988),
+    "hall-low": Fault("the Hall sensor's wire lies on ground", _HALL, hall=0.0),
+    "hall-noisy": Fault("the Hall sensor's cable has lost its shield: 0.1 V rms", _HALL, noise=0.1),
+    "hall-silent": Fault("the A/D board does not answer", _HALL, silent=("hall",)),
+    "laser-lost": Fault("the laser's beam is interrupted", _LASER, silent=("laser",)),
+    "wire-broken": Fault("no current flows through the wires", ("ctrl",), cut=("ctrl",)),
+    "motor-dead": Fault("the motor's amplifier is off", _MOTOR, cut=("motor",)),
+    "motor-reversed": Fault("the motor's two wires are swapped", _MOTOR, reversed=("motor",)),
+    "fan-lost": Fault("the fan does not turn", ("fan",), cut=("fan",)),
+    "carriage-stuck": Fault("the carriage is jammed", _MOTOR, blocked=True),
+    "limit-on": Fault("the low limit switch is stuck on", _LOW, lines=(("limit_low", "on"),)),
+    "limits-off": Fault(
+        "both limit switches are stuck off",
+        _LIMITS,
+        lines=(("limit_low", "off"), ("limit_high", "off")),
+    ),
+    "limits-swapped": Fault("the limit switches are swapped", _LIMITS, swapped=True),
+    "limit-glitch": Fault(
+        "the low limit switch is on for 1 ms", _LOW, lines=(("limit_low", "on"),), brief=True
+    ),
+    "limit-cut": Fault("the low limit switch's wire is cut", _LOW, lines=(("limit_low", "cut"),)),
+    "home-on": Fault("the home switch is stuck on", _HOME, lines=(("home", "on"),)),
+    "home-off": Fault("the home switch is stuck off", _HOME, lines=(("home", "off"),)),
+    "home-glitch": Fault(
+        "the home switch is on for 1 ms", _HOME, lines=(("home", "on"),), brief=True
+    ),
     "clock-ahead": Fault("the rig's clock jumps an hour ahead", later=3600.0),
     "clock-back": Fault("the rig's clock jumps 10 s back", later=-10.0),
     "clock-stands": Fault("the rig's clock stands", clock="stands"),
@@ -176,6 +179,169 @@ def inject(cells: NDArray[np.float64], name: str) -> None:
     cells[WANTED] = NAMES.index(name)
 
 
+def possible(rig: Any) -> tuple[str, ...]:
+    """The faults that a rig can have, by its channels and outputs.
+
+    Parameters
+    ----------
+    rig : Any
+        With `channels` and `outputs`; without `outputs`, those of the two-stage machine.
+
+    Returns
+    -------
+    tuple[str, ...]
+        Names out of `NAMES`, without "none".
+    """
+    there = {*rig.channels, *getattr(rig, "outputs", ("motor", "ctrl", "fan"))}
+    return tuple(name for name, fault in FAULTS.items() if name != NONE and there >= {*fault.needs})
+
+
+class Injection:
+    """What a board does to a rig: which fault is on, and what it makes of counts and times.
+
+    Parameters
+    ----------
+    cells : ndarray, shape (CELLS,)
+        The board; it is cleared.
+    grain : float, optional
+        Counts of the sensor per count that the machine tells apart.
+    leap : float, optional
+        Counts of the sensor per count of a jump.
+    absolute : bool, optional
+        Whether the sensor is right again once it is whole; a counter keeps what it has lost.
+    """
+
+    def __init__(
+        self,
+        cells: NDArray[np.float64],
+        grain: float = 1.0,
+        leap: float = 1.0,
+        *,
+        absolute: bool = False,
+    ) -> None:
+        self.cells = cells
+        self.fault, self.fresh = _FAULTS[0], False
+        self._number = 0
+        self._grain, self._leap, self._absolute = grain, leap, absolute
+        self._true: float | None = None  # the encoder's last true reading
+        self._count = 0.0  # and what it is said to be
+        self._stands = 0.0
+        self.random = np.random.default_rng(0)
+        cells[:] = 0.0
+        cells[ONSET] = cells[SAFE_AT] = math.nan
+
+    def look(self, now: float, place: float) -> None:
+        """Before a reading: which fault is on.
+
+        Parameters
+        ----------
+        now : float
+            Time of the reading, s.
+        place : float
+            Where the stage truly is, m.
+
+        Raises
+        ------
+        OSError
+            The fault is one at which reading fails.
+        """
+        cells = self.cells
+        number = int(cells[WANTED])
+        self.fresh = number != self._number
+        if self.fresh:
+            self._number, self.fault, self._stands = number, _FAULTS[number], now
+            cells[FROM], cells[ONSET_NS] = place, time.monotonic_ns()
+            cells[ONSET] = now if number else math.nan
+        cells[TIME] = now
+        if self.fault.raises:
+            raise OSError(self.fault.raises)
+        while self.fault.hangs and int(cells[WANTED]) == number:
+            time.sleep(0.01)
+        if self.fault.stall:
+            time.sleep(self.fault.stall)
+
+    def count(self, true: float) -> float:
+        """What the position sensor shows.
+
+        Parameters
+        ----------
+        true : float
+            What it would show, counts; NaN: nothing.
+
+        Returns
+        -------
+        float
+            Whole counts, or NaN.
+        """
+        fault = self.fault
+        if "encoder" in fault.silent or math.isnan(true):
+            return math.nan
+        if self._true is None or (self._absolute and self.fresh and not self._number):
+            self._true = self._count = true
+        moved, self._true = true - self._true, true
+        self._count += moved * fault.step + (fault.jump * self._leap if self.fresh else 0.0)
+        shown = self._count
+        if fault.dither and self.random.random() < fault.dither:
+            shown += self._grain
+        if fault.rough:
+            shown += fault.rough * self._leap * float(self.random.standard_normal())
+        # Half a count of slack: parts of a count that a fault leaves show as whole ones.
+        return float(math.floor(shown + 1e-6))
+
+    def time(self, true: float) -> float:
+        """What the rig's clock shows.
+
+        Parameters
+        ----------
+        true : float
+            s.
+
+        Returns
+        -------
+        float
+            s, or NaN.
+        """
+        fault = self.fault
+        return {"": true + fault.later, "stands": self._stands, "none": math.nan}[fault.clock]
+
+    def passed(self, outputs: dict[str, float]) -> dict[str, float]:
+        """What of the outputs reaches the machine.
+
+        Parameters
+        ----------
+        outputs : dict[str, float]
+            By name.
+
+        Returns
+        -------
+        dict[str, float]
+            Those that are cut or reversed.
+        """
+        gone = dict.fromkeys(self.fault.cut, 0.0)
+        return gone | {name: -outputs[name] for name in self.fault.reversed}
+
+    def written(self, now: float, legal: bool, *outputs: float) -> None:
+        """Note what was written to the rig.
+
+        Parameters
+        ----------
+        now : float
+            s.
+        legal : bool
+            Whether a converter can take it.
+        *outputs : float
+            Motor, CTRL, fan; what there is not is left out.
+        """
+        cells = self.cells
+        if not legal:
+            cells[ILLEGAL] += 1
+        cells[MOTOR : MOTOR + len(outputs)] = outputs
+        if any(outputs):
+            cells[SAFE_AT] = math.nan
+        elif not cells[SAFE_AT] >= 0.0:
+            cells[SAFE_AT], cells[SAFE_NS] = now, time.monotonic_ns()
+
+
 class Faulty(Twin):
     """The twin behind faults; without one it is the twin, bit for bit.
 
@@ -198,16 +364,8 @@ class Faulty(Twin):
         self.calibration = calibration.shipped()  # of the default bench, which this is
         self.clock = VirtualClock(self)
         self.cells = cells
-        self._number = 0
-        self._fault = _FAULTS[0]
-        self._true: float | None = None  # the encoder's last true reading
-        self._count = 0.0  # and what it is said to be
+        self._injection = Injection(cells)
         self._hall = 0.0
-        self._stands = 0.0
-        self._noise_of_fault = np.random.default_rng(0)
-        self._wanted = SAFE
-        cells[:] = 0.0
-        cells[ONSET] = cells[SAFE_AT] = math.nan
 
     def read(self) -> Sample:
         """Measure all channels through the present fault.
@@ -222,49 +380,20 @@ class Faulty(Twin):
         OSError
             The fault is one at which reading fails.
         """
-        cells = self.cells
-        number = int(cells[WANTED])
-        fresh = number != self._number
-        if fresh:
-            self._number, self._fault = number, _FAULTS[number]
-        fault = self._fault
-        if fresh:
-            cells[FROM], cells[ONSET_NS] = self.state.macro.x, time.monotonic_ns()
-        if fault.raises:
-            cells[ONSET] = self.tick * self.dt
-            raise OSError(fault.raises)
-        if fault.hangs:
-            cells[ONSET] = self.tick * self.dt
-            while int(cells[WANTED]) == number:
-                time.sleep(0.01)
-        if fault.stall:
-            time.sleep(fault.stall)
-        true = super().read()
-        moved = 0.0 if self._true is None else true.encoder - self._true
-        if self._true is None:
-            self._count = true.encoder
-        self._true = true.encoder
-        self._count += moved * fault.step + (fault.jump if fresh else 0.0)
-        if fresh:
-            cells[ONSET] = true.t if number else math.nan
-            self._hall = true.hall
-            self._stands = true.t
-        cells[TIME] = true.t
-        return self._shown(true, fault)
-
-    def _shown(self, true: Sample, fault: Fault) -> Sample:
+        injection = self._injection
+        injection.look(self.tick * self.dt, self.state.macro.x)
+        true, fault = super().read(), injection.fault
         hall = true.hall
+        if injection.fresh:
+            self._hall = hall
         if fault.hall == "stuck":
             hall = self._hall
         elif isinstance(fault.hall, float) and not math.isnan(fault.hall):
             hall = fault.hall
         if fault.noise:
-            hall += fault.noise * float(self._noise_of_fault.standard_normal())
-        # Half a count of slack: parts of a count that a fault leaves show as whole ones.
-        count = math.floor(self._count + 1e-6)
-        times = {"": true.t + fault.later, "stands": self._stands, "none": math.nan}
-        t = times[fault.clock]
-        sample = true._replace(t=t, encoder=float(count), hall=hall)
+            hall += fault.noise * float(injection.random.standard_normal())
+        count, t = injection.count(true.encoder), injection.time(true.t)
+        sample = true._replace(t=t, encoder=count, hall=hall)
         return sample._replace(**dict.fromkeys(fault.silent, math.nan))
 
     def write(self, outputs: Outputs) -> None:
@@ -276,11 +405,11 @@ class Faulty(Twin):
             In V; fan and laser reset 0 or 1.
         """
         self._note(outputs)
-        super().write(outputs._replace(**dict.fromkeys(self._fault.cut, 0.0)))
+        super().write(outputs._replace(**self._injection.passed(outputs._asdict())))
 
     def advance(self) -> None:
         """Let one control period pass."""
-        if self._fault.blocked:  # no motion, and none that the micro-stage could feel
+        if self._injection.fault.blocked:  # no motion, and none that the micro-stage could feel
             still = carriage.at_rest(self.state.macro.x)
             self.state = self.state._replace(macro=still, motor=0.0)
         super().advance()
@@ -296,16 +425,9 @@ class Faulty(Twin):
 
     def _note(self, outputs: Outputs) -> None:
         """What was written to the rig, on the board."""
-        cells = self.cells
         motor, ctrl, fan, _ = outputs
-        if not (abs(motor) <= 5.0 and 0.0 <= ctrl <= 5.0 and fan in (0.0, 1.0)):
-            cells[ILLEGAL] += 1
-        cells[MOTOR], cells[CTRL], cells[FAN] = motor, ctrl, fan
-        if motor == 0.0 and ctrl == 0.0 and fan == 0.0:
-            if not cells[SAFE_AT] >= 0.0:
-                cells[SAFE_AT], cells[SAFE_NS] = self.tick * self.dt, time.monotonic_ns()
-        else:
-            cells[SAFE_AT] = math.nan
+        legal = abs(motor) <= 5.0 and 0.0 <= ctrl <= 5.0 and fan in (0.0, 1.0)
+        self._injection.written(self.tick * self.dt, legal, motor, ctrl, fan)
 
 
 def twin(seed: int) -> Faulty:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from soak.judge import Verdict, judge
 Change = Callable[[np.ndarray], None]
 
 
-def verdict(path: Path, change: Change) -> Verdict:
+def verdict(path: Path, change: Change, **more: Any) -> Verdict:
     block = np.zeros((len(COLUMNS), 100))
     block[INDEX["t"]] = np.arange(100) * 1e-3
     block[INDEX["mode"]] = HOLDING
@@ -24,7 +25,7 @@ def verdict(path: Path, change: Change) -> Verdict:
     change(block)
     with Recorder(path, COLUMNS, 100, 1e-3, {}) as recorder:
         recorder.append(block)
-    return judge(path)
+    return judge(path, **more)
 
 
 def test_a_good_recording_has_nothing(tmp_path: Path) -> None:
@@ -34,6 +35,22 @@ def test_a_good_recording_has_nothing(tmp_path: Path) -> None:
 
     found = verdict(tmp_path / "a.h5", motions)
     assert found == Verdict(100, 0, 0, 0, 0, (), frozenset({1, 2}))
+
+
+def test_a_led_stage_is_held_when_ready_and_shows_an_effort_a_row_late(tmp_path: Path) -> None:
+    def change(off: int) -> Change:
+        def changed(block: np.ndarray) -> None:
+            block[INDEX["mode"]] = READY
+            block[INDEX["motor"]] = 7.0
+            block[INDEX["ctrl"]] = 0.0
+            block[INDEX["mode"], 50:] = DISABLED
+            block[INDEX["motor"], off:] = 0.0
+
+        return changed
+
+    assert verdict(tmp_path / "a.h5", change(51), most=10.0, led=True).unsafe == 0
+    assert verdict(tmp_path / "b.h5", change(52), most=10.0, led=True).unsafe == 1
+    assert verdict(tmp_path / "c.h5", change(51), most=6.0, led=True).illegal == 51
 
 
 def planted(name: str) -> Change:

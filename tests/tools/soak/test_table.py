@@ -44,7 +44,7 @@ def test_a_row_for_each_fault_and_a_line_for_what_is_unexplained() -> None:
         Round("encoder-jump", 11, 0.002, "It jumped.", "fault"),
         Round("laser-lost", 0, math.nan, "", "done"),
     ]
-    text = table.section("Head.", campaign(), rounds, ["a surprise"])
+    text = table.section("Head.", [table.two_stage(campaign(), rounds, ["a surprise"])])
     assert (
         "| encoder-jump: the counter jumps by 500 counts | 2 | 2 | 1.0 | 2.0 | It jumped. |" in text
     )
@@ -54,9 +54,9 @@ def test_a_row_for_each_fault_and_a_line_for_what_is_unexplained() -> None:
 
 def test_the_section_is_replaced_and_the_rest_of_the_document_stays(tmp_path: Path) -> None:
     path = tmp_path / "docs" / "reliability.md"
-    table.write(path, table.section("One.", campaign(), [], []))
+    table.write(path, table.section("One.", ["A part."]))
     path.write_text("# Title\n\n" + path.read_text() + "\nThe end.\n")
-    table.write(path, table.section("Two.", campaign(), [], []))
+    table.write(path, table.section("Two.", ["A part."]))
     text = path.read_text()
     assert text.startswith("# Title\n\n<!-- soak: begin -->\nTwo.")
     assert text.endswith("<!-- soak: end -->\n\nThe end.\n")

@@ -1,0 +1,204 @@
+"""Simulated stages of any machine with faults that can be switched on while they run.
+
+As `rig.faulty`, whose table of faults and board they share; MACROMICRO_MACHINE names the machine's
+settings file, and of two axes `y` has the board's file with ".y" behind its name:
+
+    export MACROMICRO_FAULTS=/tmp/faults MACROMICRO_MACHINE=examples/machines/printer.toml
+    macromicro serve --config $MACROMICRO_MACHINE --rig macromicro.machines.faulty:stage
+    python -m macromicro.rig.faulty encoder-frozen     # in another shell; "none" ends it
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from macromicro.errors import InputError
+from macromicro.machines import machine as machines
+from macromicro.machines.joint import machine as joint
+from macromicro.machines.joint.settings import of
+from macromicro.machines.machine import Machine
+from macromicro.machines.rig import CompiledTwin
+from macromicro.rig import faulty
+from macromicro.types import Lines, Outputs
+from macromicro.types import Sample as Shown
+
+MACHINE = "MACROMICRO_MACHINE"
+_WIDE = 8.0  # standard deviations of a sensor's noise in what the machine tells apart
+_BRIEF = 1e-3  # s
+
+
+class FaultyStage(CompiledTwin):
+    """The twin of a stage behind faults; without one it is the twin, bit for bit.
+
+    On its board `CARRIAGE` and `STAGE` are what a sensor without noise would show, m; outputs are
+    the motor's.
+
+    Parameters
+    ----------
+    machine : Machine
+        The machine.
+    settings : Any
+        Of it.
+    seed : int, optional
+        Seed of the sensor's noise.
+    cells : ndarray | None, optional
+        The board; None for one in this process' memory.
+    """
+
+    def __init__(
+        self,
+        machine: Machine,
+        settings: Any,
+        seed: int = 0,
+        cells: NDArray[np.float64] | None = None,
+    ) -> None:
+        super().__init__(machine.kind, settings, seed)
+        self.cells = faulty.board() if cells is None else cells
+        self.counted = True
+        encoder, travel = settings.encoder, settings.travel
+        grain = max(1.0, round(_WIDE * encoder.noise / self.pitch))
+        absolute = machine.touch is None
+        leap = (travel.high - travel.low) / 4.0 / 500.0 / self.pitch if absolute else 1.0
+        self._injection = faulty.Injection(self.cells, grain, leap, absolute=absolute)
+        self._most = float(settings.guard.effort)
+        self._forced: dict[str, float] = {}
+
+    @property
+    def place(self) -> float:
+        """What a sensor without noise would show, m."""
+        kept = self._noise.copy()
+        self._noise[:] = 0.0
+        place = self._measured(self.tick * self.dt)
+        self._noise[:] = kept
+        return place
+
+    def read(self) -> Shown:
+        """Measure now, through the present fault.
+
+        Returns
+        -------
+        Shown
+            Encoder in counts; what there is not, NaN.
+
+        Raises
+        ------
+        OSError
+            The fault is one at which reading fails.
+        """
+        now, place, injection = self.tick * self.dt, self.place, self._injection
+        injection.look(now, place)
+        self.cells[faulty.CARRIAGE] = self.cells[faulty.STAGE] = place
+        if injection.fault.lines or self._forced:
+            self._force(now)
+        true = super().read()
+        return true._replace(t=injection.time(true.t), encoder=injection.count(true.encoder))
+
+    def _force(self, now: float) -> None:
+        """Lines that the fault holds; those that one before held are free again."""
+        fault = self._injection.fault
+        for name in self._forced:
+            self.injected.pop(name, None)
+        over = fault.brief and now - self.cells[faulty.ONSET] > _BRIEF - 0.5 * self.dt
+        self._forced = {} if over else dict.fromkeys((name for name, _ in fault.lines), 0.0)
+        for name, how in fault.lines if self._forced else ():
+            if how == "cut":
+                self.cut(name)
+            else:
+                self.injected[name] = 1.0 if how == "on" else 0.0
+
+    def _said(self) -> Lines:
+        said = super()._said()
+        if self._injection.fault.swapped:
+            return said._replace(limit_low=said.limit_high, limit_high=said.limit_low)
+        return said
+
+    def write(self, outputs: Outputs) -> None:
+        """Set the outputs for the coming control period; those that are cut do not get there.
+
+        Parameters
+        ----------
+        outputs : Outputs
+            Of these the motor's, V.
+        """
+        motor = outputs.motor
+        legal = abs(motor) <= self._most
+        self._injection.written(self.tick * self.dt, legal, motor)
+        passed = self._injection.passed({"motor": motor})
+        super().write(outputs._replace(**passed) if passed else outputs)
+
+    def _advanced(self, effort: float) -> None:
+        if not self._injection.fault.blocked:
+            super()._advanced(effort)
+
+    def stop(self) -> None:
+        """Set every output to its safe value."""
+        self._injection.written(self.tick * self.dt, True, 0.0)
+        super().stop()
+
+
+def _file() -> Path:
+    """The settings file that the environment names. Raises InputError."""
+    path = os.environ.get(MACHINE)
+    if not path:
+        raise InputError(MACHINE, "not set", "the path of the settings file of the machine")
+    return Path(path)
+
+
+def stage(seed: int) -> FaultyStage:
+    """The stage of the machine of one stage whose settings MACROMICRO_MACHINE names.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the sensor's noise.
+
+    Returns
+    -------
+    FaultyStage
+        Its board is the file that MACROMICRO_FAULTS names.
+    """
+    found, settings = machines.load(_file())
+    return FaultyStage(found, settings, seed, faulty.board(os.environ.get(faulty.BOARD)))
+
+
+def x(seed: int) -> FaultyStage:
+    """The first axis of the machine of two axes whose settings MACROMICRO_MACHINE names.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the sensor's noise.
+
+    Returns
+    -------
+    FaultyStage
+        Its board is the file that MACROMICRO_FAULTS names.
+    """
+    return _axis(0, seed, os.environ.get(faulty.BOARD))
+
+
+def y(seed: int) -> FaultyStage:
+    """The second axis; as `x`.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the sensor's noise.
+
+    Returns
+    -------
+    FaultyStage
+        Its board is the file that MACROMICRO_FAULTS names, with ".y" behind.
+    """
+    path = os.environ.get(faulty.BOARD)
+    return _axis(1, seed, f"{path}.y" if path else None)
+
+
+def _axis(k: int, seed: int, path: str | None) -> FaultyStage:
+    found, tree = joint.load(_file())
+    return FaultyStage(found.axes[k], of(tree)[k], seed, faulty.board(path))

@@ -1,0 +1,34 @@
+"""Faults that leave no evidence: why, in which modes, and what must show them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Reason(NamedTuple):
+    """`modes` in which nothing shows it; `check`: "moved": the next move must, "homed": the next
+    homing must put it right, "": nothing can; `drifts`: may the position be wrong until then?"""
+
+    words: str
+    modes: tuple[str, ...]
+    check: str = "moved"
+    drifts: bool = False
+
+
+REST = ("disabled", "holding")
+ALL = (*REST, "homing", "jogging", "moving", "programme")
+_STILL = "nothing moves"
+_SCALE = "a count lost is a shorter way; the next homing tells"
+REASONS: dict[str, Reason] = {
+    "encoder-frozen": Reason(_STILL, REST),
+    "encoder-reversed": Reason("it drifts as if the other way", REST, drifts=True),
+    "encoder-skipping": Reason(_SCALE, ALL, "homed"),
+    "motor-dead": Reason(_STILL, REST),
+    "motor-reversed": Reason(_STILL, REST),
+    "carriage-stuck": Reason(_STILL, REST),
+    "limit-on": Reason("nothing moves towards it", REST),
+    "limit-cut": Reason("nothing moves towards it", REST),
+    "hall-stuck": Reason("the micro-stage is off", ("disabled", "holding", "homing", "jogging")),
+    "wire-broken": Reason("no current is to flow", ("disabled", "holding", "homing", "jogging")),
+}
+ABSOLUTE = Reason("a sensor with another gain is another place, and there is one sensor", ALL, "")

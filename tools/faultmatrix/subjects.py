@@ -1,0 +1,84 @@
+"""The machines that are broken: one or two of each kind."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from macromicro.rig import faulty
+from macromicro.rig.opening import named
+from macromicro.serve import choosing
+from macromicro.serve.loop_process import Drivable, open_machine
+from macromicro.serve.loop_spec import LIVE, Spec
+
+_EXAMPLES = Path(__file__).parents[2] / "examples" / "machines"
+_SWITCHED = '\n[switches]\nlimits = "both"\nhome = "below"\n\n[homing]\non = "home"\n'
+_STAGE = "macromicro.machines.faulty:stage"
+_AXES = "macromicro.machines.faulty:x+macromicro.machines.faulty:y"
+
+
+class Subject(NamedTuple):
+    """A machine: its file among the examples, more settings, and the rig that serves it."""
+
+    file: str = ""
+    more: str = ""
+    rig: str = _STAGE
+
+    def text(self) -> str:
+        """The settings file."""
+        if not self.file:
+            return self.more
+        # A vertical stage without a brake falls wherever it is off: no fault of a sensor.
+        return (_EXAMPLES / self.file).read_text().replace('"90 deg"', '"0 deg"') + self.more
+
+
+SUBJECTS: dict[str, Subject] = {
+    "slide": Subject("printer.toml"),
+    "slide-switches": Subject("screw.toml", _SWITCHED),
+    "turn": Subject("disc.toml"),
+    "piezo": Subject("piezo-100um.toml"),
+    "wire": Subject("wire-150um.toml"),
+    "two-axes": Subject("xy-plotter.toml", "", _AXES),
+    # Homing at its normal pace would take half of the time.
+    "two-stage": Subject(
+        "", '[live.homing]\nspeed = "600 count/s"\n', "macromicro.rig.faulty:twin"
+    ),
+}
+
+
+class Made(NamedTuple):
+    """A subject whose settings have been read. `board`: file of the board."""
+
+    name: str
+    settings: Any
+    rig: str
+    file: Path
+    board: Path
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """What the rig's factory reads."""
+        from macromicro.machines.faulty import MACHINE
+
+        return {faulty.BOARD: str(self.board), MACHINE: str(self.file)}
+
+    def faults(self) -> tuple[str, ...]:
+        """The faults that its rig can have."""
+        os.environ.update(self.environment)
+        return faulty.possible(named(self.rig.partition("+")[0])(0))
+
+    def open(self, seed: int = 0) -> Drivable:
+        """A new machine as the server's loop opens it, on a new rig."""
+        os.environ.update(self.environment)
+        spec = Spec(self.rig, seed, self.settings, "no position was kept", LIVE, 0)
+        return open_machine(spec)
+
+
+def made(name: str, folder: Path) -> Made:
+    """A subject with its file in a folder of its own."""
+    subject = SUBJECTS[name]
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / "machine.toml"
+    file.write_text(subject.text())
+    return Made(name, choosing.load(file), subject.rig, file, folder / "board")
