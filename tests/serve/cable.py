@@ -1,28 +1,81 @@
 """A cable that is pulled, in a network of its own: run by test_faults_cable under `unshare -n`.
 
-Prints JSON: how the jog of the client behind the cable ended, who holds control then, and
-after how many seconds.
+Prints JSON: how the motion of the client behind the cable ended, who holds control then, and
+after how many seconds control was free.
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
 import socket
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
+from macromicro.serve.gcs import GcsServer
 from macromicro.serve.scpi import Server
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.station import Station
+from macromicro.serve.web import WebServer
 
 
 def loopback(state: str) -> None:
     subprocess.run(["ip", "link", "set", "lo", state], check=True)
 
 
-def main(folder: Path) -> None:
+def line(client: socket.socket) -> str:
+    answer = b""
+    while b"\n" not in answer:
+        answer += client.recv(100)
+    return answer.decode().strip()
+
+
+@contextlib.contextmanager
+def scpi(station: Station, folder: Path) -> Iterator[None]:
+    """A client that jogs."""
+    with (
+        Server(station, port=0, folder=folder) as server,
+        socket.create_connection(server.address, timeout=60.0) as client,
+    ):
+        client.sendall(b"SYST:LOCK:REQ?;:ENAB;HOME;*OPC?;:JOG:MACR 1 MM/S\n")
+        assert line(client) == "1;1"
+        yield
+
+
+@contextlib.contextmanager
+def gcs(station: Station, folder: Path) -> Iterator[None]:
+    """A client that homes, and moves after that."""
+    with (
+        GcsServer(station) as server,
+        socket.create_connection(server.address, timeout=60.0) as client,
+    ):
+        client.sendall(b"SVO 1 1\nFRF\nERR?\n")
+        assert line(client) == "0"
+        yield
+
+
+@contextlib.contextmanager
+def page(station: Station, folder: Path) -> Iterator[None]:
+    """A client of the page's port that homes and is told nothing more."""
+    from websockets.sync.client import connect
+
+    with WebServer(station, port=0, folder=folder) as server:
+        origin: Any = f"http://127.0.0.1:{server.address[1]}"
+        where = f"ws://127.0.0.1:{server.address[1]}/live"
+        with connect(where, origin=origin, proxy=None, ping_interval=None) as client:
+            client.send(json.dumps({"do": "hello", "program": True, "frames": False}))
+            for number, what in enumerate(("take", "enable", "home")):
+                client.send(json.dumps({"do": what, "id": number}))
+                while json.loads(client.recv()).get("reply") != number:
+                    pass
+            yield
+
+
+def main(folder: Path, protocol: str) -> None:
     loopback("up")
     settings = LiveSettings()
     # The client's own watchdog and the server's time for silence are out of the way.
@@ -30,22 +83,17 @@ def main(folder: Path) -> None:
     settings = settings._replace(serve=serve)
     with (
         Station(settings=settings, state=folder / "state.json") as station,
-        Server(station, port=0, folder=folder) as server,
-        socket.create_connection(server.address, timeout=60.0) as client,
+        {"scpi": scpi, "gcs": gcs, "page": page}[protocol](station, folder),
     ):
-        client.sendall(b"SYST:LOCK:REQ?;:ENAB;HOME;*OPC?;:JOG:MACR 1 MM/S\n")
-        answer = b""
-        while b"\n" not in answer:
-            answer += client.recv(100)
-        while station.snapshot().mode != "moving-macro":
+        while not (motion := station.snapshot().motion):
             time.sleep(0.01)
-        motion = station.snapshot().motion
         loopback("down")
         pulled = time.monotonic()
-        end = station.finished(motion, 60.0)
+        while station.snapshot().holder and time.monotonic() < pulled + 60.0:
+            time.sleep(0.02)
         seconds = time.monotonic() - pulled
+        end = station.finished(motion, 5.0)
         told = {
-            "answer": answer.decode().strip(),
             "outcome": None if end is None else end.outcome,
             "holder": station.snapshot().holder,
             "seconds": seconds,
@@ -55,4 +103,4 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]), sys.argv[2])

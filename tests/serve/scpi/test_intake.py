@@ -6,8 +6,8 @@ import asyncio
 
 import pytest
 
+from macromicro.serve.door.bounds import Bounds
 from macromicro.serve.scpi import intake
-from macromicro.serve.scpi.bounds import Bounds
 from macromicro.serve.scpi.intake import PIECE, Intake
 from macromicro.serve.scpi.message import MOST_UNITS, SLICE, Message, reading
 from macromicro.serve.scpi.tree import TREE

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
+from macromicro.serve.door.bounds import Bounds
 from macromicro.serve.scpi import Server
-from macromicro.serve.scpi.bounds import Bounds
 from macromicro.serve.scpi.errors import QUEUE
 from macromicro.serve.scpi.message import MOST_UNITS
 from macromicro.serve.scpi.tree import COMMANDS

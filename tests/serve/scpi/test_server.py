@@ -16,9 +16,10 @@ import pytest
 
 from macromicro.control.live import messages as m
 from macromicro.errors import InputError
+from macromicro.serve.door import connection, monitor
 from macromicro.serve.guesses import Token
 from macromicro.serve.hosts import is_loopback
-from macromicro.serve.scpi import Bounds, Server, serve, socket_monitor
+from macromicro.serve.scpi import Bounds, Server, serve
 
 from .client import WAIT, Client, until
 
@@ -321,8 +322,6 @@ def test_connections_without_a_word_keep_nobody_out(station) -> None:
 
 def test_wrong_tokens_end_the_connection(station, monkeypatch) -> None:
     """They count for the address: a new connection has no new tries, nor has the page."""
-    from macromicro.serve.scpi import connection
-
     monkeypatch.setattr(connection, "PENALTY", 0.01)
     token = Token("open sesame")
     with Server(station, port=0, token=token) as server:
@@ -348,10 +347,9 @@ def test_wrong_tokens_end_the_connection(station, monkeypatch) -> None:
 def test_small_packets_wait_for_nothing(connect, station, server, monkeypatch) -> None:
     """Each accepted socket sends at once what there is to send (TCP_NODELAY)."""
     seen: list[int] = []
-    from macromicro.serve.scpi import connection
 
     def watched(accepted: socket.socket) -> None:
-        socket_monitor.prepare(accepted)
+        monitor.prepare(accepted)
         seen.append(accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
 
     monkeypatch.setattr(connection, "prepare", watched)

@@ -172,9 +172,9 @@ def _vel(call: Call) -> Answer:
 
 
 def _ccl(call: Call) -> Answer:
-    if len(call.words) not in (1, 2) or call.words[0] not in ("0", "1"):
+    if not call.words or call.words[0] not in ("0", "1"):
         raise GcsError(errors.COUNT if not call.words else errors.OUT_OF_RANGE)
-    if call.words[0] == "1" and call.session.authenticate("".join(call.words[1:])):
+    if call.words[0] == "1" and call.session.authenticate(" ".join(call.words[1:])):
         raise GcsError(errors.PASSWORD)
     return None
 

@@ -3,113 +3,88 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
-import time
-from collections.abc import AsyncIterator
 from typing import Any
 
-from macromicro.serve.bucket import Bucket
-from macromicro.serve.client import Dispatcher, Entry, Waiting
+from macromicro.serve.client import Dispatcher, Entry
+from macromicro.serve.door.bounds import STOP_COST, Bounds
+from macromicro.serve.door.connection import Connection
+from macromicro.serve.door.monitor import SocketMonitor
 from macromicro.serve.gcs import errors
 from macromicro.serve.gcs.commands import COMMANDS, Call
 from macromicro.serve.gcs.errors import GcsError
+from macromicro.serve.gcs.grammar import GRAMMAR, SINGLE
 from macromicro.serve.gcs.session import Session
-from macromicro.serve.guesses import TRIES
 from macromicro.serve.instrument import Instrument
 
-WAITING, LONGEST = 64, 1024
-RATE, BURST = 500.0, 500.0  # commands a second, and at once
-_SINGLE = {5: "#5", 7: "#7", 24: "#24"}
-_STOPS = ("#24", "STP", "HLT")
+BOUNDS = Bounds(line=1024)
 CODEPAGE = "cp1252"
+_STOPS = ("#24", "STP", "HLT")
+_PIECE = 1024  # bytes that are read in one go
 
 
-class GcsConnection:
-    """A connection, as the dispatcher needs it."""
+class GcsConnection(Connection[list[str]]):
+    """Lines are done one after the other, except for stops, which are done as soon as they are
+    read."""
 
     def __init__(
         self,
         instrument: Instrument,
-        dispatcher: Dispatcher,
-        reader: asyncio.StreamReader,
+        monitor: SocketMonitor,
         writer: asyncio.StreamWriter,
+        dispatcher: Dispatcher,
+        bounds: Bounds,
     ) -> None:
         address, port = writer.get_extra_info("peername")[:2]
         self.session = Session(instrument, f"gcs {address}:{port}", address)
-        self._dispatcher, self._reader, self._writer = dispatcher, reader, writer
-        self._waiting: Waiting[list[str]] = Waiting(self.session, WAITING)
-        self._bucket = Bucket(RATE, BURST)
-        self.heard = time.monotonic()
+        super().__init__(self.session, GRAMMAR, monitor, writer, dispatcher, bounds)
+        self._line = b""
 
-    @property
-    def rank(self) -> int:
-        """Who makes room for whom."""
-        return self.session.rank
+    async def _hear(self, data: bytes) -> bool:
+        for start in range(0, len(data), _PIECE):
+            await self._pay()  # also for bytes that are no line
+            for line in self._lines(data[start : start + _PIECE]):
+                await self._take(line)
+            if len(self._line) > self._bounds.line:
+                self.session.fail(errors.TOO_LONG)
+                return False
+        return True
 
-    def dismiss(self) -> None:
-        """Its place is another one's now."""
-        self._writer.transport.abort()
+    def _lines(self, data: bytes) -> list[str]:
+        """Commands that `data` completes, without their ends, up to a line that is too long; those
+        of a single byte have none."""
+        lines = []
+        for byte in data:
+            if len(self._line) > self._bounds.line:
+                break
+            if byte in SINGLE:
+                lines.append(SINGLE[byte])
+            elif byte in b"\r\n":
+                lines.append(self._line.decode(CODEPAGE, "replace"))
+                self._line = b""
+            else:
+                self._line += bytes((byte,))
+        return lines
 
-    def beat(self) -> None:
-        """Its client lives as long as it is connected."""
-        self.session.beat(0.0)
-
-    async def run(self) -> None:
-        """Serve until the client goes or is sent away."""
-        tasks = [asyncio.create_task(self._read())]
-        tasks.append(asyncio.create_task(self._waiting.work(self._do)))
-        try:
-            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-        finally:
-            await self._dispatcher.overtake(self.session, self.session.close)
-            for task in tasks:
-                task.cancel()
-            self._writer.transport.abort()
-
-    async def _read(self) -> None:
-        with contextlib.suppress(OSError):
-            async for line in self._lines():
-                await self._hear(line)
-
-    async def _lines(self) -> AsyncIterator[str]:
-        """Commands, without their ends; those of a single character have none."""
-        rest = b""
-        admitted = False
-        while data := await self._reader.read(4096):
-            if not admitted:
-                if not self._dispatcher.capacity.claim(self):
-                    return
-                await self._dispatcher.overtake(self.session, self.session.connect)
-                admitted = True
-            for byte in data:
-                if byte in _SINGLE:
-                    yield _SINGLE[byte]
-                elif byte in b"\r\n":
-                    if rest.strip():
-                        yield rest.decode(CODEPAGE, "replace")
-                    rest = b""
-                elif len(rest) >= LONGEST:
-                    self.session.fail(errors.TOO_LONG)
-                    return
-                else:
-                    rest += bytes((byte,))
-
-    async def _hear(self, line: str) -> None:
+    async def _take(self, line: str) -> None:
         """Stops are done here; the rest waits for its turn."""
-        self.heard = time.monotonic()
-        await self._bucket.take(self._dispatcher.price(self.session))
         words = line.split()
+        if not words:
+            return
         if words[0].upper() in _STOPS:
             await self._dispatcher.overtake(self.session, self.session.halt)
+            await self._pay(STOP_COST)
         else:
-            await self._waiting.put(words)
+            await self._pay()
+            await self._waiting.put(words, len(line))
+
+    async def _pay(self, cost: float = 1.0) -> None:
+        await self._bucket.take(cost * self._dispatcher.price(self.session))
 
     async def _do(self, entry: Entry[list[str]]) -> bool:
         answer = await self._dispatcher.run(self.session, self._act, entry)
-        if answer is not None:
-            self._writer.write(f"{answer}\n".encode(CODEPAGE, "replace"))
-            await self._writer.drain()
-        return self.session.failures < TRIES
+        if not await self._admissible():
+            return False
+        return answer is None or await self._send(f"{answer}\n".encode(CODEPAGE, "replace"))
 
     def _act(self, entry: Entry[list[str]]) -> Any:
         """In a thread, as the station may take its time."""

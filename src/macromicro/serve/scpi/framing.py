@@ -5,10 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from macromicro.serve.door.bounds import BLOCK_LIMIT, LINE_LIMIT
 from macromicro.serve.scpi.errors import ScpiError
 
-LINE_LIMIT = 64 * 1024
-BLOCK_LIMIT = 1024 * 1024
 _MARK = re.compile(rb"[\n\"'#]")
 _QUOTES = {ord('"'): re.compile(rb'[\n"]'), ord("'"): re.compile(rb"[\n']")}
 

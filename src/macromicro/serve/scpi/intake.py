@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Callable
 
 from macromicro.serve.bucket import Bucket
-from macromicro.serve.scpi.bounds import Bounds
+from macromicro.serve.door.bounds import STOP_COST, Bounds
 from macromicro.serve.scpi.errors import ScpiError
 from macromicro.serve.scpi.framing import Framer
 from macromicro.serve.scpi.header import Tree
@@ -15,7 +15,7 @@ from macromicro.serve.scpi.tree import TREE
 PIECE = 1024  # bytes that are framed in one go
 _PER_PIECE = 0.25  # cost of framing that many, in simple commands
 _STEP_COST = 0.02  # of a framer's step
-_UNIT_COST, _STOP_COST = 0.25, 5.0  # of reading one, of doing one at once
+_UNIT_COST = 0.25  # of reading one
 
 
 class Intake:
@@ -42,7 +42,7 @@ class Intake:
 
     async def pay(self, stops: int) -> None:
         """For stops that were done at once."""
-        await self._take(_STOP_COST * stops)
+        await self._take(STOP_COST * stops)
 
     async def messages(self, data: bytes) -> AsyncIterator[tuple[Message, int]]:
         """The messages that `data` completes, each with its length [bytes]."""

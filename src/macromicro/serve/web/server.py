@@ -12,6 +12,7 @@ from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 from macromicro.errors import MacromicroError
+from macromicro.serve.door.monitor import prepare
 from macromicro.serve.guesses import Guesses, Token
 from macromicro.serve.hosts import HOST, guarded, is_loopback, url
 from macromicro.serve.hosts import WEB_PORT as PORT
@@ -145,6 +146,7 @@ class WebServer(Threaded):
     async def _view(self, context: Context, opened: Any) -> None:
         from macromicro.serve.web.connection import PageConnection
 
+        prepare(opened.transport.get_extra_info("socket"))
         connection = PageConnection(context, opened)
         context.dispatcher.capacity.arrive(connection)
         try:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from macromicro.serve.scpi.framing import BLOCK_LIMIT, LINE_LIMIT
+LINE_LIMIT = 64 * 1024
+BLOCK_LIMIT = 1024 * 1024
+STOP_COST = 5.0  # of a stop that is done at once, in simple commands
 
 
 class Bounds(NamedTuple):

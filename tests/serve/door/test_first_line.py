@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import http.server
 import threading
@@ -12,14 +11,18 @@ from typing import Any
 
 import pytest
 from tests import browser
+from tests.serve.fake_station import FakeStation
+from tests.serve.scpi.client import Client, until
 
-from macromicro.serve.scpi import Server, first_line
-from macromicro.serve.scpi.first_line import FirstLine, ForeignProtocol
+from macromicro.serve.door import first_line
+from macromicro.serve.door.first_line import FirstLine, ForeignProtocol, Grammar
+from macromicro.serve.gcs import GcsServer
+from macromicro.serve.gcs.grammar import GRAMMAR as GCS
+from macromicro.serve.scpi import Server
+from macromicro.serve.scpi.grammar import GRAMMAR as SCPI
 from macromicro.serve.web import WebServer
 
-from .client import Client, until
-
-DEADLY = b"\nSYST:LOCK:REQ?;:ENAB\nHOME\nABOR\nSTOP\n"
+DEADLY = b"\nSYST:LOCK:REQ?;:ENAB\nHOME\nABOR\nSTOP\nSVO 1 1\nFRF\nMOV 1 100\nSTP\n"
 FOREIGN = {
     "POST": (b"POST / HTTP/1.1\r\nHost: 127.0.0.1:5025\r\n\r\n", "HTTP"),
     "GET with commands": (b"GET /;ABOR; HTTP/1.1\r\nHost: x\r\n", "HTTP"),
@@ -60,49 +63,69 @@ OWN = (
 )
 
 
+GCS_OWN = (
+    b"*IDN?",
+    b"  \r\nPOS?",
+    b"MOV 1 100.5",
+    b"MVR X -0.5 Y .25",
+    b"svo 1 1\r",
+    b"CCL 1 a/token HTTP/1.1 more",
+    b"VEL? X Y",
+    b"XYZ 1",
+)
+
+
+@pytest.mark.parametrize("grammar", [SCPI, GCS], ids=["scpi", "gcs"])
 @pytest.mark.parametrize("cut", [1, 3, 10_000])
 @pytest.mark.parametrize(("data", "name"), FOREIGN.values(), ids=FOREIGN)
-def test_a_stranger_is_known_by_its_first_line(data: bytes, name: str, cut: int) -> None:
-    line, data = FirstLine(), data + DEADLY
+def test_a_stranger_is_known_by_its_first_line(
+    grammar: Grammar, data: bytes, name: str, cut: int
+) -> None:
+    line, data = FirstLine(grammar), data + DEADLY
     with pytest.raises(ForeignProtocol) as found:
         for start in range(0, len(data), cut):
             assert line.take(data[start : start + cut]) == b""
     if cut > 10:
-        assert str(found.value) == name
+        assert str(found.value) in (name, f"no {grammar.name}")
 
 
-@pytest.mark.parametrize("data", OWN)
+def test_strangers_are_named() -> None:
+    for data, name in FOREIGN.values():
+        with pytest.raises(ForeignProtocol, match=name):
+            FirstLine(SCPI).take(data + DEADLY)
+
+
+@pytest.mark.parametrize(
+    ("grammar", "data"), [*((SCPI, own) for own in OWN), *((GCS, own) for own in GCS_OWN)]
+)
 @pytest.mark.parametrize("cut", [1, 10_000])
-def test_scpi_is_heard(data: bytes, cut: int) -> None:
-    line, heard, data = FirstLine(), b"", data + b"\n"
-    for start in range(0, len(data), cut):
-        assert not heard
-        heard = line.take(data[start : start + cut])
-    assert heard == data.lstrip(b"\r\n ")
+def test_own_clients_are_heard(grammar: Grammar, data: bytes, cut: int) -> None:
+    line, heard, sent = FirstLine(grammar), b"", 0
+    while not heard:  # GCS needs no newline behind a carriage return
+        heard = line.take((data + b"\n")[sent : sent + cut])
+        sent += cut
+    assert (data + b"\n").lstrip(b"\r\n ").startswith(heard) and sent >= len(data)
+
+
+@pytest.mark.parametrize("byte", [b"\x05", b"\x07", b"\x18"])
+def test_single_bytes_of_gcs_wait_for_no_newline(byte: bytes) -> None:
+    assert FirstLine(GCS).take(byte) == byte
+    line = FirstLine(GCS)
+    assert line.take(b"POS? 1") == b"" and line.take(byte) == b"POS? 1" + byte
 
 
 def test_a_first_line_is_not_held_without_end() -> None:
-    line = FirstLine()
+    line = FirstLine(SCPI)
     assert line.take(b"\n \r" * 100_000) == b""
     assert line.take(b"PROG:LOAD #800010000") == b""
     assert len(line.take(b"x" * 10_000)) == 10_020
 
 
-@pytest.mark.parametrize("data", [data for data, _ in FOREIGN.values()], ids=FOREIGN)
-def test_nothing_that_a_stranger_sends_is_done(connect, station, data: bytes) -> None:
-    """Not even a stop; and nothing is told, not even what this is."""
-    client = connect()
-    client.socket.sendall(data + DEADLY)
-    with contextlib.suppress(ConnectionResetError):
-        assert client.file.read() == b""
-    assert connect().ask("*IDN?")
-    assert station.requests == [] and station.emergencies == 0 and station.holder == ""
-
-
 # What a page of another origin can make a browser send, to each port of the package.
 ATTACKS = """
 const [ports, done] = [arguments[0], arguments[1]];
-const deadly = "\\nSYST:LOCK:REQ?;:ENAB\\nHOME\\nABOR\\nSTOP\\n";
+const deadly =
+  "\\nSYST:LOCK:REQ?;:ENAB\\nHOME\\nABOR\\nSTOP\\nSVO 1 1\\nFRF\\nMOV 1 100\\nSTP\\n";
 const hello = '{"do": "hello"}', orders = ["emergency", "stop", "take"];
 const tried = [];
 function form(url) {
@@ -181,11 +204,12 @@ def evil(tmp_path: Path) -> Iterator[int]:
 
 @pytest.mark.parametrize("rebound", [False, True], ids=["other origin", "rebound name"])
 def test_no_page_of_another_site_drives_the_machine(
-    station, server: Server, evil: int, tmp_path: Path, monkeypatch, rebound: bool
+    evil: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rebound: bool
 ) -> None:
     """A real browser, every port that this package opens, every kind of request that needs no
     consent; also where the site's own name was led to this computer."""
     browser.needed()
+    station: Any = FakeStation()
     heard: list[bytes] = []
     take = first_line.FirstLine.take
 
@@ -195,9 +219,13 @@ def test_no_page_of_another_site_drives_the_machine(
 
     monkeypatch.setattr(first_line.FirstLine, "take", noted)
     station.rig, station.recorded = "twin", ()
-    with WebServer(station, port=0, folder=tmp_path) as page:
+    with (
+        Server(station, port=0, folder=tmp_path) as server,
+        GcsServer(station) as controller,
+        WebServer(station, port=0, folder=tmp_path) as page,
+    ):
         name = "evil.example" if rebound else "127.0.0.1"
-        ports = [f"{name}:{each.address[1]}" for each in (server, page)]
+        ports = [f"{name}:{each.address[1]}" for each in (server, controller, page)]
         driver = browser.driver(tmp_path / "browser", "127.0.0.1", name if rebound else "")
         try:
             driver.set_script_timeout(90)
@@ -205,11 +233,12 @@ def test_no_page_of_another_site_drives_the_machine(
             read, opened = driver.execute_async_script(ATTACKS, ports)
         finally:
             driver.quit()
-    assert sum(data.startswith(b"POST / HTTP/1.1") for data in heard) >= 3
-    assert any(data.startswith(b"GET /;ABOR; HTTP/1.1") for data in heard)
-    assert station.requests == [] and station.emergencies == 0 and station.holder == ""
-    assert opened == [False] * 4
-    assert "macromicro" not in read
-    client = Client(server.address)
-    until(lambda: client.ask("*IDN?").startswith("macromicro,"))
-    client.close()
+        assert sum(data.startswith(b"POST / HTTP/1.1") for data in heard) >= 6
+        assert any(data.startswith(b"GET /;ABOR; HTTP/1.1") for data in heard)
+        assert station.requests == [] and station.emergencies == 0 and station.holder == ""
+        assert opened == [False] * 6
+        assert "macromicro" not in read
+        for each in (server, controller):
+            client = Client(each.address)
+            until(lambda client=client: client.ask("*IDN?").startswith("macromicro,"))
+            client.close()
