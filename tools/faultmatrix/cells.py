@@ -260,7 +260,7 @@ class Trial:
         )
 
     def _reason(self) -> Any:
-        if self.fault == "encoder-skipping" and self.plan.absolute:
+        if self.fault in ("encoder-skipping", "encoder-reversed") and self.plan.absolute:
             return ABSOLUTE
         return REASONS.get(self.fault)
 

@@ -13,6 +13,7 @@ PUSH_S = 2.0  # s of more than the push limit without motion
 _CALM_S = 0.05  # s of right positions behind which a wrong one is another one
 _WINDOW = 10  # periods over which a speed is measured
 _COAST_S = 0.02  # s
+_FAST_S = 0.1  # s that a driven stage may be faster than half as much again as its moves
 
 
 class Judge:
@@ -30,6 +31,7 @@ class Judge:
         self._times: deque[float] = deque(maxlen=_WINDOW + 1)
         self._driven = self._wrong = self._right = -math.inf
         self._pushed = [math.nan for _ in bounds.push]
+        self._slow = onset
         self._stood = 0.0
         self._worst = 0.0
 
@@ -57,8 +59,10 @@ class Judge:
         way = abs(self._places[-1] - self._places[0]) - 2.0 * self.bounds.resolution
         speed = max(way, 0.0) / span
         self.fastest = max(self.fastest, speed)
-        if speed > 1.5 * self.bounds.fastest and not any("times" in u for u in self.unsafe):
-            self.unsafe.append(f"{speed / self.bounds.fastest:.2f} times its speed")
+        if speed <= 1.5 * self.bounds.fastest:
+            self._slow = period.t
+        elif period.t - self._slow > _FAST_S and not any("times" in u for u in self.unsafe):
+            self.unsafe.append(f"{self.fastest / self.bounds.fastest:.2f} times its speed")
 
     def _push(self, period: Period) -> None:
         self.pushes = any(

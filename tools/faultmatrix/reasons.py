@@ -23,6 +23,7 @@ REASONS: dict[str, Reason] = {
     "encoder-frozen": Reason(_STILL, REST),
     "encoder-reversed": Reason("it drifts as if the other way", REST, drifts=True),
     "encoder-skipping": Reason(_SCALE, ALL, "homed"),
+    "encoder-dither": Reason("a count is all that the sensor tells", ALL),
     "motor-dead": Reason(_STILL, REST),
     "motor-reversed": Reason(_STILL, REST),
     "carriage-stuck": Reason(_STILL, REST),

@@ -124,9 +124,16 @@ def cleared(watch: Watch) -> Watch:
     Returns
     -------
     Watch
-        Heat and the last reading stay: a jump from there is one.
+        Heat and the last reading stay: a jump from there is one, and a sensor that is silent or
+        frozen is so at once.
     """
-    return fresh()._replace(heard=watch.heard, place=watch.place, mean=watch.mean, then=watch.then)
+    return fresh()._replace(
+        heard=watch.heard,
+        place=watch.place,
+        repeated=watch.repeated,
+        mean=watch.mean,
+        then=watch.then,
+    )
 
 
 def blind(watch: Watch) -> bool:

@@ -26,7 +26,8 @@ SLOWER = 0.5  # share of what heating and cooling can that moves use
 QUICK = 100.0  # rad/s; bandwidth at most
 LATE = 0.6  # rad; phase that period and driver may take there
 HOTTER = 1.5  # times the rise to austenite finish that the guard allows
-LEANS, SLOWLY = 0.9, 3.0  # of full effort, and times the warm-up: guard.lean and guard.leant
+LEANS, SLOWLY = 0.9, 2.0  # of full effort, and times the warm-up: guard.lean and guard.leant
+AGAINST = 0.1  # of the whole way, back under full effort
 LEAP = 10.0  # times the greatest speed: guard.leap
 SLOW = 0.05  # of it, the integral: with more the loop hunts across the hysteresis
 
@@ -341,6 +342,7 @@ RULES: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("guard.lean", lambda t: rounded(LEANS * t.guard.effort)),
     ("guard.leant", lambda t: rounded(0.5 + SLOWLY * warm_up(t))),
     ("guard.still", lambda t: rounded(2.0 * t.encoder.pitch + 8.0 * t.encoder.noise)),
+    ("guard.against", lambda t: rounded(AGAINST * way(t))),
     ("guard.leap", lambda t: rounded(LEAP * t.guard.speed)),
     ("guard.repeats", lambda t: rounded(repeats(t.encoder, t.timing.period))),
     ("guard.heat", _heat_limit),

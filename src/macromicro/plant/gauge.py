@@ -9,6 +9,7 @@ from macromicro.kernel import kernel
 from macromicro.schema.par import Par
 
 _SHEET = "data sheet"
+SHORTEST = 0.15  # s
 LIVES = 0.97  # chance of an equal reading beyond which a sensor at rest may well repeat itself
 
 
@@ -68,11 +69,11 @@ def repeats(p: Gauge, period: float) -> float:
     Returns
     -------
     float
-        s, half a second or more; 0 where the noise is too small beside a step to tell.
+        s, `SHORTEST` or more; 0 where the noise is too small beside a step to tell.
     """
     if p.noise <= 0.0:
         return 0.0
     same = math.erf(p.pitch / (2.0 * math.sqrt(2.0) * p.noise))
     if same >= LIVES:
         return 0.0
-    return max(2.0 * period * math.log(1e-12) / math.log(same), 0.5)
+    return max(2.0 * period * math.log(1e-12) / math.log(same), SHORTEST)

@@ -22,7 +22,15 @@ from macromicro.machines.sequence import MOVING, Progress
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Kind
 from macromicro.machines.tree import gains
-from macromicro.serve.stage.control import checked, coasted, led, limited, nothing, pulsed
+from macromicro.serve.stage.control import (
+    Resting,
+    checked,
+    coasted,
+    led,
+    limited,
+    nothing,
+    pulsed,
+)
 
 Pair = tuple[Any, Any]
 
@@ -70,6 +78,7 @@ class Control:
         self.enable = 0.0
         self.captured = [math.nan, math.nan]  # counts of the last index pulses of the period
         self.watches = [guarding.fresh(), guarding.fresh()]
+        self._resting = [Resting(own) for own in self._trees]
 
     def take(self, axis: int, gains: Any) -> None:
         """Give a law other gains from the next period on; it keeps its memory."""
@@ -121,6 +130,8 @@ class Control:
             self._look(seen)
             return self._coast(bench, stages, noise)
         self.enable = 1.0
+        for each in self._resting:
+            each.since = math.nan
         controls = tuple(self._led(k, course, seen[k]) for k, course in enumerate(courses))
         tick = round(seen[0].t / self.dt)
         progress = Progress(MOVING, 0, 0, seen[0].t, math.nan, 0)
@@ -147,8 +158,8 @@ class Control:
     def _look(self, seen: tuple[Sample, Sample]) -> None:
         """Watch both sensors while nothing is driven; a fault of one is one of both."""
         first, second = (
-            guarding.off(own.guard, watch, sample)
-            for own, watch, sample in zip(self._trees, self.watches, seen, strict=True)
+            resting.look(watch, sample)
+            for resting, watch, sample in zip(self._resting, self.watches, seen, strict=True)
         )
         first, _ = loop.told(first, second, 0.0, seen[0].t)
         second, _ = loop.told(second, first, 0.0, seen[0].t)

@@ -12,7 +12,7 @@ from macromicro.arrays import Array
 from macromicro.control.live.leading import Course
 from macromicro.errors import InputError
 from macromicro.machines import guarding, lines, pace, stage
-from macromicro.machines.guarding import OK, Watch
+from macromicro.machines.guarding import OK, Limits, Watch
 from macromicro.machines.lines import Held, Wired
 from macromicro.machines.machine import Machine
 from macromicro.machines.sequence import MOVING, Plan, Progress
@@ -20,6 +20,8 @@ from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Bounds, Kind, Loop, Run
 from macromicro.machines.tree import gains
 
+RESTS = 0.05  # of the greatest speed between two readings, of a stage at rest that nothing pushes
+COMES_TO_REST = 0.1  # s
 FREE = Bounds(-math.inf, math.inf, math.inf)
 
 
@@ -122,6 +124,45 @@ def coasted(
     return state
 
 
+class Resting:
+    """The guard of a stage that is not driven: only its sensor is watched.
+
+    Nothing moves a stage with an absolute sensor, such as a piezo or a wire, once it has come to
+    rest; an axis may be pushed by hand.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of the machine.
+    """
+
+    def __init__(self, tree: Any) -> None:
+        self.since = math.nan  # when the drive was switched off, s
+        self._moving: Limits = tree.guard
+        share = 1.0 if hasattr(tree, "homing") else RESTS
+        self._still = tree.guard._replace(leap=share * tree.guard.leap)
+
+    def look(self, watch: Watch, seen: Sample) -> Watch:
+        """The guard's state after a sample.
+
+        Parameters
+        ----------
+        watch : Watch
+            State of the guard.
+        seen : Sample
+            What the stage shows.
+
+        Returns
+        -------
+        Watch
+            New state.
+        """
+        if math.isnan(self.since):
+            self.since = seen.t
+        rests = seen.t - self.since > COMES_TO_REST
+        return guarding.off(self._still if rests else self._moving, watch, seen)
+
+
 class Control:
     """Law and guard of a stage of some kind, which follow a course.
 
@@ -159,6 +200,7 @@ class Control:
         self._memory: Any
         self._restart: int | None = None  # the course's, with which the law began
         self.watch: Watch = guarding.fresh()
+        self._resting = Resting(tree)
         self.effort = 0.0  # V, the last that was given
         self.enable = 0.0
         self.captured = math.nan  # counts of the last index pulse of the period, before its end
@@ -197,8 +239,9 @@ class Control:
             self._restart, self.effort, self._held = None, 0.0, Held()
             self.own = []
             self.enable = 1.0 if course.waiting and self.watch.fault == OK else 0.0
-            self.watch = guarding.off(self._tree.guard, self.watch, seen)
+            self.watch = self._resting.look(self.watch, seen)
             return self._coast(params, state, noise)
+        self._resting.since = math.nan
         self.enable = 1.0
         gained = limited(self._gains, course)
         if course.restart != self._restart:
