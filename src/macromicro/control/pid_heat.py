@@ -12,31 +12,40 @@ from typing import Annotated, Any, NamedTuple
 
 from macromicro.columns import Quantity
 from macromicro.control.converter import rounded
+from macromicro.control.pi import HIGHEST, SWIFTEST
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.kernel import kernel
 from macromicro.nominal import FULL_SCALE
 from macromicro.schema.par import Par
 
 _TUNED = "tuned on the shipped bench"
+STEEPEST = 2e5  # 1/m: the full heat at 5 um, as of `control.pi`
+QUICKEST = 2e8  # 1/(m*s): one period of 1 ms adds as much as the steepest gain gives
 MOST_OWED = 0.05  # share of heat that rounding may owe
 
 
 class Gains(NamedTuple):
     """Gains on the share of the full heat, and the converter's range that it lies in."""
 
-    kp: Annotated[float, Par("1/m", "share of heat for an error", _TUNED, shown="1/mm", lo=0.0)] = (
-        7.7e3
-    )
+    kp: Annotated[
+        float, Par("1/m", "share of heat for an error", _TUNED, shown="1/mm", lo=0.0, hi=STEEPEST)
+    ] = 7.7e3
     ki: Annotated[
-        float, Par("1/(m*s)", "its rate for an error", _TUNED, shown="1/(mm*s)", lo=0.0)
+        float,
+        Par("1/(m*s)", "its rate for an error", _TUNED, shown="1/(mm*s)", lo=0.0, hi=QUICKEST),
     ] = 1.3e5
-    kaw: Annotated[float, Par("1/s", "anti-windup gain", _TUNED, lo=0.0)] = 20.0
-    lead: Annotated[float, Par("s", "how far the place is led", _TUNED, shown="ms", lo=0.0)] = 0.044
+    kaw: Annotated[float, Par("1/s", "anti-windup gain", _TUNED, lo=0.0, hi=SWIFTEST)] = 20.0
+    lead: Annotated[
+        float, Par("s", "how far the place is led", _TUNED, shown="ms", lo=0.0, hi=1.0)
+    ] = 0.044
     observer: Annotated[
-        float, Par("s", "time of the observer of the speed", _TUNED, shown="ms", positive=True)
+        float,
+        Par("s", "time of the observer of the speed", _TUNED, shown="ms", positive=True, hi=1.0),
     ] = 2e-3
-    low: Annotated[float, Par("V", "CTRL at which the heat begins", _TUNED, lo=0.0)] = 1.27
-    high: Annotated[float, Par("V", "CTRL of full heat", _TUNED, positive=True)] = 1.95
+    low: Annotated[float, Par("V", "CTRL at which the heat begins", _TUNED, lo=0.0, hi=HIGHEST)] = (
+        1.27
+    )
+    high: Annotated[float, Par("V", "CTRL of full heat", _TUNED, positive=True, hi=HIGHEST)] = 1.95
     step: Annotated[
         float, Par("V", "step of the D/A", "MultiQ-3 board, Section 3.3", shown="mV", lo=0.0)
     ] = FULL_SCALE / 2048.0

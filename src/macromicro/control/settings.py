@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, NamedTuple, Self
 
-from macromicro.control import calibration, macro, micro, outside
+from macromicro.control import calibration, macro, micro, outside, stability
 from macromicro.control.arrival import Sequence
 from macromicro.control.calibration import Calibration
 from macromicro.control.law import Law
@@ -162,7 +162,8 @@ class Control(NamedTuple):
             for name, law in laws
             if law.high > self.ctrl_limit
         ]
-        return found
+        loops = (stability.problem(law, getattr(self, law.field)) for law in LAWS)
+        return found + [each for each in loops if each is not None]
 
 
 def prepare(

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from macromicro import place as places
-from macromicro.machines import feasible_lines, sheets
+from macromicro.machines import feasible_lines, sheets, stability
 from macromicro.machines.tree import Checked, Problem
 
 PERIODS = 2.0  # of the loop in a mechanical time constant, at least
@@ -36,7 +36,8 @@ def problems(tree: Any) -> list[Problem]:
         *_loop(tree),
         *feasible_lines.checked(tree),
     )
-    return [(path, value, words) for wrong, path, value, words in every if wrong]
+    found = [(path, value, words) for wrong, path, value, words in every if wrong]
+    return found or stability.problems(tree, stability.axis)
 
 
 def _way(tree: Any) -> Iterator[Checked]:

@@ -10,7 +10,7 @@ from macromicro.control import integral
 from macromicro.control.integral import Integral
 from macromicro.errors import InputError
 from macromicro.kernel import kernel
-from macromicro.machines import piezo_sheets
+from macromicro.machines import piezo_sheets, stability
 from macromicro.machines.guarding import Limits
 from macromicro.machines.parts import Motion, Timing, Travel
 from macromicro.machines.sequence import Arrival
@@ -33,7 +33,7 @@ def _problems(tree: Any) -> list[Problem]:
         piezo.loop(tree.stack, tree.hidden)
     except InputError as error:
         return [("stack.hysteresis", tree.stack.hysteresis, error.accepted)]
-    return piezo_sheets.problems(tree)
+    return piezo_sheets.problems(tree) or stability.problems(tree, stability.piezo)
 
 
 @machine_tree(integral.LAW, piezo_sheets.RULES, _problems)

@@ -9,13 +9,13 @@ from macromicro.columns import Quantity
 from macromicro.control import stage_pi
 from macromicro.control.pi import PiAntiWindup
 from macromicro.kernel import kernel
-from macromicro.machines import wire_sheets
+from macromicro.machines import stability, wire_sheets
 from macromicro.machines.guarding import Limits
 from macromicro.machines.parts import Motion, Timing, Travel
 from macromicro.machines.sequence import Arrival
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Kind
-from macromicro.machines.tree import machine_tree, settled
+from macromicro.machines.tree import Problem, machine_tree, settled
 from macromicro.plant import gauge, micro
 from macromicro.plant.driver import Driver
 from macromicro.plant.flexure import Flexure
@@ -96,7 +96,12 @@ class Hidden(NamedTuple):
     scatter: Annotated[float, Par("K", "scatter of the cooling thresholds", positive=True)] = 4.0
 
 
-@machine_tree(stage_pi.LAW, wire_sheets.RULES, wire_sheets.problems)
+def _problems(tree: Any) -> list[Problem]:
+    """What cannot work together."""
+    return wire_sheets.problems(tree) or stability.problems(tree, stability.wire)
+
+
+@machine_tree(stage_pi.LAW, wire_sheets.RULES, _problems)
 class WireStage(NamedTuple):
     """The tree behind ``machine = "wire"``; `DEFAULT` has what is derived filled in."""
 

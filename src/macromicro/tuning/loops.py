@@ -12,10 +12,11 @@ import math
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.control import stability
 from macromicro.control.settings import Control
-from macromicro.design.margins import Margins, PdTaps, margins, open_loop
+from macromicro.design.margins import Margins, margins
 from macromicro.design.response import smoothed
-from macromicro.models.macro import Linear, position_transfer
+from macromicro.models.macro import Linear
 from macromicro.runs.programmed import on_twin
 from macromicro.runs.sequence import BAND_UM, MEAN, micro_steps
 from macromicro.settings import Settings
@@ -43,15 +44,10 @@ def macro_loop(control: Control, linear: Linear = Linear()) -> tuple[Array, Arra
     num, den : ndarray
         Of D(z) times (4.4), in z, highest power first.
     """
-    num, den = position_transfer(linear)
-    if control.macro_law != "pid":
-        taps = control.pd_initial if control.macro_law == "pd-initial" else control.pd_tuned
-        return open_loop(PdTaps(*taps), num, den)
-    kp, ki, kd = control.pid
-    dt = linear.dt
-    # kp + ki dt z / (z - 1) + kd (z - 1) / (z dt), over z (z - 1)
-    over = np.array([kp + ki * dt + kd / dt, -kp - 2.0 * kd / dt, kd / dt])
-    return np.convolve(over, num), np.convolve([1.0, -1.0, 0.0], den)
+    if control.macro_law == "pid":
+        return stability.macro_loop(control.pid, linear)
+    taps = control.pd_initial if control.macro_law == "pd-initial" else control.pd_tuned
+    return stability.macro_loop(taps, linear)
 
 
 def macro_margins(control: Control) -> Margins:
