@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from pathlib import Path
 
 import pytest
@@ -109,3 +110,11 @@ def test_a_glitch_comes_at_many_moments_of_homing() -> None:
     assert len(moments("home-glitch", "homing", False)) == 10
     assert len(moments("home-on", "homing", False)) == 3
     assert moments("hall-stuck", "moving", False) > moments("motor-dead", "moving", False)
+
+
+def test_opening_a_machine_leaves_the_environment_as_it_was(tmp_path: Path) -> None:
+    before = dict(os.environ)
+    subject = made("wire", tmp_path)
+    assert "encoder-jump" in subject.faults()
+    subject.open()
+    assert dict(os.environ) == before

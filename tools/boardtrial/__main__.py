@@ -18,7 +18,7 @@ def main() -> int:
     parser.add_argument("--minutes", type=float, default=60.0, help="of the board's time")
     parser.add_argument("--patience", type=float, default=1e9, help="minutes of this computer's")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--out", type=Path, default=Path("results/boardtrial.md"))
+    parser.add_argument("--out", type=Path, default=Path("results/trial.md"))
     given = parser.parse_args()
     began = time.monotonic()
     trial = Trial(given.elf, given.seed)

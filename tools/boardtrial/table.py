@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from boardtrial.trial import Trial
+from faultmatrix.table import replaced
 
 BEGIN, END = "<!-- trial: begin -->", "<!-- trial: end -->"
 
@@ -56,10 +57,4 @@ def section(trial: Trial, seed: int, wall: float) -> str:
 
 def write(file: Path, text: str) -> None:
     """Put the section between its marks in a page, or alone into a new file."""
-    if not file.exists():
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text + "\n", "utf-8")
-        return
-    head, _, rest = file.read_text("utf-8").partition(BEGIN)
-    _, _, tail = rest.partition(END)
-    file.write_text(f"{head}{BEGIN}\n{text}\n{END}{tail}", "utf-8")
+    replaced(file, f"{BEGIN}\n{text}\n{END}\n", BEGIN, END)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -65,14 +67,25 @@ class Made(NamedTuple):
 
     def faults(self) -> tuple[str, ...]:
         """The faults that its rig can have."""
-        os.environ.update(self.environment)
-        return faulty.possible(named(self.rig.partition("+")[0])(0))
+        with self._named():
+            return faulty.possible(named(self.rig.partition("+")[0])(0))
 
     def open(self, seed: int = 0) -> Drivable:
         """A new machine as the server's loop opens it, on a new rig."""
-        os.environ.update(self.environment)
         spec = Spec(self.rig, seed, self.settings, "no position was kept", LIVE, 0)
-        return open_machine(spec)
+        with self._named():
+            return open_machine(spec)
+
+    @contextlib.contextmanager
+    def _named(self) -> Iterator[None]:
+        """Its files in the environment, for as long as a factory reads them."""
+        before = dict(os.environ)
+        os.environ.update(self.environment)
+        try:
+            yield
+        finally:
+            os.environ.clear()
+            os.environ.update(before)
 
 
 def made(name: str, folder: Path) -> Made:

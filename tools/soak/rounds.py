@@ -55,6 +55,7 @@ class Rounds:
         self._unit = "DEG" if self._turns else "MM"
         self._scale = math.degrees(1.0) if self._turns else 1e3
         self._error = ""  # of the last order
+        self._there = math.nan  # where the last motion truly ended, m
         self._last = 0  # number of the last motion
         self._frame = math.nan  # true place minus the position reported, m, as last known
         self._searches = self._homes()
@@ -164,6 +165,7 @@ class Rounds:
         cells = self.victim.cells
         number = self._order(order)
         time.sleep(self.rng.uniform(0.01, 0.3))
+        self._there = self._truth() if number and self._ended(number) else math.nan
         if name != faulty.NONE:
             faulty.inject(cells, name)
         end = self.rng.choice(["", "", "STOP", "ABOR", "DIS"])
@@ -179,7 +181,10 @@ class Rounds:
 
     def _end(self, number: int, what: str) -> str:
         try:
-            return str(until(lambda: self._ended(number), _PATIENCE))
+            outcome = str(until(lambda: self._ended(number), _PATIENCE))
+            if math.isnan(self._there):
+                self._there = self._truth()
+            return outcome
         except MacromicroError:
             self.complaints.append(f"{what}: no end in {_PATIENCE:g} s")
             self._client.send("ABOR")
@@ -224,10 +229,7 @@ class Rounds:
         if off > allowed + moved:
             self.complaints.append(f"{what}: trusted, and {off * self._scale:.4g} {self._unit} off")
             self._frame = math.nan
-        elif (
-            math.isfinite(target)
-            and abs(before - self._frame - target) > allowed + moved + self._bounds.arrival
-        ):
+        elif abs(self._there - self._frame - target) > allowed + moved + self._bounds.arrival:
             self.complaints.append(f"{what}: done, and not there")
         self.checked += 1
 

@@ -44,6 +44,7 @@ def made(monkeypatch: pytest.MonkeyPatch) -> Rounds:
     it._client = Client(answers)  # type: ignore[assignment]
     it._bounds = Bounds(5e-5, 1.0, (5.0,), 1e-3, arrival=1e-4)
     it._scale, it._unit, it._frame, it._searches, it._error = 1e3, "MM", 0.0, False, ""
+    it._there = 0.010
     return it
 
 
