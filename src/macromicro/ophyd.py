@@ -20,6 +20,7 @@ from macromicro.remote.machine import Machine, Motion, connect
 from macromicro.serve.hosts import HOST, WEB_PORT
 
 TWIN = "twin"
+LOCK_S = 0.2  # longest time that a stop waits for a move to be asked for
 
 
 class _Move(MoveStatus):  # type: ignore[misc]
@@ -104,10 +105,12 @@ class Positioner(PositionerBase):  # type: ignore[misc]
 
     def close(self) -> None:
         """Stop what moves, give control back, and end the virtual machine."""
-        if self._own and hasattr(self, "machine"):
-            self.machine.close()
-        if self._twin is not None:
-            self._twin.stop()
+        try:
+            if self._own and hasattr(self, "machine"):
+                self.machine.close()
+        finally:
+            if self._twin is not None:
+                self._twin.stop()
 
     @property
     def egu(self) -> str:
@@ -230,8 +233,14 @@ class Positioner(PositionerBase):  # type: ignore[misc]
             Of ophyd; what was stopped has failed in any case.
         """
         self._stops += 1
-        with self._lock:  # behind it nothing begins
+        # Behind it nothing begins. Who holds the lock for longer waits for the server; what it
+        # asks for was sent before the stop, or is not asked for any more.
+        held = self._lock.acquire(timeout=LOCK_S)
+        try:
             self.machine.stop()
+        finally:
+            if held:
+                self._lock.release()
 
     # What Bluesky reads
 

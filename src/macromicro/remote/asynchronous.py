@@ -13,7 +13,7 @@ from macromicro.errors import InputError
 from macromicro.place import LENGTH
 from macromicro.remote import orders
 from macromicro.remote.failures import MotionFailed, RequestError, RequestRefused
-from macromicro.remote.link import Link
+from macromicro.remote.link import CONFIRM_S, Link
 from macromicro.remote.state import State, Traces, Window, read_state
 from macromicro.remote.verbs import Verbs
 from macromicro.schema.text import read_text
@@ -82,7 +82,8 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
     control : bool, optional
         Whether to take control; else this client watches, and may stop.
     timeout : float, optional
-        Longest wait for the connection, s.
+        Longest wait, s, for the connection, for an answer, and while a motion is waited for for
+        any sign of life of the server.
     """
 
     def __init__(
@@ -132,14 +133,24 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
             raise
 
     async def close(self) -> None:
-        """Stop what this client moves, wait for rest, give control back, disconnect."""
-        with contextlib.suppress(RequestError, TimeoutError):
+        """Stop what this client moves, wait for rest, give control back, disconnect.
+
+        Raises
+        ------
+        StopNotConfirmed
+            The server does not confirm the stop; the connection is closed all the same.
+        """
+        try:
             if self._under_way or self.link.jogs:
-                await self.stop()
-                await asyncio.wait_for(self._rest(), REST_S)
+                with contextlib.suppress(RequestRefused):
+                    await self.stop()
+                with contextlib.suppress(RequestError, TimeoutError):
+                    await asyncio.wait_for(self._rest(), REST_S)
             if self._held:
-                await self.release()
-        await self.link.close()
+                with contextlib.suppress(RequestError, TimeoutError):
+                    await asyncio.wait_for(self.release(), CONFIRM_S)
+        finally:
+            await self.link.close()
 
     async def __aenter__(self) -> Self:
         await self.open()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from macromicro.errors import MacromicroError
+from macromicro.serve import unconfirmed
 
 AGAIN = "ask again, if it is still wanted"
 _REMEDIES = {
@@ -87,3 +88,19 @@ class ConnectionLost(RequestError):
     remedy : str, optional
         What would help.
     """
+
+
+class StopNotConfirmed(ConnectionLost):
+    """A stop that the server did not confirm in time: the machine may still move.
+
+    Parameters
+    ----------
+    what : str
+        "Emergency stop" or "Stop".
+    reason : str
+        Why.
+    """
+
+    def __init__(self, what: str, reason: str) -> None:
+        super().__init__(unconfirmed.words(what, reason))
+        self.reason, self.remedy = f"{what} not confirmed: {reason}", unconfirmed.REMEDY

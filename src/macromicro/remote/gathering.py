@@ -93,13 +93,14 @@ class Gathering:
         with self.lock:
             parts = dict(batch.parts)
             try:
+                moving = self._machine.state.motion  # before the checks, as the answer takes time
                 for axis, part in parts.items():
                     try:
                         part.check()
                     except MacromicroError as error:
                         batch.failures[axis] = error
                 wanted = {a: p.goal for a, p in parts.items() if a not in batch.failures}
-                if wanted and self._machine.state.motion:
+                if wanted and moving:
                     return False
                 if len(wanted) == len(AXES):
                     goals = (wanted[axis] for axis in AXES)

@@ -6,25 +6,30 @@ import asyncio
 import contextlib
 import json
 import struct
+import time
 from importlib.util import find_spec
 from typing import Any
 
 from macromicro.errors import MacromicroError
 from macromicro.extras import remedy
-from macromicro.remote.failures import ConnectionLost, RequestRefused
+from macromicro.remote.failures import ConnectionLost, RequestRefused, StopNotConfirmed
+from macromicro.serve import unconfirmed
 
 BEAT_S, KEEP_S = 0.5, 0.1
 FRAME_S = 0.01
 _PIECE, _A_PIECE = struct.Struct("<4Id"), 2  # kind, id of the order, two numbers, size of the file
 RATE, BURST = 80.0, 100.0  # messages a second and at once: fewer than a server takes
-_STOPS = ("stop", "emergency")
+CONFIRM_S = 1.0  # within which a stop is confirmed
+CLOSE_S = 1.0  # for the farewell
+_STOPS = {"stop": unconfirmed.STOP, "emergency": unconfirmed.EMERGENCY_STOP}
 _GONE = "the connection to the server is closed"
 _LOOK = "start the server, or look at its terminal, and connect again"
 
 
 class Link:
     """One connection. `about`: what the server says of itself; `frames`: those of the telemetry
-    that have come and were not taken. Belongs to an event loop."""
+    that have come and were not taken; `patience` [s]: for an answer, and for any sign of life
+    while a motion is waited for. Belongs to an event loop."""
 
     def __init__(self, url: str, origin: str, token: str | None, patience: float) -> None:
         self._url, self._origin, self._token, self._patience = url, origin, token, patience
@@ -38,6 +43,7 @@ class Link:
         self._tasks: list[asyncio.Task[None]] = []
         self._listed, self._ended = asyncio.Event(), asyncio.Event()
         self.jogs = False
+        self._heard = 0.0  # when a message came last
         self.why = _GONE
 
     async def open(self) -> None:
@@ -64,6 +70,7 @@ class Link:
         hello: dict[str, Any] = {"do": "hello", "program": True, "frames": False}
         if self._token is not None:
             hello["token"] = self._token
+        limit = asyncio.timeout(self._patience)
         opened = connect(
             self._url,
             origin=self._origin,  # type: ignore[arg-type]
@@ -71,21 +78,24 @@ class Link:
             max_size=None,
             ping_interval=None,
             open_timeout=self._patience,
-            close_timeout=1.0,
+            close_timeout=CLOSE_S,
         )
         try:
-            self._open = await opened
-            await self._open.send(json.dumps(hello))
-            first = json.loads(await asyncio.wait_for(self._open.recv(), self._patience))
+            async with limit:
+                self._open = await opened
+                await self._open.send(json.dumps(hello))
+                first = json.loads(await self._open.recv())
         except InvalidStatus as error:
             body = error.response.body.decode("utf-8", "replace").strip()
             advice = "the address or a name of a server"
             raise RequestRefused(f"{self._url}: {body}", advice) from None
         except (OSError, TimeoutError, ValueError, WebSocketException) as error:
-            why = str(error) or type(error).__name__
+            await self.close()
+            why = unconfirmed.SERVER if limit.expired() else str(error) or type(error).__name__
             raise ConnectionLost(f"{self._url}: {why}", _LOOK) from None
-        self.about = first["welcome"]
-        self._tasks = [asyncio.create_task(each()) for each in (self._read, self._beat, self._keep)]
+        self.about, self._heard = first["welcome"], time.monotonic()
+        work = self._read, self._beat, self._keep, self._watch
+        self._tasks = [asyncio.create_task(each()) for each in work]
         if self.about["problem"]:
             await self.close()
             raise RequestRefused(self.about["problem"], "token=..., or MACROMICRO_TOKEN")
@@ -93,7 +103,8 @@ class Link:
             await asyncio.wait_for(self._listed.wait(), self._patience)
 
     async def order(self, do: str, **fields: Any) -> dict[str, Any]:
-        """Send an order and wait for its reply.
+        """Send an order and wait for its reply, no longer than the patience of the link; for the
+        end of a motion as long as the server lives, for that of a stop a second.
 
         Parameters
         ----------
@@ -113,14 +124,36 @@ class Link:
             The machine refuses; with reason and remedy.
         ConnectionLost
             No reply comes any more.
+        StopNotConfirmed
+            That is so of a stop.
         """
+        if do not in _STOPS:
+            return await self._asked(do, fields, None if do == "wait" else self._patience)
+        try:
+            return await self._asked(do, fields, CONFIRM_S)
+        except ConnectionLost as error:
+            raise StopNotConfirmed(_STOPS[do], error.reason) from None
+        except RequestRefused as error:
+            if error.remedy != unconfirmed.REMEDY:
+                raise
+            raise StopNotConfirmed(_STOPS[do], error.reason) from None
+
+    async def _asked(
+        self, do: str, fields: dict[str, Any], patience: float | None
+    ) -> dict[str, Any]:
+        wait = self._bucket.spend()
+        if do not in _STOPS:
+            await asyncio.sleep(wait)
         self._number += 1
         number = self._number
         reply: asyncio.Future[dict[str, Any]] = asyncio.get_running_loop().create_future()
         self._waiting[number] = reply
         try:
-            await self._send({"do": do, "id": number, **fields}, free=do in _STOPS)
-            found = await reply
+            async with asyncio.timeout(patience):
+                await self._send({"do": do, "id": number, **fields})
+                found = await reply
+        except TimeoutError:
+            raise ConnectionLost(unconfirmed.SERVER, _LOOK) from None
         finally:
             self._waiting.pop(number, None)
         if not found["ok"]:
@@ -179,15 +212,16 @@ class Link:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
         if self._open is not None:
-            await self._open.close()
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._open.close(), 2.0 * CLOSE_S)
+            self._open.transport.abort()
         self._lose(_GONE)
 
-    async def _send(self, message: dict[str, Any], *, free: bool = False) -> None:
+    async def _send(self, message: dict[str, Any]) -> None:
         from websockets.exceptions import ConnectionClosed
 
-        wait = self._bucket.spend()
-        if not free:
-            await asyncio.sleep(wait)
+        if self._ended.is_set():
+            raise ConnectionLost(self.why, _LOOK)
         try:
             await self._open.send(json.dumps(message, allow_nan=False))
         except (ConnectionClosed, OSError):
@@ -206,6 +240,7 @@ class Link:
             self._lose(f"{_GONE}: {said}" if said else _GONE)
 
     def _take(self, message: str | bytes) -> None:
+        self._heard = time.monotonic()
         if isinstance(message, bytes):
             kind, number = _PIECE.unpack_from(message)[:2]
             if kind == _A_PIECE:
@@ -224,7 +259,8 @@ class Link:
             waiting.set_result(found)
 
     def _lose(self, why: str) -> None:
-        self.why = why
+        if not self._ended.is_set():
+            self.why = why
         self._ended.set()
         for waiting in self._waiting.values():
             if not waiting.done():
@@ -234,7 +270,14 @@ class Link:
         with contextlib.suppress(ConnectionLost):
             while True:
                 await asyncio.sleep(BEAT_S)
-                await self._send({"do": "beat"})
+                await self._send({"do": "beat", "id": 0})  # answered: a sign of life
+
+    async def _watch(self) -> None:
+        """A server that says nothing for too long, though it is asked, is lost."""
+        patience = max(self._patience, 4.0 * BEAT_S)
+        while time.monotonic() - self._heard < patience:
+            await asyncio.sleep(0.2 * BEAT_S)
+        self._lose(unconfirmed.SERVER)
 
     async def _keep(self) -> None:
         """A jog goes on as long as this is said."""

@@ -142,7 +142,13 @@ class Machine(Verbs[Motion, None]):
 
     def close(self) -> None:
         """Stop what this client moves, wait for rest, give control back, disconnect. Does nothing
-        where that was done."""
+        where that was done.
+
+        Raises
+        ------
+        StopNotConfirmed
+            The server does not confirm the stop; the connection is closed all the same.
+        """
         if self._thread.is_alive():
             try:
                 self.run(self._inner.close())
@@ -227,7 +233,8 @@ def connect(
     control : bool, optional
         Whether to take control; else this client watches, and may stop.
     timeout : float, optional
-        Longest wait for the connection, s.
+        Longest wait, s, for the connection, for an answer, and while a motion is waited for for
+        any sign of life of the server.
 
     Returns
     -------

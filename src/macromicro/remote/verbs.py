@@ -321,6 +321,11 @@ class Verbs(ABC, Generic[Begun, Told]):
         -------
         Told
             Nothing.
+
+        Raises
+        ------
+        StopNotConfirmed
+            The server did not confirm it within a second.
         """
         return self._order("stop")
 
@@ -331,6 +336,11 @@ class Verbs(ABC, Generic[Begun, Told]):
         -------
         Told
             Nothing.
+
+        Raises
+        ------
+        StopNotConfirmed
+            The server did not confirm it within a second: the power must be cut.
         """
         return self._order("emergency")
 

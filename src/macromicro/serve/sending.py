@@ -24,7 +24,7 @@ from macromicro.serve.shared import COMMANDS, EMERGENCY, SAFE_SINCE, SEEN, WRITT
 ANSWER_S = 1.0  # an emergency stop that takes longer ends the loop process
 GRACE_S = 0.25  # for an answer given just in time to come here
 OFF = Refused("the loop process is not running", "start it again")
-_SILENT = Refused(
+SILENT = Refused(
     "the loop did not answer in time", "see the events whether it was done; stop, and start again"
 )
 
@@ -128,7 +128,7 @@ class Sender:
             self._ledger.forget(serial)
             return refusal
         reply = self._ledger.await_reply(serial, self._wait + GRACE_S)
-        return reply or (_SILENT if self._alive() else OFF)
+        return reply or (SILENT if self._alive() else OFF)
 
     def _send(
         self, serial: int, request: Any, asked: int, allowed: Allowed, trial: bool
@@ -146,7 +146,7 @@ class Sender:
             try:
                 self._child.end.send(data, link.DONT_WAIT)
             except BlockingIOError:
-                return _SILENT
+                return SILENT
             except OSError:
                 return OFF
             self._shared.cells[COMMANDS] += 1

@@ -14,10 +14,11 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused, Reply
 from macromicro.errors import MacromicroError
 from macromicro.rig.opening import TWIN
+from macromicro.serve import unconfirmed
 from macromicro.serve.choosing import AnySettings
 from macromicro.serve.loop_spec import LIVE
 from macromicro.serve.observed import Observed
-from macromicro.serve.sending import Stops
+from macromicro.serve.sending import SILENT, Stops
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.snapshot import RecordingState
 from macromicro.serve.trail import Trail
@@ -180,7 +181,7 @@ class Station(Observed):
             return Refused(f"{found} is no request of a client", "a request of control.live")
         if isinstance(request, m.EmergencyStop):
             if math.isnan(self._connection.emergency(client)):
-                return Refused("the loop did not answer", "switch the machine's supply off")
+                return unconfirmed.SILENT
             return Accepted()
         if not isinstance(request, m.Stop):
             refusal = self._holders.refusal(client)
@@ -190,7 +191,8 @@ class Station(Observed):
                 request._replace(client=client), lambda: self._holders.refusal(client), since
             )
         self._holders.heartbeat(client)
-        return self._connection.ask(request._replace(client=client))
+        reply = self._connection.ask(request._replace(client=client))
+        return unconfirmed.SILENT if reply is SILENT else reply
 
     def emergency(self, client: str = "") -> float:
         """Emergency stop: outputs safe before the loop's next control step.
@@ -201,7 +203,7 @@ class Station(Observed):
         to end, which makes them safe as far as the rig still answers it.
         """
         took = self._connection.emergency(client)
-        reply = Refused("the loop did not answer", "") if math.isnan(took) else Accepted()
+        reply = unconfirmed.SILENT if math.isnan(took) else Accepted()
         self.trail.order(self._connection.time, client, m.EmergencyStop(), reply)
         return took
 

@@ -570,3 +570,12 @@ def test_nothing_not_declared_answers(bench) -> None:
             assert command.answer == ""
         assert command.text.endswith((".", "?"))
     assert bench.errors() == [] and math.isnan(bench.station.snapshot().motor_v)
+
+
+def test_an_emergency_stop_without_an_answer_says_to_cut_the_power(
+    bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bench.station, "emergency", lambda client="": math.nan)
+    bench.send("ABOR")
+    said = "Emergency stop not confirmed: the control loop does not respond. Cut the power now."
+    assert bench.ask("SYST:ERR?") == f'-240,"Hardware error;{said}"'

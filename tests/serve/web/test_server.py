@@ -80,7 +80,7 @@ def test_an_emergency_without_an_answer_is_told(
     viewer = client()
     monkeypatch.setattr(fake, "emergency", lambda client: math.nan)
     reply = viewer.order("emergency")
-    assert not reply["ok"] and "supply" in reply["remedy"]
+    assert not reply["ok"] and "power" in reply["remedy"]
 
 
 def test_a_stop_overtakes_and_nothing_moves_behind_it(client: Make, fake: Station) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from macromicro.control.live.messages import STAGES, Enable, Refused
+from macromicro.serve import unconfirmed
 from macromicro.serve.requests import KINDS, Field, RequestType, ends
 from macromicro.serve.scpi.answers import number
 from macromicro.serve.scpi.command import Answer, Call, Command, Handler
@@ -114,7 +115,7 @@ def stop(call: Call) -> Answer:
 
 def _abort(call: Call) -> Answer:
     if math.isnan(call.session.emergency()):
-        raise ScpiError(-240, "the loop did not answer; switch the machine's supply off")
+        raise ScpiError(-240, unconfirmed.words(unconfirmed.EMERGENCY_STOP))
     return None
 
 

@@ -8,7 +8,8 @@ import secrets
 import time
 from typing import Protocol
 
-from macromicro.control.live.messages import Accepted, Refused, Reply
+from macromicro.control.live.messages import Accepted, Reply
+from macromicro.serve import unconfirmed
 from macromicro.serve.client import Client, Dispatcher
 from macromicro.serve.instrument import Instrument
 from macromicro.serve.web.uploads import Upload
@@ -112,7 +113,7 @@ class Sessions:
         self._drop_waiting()
         took = await self._dispatcher.overtake(session, session.emergency)
         if math.isnan(took):
-            return Refused("the loop did not answer", "switch the machine's supply off"), took
+            return unconfirmed.SILENT, took
         return Accepted(), took
 
     def _drop_waiting(self) -> None:

@@ -1,0 +1,15 @@
+"""What is said where a stop was not confirmed, so that the machine may still move."""
+
+from __future__ import annotations
+
+from macromicro.control.live.messages import Refused
+
+LOOP, SERVER = "the control loop does not respond", "the server does not respond"
+REMEDY = "cut the power now"
+EMERGENCY_STOP, STOP = "Emergency stop", "Stop"
+SILENT = Refused(LOOP, REMEDY)
+
+
+def words(what: str, why: str = LOOP) -> str:
+    """The whole message. `what`: `EMERGENCY_STOP` or `STOP`."""
+    return f"{what} not confirmed: {why}. {REMEDY.capitalize()}."
