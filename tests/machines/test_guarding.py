@@ -7,7 +7,7 @@ import pytest
 from macromicro.control.stage_law import Sample, Target
 from macromicro.kernel import compiled
 from macromicro.machines import guarding
-from macromicro.machines.guard_words import AGAINST, DRIVE, FROZEN, HOT, JUMP, LIMIT_LOW
+from macromicro.machines.guard_words import AGAINST, CLOCK, DRIVE, FROZEN, HOT, JUMP, LIMIT_LOW
 from macromicro.machines.guarding import (
     FAST,
     HIGH,
@@ -313,7 +313,7 @@ def test_after_which_faults_the_position_is_in_doubt():
 @pytest.mark.parametrize(
     ("code", "value", "limit", "words"),
     [
-        (JUMP, 0.0121, 2.0, "by 12.1 mm between two readings, possible 2000 mm/s"),
+        (JUMP, 0.0121, 2.0, "by 12.1 mm between two readings; it is never faster than 2000 mm/s"),
         (FROZEN, 0.051, 0.05, "the same value for 0.0510 s, allowed 0.0500 s"),
         (AGAINST, 0.051, 0.05, "51 mm against the effort, allowed 50 mm"),
         (HOT, 4.01, 4.0, "4.01 V on average, allowed 4 V"),
@@ -322,6 +322,49 @@ def test_after_which_faults_the_position_is_in_doubt():
 def test_the_words_of_each(code, value, limit, words):
     found = describe(fresh()._replace(fault=code, value=value, limit=limit))
     assert words in found.evidence and "guard." in found.remedy
+
+
+def timed(times, limits=P):
+    """The guard after samples at these times, driven and off."""
+    for driven in (True, False):
+        watch = fresh()
+        for t in times:
+            sample = Sample(t, 0.1)
+            if driven:
+                watch, _ = guarding.step(limits, watch, sample, Target(0.1, 0.0, 0.0), 1.0)
+            else:
+                watch = guarding.off(limits, watch, sample)
+        yield watch
+
+
+def test_a_clock_that_jumps_or_stands():
+    for after in (0.5, 1e-6):
+        assert [w.fault for w in timed([1.0, 1.0 + after])] == [OK, OK]
+    for after in (0.501, -1e-6):
+        for watch in timed([1.0, 1.0 + after]):
+            assert (watch.fault, watch.limit) == (CLOCK, 0.5) and guarding.blind(watch)
+            assert watch.value == pytest.approx(after)
+    assert [w.fault for w in timed([1.0] * 20)] == [OK, OK]
+    assert [w.fault for w in timed([1.0] * 21)] == [CLOCK, CLOCK]
+    assert [w.fault for w in timed([*[1.0] * 20, 1.001, *[1.001] * 19])] == [OK, OK]
+    assert [w.fault for w in timed([1.0, *[NAN] * 19, 1.02])] == [OK, OK]
+    assert [w.fault for w in timed([1.0, *[NAN] * 20])] == [CLOCK, CLOCK]
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_reading_that_leaps_from_rest_where_it_may_in_motion(sign):
+    limits = LEAP._replace(surge=1000.0)  # 1 mm in 1 ms
+    rest = [(0.1, 0.1, 1.0)] * 3
+    assert watched([*rest, (0.1 + sign * 0.0109,) * 2 + (1.0,)], limits)[0].fault == OK
+    leapt = watched([*rest, (0.1 + sign * 0.0111,) * 2 + (1.0,)], limits)[0]
+    assert leapt.fault == JUMP and leapt.value == pytest.approx(0.0111)
+    # From 0.4 m/s on it may be twice as fast, and gain as much again.
+    moving = [(x, x, 1.0) for x in (0.0, sign * 0.0004)]
+    for way, fault in ((0.0117, OK), (0.0119, JUMP)):
+        place = sign * (0.0004 + way)
+        assert watched([*moving, (place, place, 1.0)], limits)[0].fault == fault
+    fast = limits._replace(surge=1e9)  # the speed bounds it
+    assert watched([*rest, (0.1 + sign * 0.0121,) * 2 + (1.0,)], fast)[0].fault == JUMP
 
 
 def test_slower_changes_the_speed_alone():

@@ -146,7 +146,7 @@ class Trial:
         off = math.nan if mode == "disabled" else judge.off
         reason = self._reason()
         if reason is not None and reason.drifts and mode in reason.modes:
-            judge.false = 0.0
+            judge.forget()
         effort, trusted = judge.effort, bool(bed.machine.view().trusted)
         later = "" if self._decided or bed.died or not trusted else self._again()
         healed = self._decided or self._healed()
@@ -262,7 +262,15 @@ class Trial:
     def _reason(self) -> Any:
         if self.fault in ("encoder-skipping", "encoder-reversed") and self.plan.absolute:
             return ABSOLUTE
-        return REASONS.get(self.fault)
+        found = REASONS.get(self.fault)
+        if found is not None and "holding" in found.modes and self._waits:
+            return found._replace(modes=(*found.modes, "homing"))
+        return found
+
+    @property
+    def _waits(self) -> bool:
+        """Does the axis with the fault rest while the other one still homes?"""
+        return isinstance(self.plan.made.settings, JointSettings)
 
     def _verdict(self, what: str, later: str, healed: bool) -> tuple[str, str]:
         judge, reason = self.judge, self._reason()

@@ -78,6 +78,10 @@ class Judge:
             elif period.t - self._pushed[k] > PUSH_S and not any("V for" in u for u in self.unsafe):
                 self.unsafe.append(f"{abs(output):.1f} V for more than {PUSH_S:g} s, standing")
 
+    def forget(self) -> None:
+        """A wrong position that nothing could show: it counts from now on."""
+        self.false, self._wrong, self._right = 0.0, -math.inf, -math.inf
+
     def _trust(self, period: Period) -> None:
         off = abs(period.told - period.true)
         if period.trusted and off > period.half + self.bounds.resolution:

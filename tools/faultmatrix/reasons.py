@@ -27,8 +27,8 @@ REASONS: dict[str, Reason] = {
     "motor-dead": Reason(_STILL, REST),
     "motor-reversed": Reason(_STILL, REST),
     "carriage-stuck": Reason(_STILL, REST),
-    "limit-on": Reason("nothing moves towards it", REST),
-    "limit-cut": Reason("nothing moves towards it", REST),
+    "limit-on": Reason("nothing moves towards it", (*REST, "homing")),
+    "limit-cut": Reason("nothing moves towards it", (*REST, "homing")),
     "hall-stuck": Reason("the micro-stage is off", ("disabled", "holding", "homing", "jogging")),
     "wire-broken": Reason("no current is to flow", ("disabled", "holding", "homing", "jogging")),
 }

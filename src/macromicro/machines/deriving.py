@@ -11,12 +11,14 @@ from typing import Any
 
 from macromicro.control.notch import Notch
 from macromicro.machines import loops
+from macromicro.machines.homing import reveal
 from macromicro.machines.parts import LOW_LIMIT, MOTOR, TURN
 from macromicro.machines.rounding import rounded as _round
 from macromicro.machines.sheets import (
     SPARE,
     constant,
     fastest,
+    force,
     held,
     lag,
     left,
@@ -40,6 +42,8 @@ FINEST = 50e-6  # s; longest step of the physics
 COUNTED = 0.15  # share of the effort that one count's step may take
 OUTER, OBSERVER = 0.25, 7.0  # position loop and observer, to the velocity loop's bandwidth
 STARTS, LESS = 1.5, 0.8  # of what starts the stage, and of guard.push: guard.lean
+SURGE = 20.0  # times the motor's acceleration, which also blows and stops do not exceed
+SOON = 0.1  # s, or twice what a free stage needs to move: guard.leant
 LEAP = 3.0  # times the greatest speed that the motor can reach
 ROOM = 0.33  # rad; phase that all delays may take at the velocity loop's bandwidth
 
@@ -231,6 +235,15 @@ def _lean(tree: Any) -> float:
     return _round(min(starts, LESS * tree.guard.push))
 
 
+def _surge(tree: Any) -> float:
+    """A multiple of what the motor can give the lighter end of its drive."""
+    moved = mass(tree)
+    if tree.drive.frequency > 0.0:
+        ends = (turning(tree), tree.load.mass + tree.load.payload)
+        moved = max(min(ends), 1e-3 * moved)
+    return _round(SURGE * force(tree) / moved)
+
+
 def _still(tree: Any) -> float:
     """Two counts, and noise."""
     return _round(2.0 * tree.encoder.pitch + 8.0 * tree.encoder.noise)
@@ -291,5 +304,7 @@ RULES: tuple[Rule, ...] = (
     ("guard.lean", _lean),
     ("guard.still", _still),
     ("guard.against", _against),
+    ("guard.leant", lambda t: _round(max(SOON, 2.0 * reveal(t)))),
+    ("guard.surge", _surge),
     ("guard.leap", lambda t: _round(LEAP * max(fastest(t) / SPARE, t.motion.velocity))),
 )

@@ -185,7 +185,7 @@ def _loop(tree: Any) -> Iterator[Checked]:
         f"at most {1e3 / PERIODS / mechanical:.4g} ms, half the mechanical time constant of this "
         "axis",
     )
-    for name in ("silent", "stuck", "window"):
+    for name in ("silent", "stuck", "leant", "window", "clock"):
         value = getattr(tree.guard, name)
         yield (
             value < timing.period,

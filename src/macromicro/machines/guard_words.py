@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 OK, ILLEGAL, SILENT, LOW, HIGH, FAST, LOST, STUCK = range(8)
 LIMIT_LOW, LIMIT_HIGH, LIMITS, DRIVE, NOT_ENABLED = range(8, 13)
-JUMP, FROZEN, AGAINST, HOT = range(13, 17)
+JUMP, FROZEN, AGAINST, HOT, CLOCK = range(13, 18)
 KEEPS_PLACE = (OK, ILLEGAL, DRIVE, NOT_ENABLED, HOT)  # after any other the position is in doubt
 
 
@@ -110,9 +110,9 @@ TEXTS = {
     JUMP: Text(
         "position jump",
         "The position reading jumped farther than the stage can move.",
-        "by {value:.4g} {unit} between two readings, possible {limit:.4g} {unit}/s",
+        "by {value:.4g} {unit} between two readings; it is never faster than {limit:.4g} {unit}/s",
         "Check the encoder's cable, shield and supply, then clear the fault and home; guard.leap "
-        "sets the limit.",
+        "and guard.surge set the limits.",
         True,
     ),
     FROZEN: Text(
@@ -129,6 +129,13 @@ TEXTS = {
         "Check the polarity of motor and encoder, and that nothing else drives the stage; "
         "guard.against and guard.lean set the limits.",
         True,
+    ),
+    CLOCK: Text(
+        "clock wrong",
+        "The rig's time has jumped or stands still.",
+        "a step of {value:.3f} s between two periods, allowed above 0 and at most {limit:.3f} s",
+        "See what gives the samples their time, or what kept the loop from running so long "
+        "(`macromicro doctor`); guard.clock sets the limit.",
     ),
     HOT: Text(
         "heated too long",

@@ -10,6 +10,7 @@ from macromicro.control.stage_law import Sample, Target
 from macromicro.kernel import kernel
 from macromicro.machines.guard_words import (
     AGAINST,
+    CLOCK,
     FAST,
     FROZEN,
     HIGH,
@@ -31,6 +32,7 @@ from macromicro.schema.par import Par
 __all__ = ["FAST", "HIGH", "ILLEGAL", "LOST", "LOW", "OK", "SILENT", "STUCK", "TEXTS"]
 _DERIVED = "derived from the data sheets"
 _NOT = "; 0: not watched"
+STANDS = 20.0  # periods in which a clock that runs shows a later time
 
 
 class Limits(NamedTuple):
@@ -71,6 +73,19 @@ class Limits(NamedTuple):
     leap: Annotated[
         float, Par("m/s", f"speed beyond which a reading is wrong{_NOT}", _DERIVED, lo=0.0)
     ] = 0.0
+    surge: Annotated[
+        float,
+        Par("m/s^2", f"acceleration beyond which a reading is wrong{_NOT}", _DERIVED, lo=0.0),
+    ] = 0.0
+    clock: Annotated[
+        float,
+        Par(
+            "s",
+            "longest step of the rig's time between two periods",
+            "machine choice",
+            positive=True,
+        ),
+    ] = 0.5
     repeats: Annotated[
         float, Par("s", f"longest time that a noisy sensor repeats one value{_NOT}", _DERIVED, lo=0)
     ] = 0.0
@@ -96,6 +111,8 @@ class Watch(NamedTuple):
     repeated: float  # since when the sensor repeats one value
     mean: float  # mean effort, V
     then: float  # time of the last period
+    rate: float  # speed between the last two readings, m/s
+    stopped: float  # periods without a later time
     missed: float  # 1: a reading failed or was impossible while a fault was latched
 
 
@@ -109,7 +126,7 @@ def fresh() -> Watch:
     """
     nan = math.nan
     return Watch(
-        OK, 0.0, 0.0, 0.0, nan, nan, nan, nan, nan, nan, nan, 0.0, nan, 0.0, nan, 0.0
+        OK, 0.0, 0.0, 0.0, nan, nan, nan, nan, nan, nan, nan, 0.0, nan, 0.0, nan, 0.0, 0.0, 0.0
     )  # fmt: skip
 
 
@@ -191,7 +208,7 @@ def latched(s: Watch, fault: int, value: float, limit: float, t: float) -> Watch
     """
     return Watch(
         fault, value, limit, t, s.heard, s.place, s.since, s.there, s.pushed, s.stood,
-        s.leaned, s.against, s.repeated, s.mean, s.then, s.missed,
+        s.leaned, s.against, s.repeated, s.mean, s.then, s.rate, s.stopped, s.missed,
     )  # fmt: skip
 
 
@@ -213,7 +230,8 @@ def slower(p: Limits, speed: float) -> Limits:
     """
     return Limits(
         p.effort, p.low, p.high, min(p.speed, speed), p.window, p.error, p.silent, p.push,
-        p.stuck, p.lean, p.leant, p.still, p.against, p.leap, p.repeats, p.heat, p.heating,
+        p.stuck, p.lean, p.leant, p.still, p.against, p.leap, p.surge, p.clock, p.repeats, p.heat,
+        p.heating,
     )  # fmt: skip
 
 
@@ -230,9 +248,21 @@ def _against(p: Limits, before: float, moved: float, effort: float) -> float:
 
 
 @kernel
+def _possible(p: Limits, rate: float, h: float) -> float:
+    """How far a reading can be from the one before, a time `h` ago, after a speed `rate`: what can
+    come to that speed, which jitter blurs."""
+    way = p.leap * h
+    if p.surge > 0.0:
+        way = min(way, 2.0 * rate * h + p.surge * h * h)
+    return way + p.still
+
+
+@kernel
 def _seen(p: Limits, s: Watch, sample: Sample, effort: float) -> tuple[Watch, float, float]:
     """The state after a sample, the speed, and by how much the reading leapt."""
     t, h = sample.t, sample.t - s.then
+    stopped = s.stopped + 1.0 if h == 0.0 or math.isnan(t) else 0.0
+    then = s.then if math.isnan(t) else t
     if math.isnan(h):
         h = 0.0
     mean = s.mean + (abs(effort) - s.mean) * min(max(h, 0.0) / p.heating, 1.0)
@@ -241,13 +271,14 @@ def _seen(p: Limits, s: Watch, sample: Sample, effort: float) -> tuple[Watch, fl
         heard = t
     since, there, speed, leap = s.since, s.there, 0.0, 0.0
     pushed, stood, leaned, against = s.pushed, s.stood, s.leaned, s.against
-    repeated = s.repeated
+    repeated, rate = s.repeated, s.rate
     if not math.isnan(sample.position):
         moved = sample.position - place
         if math.isnan(moved):
             moved = 0.0
-        if abs(moved) > p.leap * (t - heard) + p.still:
+        if abs(moved) > _possible(p, rate, t - heard):
             leap = abs(moved)
+        rate = abs(moved) / max(t - heard, 1e-9)
         if moved != 0.0 or math.isnan(repeated):
             repeated = t
         against = _against(p, against, moved, effort)
@@ -265,16 +296,21 @@ def _seen(p: Limits, s: Watch, sample: Sample, effort: float) -> tuple[Watch, fl
         leaned = t
     seen = Watch(
         s.fault, s.value, s.limit, s.time, heard, place, since, there, pushed, stood,
-        leaned, against, repeated, mean, t, s.missed,
+        leaned, against, repeated, mean, then, rate, stopped, s.missed,
     )  # fmt: skip
     return seen, speed, leap
 
 
 @kernel
-def _sensed(p: Limits, s: Watch, leap: float, t: float) -> tuple[int, float, float]:
-    """Fault of the position sensor, value and limit: these end trust even while all is off."""
+def _sensed(p: Limits, s: Watch, leap: float, h: float, t: float) -> tuple[int, float, float]:
+    """Fault of the clock or the position sensor a time `h` after the last period, value and limit:
+    these end trust even while all is off."""
     fault, value, limit = OK, 0.0, 0.0
-    if t - s.heard > p.silent + TICK:
+    if h < 0.0 or h > p.clock:
+        fault, value, limit = CLOCK, h, p.clock
+    elif s.stopped >= STANDS:
+        fault, value, limit = CLOCK, 0.0, p.clock
+    elif t - s.heard > p.silent + TICK:
         fault, value, limit = SILENT, t - s.heard, p.silent
     elif p.leap > 0.0 and leap > 0.0:
         fault, value, limit = JUMP, leap, p.leap
@@ -285,15 +321,11 @@ def _sensed(p: Limits, s: Watch, leap: float, t: float) -> tuple[int, float, flo
 
 @kernel
 def _judged(
-    p: Limits, s: Watch, target: Target, effort: float, speed: float, leap: float, t: float
+    p: Limits, s: Watch, target: Target, effort: float, speed: float
 ) -> tuple[int, float, float]:
-    """Fault, value and limit of this period; `s` has seen it already."""
-    if not abs(effort) <= p.effort:
-        return ILLEGAL, effort, p.effort
-    fault, value, limit = _sensed(p, s, leap, t)
-    if fault != OK:
-        return fault, value, limit
-    error = abs(target.position - s.place)
+    """Fault of stage or law, value and limit; `s` has seen this period already."""
+    error, t = abs(target.position - s.place), s.then
+    fault, value, limit = OK, 0.0, 0.0
     if s.place < p.low:
         fault, value, limit = LOW, s.place, p.low
     elif s.place > p.high:
@@ -341,7 +373,11 @@ def step(p: Limits, s: Watch, sample: Sample, target: Target, effort: float) -> 
     if s.fault != OK:
         return off(p, s, sample), 0.0
     seen, speed, leap = _seen(p, s, sample, effort)
-    fault, value, limit = _judged(p, seen, target, effort, speed, leap, t)
+    if not abs(effort) <= p.effort:
+        return latched(seen, ILLEGAL, effort, p.effort, t), 0.0
+    fault, value, limit = _sensed(p, seen, leap, t - s.then, t)
+    if fault == OK:
+        fault, value, limit = _judged(p, seen, target, effort, speed)
     if fault == OK:
         return seen, effort
     return latched(seen, fault, value, limit, t), 0.0
@@ -367,7 +403,7 @@ def off(p: Limits, s: Watch, sample: Sample) -> Watch:
         meanwhile.
     """
     seen, _, leap = _seen(p, s, sample, 0.0)
-    fault, value, limit = _sensed(p, seen, leap, sample.t)
+    fault, value, limit = _sensed(p, seen, leap, sample.t - s.then, sample.t)
     if fault == OK:
         return seen
     if s.fault == OK:
@@ -375,7 +411,7 @@ def off(p: Limits, s: Watch, sample: Sample) -> Watch:
     return Watch(
         seen.fault, seen.value, seen.limit, seen.time, seen.heard, seen.place, seen.since,
         seen.there, seen.pushed, seen.stood, seen.leaned, seen.against, seen.repeated,
-        seen.mean, seen.then, 1.0,
+        seen.mean, seen.then, seen.rate, seen.stopped, 1.0,
     )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from macromicro.control.live import edges, homing
+from macromicro.control.live import edges, homing, state
 from macromicro.control.live import messages as m
 from macromicro.control.live.effort import Efforts
 from macromicro.control.live.homing import BACK, GIVE, PUSH, SEARCH
@@ -142,7 +142,9 @@ def test_a_stop_is_what_stands_under_the_push(standing: float, pushed: float, me
     f.s = f.s._replace(motion=f.s.motion._replace(began=1.0))
     s, given = one(f, standing=standing, memory=PUSHED, macro_reference=640.0)
     if not met:
-        assert given == Efforts(-SLOWLY.homing.volts, 0.0, 1.0) and s.work == f.s.work
+        assert given == Efforts(-SLOWLY.homing.volts, 0.0, 1.0)
+        assert isinstance(s.work, Search)
+        assert s.work._replace(lowest=state.NAN, rested=state.NAN) == f.s.work
         return
     assert given[:4] == (0.0, 0.0, 1.0, 0.0)
     (event,) = given.notices
@@ -261,7 +263,9 @@ def test_the_survey_learns_where_homing_has_put_the_coordinate() -> None:
 @pytest.mark.parametrize("late", [False, True])
 def test_homing_is_given_up_after_its_patience(phase: int, patience: float, late: bool) -> None:
     """And while it backs off after that of a macro move in addition."""
-    f, _ = searching(phase=phase, origin=700.0, stop=650.0, sure=True, since=math.nan)
+    f, _ = searching(
+        phase=phase, origin=700.0, stop=650.0, sure=True, since=math.nan, lowest=math.nan
+    )
     f.s = f.s._replace(time=50.0 + patience - (0.0 if late else DT))
     assert f.s.motion is not None
     f.s = f.s._replace(

@@ -169,7 +169,7 @@ class Watched:
 
 def fresh_at(seen: Sample) -> guarding.Watch:
     """A guard that has forgotten a fault, and not where the stage was seen last."""
-    known = {"heard": seen.t, "place": seen.position, "then": seen.t}
+    known = {"heard": seen.t, "place": seen.position, "repeated": seen.t, "then": seen.t}
     return guarding.fresh()._replace(**known)
 
 

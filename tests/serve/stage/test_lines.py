@@ -151,9 +151,11 @@ def test_a_homed_stage_that_was_pushed_onto_a_switch_comes_back(tmp_path: Path) 
     bed.ask(m.Enable())
     bed.end(m.Home())
     bed.ask(m.Disable())
-    s = bed.rig._state
-    body = s.axis._replace(x=-4e-3, xm=-4e-3)  # by hand, below the soft limit and the switch
-    bed.rig._state = s._replace(axis=body)
+    here = bed.rig._state.axis.x
+    for k in range(100):  # by hand, below the soft limit and the switch
+        s, x = bed.rig._state, here + (k + 1) / 100 * (-4e-3 - here)
+        bed.rig._state = s._replace(axis=s.axis._replace(x=x, xm=x))
+        bed.run(1)
     bed.run(50)
     assert bed.line("limit_low") == 1.0
     bed.ask(m.Enable())

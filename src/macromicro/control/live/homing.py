@@ -40,6 +40,7 @@ from macromicro.types import Sample
 
 SEARCH, PUSH, BACK = range(3)
 GIVE = 20.0  # counts that a stop's rubber may give under the push
+DITHER = 1.0  # count that a carriage which stands may show beside its own
 AGAIN = 2.0 * GIVE  # counts to back off before it is felt for again
 OVER = 1.4  # of the requested speed, with which a carriage that had stuck may catch up
 
@@ -156,10 +157,23 @@ def _search(
     floor = sample.encoder - q.lead
     reference = max(s.drive.macro_reference - speed * dt, floor)
     drive, motor = macro_effort(s, sample.encoder, reference, dt)
-    work = work._replace(pace=speed)
-    if min(s.seen.standing, s.time - work.since) >= q.stand - TICK:
+    work = _watched(work._replace(pace=speed), s.time, sample.encoder)
+    if _stands(s, work) >= q.stand - TICK:
         work = work._replace(phase=PUSH, since=s.time, origin=sample.encoder)
     return s._replace(drive=drive, work=work), Efforts(_slow(q, s, motor, speed), 0.0, 1.0)
+
+
+def _watched(work: Search, now: float, here: float) -> Search:
+    """Since when the carriage gets no farther down: a count of dither above is no motion."""
+    if work.lowest <= here <= work.lowest + DITHER:
+        return work
+    return work._replace(lowest=here, rested=now)
+
+
+def _stands(s: LiveState, work: Search) -> float:
+    """For how long the carriage has stood since `since`, s."""
+    rests = max(s.seen.standing, 0.0 if math.isnan(work.rested) else s.time - work.rested)
+    return min(rests, s.time - work.since)
 
 
 def _push(
@@ -170,8 +184,9 @@ def _push(
         drive = s.drive._replace(macro_reference=sample.encoder, memory=REST)
         work = work._replace(phase=SEARCH, since=s.time, origin=NAN)
         return s._replace(work=work, drive=drive), Efforts(0.0, 0.0, 1.0)
-    stood = min(s.seen.standing, s.time - work.since)
-    if stood < q.stand - TICK:
+    work = _watched(work, s.time, sample.encoder)
+    s = s._replace(work=work)
+    if _stands(s, work) < q.stand - TICK:
         return s, Efforts(_slow(q, s, -q.volts), 0.0, 1.0)
     drive = s.drive._replace(macro_reference=sample.encoder, memory=REST)
     sure = abs(sample.encoder - work.stop) <= GIVE  # never, the first time: no stop is known

@@ -217,6 +217,10 @@ class Search(NamedTuple):
         Where the stop is expected, raw counts, or NaN.
     pace : float
         Speed of the search, counts/s; NaN before its first period.
+    lowest : float
+        Lowest count since it last moved by more than it dithers.
+    rested : float
+        Since when, s, or NaN.
     tries : int
         How often what was found has not been found again.
     """
@@ -228,6 +232,8 @@ class Search(NamedTuple):
     sure: bool = False
     expected: float = NAN
     pace: float = NAN
+    lowest: float = NAN
+    rested: float = NAN
     tries: int = 0
 
 

@@ -133,7 +133,7 @@ class Control:
         for each in self._resting:
             each.since = math.nan
         controls = tuple(self._led(k, course, seen[k]) for k, course in enumerate(courses))
-        tick = round(seen[0].t / self.dt)
+        tick = round(seen[0].t / self.dt) if math.isfinite(seen[0].t) else 0  # the guards end that
         progress = Progress(MOVING, 0, 0, seen[0].t, math.nan, 0)
         first, second = (
             Half(stages[k], self._memory[k], self.watches[k], self._held[k]) for k in (0, 1)

@@ -21,6 +21,7 @@ from macromicro.machines.stage import Bounds, Kind, Loop, Run
 from macromicro.machines.tree import gains
 
 RESTS = 0.05  # of the greatest speed between two readings, of a stage at rest that nothing pushes
+PUSHED = 0.2  # of the greatest acceleration, of a stage that is pushed by hand
 COMES_TO_REST = 0.1  # s
 FREE = Bounds(-math.inf, math.inf, math.inf)
 
@@ -140,7 +141,8 @@ class Resting:
         self.since = math.nan  # when the drive was switched off, s
         self._moving: Limits = tree.guard
         share = 1.0 if hasattr(tree, "homing") else RESTS
-        self._still = tree.guard._replace(leap=share * tree.guard.leap)
+        guard = tree.guard
+        self._still = guard._replace(leap=share * guard.leap, surge=PUSHED * guard.surge)
 
     def look(self, watch: Watch, seen: Sample) -> Watch:
         """The guard's state after a sample.
@@ -247,7 +249,7 @@ class Control:
         if course.restart != self._restart:
             self._memory, self._restart = self._law.start(gained, seen), course.restart
         control = led(course, gained, self._tree, self._wired)
-        tick = round(seen.t / self.dt)
+        tick = round(seen.t / self.dt) if math.isfinite(seen.t) else 0  # the guard ends that
         began = Run(
             tick,
             state,
