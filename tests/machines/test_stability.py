@@ -136,7 +136,7 @@ def test_a_file_with_such_gains_is_refused(tmp_path: Path) -> None:
         ("printer", "position", 500.0),
         ("printer", "integral", 1e9),
         ("piezo-100um", "drift", 1e9),
-        ("wire-250um", "kp", 1e9),
+        ("wire-250um", "ki", 9e8),
         ("disc", "position", 1e5),
     ],
 )
