@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import socket
 import subprocess
 import sys
@@ -75,6 +76,26 @@ def page(station: Station, folder: Path) -> Iterator[None]:
             yield
 
 
+@contextlib.contextmanager
+def channel_access(station: Station, folder: Path) -> Iterator[None]:
+    """A client of EPICS that jogs."""
+    where = {"ADDR_LIST": "127.0.0.1", "AUTO_ADDR_LIST": "NO", "MAX_ARRAY_BYTES": "100000"}
+    os.environ.update({f"EPICS_CA_{name}": value for name, value in where.items()})
+    import epics
+
+    from macromicro.serve.epics.server import EpicsServer
+
+    with EpicsServer(station, "T"):
+        for name in ("enable", "home"):
+            assert epics.caput(f"T:{name}", 1, wait=True, timeout=60.0) == 1
+        epics.caput("T:whole.JVEL", 1.0, wait=True)
+        epics.caput("T:whole.JOGF", 1)
+        yield
+
+
+PROTOCOLS = {"scpi": scpi, "gcs": gcs, "page": page, "epics": channel_access}
+
+
 def main(folder: Path, protocol: str) -> None:
     loopback("up")
     settings = LiveSettings()
@@ -83,7 +104,7 @@ def main(folder: Path, protocol: str) -> None:
     settings = settings._replace(serve=serve)
     with (
         Station(settings=settings, state=folder / "state.json") as station,
-        {"scpi": scpi, "gcs": gcs, "page": page}[protocol](station, folder),
+        PROTOCOLS[protocol](station, folder),
     ):
         while not (motion := station.snapshot().motion):
             time.sleep(0.01)
@@ -99,7 +120,7 @@ def main(folder: Path, protocol: str) -> None:
             "seconds": seconds,
         }
         loopback("up")
-    print(json.dumps(told))
+    print(json.dumps(told), flush=True)
 
 
 if __name__ == "__main__":

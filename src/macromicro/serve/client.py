@@ -83,12 +83,16 @@ class Client:
         if not self.watchdog or silence <= self.watchdog:
             self.station.heartbeat(self.name)
         elif self.station.holder == self.name:
-            self.station.disconnect(self.name)
-            self.station.connect(self.name)
-            if self.gone.is_set():  # it went meanwhile
-                self.station.disconnect(self.name)
+            self.lose()
             return False
         return True
+
+    def lose(self) -> None:
+        """It counts as lost, and watches from now on."""
+        self.station.disconnect(self.name)
+        self.station.connect(self.name)
+        if self.gone.is_set():  # it went meanwhile
+            self.station.disconnect(self.name)
 
     # What it orders
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import socket
+import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -174,6 +177,87 @@ def test_state_and_traces_are_channels(ready: None) -> None:
         assert time.monotonic() < deadline
         time.sleep(0.02)
     put("enable")
+
+
+@pytest.mark.parametrize("field", ["RBV", "DMOV", "MSTA", "MOVN", "DRBV"])
+def test_writes_to_what_only_tells_are_refused(ready: None, field: str) -> None:
+    pv = epics.PV(f"{PREFIX}:micro.{field}")
+    assert pv.wait_for_connection(20.0) and not pv.write_access
+    before = pv.get(use_monitor=False)
+    with pytest.raises(Exception, match=r"[Ww]rit"):
+        epics.ca.put(pv.chid, 7, wait=True, timeout=5.0)
+    assert pv.get(use_monitor=False) == before
+    pv.disconnect()
+
+
+def test_a_pause_lets_a_move_go_on_later(ready: None) -> None:
+    put("whole", 20.0)
+    epics.caput(f"{PREFIX}:whole", 150.0)
+    deadline = time.monotonic() + 20.0
+    while get("mode") != "moving-macro":
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    put("whole.SPMG", "Pause")
+    while get("whole.DMOV") == 0:
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    place = get("whole.RBV")
+    assert place < 149.0 and get("whole") == 150.0
+    put("whole", 25.0)
+    assert get("whole.RBV") == pytest.approx(place, abs=1.0)
+    put("whole.SPMG", "Go")
+    assert get("whole.RBV") == pytest.approx(25.0, abs=0.02) and get("whole.SPMG") == 3
+
+
+def test_a_jog_by_channel_access(ready: None) -> None:
+    put("whole", 20.0)
+    epics.caput(f"{PREFIX}:whole.JOGF", 1)
+    deadline = time.monotonic() + 20.0
+    while get("whole.RBV") < 21.0:
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    epics.caput(f"{PREFIX}:whole.JOGF", 0)
+    while get("whole.DMOV") == 0:
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    assert get("whole.LVIO") == 0 and get("whole.RBV") < 150.0
+    assert get("whole") == pytest.approx(get("whole.RBV"), abs=0.2)
+
+
+def test_a_client_that_crashes_is_lost(ready: None) -> None:
+    """Its circuit closes; this process, which has ordered something, goes on."""
+    put("whole", 20.0)
+    code = (
+        "import epics, time\n"
+        f"epics.caput('{PREFIX}:whole.JOGF', 1, connection_timeout=30.0)\n"
+        "time.sleep(60.0)\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", code]) as process:
+        try:
+            deadline = time.monotonic() + 30.0
+            while get("mode") != "moving-macro":
+                assert time.monotonic() < deadline
+                time.sleep(0.02)
+        finally:
+            process.kill()
+    while get("holder") or get("mode") == "moving-macro":
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    assert get("whole.RBV") < 140.0
+    put("whole", 22.0)  # others go on, and take control anew
+    assert get("holder") == "epics"
+
+
+def test_a_circuit_that_speaks_another_protocol_is_closed(ready: None) -> None:
+    for data in (b"POST / HTTP/1.1\r\n\r\n", b"\x16\x03\x01\x02", b"x" * 100_000):
+        where = "127.0.0.1", int(parts.SERVER)
+        with (
+            socket.create_connection(where, timeout=10.0) as stranger,
+            contextlib.suppress(ConnectionError),
+        ):
+            stranger.sendall(data)
+            assert stranger.recv(100) == b""
+    assert get("mode")
 
 
 @pytest.mark.slow

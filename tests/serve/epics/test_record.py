@@ -11,11 +11,15 @@ from typing import Any
 import pytest
 
 pytest.importorskip("caproto")
+from caproto import AccessRights, ChannelType, Forbidden
+
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from fake_station import FakeStation
 
 from macromicro.control.live import messages as m
+from macromicro.serve.epics.channels import WRITER
 from macromicro.serve.epics.machine import Channels
+from macromicro.serve.epics.record import MoveError
 from macromicro.serve.instrument import Instrument
 
 
@@ -25,8 +29,14 @@ async def until(true: Callable[[], Any]) -> None:
             await asyncio.sleep(0.005)
 
 
+LOOK: dict[int, Channels] = {}  # whose channels these are, by their identity
+
+
 def channels(fake: FakeStation) -> dict[str, Any]:
-    return Channels(Instrument(fake)).named("P")  # type: ignore[arg-type]
+    served = Channels(Instrument(fake))  # type: ignore[arg-type]
+    found = served.named("P")
+    LOOK[id(found)] = served
+    return found
 
 
 def value(found: dict[str, Any], name: str) -> Any:
@@ -167,5 +177,258 @@ def test_a_refused_move_begins_and_ends_as_a_failed_one() -> None:
         await put(found, "whole", 50.0)
         assert (value(found, "whole.DMOV"), value(found, "whole.LVIO")) == (1, 1)
         assert "another holds control" in value(found, "failure") and not fake.requests
+
+    asyncio.run(main())
+
+
+# The modes of SPMG, as the motor record's documentation has them.
+
+
+class Jogged(FakeStation):
+    """A jog ends by one of speed 0."""
+
+    def request(self, client: str, request: Any, since: Any = None) -> m.Reply:
+        if isinstance(request, m.Jog) and request.speed == 0.0 and self.motion:
+            self.requests.append(request)
+            self.end("stopped")
+            return m.Accepted()
+        return super().request(client, request, since)
+
+
+def targets(fake: FakeStation) -> list[float]:
+    return [r.position for r in fake.requests if isinstance(r, m.MoveTo)]
+
+
+@pytest.mark.parametrize("mode", ["Stop", "Pause"])
+@pytest.mark.parametrize("field", [".VAL", ".DVAL", ".RVAL", ".RLV", ".TWF"])
+def test_a_value_put_while_stopped_or_paused_waits_for_go(mode: str, field: str) -> None:
+    async def main() -> None:
+        fake = FakeStation()
+        found = channels(fake)
+        step = value(found, "whole.MRES")
+        given = {".RVAL": round(20.0 / step), ".TWF": 1}.get(field, 20.0)
+        await put(found, "whole.SPMG", mode)
+        await put(found, f"whole{field}", given)
+        target = {".RVAL": given * step, ".TWF": value(found, "whole.TWV")}.get(field, 20.0)
+        for name in ("VAL", "DVAL"):
+            assert value(found, f"whole.{name}") == pytest.approx(target)
+        assert value(found, "whole.RVAL") == round(target / step)
+        assert targets(fake) == [] and value(found, "whole.DMOV") == 1
+        goes = asyncio.create_task(put(found, "whole.SPMG", "Go"))
+        await until(lambda: fake.motion == 1)
+        assert targets(fake) == [pytest.approx(1e-3 * target)]
+        assert value(found, "whole.SPMG") == "Go"
+        fake.end("done")
+        await goes
+        assert value(found, "whole.VAL") == pytest.approx(target)
+
+    asyncio.run(main())
+
+
+@pytest.mark.parametrize("mode", ["Stop", "Pause"])
+def test_stop_ends_a_move_and_pause_lets_go_resume_it(mode: str) -> None:
+    async def main() -> None:
+        fake = FakeStation()
+        found = channels(fake)
+        move = asyncio.create_task(put(found, "whole", 50.0))
+        await until(lambda: fake.motion == 1)
+        looks = asyncio.create_task(looking(found))
+        await put(found, "whole.SPMG", mode)
+        await move
+        assert fake.ended[1].outcome == "stopped" and value(found, "whole.DMOV") == 1
+        place = value(found, "whole.RBV")
+        assert value(found, "whole") == pytest.approx(place if mode == "Stop" else 50.0)
+        goes = asyncio.create_task(put(found, "whole.SPMG", "Go"))
+        if mode == "Pause":
+            await until(lambda: fake.motion == 2)
+            fake.end("done")
+        await goes
+        looks.cancel()
+        assert targets(fake) == [0.05] * (1 if mode == "Stop" else 2)
+
+    asyncio.run(main())
+
+
+async def looking(found: dict[str, Any]) -> None:
+    """The server's looks at the machine."""
+    while True:
+        await LOOK[id(found)].look()
+        await asyncio.sleep(0.02)
+
+
+def test_move_is_one_move_and_pauses_again() -> None:
+    async def main() -> None:
+        fake = FakeStation()
+        found = channels(fake)
+        await put(found, "whole.SPMG", "Pause")
+        await put(found, "whole", 20.0)
+        moves = asyncio.create_task(put(found, "whole.SPMG", "Move"))
+        await until(lambda: fake.motion == 1)
+        assert value(found, "whole.SPMG") == "Move"
+        fake.end("done")
+        await moves
+        assert value(found, "whole.SPMG") == "Pause"
+        await put(found, "whole", 30.0)
+        assert targets(fake) == [0.02]
+        moves = asyncio.create_task(put(found, "whole.SPMG", "Move"))
+        await until(lambda: fake.motion == 2)
+        fake.end("done")
+        await moves
+
+    asyncio.run(main())
+
+
+@pytest.mark.parametrize("stop", ["whole.STOP", "stop", "emergency"])
+def test_what_was_paused_is_forgotten_by_a_stop(stop: str) -> None:
+    async def main() -> None:
+        fake = FakeStation()
+        found = channels(fake)
+        await put(found, "whole.SPMG", "Pause")
+        await put(found, "whole", 20.0)
+        await put(found, stop, 1)
+        await put(found, "whole.SPMG", "Go")
+        assert targets(fake) == []
+
+    asyncio.run(main())
+
+
+@pytest.mark.parametrize("mode", ["Stop", "Pause"])
+@pytest.mark.parametrize("field", ["HOMF", "HOMR", "JOGF", "JOGR"])
+def test_nothing_homes_or_jogs_while_stopped_or_paused(mode: str, field: str) -> None:
+    async def main() -> None:
+        fake = Jogged()
+        found = channels(fake)
+        await put(found, "whole.SPMG", mode)
+        await put(found, f"whole.{field}", 1)
+        await put(found, "whole.SPMG", "Go")
+        assert not [r for r in fake.requests if isinstance(r, m.Home | m.Jog)]
+        assert value(found, f"whole.{field}") == 0
+
+    asyncio.run(main())
+
+
+@pytest.mark.parametrize(("field", "sign"), [("JOGF", 1.0), ("JOGR", -1.0)])
+def test_a_jog_goes_on_as_long_as_its_field_is_1(field: str, sign: float) -> None:
+    async def main() -> None:
+        fake = Jogged()
+        found = channels(fake)
+        await put(found, "whole.JVEL", 5.0)
+        jog = asyncio.create_task(put(found, f"whole.{field}", 1))
+        await until(lambda: fake.motion)
+        assert fake.requests[-1] == m.Jog("macro", sign * 0.005, "epics")
+        assert (value(found, f"whole.{field}"), value(found, "whole.DMOV")) == (1, 0)
+        await put(found, f"whole.{field}", 0)
+        await jog
+        assert fake.requests[-1] == m.Jog("macro", 0.0, "epics") and not fake.motion
+        for name, wanted in ((field, 0), ("DMOV", 1), ("LVIO", 0)):
+            assert value(found, f"whole.{name}") == wanted
+        assert value(found, "whole.TDIR") == int(sign > 0.0)
+
+    asyncio.run(main())
+
+
+def test_a_jog_that_is_let_go_before_it_has_begun_ends() -> None:
+    async def main() -> None:
+        fake = Jogged()
+        found = channels(fake)
+        jog = asyncio.create_task(put(found, "whole.JOGF", 1))
+        await asyncio.sleep(0.0)
+        await put(found, "whole.JOGF", 0)
+        await jog
+        assert not fake.motion
+
+    asyncio.run(main())
+
+
+@pytest.mark.parametrize("field", ["RBV", "DRBV", "DMOV", "MOVN", "MSTA", "HLS", "TDIR", "VELO"])
+def test_fields_that_only_tell_are_not_written(field: str) -> None:
+    found = channels(FakeStation())
+    made = found[f"P:whole.{field}"]
+    assert made.check_access("host", "user") == AccessRights.READ
+    with pytest.raises(Forbidden):  # nor by one that does not look at its rights
+        asyncio.run(made.auth_write("host", "user", [7], ChannelType.LONG, None))
+
+
+@pytest.mark.parametrize("given", [0.0, -1.0, float("nan")])
+@pytest.mark.parametrize("field", ["TWV", "JVEL"])
+def test_steps_and_speeds_are_above_0(field: str, given: float) -> None:
+    found = channels(FakeStation())
+    with pytest.raises(MoveError, match="above 0"):
+        asyncio.run(put(found, f"whole.{field}", given))
+
+
+def test_msta_says_what_the_machine_does() -> None:
+    async def main() -> None:
+        fake = FakeStation()
+        found = channels(fake)
+        await LOOK[id(found)].look()
+        done, moving, homed = 1 << 1, 1 << 10, 1 << 14
+        status = value(found, "whole.MSTA")
+        assert status & done and not status & moving and status & homed
+        fake.motion, fake.trusted = 7, False
+        await LOOK[id(found)].look()
+        status = value(found, "whole.MSTA")
+        assert not status & done and status & moving and not status & homed
+
+    asyncio.run(main())
+
+
+# Circuits that close.
+
+ONE, OTHER = ("192.0.2.1", 5000), ("192.0.2.2", 5000)
+
+
+async def by(circuit: tuple[str, int], found: dict[str, Any], name: str, given: Any) -> None:
+    WRITER.set(circuit)
+    await put(found, name, given)
+
+
+def test_a_client_that_is_gone_loses_control_and_its_motion() -> None:
+    async def main() -> None:
+        fake = FakeStation()
+        found = channels(fake)
+        served = LOOK[id(found)]
+        move = asyncio.create_task(by(ONE, found, "whole", 50.0))
+        await until(lambda: fake.motion == 1)
+        await served.left(OTHER)  # it has only looked
+        assert fake.holder == "epics" and fake.motion
+        await served.left(ONE)
+        await move
+        assert fake.holder == "" and fake.ended[1].outcome == "lost"
+        assert "epics" in fake.connected  # and may order again
+        await asyncio.create_task(by(OTHER, found, "disable", 1))
+        assert fake.holder == "epics"
+
+    asyncio.run(main())
+
+
+def test_whose_motion_it_is_not_takes_nothing_from_others_by_going() -> None:
+    async def main() -> None:
+        fake = FakeStation()
+        found = channels(fake)
+        served = LOOK[id(found)]
+        await asyncio.create_task(by(OTHER, found, "clear", 1))
+        move = asyncio.create_task(by(ONE, found, "whole", 50.0))
+        await until(lambda: fake.motion == 1)
+        await served.left(OTHER)
+        assert fake.holder == "epics" and fake.motion == 1
+        fake.end("done")
+        await move
+        await served.left(ONE)  # the last one that ordered anything
+        assert fake.holder == ""
+
+    asyncio.run(main())
+
+
+def test_the_motion_of_one_that_is_gone_ends_though_another_one_is_there() -> None:
+    async def main() -> None:
+        fake = FakeStation()
+        found = channels(fake)
+        await asyncio.create_task(by(OTHER, found, "clear", 1))
+        move = asyncio.create_task(by(ONE, found, "whole", 50.0))
+        await until(lambda: fake.motion == 1)
+        await LOOK[id(found)].left(ONE)
+        await move
+        assert fake.ended[1].outcome == "lost"
 
     asyncio.run(main())

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from contextvars import ContextVar
 from typing import Any
 
 from caproto import AccessRights, ChannelDouble, ChannelEnum, ChannelInteger, ChannelString
 
-Put = Callable[[Any], Awaitable[None]]
+Put = Callable[[Any], Awaitable[Any]]
+Address = tuple[str, int]
+WRITER: ContextVar[Address | None] = ContextVar("WRITER", default=None)  # whose put is being done
 SENT_S = 0.1  # in which the server has sent what was shown: it gathers news for some 10 ms
 
 
 class _Own:
-    """`put`: what a client's value does, which is raised to the client where it fails; None for
-    a channel that is read only."""
+    """`put`: what a client's value does, which is raised to the client where it fails, and what
+    the channel's value is after it, by default the client's; None for a channel that is read
+    only, to which clients' writes are refused."""
 
     put: Put | None = None
 
@@ -22,16 +26,25 @@ class _Own:
         """Who may write."""
         return AccessRights.READ if self.put is None else AccessRights.READ | AccessRights.WRITE
 
+    async def auth_write(self, *given: Any, user_address: Any = None, **rest: Any) -> Any:
+        """What a client at an address writes."""
+        WRITER.set(user_address)
+        return await super().auth_write(*given, user_address=user_address, **rest)  # type: ignore[misc]
+
     async def verify_value(self, data: Any) -> Any:
         """Do what a client has put."""
+        after = None
         if self.put is not None:
             one = isinstance(data, list | tuple) and len(data) == 1
             try:
-                await self.put(data[0] if one else data)
+                after = await self.put(data[0] if one else data)
             finally:
                 # Its reply must not overtake the news of its end: a client would take that DMOV
                 # for the end of its next move.
                 await asyncio.sleep(SENT_S)
+        return self._after(data) if after is None else after
+
+    def _after(self, data: Any) -> Any:
         return data
 
 
@@ -42,9 +55,7 @@ class Double(_Own, ChannelDouble):  # type: ignore[misc]
 class Integer(_Own, ChannelInteger):  # type: ignore[misc]
     """A whole number; where clients may put one, a button, which is 0 again."""
 
-    async def verify_value(self, data: Any) -> Any:
-        """Do what a client has put."""
-        await super().verify_value(data)
+    def _after(self, data: Any) -> Any:
         return 0
 
 

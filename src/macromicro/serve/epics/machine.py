@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+from collections import Counter
 from collections.abc import Awaitable, Callable
 from typing import Any
 
@@ -11,8 +12,9 @@ import numpy as np
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import DONE, Refused
+from macromicro.serve import unconfirmed
 from macromicro.serve.client import POLL_S, Client
-from macromicro.serve.epics.channels import channel, show
+from macromicro.serve.epics.channels import WRITER, Address, channel, show
 from macromicro.serve.epics.gathering import Gathering
 from macromicro.serve.epics.record import Axis, MoveError, Now, Record
 from macromicro.serve.instrument import Instrument
@@ -28,7 +30,8 @@ _OFF = (m.MODES[m.DISABLED], m.MODES[m.FAULT], "off")
 
 class Channels:
     """All channels of a served machine. The clients of Channel Access are one client of the
-    station, which takes control with what it orders where that is free."""
+    station, which takes control with what it orders where that is free, and is lost with the last
+    circuit of those that ordered something, or of those whose motion is under way."""
 
     def __init__(self, instrument: Instrument) -> None:
         self.client = Client(instrument, NAME)
@@ -37,14 +40,25 @@ class Channels:
         self._looking = asyncio.Lock()
         self._turn, self._under_way = "", 0  # the record that moves, and how many moves it has
         self._asked, self._stopped = 0, 0  # moves and stops so far; the last stop's number
+        self._owners: set[Address | None] = set()  # circuits that have ordered something
+        self._movers: Counter[Address | None] = Counter()  # motions under way, of each circuit
         self._gathering = Gathering(self._ask, self._in_turn)
         writable = self.client.authenticated  # Channel Access carries no token
         self._live = instrument.settings.live
-        speed = self._live.jogging.macro * self._per
+        jogging = self._live.jogging
+        speed = jogging.macro * self._per
         near = self._live.pitch * self._per
         unit = instrument.place.unit
         self._records = {
-            axis.name: Record(axis, unit, DIGITS, speed, near, writable=writable)
+            axis.name: Record(
+                axis,
+                unit,
+                DIGITS,
+                speed,
+                (jogging.micro if axis.name == m.MICRO else jogging.slow) * self._per,
+                near,
+                writable=writable,
+            )
             for axis in self._axes()
         }
 
@@ -70,7 +84,7 @@ class Channels:
             "enable": channel(0, put(self._if(lambda: self._order(m.Enable())))),
             "disable": channel(0, put(self._if(lambda: self._order(m.Disable())))),
             "clear": channel(0, put(self._if(lambda: self._order(m.ClearFault())))),
-            "home": channel(0, put(self._if(lambda: self._go(m.Home())))),
+            "home": channel(0, put(self._if(lambda: self._moving(self._go(m.Home()))))),
             "release": channel(0, put(self._if(self._release))),
             "stop": channel(0, self._if(self._stop)),
             "emergency": channel(0, self._if(self._emergency)),
@@ -96,13 +110,21 @@ class Channels:
             return moved(name, text, go)
 
         def moved(name: str, text: str, go: Callable[[float], Awaitable[None]]) -> Axis:
+            stage = m.MACRO if name == "whole" else name
+
             async def home() -> None:
-                await self._go(m.Home())
+                await self._moving(self._go(m.Home()))
+
+            async def jog(speed: float, held: Callable[[], bool]) -> None:
+                await self._moving(self._jog(stage, speed / per, held))
 
             async def enable(on: bool) -> None:
                 await self._order(m.Enable() if on else m.Disable())
 
-            return Axis(name, text, go, home, self._stop, enable)
+            async def move(value: float) -> None:
+                await self._moving(go(value))
+
+            return Axis(name, text, move, home, jog, self._halt, enable)
 
         def alone(name: str) -> Axis:
             async def go(value: float) -> None:
@@ -134,7 +156,8 @@ class Channels:
             own = now.axes[m.AXES.index(name)] if now.axes else None
             place, target = (own.position_m, own.target_m) if own else (math.nan, math.nan)
         low, high = (end * scale for end in ends)
-        shown = Now(place * scale, low, high, now.mode not in _OFF, bool(now.motion))
+        enabled, fault = now.mode not in _OFF, now.fault is not None
+        shown = Now(place * scale, low, high, enabled, bool(now.motion), now.trusted, fault)
         if name in m.STAGES:
             return shown
         return shown._replace(target=(place if math.isnan(target) else target) * scale)
@@ -143,6 +166,7 @@ class Channels:
 
     async def _order(self, request: m.Request) -> int:
         """Pass it on; the number of the motion it began, or 0. Raises `MoveError`."""
+        self._owners.add(WRITER.get())
 
         def ask() -> m.Reply:
             station, client = self._station, self.client
@@ -160,7 +184,45 @@ class Channels:
     async def _go(self, request: m.Request) -> None:
         """A motion to its end. Raises `MoveError` where that is not "done"."""
         await show(self._shown["failure"], "")
-        motion = await self._order(request)
+        await self._to_end(await self._order(request))
+
+    async def _jog(self, stage: str, speed: float, held: Callable[[], bool]) -> None:
+        """A jog until its button is let go. Raises `MoveError`."""
+        if self._under_way:
+            await self._fail("another record moves; wait for its end, or stop it")
+        await show(self._shown["failure"], "")
+        motion = await self._order(m.Jog(stage, speed))
+        while held() and self._station.finished(motion, 0.0) is None:
+            await asyncio.sleep(POLL_S)
+        if self._station.finished(motion, 0.0) is None:
+            await self._order(m.Jog(stage, 0.0))
+        await self._to_end(motion, m.STOPPED_BY_REQUEST)
+
+    async def _moving(self, motion: Awaitable[None]) -> None:
+        """A motion of the circuit whose put this is."""
+        circuit = WRITER.get()
+        self._owners.add(circuit)
+        self._movers[circuit] += 1
+        try:
+            await motion
+        finally:
+            self._movers[circuit] -= 1
+
+    async def left(self, circuit: Address) -> None:
+        """A circuit has closed."""
+        if circuit not in self._owners:
+            return
+        moved = self._movers[circuit] > 0
+        self._owners.discard(circuit)
+        others = any(number > 0 for each, number in self._movers.items() if each != circuit)
+        if self._owners and (others or not moved):
+            return
+        self._drop()
+        if self._station.holder == self.client.name:
+            await asyncio.to_thread(self.client.lose)
+
+    async def _to_end(self, motion: int, *fine: str) -> None:
+        """Wait for a motion's end. Raises `MoveError` where that is neither "done" nor `fine`."""
         while (end := self._station.finished(motion, 0.0)) is None:
             if not self._station.snapshot().running:
                 await self._fail("the loop process has ended")
@@ -172,7 +234,7 @@ class Channels:
                 break
             await asyncio.sleep(POLL_S)
         await self.look()
-        if end.outcome != DONE:
+        if end.outcome not in (DONE, *fine):
             await self._fail(f"it ended as {end.outcome}")
 
     def _ask(self) -> int:
@@ -200,15 +262,29 @@ class Channels:
         await show(self._shown["failure"], words)
         raise MoveError(words)
 
-    async def _stop(self) -> None:
+    def _drop(self) -> None:
+        """Nothing that waits begins."""
         self._stopped = self._ask()
         self._gathering.close()
+
+    def _forget(self) -> None:
+        """Nor does a record go on that was paused."""
+        self._drop()
+        for record in self._records.values():
+            record.forget()
+
+    async def _halt(self) -> None:
+        self._drop()
+        await asyncio.to_thread(self.client.stop)
+
+    async def _stop(self) -> None:
+        self._forget()
         await asyncio.to_thread(self.client.stop)
 
     async def _emergency(self) -> None:
-        self._stopped = self._ask()
-        self._gathering.close()
-        await asyncio.to_thread(self.client.emergency)
+        self._forget()
+        if math.isnan(await asyncio.to_thread(self.client.emergency)):
+            await self._fail(unconfirmed.words(unconfirmed.EMERGENCY_STOP))
 
     async def _release(self) -> None:
         await asyncio.to_thread(self._station.release, self.client.name)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Awaitable, Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 from caproto import AlarmSeverity, AlarmStatus, ChannelAlarm
@@ -14,6 +15,12 @@ from macromicro.serve.epics.channels import SENT_S, channel, show
 _PATIENCE = 5  # times that a look at the machine is waited for
 _FINE = {"status": AlarmStatus.NO_ALARM, "severity": AlarmSeverity.NO_ALARM}
 _ENABLE = ("Disable", "Enable")
+SPMG = ("Stop", "Pause", "Move", "Go")
+STOP, PAUSE, MOVE, GO = range(4)
+# Bits of MSTA, as the motor record numbers them.
+_FORWARD, _DONE, _HIGH, _HOLDS, _ENCODER, _PROBLEM, _MOVING, _LOOP, _LOW, _HOMED = (
+    1 << bit for bit in (0, 1, 2, 5, 8, 9, 10, 11, 13, 14)
+)
 
 
 class MoveError(Exception):
@@ -22,12 +29,14 @@ class MoveError(Exception):
 
 class Axis(NamedTuple):
     """What a record moves: its name, and how to move it there (`go` returns at its end and raises
-    `MoveError`), home it, stop it and enable it."""
+    `MoveError`), home it, jog it at a speed as long as the function says so, stop it and enable
+    it."""
 
     name: str
     text: str
     go: Callable[[float], Awaitable[None]]
     home: Callable[[], Awaitable[None]]
+    jog: Callable[[float, Callable[[], bool]], Awaitable[None]]
     stop: Callable[[], Awaitable[None]]
     enable: Callable[[bool], Awaitable[Any]]
 
@@ -41,12 +50,15 @@ class Now(NamedTuple):
     high: float
     enabled: bool
     moving: bool
+    trusted: bool = True
+    fault: bool = False
     target: float | None = None
 
 
 class Record:
     """Channels of one record by their names behind the prefix; `unit`, `digits`: of its places;
-    `speed`: a speed that its clients may count their patience by; `near`: how near is there."""
+    `speed`: a speed that its clients may count their patience by; `jog`: speed of its jogs;
+    `near`: how near is there, and a step of RVAL."""
 
     def __init__(
         self,
@@ -54,16 +66,23 @@ class Record:
         unit: str,
         digits: int,
         speed: float,
+        jog: float,
         near: float,
         *,
         writable: bool = True,
     ) -> None:
         self._axis, self._moves, self._looks = axis, 0, 0
         self._going = False
+        self._near = near
+        self._mode = GO  # SPMG
+        self._goal: float | None = None  # of the move under way
+        self._later: float | None = None  # what moves at Go or Move
+        self._sync = False  # VAL is to be where the motion ends
+        self._held = False  # a jog's button
         alarm = ChannelAlarm()
         place = {"units": unit, "precision": digits, "alarm": alarm}
 
-        def put(act: Callable[[Any], Awaitable[None]]) -> Any:
+        def put(act: Callable[[Any], Awaitable[Any]]) -> Any:
             return act if writable else None
 
         self.value = channel(0.0, put(self._move), **place)
@@ -74,10 +93,13 @@ class Record:
             "RBV": channel(0.0, **place),
             "DVAL": channel(0.0, put(self._move), **place),
             "DRBV": channel(0.0, **place),
+            "RVAL": channel(0, put(self._move_raw), **flag),
+            "RRBV": channel(0, **flag),
+            "RLV": channel(0.0, put(self._move_by), **place),
             "DMOV": channel(1, **flag),
             "MOVN": channel(0, **flag),
             "STOP": channel(0, self._stop, **flag),
-            "SPMG": channel("Go", self._pause, enum_strings=("Stop", "Pause", "Move", "Go")),
+            "SPMG": channel("Go", self._switch, enum_strings=SPMG),
             "HLM": channel(0.0, **place),
             "LLM": channel(0.0, **place),
             "DHLM": channel(0.0, **place),
@@ -90,10 +112,13 @@ class Record:
             "MSTA": channel(0, **flag),
             "HOMF": channel(0, put(self._home), **flag),
             "HOMR": channel(0, put(self._home), **flag),
+            "JOGF": channel(0, put(partial(self._jog, "JOGF", 1.0)), **flag),
+            "JOGR": channel(0, put(partial(self._jog, "JOGR", -1.0)), **flag),
+            "JVEL": channel(jog, put(_positive), **place),
             "CNEN": channel("Disable", put(self._enable), enum_strings=_ENABLE),
-            "TWV": channel(10.0**-2, put(_kept), **place),
-            "TWF": channel(0, put(self._tweak(1.0)), **flag),
-            "TWR": channel(0, put(self._tweak(-1.0)), **flag),
+            "TWV": channel(10.0**-2, put(_positive), **place),
+            "TWF": channel(0, put(partial(self._tweak, 1.0)), **flag),
+            "TWR": channel(0, put(partial(self._tweak, -1.0)), **flag),
             "EGU": channel(unit),
             "DESC": channel(axis.text),
             "OUT": channel("@macromicro"),
@@ -127,9 +152,11 @@ class Record:
         if math.isfinite(now.place):
             await show(fields["RBV"], now.place)
             await show(fields["DRBV"], now.place)
+            await show(fields["RRBV"], round(now.place / self._near))
             target = now.target if now.enabled else now.place
-            if target is not None and not self._going and not now.moving:
-                await show(self.value, target)
+            rests = not self._going and not now.moving and self._later is None
+            if target is not None and rests:
+                await self._aim(target)
         ends = {"upper_ctrl_limit": now.high, "lower_ctrl_limit": now.low}
         if (fields["HLM"].value, fields["LLM"].value) != (now.high, now.low):
             await self.value.write_metadata(**ends)
@@ -142,41 +169,123 @@ class Record:
             await show(fields["MOVN"], int(now.moving))
         if not self._going:  # a move may have begun meanwhile
             await show(fields["DMOV"], int(not now.moving))
+        await show(fields["MSTA"], self._status(now))
+
+    def _status(self, now: Now) -> int:
+        bits = (
+            (_FORWARD, self.fields["TDIR"].value),
+            (_DONE, not now.moving),
+            (_MOVING, now.moving),
+            (_HIGH, now.place >= now.high),
+            (_LOW, now.place <= now.low),
+            (_HOLDS, now.enabled),
+            (_HOMED, now.trusted),
+            (_PROBLEM, now.fault),
+        )
+        return _ENCODER | _LOOP | sum(bit for bit, on in bits if on)
 
     # What clients put
 
-    async def _move(self, target: float) -> None:
-        await show(self.value, float(target))
-        await self._through(lambda: self._axis.go(float(target)), float(target))
+    async def _move(self, target: float) -> float:
+        """A new target; its channel's value after it."""
+        await self._aim(float(target))
+        self._later = float(target)
+        if self._mode in (MOVE, GO):
+            await self._begin()
+        return float(self.value.value)
+
+    async def _begin(self) -> None:
+        """The move that is asked for, if one is."""
+        if self._later is None:
+            return
+        target, self._later = self._later, None
+        mine = await self._through(lambda: self._axis.go(target), target, goal=target)
+        if self._mode == MOVE and mine == self._moves and self._later is None:
+            self._mode = PAUSE
+            await show(self.fields["SPMG"], SPMG[PAUSE])
+
+    async def _move_raw(self, steps: float) -> int:
+        return round(await self._move(steps * self._near) / self._near)
+
+    async def _move_by(self, distance: float) -> float:
+        await self._move(self.value.value + float(distance))
+        return 0.0
+
+    async def _tweak(self, sign: float, value: int) -> None:
+        if value:
+            await self._move(self.value.value + sign * self.fields["TWV"].value)
 
     async def _home(self, value: int) -> None:
-        if value:
-            await self._through(self._axis.home, -math.inf)
+        if value and self._mode in (MOVE, GO):
+            await self._through(self._axis.home, -math.inf, sync=True)
+
+    async def _jog(self, name: str, sign: float, value: int) -> None:
+        """As long as the field is 1."""
+        self._held = bool(value) and self._mode in (MOVE, GO)
+        if not self._held or self.fields["JOGF"].value or self.fields["JOGR"].value:
+            return
+        await show(self.fields[name], 1)
+        speed = sign * self.fields["JVEL"].value
+
+        def held() -> bool:
+            return self._held
+
+        try:
+            await self._through(
+                lambda: self._axis.jog(speed, held), math.copysign(math.inf, sign), sync=True
+            )
+        finally:
+            await show(self.fields[name], 0)
 
     async def _enable(self, value: Any) -> None:
         await self._axis.enable(value in (1, _ENABLE[1]))
 
     async def _stop(self, value: int) -> None:
         if value:
+            self.forget()
+            self._sync = True
             await self._axis.stop()
 
-    async def _pause(self, value: Any) -> None:
-        if value in (0, 1, "Stop", "Pause"):
+    async def _switch(self, value: Any) -> str:
+        """Stop ends what moves; Pause keeps its target for Move, which is one move, or Go."""
+        self._mode = SPMG.index(value) if value in SPMG else int(value)
+        await show(self.fields["SPMG"], SPMG[self._mode])
+        if self._mode in (STOP, PAUSE):
+            self._held = False
+            if self._mode == STOP:
+                self.forget()
+                self._sync = True
+            elif self._later is None:
+                self._later = self._goal
             await self._axis.stop()
+        else:
+            await self._begin()
+        return SPMG[self._mode]
 
-    def _tweak(self, sign: float) -> Any:
-        async def tweak(value: int) -> None:
-            if value:
-                await self._move(self.value.value + sign * self.fields["TWV"].value)
+    def forget(self) -> None:
+        """Nothing moves at Go or Move."""
+        self._later = None
 
-        return tweak
+    async def _aim(self, target: float) -> None:
+        await show(self.value, target)
+        await show(self.fields["DVAL"], target)
+        await show(self.fields["RVAL"], round(target / self._near))
 
-    async def _through(self, act: Callable[[], Awaitable[None]], target: float) -> None:
-        """A motion from its begin to its end. A failed one leaves a MAJOR alarm, LVIO and MISS at
-        1, which clients see before DMOV is 1 again; the put ends well, as that of any record."""
+    async def _through(
+        self,
+        act: Callable[[], Awaitable[None]],
+        target: float,
+        *,
+        goal: float | None = None,
+        sync: bool = False,
+    ) -> int:
+        """A motion from its begin to its end; its number. A failed one leaves a MAJOR alarm, LVIO
+        and MISS at 1, which clients see before DMOV is 1 again; the put ends well, as that of any
+        record. `sync`: VAL follows to where it ends, as it does behind a stop."""
         fields = self.fields
         self._moves += 1
         mine, self._going = self._moves, True
+        self._goal, self._sync = goal, sync
         await self.alarm.write(**_FINE)
         await show(fields["STOP"], 0)
         for name in ("LVIO", "MISS"):
@@ -191,6 +300,7 @@ class Record:
             failure = error
         if mine == self._moves:  # else a later one is under way, which says the end
             await self._end(failure, mine)
+        return mine
 
     async def _end(self, failure: MoveError | None, mine: int) -> None:
         fields = self.fields
@@ -208,12 +318,15 @@ class Record:
             await asyncio.sleep(SENT_S)
         if mine != self._moves:
             return
-        if failure is not None:
-            await show(self.value, fields["RBV"].value)
+        self._goal = None
+        if self._sync:
+            await self._aim(fields["RBV"].value)
         await show(fields["MOVN"], 0)
         await fields["DMOV"].write(1, verify_value=False)
         self._going = False
 
 
-async def _kept(value: Any) -> None:
+async def _positive(value: Any) -> None:
     """A value that is only kept."""
+    if not (math.isfinite(value) and value > 0.0):
+        raise MoveError(f"{value:g} is no distance or speed; use a number above 0")

@@ -61,12 +61,11 @@ class EpicsServer(Threaded):
         logging.getLogger("caproto").addHandler(logging.NullHandler())
         for name in ("caproto", "caproto.ctx", "caproto.circ", "caproto.bcast", "caproto.ch"):
             logging.getLogger(name).setLevel(logging.CRITICAL)  # a refused put is no news
-        from caproto.asyncio.server import Context
-
+        from macromicro.serve.epics.circuits import Circuits
         from macromicro.serve.epics.machine import Channels
 
         channels = Channels(self._instrument)
-        context: Any = Context(channels.named(self.prefix), self._interfaces)
+        context: Any = Circuits(channels.named(self.prefix), self._interfaces, channels.left)
         await asyncio.to_thread(channels.client.connect)
 
         async def look(_: object) -> None:
