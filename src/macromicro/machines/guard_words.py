@@ -7,7 +7,8 @@ from typing import NamedTuple
 OK, ILLEGAL, SILENT, LOW, HIGH, FAST, LOST, STUCK = range(8)
 LIMIT_LOW, LIMIT_HIGH, LIMITS, DRIVE, NOT_ENABLED = range(8, 13)
 JUMP, FROZEN, AGAINST, HOT, CLOCK = range(13, 18)
-KEEPS_PLACE = (OK, ILLEGAL, DRIVE, NOT_ENABLED, HOT)  # after any other the position is in doubt
+OTHER_AXIS = 100  # the guard of another axis of the machine has found a fault
+KEEPS_PLACE = (OK, ILLEGAL, DRIVE, NOT_ENABLED, HOT, OTHER_AXIS)  # else the position is in doubt
 
 
 class Text(NamedTuple):

@@ -8,8 +8,8 @@ import pytest
 from macromicro.kernel import compiled
 from macromicro.machines import guarding
 from macromicro.machines import runs as single
+from macromicro.machines.guard_words import OTHER_AXIS
 from macromicro.machines.joint import contour, loop, planning, results, runs
-from macromicro.machines.joint.loop import TOLD
 from macromicro.machines.joint.machine import XY_MACHINE, under
 from macromicro.machines.joint.settings import AXES, DEFAULT
 from macromicro.machines.machine import MACHINES
@@ -100,7 +100,7 @@ def test_a_fault_of_one_axis_switches_both_off_in_the_same_period(name):
     done = runs.record(under(settings), settings, plan)
     r, (first, second) = done.recording, done.outcome.watches
     own, other = (first, second) if name == "x" else (second, first)
-    assert own.fault == guarding.HIGH and other.fault == TOLD
+    assert own.fault == guarding.HIGH and other.fault == OTHER_AXIS
     assert other.time == own.time == r["t"][-1]
     assert r["x_effort"][-1] == 0.0 and r["y_effort"][-1] == 0.0
     assert np.all(r["x_effort"][-20:-1] != 0.0) and np.all(r["y_effort"][-20:-1] != 0.0)
@@ -116,7 +116,7 @@ def test_a_guard_that_is_told_keeps_its_own_fault():
     assert loop.told(calm, calm, 3.0, 1.0) == (calm, 3.0)
     assert loop.told(tripped, tripped, 3.0, 1.0) == (tripped, 0.0)
     watch, effort = loop.told(calm, tripped, 3.0, 1.0)
-    assert (watch.fault, watch.time, effort) == (TOLD, 1.0, 0.0)
+    assert (watch.fault, watch.time, effort) == (OTHER_AXIS, 1.0, 0.0)
     assert loop.told(tripped, calm, 0.0, 1.0) == (tripped, 0.0)
 
 

@@ -13,9 +13,9 @@ from tests.serve.joint.bed import PLOTTER, Bed
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Event, Refused
 from macromicro.control.live.possible import possible
+from macromicro.machines.guard_words import OTHER_AXIS
 from macromicro.machines.guarding import OK
 from macromicro.machines.joint import course, planning
-from macromicro.machines.joint.loop import TOLD
 from macromicro.serve import faults
 
 
@@ -409,8 +409,8 @@ def test_a_fault_of_one_axis_switches_both_off_in_the_same_period() -> None:
     bed.rig._states = (bed.rig._states[0], kind.initial(bed.rig._bench[1]))
     bed.run(1)
     assert control.tripped and control.efforts == [0.0, 0.0] and control.enable == 0.0
-    assert control.watches[0].fault == TOLD
-    assert control.watches[1].fault not in (OK, TOLD)
+    assert control.watches[0].fault == OTHER_AXIS
+    assert control.watches[1].fault not in (OK, OTHER_AXIS)
     assert control.watches[0].time == control.watches[1].time
     assert control.faulty == 1
     found = faults.of_axis(faults.AXIS[1] + control.watches[1].fault, *control.watches[1][1:4])

@@ -22,6 +22,7 @@ from macromicro.control.arrival import TICK
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.kernel import kernel
 from macromicro.machines import guarding, sequence, stage
+from macromicro.machines.guard_words import OTHER_AXIS
 from macromicro.machines.guarding import OK, Watch, latched
 from macromicro.machines.joint.settings import AXES
 from macromicro.machines.lines import Held
@@ -29,8 +30,6 @@ from macromicro.machines.sequence import DONE, HOLDING, MOVING, Progress
 from macromicro.machines.signals import Inside, Output
 from macromicro.machines.stage import FAULT, Kind, Loop
 from macromicro.types import Enable
-
-TOLD = 100  # fault of a guard that was told of another axis' fault
 
 
 class Joined(NamedTuple):
@@ -239,7 +238,7 @@ def told(watch: Watch, other: Watch, effort: float, t: float) -> tuple[Watch, fl
         return watch, effort
     if watch.fault != OK:
         return watch, 0.0
-    return latched(watch, TOLD, 0.0, 0.0, t), 0.0
+    return latched(watch, OTHER_AXIS, 0.0, 0.0, t), 0.0
 
 
 _SHARED = ("t", *(c.name for c in layout(Inside).columns))

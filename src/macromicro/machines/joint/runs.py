@@ -13,9 +13,10 @@ import macromicro
 from macromicro.columns import Column
 from macromicro.kernel import cache_folder
 from macromicro.machines import guarding, runs
+from macromicro.machines.guard_words import OTHER_AXIS
 from macromicro.machines.guarding import OK, Watch
 from macromicro.machines.joint import loop
-from macromicro.machines.joint.loop import TOLD, Bench, Plane
+from macromicro.machines.joint.loop import Bench, Plane
 from macromicro.machines.joint.machine import Joint, as_toml
 from macromicro.machines.joint.planning import JointPlan
 from macromicro.machines.joint.settings import AXES, of
@@ -50,7 +51,7 @@ class Outcome(NamedTuple):
     def fault(self) -> Fault | None:
         """The fault in words, of the axis that met it; None if all went well."""
         for name, watch in zip(AXES, self.watches, strict=True):
-            if watch.fault not in (OK, TOLD):
+            if watch.fault not in (OK, OTHER_AXIS):
                 found = guarding.describe(watch)
                 assert found is not None
                 both = found.evidence.replace(SWITCHED_OFF, f"both axes: {SWITCHED_OFF}")

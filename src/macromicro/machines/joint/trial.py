@@ -9,8 +9,8 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from macromicro.columns import Quantity
+from macromicro.machines.guard_words import OTHER_AXIS
 from macromicro.machines.joint import results, runs
-from macromicro.machines.joint.loop import TOLD
 from macromicro.machines.joint.machine import Joint
 from macromicro.machines.joint.planning import JointPlan
 from macromicro.machines.joint.settings import AXES
@@ -82,7 +82,7 @@ def measured(
         In figures.
     """
     moves = results.moves(recording, plan, settings)
-    fault = next((w.fault for w in outcome.watches if w.fault not in (0, TOLD)), 0)
+    fault = next((w.fault for w in outcome.watches if w.fault not in (0, OTHER_AXIS)), 0)
     whole = fault == 0 and len(moves) == len(plan.legs)
     beside = [m.contour for m in moves if m.contour is not None]
     late = settling(moves)

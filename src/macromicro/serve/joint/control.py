@@ -12,9 +12,10 @@ from macromicro.columns import Column
 from macromicro.control.live.leading import Course
 from macromicro.control.stage_law import StageLaw
 from macromicro.machines import guarding, lines, pace, stage
+from macromicro.machines.guard_words import OTHER_AXIS
 from macromicro.machines.guarding import OK
 from macromicro.machines.joint import loop, runs
-from macromicro.machines.joint.loop import TOLD, Bench, Half, Joined, Run
+from macromicro.machines.joint.loop import Bench, Half, Joined, Run
 from macromicro.machines.joint.machine import Joint
 from macromicro.machines.joint.settings import AXES, of
 from macromicro.machines.lines import Held
@@ -96,7 +97,7 @@ class Control:
     @property
     def faulty(self) -> int:
         """Index of the axis whose guard has found the fault."""
-        return next(k for k, w in enumerate(self.watches) if w.fault not in (OK, TOLD))
+        return next(k for k, w in enumerate(self.watches) if w.fault not in (OK, OTHER_AXIS))
 
     def run(
         self, courses: Any, bench: Bench, stages: Pair, seen: tuple[Sample, Sample], noise: Any

@@ -245,5 +245,5 @@ class Led(stage_rig.Led):
 
     def overlooked(self) -> str:
         """Why a position may be wrong although the latched fault says nothing of it, or ""."""
-        missed = any(watch.missed for watch in self._both.control.watches)
+        missed = any(map(stage_rig.doubtful, self._both.control.watches))
         return stage_rig.MISSED if missed else ""

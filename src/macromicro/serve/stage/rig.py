@@ -11,7 +11,7 @@ import numpy as np
 
 from macromicro.control.live.leading import Course
 from macromicro.machines import guarding, lines, open_rig, pace
-from macromicro.machines.guarding import OK
+from macromicro.machines.guarding import OK, Watch
 from macromicro.machines.machine import Machine
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import quickest
@@ -192,6 +192,11 @@ class _Read:
         return self._rig.read() if sample is None else sample
 
 
+def doubtful(watch: Watch) -> bool:
+    """Whether the guard has found the position wrong, beside a fault that it did not find."""
+    return bool(watch.missed) or guarding.blind(watch)
+
+
 class Led:
     """What the loop drives: a session with one of these, and the guard of its machine.
 
@@ -263,7 +268,7 @@ class Led:
 
     def overlooked(self) -> str:
         """Why the position may be wrong although the latched fault says nothing of it, or ""."""
-        return MISSED if self._control.watch.missed else ""
+        return MISSED if doubtful(self._control.watch) else ""
 
     def __enter__(self) -> Self:
         self._session.__enter__()
