@@ -12,7 +12,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c c
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run serve test test-docs test-slow test-all browser compiler avr arm firmware firmware-arm trial lint format dist bench bench-peers bench-identify soak matrix mutants docs notebooks site clean
+.PHONY: help run serve test test-docs test-slow test-all browser compiler avr arm firmware hex firmware-arm trial lint format dist bench bench-peers bench-identify soak matrix mutants docs notebooks site clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -83,6 +83,10 @@ arm: ## install Debian's compiler and simulator of a Cortex-M, for the firmware'
 firmware: $(VENV)/.core ## build the firmware of the boards, in build/firmware
 	PYTHONPATH=tools $(BIN)/python -m boardcode --out build/firmware
 	$(MAKE) --no-print-directory -C firmware
+
+hex: firmware ## renew the built firmware that the package carries, with its SHA-256
+	cp build/firmware/atmega328p.hex src/macromicro/rig/board/uno.hex
+	cd src/macromicro/rig/board && sha256sum uno.hex > uno.hex.sha256
 
 firmware-arm: $(VENV)/.core ## build the firmware's core for a Cortex-M4F, which QEMU runs
 	PYTHONPATH=tools $(BIN)/python -m boardcode --out build/firmware

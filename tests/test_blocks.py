@@ -64,7 +64,8 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro run thesis --config results/actuator/model": "what that writes",
     },
     "docs/firmware.md": {
-        "make firmware": "needs a compiler for the board: tests/firmware",
+        "macromicro export hex": TESTED + "tests/rig/board/test_prebuilt.py",
+        "sha256sum": TESTED + "tests/rig/board/test_prebuilt.py",
         "avrdude": "needs a board",
         "macromicro doctor --rig board": "needs a board: tests/rig/board",
         "make trial MINUTES=60": "takes an hour: tests/firmware/test_trial.py",
@@ -74,7 +75,8 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro serve --rig board": "needs a board: tests/firmware",
     },
     "docs/build-one.md": {
-        "make firmware": "needs a compiler for the board",
+        "macromicro export hex": TESTED + "tests/rig/board/test_prebuilt.py",
+        "sha256sum": TESTED + "tests/rig/board/test_prebuilt.py",
         "avrdude": "needs a board",
         "macromicro doctor --rig board:": "needs a board; other rigs by tests/rig/test_walk.py",
     },

@@ -52,7 +52,18 @@ def test_wheel_and_source_archive_work_without_the_checkout(tmp_path: Path) -> N
         held = {name for name in file.namelist() if ".dist-info/" not in name}
         assert any(name.endswith("/licenses/LICENSE") for name in file.namelist())
     assert held == kept
-    for kind in (".toml", ".json", ".html", ".js", ".j2", ".css", ".bob", ".csv", "py.typed"):
+    for kind in (
+        ".toml",
+        ".json",
+        ".html",
+        ".js",
+        ".j2",
+        ".css",
+        ".bob",
+        ".csv",
+        ".hex",
+        "py.typed",
+    ):
         assert any(name.endswith(kind) for name in held), kind
     with tarfile.open(archive) as file:
         names = {name.partition("/")[2] for name in file.getnames()}

@@ -266,7 +266,9 @@ def test_another_firmware_is_refused_with_what_to_flash(
 
     monkeypatch.setattr(protocol, "heard", other)
     with (
-        pytest.raises(BoardError, match=f"firmware is {age}.*flash build/firmware/atmega328p.hex"),
+        pytest.raises(
+            BoardError, match=f"firmware is {age}.*flash the file of `macromicro export hex`"
+        ),
         board(),
     ):
         pass

@@ -1,4 +1,4 @@
-"""``macromicro export``: kernels as C99 and as FMUs."""
+"""``macromicro export``: kernels as C99 and as FMUs, the firmware of a board."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from macromicro.commands.group import Group, whole
 
 app = typer.Typer(
     cls=Group,
-    help="Write laws, guards, observers and plants as C99, for a microcontroller, or as FMUs.",
+    help="Write laws, guards, observers and plants as C99, for a microcontroller, or as FMUs; "
+    "the firmware of a board.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -122,3 +123,29 @@ def fmu(
         f"{numbers['parameter']} tunable parameters, period {written.unit.period:g} s"
     )
     print(f"results: {place}")
+
+
+@app.command("hex")
+def hex_(
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The file to flash.")] = Path("uno.hex"),
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace an earlier file.")
+    ] = False,
+) -> None:
+    """Write the built firmware for an Arduino Uno or Nano (docs/firmware.md), no compiler needed.
+
+    FILE.sha256 beside it has its SHA-256, as `sha256sum --check` reads it.
+    """
+    from macromicro.errors import InputError
+    from macromicro.rig.board import prebuilt
+
+    if out.exists() and not overwrite:
+        raise InputError("--out", str(out), "a file that is not there yet, or --overwrite")
+    try:
+        digest = prebuilt.write(out)
+    except OSError as error:
+        raise InputError(
+            "--out", str(out), f"a file that can be written: {error.strerror}"
+        ) from None
+    print(f"SHA-256: {digest}")
+    print(f"results: {out}")

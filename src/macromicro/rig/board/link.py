@@ -15,6 +15,7 @@ from macromicro.rig.board.protocol import BAUD, FIRMWARE, REFUSALS, VERSION, Fra
 GREETING = 0.25  # s between hellos, until the board answers; a bootloader takes a second or two
 ANSWER = 0.5  # s until a request is made again
 TRIES = 8
+_UNO = "atmega328p"
 _WORDS = {
     "version": "it speaks another version of the protocol",
     "driving": "its outputs are on",
@@ -221,12 +222,13 @@ class Link:
             raise BoardError(found) from None
         layout = parameters.layout(params)
         if (who["version"], who["firmware"], who["layout"]) != (VERSION, FIRMWARE, layout):
+            uno = protocol.BOARDS.get(who["board"], _UNO) == _UNO
+            file = "the file of `macromicro export hex`" if uno else "a new build"
             age = "older" if (who["version"], who["firmware"]) < (VERSION, FIRMWARE) else "other"
             raise BoardError(
                 f"{self.name}: the board's firmware is {age}: protocol {who['version']}, firmware "
                 f"{who['firmware']}, layout {who['layout']}; this package needs protocol "
-                f"{VERSION}, firmware {FIRMWARE}, layout {layout}: flash build/firmware/"
-                f"{protocol.BOARDS.get(who['board'], 'atmega328p')}.hex of make firmware "
+                f"{VERSION}, firmware {FIRMWARE}, layout {layout}: flash {file} "
                 "(docs/firmware.md)"
             )
         return who
