@@ -244,3 +244,21 @@ def test_what_a_law_did_is_no_doubt_of_the_place() -> None:
     assert "while a fault was latched" in lost
     ends = [n for n in bed.notices if isinstance(n, Finished)]
     assert [e.outcome for e in ends] == [m.DONE]  # of homing
+
+
+@pytest.mark.parametrize("name", ["wire-150um", "piezo-100um"])
+def test_a_motion_that_is_cut_off_costs_no_place_that_the_sensor_knows(name: str) -> None:
+    bed = ready(name)
+    bed.ask(m.MoveTo(0.5 * bed.tree.travel.high))
+    bed.run(3)
+    assert bed.machine.view().motion
+    bed.ask(m.EmergencyStop())
+    bed.run(5)
+    assert bed.trusted and bed.effort == 0.0
+    bed.ask(m.Enable())
+    bed.run(5)
+    assert bed.end(m.MoveTo(0.3 * bed.tree.travel.high)).outcome == m.DONE
+    bed.ask(m.MoveTo(0.5 * bed.tree.travel.high))
+    bed.run(3)
+    bed.notices += bed.machine.fail("control periods missed", {}, False)
+    assert bed.trusted

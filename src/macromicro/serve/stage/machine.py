@@ -66,6 +66,7 @@ class Led(Live):
             super().begin(sample, restored)
             return
         self._s = state.begin(self._p, sample.encoder, trusted=True)
+        self._losable(False)
 
     @property
     def state(self) -> LiveState:
@@ -224,6 +225,25 @@ class Led(Live):
             offset, cause = self._s.seen.encoder, "zero where it stands"
         self._s, event = transitions.trusted(self._s, cause, offset)
         return Accepted(), (*told, event)
+
+    def fail(self, words: str, evidence: dict[str, Any], position_lost: bool) -> tuple[Notice, ...]:
+        """Latch a fault."""
+        self._losable(self.searches or position_lost)
+        notices = super().fail(words, evidence, position_lost)
+        self._losable(self.searches)
+        return notices
+
+    def lose(self, words: str) -> tuple[Notice, ...]:
+        """The position is not known any more."""
+        self._losable(True)
+        notices = super().lose(words)
+        self._losable(self.searches)
+        return notices
+
+    def _losable(self, lost: bool) -> None:
+        """Can the place be lost now? A motion that is cut off costs no place that a sensor knows by
+        itself; a fault of that sensor does."""
+        self._s = self._s._replace(frame=self._s.frame._replace(carriage=lost))
 
     @property
     def _absolute(self) -> bool:
