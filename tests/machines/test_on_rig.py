@@ -133,7 +133,10 @@ def test_what_does_not_come_there_ends_before_the_programme(
         ("on_mine:blind", "needs encoder of the bench"),
         ("on_mine:oven", "accepted: a bench, for a programme"),
         ("replay:x.h5", "a replay only of the two-stage machine"),
-        ("board:/dev/null", "accepted: host: the law of this machine runs here"),
+        (
+            "board:/dev/null,loop=board",
+            "accepted: host, or no --loop: the law of this machine runs here",
+        ),
     ],
 )
 def test_what_cannot_be_is_told_before_anything_moves(

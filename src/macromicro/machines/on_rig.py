@@ -58,7 +58,9 @@ def found(name: str, settings: Any, seed: int, what: str = "a programme") -> Fix
     if name.startswith(SCHEME):
         raise InputError(OPTION, printable(name), "a replay only of the two-stage machine")
     if boards.is_board(name) and boards.read(name).loop == BOARD_LOOP:
-        raise InputError("--loop", BOARD_LOOP, "host: the law of this machine runs here")
+        raise InputError(
+            "--loop", BOARD_LOOP, "host, or no --loop: the law of this machine runs here"
+        )
     fixture = open_rig(name, seed, alone=True)
     where = f"{OPTION} {fixture.name}"
     if fixture.kind != BENCH:

@@ -8,7 +8,8 @@ from typing import Any
 from macromicro.control import macro, outside
 from macromicro.control.calibration import Calibration
 from macromicro.control.live import accept, machine, state
-from macromicro.control.live.messages import STAGES, Notice, Refused, Reply
+from macromicro.control.live.accept import Answer
+from macromicro.control.live.messages import STAGES, Notice, Refused, Reply, SetGains
 from macromicro.control.live.parameters import LiveParameters, prepare
 from macromicro.control.live.surveying import Surveying
 from macromicro.nominal import PERIOD
@@ -17,9 +18,16 @@ from macromicro.serve.persist import Restored
 from macromicro.serve.settings import LiveSettings
 from macromicro.types import Command, Outputs, Sample
 
+_FIXED = Refused(
+    "the board runs its own gains", "use --loop host, or build and flash a firmware with others"
+)
+
 
 class Live:
-    """A `serve.machine.Machine`: parameters and state of `control.live` in one place."""
+    """A `serve.machine.Machine`: parameters and state of `control.live` in one place.
+    `own_gains`: the rig closes the loop by gains of its own."""
+
+    own_gains = False
 
     def __init__(self, parameters: LiveParameters) -> None:
         self._p = parameters
@@ -40,8 +48,13 @@ class Live:
 
     def accept(self, request: Any) -> tuple[Reply, tuple[Notice, ...]]:
         """A request, between two periods."""
-        self._s, reply, notices = accept.accept(self._p, self._s, request)
+        self._s, reply, notices = self._answered(request)
         return reply, tuple(notices)
+
+    def _answered(self, request: Any) -> Answer:
+        if self.own_gains and isinstance(request, SetGains):
+            return self._s, _FIXED, ()
+        return accept.accept(self._p, self._s, request)
 
     def fail(self, words: str, evidence: dict[str, Any], position_lost: bool) -> tuple[Notice, ...]:
         """Latch a fault."""
@@ -52,7 +65,7 @@ class Live:
 
     def refusal(self, request: Any) -> Refused | None:
         """Why it would be refused now."""
-        _, reply, _ = accept.accept(self._p, self._s, request)
+        _, reply, _ = self._answered(request)
         return reply if isinstance(reply, Refused) else None
 
     def lose(self, words: str) -> tuple[Notice, ...]:

@@ -36,6 +36,7 @@ from macromicro.schema.text import printable
 from macromicro.serve import faults, pacing
 from macromicro.serve.joint.settings import JointSettings
 from macromicro.serve.link import Outbox, receive
+from macromicro.serve.live import Live
 from macromicro.serve.loop_spec import Spec
 from macromicro.serve.machine import Guard, Machine
 from macromicro.serve.persist import Evident, Kept
@@ -90,7 +91,10 @@ class Opened(NamedTuple):
 
     def machine(self) -> Machine:
         """The live machine."""
-        return self.make(self.settings, self.table, self.stages)
+        made = self.make(self.settings, self.table, self.stages)
+        if getattr(self.rig, "own_gains", False) and isinstance(made, Live):
+            made.own_gains = True
+        return made
 
     def guarded(self, session: Session) -> CompiledGuarded:
         """The rig under its guard."""

@@ -6,12 +6,19 @@ from pathlib import Path
 
 import pytest
 
+from macromicro.control.live.messages import Refused, SetGains
+from macromicro.control.settings import Control
 from macromicro.errors import InputError
+from macromicro.machines import on_rig
+from macromicro.machines.machine import named as machine_of
 from macromicro.rig.board import control, named, parameters, protocol
 from macromicro.rig.board.link import BoardError
-from macromicro.rig.board.rig import BoardRig
+from macromicro.rig.board.rig import TICK, BoardRig
 from macromicro.rig.limits import Limits
 from macromicro.rig.opening import open_rig
+from macromicro.serve.loop_process import open_machine
+from macromicro.serve.loop_spec import LIVE, Spec
+from macromicro.serve.settings import LiveSettings
 from macromicro.types import Command, Outputs
 
 
@@ -127,3 +134,22 @@ def test_set_points_go_to_the_board_only_in_its_own_loop(loop: str, name: str) -
     rig.write(Outputs(1.0, 0.0, 0.0, 0.0))
     rig.write(Outputs(1.0, 0.0, 0.0, 0.0))
     assert heard.names == [name, "outputs"]
+
+
+@pytest.mark.parametrize(("more", "refused"), [("", True), (",loop=host", False)])
+def test_gains_that_the_board_would_not_use_are_refused(more: str, refused: bool) -> None:
+    spec = Spec(f"board:/dev/none{more}", 0, LiveSettings(), "nothing kept", LIVE, 0)
+    machine = open_machine(spec).machine()
+    request = SetGains((("pd_tuned.now", Control().pd_tuned.now),))
+    reply, _ = machine.accept(request)
+    assert isinstance(reply, Refused) == refused, reply
+    if refused:
+        assert isinstance(reply, Refused)
+        assert "own gains" in reply.reason and "--loop host" in reply.remedy
+        assert machine.refusal(request) == reply
+
+
+def test_a_machine_of_one_stage_takes_a_board_whose_loop_is_not_named() -> None:
+    tree = machine_of("axis", "test").settings
+    at_board_period = tree._replace(timing=tree.timing._replace(period=TICK))
+    assert on_rig.found("board:/dev/none", at_board_period, 0) is not None

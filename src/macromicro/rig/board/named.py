@@ -23,8 +23,8 @@ class Boarded:
     ----------
     device : str
         The port.
-    loop : str
-        Of `LOOPS`.
+    loop : str | None
+        Of `LOOPS`; None: the board closes it where it can, which is that of the two-stage machine.
     calibration : Path | None
         File of the Hall sensor's table.
     stages : str | None
@@ -32,7 +32,7 @@ class Boarded:
     """
 
     device: str
-    loop: str = BOARD_LOOP
+    loop: str | None = None
     calibration: Path | None = None
     stages: str | None = None
 
@@ -41,7 +41,7 @@ class Boarded:
         table = None
         if self.calibration is not None:
             table = calibration.read(read_text(self.calibration, "Hall calibration"))
-        return BoardRig(self.device, self.loop, table, both=self._both)
+        return BoardRig(self.device, self.loop or BOARD_LOOP, table, both=self._both)
 
     @property
     def _both(self) -> bool:
@@ -59,7 +59,7 @@ class Boarded:
         self(0)
 
     def __str__(self) -> str:
-        more = [f"loop={self.loop}"] if self.loop != BOARD_LOOP else []
+        more = [f"loop={self.loop}"] if self.loop is not None else []
         if self.calibration is not None:
             more.append(f"calibration={self.calibration}")
         more += [f"stages={self.stages}"] if self.stages is not None else []
@@ -116,8 +116,8 @@ def read(name: str) -> Boarded:
                 f"--rig {_SCHEME}{device}", printable(part), "loop=, calibration=, stages="
             )
         given[key] = value
-    loop = given.get("loop", BOARD_LOOP)
-    if loop not in LOOPS:
+    loop = given.get("loop")
+    if loop is not None and loop not in LOOPS:
         raise InputError("--loop", printable(loop), " or ".join(LOOPS))
     file, stages = given.get("calibration"), given.get("stages")
     if stages is not None and stages not in STAGES:
@@ -155,4 +155,4 @@ def joined(rig: str, port: str | None, loop: str | None, calibration: Path | Non
         return rig
     if port is None:
         return str(read(rig))
-    return str(read(str(Boarded(port, loop or BOARD_LOOP, calibration))))
+    return str(read(str(Boarded(port, loop, calibration))))

@@ -118,6 +118,11 @@ class BoardRig:
         self._command: Command | None = None
 
     @property
+    def own_gains(self) -> bool:
+        """Whether the board's own laws close the loop, by gains that the host cannot change."""
+        return self.loop == BOARD_LOOP
+
+    @property
     def _board(self) -> Link:
         if self.link is None:
             raise BoardError(f"{self.device}: the board is not open")
