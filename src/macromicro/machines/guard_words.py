@@ -69,7 +69,7 @@ TEXTS = {
         "The motor pushes and the stage does not move.",
         "{value:.3g} V without a new position for more than {limit:.3g} s",
         "Free the stage, check motor supply and encoder; guard.push and guard.stuck set the "
-        "limits.",
+        "limits, and guard.lean and guard.leant those of a smaller effort.",
     ),
     LIMIT_LOW: Text(
         "lower limit switch",

@@ -61,7 +61,7 @@ class Limits(NamedTuple):
         float, Par("V", f"effort under which a free stage moves{_NOT}", _DERIVED, lo=0.0)
     ] = 0.0
     leant: Annotated[
-        float, Par("s", "longest time under it without motion", "machine choice", positive=True)
+        float, Par("s", "longest time under it without motion", _DERIVED, positive=True)
     ] = 0.5
     still: Annotated[
         float, Par("m", "way that counts as no motion", _DERIVED, shown="um", lo=0.0)
