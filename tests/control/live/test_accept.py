@@ -28,7 +28,7 @@ REQUESTS: dict[str, Any] = {
     "jog": m.Jog("macro", 0.01), "stop": m.Stop(), "emergency": m.EmergencyStop(),
     "speed": m.SetSpeed("macro", 0.01), "zero": m.Zero(),
     "fan": m.Fan(True), "programme": m.Programme(PLAN),
-    "gains": m.SetGains((("pd_tuned.now", 0.01),)), "clear": m.ClearFault(True),
+    "gains": m.SetGains((("pd_tuned.now", 0.013),)), "clear": m.ClearFault(True),
     "lost": m.LinkLost("stop"), "limits": m.SetLimits(),
     "move point": m.MovePoint(0.01, 0.01), "move axis": m.MoveAxis("x", 0.01),
     "move point by": m.MovePointBy(0.01, 0.01), "move axis by": m.MoveAxisBy("x", 0.01),
