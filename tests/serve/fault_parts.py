@@ -30,7 +30,7 @@ OUTPUTS = ("motor", "ctrl", "fan")
 
 def trusted(path: Path) -> None:
     """A position file of a machine that was homed and left at count 0."""
-    persist.save(path, Kept(RIG, 0.0, 0.0, True, "homed", False, 0.0))
+    persist.save(path, Kept(LiveSettings().kept_as(RIG), 0.0, 0.0, True, "homed", False, 0.0))
 
 
 def note(name: str, milliseconds: float, did: str, told: str) -> None:

@@ -96,7 +96,7 @@ def coasting(tmp_path: Path) -> Iterator[Station]:
         serve=settings.serve._replace(miss_share=1.0, parent_timeout=5.0, loop_timeout=5.0)
     )
     path = tmp_path / "position.json"
-    persist.save(path, Kept("twin", 0.0, 0.0, True, "homed", False, 0.0))
+    persist.save(path, Kept(settings.kept_as("twin"), 0.0, 0.0, True, "homed", False, 0.0))
     with Station(settings=settings, state=path) as station:
         until(lambda: station.snapshot().pace.periods)
         station.acquire("test")

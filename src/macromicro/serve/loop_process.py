@@ -186,7 +186,11 @@ def twin(settings: LiveSettings, seed: int, kept: Kept | str) -> Twin:
         first.advance()
     pitch, carriage = plant.encoder.pitch, plant.macro.carriage
     left = 0.0
-    if isinstance(kept, Kept) and kept.rig == TWIN and math.isfinite(kept.encoder):
+    if (
+        isinstance(kept, Kept)
+        and kept.rig == settings.kept_as(TWIN)
+        and math.isfinite(kept.encoder)
+    ):
         left = min(max(kept.encoder * pitch, carriage.stop_low), carriage.stop_high - pitch)
     state = bench.initial(plant, left)
     return CompiledTwin(plant, seed, state=state)
