@@ -162,8 +162,19 @@ class Control(NamedTuple):
             for name, law in laws
             if law.high > self.ctrl_limit
         ]
+        return found
+
+    def unstable(self) -> list[tuple[str, Any, str]]:
+        """Gains with which the loop of a macro law and the nominal bench is unstable: no live
+        client may set them. Files and searches may be of another bench.
+
+        Returns
+        -------
+        list[tuple[str, Any, str]]
+            Parameter by its path, value, and what is accepted.
+        """
         loops = (stability.problem(law, getattr(self, law.field)) for law in LAWS)
-        return found + [each for each in loops if each is not None]
+        return [each for each in loops if each is not None]
 
 
 def prepare(

@@ -127,6 +127,10 @@ def unfit(tree: Any) -> Refused | None:
     """
     for path, value, accepted in problems(tree):
         return Refused(f"{path}: {value} does not fit the others", f"accepted: {accepted}")
+    unstable = tree.unstable() if hasattr(tree, "unstable") else []
+    for path, value, accepted in unstable:
+        spoken = next(e.par for e in entries(tree) if e.path == path).spoken(value)
+        return Refused(f"{path}: {spoken} does not fit the others", f"accepted: {accepted}")
     return None
 
 
