@@ -252,7 +252,7 @@ def let_go(g: Guided, place: float) -> Guided:
     Returns
     -------
     Guided
-        For a law that begins anew there.
+        For a law that restarts there.
     """
     return g._replace(aim=REST._replace(position=place), restart=g.restart + 1, motion=NEVER)
 

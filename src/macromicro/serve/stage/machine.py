@@ -215,16 +215,16 @@ class Led(Live):
         refused = self.refusal(request)
         if refused is not None:
             return refused, ()
-        told: tuple[Notice, ...] = ()
+        notices: tuple[Notice, ...] = ()
         if isinstance(request, m.ClearFault):
-            reply, told = super().accept(request)
+            reply, notices = super().accept(request)
             if not self._absolute or self._s.frame.trusted:
-                return reply, told
+                return reply, notices
             offset, cause = self._s.frame.offset, "absolute sensor"
         else:
             offset, cause = self._s.seen.encoder, "zero where it stands"
         self._s, event = transitions.trusted(self._s, cause, offset)
-        return Accepted(), (*told, event)
+        return Accepted(), (*notices, event)
 
     def fail(self, words: str, evidence: dict[str, Any], position_lost: bool) -> tuple[Notice, ...]:
         """Latch a fault."""
@@ -241,8 +241,8 @@ class Led(Live):
         return notices
 
     def _losable(self, lost: bool) -> None:
-        """Can the place be lost now? A motion that is cut off costs no place that a sensor knows by
-        itself; a fault of that sensor does."""
+        """Set whether the position can be lost now: an interrupted motion does not cost the position
+        that an absolute sensor knows; a fault of that sensor does."""
         self._s = self._s._replace(frame=self._s.frame._replace(carriage=lost))
 
     @property
