@@ -241,7 +241,7 @@ class Led(Live):
         return notices
 
     def _losable(self, lost: bool) -> None:
-        """Set whether the position can be lost now: an interrupted motion does not cost the position
+        """Set whether the position can be lost now: an interrupted motion does not cost a position
         that an absolute sensor knows; a fault of that sensor does."""
         self._s = self._s._replace(frame=self._s.frame._replace(carriage=lost))
 
