@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 MINUTES ?= 60
 KIND ?= each
-MUTATED ?= rig/guard.py rig/guarded.py rig/limits.py rig/envelope.py rig/sensing.py rig/watching.py rig/opening.py rig/replay.py control/live machines/homing.py serve/stage/control.py serve/stage/playing.py serve/stage/machine.py
+MUTATED ?= rig/guard.py rig/guarded.py rig/limits.py rig/envelope.py rig/sensing.py rig/_watching.py rig/opening.py rig/replay.py control/live machines/guarding.py machines/lines.py machines/homing.py serve/stage/_control.py serve/stage/_playing.py serve/stage/_machine.py
 SOAK ?= results/soak.md
 TRIAL ?= results/trial.md
 MATRIX ?= results/matrix.md
@@ -12,7 +12,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c c
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run serve test test-docs test-slow test-all browser compiler avr arm firmware hex firmware-arm trial lint format dist bench bench-peers bench-identify soak matrix mutants docs notebooks site clean
+.PHONY: help run serve test test-docs test-slow test-all browser compiler avr arm firmware hex firmware-arm maker trial lint format dist quick bench bench-peers bench-identify soak matrix mutants docs notebooks site clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -92,6 +92,9 @@ firmware-arm: $(VENV)/.core ## build the firmware's core for a Cortex-M4F, which
 	PYTHONPATH=tools $(BIN)/python -m boardcode --out build/firmware
 	$(MAKE) --no-print-directory -C firmware mps2
 
+maker: $(VENV)/.dev ## follow docs/build-one.md on the simulated board, command by command (a quarter of an hour)
+	$(BIN)/python -m pytest -m "slow or not slow" tests/firmware/test_build_one.py
+
 trial: firmware ## random orders and injuries before the simulated board for MINUTES=60 of its time; TRIAL=
 	PYTHONPATH=tools $(BIN)/python -m boardtrial --minutes $(MINUTES) --out $(TRIAL)
 
@@ -121,6 +124,16 @@ bench-identify: $(VENV)/.core ## long files; do the errors that identify prints 
 	$(BIN)/python benchmarks/reading.py
 	$(BIN)/python benchmarks/intervals.py
 	$(BIN)/python docs/make_coverage.py
+
+MEASURED := beyond beyond_micro beyond_both beyond_variants bench used actuator figures commissioning
+quick: $(VENV)/.dev ## run every maker of figures for a moment, to see that it still runs
+	$(BIN)/python benchmarks/bench.py --quick
+	$(BIN)/python benchmarks/peers/compare.py --quick
+	$(BIN)/python benchmarks/reading.py 20000
+	$(BIN)/python benchmarks/intervals.py --quick
+	@for maker in $(MEASURED); do \
+	  echo "docs/make_$$maker.py --quick"; $(BIN)/python docs/make_$$maker.py --quick || exit 1; done
+	@if command -v chromium >/dev/null; then $(BIN)/python docs/make_screenshots.py --quick; fi
 
 mutants: $(VENV)/.dev ## do the tests notice a wrong sign, term, latch? MUTATED="rig/guard.py control/live"
 	$(BIN)/python tools/mutants $(MUTATED) --jobs 2
@@ -154,7 +167,7 @@ notebooks: $(VENV)/.core ## execute the notebooks anew, from their scripts
 	PYTHONPATH=tools $(BIN)/python -m website.notebooks
 
 site: $(VENV)/.core ## build the documentation as a site that works without a network; in build/site
-	@$(INSTALL) -e ".[web,bluesky,epics,docs]"
+	@$(INSTALL) -e ".[docs]"
 	PYTHONPATH=tools $(BIN)/python -m website --out build/site
 
 clean: ## delete the virtual environment and all caches; results stay

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from figures import few, some
 
 PEERS = Path(__file__).resolve().parent / "peers"
 VARIANTS, TURNS = 1000, 40
@@ -64,7 +65,7 @@ def in_c(folder: Path) -> Callable[[int], Any] | None:
 def least(runs: list[Callable[[], object]], turns: int) -> list[float]:
     """Least wall time [s] of each, taking turns; a first turn is not counted."""
     times = [math.inf] * len(runs)
-    for turn in range(turns + 1):
+    for turn in range(few(turns) + 1):
         for k, run in enumerate(runs):
             start = time.perf_counter()
             run()
@@ -97,7 +98,7 @@ def per_variant(counts: tuple[int, ...] = COUNTS, length: float = 10.0) -> list[
     """(variants, time [us] of one) on all cores; the large ones are run once."""
     found = []
     for n in counts:
-        repeats = max(1, min(30, 20_000 // n))
+        repeats = few(max(1, min(30, 20_000 // n)))
         work(100, length=length)
         times = []
         for _ in range(repeats):
@@ -125,6 +126,7 @@ def peak_memory(n: int, length: float = 10.0) -> float:
 def rows(turns: int = TURNS, counts: tuple[int, ...] = COUNTS) -> list[dict[str, Any]]:
     """All figures: figure, target ("" without one), measured, unit, remark, ratio to C."""
     found = []
+    counts = tuple(some(n) for n in counts)
     for name, taken, ratio in beside_c(turns):
         wanted = "2 thread" in name and "metrics as C" in name
         target = "at most 1.5 to C" if wanted else ""

@@ -9,6 +9,22 @@ from statistics import median
 from typing import NamedTuple
 
 
+class Scale:
+    """How much is measured. `quick`: once and little, only to see that it runs."""
+
+    quick = False
+
+
+def few(repeats: int) -> int:
+    """So many repeats, or one."""
+    return 1 if Scale.quick else repeats
+
+
+def some(number: int) -> int:
+    """So much work, or a hundredth of it."""
+    return max(number // 100, 1) if Scale.quick else number
+
+
 class Line(NamedTuple):
     """A figure: what, target as text ("" without one), measured (None: not), unit, remark;
     `to_c`: the same divided by what C takes for it on this machine, in the same run."""
@@ -40,7 +56,7 @@ def timed(run: Callable[[], object], repeats: int) -> float:
     """Median wall time [s] of `run` after one run that is not counted."""
     run()
     times = []
-    for _ in range(repeats):
+    for _ in range(few(repeats)):
         start = time.perf_counter()
         run()
         times.append(time.perf_counter() - start)

@@ -390,7 +390,12 @@ def main() -> None:
     parser.add_argument("--records", type=int, default=200)
     parser.add_argument("--out", type=Path, default=OUT)
     parser.add_argument("--kinds", nargs="*", default=DISTURBANCES, choices=DISTURBANCES)
+    parser.add_argument("--quick", action="store_true", help="one record a group, written nowhere")
     options = parser.parse_args()
+    if options.quick:
+        for group in options.groups:
+            covered(group, DISTURBANCES[0], 1)
+        return
     rows: list[dict[str, Any]] = []
     if options.out.exists():
         rows = json.loads(options.out.read_text(encoding="utf-8"))["rows"]

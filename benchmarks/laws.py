@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -34,7 +35,7 @@ def replayed(p: MacroLaw, aims: Array, places: Array, dt: float) -> float:
     memory = macro.begun(p)
     total = 0.0
     for k in range(len(aims)):
-        target, sample = Target(aims[k], 0.0, 0.0), Sample(k * dt, places[k])
+        target, sample = Target(aims[k], 0.0, 0.0, math.inf), Sample(k * dt, places[k])
         memory, effort = macro.step(p, memory, target, sample, dt)
         total += effort
     return total
@@ -47,7 +48,7 @@ def refined(
     """The same of the micro-stage, from a memory that is its own."""
     integral, total = 0.0, 0.0
     for k in range(len(aims)):
-        target, sample = Target(aims[k], 0.0, 0.0), Sample(k * dt, places[k])
+        target, sample = Target(aims[k], 0.0, 0.0, math.inf), Sample(k * dt, places[k])
         integral, kept, effort = micro.step(p, own, kept, integral, target, sample, dt)
         total += effort
     return total

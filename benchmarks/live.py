@@ -9,6 +9,8 @@ from collections.abc import Callable
 from statistics import median
 from typing import Any, NamedTuple
 
+from figures import some
+
 from macromicro.control import calibration
 from macromicro.control.live.messages import MODES, Enable, Home, MoveTo, Refused
 from macromicro.nominal import PERIOD
@@ -95,8 +97,8 @@ class Moving:
 def lines(line: Callable[..., Any]) -> list[Any]:
     """The figures as lines of the benchmark's table: medians."""
     moving = Moving()
-    moving.turn(HOT)
-    found = moving.turn(PERIODS)
+    moving.turn(some(HOT))
+    found = moving.turn(some(PERIODS))
     whole = 1e6 * median(p.whole for p in found)
     tick = 1e6 * median(p.tick for p in found)
     by_mode = {

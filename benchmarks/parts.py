@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-import shutil
-import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -13,14 +12,16 @@ from statistics import median
 from typing import Any
 
 import numpy as np
+from figures import few
 
 from macromicro import hysteresis, loop, simulate
 from macromicro import programme as programmes
 from macromicro.control import supervisor
+from macromicro.export import files
+from macromicro.export.units import Entry, Unit
 from macromicro.kernel import compiled, kernel
 from macromicro.loop import PERIOD
 from macromicro.plant import bench, carriage, micro
-from macromicro.plant.carriage import Macro
 from macromicro.recorded import ROWS, inside, note
 from macromicro.rig import guard
 from macromicro.settings import Settings
@@ -86,7 +87,7 @@ def per_tick(run: Callable[[], Any], ticks: int = TICKS) -> float:
     """Median time [ns] a tick of `run`, which does `ticks` of them; the first is not counted."""
     run()
     times = []
-    for _ in range(REPEATS):
+    for _ in range(few(REPEATS)):
         start = time.perf_counter()
         run()
         times.append(time.perf_counter() - start)
@@ -138,35 +139,50 @@ def measure() -> dict[str, float]:
     return found
 
 
-def macro_in_c() -> float | None:
-    """Nanoseconds a moving macro tick in C (cc -O3); None without a C compiler.
+_CALL = """
+void ticks(double volts, int64_t half, int64_t count, int64_t steps, double *state)
+{
+    const CarriageMacroState end = macro_tick_run(&macro_tick_p, &macro_tick_s, volts, half, count,
+                                                  steps);
+    state[0] = end.x;
+    state[1] = end.v;
+}
+"""
 
-    Raises RuntimeError if C and the package disagree, for then nothing is compared.
-    """
-    compiler = shutil.which("cc")
-    if compiler is None:
-        return None
+
+def macro_in_c() -> float | None:
+    """Nanoseconds a moving macro tick in C (cc -O3), as the package exports it; None without a C
+    compiler. Raises RuntimeError if C and the package disagree, for then nothing is compared."""
+    sys.path.insert(0, str(Path(__file__).resolve().parent / "peers"))
+    try:
+        import compiling
+    finally:
+        sys.path.pop(0)
     settings = Settings()
     plant = bench.prepare(settings.bench, settings.sensors)
-    p: Macro = plant.macro
-    values = np.array([p.carriage.mass, *p.motor, *p.friction, *p.belt])
-    source = Path(__file__).with_name("macro_tick.c")
-    with tempfile.TemporaryDirectory() as folder:
-        library = Path(folder) / "macro_tick.so"
-        flags = ["-O3", "-ffp-contract=off", "-shared", "-fPIC"]
-        subprocess.run([compiler, *flags, "-o", library, source, "-lm"], check=True)
-        function = ctypes.CDLL(str(library)).macro
+    p, start, steps = plant.macro, carriage.at_rest(0.05), plant.macro_steps
+    entry = Entry("run", _macro, (p, start, DRIVE, HALF, TICKS, steps))
+    written = files.written(Unit("macro_tick", "ticks", (entry,), {"p": p, "s": start}))
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "macro_tick.h").write_text(written.header)
+        source = folder / "macro_tick.c"
+        source.write_text(written.code + _CALL)
+        try:
+            place = compiling.library(str(source), folder)
+        except compiling.NoCompilerError:
+            return None
+        function = ctypes.CDLL(str(place)).ticks
     pointer = np.ctypeslib.ndpointer(dtype=float)
-    function.argtypes = [pointer, pointer, ctypes.c_double, ctypes.c_long, ctypes.c_long]
-    function.argtypes += [ctypes.c_int, ctypes.c_double]
+    function.argtypes = [ctypes.c_double, *[ctypes.c_int64] * 3, pointer]
     function.restype = None
 
     def run(ticks: int = TICKS) -> Any:
-        state = np.array([0.05, 0.0, 0.0, 0.0, 0.0, 0.0])
-        function(values, state, DRIVE, HALF, ticks, plant.macro_steps, PERIOD)
+        state = np.empty(2)
+        function(DRIVE, HALF, ticks, steps, state)
         return state
 
-    mine = compiled(_macro)(p, carriage.at_rest(0.05), DRIVE, HALF, 2000, plant.macro_steps)
-    if abs(run(2000)[0] - mine.x) > 1e-9:
+    mine = compiled(_macro)(p, start, DRIVE, HALF, 2000, steps)
+    if not np.array_equal(run(2000), [mine.x, mine.v]):
         raise RuntimeError(f"C ends at {run(2000)[0]} m, the package at {mine.x} m")
     return per_tick(run)

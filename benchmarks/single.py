@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import parts
-from figures import Line, timed
+from figures import Line, few, timed
 
 from macromicro import loop, simulate
 from macromicro import programme as programmes
@@ -108,8 +108,8 @@ def common_job() -> list[Line]:
         sys.path.remove(str(PEERS))
     with tempfile.TemporaryDirectory() as folder:
         try:
-            rows = beside_c.measure(job.default(), Path(folder))
-            rates = preisach_rate.measure(Path(folder))
+            rows = beside_c.measure(job.default(), Path(folder), few(300))
+            rates = preisach_rate.measure(Path(folder), few(11))
         except compiling.NoCompilerError as error:
             return [Line("the common job beside C", "at most 1.1 to C", None, "us", str(error))]
     found = [
@@ -136,7 +136,7 @@ def common_job() -> list[Line]:
 def command(*line: str, repeats: int = 5) -> float | None:
     """Least wall time [s] of a new Python with these arguments; None if it fails."""
     times = [math.inf]
-    for _ in range(repeats):
+    for _ in range(few(repeats)):
         start = time.perf_counter()
         done = subprocess.run([sys.executable, *line], capture_output=True, check=False)
         if done.returncode:
@@ -148,7 +148,7 @@ def command(*line: str, repeats: int = 5) -> float | None:
 def until_result(repeats: int = 5) -> float | None:
     """Least time [s] from a new process' start to the end of its first run; None if it fails."""
     times = [math.inf]
-    for _ in range(repeats):
+    for _ in range(few(repeats)):
         start = time.time()
         done = subprocess.run([sys.executable, "-c", TOLD], capture_output=True, check=False)
         if done.returncode:

@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from figures import some
 
 from macromicro import identify
 from macromicro.hysteresis import FodTable, Preisach, from_density
@@ -21,14 +22,15 @@ def preisach(timed: Callable[[Callable[[], object], int], float]) -> dict[str, f
     rng = np.random.default_rng(0)
     weights = np.tril(rng.random((100, 100)))
     model = Preisach(FodTable.from_everett(from_density(weights, 0.0, 0.01, 101)))
-    t = np.arange(SAMPLES)
+    samples = some(SAMPLES)
+    t = np.arange(samples)
     smooth = 0.5 + 0.5 * np.sin(0.01 * t) * np.cos(1.3e-4 * t)
-    random = rng.random(SAMPLES)
-    some = random[:100_000].tolist()
+    random = rng.random(samples)
+    first = random[:100_000].tolist()
     return {
-        "Preisach compiled, random input": SAMPLES / timed(lambda: model.run(random), 5),
-        "Preisach compiled, smooth input": SAMPLES / timed(lambda: model.run(smooth), 5),
-        "Preisach step by step": len(some) / timed(lambda: [model.step(u) for u in some], 5),
+        "Preisach compiled, random input": samples / timed(lambda: model.run(random), 5),
+        "Preisach compiled, smooth input": samples / timed(lambda: model.run(smooth), 5),
+        "Preisach step by step": len(first) / timed(lambda: [model.step(u) for u in first], 5),
     }
 
 

@@ -3,11 +3,13 @@
     python docs/make_actuator.py
 
 writes the defaults of `controller.fine`, SI units, to src/macromicro/control/inverse/shipped.json.
+`--quick` measures the kiln and the first heating alone, and writes nothing.
 """
 
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 from macromicro.identify import heated
@@ -26,6 +28,9 @@ def main() -> None:
     """Measure, fit, write."""
     machine = bench.prepare(Bench(), Sensors())
     table = kiln_fit.fod_table([kiln_runs.run(kiln.prepare(KilnBench()), kiln_runs.cycles())])
+    if "--quick" in sys.argv:
+        next(iter(heats.records(machine)))
+        return
     found = heated.found(table, list(heats.records(machine)))
     values = {k: v for k, v in found.gains._asdict().items() if k not in TUNED}
     rounded = {k: _rounded(v) for k, v in values.items()}

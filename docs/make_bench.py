@@ -1,10 +1,11 @@
-"""Writes docs/bench.md and the table of figures in README.md.
+"""Writes docs/bench.md and the figures of docs/reproduce.md and README.md.
 
     python docs/make_bench.py
 
 What the bench is stands in docs/bench.template.md. Parameters come from the `Par`
 annotations, claims from the procedures that `macromicro reproduce` runs, and the tables of
-what they hang on from benchmarks/calibration.py; all run here (about two minutes).
+what they hang on from benchmarks/calibration.py; all run here (about two minutes). `--quick`
+runs one procedure and the first of each table, and writes nothing.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ MEASURED = re.compile(r"<!-- measured: (\w+) -->\n(.*?)<!-- end -->", re.DOTALL)
 HEAD = "| parameter | default | meaning | source |\n|---|---|---|---|\n"
 # Kinds that bench.md shows: those that a bench is needed for.
 SHOWN_KINDS = (CALIBRATED, SET, PREDICTED)
-# What the README shows of the claims: (claim, which of its numbers, unit, words for it there).
+# What docs/reproduce.md shows first: (claim, which of its numbers, unit, words, printed).
 SHORT = (
     ("M14", 0, "s", "200 mm move, to within 2 %", "0.75 s"),
     ("S13c", 0, "um", "micro-stage, worst error of 48 holds", "5 um"),
@@ -164,8 +165,25 @@ def table_of(claims: list[Claim]) -> str:
     return head + "".join(row(c) for c in claims if c.kind in SHOWN_KINDS)
 
 
+def bands(claims: list[Claim]) -> str:
+    """All claims with what counts as reproduced and why, for reproduce.md."""
+    head = "| claim | what | printed | accepted | measured | verdict | kind | band and rule |\n"
+    lines = [head + "|---|---|---|---|---|---|---|---|\n"]
+    for c in claims:
+        own = c.accept and not c.of
+        accepted = claim_text.with_unit(claim_text.accepted(c), c.unit if own else "")
+        notes = "; ".join(f"{name}: {words}" for name, words in claim_text.notes(c))
+        cells = (
+            *(c.id, " ".join(c.claim.split())),
+            claim_text.with_unit(claim_text.printed(c), "" if c.printed is None else c.unit),
+            *(accepted, measured_text(c), c.verdict, c.kind, notes),
+        )
+        lines.append("| " + " | ".join(cell.replace("|", "/") for cell in cells) + " |\n")
+    return "".join(lines)
+
+
 def short(claims: list[Claim]) -> str:
-    """The README's table."""
+    """The table of figures reached."""
     by = {c.id: c for c in claims}
     lines = ["| claim | figure | thesis | here |\n|---|---|---|---|\n"]
     for name, k, unit, words, printed in SHORT:
@@ -178,10 +196,11 @@ def short(claims: list[Claim]) -> str:
     return "".join(lines)
 
 
-def claims_now() -> list[Claim]:
-    """Every claim, measured as `macromicro reproduce` does."""
-    lab = Lab()
-    return in_order(c for p in all_procedures() for c in p.claims(p.collect(lab)))
+def claims_now(quick: bool = False) -> list[Claim]:
+    """Every claim, measured as `macromicro reproduce` does; those of one procedure if `quick`."""
+    lab, procedures = Lab(), all_procedures()
+    chosen = procedures[:1] if quick else procedures
+    return in_order(c for p in chosen for c in p.claims(p.collect(lab)))
 
 
 def counted(claims: list[Claim]) -> str:
@@ -194,24 +213,26 @@ def counted(claims: list[Claim]) -> str:
     return f"{len(good)} of the {len(claims)} claims are reproduced: {', '.join(parts)}.\n"
 
 
-def measure() -> tuple[dict[str, str], list[Claim]]:
+def measure(quick: bool = False) -> tuple[dict[str, str], list[Claim]]:
     """Carry out the procedures: the page's blocks, and the claims."""
+    few = 1 if quick else None
     sys.path.insert(0, str(ROOT / "benchmarks"))
     import calibration
 
-    claims = claims_now()
+    claims = claims_now(quick)
     belt = "| belt frequency | least of 8 moves | greatest | slowest decay to 2 um |\n"
     belt += "|---|---|---|---|\n" + "".join(
         f"| {b.frequency:g} Hz | {b.least:.1f} um | {b.greatest:.1f} um | {b.slowest:.2f} s |\n"
-        for b in calibration.belt_sensitivity()
+        for b in calibration.belt_sensitivity(calibration.BELTS[:few])
     )
     body = "| R3 | S7: NRMSE against (5.6) | I3: cycle 10 slower by | mean error in cycle 10 |\n"
     body += "|---|---|---|---|\n" + "".join(
         f"| {b.resistance:g} | {b.fit:.2f} % | {b.growth:.0f} % | {b.bias:.1f} um |\n"
-        for b in calibration.body_sensitivity()
+        for b in calibration.body_sensitivity(calibration.BODIES[:few])
     )
     heat = "| heat at 5 V | S12: error 1 s after the step from 3 to 2 mm |\n|---|---|\n" + "".join(
-        f"| {h.heat:.3g} W | {h.error:.1f} um |\n" for h in calibration.heat_sensitivity()
+        f"| {h.heat:.3g} W | {h.error:.1f} um |\n"
+        for h in calibration.heat_sensitivity(calibration.HEATS[:few])
     )
     return {"calibration": table_of(claims), "belt": belt, "body": body, "heat": heat}, claims
 
@@ -229,11 +250,13 @@ def put(page: Path, **texts: str) -> None:
 
 def main() -> None:
     """Measure and write."""
-    measured, claims = measure()
+    quick = "--quick" in sys.argv
+    measured, claims = measure(quick)
+    if quick:
+        return
     PAGE.write_text(render(measured), encoding="utf-8")
-    if README.exists():
-        put(README, figures=short(claims), count=counted(claims))
-    put(REPRODUCE, count=counted(claims))
+    put(README, count=counted(claims))
+    put(REPRODUCE, figures=short(claims), count=counted(claims), bands=bands(claims))
 
 
 if __name__ == "__main__":

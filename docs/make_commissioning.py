@@ -6,13 +6,14 @@ Machines are drawn over wide ranges of data-sheet figures; what cannot work is d
 rules that a settings file meets, too. Each is commissioned as a person would do it, without a look
 at its figures; then what was found is compared with them. KIND is axis, hanging, rotary, eccentric,
 piezo, wire, xy, two_stage or examples; all of them without it, within some hours. FILE keeps what
-came of each: what is there is not done again.
+came of each: what is there is not done again. `--quick` commissions one axis and writes nothing.
 """
 
 from __future__ import annotations
 
 import argparse
 import re
+import sys
 from pathlib import Path
 
 import commissioning_axis
@@ -63,7 +64,11 @@ if __name__ == "__main__":
     words.add_argument("kind", nargs="?", choices=kinds)
     words.add_argument("--number", type=int)
     words.add_argument("--rows", type=Path)
+    words.add_argument("--quick", action="store_true")
     asked = words.parse_args()
     if asked.rows is not None and asked.kind is None:
         words.error("--rows goes with one KIND: axes of several kinds have the same labels")
+    if asked.quick:
+        print(_text("axis", 1, None))
+        sys.exit()
     main([asked.kind] if asked.kind else kinds, asked.number, asked.rows)

@@ -17,11 +17,11 @@ HEAD = """\
 
 `make bench-identify` lets `identify` fit synthetic records of a known machine and counts how
 often its intervals of 68 and 95 % hold the truth: 1 and 1.96 standard errors to each side, or other
-factors where these are told. A cell gives both shares; **bold** is outside 60 to 76 or 90 to 99 %; `biased` stands where
+factors where these are reported. A cell gives both shares; **bold** is outside 60 to 76 or 90 to 99 %; `biased` stands where
 the mean is off by more than half of what single records scatter by, so that no interval about it
-can hold. `withheld` or `in 40 %`: no errors are told, or in so many of the records, to which the
-shares then refer; where fewer than 20 tell errors there is no share. The headings say how many records there are: a share of 68 % is known to {doubt} %.
-docs/coverage.json has bias, scatter and told error of each.
+can hold. `withheld` or `in 40 %`: no errors are reported, or in so many of the records, to which the
+shares then refer; where fewer than 20 report errors there is no share. The headings say how many records there are: a share of 68 % is known to {doubt} %.
+docs/coverage.json has bias, scatter and reported error of each.
 
 | disturbance | a drive of 4 kg; on a spring, 2 kg | an eccentric load of 0.01 kg m^2 | a decay at 18 Hz, per mass | a linear machine | heating by 60 K, of machines up to 30 % off |
 |---|---|---|---|---|---|

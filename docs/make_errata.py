@@ -14,7 +14,7 @@ HEAD = """\
 # Misprints and contradictions of the thesis
 
 Where each stands, what is printed, what is wrong with it, the reading in use here, and the
-evidence: words that contradict each other, and numbers worked out anew. `macromicro reproduce`
+evidence: words that contradict each other, and numbers recomputed. `macromicro reproduce`
 shows the same list at the end of its page. `make docs` writes this page from
 `src/macromicro/thesis/errata/errata.toml`.
 

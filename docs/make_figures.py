@@ -4,13 +4,14 @@ carriage follows it, docs/figures/xy-path.png, the usual moves of two axes in th
 docs/figures/learning.png, what docs/learning.md learns, and docs/figures/bench-signals.svg, a block
 diagram of the bench.
 
-    python docs/make_figures.py
+    python docs/make_figures.py [--quick: draw the profile and the diagram, write nothing]
 """
 
 from __future__ import annotations
 
 import contextlib
 import re
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -175,6 +176,10 @@ def draw_learning() -> None:
 
 def main() -> None:
     """Run the default programme, a profile, two axes and a wave, and write the pictures."""
+    if "--quick" in sys.argv:
+        encoded(draw_profile())
+        svg(BENCH)
+        return
     FIGURES.mkdir(parents=True, exist_ok=True)
     PICTURE.write_bytes(encoded(draw(api.run())))
     PROFILE.write_bytes(encoded(draw_profile()))

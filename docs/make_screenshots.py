@@ -2,7 +2,7 @@
 that `macromicro reproduce` writes, and docs/figures/serve.png and serve-phone.png, the live page
 after some moves of the virtual bench (needs selenium and the extra `web`).
 
-    python docs/make_screenshots.py
+    python docs/make_screenshots.py [--quick: of the live page, into a folder that is deleted]
 """
 
 from __future__ import annotations
@@ -122,6 +122,10 @@ def wait_for_rest(station: Any) -> None:
 
 def main() -> None:
     """Reproduce everything, move the virtual bench, and write the pictures."""
+    if "--quick" in sys.argv:
+        with tempfile.TemporaryDirectory() as scratch:
+            live(Path(scratch) / LIVE.name, Path(scratch) / PHONE.name)
+        return
     FIGURES.mkdir(parents=True, exist_ok=True)
     if find_spec("selenium") and find_spec("websockets"):
         live(LIVE, PHONE)

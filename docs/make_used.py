@@ -1,6 +1,6 @@
 """Measures what laws ask of motor and wires, beside what those allow, for docs/beyond.md.
 
-    python docs/make_used.py
+    python docs/make_used.py [--quick: write nothing]
 
 Both pairs of laws make the moves of the programme `fast`; the bench's truth tells currents, heat
 and temperatures.
@@ -8,6 +8,7 @@ and temperatures.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -115,4 +116,6 @@ def told(settings: Settings) -> str:
 
 
 if __name__ == "__main__":
-    measured_page.put(make_beyond.PAGE, "used", told(Settings()))
+    table = told(Settings())
+    if "--quick" not in sys.argv:
+        measured_page.put(make_beyond.PAGE, "used", table)

@@ -43,6 +43,9 @@ def parsed(about: str | None, given: list[str] | None = None) -> argparse.Namesp
     parser.add_argument(
         "--seed", type=int, help="draw other benches: tables are printed, no page is written"
     )
+    parser.add_argument(
+        "--quick", action="store_true", help="the first bench alone; nothing is written"
+    )
     return parser.parse_args(given)
 
 
@@ -77,6 +80,10 @@ def main(
     A job is (kind, number of its bench, ...). `tables` gives each mark's table.
     """
     chosen = parsed(about, given)
+    if chosen.quick:
+        chosen.benches = 0
+        print(json.dumps(short(one(jobs(chosen)[0]))))
+        return
     if chosen.seed is not None:
         results = Path(chosen.scratch) / f"{results.stem}-seed-{chosen.seed}.json"
         results.parent.mkdir(parents=True, exist_ok=True)

@@ -29,7 +29,7 @@ run.plot("macro_position", "motor")
 # Settings are a tree. `with_` gives a copy with changes, by path and with units, checked as a file is.
 
 # %%
-sticky = macromicro.Settings().with_("bench.friction.coulomb", "12 N")
+sticky = macromicro.Settings().with_("bench.friction.coulomb", "11 N")
 other = macromicro.run("fast", seed=1, settings=sticky)
 macromicro.overlay(run, other, labels=["nominal", "sticky"])
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 from hypothesis import settings
 
@@ -10,8 +12,29 @@ from macromicro import threads
 threads.one_for_blas()  # as the command does, before a test imports numpy
 
 # A kernel's first call compiles it, which takes seconds: no example has a deadline.
-settings.register_profile("macromicro", deadline=None, max_examples=50)
+settings.register_profile("macromicro", deadline=None, max_examples=25)
 settings.load_profile("macromicro")
+
+
+_SHARING = ("tests/report/", "tests/thesis/")
+_APART = ("tests/test_blocks.py",)  # each page by itself
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """One process runs all tests that share what a fixture makes: those of a file, or a folder."""
+    if config.getoption("dist") != "load":
+        return None
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Files(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.partition("::")[0]
+            if file in _APART:
+                return nodeid
+            return next((f for f in _SHARING if file.startswith(f)), file)
+
+    return Files(config, log)
 
 
 class _Names:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import math
+import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import macromicro
 from macromicro import api
 from macromicro.design import response
 from macromicro.errors import InputError
@@ -68,6 +70,21 @@ def test_fault_is_warned_of_and_ends_the_recording() -> None:
     assert run["phase"][-1] == 5 and len(run) > 2000
     assert run["temperature_estimate"].max() < 62.0
     assert not api.moves(run)[-1].complete
+
+
+def test_moves_that_do_not_arrive_are_warned_of_once() -> None:
+    """Friction above what the gains overcome: the moves, the worst miss and a remedy."""
+    sticky = Settings().with_("bench.friction.coulomb", "12 N")
+    with pytest.warns(macromicro.ArrivalWarning) as caught:
+        run = macromicro.run("fast", seed=1, settings=sticky)
+    (one,) = caught
+    lost = [m.move + 1 for m in api.moves(run) if m.arrived_s is None]
+    assert str(one.message).startswith(f"moves {', '.join(map(str, lost))} did not arrive; ")
+    assert "mm from its target (move" in str(one.message) and "longer hold" in str(one.message)
+    assert one.filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        api.run("full-travel")
 
 
 def test_settings_from_a_file_and_bad_ones(tmp_path: Path) -> None:

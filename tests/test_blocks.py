@@ -27,19 +27,12 @@ PAGES = ("README.md", "CONTRIBUTING.md", "ARCHITECTURE.md",
 
 # Page -> beginning of a command or of a block, and why no test runs it here.
 DATA = "the reader's own data"
+README = "README.md"
 TESTED = "run by the tests of "
 CANNOT: dict[str, dict[str, str]] = {
     "README.md": {
         "make run": "sets up an environment; CI runs its steps",
-        ". .venv/bin/activate": "what CI does without",
         "make serve": TESTED + "tests/commands/test_serving.py, which need no fixed port",
-        "macromicro identify drive motor.csv": DATA,
-        "macromicro identify linear steps.h5": DATA,
-        "macromicro identify hysteresis curves.txt": DATA,
-        "macromicro sweep examples/sweep-gains.toml": TESTED + "tests/sweep/test_docs.py",
-        "macromicro robust": "200 machines: with fewer by tests/robustness",
-        "new_system(": "Simulink's",
-        "from fmpy import": TESTED + "tests/export/test_fmu.py, with the extra fmu",
     },
     "CONTRIBUTING.md": {
         "make test": "these very tests",
@@ -75,10 +68,13 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro serve --rig board": "needs a board: tests/firmware",
     },
     "docs/build-one.md": {
-        "macromicro export hex": TESTED + "tests/rig/board/test_prebuilt.py",
-        "sha256sum": TESTED + "tests/rig/board/test_prebuilt.py",
-        "avrdude": "needs a board",
-        "macromicro doctor --rig board:": "needs a board; other rigs by tests/rig/test_walk.py",
+        "macromicro export hex": TESTED + "tests/firmware/test_build_one.py",
+        "sha256sum": TESTED + "tests/firmware/test_build_one.py",
+        "avrdude": TESTED + "tests/firmware/test_build_one.py",
+        "macromicro doctor --rig board": TESTED + "tests/firmware/test_build_one.py",
+        "macromicro commission --rig board": TESTED + "tests/firmware/test_build_one.py",
+        "macromicro run --config results/commission": TESTED + "tests/firmware/test_build_one.py",
+        "macromicro serve --config results/commission": TESTED + "tests/firmware/test_build_one.py",
     },
     "docs/commissioning.md": {
         "macromicro commission --kind two_stage": TESTED
@@ -96,7 +92,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "podman run": "needs podman",
     },
     "docs/epics.md": {
-        "pip install": "installs",
+        ".venv/bin/pip install": "installs",
         "macromicro serve": TESTED + "tests/serve/epics",
         "from macromicro.ophyd_async": TESTED + "tests/serve/epics/test_async.py",
     },
@@ -180,7 +176,6 @@ CANNOT: dict[str, dict[str, str]] = {
         "python -m macromicro.rig.faulty": TESTED + "tests/rig/test_faulty.py",
     },
     "docs/sweep.md": {
-        "pip install": "installs",
         ".venv/bin/pip install": "installs",
         "macromicro sweep SPEC.toml": DATA,
         'job = "macro-bench"': TESTED + "tests/sweep/test_docs.py",
@@ -217,7 +212,7 @@ CANNOT: dict[str, dict[str, str]] = {
 }  # fmt: skip
 # What a page's TOML and CSV blocks are, in their order: files of these names.
 FILES = {
-    "README.md": ("wave.toml", "sticky.toml"),
+    "docs/running.md": ("sticky.toml",),
     "docs/beyond.md": ("both.toml",),
     "docs/cards.md": ("multiq3.toml", "ni.toml"),
     "docs/laws.md": ("mine.toml", "axis.toml"),
@@ -407,13 +402,3 @@ def test_blocks_run_as_printed(page: str, tmp_path: Path) -> None:
                     command(line.removeprefix("macromicro "), tmp_path)
     for words in BEHIND.get(page, ()):
         command(words, tmp_path)
-
-
-@pytest.mark.slow
-def test_the_readme_s_move_arrives(tmp_path: Path) -> None:
-    """`*OPC?` answers 1 in any case; the queue of errors says that it is on target."""
-    code = next(b.text for b in blocks("README.md") if "pyvisa" in b.text)
-    lock, opc, place, *errors = python(code, tmp_path).strip().split(";")
-    assert (lock, opc) == ("1", "1")
-    assert float(place.split(",")[0]) == pytest.approx(42.123, abs=0.02)
-    assert ";".join(errors) == '0,"No error"'

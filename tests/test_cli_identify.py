@@ -151,7 +151,7 @@ def test_the_twin_s_drive_gives_settings_that_run(
     done = macromicro("identify", "drive", place / "drive.h5", "--out", out)
     # Beyond the period that the file tells the motor's inductance and a belt are late.
     assert done.status == 0 and done.err.count("\n") == 1
-    assert "the force acts 1 ms (1 sample) later than u says" in done.err
+    assert "the force acts 1 ms (1 sample) later than u" in done.err
     assert {p.name for p in out.iterdir()} == {
         "result.json", "model.toml", "free_run.png", "residuals.png",
     }  # fmt: skip
@@ -183,7 +183,7 @@ def test_macro_stage_as_section_4_2_5(macromicro: Macromicro, lab: Path, tmp_pat
     assert found["a1"] == pytest.approx(-0.95833, abs=0.01)
     assert found["b1"] == pytest.approx(165.72, rel=0.1)
     assert found["gain"] == pytest.approx(3977.0, rel=0.02)
-    assert "10 of one input, averaged" in json.loads(done.out)["remarks"]["records"]
+    assert "10 with the same input, averaged" in json.loads(done.out)["remarks"]["records"]
     assert macromicro("run", "--config", tmp_path / "out/model.toml").status == 2
     done = macromicro(
         *("identify", "deadzone", place / "steps-0.1V.h5", place / "steps-1V.h5"),
@@ -272,12 +272,12 @@ def test_hall_writes_a_table_and_says_that_no_setting_holds_it(
     out = tmp_path / "out"
     done = macromicro("identify", "hall", place / "hall.h5", "--out", out)
     assert (done.status, done.err) == (0, "")
-    assert "settings: none hold a table" in done.out
+    assert "settings: no setting holds a table" in done.out
     made = np.loadtxt(out / "hall_calibration.csv", delimiter=",", skiprows=2)
     inner = slice(5, -5)
     place = 1e3 * shipped().position  # the file is in mm
     np.testing.assert_allclose(made[inner, 1], place[inner], atol=2e-3)
-    assert "no setting" in (out / "model.toml").read_text()
+    assert "No setting" in (out / "model.toml").read_text()
     assert macromicro("run", "--config", out / "model.toml").status == 2
 
 
@@ -349,11 +349,11 @@ BAD = [
     ("drive columns.csv", "a, b, c"),
     ("drive gap.csv", "gap"),
     ("drive back.csv", "increase"),
-    ("drive constant.csv", "2 throughout"),
-    ("drive still.csv", "0.002 throughout"),
+    ("drive constant.csv", "constant at 2"),
+    ("drive still.csv", "constant at 0.002"),
     ("drive few.csv", "30 samples"),
     ("drive railed.csv", "saturated"),
-    ("drive nan.csv", "finite"),
+    ("drive nan.csv", "missing number"),
     ("drive picture.png", "not known"),
     ("drive folder", "a directory"),
     ("drive nothing.csv", "no such file"),
@@ -363,7 +363,7 @@ BAD = [
     ("linear still.csv", "zero throughout"),
     ("linear railed.csv --method magic", "output_error"),
     ("linear railed.csv --order 1", "na,nb"),
-    ("deadzone constant.csv", "no negative voltage"),
+    ("deadzone constant.csv", "no run at a negative voltage"),
     ("hysteresis rising.csv", "never reverses"),
     ("hysteresis few.csv --columns f=x_mm", "never reverses"),
     ("hysteresis constant.csv --columns f=x_mm", "constant at 2"),
@@ -404,10 +404,11 @@ def test_out_must_be_free(
     monkeypatch.chdir(tmp_path)
     bad_files(tmp_path)
     own = drive_csv(tmp_path, OWN)
-    for place, said in (("full", "exists already"), ("few.csv", "a file")):
+    for place, said in (("full", "already exists"), ("few.csv", "a file")):
         done = macromicro("identify", "drive", own, "--out", place)
         assert done.status == 2 and said in done.err
-    (tmp_path / "full/table.h5").write_text("of an earlier identification")
+    for name in ("table.h5", "along.png", "branches.svg", "friction.pdf", "stress_map.csv"):
+        (tmp_path / "full" / name).write_text("of an earlier identification")
     done = macromicro("identify", "drive", own, "--out", "full", "--overwrite")
     assert done.status == 0
     assert sorted(p.name for p in (tmp_path / "full").iterdir()) == [
@@ -468,7 +469,7 @@ def test_list_names_every_procedure(macromicro: Macromicro) -> None:
         ("", "one of dead-zone"),
         ("drive --rig real", "twin"),
         ("drive --seed -1", "whole number"),
-        ("drive --out full", "exists already"),
+        ("drive --out full", "already exists"),
     ],
 )
 def test_bad_requests_collect_nothing(

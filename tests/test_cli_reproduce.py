@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -12,18 +12,13 @@ from pathlib import Path
 
 import pytest
 
+from tests.command import command as macromicro
+
 COMMAND = [sys.executable, "-m", "macromicro", "reproduce"]
 
 
 def command(*arguments: str | Path, cwd: Path, **more: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*COMMAND, *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=cwd,
-        env={**os.environ, **more},
-    )
+    return macromicro("reproduce", *arguments, cwd=cwd, env=more)
 
 
 @pytest.fixture(scope="module")
@@ -74,29 +69,26 @@ def test_an_existing_folder_is_refused_and_kept(
     place, _ = done
     page = place / "results" / "reproduction" / "reproduction.html"
     before = page.read_bytes()
-    refused = command("--only", "D9", cwd=place)
+    refused = command("--only", "D9", "--out", "results/reproduction", cwd=place)
     assert refused.returncode == 2
     assert refused.stderr.count("\n") == 1
-    assert "exists already" in refused.stderr
+    assert "already exists" in refused.stderr
     assert page.read_bytes() == before
 
 
-def test_figures_in_other_formats(tmp_path: Path) -> None:
-    """And those of an earlier reproduction are gone."""
-    for kinds in ("svg", "pdf"):
-        words = ("--only", "I5", "--out", "r", "--figures", kinds, "--overwrite")
-        assert command(*words, cwd=tmp_path).returncode == 0
-    figures = tmp_path / "r" / "figures"
-    assert (figures / "figure-6-6.pdf").read_bytes().startswith(b"%PDF")
-    assert not list(figures.glob("*.png")) and not (figures / "figure-6-6.svg").exists()
-    assert "data:image/png;base64," in (tmp_path / "r" / "reproduction.html").read_text()
-
-
-def test_overwrite_replaces_all_of_it(tmp_path: Path) -> None:
-    for names in (("technologies", "I5"), ("D9",)):
-        assert command("--only", *names, "--out", "r", "--overwrite", cwd=tmp_path).returncode == 0
-    assert not (tmp_path / "r" / "figures" / "figure-6-6.png").exists()
-    assert len(json.loads((tmp_path / "r" / "claims.json").read_text())) == 1
+def test_overwrite_replaces_all_of_it_and_figures_have_other_formats(
+    done: tuple[Path, subprocess.CompletedProcess[str]], tmp_path: Path
+) -> None:
+    out = tmp_path / "r"
+    shutil.copytree(done[0] / "results" / "reproduction", out)
+    before = out / "figures" / "table-c-1.csv"
+    assert before.exists()
+    words = ("--only", "I5", "--out", "r", "--figures", "pdf", "--overwrite")
+    assert command(*words, cwd=tmp_path).returncode == 0
+    assert (out / "figures" / "figure-6-6.pdf").read_bytes().startswith(b"%PDF")
+    assert not before.exists() and not list((out / "figures").glob("*.png"))
+    assert "data:image/png;base64," in (out / "reproduction.html").read_text()
+    assert len(json.loads((out / "claims.json").read_text())) == 1
 
 
 @pytest.mark.parametrize(

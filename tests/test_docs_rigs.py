@@ -78,7 +78,7 @@ def test_the_programme_runs_on_it(lab: Path) -> None:
     refused = run(lab, *words)
     assert refused.returncode == 2 and not (lab / "results").exists()
     assert "2 set points from 10 to 20 mm, motor up to 5 V" in refused.stderr
-    assert "nobody can be asked" in refused.stderr and "--yes" in refused.stderr
+    assert "confirmation needed" in refused.stderr and "--yes" in refused.stderr
     done = run(lab, *words, "--yes", "--json")
     assert done.returncode == 0, done.stderr
     found = Recording.load(lab / "results" / "moves" / "recording.h5")

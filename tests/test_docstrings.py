@@ -1,50 +1,91 @@
-"""Docstrings of public functions name every parameter, the result and the errors raised.
-
-ruff checks that sections are well formed and name nothing that is not there; it does not ask for
-a section that is missing, which this does. (numpydoc's own checker asks it of properties too,
-overlooks a `yield` within a loop, and brings Sphinx with it.)
-"""
+"""Docstrings of what users call: each parameter, the result and the errors raised, in words."""
 
 from __future__ import annotations
 
 import ast
+import doctest
 import re
+import sys
 import tomllib
 from collections.abc import Iterator
-from fnmatch import fnmatch
+from importlib import import_module
+from inspect import getdoc
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import macromicro
+from macromicro import kernel
+from website import reference
 
 PACKAGE = Path(macromicro.__file__).parent
 PROJECT = Path(__file__).parents[1] / "pyproject.toml"
-LISTED = tomllib.loads(PROJECT.read_text())["tool"]["docstrings"]
-FILES = sorted(place.relative_to(PACKAGE).as_posix() for place in PACKAGE.rglob("*.py"))
-TREES = {name: ast.parse((PACKAGE / name).read_text()) for name in FILES}
-ALONE = LISTED["help"] + LISTED["internal"]
+PUBLIC = tomllib.loads(PROJECT.read_text())["tool"]["docstrings"]["public"]
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 # Decorated so, a function is read like a value, or says nothing of its own.
 VALUES = ("property", "cached_property", "overload", "setter")
+# Functions without an example, and why.
+WITHOUT = {
+    "macromicro.connect": "needs a server",
+    "macromicro.moves": "needs a run",
+    "macromicro.run": "compiles the bench",
+    "macromicro.tracking": "needs a run",
+    "macromicro.design.extension.extension": "needs a run",
+    "macromicro.design.response.moves": "needs a run",
+    "macromicro.design.vibration.vibration": "needs a run",
+    "macromicro.kernel.admit": "changes the process",
+    "macromicro.kernel.by_type": "needs the compiler",
+    "macromicro.kernel.cache_folder": "reads all sources",
+    "macromicro.kernel.compiled": "compiles",
+    "macromicro.kernel.foreign": "depends on what is imported",
+    "macromicro.remote.machine.connect": "needs a server",
+    "macromicro.rig.opening.open_rig": "needs a rig",
+    "macromicro.commission.procedure.perform": "moves a stage",
+    "macromicro.tuning.macro": "compiles the bench",
+    "macromicro.tuning.micro": "compiles the bench",
+    "macromicro.tuning.tune": "compiles the bench",
+    "macromicro.machines.contract.check": "compiles a machine",
+    "macromicro.machines.contract.broken": "compiles a machine",
+    "macromicro.machines.stage.period": "compiles a machine",
+    "macromicro.machines.stage.quick": "compiles a machine",
+    "macromicro.machines.stage.fastest": "compiles a machine",
+    "macromicro.machines.stage.in_place": "compiles a machine",
+    "macromicro.machines.stage.opened": "compiles a machine",
+    "macromicro.machines.stage.drive": "compiles a machine",
+    "macromicro.runs.drives.open_loop": "compiles the bench",
+    "macromicro.runs.drives.closed_loop": "compiles the bench",
+    "macromicro.runs.drives.heated": "compiles the bench",
+    "macromicro.runs.drives.by_laser": "compiles the bench",
+    "macromicro.runs.drives.stage": "compiles the bench",
+}
 
 
-def in_room(name: str, rooms: list[str]) -> bool:
-    """Whether a file belongs to one of `rooms`: a folder, or files of the package's root."""
-    return any(
-        name.startswith(f"{room}/") or ("/" not in name and fnmatch(name, room)) for room in rooms
-    )
+def functions(module: str) -> Iterator[tuple[str, Function]]:
+    """The public functions and methods of a listed module, wherever they are defined."""
+    for named in reference.public(reference.full(module)):
+        home = sys.modules[str(_thing(named.name).__module__)]
+        tree = ast.parse(Path(str(home.__file__)).read_text(encoding="utf-8"))
+        name = named.home.removeprefix(f"{home.__name__}.")
+        for node in tree.body:
+            if getattr(node, "name", "") == name:
+                yield from _public(node, named.name.rpartition(".")[0])
 
 
-def public(node: ast.AST, within: str = "") -> Iterator[tuple[str, Function]]:
-    """Public functions and methods, by qualified name; not those within functions."""
-    for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.ClassDef) and not child.name.startswith("_"):
-            yield from public(child, f"{within}{child.name}.")
-        elif isinstance(child, Function):
-            worn = [re.split(r"[.(]", ast.unparse(d))[-1] for d in child.decorator_list]
-            if not child.name.startswith("_") and not set(worn) & set(VALUES):
-                yield within + child.name, child
+def _thing(name: str) -> Any:
+    module, _, last = name.rpartition(".")
+    return getattr(import_module(module), last)
+
+
+def _public(node: ast.AST, within: str) -> Iterator[tuple[str, Function]]:
+    """A function, or the public methods of a class."""
+    if isinstance(node, Function):
+        worn = {re.split(r"[.(]", ast.unparse(d))[-1] for d in node.decorator_list}
+        if not node.name.startswith("_") and not worn & set(VALUES):
+            yield f"{within}.{node.name}", node
+    elif isinstance(node, ast.ClassDef):
+        for child in node.body:
+            yield from _public(child, f"{within}.{node.name}")
 
 
 def taken(function: Function) -> list[str]:
@@ -90,43 +131,79 @@ def raised(node: ast.AST) -> set[str]:
     return found
 
 
-def sections(text: str) -> dict[str, list[str]]:
-    """The sections of a docstring: for each title the heads of its entries."""
+def sections(text: str) -> dict[str, dict[str, str]]:
+    """The sections of a docstring: for each title the heads of its entries with their words."""
     pieces = re.split(r"^(\w[\w ]*)\n-{3,}$", text, flags=re.MULTILINE)
-    return {
-        title: [line for line in body.splitlines() if line[:1].strip()]
-        for title, body in zip(pieces[1::2], pieces[2::2], strict=True)
-    }
+    found: dict[str, dict[str, str]] = {}
+    for title, body in zip(pieces[1::2], pieces[2::2], strict=True):
+        entries = found.setdefault(title, {})
+        for block in re.split(r"\n(?=\S)", body.strip("\n")):
+            head, _, words = block.partition("\n")
+            entries[head] = " ".join(words.split())
+    return found
+
+
+def repeats(head: str, words: str) -> bool:
+    """Whether the words about a parameter say no more than its name and type."""
+    said = set(re.findall(r"[a-z]{3,}", words.lower())) - {"the", "its", "this", "that"}
+    known = re.findall(r"[A-Z]?[a-z]{3,}", head)
+    return bool(said) and not re.search(r"[\d(\[,;]", words) and said <= set(map(str.lower, known))
 
 
 def wrong(function: Function) -> list[str]:
-    """What is missing in the docstring of a public function."""
+    """What is missing in the docstring of a public function, and what says nothing."""
     found = sections(ast.get_docstring(function) or "")
-    heads = [head.split(" :")[0] for head in found.get("Parameters", [])]
-    named = [name for head in heads for name in head.split(", ")]
+    entries = found.get("Parameters", {})
+    named = [name for head in entries for name in head.split(" :")[0].split(", ")]
     given, result = taken(function), gives(function)
     problems = [] if named == given else [f"Parameters {named}, but it takes {given}"]
     if result and not found.get(result):
         problems.append(f"no {result}")
-    missing = raised(function) - {head.split(" :")[0] for head in found.get("Raises", [])}
-    return problems + [f"Raises lacks {name}" for name in sorted(missing)]
+    missing = raised(function) - {head.split(" :")[0] for head in found.get("Raises", {})}
+    problems += [f"Raises lacks {name}" for name in sorted(missing)]
+    return problems + [f"{h}: repeats itself" for h, words in entries.items() if repeats(h, words)]
 
 
-@pytest.mark.parametrize("name", [n for n in FILES if not in_room(n, ALONE)])
-def test_a_public_function_says_what_it_takes_gives_and_raises(name: str) -> None:
-    found = {title: wrong(f) for title, f in public(TREES[name])}
-    assert {title: problems for title, problems in found.items() if problems} == {}
+@pytest.mark.parametrize("module", PUBLIC)
+def test_a_public_function_says_what_it_takes_gives_and_raises(module: str) -> None:
+    found = {name: wrong(function) for name, function in functions(module)}
+    assert {name: problems for name, problems in found.items() if problems} == {}
 
 
-@pytest.mark.parametrize("name", [n for n in FILES if in_room(n, LISTED["internal"])])
-def test_an_internal_function_names_the_errors_that_it_raises(name: str) -> None:
-    texts = [(q, raised(f), ast.get_docstring(f) or "") for q, f in public(TREES[name])]
-    silent = {q: [e for e in errors if e not in text] for q, errors, text in texts}
-    assert {q: errors for q, errors in silent.items() if errors} == {}
+@pytest.fixture
+def apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A folder of its own; afterwards no kernel of an example remains marked."""
+    monkeypatch.chdir(tmp_path)
+    yield
+    for function in kernel.marked():
+        if function.__code__.co_filename.startswith("<doctest"):
+            kernel._marked.discard(function)
+            if function in kernel._waiting:
+                kernel._waiting.remove(function)
 
 
-def test_what_is_left_alone_exists() -> None:
-    assert [room for room in ALONE if not any(in_room(name, [room]) for name in FILES)] == []
+@pytest.mark.usefixtures("apart")
+@pytest.mark.parametrize("module", PUBLIC)
+def test_examples_run(module: str) -> None:
+    finder = doctest.DocTestFinder(exclude_empty=True)
+    runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS)
+    failed: list[str] = []
+    for named in reference.public(reference.full(module)):
+        for each in finder.find(_thing(named.name), named.name, globs={}):
+            runner.run(each, out=failed.append)
+    assert "".join(failed) == ""
+
+
+@pytest.mark.parametrize("module", PUBLIC)
+def test_a_public_function_has_an_example(module: str) -> None:
+    named = [n.name for n in reference.public(reference.full(module)) if n.kind == "function"]
+    without = [n for n in named if "\nExamples\n---" not in (getdoc(_thing(n)) or "")]
+    assert without == [name for name in named if name in WITHOUT]
+
+
+def test_the_list_is_what_the_reference_shows_for_callers() -> None:
+    called = {name for page in reference.PAGES if page.called for name in page.modules}
+    assert called == set(PUBLIC)
 
 
 HALF = '''
@@ -143,7 +220,7 @@ class Thing:
         Parameters
         ----------
         first, *more : int
-            Numbers.
+            The first, more.
         """
         if first < 0:
             raise ValueError(first)
@@ -153,10 +230,23 @@ class Thing:
 
 
 def test_what_is_missing_is_named() -> None:
-    ((name, function),) = public(ast.parse(HALF))
-    assert name == "Thing.each"
+    ((name, function),) = _public(ast.parse(HALF).body[0], "here")
+    assert name == "here.Thing.each"
     assert wrong(function) == [
         "Parameters ['first', '*more'], but it takes ['first', '*more', 'scale']",
         "no Yields",
         "Raises lacks ValueError",
     ]
+
+
+@pytest.mark.parametrize(
+    ("head", "words", "idle"),
+    [
+        ("dt : float", "Control period, s.", False),
+        ("settings : Settings", "The settings.", True),
+        ("machine : Machine", "Machine.", True),
+        ("machine : Machine", "The machine to run.", False),
+    ],
+)
+def test_words_that_repeat_a_name_are_noticed(head: str, words: str, idle: bool) -> None:
+    assert repeats(head, words) is idle

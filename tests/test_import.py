@@ -1,8 +1,11 @@
 """The package's front door: light to open, and it leads where it says."""
 
+import ast
 import json
 import subprocess
 import sys
+from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -64,3 +67,27 @@ def test_every_public_name_leads_to_its_definition(name: str) -> None:
 def test_unknown_name_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="no attribute 'Recorded'"):
         _ = macromicro.Recorded
+
+
+PACKAGE = Path(str(macromicro.__file__)).parent
+
+
+def imported(file: Path) -> Iterator[str]:
+    """Dotted names that a module imports from this package, without the package's name."""
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("macromicro."):
+            module = str(node.module).removeprefix("macromicro.")
+            yield from (f"{module}.{each.name}" for each in node.names)
+
+
+def test_a_private_module_is_imported_within_its_package_alone() -> None:
+    taken = []
+    for file in sorted(PACKAGE.rglob("*.py")):
+        room = file.relative_to(PACKAGE).parts[0]
+        for name in imported(file):
+            first, *modules = name.split(".")
+            private = any(part.startswith("_") for part in modules[:-1])
+            whole = PACKAGE.joinpath(first, *modules).with_suffix(".py")
+            if (private or (modules[-1].startswith("_") and whole.exists())) and first != room:
+                taken.append(f"{file.relative_to(PACKAGE)}: {name}")
+    assert taken == []

@@ -169,12 +169,12 @@ def copy(tmp_path: Path) -> Path:
 WHERE = "from macromicro.kernel import cache_folder; print(cache_folder())"
 
 
-def test_cache_folder_depends_on_every_source(copy: Path) -> None:
+def test_cache_folder_depends_on_the_code_of_every_source(copy: Path) -> None:
     first = run(WHERE, copy)
     assert run(WHERE, copy) == first
     part = copy / "plant" / "part.py"
     seen = {first}
-    for text in ("GAIN = 2.1\n", "GAIN = 2.1 \n"):
+    for text in ("GAIN = 2.1\n", "GAIN = 2.15\n"):
         part.write_text(text)
         seen.add(run(WHERE, copy))
     part.rename(part.with_name("other.py"))
@@ -185,10 +185,55 @@ def test_cache_folder_depends_on_every_source(copy: Path) -> None:
     assert run(WHERE, copy) == first
 
 
-def test_cache_folder_ignores_what_is_no_source(copy: Path) -> None:
+def test_cache_folder_ignores_what_no_kernel_is_made_of(copy: Path) -> None:
+    """Notes, docstrings, comments, and rooms without kernels."""
+    part = copy / "plant" / "part.py"
+    part.write_text("def gain():\n    return 2.0\n")
     first = run(WHERE, copy)
     (copy / "notes.txt").write_text("x")
+    (copy / "serve").mkdir()
+    (copy / "serve" / "page.py").write_text("TITLE = 'page'\n")
+    part.write_text('"""A part."""\n\n\ndef gain():\n    """V."""\n    return 2.0  # measured\n')
     assert run(WHERE, copy) == first
+    part.write_text('"""A part."""\n\n\ndef gain():\n    """V."""\n    return 2.5  # measured\n')
+    assert run(WHERE, copy) != first
+
+
+EVERY_KERNEL = """
+import importlib, pkgutil, types
+import macromicro
+from macromicro import kernel
+
+def names(code):
+    nested = [c for c in code.co_consts if isinstance(c, types.CodeType)]
+    return {*code.co_names, *(n for c in nested for n in names(c))}
+
+for found in pkgutil.walk_packages(macromicro.__path__, "macromicro."):
+    if not any(part in found.name for part in ("__main__", "ophyd", "serve", "remote")):
+        importlib.import_module(found.name)
+rooms = set()
+for function in kernel.marked():
+    rooms.add(function.__module__)
+    for name in names(function.__code__):
+        value = function.__globals__.get(name)
+        rooms.add(getattr(value, "__module__", None) or getattr(value, "__name__", ""))
+print(*sorted({room.split(".")[1] for room in rooms if room.startswith("macromicro.")}))
+"""
+
+
+def test_no_kernel_is_made_of_what_the_cache_ignores() -> None:
+    rooms = run(EVERY_KERNEL).split()
+    assert {"plant", "control", "machines"} <= set(rooms)
+    assert not set(rooms) & set(room._NO_KERNELS)
+
+
+def test_what_is_known_of_the_sources_may_be_spoiled(copy: Path, tmp_path: Path) -> None:
+    place = {"MACROMICRO_CACHE": str(tmp_path / "cache")}
+    first = run(WHERE, copy, **place)
+    (index,) = (tmp_path / "cache").glob("sources-*.json")
+    for text in ("{", "[]", "{}"):
+        index.write_text(text)
+        assert run(WHERE, copy, **place) == first
 
 
 def test_cache_folder_can_be_moved(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -255,7 +300,7 @@ def test_caches_are_dropped_by_age_of_last_use(copy: Path, tmp_path: Path) -> No
     (cache / "kept").mkdir()
     used = Path(run(USED, copy, MACROMICRO_CACHE=str(cache)))
     assert used.parent == cache
-    assert {p.name for p in cache.iterdir()} == {used.name, "kept", *fresh}
+    assert {p.name for p in cache.iterdir() if p.is_dir()} == {used.name, "kept", *fresh}
     assert not stale.exists()
 
 

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 from macromicro.recording import Recording
+from tests.command import command as macromicro
 
 DOCS = Path(__file__).parents[1] / "docs"
 LAW = re.findall(r"```python\n(.*?)```", (DOCS / "laws.md").read_text("utf-8"), re.DOTALL)[0]
@@ -86,11 +87,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def command(lab: Path, *words: str, check: bool = True) -> subprocess.CompletedProcess[str]:
-    done = subprocess.run(
-        [sys.executable, "-m", "macromicro", *words], cwd=lab, stdin=subprocess.DEVNULL,
-        env={**os.environ, "XDG_STATE_HOME": str(lab)}, capture_output=True, text=True,
-        timeout=300, check=False,
-    )  # fmt: skip
+    done = macromicro(*words, cwd=lab, env={"XDG_STATE_HOME": str(lab)})
     assert not check or done.returncode == 0, f"{words}: {done.stdout}{done.stderr}"
     return done
 
@@ -256,15 +253,20 @@ def test_studies_of_a_machine_of_ones_own(lab: Path) -> None:
 def test_a_law_of_ones_own_on_a_machine_of_one_stage(lab: Path) -> None:
     """Compiled and in plain Python, on the package's axis and on one's own machine."""
     (lab / "axis.toml").write_text(
-        f'machine = "axis"\nlaw = "{SLIDING}"\n[own]\nreach = "4 V"\nslope = "140 1/s"\n'
-        'layer = "60 mm/s"\nsmooth = "1 ms"\n'
+        f'machine = "axis"\nlaw = "{SLIDING}"\n[own]\nreach = "4 V"\nslope = "250 1/s"\n'
+        'layer = "150 mm/s"\nsmooth = "0.2 ms"\n'
     )
     done = command(lab, "run", "moves.toml", "--config", "axis.toml", "--out", "axis", "--json")
     told = json.loads(done.stdout)
     assert all(m["arrived_s"] is not None for m in told["moves"])
-    assert told["overrides"]["law"] == SLIDING and told["overrides"]["own.slope"] == "140 1/s"
+    assert told["overrides"]["law"] == SLIDING and told["overrides"]["own.slope"] == "250 1/s"
     found = Recording.load(lab / "axis" / "recording.h5")
     assert "law_speed" in found and "integral" not in found
+    # At rest it does not chatter: the effort keeps its sign and stands still but for a count.
+    effort, still = found["effort"], np.abs(np.diff(found["target"], prepend=0.0)) == 0.0
+    signs = np.sign(effort[still & (effort != 0.0)])
+    assert np.count_nonzero(np.diff(signs)) < 20
+    assert np.median(np.abs(np.diff(effort[still]))) < 0.1
     shown = command(lab, "config", "show", "--machine", "axis", "--law", PLAINLY).stdout
     assert f'law = "{PLAINLY}"' in shown and 'kp = "100 V/m"' in shown
     plain = command(lab, "run", "--config", "coil.toml", "--law", PLAINLY, "--out", "pl", "--json",
@@ -367,27 +369,27 @@ def test_a_law_and_a_rig_of_ones_own_on_every_command_that_takes_them(lab: Path)
     """What the other tests here do not run: exports, two axes, records, plots, comparisons."""
     law = ("--law", SLIDING)
     (lab / "sm.toml").write_text(
-        f'machine = "axis"\nlaw = "{SLIDING}"\n[own]\nreach = "4 V"\nslope = "140 1/s"\n'
-        'layer = "60 mm/s"\nsmooth = "1 ms"\n'
+        f'machine = "axis"\nlaw = "{SLIDING}"\n[own]\nreach = "4 V"\nslope = "250 1/s"\n'
+        'layer = "150 mm/s"\nsmooth = "0.2 ms"\n'
     )
     (lab / "pair.toml").write_text(
-        f'machine = "xy"\n[x]\nlaw = "{SLIDING}"\n[x.own]\nreach = "4 V"\nslope = "140 1/s"\n'
-        'layer = "60 mm/s"\nsmooth = "1 ms"\n'
+        f'machine = "xy"\n[x]\nlaw = "{SLIDING}"\n[x.own]\nreach = "4 V"\nslope = "250 1/s"\n'
+        'layer = "150 mm/s"\nsmooth = "0.2 ms"\n'
     )
     command(lab, "export", "c", SLIDING, "--out", "c-law")
     command(lab, "export", "c", "axis.law", "--config", "sm.toml", "--out", "c-axis")
-    assert ".slope = 140.0" in (lab / "c-axis" / "axis_law.c").read_text("utf-8")
+    assert ".slope = 250.0" in (lab / "c-axis" / "axis_law.c").read_text("utf-8")
     names = command(lab, "export", "list", "--config", "coil.toml").stdout
     command(lab, "export", "c", f"{FLEXURE}.law", "--config", "coil.toml", "--out", "c-coil")
     assert f"{FLEXURE}.plant" in names
     shown = command(lab, "config", "show", "x.own", "--config", "pair.toml").stdout
-    assert 'slope = "140 1/s"' in shown
+    assert 'slope = "250 1/s"' in shown
     pair = json.loads(command(lab, "run", "--config", "pair.toml", "--json").stdout)
     assert pair["finished"]
     assert "x_law_speed" in Recording.load(lab / "results" / "pair" / "recording.h5")
     command(lab, "run", "moves.toml", "--config", "sm.toml", "--out", "one")
     (lab / "plain.toml").write_text(
-        'machine = "axis"\n[own]\nreach = "4 V"\nslope = "120 1/s"\nlayer = "60 mm/s"\n'
+        'machine = "axis"\n[own]\nreach = "4 V"\nslope = "120 1/s"\nlayer = "150 mm/s"\n'
         'smooth = "1 ms"\n'
     )
     command(lab, "run", "moves.toml", "--config", "plain.toml", *law, "--out", "two")

@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+from macromicro.errors import InputError
+
 bluesky = pytest.importorskip("bluesky")
 ophyd = pytest.importorskip("ophyd")
 
@@ -20,6 +22,7 @@ def stage() -> Iterator[Any]:
     from macromicro.ophyd import Positioner
 
     made = Positioner(config=str(EXAMPLES / "screw.toml"), name="stage")
+    made.ready()
     made.machine.set_speed("macro", "20 mm/s")  # at full speed a move ends within 0.2 s: before
     yield made  # a busy computer has stopped or replaced it
     made.close()
@@ -33,6 +36,24 @@ def begun(stage: Any) -> None:
         time.sleep(0.01)
 
 
+def test_making_one_moves_nothing_and_ready_may_be_called_again() -> None:
+    from macromicro.ophyd import Positioner
+
+    made = Positioner(config=str(EXAMPLES / "screw.toml"), name="made")
+    try:
+        first = made.machine.state
+        assert (first.mode, first.trusted, first.motion) == ("disabled", False, 0)
+        assert made.stage() == [made]
+        ready = made.machine.state
+        assert ready.trusted and ready.mode == "ready"
+        number = made.machine.move_to(0.001).number
+        made.ready()
+        assert made.machine.move_to(0.002).number == number + 1  # it has not homed again
+        assert made.unstage() == [made] and made.machine.state.mode == "ready"
+    finally:
+        made.close()
+
+
 def test_it_is_enabled_and_homed_and_moves(stage: Any) -> None:
     assert stage.machine.state.trusted and stage.egu == "mm"
     status = stage.set(12.5)
@@ -44,6 +65,18 @@ def test_it_is_enabled_and_homed_and_moves(stage: Any) -> None:
     assert set(found) == set(stage.describe())
     assert set(stage.read_configuration()) == set(stage.describe_configuration())
     assert stage.describe()["stage"]["units"] == "mm"
+
+
+def test_a_place_is_mm_or_a_text_with_a_unit(stage: Any) -> None:
+    """As of the other client, whose numbers are m."""
+    stage.set("13 mm").wait(60.0)
+    assert stage.position == pytest.approx(13.0, abs=0.01)
+    stage.set("0.0135 m").wait(60.0)
+    assert stage.position == pytest.approx(13.5, abs=0.01)
+    with pytest.raises(InputError, match=r"stage: '13'; accepted: .*mm"):
+        stage.set("13")
+    with pytest.raises(ophyd.utils.LimitError, match="is not within"):
+        stage.set("13 m")
 
 
 def test_what_is_beyond_is_refused_before(stage: Any) -> None:

@@ -152,11 +152,11 @@ MOVE = '[[moves]]\nmacro = "10 mm"\nhold = "1 s"\n'
         (MOVE.replace("1 s", "inf s"), ["'inf s'", "finite"]),
         # the shape
         ('[[moves]]\nhold = "1 s"', ["move 1", "neither macro nor micro"]),
-        (MOVE + 'micro = "1 mm"', ["move 1", "both macro and micro", "exactly one"]),
+        (MOVE + 'micro = "1 mm"', ["move 1", "both macro and micro", "Give one of them"]),
         (MOVE + 'micro = ["1 mm"]', ["move 1", "both macro and micro"]),
         ('[[moves]]\nmacro = "1 mm"', ["move 1, hold", "missing", "2 s"]),
         (MOVE + 'macro_hold = "1 s"', ["move 1, macro_hold", "lists of both"]),
-        ('[[moves]]\nmacro = []\nhold = "1 s"', ["move 1", "an empty list"]),
+        ('[[moves]]\nmacro = []\nhold = "1 s"', ["move 1", "the list is empty"]),
         ('[[moves]]\nmacro = [5]\nhold = "1 s"', ["move 1, macro", "text with a unit"]),
         ('[moves]\nmacro = "1 mm"\nhold = "1 s"', ["moves", "[[moves]]"]),
         ("moves = []", ["moves", "[[moves]]"]),
@@ -167,7 +167,7 @@ MOVE = '[[moves]]\nmacro = "10 mm"\nhold = "1 s"\n'
         (f'title = "{"x" * 201}"\n' + MOVE, ["title", "200"]),
         ('"a\\u001b[31m" = 1\n' + MOVE, ["a\\x1b[31m", "unknown key"]),
         # the file
-        ("", ["an empty file"]),
+        ("", ["the file is empty"]),
         ("# only a comment\n", ["moves", "nothing"]),
         ("[[moves]\n", ["TOML", "line 1"]),
         (b"title = '\xff'", ["0xff at offset 9"]),
@@ -199,7 +199,7 @@ def test_wrong_files(tmp_path: Path) -> None:
             load(tmp_path / name, LIMITS)
     for name in ("folder", "folder.csv", "folder.toml"):
         (tmp_path / name).mkdir()
-        with pytest.raises(InputError, match="a directory"):
+        with pytest.raises(InputError, match="this is a folder"):
             load(tmp_path / name, LIMITS)
     for name in ("none.toml", "none.csv"):
         with pytest.raises(InputError, match="no such file"):
@@ -289,7 +289,7 @@ HEAD = "t_s,macro_mm,micro_mm\n"
         (HEAD + "0,0,0\n1,0\n", ["line 3", "2 cells", "3 cells"]),
         (HEAD + "0,0,0\n1,0,\n", ["line 3, micro_mm", "an empty cell"]),
         (HEAD + "0,0,0\n1,1_0,0\n", ["line 3, macro_mm", "1_0"]),
-        (HEAD + "0,0,0\n1,10,0\n", ["line 3", "macro changes in the last row", "repeated"]),
+        (HEAD + "0,0,0\n1,10,0\n", ["line 3", "macro changes in the last row", "Repeat the row"]),
         (HEAD + "0,0,0\n1,0,0\n", ["no moves"]),
         (HEAD + "0,10,0\n", ["one row", "two rows"]),
         (HEAD, ["no rows"]),
@@ -300,7 +300,7 @@ HEAD = "t_s,macro_mm,micro_mm\n"
         ("t_s,macro_mm,macro_counts\n0,0,0\n", ["macro_mm and macro_counts", "one of them"]),
         ("t_s,t_ms,macro_mm\n0,0,0\n", ["t_s and t_ms"]),
         ("macro_mm,micro_mm\n0,0\n", ["line 1", "t_s"]),
-        ("t_s,macro_mm,micro_correction_um\n", ["column micro_correction_um", "beside it"]),
+        ("t_s,macro_mm,micro_correction_um\n", ["column micro_correction_um", "stands alone"]),
         (
             "t_s,micro_um,micro_correction_um\n0,1,-2\n1,1,-2\n",
             ["line 2, micro_correction_um", "0 mm to 3.8 mm"],
@@ -310,7 +310,7 @@ HEAD = "t_s,macro_mm,micro_mm\n"
         ("t_s\tmacro_mm\n0\t0\n", ["line 1", "tabs", "commas"]),
         (HEAD + "0;0;0\n", ["line 2", "';'"]),
         (HEAD + '0,"0,0\n', ["line 2", "quotes"]),
-        ("", ["an empty file"]),
+        ("", ["the file is empty"]),
         ("t_s,macro_mm\n0,1\n".encode("utf-16"), ["UTF-8", "offset 0"]),
         (b"\x89PNG\r\n\x1a\n", ["0x89 at offset 0"]),
     ],

@@ -78,9 +78,9 @@ def test_no_hold_goes_on_at_once(tmp_path: Path) -> None:
 def test_repeated_it_must_come_back(tmp_path: Path) -> None:
     away = read(tmp_path, entry("macro", '"150 mm"'))
     assert len(away.repeated(1).target) == len(away.target)
-    with pytest.raises(InputError, match="cycles: 2; accepted: 1, or profiles that come back"):
+    with pytest.raises(InputError, match="cycles: 2; accepted: 1, or profiles that return to"):
         away.repeated(2)
-    with pytest.raises(InputError, match="come back"):
+    with pytest.raises(InputError, match="return to their start"):
         read(tmp_path, entry("micro", '["1 mm", "0.5 mm"]', SLOW)).repeated(2)
     back = read(tmp_path, entry("macro", '["150 mm", "0 mm"]') + entry("micro", '"1 mm"', SLOW))
     twice = back.repeated(2)
@@ -96,9 +96,9 @@ def test_repeated_it_must_come_back(tmp_path: Path) -> None:
         ("profiles = 3\n", [", profiles", "[[profiles]]"]),
         ("profiles = []\n", [", profiles", "[[profiles]]"]),
         ('moves = [{macro = "1 mm", hold = "1 s"}]\n' + entry("macro", '"2 mm"'),
-         ["moves and profiles in no order", "a header [[moves]] or [[profiles]]"]),
+         ["the order of moves and profiles", "a header [[moves]] or [[profiles]]"]),
         ('[[moves]]\nmacro = "1 mm"\nhold = "1 s"\n' + entry("macro", '"1 mm"'),
-         ["profile 1, macro", "another place"]),
+         ["profile 1, macro", "other than the present"]),
         (entry("macro", '"2 mm"') + '[[moves]]\nmacro = "1 mm"\n', ["move 1, hold", "missing"]),
         (entry("macro", '"2 mm"') + '[[moves]]\nmakro = "1 mm"\n', ["move 1, makro", "macro"]),
         (entry("macro", '"50 mm"') + entry("macro", '"60 mm"').replace("velocity", "velocty"),
@@ -114,14 +114,14 @@ def test_repeated_it_must_come_back(tmp_path: Path) -> None:
          ["profile 1", "both jerk and deceleration"]),
         (entry("macro", '"250 mm"'), ["profile 1, macro", "'250 mm'", "0 to 2800 counts"]),
         (entry("micro", '["1 mm", "4 mm"]', SLOW), ["micro", "'4 mm'", "3.8 mm"]),
-        (entry("macro", '["50 mm", "50 mm"]'), ["macro: '50 mm'", "stands already"]),
-        (entry("macro", '"0 mm"'), ["macro: '0 mm'", "stands already"]),
+        (entry("macro", '["50 mm", "50 mm"]'), ["macro: '50 mm'", "other than the present"]),
+        (entry("macro", '"0 mm"'), ["macro: '0 mm'", "other than the present"]),
         (entry("macro", '"1 counts"', FAST.replace('"1 m', '"900 m')),
          ["'1 counts from 0 mm in 0.0", "0.02 to 1000 s"]),
         (entry("macro", '"50 mm"', FAST.replace("0.2 m/s", "1 um/s")), ["5e+04 s", "1000 s"]),
         (entry("macro", '["199 mm", "1 mm"]', FAST.replace("0.2 m/s", "0.3 mm/s")),
          ["profile 1", "too long", "1000 s"]),
-        (entry("macro", "[]"), ["profile 1", "an empty list"]),
+        (entry("macro", "[]"), ["profile 1", "the list is empty"]),
         (entry("macro", '"50 mm"') .replace("macro", "hover"), ["hover"]),
         ("[[profiles]]\n" + FAST + 'hold = "1 s"\n', ["neither macro nor micro"]),
         (entry("macro", '"50 mm"', FAST + 'micro = "1 mm"\n'), ["both macro and micro"]),
@@ -221,14 +221,14 @@ def test_mixed_repeated_needs_a_known_beginning(tmp_path: Path) -> None:
     assert twice.target[n:].tolist() == once.target.tolist() and once.from_rest() == ()
     away = read(tmp_path, entry("macro", '"60 mm"') + move("macro", '"20 mm"'))
     assert away.from_rest() == away.profiles
-    with pytest.raises(InputError, match="come back"):
+    with pytest.raises(InputError, match="return to their start"):
         away.repeated(2)
     back = read(tmp_path, entry("macro", '"60 mm"') + move("macro", '"0 mm"'))
     assert len(back.repeated(2).profiles) == 2
     fine = entry("micro", '"1 mm"', SLOW)
     let_go = read(tmp_path, fine + move("macro", '"20 mm"'))
     assert len(let_go.repeated(3).profiles) == 3
-    with pytest.raises(InputError, match="come back"):
+    with pytest.raises(InputError, match="return to their start"):
         read(tmp_path, fine + move("macro", '"20 mm"') + move("micro", '"2 mm"')).repeated(2)
     after = read(tmp_path, move("macro", '"20 mm"') + fine)
     assert after.from_rest() == () and len(after.repeated(2).profiles) == 2

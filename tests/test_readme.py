@@ -23,9 +23,9 @@ def python_blocks(text: str) -> list[str]:
 
 
 def test_example_runs_as_printed(tmp_path: Path) -> None:
-    """Ten lines that print every move of the integrated test and draw it."""
+    """Eleven lines that print every move of the integrated test and draw it."""
     code = python_blocks(README)[0]
-    assert len(code.splitlines()) == 10
+    assert len(code.splitlines()) == 11
     done = subprocess.run(
         [sys.executable, "-c", code],
         cwd=tmp_path,
@@ -38,7 +38,8 @@ def test_example_runs_as_printed(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert [line.split()[0] for line in lines[:5]] == ["macro"] + ["micro"] * 4
-    assert len(lines) == 40 and "None" not in done.stdout
+    assert len(lines) == 41 and "None" not in done.stdout
+    assert lines[-1] == "40 moves arrived at 11 N" and not done.stderr
     for name in ("run.png", "both.png"):
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
 
@@ -57,11 +58,17 @@ def test_first_screen_names_make_targets() -> None:
     the command and to the tutorials, too."""
     screen = README.partition("\n## ")[0]
     named = re.findall(r"^    make ([a-z-]+)", screen, re.MULTILINE)
-    assert named == ["run"] and "`make test`" in screen
+    assert named == ["run", "serve"] and "`make test`" in screen
     assert ". .venv/bin/activate" in screen and "(docs/index.md)" in screen
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     for target in {*named, *re.findall(r"`make ([a-z-]+)`", README)}:
         assert re.search(rf"^{target}:.* ##", makefile, re.MULTILINE), target
+
+
+def test_it_is_three_screens_long() -> None:
+    assert len(README) <= 7000 and len(README.splitlines()) <= 90
+    rows = re.findall(r"^\| (?!you want|---)", README, re.MULTILINE)
+    assert 0 < len(rows) <= 15
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -74,17 +81,13 @@ def test_links_lead_somewhere(page: str) -> None:
 
 
 def test_configuration_examples_are_accepted(tmp_path: Path) -> None:
-    """The TOML snippets are a programme and a settings file as the package reads them."""
-    from macromicro import programme
+    """docs/running.md shows a settings file as the package reads it."""
     from macromicro.schema import config
     from macromicro.settings import Settings
 
-    moves, settings = re.findall(r"```toml\n(.*?)```", README, re.DOTALL)
-    (tmp_path / "wave.toml").write_text(moves, encoding="utf-8")
+    page = (ROOT / "docs/running.md").read_text(encoding="utf-8")
+    (settings,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
     (tmp_path / "sticky.toml").write_text(settings, encoding="utf-8")
-    limits = programme.Limits(0.0, 2800.0, 0.0, 3.9e-3, 14000.0)
-    loaded = programme.load(tmp_path / "wave.toml", limits)
-    assert list(loaded.target[loaded.stage == programme.MACRO]) == [1680.0, 840.0]
     changed = config.load_overrides(tmp_path / "sticky.toml", Settings())
     assert changed.bench.friction.coulomb == 11.0
     assert changed.controller.macro_law == "pd-initial"

@@ -136,9 +136,9 @@ def test_what_cannot_be_drawn() -> None:
         "column: 'lasr'; accepted: t, macro_ref": lambda: run.plot("lasr"),
         "columns: 't'": lambda: run.plot("t"),
         "no recording": macromicro.overlay,
-        "'1 labels'; accepted: 2": lambda: macromicro.overlay(run, run, labels=["a"]),
+        "1 labels for 2 recordings": lambda: macromicro.overlay(run, run, labels=["a"]),
         "no shared column.*laser": lambda: macromicro.overlay(run, other),
-        "column laser: 'um and mm'": lambda: macromicro.overlay(
+        "column laser: the units differ: um and mm": lambda: macromicro.overlay(
             run, made(laser="mm"), columns=["laser"]
         ),
     }.items():

@@ -14,6 +14,7 @@ from macromicro.units import (
     alike,
     convert,
     measured,
+    printed,
     quantity,
     quotient,
     remedy,
@@ -231,3 +232,11 @@ def test_a_quotient_of_units_is_one_or_none(
     if size is not None:
         assert measured(f"1 {found}", (found,), "here") == (1.0, found)
         assert units.size(found) == pytest.approx(size, rel=1e-12)
+
+
+def test_units_are_printed_with_spaces_and_powers() -> None:
+    assert [printed(u) for u in ("V*s/m", "s**2", "1.059e-7 s^2")] == [
+        "V s/m",
+        "s^2",
+        "1.059e-7 s^2",
+    ]

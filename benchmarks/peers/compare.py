@@ -2,6 +2,7 @@
 
 Prints tables and writes results/peers.json. A peer that cannot be installed or fails becomes
 a row with the reason. Names of peers as arguments leave the others out. Nothing is asserted.
+`--quick` compares with C and plain Python alone, once, and writes nothing.
 """
 
 from __future__ import annotations
@@ -51,7 +52,9 @@ def machine() -> dict[str, Any]:
 
 
 def main(wanted: list[str]) -> int:
-    """Measure, print, write; 2 for a name that no peer has."""
+    """Measure, print, write; 2 for a name that no peer has, 1 where a quick run found no C."""
+    quick = "--quick" in wanted
+    wanted = ["macromicro", "plain Python"] if quick else wanted
     known = [peer.name for peer in peers.PEERS]
     for word in wanted:
         if not any(word.lower() in name.lower() for name in known):
@@ -60,16 +63,18 @@ def main(wanted: list[str]) -> int:
             return 2
     record: dict[str, Any] = {"machine": machine(), "without_c": ""}
     print("  ".join(f"{name}: {value}" for name, value in record["machine"].items()))
-    if (record["machine"]["load_at_start"] or 0.0) > 0.5:
+    if (record["machine"]["load_at_start"] or 0.0) > 0.5 and not quick:
         print("other programmes are at work here: long runs take longer than they should")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         job = common.default()
         record["job"] = job._asdict()
         try:
-            record["beside_c"] = beside_c.measure(job, folder)
-            record["batch"] = beside_c.batches(job, folder)
-            record["preisach"] = [row._asdict() for row in preisach_rate.measure(folder)]
+            record["beside_c"] = beside_c.measure(job, folder, 1 if quick else 300)
+            record["batch"] = beside_c.batches(job, folder, 1 if quick else 25)
+            record["preisach"] = [
+                row._asdict() for row in preisach_rate.measure(folder, 1 if quick else 11)
+            ]
             beside_c.show(record)
         except NoCompilerError as problem:
             record["without_c"] = str(problem)
@@ -77,6 +82,8 @@ def main(wanted: list[str]) -> int:
         rows = peers.measure(job, folder, wanted)
         record["peers"] = [row._asdict() for row in rows]
         peers.show(rows)
+    if quick:
+        return int(bool(record["without_c"]) or any(row.failed for row in rows))
     place = SOME if wanted else RESULTS  # what all gave stays beside what some give
     place.parent.mkdir(parents=True, exist_ok=True)
     place.write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")

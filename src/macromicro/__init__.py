@@ -1,8 +1,4 @@
-"""Design, simulate, identify, tune and run a two-stage linear positioner.
-
-The names below are loaded when they are first used, so that importing the package
-costs next to nothing.
-"""
+"""Design, simulate, identify, tune and run a two-stage linear positioner."""
 
 from typing import TYPE_CHECKING
 
@@ -14,6 +10,7 @@ if TYPE_CHECKING:
     from macromicro.api import moves as moves
     from macromicro.api import run as run
     from macromicro.api import tracking as tracking
+    from macromicro.errors import ArrivalWarning as ArrivalWarning
     from macromicro.errors import InputError as InputError
     from macromicro.recording import Recording as Recording
     from macromicro.remote.asynchronous import AsyncMachine as AsyncMachine
@@ -26,6 +23,7 @@ __version__ = "0.1.0"
 # Public name -> the module here that defines it, "" for a module. For type checkers: also
 # import it above.
 _HOMES = {
+    "ArrivalWarning": "errors",
     "AsyncMachine": "remote.asynchronous",
     "InputError": "errors",
     "Recording": "recording",

@@ -21,16 +21,20 @@ from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.rig import faults
 from macromicro.rig.opening import TWIN
-from macromicro.runs import judging, programmed
+from macromicro.runs import arrivals, judging, programmed
 from macromicro.runs.job import DEFAULT, load, place
 from macromicro.schema import config, keys
 from macromicro.settings import Settings
 
 PathLike = str | os.PathLike[str]
+_REMEDY = (
+    "Try a longer hold, or gains for this machine (macromicro tune). "
+    "macromicro.moves(run) shows how each move went."
+)
 
 
 def load_settings(path: PathLike) -> Settings:
-    """The defaults with what a TOML file overrides, as ``--config`` does it.
+    """The default settings, overridden by a TOML file as by ``--config``.
 
     Parameters
     ----------
@@ -46,6 +50,16 @@ def load_settings(path: PathLike) -> Settings:
     ------
     InputError
         The file cannot be read, or a key or a value is not accepted; names file and key.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from macromicro import load_settings
+    >>> with TemporaryDirectory() as folder:
+    ...     written = Path(folder, "own.toml").write_text('bench.friction.coulomb = "11 N"')
+    ...     load_settings(Path(folder, "own.toml"))["bench.friction.coulomb"]
+    11.0
     """
     return config.load_overrides(Path(path), Settings())
 
@@ -72,7 +86,7 @@ def run(
     seed : int, optional
         Seed of the sensor noise: the same seed gives the same rows, bit for bit.
     cycles : int, optional
-        How often a programme of moves is repeated.
+        Number of repetitions of a programme of moves.
     fan : bool, optional
         Whether the fan cools the wires.
     settings : Settings | None, optional
@@ -85,7 +99,8 @@ def run(
     -------
     Recording
         One row per control period (1 ms). If the guard stopped the run, a warning says why, the
-        recording ends there, and its attribute ``finished`` is 0.
+        recording ends there, and its attribute ``finished`` is 0. If moves did not arrive, an
+        `ArrivalWarning` names them.
 
     Raises
     ------
@@ -97,12 +112,14 @@ def run(
     config.check(settings, "settings")
     if not isinstance(programme, Programme):
         programme = load(programmes.find(os.fspath(programme)), settings)
-    on = place(rig, seed)
+    on = place(rig, seed, settings)
     done = programmed.record(programme, settings, on=on, seed=seed, fan=fan, cycles=cycles)
     fault = faults.describe(done.outcome.watch)
     if fault is not None:
         text = f"{fault.message} {fault.evidence}. {fault.remedy}"
         warnings.warn(f"the run was stopped: {text}", stacklevel=2)
+    numbers = programme.repeated(cycles).numbers
+    arrivals.warn(arrivals.of_both(judging.moves(done.recording, settings), numbers), _REMEDY)
     return done.recording
 
 

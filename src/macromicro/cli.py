@@ -1,4 +1,4 @@
-"""The command line. Everything heavy is imported inside the commands, so help is instant."""
+"""The command line. Heavy imports stand inside the commands, so help is instant."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from macromicro.commands.serve import serve
 from macromicro.commands.signals import INTERRUPTED, Signals
 from macromicro.commands.sweep import sweep
 from macromicro.commands.tune import tune
-from macromicro.errors import MacromicroError
+from macromicro.errors import InputError, MacromicroError, ProblemError
 
 if TYPE_CHECKING:
     from macromicro.runs.job import Job
@@ -84,7 +84,7 @@ def _say(text: str) -> None:
 
 
 def _named(error: OSError) -> str:
-    """The operating system's words and the file that they are about."""
+    """The operating system's message and the file that it is about."""
     reason = error.strerror or str(error)
     return f"{error.filename}: {reason}" if error.filename is not None else reason
 
@@ -121,9 +121,9 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
         Path | None, typer.Option(help="TOML file with units that overrides settings.")
     ] = None,
     cycles: Annotated[
-        int, typer.Option(parser=whole, metavar="N", help="How often the programme runs.")
+        int, typer.Option(parser=whole, metavar="N", help="Number of repetitions of the programme.")
     ] = 1,
-    fan: Annotated[bool, typer.Option("--fan", help="Cool the actuator by a fan.")] = False,
+    fan: Annotated[bool, typer.Option("--fan", help="Cool the actuator with a fan.")] = False,
     seed: Annotated[
         int, typer.Option(parser=whole, metavar="N", help="Seed of the sensors' noise.")
     ] = 0,
@@ -131,8 +131,11 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
         str,
         typer.Option(
             metavar="NAME",
-            help="The twin, MODULE:FACTORY of your own rig (docs/rigs.md), FILE.toml of a card "
-            "(docs/cards.md), or replay:FILE for the sensors of a recording.",
+            help=(
+                "twin (simulated), MODULE:FACTORY of your own rig "
+                "(docs/rigs.md), FILE.toml of a card (docs/cards.md), or "
+                "replay:FILE for the sensors of a recording."
+            ),
         ),
     ] = "twin",
     port: Port = None,
@@ -140,23 +143,23 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
     calibration: Calibration = None,
     law: Law = None,
     yes: Annotated[
-        bool, typer.Option("--yes", help="Move a rig of your own without asking first.")
+        bool, typer.Option("--yes", help="Move your own rig without asking first.")
     ] = False,
     figures: Figures = PNG,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print the summary as JSON, and nothing else.")
+        bool, typer.Option("--json", help="Print only the summary, as JSON.")
     ] = False,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")
     ] = False,
 ) -> None:
-    """Run a motion programme on the virtual bench, or on the machine that --config names.
+    """Run a motion programme on the simulated machine or on a rig.
 
-    The thesis' integrated test (Chapter 6) runs if no programme is named. On replay:FILE nothing
-    moves: controller and guard see the sensors of that recording, to its end. On a rig of your own
-    what will move is said and asked for first. A file of settings that begins with
-    machine = "axis" is that of one motor-driven axis (docs/machines.md), machine = "xy" of two
-    with coordinated motion (docs/xy.md).
+    --config names the machine. Without a programme the thesis' integrated test (Chapter 6) runs.
+    On replay:FILE nothing moves: controller and guard read the sensors of that recording, to its
+    end. On your own rig the command prints what will move and asks first. A settings file with
+    machine = "axis" is for one motor-driven axis (docs/machines.md), machine = "xy" for two with
+    coordinated motion (docs/xy.md).
     """
     from macromicro.drawing.files import formats
     from macromicro.rig.board.named import joined
@@ -193,6 +196,7 @@ def _run_job(job: Job, as_json: bool, signals: Signals) -> None:
     from datetime import datetime
 
     from macromicro import simulate
+    from macromicro.commands.performing import performed
     from macromicro.report import terminal, words
     from macromicro.report.summary import as_json as to_json
     from macromicro.report.write import write
@@ -208,14 +212,7 @@ def _run_job(job: Job, as_json: bool, signals: Signals) -> None:
         print("another Hall sensor: calibrating it on this bench first", file=sys.stderr)
     signals.later()
     started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
-    with terminal.progress(job) as report:
-
-        def step(t: float, move: int) -> None:
-            report(t, move)
-            if signals.received:
-                raise experiment.Stop
-
-        ended = experiment.execute(job, step)
+    ended = performed(experiment.execute, job, terminal.progress(job), signals)
     try:
         summary = write(ended, started)
     except OSError as error:
@@ -227,7 +224,7 @@ def _run_job(job: Job, as_json: bool, signals: Signals) -> None:
         terminal.show(ended)
         print(f"results: {job.out}")
         if (learned := job.out / LEARNED).exists():
-            print(f"the law has learned: go on with --config {learned}")
+            print(f"the law has learned: continue with --config {learned}")
     problems = words.problems(ended)
     if problems:
         _say("; ".join(problems))
@@ -243,7 +240,7 @@ def config_show(
     machine: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME", help="Of this machine, such as axis.", show_default="two_stage"
+            metavar="NAME", help="Defaults of this machine, such as axis.", show_default="two_stage"
         ),
     ] = None,
     law: Law = None,
@@ -257,15 +254,21 @@ def config_show(
     ] = None,
     config: Annotated[
         Path | None,
-        typer.Option(help="A settings file; what it leaves open follows.", show_default=False),
+        typer.Option(
+            help="A settings file; values that it does not set are derived.", show_default=False
+        ),
     ] = None,
 ) -> None:
-    """Print the default settings, or those of a file, as TOML with units, meaning and source.
+    """Print settings as TOML with units, meaning and source.
 
-    With --law MODULE:LAW the gains of that law are there, as `controller.own`.
-    `live` and `serve`, the tables that only the live machine has, are printed by their names.
+    Without a file they are the defaults. With --law MODULE:LAW the gains of that law are included
+    as `controller.own`. The tables of the live machine are printed by their names, `live` and
+    `serve`.
     """
     if axis is not None:
+        for name, value in (("KEY", key), ("--machine", machine), ("--law", law)):
+            if value is not None:
+                raise ProblemError(name, "not allowed with --axis, which prints a whole axis of xy")
         machine_run.show_axis(config, axis)
         return
     live = key is not None and key.partition(".")[0] in ("live", "serve")
@@ -285,7 +288,6 @@ def programmes(
 ) -> None:
     """List the example programmes, or print one."""
     from macromicro import programme
-    from macromicro.errors import InputError
     from macromicro.schema.text import printable
 
     examples = programme.shipped()

@@ -1,9 +1,4 @@
-"""What follows from what: settings whose default is computed from others.
-
-A quantity is set once - the encoder's pitch, the D/A's range, the end stops - and whatever
-is a consequence of it has a rule here. A value that the user sets is left alone; whether
-it agrees with the rest is the matter of `macromicro.rules`.
-"""
+"""Settings whose default is computed from others; a value set by the user stays."""
 
 from __future__ import annotations
 
@@ -24,47 +19,22 @@ _GUARD = ("macro_margin", "macro_rate", "macro_tolerance", "against", "fastest")
 
 
 def _exact(value: float) -> float:
-    """Without the last digits' rounding, so that the nominal machine has its round figures."""
+    """Rounded, so that the nominal machine keeps its round figures."""
     return round(value, 12)
 
 
 def finer(tree: Any) -> float:
-    """How many counts are one of the nominal encoder's.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings with sensors.
-
-    Returns
-    -------
-    float
-        1 for the nominal pitch, 2 for half of it.
-    """
+    """Counts per count of the nominal encoder."""
     return float(nominal.PITCH / tree.sensors.encoder.pitch)
 
 
 def in_counts(path: str, nominally: float) -> Derivation:
-    """The rule for a length or a speed that is set in counts: the same in metres, whatever the
-    pitch.
-
-    Parameters
-    ----------
-    path : str
-        Path of the parameter, such as "guard.macro_rate".
-    nominally : float
-        Its default with the nominal encoder, counts or counts/s.
-
-    Returns
-    -------
-    Derivation
-        Path, and what computes the value from a tree.
-    """
+    """The rule for a length or speed set in counts: the same in metres."""
     return path, lambda tree: _exact(nominally * finer(tree))
 
 
 def _macro_travel(tree: Any) -> float:
-    """Short of the stop by what the thesis leaves, or by the same share of a shorter way."""
+    """Short of the stop by the thesis' margin, or the same share of a shorter travel."""
     high = tree.bench.carriage.stop_high
     spare = nominal.STOP_HIGH - nominal.TRAVEL
     return _exact(high - min(spare, spare / nominal.STOP_HIGH * high))
@@ -90,18 +60,7 @@ DERIVED: tuple[Derivation, ...] = (
 
 
 def of_law(tree: Any) -> tuple[Derivation, ...]:
-    """What follows for the gains of laws that know their encoder, drive and D/A.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings with sensors and a controller.
-
-    Returns
-    -------
-    tuple[Derivation, ...]
-        Rules for the gains `pitch` (m), `full` (V) and `step` (V), where a law has them.
-    """
+    """Derived gains of laws that know their encoder, drive and D/A."""
     rules: tuple[Derivation, ...] = (
         ("controller.own.pitch", lambda tree: tree.sensors.encoder.pitch),
         ("controller.own.full", lambda tree: tree.controller.motor_limit),
@@ -117,43 +76,28 @@ def of_law(tree: Any) -> tuple[Derivation, ...]:
 
 
 def _code(p: Amplifier) -> float:
-    """Step of the D/A, V."""
     return float(2.0 * p.full_scale / 2.0**p.bits)
 
 
 def end_counts(tree: Any) -> tuple[int, int]:
-    """What the encoder reads at the two end stops.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings with bench and sensors.
-
-    Returns
-    -------
-    low : int
-        The lowest whole count between the stops.
-    high : int
-        The highest.
-    """
+    """Encoder counts at the two end stops."""
     stops, pitch = tree.bench.carriage, tree.sensors.encoder.pitch
     low, high = round(stops.stop_low / pitch, 6), round(stops.stop_high / pitch, 6)
     return math.ceil(low), math.floor(high)
 
 
 def _share(nominally: float) -> Callable[[Any], float]:
-    """A contraction [m] that is a share of the micro-stage's travel."""
     return lambda tree: _exact(nominally * (tree.travel.micro / Travel().micro))
 
 
 def _inward(value: float, pitch: float, way: Callable[[float], int]) -> float:
-    """Rounded by `way` to a round figure of some two counts; in m."""
+    """Rounded down to a round figure of about two counts; in m."""
     step = 10.0 ** math.floor(math.log10(2.0 * pitch))
     return _exact(way(round(value / step, 6)) * step)
 
 
 def _spare(tree: Any) -> float:
-    """Way before an end stop [counts] that soft limits leave free."""
+    """Distance [counts] that soft limits keep from an end stop."""
     return round(10.0 * finer(tree))
 
 

@@ -1,6 +1,8 @@
-"""Errors that a user can cause and mend; their messages name cause and remedy."""
+"""Errors that a user can cause and fix."""
 
 from __future__ import annotations
+
+from typing import Any
 
 
 class MacromicroError(Exception):
@@ -9,8 +11,17 @@ class MacromicroError(Exception):
     exit_status = 1
 
 
+class ArrivalWarning(UserWarning):
+    """Moves of a run did not arrive: names them, the largest error and a remedy.
+
+    Issued once per run by `macromicro.run` and by runs of other machines in memory. To make a
+    run fail, turn it into an error:
+    ``warnings.simplefilter("error", macromicro.ArrivalWarning)``.
+    """
+
+
 class InputError(MacromicroError):
-    """Bad input: the message says where it stands, what was found and what is accepted.
+    """A bad value: where it stands, what was found and what is accepted.
 
     Exit status 2.
 
@@ -18,18 +29,66 @@ class InputError(MacromicroError):
     ----------
     where : str
         A file, a key or a line ("wave.toml, moves[2].macro").
-    value : object
-        What stood there; "" or None if nothing is to be shown.
+    value : Any
+        The value found; "" to show none.
     accepted : str
-        What would have been right.
+        What is accepted.
     """
 
     exit_status = 2
 
-    def __init__(self, where: str, value: object, accepted: str) -> None:
+    def __init__(self, where: str, value: Any, accepted: str) -> None:
         self.where = where
         self.value = value
         self.accepted = accepted
-        shown = value if isinstance(value, str) and not value else repr(value)
-        found = f": {shown}" if shown not in ("", None) else ""
-        super().__init__(f"{where}{found}; accepted: {accepted}")
+        super().__init__(self._message())
+
+    @property
+    def found(self) -> str:
+        """The message without what is accepted."""
+        if isinstance(self.value, str) and not self.value:
+            return self.where
+        return f"{self.where}: {self.value!r}"
+
+    def _message(self) -> str:
+        return f"{self.found}; accepted: {self.accepted}"
+
+    def at(self, where: str) -> InputError:
+        """The same error at another place.
+
+        Parameters
+        ----------
+        where : str
+            The new place, such as the old one behind a file's name.
+
+        Returns
+        -------
+        InputError
+            Of the same class.
+        """
+        return type(self)(where, self.value, self.accepted)
+
+
+class ProblemError(InputError):
+    """A problem that the user can fix, with its remedy.
+
+    Parameters
+    ----------
+    where : str
+        A file, a folder or an option ("results/x", "--fan"); "" where the problem names it.
+    problem : str
+        A clause ("the folder already exists").
+    remedy : str
+        A sentence ("Choose another one or add --overwrite."); "" where there is none.
+    """
+
+    def __init__(self, where: str, problem: str, remedy: str = "") -> None:
+        super().__init__(where, problem, remedy)
+
+    @property
+    def found(self) -> str:
+        """The message without the remedy."""
+        return f"{self.where}: {self.value}" if self.where else str(self.value)
+
+    def _message(self) -> str:
+        return f"{self.found.rstrip('.')}. {self.accepted}" if self.accepted else self.found

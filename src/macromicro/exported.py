@@ -1,4 +1,4 @@
-"""A recording in other forms: xarray, pandas, MAT files, a part of it, a few words about it."""
+"""A recording as xarray, pandas or MAT file; excerpts and summaries."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from macromicro.errors import InputError, MacromicroError
+from macromicro.errors import InputError, MacromicroError, ProblemError
 from macromicro.extras import remedy
 from macromicro.recording_format import FORMAT, TIME
 
@@ -25,23 +25,7 @@ _MAT_OWN = ("units", "meanings", "recording")
 
 
 def as_xarray(recording: Recording) -> xarray.Dataset:
-    """A recording as a Dataset with the coordinate `t`, units as attributes.
-
-    Parameters
-    ----------
-    recording : Recording
-        The recording.
-
-    Returns
-    -------
-    xarray.Dataset
-        A variable of dimension `t` per column.
-
-    Raises
-    ------
-    MacromicroError
-        xarray is not installed; with the remedy.
-    """
+    """A recording as a Dataset with the coordinate `t`, units as attributes."""
     try:
         import xarray
     except ImportError as error:
@@ -56,24 +40,7 @@ def as_xarray(recording: Recording) -> xarray.Dataset:
 
 
 def as_dataframe(recording: Recording) -> pandas.DataFrame:
-    """A recording as a DataFrame with the index `t`, in s; units in ``attrs["units"]``.
-
-    Parameters
-    ----------
-    recording : Recording
-        The recording.
-
-    Returns
-    -------
-    pandas.DataFrame
-        A column per column; `attrs` has their units and meanings by name (those of `t`, too),
-        beside the recording's own attributes.
-
-    Raises
-    ------
-    MacromicroError
-        pandas is not installed; with the remedy.
-    """
+    """A recording as a DataFrame with the index `t`, in s; units in ``attrs["units"]``."""
     try:
         import pandas
     except ImportError as error:
@@ -91,24 +58,9 @@ def as_dataframe(recording: Recording) -> pandas.DataFrame:
 
 
 def as_mat(recording: Recording, path: str | os.PathLike[str]) -> None:
-    """Write a recording as a MAT file of version 5, as MATLAB's ``save -v7`` does.
+    """Write a recording as a MAT file of version 5, a vector of shape (rows, 1) per column.
 
-    A vector of shape (rows, 1) per column, in its own type; `units` and `meanings`, structs with a
-    field per column; `recording`, a struct of `sample_time_s` and the recording's attributes.
-    A name that MATLAB cannot have is cut to 63 characters, and begins with `x` where it began
-    with `_`.
-
-    Parameters
-    ----------
-    recording : Recording
-        The recording.
-    path : str | os.PathLike[str]
-        The file; replaced if it is there.
-
-    Raises
-    ------
-    InputError
-        Names that become one, or one of those above; a column of more bytes than such a file holds.
+    Names that MATLAB cannot have are cut to 63 characters and begin with `x` instead of `_`.
     """
     from scipy.io import savemat
 
@@ -116,11 +68,14 @@ def as_mat(recording: Recording, path: str | os.PathLike[str]) -> None:
     taken = [*_MAT_OWN, *names.values()]
     for column, name in names.items():
         if taken.count(name) > 1:
-            raise InputError(f"{path}, column {column}", name, "a name of its own in MATLAB")
+            problem = f"its name in MATLAB, {name}, is taken"
+            raise ProblemError(f"{path}, column {column}", problem, "Rename the column.")
         if recording[column].nbytes > _MAT_BYTES:
-            found = f"{recording[column].nbytes} bytes"
-            accepted = f"{_MAT_BYTES}: a shorter part, as `recording.part` gives it"
-            raise InputError(f"{path}, column {column}", found, accepted)
+            problem = (
+                f"{recording[column].nbytes} bytes are more than the {_MAT_BYTES} of a MAT file"
+            )
+            remedy = "Export a shorter part (`recording.part`)."
+            raise ProblemError(f"{path}, column {column}", problem, remedy)
     content: dict[str, Any] = {n: recording[c][:, np.newaxis] for c, n in names.items()}
     content["units"] = {names[c.name]: c.unit for c in recording.columns}
     content["meanings"] = {names[c.name]: c.meaning for c in recording.columns}
@@ -130,41 +85,11 @@ def as_mat(recording: Recording, path: str | os.PathLike[str]) -> None:
 
 
 def mat_name(name: str) -> str:
-    """A column's name as MATLAB can have it: a letter, then letters, digits and _, 63 at most.
-
-    Parameters
-    ----------
-    name : str
-        An identifier in ASCII, as columns have them.
-
-    Returns
-    -------
-    str
-        The same where that is one.
-    """
+    """A column's name as MATLAB can have it: a letter, then letters, digits and _, 63 at most."""
     return (f"x{name}" if name.startswith("_") else name)[:_MAT_NAME]
 
 
 def part(recording: Recording, start: float | None, end: float | None) -> Recording:
-    """The rows of a span of time, in memory.
-
-    Parameters
-    ----------
-    recording : Recording
-        The recording.
-    start, end : float | None
-        First and last time, s as in its column `t`; None for its own.
-
-    Returns
-    -------
-    Recording
-        With the same columns and attributes.
-
-    Raises
-    ------
-    InputError
-        No row lies within.
-    """
     t = recording[TIME]
     low = 0 if start is None else int(np.searchsorted(t, start))
     high = len(t) if end is None else int(np.searchsorted(t, end, side="right"))
@@ -178,18 +103,6 @@ def part(recording: Recording, start: float | None, end: float | None) -> Record
 
 
 def origin(recording: Recording) -> str:
-    """Programme and seed of a recording, in words.
-
-    Parameters
-    ----------
-    recording : Recording
-        The recording.
-
-    Returns
-    -------
-    str
-        "" if it names none.
-    """
     told = recording.attributes
     words = [str(told[key]) for key in ("programme",) if told.get(key)]
     words += [f"seed {told['seed']}"] if "seed" in told else []
@@ -197,20 +110,7 @@ def origin(recording: Recording) -> str:
 
 
 def described(recording: Recording, place: str = "") -> str:
-    """What a recording holds: rows, duration, origin, columns with units.
-
-    Parameters
-    ----------
-    recording : Recording
-        The recording; its columns are not read.
-    place : str, optional
-        Its file.
-
-    Returns
-    -------
-    str
-        A few lines.
-    """
+    """Summary of a recording: rows, duration, origin, columns with units."""
     rows, rate = len(recording), 1.0 / recording.dt
     head = f"{rows} row{'s' * (rows != 1)}, {rows * recording.dt:.6g} s at {rate:.6g} Hz"
     about = [part for part in (origin(recording), place) if part]

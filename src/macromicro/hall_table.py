@@ -1,9 +1,4 @@
-"""The Hall sensor's table of a virtual bench: the shipped one, or calibrated on that bench.
-
-Whoever opens a twin takes its table from here, so that no twin with another Hall sensor is
-driven by the table of the default one. The laboratory procedure is that of Section 3.2.3:
-slow ramps of CTRL, the Hall sensor against the laser.
-"""
+"""The Hall sensor's table of a virtual bench: the shipped one, or calibrated (Section 3.2.3)."""
 
 from __future__ import annotations
 
@@ -33,29 +28,14 @@ class Described(Protocol):
     """Settings that describe a virtual bench."""
 
     @property
-    def bench(self) -> Bench:
-        """The bench."""
+    def bench(self) -> Bench: ...
 
     @property
-    def sensors(self) -> Sensors:
-        """Its sensors."""
+    def sensors(self) -> Sensors: ...
 
 
 def profile(runs: int) -> tuple[Array, list[slice]]:
-    """CTRL over all ramps, and where each one-way run lies in it.
-
-    Parameters
-    ----------
-    runs : int
-        How often up and down, `RAMP_S` each way, with a rest behind.
-
-    Returns
-    -------
-    ctrl : ndarray, shape (n,)
-        V, a sample every `DT`.
-    parts : list[slice]
-        2 x `runs` slices of `ctrl`: up, down, up, ...
-    """
+    """CTRL over all ramps, and the place of each one-way run."""
     n, rest = round(RAMP_S / DT), round(REST_S / DT)
     up = np.linspace(LOW, HIGH, n)
     one = np.concatenate([up, up[::-1], np.zeros(rest)])
@@ -67,22 +47,7 @@ def profile(runs: int) -> tuple[Array, list[slice]]:
 
 
 def ramps(plant: Plant, seed: int = 0, runs: int = 3) -> list[tuple[Array, Array]]:
-    """Runs of Hall voltage against the laser on a twin, up and down in turn (Section 3.2.3).
-
-    Parameters
-    ----------
-    plant : Plant
-        The bench, prepared.
-    seed : int, optional
-        Seed of the sensor noise.
-    runs : int, optional
-        How often up and down.
-
-    Returns
-    -------
-    list[tuple[Array, Array]]
-        Pairs of Hall sensor (V) and laser (m), shape (n,) each, two per run.
-    """
+    """Hall voltage against laser on a twin, up and down in turn (Section 3.2.3)."""
     ctrl, parts = profile(runs)
     noise = noise_source(seed).standard_normal((len(ctrl), NOISES))
     out = np.empty((6, len(ctrl)))
@@ -92,44 +57,14 @@ def ramps(plant: Plant, seed: int = 0, runs: int = 3) -> list[tuple[Array, Array
 
 
 def needed(settings: Described) -> bool:
-    """Whether the shipped calibration is void, because sensor or converter were changed.
-
-    A real bench whose sensor was exchanged would have to be calibrated anew as well.
-
-    Parameters
-    ----------
-    settings : Described
-        Whose bench and sensors are compared with the default ones. The sensor's noise and lag do
-        not count.
-
-    Returns
-    -------
-    bool
-        True if the table must be measured on that bench.
-    """
+    """Whether the shipped calibration is void because sensor or converter were changed."""
     default = Sensors()
     hall = settings.sensors.hall._replace(noise=default.hall.noise, lag=default.hall.lag)
     return hall != default.hall or settings.sensors.converter != default.converter
 
 
 def of_bench(settings: Described) -> Calibration:
-    """The table that holds for the virtual bench of these settings.
-
-    Parameters
-    ----------
-    settings : Described
-        Bench and sensors.
-
-    Returns
-    -------
-    Calibration
-        The shipped table, or one measured on that bench (kept, so that it is measured once).
-
-    Raises
-    ------
-    InputError
-        The sensor cannot be calibrated: it does not rise over half of the range.
-    """
+    """The table for the virtual bench of these settings."""
     if not needed(settings):
         return _shipped()
     return _calibrated(settings.bench, settings.sensors)

@@ -1,4 +1,4 @@
-"""Kernels of other packages: what is compiled with ours is kept beside their own sources."""
+"""Compiles kernels of other packages, cached beside their sources."""
 
 from __future__ import annotations
 
@@ -15,49 +15,16 @@ _modules: set[str] = set()  # of kernels that `joined`
 
 
 def admitted(name: str, *functions: Callable[..., Any]) -> None:
-    """Kernels of another package join what is compiled here (`kernel.admit`).
-
-    Parameters
-    ----------
-    name : str
-        What joins.
-    *functions : Callable[..., Any]
-        Kernels; their files, packages and all other foreign kernels are looked at.
-    """
+    """Let kernels of another package join the compilation (`kernel.admit`)."""
     kernel.admit(name, sources(*functions))
 
 
 def foreign(function: Callable[..., Any]) -> bool:
-    """Whether a function is of another package.
-
-    Parameters
-    ----------
-    function : Callable[..., Any]
-        Any.
-
-    Returns
-    -------
-    bool
-        False for one of this package.
-    """
     return function.__module__.partition(".")[0] != __name__.partition(".")[0]
 
 
 def sources(*functions: Callable[..., Any], also: bool = True) -> str:
-    """What the sources of some functions are: an edit makes another digest.
-
-    Parameters
-    ----------
-    *functions : Callable[..., Any]
-        Their files and packages are looked at.
-    also : bool, optional
-        Whether all other foreign kernels are looked at, too, as they may be called.
-
-    Returns
-    -------
-    str
-        16 hexadecimal digits.
-    """
+    """Digest of functions' sources."""
     files = (kernel.foreign() if also else set()) | _homes(functions)
     found = hashlib.sha256()
     for source in sorted(files):
@@ -66,13 +33,7 @@ def sources(*functions: Callable[..., Any], also: bool = True) -> str:
 
 
 def joined(*functions: Callable[..., Any]) -> None:
-    """Those of some kernels that are of other packages join; before they are compiled with ours.
-
-    Parameters
-    ----------
-    *functions : Callable[..., Any]
-        Any functions.
-    """
+    """Admit those kernels that are of other packages, before compilation."""
     for each in functions:
         module = each.__module__
         if foreign(each) and module not in _modules:
@@ -81,7 +42,7 @@ def joined(*functions: Callable[..., Any]) -> None:
 
 
 def _homes(functions: Iterable[Callable[..., Any]]) -> set[Path]:
-    """The files of functions of another package, with the rest of their packages."""
+    """Source files of functions of another package."""
     files = set()
     for function in functions:
         files.add(Path(inspect.getfile(function)))

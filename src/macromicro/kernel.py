@@ -1,22 +1,19 @@
-"""The one place that knows the compiler.
+"""The interface to the compiler: ``@kernel`` marks functions, ``compiled`` compiles them.
 
-``@kernel`` marks a plain Python function as part of the physics or the control
-law. It stays a plain function: the live loop may call it interpreted. When
-``compiled(function)`` is first asked for, numba is imported, every marked
-function becomes callable from compiled code, and the result is cached on disk.
-
-Kernels take and return floats, ints, ``NamedTuple``s of them and arrays. They use
-``math`` only (never ``numpy`` functions), so that both ways of running give the
-same bits.
+Kernels take and return floats, ints, ``NamedTuple``s of them and arrays, and use ``math`` only,
+so that they give the same bits interpreted.
 """
 
 from __future__ import annotations
 
+import ast
+import contextlib
 import hashlib
+import json
 import os
 import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -38,6 +35,10 @@ _INLINED = {"forceinline": True}
 # folder of some megabytes that it renews at every start.
 _CACHE_DAYS = 30.0
 _CACHE_BYTES = 512 * 2**20
+# Rooms whose edits leave every kernel as it is: they hold none, nor what one is made of.
+_NO_KERNELS = (
+    "commands", "drawing", "export", "files", "remote", "report", "robustness", "serve", "sweep",
+)  # fmt: skip
 _IN_USE = 3600.0  # s: a process that began so short a time ago may still read its folder
 
 
@@ -53,6 +54,15 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     -------
     Callable[P, R]
         The same function, unchanged.
+
+    Examples
+    --------
+    >>> from macromicro.kernel import is_kernel, kernel
+    >>> @kernel
+    ... def spring(stiffness: float, x: float) -> float:
+    ...     return -stiffness * x
+    >>> spring(2000.0, 0.001), is_kernel(spring)
+    (-2.0, True)
     """
     _marked.add(function)
     if _register is None:
@@ -74,6 +84,13 @@ def is_kernel(function: object) -> bool:
     -------
     bool
         True for what `kernel` was given.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis import fresh, lookup
+    >>> from macromicro.kernel import is_kernel
+    >>> is_kernel(lookup), is_kernel(fresh)
+    (True, False)
     """
     return callable(function) and function in _marked
 
@@ -92,7 +109,7 @@ def foreign() -> set[Path]:
 
 
 def by_type(choose: Callable[..., Any]) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Decorator of a function that kernels may call, and that is another one for each type.
+    """Decorator of a function that kernels may call and whose implementation depends on types.
 
     Parameters
     ----------
@@ -109,7 +126,7 @@ def by_type(choose: Callable[..., Any]) -> Callable[[Callable[P, R]], Callable[P
 
     def marked(function: Callable[P, R]) -> Callable[P, R]:
         _chosen.append((function, choose))
-        if _register is not None:  # numba is there already: nobody will ask again
+        if _register is not None:  # numba is loaded already and will not ask again
             _overload(function, choose)
         return function
 
@@ -117,7 +134,7 @@ def by_type(choose: Callable[..., Any]) -> Callable[[Callable[P, R]], Callable[P
 
 
 def admit(name: str, digest: str) -> None:
-    """Kernels of another package join: from now on what is compiled is kept beside theirs.
+    """Admit kernels of another package; later compilations are cached beside them.
 
     An edit of their sources makes another folder. The folder of this package's own kernels never
     holds types of other packages, which other processes may be unable to import.
@@ -140,7 +157,8 @@ def cache_folder(joined: bool = True) -> Path:
     numba notices a change only in the file of the outermost function. An edit or an
     upgrade of a kernel that it calls would leave stale machine code behind, and two
     versions of numba would overwrite each other's index for ever; so the folder's name is
-    a digest of all sources and of what compiles them. ``MACROMICRO_CACHE`` moves its parent.
+    a digest of what kernels are made of and of what compiles them. Docstrings, comments and
+    the rooms of `_NO_KERNELS` do not count. ``MACROMICRO_CACHE`` moves its parent.
 
     Parameters
     ----------
@@ -152,11 +170,10 @@ def cache_folder(joined: bool = True) -> Path:
     Path
         The folder, which need not exist yet.
     """
-    digest = hashlib.sha256()
-    package = Path(__file__).parent
-    for source in sorted(package.rglob("*.py")):
-        digest.update(str(source.relative_to(package)).encode())
-        digest.update(source.read_bytes())
+    named = os.environ.get("MACROMICRO_CACHE")
+    home = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    parent = Path(named) if named else Path(home) / "macromicro"
+    digest = hashlib.sha256(_own_sources(parent).encode())
     digest.update(f"{sys.implementation.cache_tag} {sys.version}".encode())
     for distribution in ("numba", "llvmlite", "numpy"):
         try:
@@ -165,14 +182,70 @@ def cache_folder(joined: bool = True) -> Path:
             digest.update(b"none")
     for name, sources in sorted(_joined.items()) if joined else ():
         digest.update(f"{name} {sources}".encode())
-    named = os.environ.get("MACROMICRO_CACHE")
-    home = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    parent = Path(named) if named else Path(home) / "macromicro"
     return parent / f"kernels-{digest.hexdigest()[:16]}"
 
 
+@cache
+def _own_sources(parent: Path) -> str:
+    """Digest of this package's code that kernels may use, cached in a file of `parent`."""
+    package = Path(__file__).parent
+    place = hashlib.sha256(str(package).encode()).hexdigest()[:16]
+    index = parent / f"sources-{place}.json"
+    known = _kept(index)
+    found: dict[str, list[Any]] = {}
+    for source in _sources(package):
+        stat = source.stat()
+        name, stamp = str(source.relative_to(package)), [stat.st_mtime_ns, stat.st_size]
+        before = known.get(name)
+        found[name] = before if before and before[:2] == stamp else [*stamp, _code_of(source)]
+    if found != known:
+        _keep(index, found)
+    listing = "\n".join(f"{name} {entry[2]}" for name, entry in sorted(found.items()))
+    return hashlib.sha256(listing.encode()).hexdigest()
+
+
+def _sources(package: Path) -> Iterator[Path]:
+    """Files that may hold kernels, or what they are made of."""
+    for folder, within, names in os.walk(package):
+        if Path(folder) == package:
+            within[:] = [name for name in within if name not in _NO_KERNELS]
+        yield from (Path(folder) / name for name in names if name.endswith(".py"))
+
+
+def _code_of(source: Path) -> str:
+    """Digest of a file's syntax tree without docstrings."""
+    tree = ast.parse(source.read_bytes())
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            match node.body:
+                case [ast.Expr(ast.Constant(str())), *rest]:
+                    node.body = rest
+    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()
+
+
+def _kept(index: Path) -> dict[str, list[Any]]:
+    """The cached digests; empty if unreadable."""
+    try:
+        known = json.loads(index.read_text("utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return known if isinstance(known, dict) else {}
+
+
+def _keep(index: Path, found: dict[str, list[Any]]) -> None:
+    """Write atomically: other processes read it meanwhile."""
+    fresh = index.with_name(f"{index.name}.{os.getpid()}")
+    try:
+        index.parent.mkdir(parents=True, exist_ok=True)
+        fresh.write_text(json.dumps(found), "utf-8")
+        fresh.replace(index)
+    except OSError:  # a read-only home: the sources are read again at the next start
+        with contextlib.suppress(OSError):
+            fresh.unlink(missing_ok=True)
+
+
 def _size(folder: Path) -> int:
-    """Bytes of all files in a folder; what vanishes meanwhile counts nothing."""
+    """Bytes of all files in a folder; vanishing files count as 0."""
     total = 0
     for place, _, names in os.walk(folder):
         for name in names:
@@ -184,11 +257,7 @@ def _size(folder: Path) -> int:
 
 
 def _drop_old_caches(current: Path) -> None:
-    """Delete cache folders beside `current` by age of last use, and by size, oldest first.
-
-    A folder's time is that of the last process that began to use it. One that may be in use
-    is never deleted.
-    """
+    """Delete cache folders by age of last use and by size, never one that may be in use."""
     now = current.stat().st_mtime  # just renewed
     others = []
     for place in current.parent.glob("kernels-*"):
@@ -206,7 +275,7 @@ def _drop_old_caches(current: Path) -> None:
 
 @cache
 def _numba() -> Any:
-    """Import numba, point its cache at our folder, register all waiting kernels."""
+    """Import numba, set its cache folder, register all waiting kernels."""
     global _register
     import numba
     from numba.extending import register_jitable
@@ -228,7 +297,7 @@ def _overload(function: Callable[..., Any], choose: Callable[..., Any]) -> None:
 
 
 def _point(numba: Any) -> None:
-    """Let what is compiled from now on be kept in our folder."""
+    """Set the cache folder of later compilations."""
     try:
         folder = cache_folder()
         new = not folder.exists()
@@ -263,7 +332,7 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
 
 @cache
 def _compiled(function: Callable[P, R], joined: tuple[str, ...]) -> Callable[P, R]:
-    """`compiled`, once for each set of laws that joined."""
+    """`compiled`, once for each set of joined laws."""
     numba = _numba()
     # Kernels never allocate, so numba need not count references to their arrays: that halves
     # the micro-stage's period. `_nrt` is numba's own option; tests/test_kernel.py says what to
@@ -289,6 +358,13 @@ def choice(function: object) -> Callable[..., Any] | None:
     -------
     Callable[..., Any] | None
         As `by_type` was given it; None for what it did not mark.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis import lookup
+    >>> from macromicro.kernel import choice
+    >>> choice(lookup) is None
+    True
     """
     return next((choose for marked, choose in _chosen if marked is function), None)
 
@@ -299,6 +375,13 @@ def marked() -> tuple[Callable[..., Any], ...]:
     Returns
     -------
     tuple[Callable[..., Any], ...]
-        In no order.
+        Unordered.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis import lookup
+    >>> from macromicro.kernel import marked
+    >>> lookup in marked()
+    True
     """
     return tuple(_marked)

@@ -1,4 +1,4 @@
-"""Public names of a package that are loaded when they are first used."""
+"""Public names that are loaded at first use."""
 
 from __future__ import annotations
 
@@ -11,22 +11,7 @@ from typing import Any
 def front_door(
     package: str, homes: Mapping[str, str]
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """`__getattr__` and `__dir__` of a package (PEP 562).
-
-    Parameters
-    ----------
-    package : str
-        Its ``__name__``.
-    homes : Mapping[str, str]
-        Public name -> the module within the package that defines it; "" for a module itself.
-
-    Returns
-    -------
-    get : Callable[[str], Any]
-        ``__getattr__``: AttributeError for a name that `homes` lacks.
-    names : Callable[[], list[str]]
-        ``__dir__``: the public names and what the package holds already, sorted.
-    """
+    """`__getattr__` and `__dir__` of a package (PEP 562)."""
 
     def get(name: str) -> Any:
         if name not in homes:

@@ -1,8 +1,4 @@
-"""The one control loop, and the same steps compiled for the virtual bench.
-
-`run` drives any rig: read, control, guard, write, wait. `rollout` is that loop unrolled
-for the twin; with the same seed both give the same recording.
-"""
+"""The one control loop for any rig, and the same steps compiled for the virtual bench."""
 
 from __future__ import annotations
 
@@ -31,24 +27,10 @@ PERIOD = nominal.PERIOD
 
 
 class Run(NamedTuple):
-    """State of a run on the twin.
-
-    Attributes
-    ----------
-    tick : int
-        Control periods so far.
-    bench : State
-        The bench's state.
-    progress : Progress
-        The supervisor's state.
-    watch : Watch
-        The guard's state.
-    """
-
-    tick: int
-    bench: State
+    tick: int  # control periods so far
+    bench: State  # the bench's state
     progress: Progress
-    watch: Watch
+    watch: Watch  # the guard's state
 
 
 def run(
@@ -60,34 +42,7 @@ def run(
     sink: Callable[[Array], None] | None = None,
     periods: int | None = None,
 ) -> Any:
-    """Drive a guarded rig until the reference is completed, a fault trips, or `periods` pass.
-
-    Every period: read, control, guard, write, record, wait. The rig is entered and left here, so it
-    ends safe whatever happens.
-
-    Parameters
-    ----------
-    rig : Guarded
-        The machine with its guard.
-    controller : Controller
-        Whose `step` answers each sample.
-    reference : Any
-        What is to be reached, in the controller's form.
-    dt : float
-        Control period, s.
-    state : Any
-        The controller's at the start.
-    sink : Callable[[Array], None] | None, optional
-        Takes a block of shape (columns, 1) each period, rows as in `COLUMNS`; quantities that only
-        a bench knows are NaN on a real rig.
-    periods : int | None, optional
-        The most periods; None for no limit.
-
-    Returns
-    -------
-    Any
-        The controller's state at the end.
-    """
+    """Drive a guarded rig until the reference is completed, a fault trips, or `periods` pass."""
     real = getattr(rig.rig, "truth", None)
     done = 0
     params = getattr(controller, "params", None)
@@ -115,8 +70,7 @@ def run(
 
 
 def _inside(state: Any, command: Command, watch: Watch, over: bool) -> Inside:
-    """What is recorded of controller and guard: of a controller whose state is another kind than
-    the supervisor's, what its command says; integrals and the move's number are then unknown."""
+    """Controller state for the recording; NaN where it has no supervisor's state."""
     if isinstance(state, Progress):
         return inside(state, watch)
     phase = supervisor.WAITING
@@ -144,35 +98,7 @@ def rollout(
     out: npt.NDArray[np.float64],
     dt: float,
 ) -> tuple[Run, int]:
-    """Run the twin for up to ``len(noise)`` control periods.
-
-    Parameters
-    ----------
-    plant : Plant
-        The bench, prepared.
-    control : Supervisor
-        The supervisor's parameters.
-    watchdog : Guard
-        The guard's parameters.
-    plan : Plan
-        The programme; macro targets in counts, micro targets in m.
-    run : Run
-        The state at the start.
-    noise : ndarray, shape (periods, NOISES)
-        Standard normal draws, a row per period.
-    out : ndarray, shape (columns, periods)
-        Written here; rows as of `recorded.columns`.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    run : Run
-        The state at the end.
-    written : int
-        Periods written: fewer than asked for when the programme ended or the guard tripped (that
-        period is the last written).
-    """
+    """Run the twin for up to ``len(noise)`` control periods."""
     tick, machine, progress, watch = run.tick, run.bench, run.progress, run.watch
     written = 0
     for k in range(noise.shape[0]):
@@ -203,36 +129,7 @@ def stage(
     every: int,
     dt: float,
 ) -> State:
-    """The twin's micro-stage alone, under a given CTRL or, `closed`, under a law that sees the
-    laser.
-
-    Parameters
-    ----------
-    p : Plant
-        The bench, prepared.
-    s : State
-        Its state at the start.
-    law : PiAntiWindup
-        Gains, used where `closed`.
-    closed : bool
-        Whether `targets` are places to be held instead of CTRL.
-    targets : ndarray, shape (n,)
-        CTRL in V; where `closed`, the place in m by the laser's reading.
-    noise : ndarray, shape (n, NOISES)
-        Standard normal draws.
-    out : ndarray, shape (6, n / every)
-        Written here: CTRL (V), laser (m), Hall (V), CONTRACT (0 or 1), contraction (m), wire (deg
-        C).
-    every : int
-        Which samples are written: each `every`-th.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    State
-        The bench's state at the end.
-    """
+    """The twin's micro-stage alone, under a given CTRL or, `closed`, under a law."""
     integral = 0.0
     for k in range(len(targets)):
         draw = bench.drawn(noise, k)

@@ -1,7 +1,4 @@
-"""The nominal machine: figures that several sets of settings start from, each written once.
-
-A default is one of these, or is derived from others (`macromicro.derived`).
-"""
+"""Nominal figures of the machine that several sets of settings share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A positioner for Bluesky and ophyd without EPICS: the twin, or a machine that is served."""
+"""A positioner for Bluesky and ophyd without EPICS: the twin, or a served machine."""
 
 from __future__ import annotations
 
@@ -18,17 +18,14 @@ from macromicro.remote import gathering
 from macromicro.remote.failures import MotionFailed, RequestRefused
 from macromicro.remote.machine import Machine, Motion, connect
 from macromicro.serve.hosts import HOST, WEB_PORT
+from macromicro.units import quantity
 
 TWIN = "twin"
 LOCK_S = 0.2  # longest time that a stop waits for a move to be asked for
 
 
 class _Move(MoveStatus):  # type: ignore[misc]
-    """A move's status. One that fails on its way stops the machine.
-
-    One that was refused has moved nothing, and a later move may have the place of one that was
-    superseded: a stop would come late, and hit what is asked for next.
-    """
+    """A move's status. A failure under way stops the machine, unless the move was superseded."""
 
     ended = False
 
@@ -44,8 +41,12 @@ def _superseded(error: MacromicroError) -> bool:
 class Positioner(PositionerBase):  # type: ignore[misc]
     """A machine as a device that Bluesky moves and reads, in mm (deg of one that turns).
 
-    It takes control, enables the machine, and homes it where its position is not trusted. A move
-    that ends otherwise than done fails, with the reason in its status. `close` gives all back.
+    Places are numbers in that unit, or texts with a unit: ``"42.123 mm"``. The client `connect`,
+    whose numbers are m and rad, takes the same texts.
+
+    Creating one takes control and moves nothing. `ready` enables the machine and homes it if its
+    position is not trusted; a plan that stages the device does the same. The status of a failed
+    move has the reason. `close` releases everything.
 
     Parameters
     ----------
@@ -58,7 +59,7 @@ class Positioner(PositionerBase):  # type: ignore[misc]
     axis : str, optional
         "x" or "y" of a machine of two axes, "" for the whole position.
     token : str | None, optional
-        What the server asks for.
+        The server's token.
     config : str | None, optional
         Settings file of the virtual machine.
     machine : Machine | None, optional
@@ -91,17 +92,43 @@ class Positioner(PositionerBase):  # type: ignore[misc]
             self._lock = self._gathering.lock
             self._per = self.machine.place.per
             super().__init__(name=name)
-            self._ready()
         except BaseException:
             self.close()
             raise
 
-    def _ready(self) -> None:
-        state = self.machine.state
-        if state.mode == "disabled":
-            self.machine.enable()
-        if not state.trusted:
-            self.machine.home()
+    def ready(self) -> None:
+        """Enable the machine where it is disabled, and home it where its position is not trusted:
+        it moves. Does nothing where it is ready.
+
+        Raises
+        ------
+        RequestRefused
+            The machine refuses, as in a fault.
+        MotionFailed
+            Homing fails.
+        """
+        self.machine.ready()
+
+    def stage(self) -> list[Any]:
+        """As `ready`; plans such as `scan` call it first.
+
+        Returns
+        -------
+        list[Any]
+            This device.
+        """
+        self.ready()
+        return [self]
+
+    def unstage(self) -> list[Any]:
+        """Leave the machine as it is, enabled; plans call it last.
+
+        Returns
+        -------
+        list[Any]
+            This device.
+        """
+        return [self]
 
     def close(self) -> None:
         """Stop what moves, give control back, and end the virtual machine."""
@@ -126,12 +153,12 @@ class Positioner(PositionerBase):  # type: ignore[misc]
         return next(a.position_m for a in state.axes if a.name == self._axis) * self._per
 
     def locate(self) -> dict[str, float]:
-        """Where it was sent, from where relative moves of plans start, and where it is.
+        """Set point, where relative moves of plans start, and readback.
 
         Returns
         -------
         dict[str, float]
-            "setpoint": target of the last move, else where it is; "readback".
+            "setpoint": target of the last move, else the position; "readback".
         """
         state, here = self.machine.state, self.position
         targets = [axis.target_m for axis in state.axes if axis.name == self._axis]
@@ -152,30 +179,39 @@ class Positioner(PositionerBase):  # type: ignore[misc]
         """Does the machine move?"""
         return bool(self.machine.state.motion)
 
-    def check_value(self, value: float) -> None:
-        """Look whether a place is within the limits.
+    def _number(self, place: float | str) -> float:
+        """A place in `egu`."""
+        if not isinstance(place, str):
+            return place
+        own = self.machine.place
+        return quantity(place, own.base, self.name, own.unit) * self._per
+
+    def check_value(self, value: float | str) -> None:
+        """Check that a position is within the limits.
 
         Parameters
         ----------
-        value : float
-            The place.
+        value : float | str
+            mm, deg of a machine that turns, or a text with a unit.
 
         Raises
         ------
         LimitError
             It is not.
+        InputError
+            A text that is not a position.
         """
-        low, high = self.limits
+        (low, high), value = self.limits, self._number(value)
         if not low <= value <= high:
             raise LimitError(f"{self.name}: {value:g} is not within {low:g} to {high:g} {self.egu}")
 
-    def move(self, position: float, wait: bool = True, **kwargs: Any) -> Any:
+    def move(self, position: float | str, wait: bool = True, **kwargs: Any) -> Any:
         """Move to a place.
 
         Parameters
         ----------
-        position : float
-            The place.
+        position : float | str
+            mm, deg of a machine that turns, or a text with a unit.
         wait : bool, optional
             Whether to return only at the end.
         **kwargs : Any
@@ -186,6 +222,7 @@ class Positioner(PositionerBase):  # type: ignore[misc]
         Any
             The status, which fails with the reason where the move is refused or not done.
         """
+        position = self._number(position)
         self.check_value(position)
         moved_cb = kwargs.pop("moved_cb", None)
         status = _Move(self, position, settle_time=self._settle_time, **kwargs)
@@ -225,12 +262,12 @@ class Positioner(PositionerBase):  # type: ignore[misc]
             return self.machine.move_to(target, replace=True, wait=False)
 
     def stop(self, *, success: bool = False) -> None:
-        """Decelerate; what is under way, or waits for its turn, fails.
+        """Decelerate; moves under way or waiting fail.
 
         Parameters
         ----------
         success : bool, optional
-            Of ophyd; what was stopped has failed in any case.
+            Of ophyd; a stopped move fails in any case.
         """
         self._stops += 1
         # Behind it nothing begins. Who holds the lock for longer waits for the server; what it
@@ -250,7 +287,7 @@ class Positioner(PositionerBase):  # type: ignore[misc]
         Returns
         -------
         dict[str, dict[str, Any]]
-            Value and time by the device's name, and the half width of what is known.
+            Value and time by the device's name, and the uncertainty (half width).
         """
         now, state = time.time(), self.machine.state
         return {

@@ -1,4 +1,4 @@
-"""A motor record for ophyd-async, whose moves fail where they did not arrive."""
+"""A motor record for ophyd-async whose failed moves raise."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class MoveFailed(MacromicroError):
 
 @dataclass
 class _Checked(MotorFlyableMovableLogic):
-    """Looks where it is, as the put of a refused or failed move may end without an error."""
+    """Checks the position, because a failed put may end without an error."""
 
     violated: SignalR[int]
     near: SignalR[float]

@@ -1,9 +1,4 @@
-"""What the places of a stage are counted in: lengths, or angles of a stage that turns.
-
-A stage that turns obeys the equations of one that slides, with rad for m, N*m for N and kg*m^2 for
-kg. So every kernel, rule and law is written once, in the units of a slide; a `Place` says how a
-machine's quantities are called and scaled for people.
-"""
+"""Units of a stage's positions: lengths, or angles of a rotary stage (rad for m, N*m for N)."""
 
 from __future__ import annotations
 
@@ -31,59 +26,24 @@ _TURNED = {
 
 
 class Place(NamedTuple):
-    """How the places of a stage, and what follows from them, are called and shown.
+    """Names and scales of a stage's position quantities."""
 
-    Attributes
-    ----------
-    base : str
-        Unit that kernels, laws and settings count in.
-    unit : str
-        Unit that people read: of positions in recordings, reports and on the page.
-    fine, finest : str
-        A thousandth and a millionth of it: of errors.
-    per : float
-        Units in one base unit.
-    turns : bool
-        Whether it turns, rather than slides.
-    """
-
-    base: str
-    unit: str
+    base: str  # unit that kernels, laws and settings count in
+    unit: str  # unit that people read: of positions in recordings, reports and on the page
+    # fine, finest: A thousandth and a millionth of it: of errors
     fine: str
     finest: str
-    per: float
-    turns: bool = False
+    per: float  # units in one base unit
+    turns: bool = False  # whether it turns, rather than slides
 
     def named(self, unit: str) -> str:
-        """A unit of a slide, as this stage has it.
-
-        Parameters
-        ----------
-        unit : str
-            Such as "N*s/m".
-
-        Returns
-        -------
-        str
-            Such as "N*m*s/rad".
-        """
+        """The unit of a linear stage, as of this one."""
         if not self.turns:
             return unit
         return _NAME.sub(lambda found: _TURNED.get(found[0], found[0]), unit)
 
     def column(self, quantity: Any) -> Any:
-        """What is recorded of a quantity of a slide, as this stage has it.
-
-        Parameters
-        ----------
-        quantity : Any
-            A `columns.Quantity`.
-
-        Returns
-        -------
-        Any
-            With its unit and scale.
-        """
+        """The `Quantity` of a linear stage, as of this one."""
         unit = self.named(quantity.unit)
         if unit == quantity.unit:
             return quantity
@@ -91,23 +51,7 @@ class Place(NamedTuple):
         return quantity._replace(unit=unit, scale=scale)
 
     def told(self, value: float, unit: str = "m", digits: int = 6) -> str:
-        """A value as a person reads it.
-
-        Parameters
-        ----------
-        value : float
-            In base units.
-        unit : str, optional
-            Base unit of the quantity on a slide: "m", "m/s", "m/s^2", "N", "kg".
-        digits : int, optional
-            Largest number of significant digits.
-
-        Returns
-        -------
-        str
-            A place of a slide in mm, of a stage that turns all angles in degrees; else in base
-            units.
-        """
+        """A value with its unit."""
         base = self.named(unit)
         if unit == "m":
             return shown(value, base, self.unit, digits)
@@ -115,17 +59,17 @@ class Place(NamedTuple):
 
     @property
     def smallest(self) -> float:
-        """Below a tolerance of this, in base units, errors are told in `finest`."""
+        """Tolerance in base units below which errors are shown in `finest`."""
         return 1.0 / self.fines
 
     @property
     def fines(self) -> float:
-        """Units of an error in one base unit."""
+        """Error units in one base unit."""
         return 1e3 * self.per
 
     @property
     def accepted(self) -> str:
-        """What a place may be written in, for messages."""
+        """Accepted spellings of a position, for messages."""
         return remedy(self.unit)
 
 
@@ -135,18 +79,7 @@ PLACES = (LENGTH, ANGLE)
 
 
 def turned(made: type[Set]) -> type[Set]:
-    """Decorator of a subclass of a parameter set, for a stage that turns: the same in angles.
-
-    Parameters
-    ----------
-    made : type[Set]
-        A subclass, without fields of its own, of a set that is annotated in units of a slide.
-
-    Returns
-    -------
-    type[Set]
-        The subclass, its annotations in units of a stage that turns.
-    """
+    """Decorator of a parameter set's subclass for a rotary stage."""
     notes: dict[str, Any] = {}
     for name, hint in get_type_hints(made, include_extras=True).items():
         for note in getattr(hint, "__metadata__", ()):
@@ -158,7 +91,7 @@ def turned(made: type[Set]) -> type[Set]:
 
 
 def _read_in(note: Par) -> str:
-    """Unit that people read such a parameter in: degrees where it is an angle or a speed."""
+    """Display unit of such a parameter."""
     base = ANGLE.named(note.unit)
     first = base.partition("/")[0]
     return ANGLE.named(note.shown) if note.shown else base.replace("rad", "deg") * (first == "rad")
@@ -175,17 +108,5 @@ def _of(kind: Any) -> Place:
 
 
 def of(settings: Any) -> Place:
-    """What the places of a machine of one stage are counted in.
-
-    Parameters
-    ----------
-    settings : Any
-        Of the machine: the unit of `travel.high` says it.
-
-    Returns
-    -------
-    Place
-        `LENGTH` or `ANGLE`.
-    """
     kind: Any = type(settings.travel)
     return _of(kind)

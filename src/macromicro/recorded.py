@@ -1,4 +1,4 @@
-"""What a run records each control period: the columns follow from the types behind them."""
+"""Columns recorded each control period."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from macromicro.types import Command, Outputs, Sample
 
 
 class Inside(NamedTuple):
-    """What controller and guard know beside what they ask for."""
+    """State of controller and guard for the recording."""
 
     macro_integral: Annotated[float, Quantity("V", "integral effort of the macro controller")]
     micro_integral: Annotated[float, Quantity("V", "integral effort of the micro controller")]
@@ -38,59 +38,18 @@ NAMES = tuple(c.name for c in COLUMNS)
 
 
 def named(*names: str) -> tuple[Column, ...]:
-    """Some of `COLUMNS`.
-
-    Parameters
-    ----------
-    *names : str
-        Names of columns.
-
-    Returns
-    -------
-    tuple[Column, ...]
-        In the order of `names`.
-
-    Raises
-    ------
-    KeyError
-        There is no such column.
-    """
     known = {column.name: column for column in COLUMNS}
     return tuple(known[name] for name in names)
 
 
 def columns(control: Supervisor) -> tuple[Column, ...]:
-    """What a run records each control period under its laws.
-
-    Parameters
-    ----------
-    control : Supervisor
-        Of the run.
-
-    Returns
-    -------
-    tuple[Column, ...]
-        `COLUMNS`, and what laws by the contract have recorded of their memories.
-    """
     own = outside.columns(control.macro.gains[macro.SHIPPED :])
     return (*COLUMNS, *own, *micro.columns(control.fine))
 
 
 @kernel
 def beside(out: Array, k: int, control: Supervisor, progress: Progress) -> None:
-    """Write what laws by the contract remember into a block.
-
-    Parameters
-    ----------
-    out : ndarray, shape (rows, periods)
-        The block; rows as of `columns`.
-    k : int
-        Column of the block.
-    control : Supervisor
-        Of the run.
-    progress : Progress
-        The supervisor's state.
-    """
+    """Write the memories of laws by the contract into a block."""
     own = progress.macro[macro.SHIPPED :]
     outside.note(out, k, own, ROWS)
     micro.note(out, k, control.fine, progress.fine, ROWS + outside.rows(own))
@@ -98,20 +57,6 @@ def beside(out: Array, k: int, control: Supervisor, progress: Progress) -> None:
 
 @kernel
 def inside(progress: Progress, watch: Watch) -> Inside:
-    """What is recorded of a controller and a guard.
-
-    Parameters
-    ----------
-    progress : Progress
-        The supervisor's state.
-    watch : Watch
-        The guard's state.
-
-    Returns
-    -------
-    Inside
-        In the units of its fields.
-    """
     return Inside(
         macro.integral(progress.macro),
         progress.integral,
@@ -131,25 +76,6 @@ def note(
     shown: Inside,
     real: Truth,
 ) -> None:
-    """Write one control period into a block.
-
-    Parameters
-    ----------
-    out : ndarray, shape (ROWS, periods)
-        The block; rows as in `COLUMNS`.
-    k : int
-        Column of the block.
-    sample : Sample
-        What the rig showed.
-    command : Command
-        What the controller asked for.
-    given : Outputs
-        The outputs as the guard let them through.
-    shown : Inside
-        What controller and guard know beside.
-    real : Truth
-        What only the bench knows, SI; NaN on a real rig.
-    """
     put(out, k, sample, _SAMPLE.rows, _SAMPLE.scales)
     put(out, k, command, _COMMAND.rows, _COMMAND.scales)
     put(out, k, given, _OUTPUTS.rows, _OUTPUTS.scales)

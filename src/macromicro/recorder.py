@@ -1,27 +1,24 @@
-"""Recorder: writes a run to disk so that a killed process or a full disk loses nothing.
-
-HDF5 only lays the file out, whole and closed, before the first row comes. From then on its
-metadata never changes: `append` puts the numbers at their known places through the
-operating system, and the count of rows last. So the file is valid HDF5 at every instant,
-and no library's cache stands between the run and the file. Where the layout must change,
-to grow or to cut off unused rows, a new file is written beside the old one and then takes
-its name in one step.
-"""
+"""Recorder: writes a run to disk so that a killed process or a full disk loses nothing."""
 
 from __future__ import annotations
 
 import errno
 import os
 import shutil
+import sys
+import threading
+import time
+from collections import deque
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from macromicro.columns import Column
-from macromicro.errors import InputError, MacromicroError
+from macromicro.errors import InputError, MacromicroError, ProblemError
 from macromicro.recording_format import (
     Attribute,
     Block,
@@ -56,21 +53,30 @@ def check_space(folder: str | os.PathLike[str], needed: int) -> None:
 
     Raises
     ------
-    InputError
+    ProblemError
         Not a folder, not writable, or too little space.
+
+    Examples
+    --------
+    >>> from macromicro.recording import check_space
+    >>> check_space(".", needed=10**18)  # bytes
+    Traceback (most recent call last):
+        ...
+    macromicro.errors.ProblemError: .: only ... MB free. ...
     """
     given = Path(folder)
     place = given.absolute()
     while not os.path.lexists(place) and place != place.parent:
         place = place.parent
     if not place.is_dir():
-        raise InputError(str(given), "not a folder", "a folder, or a place to make one")
+        raise ProblemError(str(given), "not a folder", "Choose a folder, or a place for a new one.")
     if not os.access(place, os.W_OK | os.X_OK):
-        raise InputError(str(given), "not writable", "a folder that may be written to")
+        raise ProblemError(str(given), "not writable", "Choose a folder that you may write to.")
     free = shutil.disk_usage(place).free
     if free < needed:
-        found = f"{free / _MB:.1f} MB free"
-        raise InputError(str(given), found, f"a folder with at least {needed / _MB:.1f} MB free")
+        problem = f"only {free / _MB:.1f} MB free"
+        remedy = f"Choose a folder with at least {needed / _MB:.1f} MB free."
+        raise ProblemError(str(given), problem, remedy)
 
 
 class Recorder:
@@ -96,9 +102,9 @@ class Recorder:
     attributes : Mapping[str, Attribute]
         Provenance, such as seed and version.
     overwrite : bool, optional
-        Whether a file that is there may be replaced.
+        Whether an existing file may be replaced.
     events : bool, optional
-        Whether it takes what happened, too (`note`).
+        Whether it also takes events (`note`).
 
     Raises
     ------
@@ -106,6 +112,17 @@ class Recorder:
         The path exists already, the folder is unfit, or HDF5 cannot hold the columns or attributes.
     RecordingError
         The file cannot be made.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from macromicro.recording import Column, Recorder, Recording
+    >>> columns = [Column("t", "s", "time"), Column("motor", "V", "voltage of the motor")]
+    >>> with TemporaryDirectory() as folder:
+    ...     with Recorder(f"{folder}/run.h5", columns, 1000, 0.001, {"seed": 7}) as recorder:
+    ...         recorder.append([[0.0, 0.001], [1.5, 1.25]])
+    ...     Recording.load(f"{folder}/run.h5")["motor"].tolist()
+    [1.5, 1.25]
     """
 
     def __init__(
@@ -125,9 +142,11 @@ class Recorder:
             raise InputError(f"{where}, capacity", capacity, "at least 1 row")
         self._layout = Layout.checked(columns, dt, attributes, where)
         if os.path.lexists(self.path) and not (overwrite and self.path.is_file()):
-            raise InputError(where, "exists already", "a new name; overwrite=True for a file")
+            remedy = "Choose another name; overwrite=True replaces a file."
+            raise ProblemError(where, "the path already exists", remedy)
         if not self.path.parent.is_dir():
-            raise InputError(where, "its folder does not exist", "a file in an existing folder")
+            remedy = "Choose a file in an existing folder."
+            raise ProblemError(where, "its folder does not exist", remedy)
         check_space(self.path.parent, needed_bytes(self.columns, capacity))
         self._widths = [np.dtype(c.dtype).itemsize for c in self.columns]
         self._places = Places(0, ())
@@ -185,7 +204,7 @@ class Recorder:
         self._rows = total
 
     def note(self, entries: Sequence[Noted]) -> None:
-        """Write what happened behind what did before, in a recording with `events`.
+        """Append events, in a recording with `events`.
 
         Parameters
         ----------
@@ -309,14 +328,75 @@ class Recorder:
             os.close(old)
 
 
+class Behind:
+    """A sink that writes on another thread, so that a real-time loop never waits for a file.
+
+    It appends every 0.1 s and syncs every second; an error is raised by the next `append`.
+    """
+
+    EVERY, FLUSHED = 0.1, 1.0  # s
+    SWITCH = 1e-4  # s: so long the loop waits at most for the thread's own Python code
+
+    def __init__(self, sink: Any, most: int = 5000) -> None:
+        self._sink, self._most = sink, most
+        self._blocks: deque[NDArray[np.float64]] = deque()
+        self._enough = threading.Event()
+        self._error: Exception | None = None
+        self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
+        self._before = sys.getswitchinterval()
+
+    def append(self, block: NDArray[np.float64]) -> None:
+        """Take a block, which must not change later."""
+        if self._error is not None:
+            raise self._error
+        self._blocks.append(block)
+
+    def __enter__(self) -> Self:
+        sys.setswitchinterval(min(self._before, self.SWITCH))
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._enough.set()
+        self._thread.join()
+        sys.setswitchinterval(self._before)
+        if self._error is not None and kind is None:
+            raise self._error
+
+    def _run(self) -> None:
+        flush, due = getattr(self._sink, "flush", None), time.monotonic() + self.FLUSHED
+        try:
+            while not self._enough.wait(self.EVERY):
+                self._drain()
+                if flush is not None and time.monotonic() >= due:
+                    flush()
+                    due = time.monotonic() + self.FLUSHED
+            self._drain()
+        except Exception as error:  # the loop must be informed
+            self._error = error
+
+    def _drain(self) -> None:
+        blocks = [self._blocks.popleft() for _ in range(len(self._blocks))]
+        if not blocks:
+            return
+        rows = np.concatenate(blocks, axis=1)
+        for k in range(0, rows.shape[1], self._most):
+            self._sink.append(rows[:, k : k + self._most])
+
+
 def _reason(error: Exception) -> str:
-    """The operating system's words where it has some ("No space left on device")."""
+    """The system's message, such as "No space left on device"."""
     number = getattr(error, "errno", None)
     return os.strerror(number) if number else str(error)
 
 
 def _copy(source: int, start: int, target: int, to: int, length: int) -> None:
-    """Copy `length` bytes from one open file to another."""
+    """Copy `length` bytes between open files."""
     done = 0
     while done < length:
         piece = os.pread(source, min(_COPY_BYTES, length - done), start + done)

@@ -1,8 +1,4 @@
-"""Recording: named columns with units and provenance, in memory or in an HDF5 file.
-
-`Recorder` (in ``macromicro.recorder``) writes the file during a run; `Recording` reads it,
-also while the run continues and after it was killed.
-"""
+"""Recording: named columns with units and provenance, in memory or in an HDF5 file."""
 
 from __future__ import annotations
 
@@ -17,7 +13,7 @@ from numpy.typing import NDArray
 
 from macromicro import exported, traces
 from macromicro.columns import Column
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.recorder import Recorder, RecordingError, check_space
 from macromicro.recording_format import (
     EVENT_BYTES,
@@ -49,7 +45,7 @@ __all__ = [
     "needed_bytes",
 ]
 
-_ACCEPTED = "a recording written by macromicro (.h5)"
+_REMEDY = "Use a recording written by macromicro (.h5)."
 _DAMAGE = (KeyError, TypeError, ValueError, AttributeError, OSError, RuntimeError)
 
 
@@ -71,6 +67,14 @@ class Recording:
         Provenance, such as seed and version.
     source : Path | dict[str, NDArray[Any]]
         The file, or arrays of shape (rows,) by column name.
+
+    Examples
+    --------
+    >>> from macromicro.recording import Column, Recording
+    >>> columns = [Column("t", "s", "time"), Column("motor", "V", "voltage of the motor")]
+    >>> run = Recording.from_arrays(columns, [[0.0, 0.001], [1.5, 1.25]], 0.001, {"seed": 7})
+    >>> run["motor"].tolist(), run.unit("motor"), len(run)
+    ([1.5, 1.25], 'V', 2)
     """
 
     def __init__(
@@ -104,7 +108,7 @@ class Recording:
 
         Raises
         ------
-        InputError
+        ProblemError
             There is no such file, or it is not a recording, or it is damaged.
         """
         place = Path(path)
@@ -112,15 +116,15 @@ class Recording:
             try:
                 found = {key: _plain(value) for key, value in file.attrs.items()}
                 if found.get("format") != FORMAT:
-                    raise InputError(str(place), "not a recording", _ACCEPTED)
+                    raise ProblemError(str(place), "not a recording", _REMEDY)
                 columns = tuple(_column(file[n]) for n in str(found["columns"]).split())
                 rows = int(file[ROWS][()])
                 lengths = [len(file[c.name]) for c in columns]
                 dt = float(found["sample_time_s"])
             except _DAMAGE as error:
-                raise InputError(str(place), f"damaged: {error}", _ACCEPTED) from error
+                raise ProblemError(str(place), f"damaged: {error}", _REMEDY) from error
         if not 0 <= rows <= min(lengths, default=-1):
-            raise InputError(str(place), f"damaged: {rows} rows", _ACCEPTED)
+            raise ProblemError(str(place), f"damaged: {rows} rows", _REMEDY)
         attributes = {
             key: value
             for key, value in found.items()
@@ -141,7 +145,7 @@ class Recording:
         Parameters
         ----------
         columns : Sequence[Column]
-            What the arrays are, in their order; one of them is `t`.
+            Descriptions of the arrays, in order; one of them is `t`.
         arrays : Block
             One array of shape (rows,) per column, equally long; a matrix of shape (columns, rows)
             will do. Cast as `Recorder.append` does, and shared where they need no cast.
@@ -169,8 +173,8 @@ class Recording:
 
     @property
     def events(self) -> tuple[Noted, ...]:
-        """What happened while it was made, and who caused it, oldest first: orders of clients,
-        changes of mode, faults, ends of motions. Empty for a recording that has no events, as
+        """Events while it was made, with their origin, oldest first: orders of clients,
+        changes of mode, faults, ends of motions. Empty for a recording without events, as
         those of `macromicro run`.
 
         Raises
@@ -186,7 +190,7 @@ class Recording:
             try:
                 return noted(file[EVENTS][: int(file[EVENT_BYTES][()])].tobytes())
             except _DAMAGE as error:
-                raise InputError(str(self._path), f"damaged: {error}", _ACCEPTED) from error
+                raise ProblemError(str(self._path), f"damaged: {error}", _REMEDY) from error
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """The column `name`; InputError names the columns there are."""
@@ -196,8 +200,8 @@ class Recording:
             with _opened(self._path) as file:
                 values = file[name][: self.rows] if name in file else np.empty(0)
             if len(values) != self.rows:
-                found = "changed since it was loaded"
-                raise InputError(str(self._path), found, "the same recording")
+                problem = "the file has changed since it was loaded"
+                raise ProblemError(str(self._path), problem, "Load it again.")
             self._arrays[name] = np.asarray(values, column.dtype)
         return self._arrays[name]
 
@@ -236,7 +240,7 @@ class Recording:
         path : str | os.PathLike[str]
             The file, in a folder that exists.
         overwrite : bool, optional
-            Whether a file that is there may be replaced.
+            Whether an existing file may be replaced.
 
         Raises
         ------
@@ -253,7 +257,7 @@ class Recording:
             recorder.append(arrays)
 
     def to_xarray(self) -> xarray.Dataset:
-        """The same as an xarray Dataset with the coordinate `t`, units as attributes.
+        """An xarray Dataset with the coordinate `t`, units as attributes.
 
         Returns
         -------
@@ -268,7 +272,7 @@ class Recording:
         return exported.as_xarray(self)
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """The same as a pandas DataFrame with the index `t` in s.
+        """A pandas DataFrame with the index `t` in s.
 
         Returns
         -------
@@ -283,12 +287,12 @@ class Recording:
         return exported.as_dataframe(self)
 
     def to_mat(self, path: str | os.PathLike[str]) -> None:
-        """Write the same as a MAT file (version 5), for MATLAB's `load`; docs/recording.md.
+        """Write a MAT file (version 5) for MATLAB's `load`; docs/recording.md.
 
         Parameters
         ----------
         path : str | os.PathLike[str]
-            The file; replaced if it is there.
+            The file; an existing one is replaced.
 
         Raises
         ------
@@ -361,7 +365,6 @@ class Recording:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
-    """The HDF5 file at `path`, for reading; InputError if it is none."""
     import h5py
 
     found = ""
@@ -374,21 +377,20 @@ def _opened(path: Path) -> Iterator[Any]:
     elif not h5py.is_hdf5(path):
         found = "not a recording"
     if found:
-        raise InputError(str(path), found, _ACCEPTED)
+        raise ProblemError(str(path), found, _REMEDY)
     try:
         file = h5py.File(path, "r")
     except OSError as error:
-        raise InputError(str(path), f"cannot be opened: {error}", _ACCEPTED) from error
+        raise ProblemError(str(path), f"cannot be opened: {error}", _REMEDY) from error
     with file:
         yield file
 
 
 def _column(dataset: Any) -> Column:
-    """What the file says about one of its datasets."""
     unit, meaning = str(dataset.attrs["units"]), str(dataset.attrs["long_name"])
     return Column(dataset.name.lstrip("/"), unit, meaning, dataset.dtype.str[1:])
 
 
 def _plain(value: Any) -> Any:
-    """A numpy scalar as a plain Python number; anything else as it is."""
+    """A numpy scalar as a plain Python number."""
     return value.item() if isinstance(value, np.generic) else value

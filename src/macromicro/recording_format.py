@@ -1,9 +1,4 @@
-"""Format of a recording's file: its columns, its attributes and its HDF5 layout.
-
-Ordinary HDF5 in the oldest file format: one contiguous one-dimensional dataset per
-column, `t` as the dimension scale of the others, a scalar dataset `rows`, provenance as
-attributes of the file. No filter, nothing that MATLAB or netCDF readers could miss.
-"""
+"""Format of a recording's file: plain HDF5 that MATLAB and netCDF readers accept."""
 
 from __future__ import annotations
 
@@ -34,27 +29,13 @@ _OWN_NAMES = (ROWS, EVENTS, EVENT_BYTES)
 
 
 class Noted(NamedTuple):
-    """Something that happened while a recording was made.
+    """Something that happened while a recording was made."""
 
-    Attributes
-    ----------
-    t : float
-        When, s as in the recording's column `t`; NaN where that is not known.
-    kind : str
-        Kind of event.
-    who : str
-        Who caused it; "" for the machine.
-    what : str
-        What happened, in words.
-    facts : Mapping[str, Any]
-        Details, by name.
-    """
-
-    t: float
-    kind: str
-    who: str
-    what: str
-    facts: Mapping[str, Any]
+    t: float  #: when, s as in the recording's column `t`; NaN where that is not known
+    kind: str  #: kind of event
+    who: str  #: who caused it; "" for the machine
+    what: str  #: what happened, in words
+    facts: Mapping[str, Any]  #: details, by name
 
     def line(self) -> bytes:
         """As it stands in a file.
@@ -69,25 +50,6 @@ class Noted(NamedTuple):
 
 
 def noted(text: bytes) -> tuple[Noted, ...]:
-    """The entries of a file's lines.
-
-    Parameters
-    ----------
-    text : bytes
-        Lines of JSON, as `Noted.line` writes them.
-
-    Returns
-    -------
-    tuple[Noted, ...]
-        In the order of the lines.
-
-    Raises
-    ------
-    ValueError
-        A line is not JSON, or not of the right types.
-    KeyError
-        An entry lacks a key.
-    """
     return tuple(_noted(json.loads(line)) for line in text.splitlines())
 
 
@@ -97,7 +59,7 @@ def _noted(entry: dict[str, Any]) -> Noted:
 
 
 def _columns(columns: Sequence[Column], where: str) -> tuple[Column, ...]:
-    """`columns` with dtypes in their short form; InputError unless they make a recording."""
+    """`columns` with short dtypes, checked."""
     done: dict[str, Column] = {}
     for column in columns:
         place = f"{where}, column {column.name!r}"
@@ -120,7 +82,7 @@ def _columns(columns: Sequence[Column], where: str) -> tuple[Column, ...]:
 
 
 def _attributes(attributes: Mapping[str, Attribute], where: str) -> dict[str, Attribute]:
-    """A copy of `attributes` with plain values; InputError where HDF5 could not hold them."""
+    """A copy of `attributes` with plain values, checked for HDF5."""
     done: dict[str, Attribute] = {}
     for key, value in attributes.items():
         place = f"{where}, attribute {key!r}"
@@ -149,29 +111,6 @@ def _is_text(text: str) -> bool:
 
 
 def as_column(values: Any, column: Column, where: str) -> NDArray[Any]:
-    """Values as a contiguous array of a column's type.
-
-    Parameters
-    ----------
-    values : Any
-        Array-like, shape (n,). Integer columns take the nearest whole number (halves to the even
-        one).
-    column : Column
-        Whose dtype it gets.
-    where : str
-        The recording, for the message.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Shared with `values` where they need no cast.
-
-    Raises
-    ------
-    InputError
-        NaN, infinity or too large a number for an integer column, a number that overflows a float
-        column, or not a row of numbers.
-    """
     given = np.asarray(values)
     kind = np.dtype(column.dtype)
     if given.ndim != 1 or given.dtype.kind not in "fiub":
@@ -199,27 +138,6 @@ def as_column(values: Any, column: Column, where: str) -> NDArray[Any]:
 
 
 def as_block(arrays: Block, columns: Sequence[Column], where: str) -> list[NDArray[Any]]:
-    """One array per column, each through `as_column`.
-
-    Parameters
-    ----------
-    arrays : Block
-        Shape (columns, rows), or one array per column.
-    columns : Sequence[Column]
-        What they are.
-    where : str
-        The recording, for the message.
-
-    Returns
-    -------
-    list[NDArray[Any]]
-        Arrays of shape (rows,).
-
-    Raises
-    ------
-    InputError
-        A wrong number of arrays, unequal lengths, or a value that a column cannot hold.
-    """
     if len(arrays) != len(columns):
         raise InputError(where, f"{len(arrays)} columns", f"{len(columns)} columns")
     done = [as_column(a, c, where) for a, c in zip(arrays, columns, strict=True)]
@@ -245,48 +163,33 @@ def needed_bytes(columns: Sequence[Column], capacity: int, events: int = 0) -> i
     -------
     int
         Bytes.
+
+    Examples
+    --------
+    >>> from macromicro.recording import Column, needed_bytes
+    >>> columns = [Column("t", "s", "time"), Column("motor", "V", "voltage of the motor", "f4")]
+    >>> needed_bytes(columns, 60_000) - needed_bytes(columns, 0)  # a minute at 1 kHz
+    720000
     """
     rows = capacity * sum(np.dtype(c.dtype).itemsize for c in columns)
     return rows + events + _METADATA_BYTES
 
 
 class Places(NamedTuple):
-    """Where things are in a recording's file.
+    """Offsets in a recording's file."""
 
-    Attributes
-    ----------
-    rows : int
-        Offset of the number of rows, bytes.
-    columns : tuple[int, ...]
-        Offset of each column, bytes.
-    event_bytes : int
-        Offset of the number of bytes of events; -1 where there are none.
-    events : int
-        Offset of the events; -1 where there are none.
-    """
-
-    rows: int
-    columns: tuple[int, ...]
-    event_bytes: int = -1
-    events: int = -1
+    rows: int  # offset of the number of rows, bytes
+    columns: tuple[int, ...]  # offset of each column, bytes
+    event_bytes: int = -1  # offset of the number of bytes of events; -1 where there are none
+    events: int = -1  # offset of the events; -1 where there are none
 
 
 class Layout(NamedTuple):
-    """What stays the same when a recording's file is laid out anew.
+    """What stays the same when a file is laid out again."""
 
-    Attributes
-    ----------
-    columns : tuple[Column, ...]
-        Columns with dtypes in their short form.
-    dt : float
-        Sample time, s.
-    attributes : dict[str, Attribute]
-        Plain values that HDF5 can hold.
-    """
-
-    columns: tuple[Column, ...]
-    dt: float
-    attributes: dict[str, Attribute]
+    columns: tuple[Column, ...]  # columns with dtypes in their short form
+    dt: float  # sample time, s
+    attributes: dict[str, Attribute]  # plain values that HDF5 can hold
 
     @classmethod
     def checked(
@@ -296,55 +199,12 @@ class Layout(NamedTuple):
         attributes: Mapping[str, Attribute],
         where: str,
     ) -> Self:
-        """The layout, if a recording can hold it.
-
-        Parameters
-        ----------
-        columns : Sequence[Column]
-            What is recorded, `t` among them.
-        dt : float
-            Sample time, s.
-        attributes : Mapping[str, Attribute]
-            Provenance.
-        where : str
-            The recording, for the message.
-
-        Returns
-        -------
-        Self
-            With plain values and short dtypes.
-
-        Raises
-        ------
-        InputError
-            Columns, sample time or attributes are unfit.
-        """
         if not (math.isfinite(dt) and dt > 0.0):
             raise InputError(f"{where}, sample time", dt, "a time above 0 s")
         return cls(_columns(columns, where), float(dt), _attributes(attributes, where))
 
     def write(self, fd: int, capacity: int, events: int | None = None) -> Places:
-        """Lay out an empty open file and reserve its disk space; no row is written yet.
-
-        Parameters
-        ----------
-        fd : int
-            Descriptor of the file.
-        capacity : int
-            Number of rows.
-        events : int | None, optional
-            Bytes of events to reserve; None: without events.
-
-        Returns
-        -------
-        Places
-            Where the numbers go.
-
-        Raises
-        ------
-        OSError
-            The disk refuses.
-        """
+        """Lay out an empty open file and reserve its disk space."""
         import h5py
 
         _reserve(fd, needed_bytes(self.columns, capacity, events or 0))
@@ -399,12 +259,7 @@ class Layout(NamedTuple):
 
 
 class _SteadyFile(io.RawIOBase):
-    """An open file as HDF5 sees it: writing seems to succeed always.
-
-    HDF5 crashes the process when it closes a file after a failed write. So the first
-    failure is kept in `error`, for the caller to raise once HDF5 is done. `end` is the
-    length that HDF5 gave the file [bytes].
-    """
+    """A file that never fails to HDF5, which crashes at close after a failed write; see `error`."""
 
     def __init__(self, fd: int) -> None:
         super().__init__()
@@ -453,17 +308,7 @@ def _reserve(fd: int, size: int) -> None:
 
 
 def write_all(fd: int, data: memoryview | bytes, offset: int) -> None:
-    """Write all of some data; the system may take it in parts.
-
-    Parameters
-    ----------
-    fd : int
-        Descriptor of the file.
-    data : memoryview | bytes
-        What is written.
-    offset : int
-        Where in the file, bytes.
-    """
+    """Write all data, which the system may take in parts."""
     rest = memoryview(data)
     while rest:
         done = os.pwrite(fd, rest, offset)

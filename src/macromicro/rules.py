@@ -1,8 +1,4 @@
-"""Which settings do not work with one another: bench, sensors, controller and guard.
-
-Each rule is (wrong?, path, value, what is accepted and why); paths in braces become that
-parameter's path and value. What one part alone makes impossible stands with the part.
-"""
+"""Rules between settings: (wrong?, path, value, accepted), with other paths in braces."""
 
 from __future__ import annotations
 
@@ -25,52 +21,18 @@ CALIBRATED = 3.0  # standard errors by which the live machine's pitch may be ano
 
 
 def machine(tree: Any) -> list[Problem]:
-    """What cannot work together in settings of a machine.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings with bench, sensors, controller, guard and travel.
-
-    Returns
-    -------
-    list[Problem]
-        Path, value, and what is accepted and why, of every rule that is broken.
-    """
     every = (*_drive(tree), *_ways(tree), *_actuator(tree), *_hall(tree), *_watch(tree))
     return [(path, value, words) for wrong, path, value, words in every if wrong]
 
 
 def live(tree: Any) -> list[Problem]:
-    """What cannot work together in settings of the live machine; `machine` has the rest.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings that have the table [live] beside those of a machine.
-
-    Returns
-    -------
-    list[Problem]
-        Path, value, and what is accepted and why, of every rule that is broken.
-    """
+    """Conflicts of the live machine's settings, beside those of `machine`."""
     found = leaning.problems(tree.live, tree.guard.lean, tree.guard.leant)
     return [*found, *((path, value, words) for wrong, path, value, words in _live(tree) if wrong)]
 
 
 def breakaway(tree: Any) -> float:
-    """Greatest effort that the carriage takes to start.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings with a bench.
-
-    Returns
-    -------
-    float
-        V at the D/A.
-    """
+    """Greatest effort that the carriage needs to start."""
     motor, amplifier, friction = tree.bench.motor, tree.bench.amplifier, tree.bench.friction
     pull = motor.constant / (motor.resistance * motor.pulley)  # N per V at the motor
     pull *= amplifier.supply * amplifier.motor_duty / amplifier.full_scale
@@ -78,7 +40,7 @@ def breakaway(tree: Any) -> float:
 
 
 def _drive(tree: Any) -> Iterator[Rule]:
-    """Efforts of laws and guard, and what the drive can give against friction."""
+    """Efforts of laws and guard against drive and friction."""
     control, guard, needed = tree.controller, tree.guard, breakaway(tree)
     range_ = "at most {bench.amplifier.full_scale}, all that the D/A gives"
     full = tree.bench.amplifier.full_scale
@@ -96,14 +58,14 @@ def _drive(tree: Any) -> Iterator[Rule]:
         needed >= control.motor_limit,
         "bench.friction.coulomb",
         tree.bench.friction.coulomb,
-        f"friction that the motor can break at {{controller.motor_limit}}: this carriage would "
-        f"take {needed:.3g} V; less friction, or a higher {{bench.amplifier.supply}}",
+        f"friction that the motor can break at {{controller.motor_limit}}: this carriage needs "
+        f"{needed:.3g} V; less friction, or a higher {{bench.amplifier.supply}}",
     )
     yield guard.lean > guard.push, "guard.lean", guard.lean, "at most {guard.push}"
 
 
 def _ways(tree: Any) -> Iterator[Rule]:
-    """How far the stages go, and what counts of it."""
+    """Travel of both stages."""
     encoder, travel, wire = tree.sensors.encoder, tree.travel, tree.bench.wire
     high, pitch = tree.bench.carriage.stop_high, encoder.pitch
     yield travel.macro > high, "travel.macro", travel.macro, "at most {bench.carriage.stop_high}"
@@ -173,7 +135,7 @@ def _actuator(tree: Any) -> Iterator[Rule]:
 
 
 def _hall(tree: Any) -> Iterator[Rule]:
-    """A Hall sensor that distinguishes places, and that the guard takes for alive."""
+    """A Hall sensor with sufficient resolution, and noise that the guard expects."""
     sensor, converter, guard = tree.sensors.hall, tree.sensors.converter, tree.guard
     ways = [hall.volts(sensor, tree.bench.wire.stop * k / 50.0, 0.0) for k in range(51)]
     rising = all(b > a for a, b in pairwise(ways))
@@ -207,7 +169,7 @@ def _hall(tree: Any) -> Iterator[Rule]:
         sensor.noise < least,
         "sensors.hall.noise",
         sensor.noise,
-        f"at least {_volts(least)}: with less a sound sensor shows one code for "
+        f"at least {_volts(least)}: with less noise a healthy sensor shows one code for "
         "{guard.frozen}, and the guard takes it for frozen; more {sensors.converter.bits} or a "
         "longer guard.frozen allow less noise",
     )
@@ -215,12 +177,12 @@ def _hall(tree: Any) -> Iterator[Rule]:
         sensor.noise >= guard.noise,
         "sensors.hall.noise",
         sensor.noise,
-        "below {guard.noise}, at which the guard takes the sensor for broken",
+        "below {guard.noise}, at which the guard declares the sensor faulty",
     )
 
 
 def _watch(tree: Any) -> Iterator[Rule]:
-    """Times of the guard, which looks once a control period."""
+    """Times of the guard, which works once a control period."""
     guard = tree.guard
     for name in ("silent", "frozen", "rail_time", "stuck", "noise_time", "clock"):
         value = getattr(guard, name)
@@ -247,7 +209,7 @@ def _live(tree: Any) -> Iterator[Rule]:
         homing.volts <= needed,
         "live.homing.volts",
         homing.volts,
-        f"above {needed:.3g} V, which the carriage takes to start, and below {{guard.push}}; "
+        f"above {needed:.3g} V, which the carriage needs to start, and below {{guard.push}}; "
         "without a value it is 0.2 V below that",
     )
     yield (

@@ -1,8 +1,4 @@
-"""Points of the unit cube, drawn from a seed: what sweeps, studies and searches begin with.
-
-The designs are those of `scipy.stats.qmc`; independent points are numpy's. Which points a
-seed gives depends on scipy's version, so `drawn_by` names it.
-"""
+"""Points of the unit cube from a seed, by the designs of `scipy.stats.qmc`."""
 
 from __future__ import annotations
 
@@ -26,35 +22,12 @@ _WORDS = 4  # numbers that Philox gives per step
 
 
 def drawn_by() -> str:
-    """What draws the points, with its version.
-
-    Returns
-    -------
-    str
-        Such as "scipy 1.17.1"; another version may give other points for the same seed.
-    """
+    """The library that draws the points, with its version."""
     return f"scipy {importlib.metadata.version('scipy')}"
 
 
 def latin(columns: int, rows: int, seed: int | Sequence[int]) -> Array:
-    """Draw a Latin hypercube: in every column each of `rows` equal parts has one point.
-
-    Parameters
-    ----------
-    columns, rows : int
-        Dimensions and points, both 1 or more.
-    seed : int or sequence of int
-        Each seed, and each sequence of them, is a random stream of its own.
-
-    Returns
-    -------
-    ndarray, shape (rows, columns)
-        Numbers from 0 to 1.
-
-    References
-    ----------
-    M. D. McKay, R. J. Beckman and W. J. Conover, Technometrics 21 (1979) 239-245.
-    """
+    """A Latin hypercube: in every column one point in each of `rows` equal parts."""
     from scipy.stats import qmc
 
     found: Array = qmc.LatinHypercube(columns, rng=np.random.default_rng(seed)).random(rows)
@@ -62,48 +35,19 @@ def latin(columns: int, rows: int, seed: int | Sequence[int]) -> Array:
 
 
 def scaled(share: Array, low: float, high: float, *, log: bool = False) -> Array:
-    """Put points of the unit interval into a range.
-
-    Parameters
-    ----------
-    share : ndarray
-        From 0 to 1, of any shape.
-    low, high : float
-        Ends of the range; above 0 on a logarithmic scale.
-    log : bool
-        Even in the logarithm.
-
-    Returns
-    -------
-    ndarray
-        Of the same shape, from `low` to `high`.
-    """
     return low * (high / low) ** share if log else low + (high - low) * share
 
 
 @lru_cache(maxsize=1)
 def _plan(columns: int, rows: int, seed: Seed) -> Array:
-    """`latin`, once for all who ask for parts of the same one."""
+    """`latin`, cached for all parts of a design."""
     found = latin(columns, rows, seed)
     found.flags.writeable = False
     return found
 
 
 class Points:
-    """A design's points by their index: the same whichever range they are asked for in.
-
-    One per thread, because a Sobol sequence keeps its place.
-
-    Parameters
-    ----------
-    method : {"random", "lhs", "sobol"}
-        Independent points, a Latin hypercube (kept in memory, shared by all threads), or a
-        scrambled Sobol sequence (balanced for powers of two).
-    columns, rows : int
-        Dimensions and points in all.
-    seed : int
-        Of the design, 0 or more.
-    """
+    """A design's points by index; one object per thread, as a Sobol sequence has state."""
 
     def __init__(self, method: str, columns: int, rows: int, seed: int) -> None:
         self._columns, self._rows, self._seed = columns, rows, seed
@@ -111,18 +55,7 @@ class Points:
         self._sequence: Any = None
 
     def at(self, first: int, count: int) -> Array:
-        """Give the points `first` to `first + count - 1`.
-
-        Parameters
-        ----------
-        first, count : int
-            A range within the design's points.
-
-        Returns
-        -------
-        ndarray, shape (count, columns)
-            Numbers from 0 to 1.
-        """
+        """Points `first` to `first + count - 1`."""
         return self._draw(first, count)
 
     def _random(self, first: int, count: int) -> Array:
@@ -137,7 +70,7 @@ class Points:
         return _plan(self._columns, self._rows, self._seed)[first : first + count]
 
     def _sobol(self, first: int, count: int) -> Array:
-        """Forward from where the last range ended."""
+        """Continue from the end of the last range."""
         from scipy.stats import qmc
 
         if self._sequence is None or self._sequence.num_generated > first:

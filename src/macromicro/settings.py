@@ -17,38 +17,16 @@ Tree = TypeVar("Tree", bound="Controlled")
 
 
 class Controlled(Protocol):
-    """A tree of settings with a controller."""
+    """Settings with a controller."""
 
     @property
-    def controller(self) -> Control:
-        """Its laws."""
+    def controller(self) -> Control: ...
 
     def _replace(self, *, controller: Control) -> Self: ...
 
 
 def chosen(tree: Tree, path: Path | None, law: str | None) -> Tree:
-    """Settings as the options ``--config`` and ``--law`` choose them.
-
-    Parameters
-    ----------
-    tree : Tree
-        The defaults.
-    path : Path | None
-        A settings file.
-    law : str | None
-        The macro-stage's law: one of this package, or "module:object" of another; None: that of
-        the settings.
-
-    Returns
-    -------
-    Tree
-        A changed copy.
-
-    Raises
-    ------
-    InputError
-        As of `config.load_overrides`, or there is no such law.
-    """
+    """Settings by the options ``--config`` and ``--law``."""
 
     def under(before: Tree) -> Tree:
         if law is None:
@@ -63,6 +41,13 @@ class Settings(NamedTuple):
 
     ``settings["bench.friction.coulomb"]`` is the value at a path, in the stored unit (SI, encoder
     counts, degC); ``settings.with_("bench.friction.coulomb", "11 N")`` a changed copy.
+
+    Examples
+    --------
+    >>> from macromicro import Settings
+    >>> settings = Settings().with_("bench.friction.coulomb", "11 N")
+    >>> settings["bench.friction.coulomb"]
+    11.0
     """
 
     bench: Bench = Bench()
@@ -82,7 +67,7 @@ class Settings(NamedTuple):
         return "two_stage"
 
     def derived(self) -> tuple[derived.Derivation, ...]:
-        """What follows from other settings, unless it is set itself.
+        """Settings derived from others unless set.
 
         Returns
         -------
@@ -114,17 +99,17 @@ class Settings(NamedTuple):
         return self._replace(controller=self.controller.grown(table, where))
 
     def together(self) -> list[rules.Problem]:
-        """What cannot work together.
+        """Conflicts between settings.
 
         Returns
         -------
         list[rules.Problem]
-            Path, value, and what is accepted and why; none if all is well.
+            Path, value and what is accepted, of each conflict.
         """
         return rules.machine(self)
 
     def with_(self, changes: str | Mapping[str, object], value: object = None) -> Self:
-        """These settings with other values, and with what follows from them.
+        """These settings with other values, and derived ones recomputed.
 
         As in a settings file: a quantity is text with its unit, and all is checked.
 

@@ -1,8 +1,6 @@
-"""Reference signals, sampled: pure functions of a time axis.
+"""Reference signals, sampled over a time axis `t` float64[n].
 
-Every function takes `t` float64[n] in seconds and returns float64[n] in the unit of the
-levels it is given (counts, metres, volts). An edge counts as reached one nanosecond
-early, so that the rounding of k*dt never moves it by a sample.
+An edge counts as reached one nanosecond early, so that rounding of k*dt never shifts it.
 """
 
 from __future__ import annotations
@@ -18,25 +16,7 @@ _EARLY = 1e-9
 
 
 def times(duration: float, dt: float) -> Array:
-    """The time axis 0, dt, 2 dt, ... before `duration`.
-
-    Parameters
-    ----------
-    duration : float
-        Length of the axis, s.
-    dt : float
-        Sample time, s.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        s.
-
-    Raises
-    ------
-    InputError
-        `duration` or `dt` is not a finite number above zero.
-    """
+    """The time axis 0, dt, 2 dt, ... before `duration`."""
     _positive("times: duration", duration)
     _positive("times: dt", dt)
     n = math.ceil(duration / dt - 1e-6)
@@ -44,49 +24,11 @@ def times(duration: float, dt: float) -> Array:
 
 
 def step(t: Array, size: float, at: float = 0.0) -> Array:
-    """A step.
-
-    Parameters
-    ----------
-    t : ndarray, shape (n,)
-        Time axis, s.
-    size : float
-        Level from `at` on; 0 before.
-    at : float, optional
-        Time of the step, s.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the unit of `size`.
-    """
     return np.where(t + _EARLY >= at, float(size), 0.0)
 
 
 def square(t: Array, amplitude: float, period: float, offset: float = 0.0) -> Array:
-    """A square wave: `offset` + `amplitude` in the first half of every period, - in the second.
-
-    Parameters
-    ----------
-    t : ndarray, shape (n,)
-        Time axis, s.
-    amplitude : float
-        Half the distance between the two levels.
-    period : float
-        Period of the wave, s.
-    offset : float, optional
-        Mean value.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the unit of `amplitude` and `offset`.
-
-    Raises
-    ------
-    InputError
-        `period` is not a finite number above zero.
-    """
+    """A square wave: `offset` + `amplitude` in the first half of every period, - in the second."""
     _positive("square: period", period)
     half = np.floor((t + _EARLY) / (period / 2))
     return offset + amplitude * _sign(half)
@@ -95,35 +37,7 @@ def square(t: Array, amplitude: float, period: float, offset: float = 0.0) -> Ar
 def decaying_square(
     t: Array, amplitude: float, period: float, loss: float, offset: float = 0.0
 ) -> Array:
-    """A square wave about `offset` whose amplitude falls by `loss` after every period.
-
-    It keeps its sign and ends at `offset` when the amplitude is used up. With amplitude
-    90 mm, loss 20 mm and offset 100 mm: 190, 10, 170, 30, 150, 50, ... as the
-    macro-stage's test input of Chapter 6.
-
-    Parameters
-    ----------
-    t : ndarray, shape (n,)
-        Time axis, s.
-    amplitude : float
-        Amplitude of the first period; its sign is that of the first half.
-    period : float
-        Period of the wave, s.
-    loss : float
-        What the amplitude loses per period, zero or more.
-    offset : float, optional
-        Mean value.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the unit of `amplitude`, `loss` and `offset`.
-
-    Raises
-    ------
-    InputError
-        `period` is not a finite number above zero, or `loss` is negative.
-    """
+    """A square wave about `offset` whose amplitude falls by `loss` after every period."""
     _positive("decaying_square: period", period)
     if not loss >= 0.0:
         raise InputError("decaying_square: loss", loss, "zero or more")
@@ -135,31 +49,7 @@ def decaying_square(
 def sine(
     t: Array, amplitude: float, frequency: float, offset: float = 0.0, phase: float = 0.0
 ) -> Array:
-    """A sine: `offset` + `amplitude` sin(2 pi `frequency` t + `phase`).
-
-    Parameters
-    ----------
-    t : ndarray, shape (n,)
-        Time axis, s.
-    amplitude : float
-        Peak value.
-    frequency : float
-        Frequency, Hz.
-    offset : float, optional
-        Mean value.
-    phase : float, optional
-        Phase at t = 0, rad.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the unit of `amplitude` and `offset`.
-
-    Raises
-    ------
-    InputError
-        `frequency` is not a finite number above zero.
-    """
+    """A sine: `offset` + `amplitude` sin(2 pi `frequency` t + `phase`)."""
     _positive("sine: frequency", frequency)
     return offset + amplitude * np.sin(2 * np.pi * frequency * t + phase)
 
@@ -167,33 +57,7 @@ def sine(
 def pulse_train(
     t: Array, peak: float, period: float, duty: float = 0.5, base: float = 0.0
 ) -> Array:
-    """Pulses: `peak` in the first part of every period, `base` for the rest.
-
-    Appendix D cycles the actuator so: 150 encoder steps, 4 s, duty 0.5.
-
-    Parameters
-    ----------
-    t : ndarray, shape (n,)
-        Time axis, s.
-    peak : float
-        Level within a pulse.
-    period : float
-        From pulse to pulse, s.
-    duty : float, optional
-        Share of a period that is a pulse, between 0 and 1.
-    base : float, optional
-        Level between pulses.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the unit of `peak` and `base`.
-
-    Raises
-    ------
-    InputError
-        `period` is not a finite number above zero, or `duty` is not between 0 and 1.
-    """
+    """Pulses: `peak` in the first part of every period, `base` for the rest."""
     _positive("pulse_train: period", period)
     if not 0.0 < duty < 1.0:
         raise InputError("pulse_train: duty", duty, "between 0 and 1")

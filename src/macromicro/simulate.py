@@ -35,73 +35,30 @@ class Sink(Protocol):
     """Where recorded blocks go: a `Recorder`, or a list in memory."""
 
     def append(self, block: npt.NDArray[np.float64]) -> None:
-        """Take a block of recorded periods.
-
-        Parameters
-        ----------
-        block : ndarray, shape (columns, rows)
-            Rows in time order, columns as in `columns.COLUMNS`.
-        """
+        """Take a block of recorded periods."""
 
 
 class Outcome(NamedTuple):
-    """How a run ended.
+    """How a run ended."""
 
-    Attributes
-    ----------
-    finished : bool
-        Whether the programme came to its end.
-    watch : Watch
-        The guard's last state, with the fault and its evidence.
-    simulated : float
-        Time on the bench, s.
-    wall : float
-        Time that it took, s.
-    """
-
-    finished: bool
-    watch: Watch
-    simulated: float
+    finished: bool  # whether the programme came to its end
+    watch: Watch  # the guard's last state, with the fault and its evidence
+    simulated: float  # time on the bench, s
     wall: float
 
 
 class Rolled(NamedTuple):
-    """The arguments of ``loop.rollout``, prepared once.
+    """The arguments of ``loop.rollout``, prepared once."""
 
-    Attributes
-    ----------
-    plant : Plant
-        The bench.
-    control : Supervisor
-        The supervisor.
-    watchdog : Guard
-        The guard.
-    plan : Plan
-        The programme.
-    run : Run
-        The state at the start.
-    """
-
-    plant: Plant
+    plant: Plant  # the bench
     control: Supervisor
     watchdog: Guard
-    plan: Plan
-    run: Run
+    plan: Plan  # the programme
+    run: Run  # the state at the start
 
 
 def plan(programme: Programme) -> Plan:
-    """The programme as the supervisor takes it.
-
-    Parameters
-    ----------
-    programme : Programme
-        Macro targets in counts, micro targets in m.
-
-    Returns
-    -------
-    Plan
-        Macro targets in counts, micro targets in m.
-    """
+    """The programme as the supervisor takes it."""
     velocity, acceleration = rates(programme)
     return Plan(
         np.ascontiguousarray(programme.start, dtype=float),
@@ -117,29 +74,7 @@ def plan(programme: Programme) -> Plan:
 
 
 def prepare(settings: Settings, programme: Programme, fan: bool = False) -> Rolled:
-    """Runtime parameters, and the state at the start: at rest at 0 mm, cold.
-
-    The Hall sensor is calibrated on the bench of the settings.
-
-    Parameters
-    ----------
-    settings : Settings
-        Bench, sensors, controller and guard.
-    programme : Programme
-        What is to be run.
-    fan : bool, optional
-        Whether the fan cools the wires.
-
-    Returns
-    -------
-    Rolled
-        The arguments of ``loop.rollout``.
-
-    Raises
-    ------
-    InputError
-        The Hall sensor of these settings cannot be calibrated.
-    """
+    """Runtime parameters, and the state at the start: at rest at 0 mm, cold."""
     table = hall_table.of_bench(settings)
     plant = bench.prepare(settings.bench, settings.sensors)
     control = control_settings.prepare(
@@ -155,28 +90,12 @@ def prepare(settings: Settings, programme: Programme, fan: bool = False) -> Roll
 
 
 def is_compiled() -> bool:
-    """Whether the compiler's cache seems to hold the bench already.
-
-    Returns
-    -------
-    bool
-        True if a cached file of ``loop.rollout`` is there; it may be for other types of arguments.
-    """
+    """Whether the compiler's cache seems to hold the bench already."""
     return any(cache_folder().rglob("loop.rollout*.nbi"))
 
 
 def compile_bench(settings: Settings, programme: Programme, fan: bool = False) -> None:
-    """Compile the bench, or load it from the cache, so that a run need not wait for it.
-
-    Parameters
-    ----------
-    settings : Settings
-        Settings of the run to come; their parameter sets decide the types.
-    programme : Programme
-        Programme of the run to come.
-    fan : bool, optional
-        Whether the fan cools the wires.
-    """
+    """Compile the bench, or load it from the cache, so that a run need not wait for it."""
     rolled = prepare(settings, programme, fan)
     if not rolled.control.compiles:
         CompiledTwin(rolled.plant, 0)
@@ -187,20 +106,7 @@ def compile_bench(settings: Settings, programme: Programme, fan: bool = False) -
 
 
 def longest(settings: Settings, programme: Programme) -> float:
-    """Upper bound of a programme's duration: every macro move out of patience.
-
-    Parameters
-    ----------
-    settings : Settings
-        Whose sequence has the patience.
-    programme : Programme
-        What is to be run.
-
-    Returns
-    -------
-    float
-        s.
-    """
+    """Upper bound of a programme's duration: every macro move out of patience."""
     if not np.isnan(programme.end):
         return float(programme.end) + 1.0
     sequence = settings.controller.sequence
@@ -293,34 +199,8 @@ def simulate(
 ) -> Outcome:
     """Run a programme on the twin and append every period to a sink.
 
-    The same settings, programme, seed and fan give the same rows, bit for bit. An exception from
-    `progress` or the sink (a full disk, Ctrl-C) ends the run; what was appended stays. One from
-    `progress` adds a last row that shows all outputs off.
-
-    Parameters
-    ----------
-    settings : Settings
-        Bench, sensors, controller and guard.
-    programme : Programme
-        What is to be run.
-    sink : Sink
-        Takes blocks of shape (columns, rows), at most `CHUNK` rows each.
-    seed : int, optional
-        Seed of the sensor noise.
-    fan : bool, optional
-        Whether the fan cools the wires.
-    progress : Callable[[float, int], None] | None, optional
-        Called after every chunk with the simulated time (s) and the index of the present move.
-
-    Returns
-    -------
-    Outcome
-        How the run ended, and what the guard saw.
-
-    Raises
-    ------
-    InputError
-        The Hall sensor of these settings cannot be calibrated.
+    The same seed gives the same rows, bit for bit. An exception from `progress` or the sink ends
+    the run and keeps what was appended.
     """
     rolled = prepare(settings, programme, fan)
     if not rolled.control.compiles:

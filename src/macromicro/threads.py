@@ -1,5 +1,3 @@
-"""How many threads linear algebra may take."""
-
 from __future__ import annotations
 
 import os
@@ -9,11 +7,6 @@ BLAS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def one_for_blas() -> None:
-    """One thread for linear algebra from here on, unless the user's environment says otherwise.
-
-    Fits solve thousands of systems of ten columns. Threads cost such a system more than they
-    bring, several times as much where other programs run, and change its last digits with the
-    number of cores. To be called before numpy is imported.
-    """
+    """Limit BLAS to one thread, for speed and exact digits; call before importing numpy."""
     for name in BLAS:
         os.environ.setdefault(name, "1")

@@ -1,4 +1,4 @@
-"""Columns of recordings over time, one recording or several on top of each other."""
+"""Plots of columns over time, of one or several recordings."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.recording_format import TIME
 from macromicro.schema.keys import nearest
 from macromicro.schema.par import NO_UNIT
@@ -63,16 +63,28 @@ def overlay(
     Raises
     ------
     InputError
-        No recording; a column that one of them lacks, or has in another unit; no shared column;
-        labels that are fewer or more.
+        A column that one of the recordings lacks.
+    ProblemError
+        No recording, no shared column, different units, or another number of labels.
+
+    Examples
+    --------
+    >>> from macromicro import Recording, overlay
+    >>> from macromicro.recording import Column
+    >>> columns = [Column("t", "s", "time"), Column("motor", "V", "voltage of the motor")]
+    >>> runs = [Recording.from_arrays(columns, [[0.0, 0.1], [u, 0.0]], 0.1, {}) for u in (1.0, 2.0)]
+    >>> figure = overlay(*runs, columns=["motor"], labels=["1 V", "2 V"])
+    >>> figure.axes[0].get_ylabel()
+    '[V]'
     """
     names = [columns] if isinstance(columns, str) else list(columns)
     if not recordings:
-        raise InputError("overlay", "no recording", "one or more")
+        raise ProblemError("overlay", "no recording", "Give one or more.")
     names = names or chosen(recordings)
     words = list(labels) or called(recordings)
     if len(words) != len(recordings):
-        raise InputError("overlay, labels", f"{len(words)} labels", f"{len(recordings)}")
+        problem = f"{len(words)} labels for {len(recordings)} recordings"
+        raise ProblemError("overlay, labels", problem)
     shown = panels(recordings, names)
     figure, axes = new(0.95 + 1.45 * len(shown), len(shown), sharex=True)
     apart = begin_apart(recordings)
@@ -89,61 +101,24 @@ def overlay(
 
 
 def begin_apart(recordings: Sequence[Recording]) -> bool:
-    """Whether recordings begin at other times, so that each counts from its own first row.
-
-    Parameters
-    ----------
-    recordings : Sequence[Recording]
-        One or more.
-
-    Returns
-    -------
-    bool
-        True where first rows lie more than a period of the first apart.
-    """
+    """Whether recordings begin at different times, so that each counts from its first row."""
     starts = [float(r[TIME][0]) for r in recordings if len(r)]
     return len(starts) > 1 and max(starts) - min(starts) > recordings[0].dt
 
 
 def chosen(recordings: Sequence[Recording]) -> list[str]:
-    """The columns that are drawn where none are named.
-
-    Parameters
-    ----------
-    recordings : Sequence[Recording]
-        One or more.
-
-    Returns
-    -------
-    list[str]
-        Of `MAIN` those that all have, else the first few that all have.
-
-    Raises
-    ------
-    InputError
-        They share no column but `t`.
-    """
+    """Default columns."""
     shared = common(recordings)
     found = [name for name in MAIN if name in shared] or shared[:_FEW]
     if not found:
         has = ", ".join(c.name for c in recordings[0].columns if c.name != TIME)
-        raise InputError("overlay", "no shared column", f"recordings that share one of {has}")
+        remedy = f"Use recordings that share one of {has}."
+        raise ProblemError("overlay", "no shared column", remedy)
     return found
 
 
 def common(recordings: Sequence[Recording]) -> list[str]:
-    """The columns that all recordings have, in the same unit.
-
-    Parameters
-    ----------
-    recordings : Sequence[Recording]
-        One or more.
-
-    Returns
-    -------
-    list[str]
-        Without `t`, in the order of the first.
-    """
+    """Columns that all recordings have in the same unit."""
     first, *others = recordings
     return [
         c.name
@@ -153,18 +128,7 @@ def common(recordings: Sequence[Recording]) -> list[str]:
 
 
 def called(recordings: Sequence[Recording]) -> list[str]:
-    """A word for each recording, all different.
-
-    Parameters
-    ----------
-    recordings : Sequence[Recording]
-        One or more.
-
-    Returns
-    -------
-    list[str]
-        Folder or file, or programme and seed; with a number where that is the same.
-    """
+    """A distinct label for each recording."""
     found: list[str] = []
     for recording in recordings:
         word = recording.label
@@ -174,25 +138,7 @@ def called(recordings: Sequence[Recording]) -> list[str]:
 
 
 def panels(recordings: Sequence[Recording], names: Sequence[str]) -> list[tuple[str, list[str]]]:
-    """Which columns stand in one panel: those of one unit, as many as can be told apart.
-
-    Parameters
-    ----------
-    recordings : Sequence[Recording]
-        One or more.
-    names : Sequence[str]
-        Of columns.
-
-    Returns
-    -------
-    list[tuple[str, list[str]]]
-        Unit and columns of each; a column without a unit stands alone.
-
-    Raises
-    ------
-    InputError
-        A recording lacks a column, or has it in another unit.
-    """
+    """Columns of one unit, as many per panel as can be told apart."""
     found: list[tuple[str, list[str]]] = []
     most = _MOST if len(recordings) == 1 else len(_STYLES)
     for name in dict.fromkeys(names):
@@ -203,7 +149,8 @@ def panels(recordings: Sequence[Recording], names: Sequence[str]) -> list[tuple[
         for other in recordings[1:]:
             if other.unit(name) != unit:
                 units = f"{unit} and {other.unit(name)}"
-                raise InputError(f"overlay, column {name}", units, "the same unit in all")
+                problem = f"the units differ: {units}"
+                raise ProblemError(f"overlay, column {name}", problem)
         beside = [
             inside
             for its, inside in found
@@ -246,12 +193,7 @@ def _draw(
 
 
 def _look(name: str, plain: Sequence[str], k: int, *, alone: bool) -> dict[str, Any]:
-    """How a column of recording `k` is drawn.
-
-    A recording alone has a colour for each column. Of several each has its own colour and each
-    column its line style; the first is broad and pale, so that it shows where another
-    covers it.
-    """
+    """Line style of a column of recording `k`; the first of several is broad and pale."""
     reference = name not in plain
     place = 0 if reference else plain.index(name)
     if alone:

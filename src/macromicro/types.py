@@ -6,28 +6,13 @@ import math
 from types import TracebackType
 from typing import Annotated, Any, NamedTuple, Protocol, Self
 
-from macromicro.columns import Quantity
+from macromicro.columns import Meaning, Quantity
 
 
 class Sample(NamedTuple):
     """What a rig shows at one instant. A channel that gave no new value is NaN.
 
     Fields that are annotated with a `Quantity` are recorded, here and in `Outputs` and `Command`.
-
-    Attributes
-    ----------
-    t : float
-        s.
-    encoder : float
-        counts.
-    hall : float
-        V.
-    laser : float
-        From its last reset, m.
-    extend : float
-        The actuator's end signal, 0 or 1.
-    contract : float
-        The actuator's end signal, 0 or 1.
     """
 
     t: Annotated[float, Quantity("s", "time since the start")]
@@ -43,16 +28,13 @@ class Sample(NamedTuple):
 class Outputs(NamedTuple):
     """What a rig takes.
 
-    Attributes
-    ----------
-    motor : float
-        V at the D/A.
-    ctrl : float
-        V at the D/A.
-    fan : float
-        0 or 1.
-    laser_reset : float
-        0 or 1.
+    Examples
+    --------
+    >>> from macromicro.types import SAFE, Outputs
+    >>> Outputs(motor=1.5, ctrl=0.0, fan=0.0, laser_reset=0.0)
+    Outputs(motor=1.5, ctrl=0.0, fan=0.0, laser_reset=0.0)
+    >>> SAFE._replace(fan=1.0)
+    Outputs(motor=0.0, ctrl=0.0, fan=1.0, laser_reset=0.0)
     """
 
     motor: Annotated[float, Quantity("V", "motor output at the D/A")]
@@ -62,26 +44,12 @@ class Outputs(NamedTuple):
 
 
 class Command(NamedTuple):
-    """What a controller is asking of the rig just now, for the guard and the recording.
-
-    Attributes
-    ----------
-    macro_reference : float
-        Set point, counts.
-    macro_active : float
-        Whether the macro-stage is under control, 0 or 1.
-    micro_reference : float
-        Set point, m.
-    micro_active : float
-        Whether the micro-stage is under control, 0 or 1.
-    micro_position : float
-        The calibrated Hall reading, m.
-    """
+    """What a controller is asking of the rig just now, for the guard and the recording."""
 
     macro_reference: Annotated[float, Quantity("count", "set point of the macro-stage")]
-    macro_active: float
+    macro_active: Annotated[float, Meaning("whether the macro-stage is under control, 0 or 1")]
     micro_reference: Annotated[float, Quantity("mm", "set point of the micro-stage", scale=1e3)]
-    micro_active: float
+    micro_active: Annotated[float, Meaning("whether the micro-stage is under control, 0 or 1")]
     micro_position: Annotated[
         float,
         Quantity("mm", "contraction by the Hall calibration", column="hall_position", scale=1e3),
@@ -92,22 +60,7 @@ SAFE = Outputs(0.0, 0.0, 0.0, 0.0)
 
 
 class Lines(NamedTuple):
-    """Switches of a machine of one stage, and what its drive says; each a channel of its rig.
-
-    Attributes
-    ----------
-    limit_low, limit_high : float
-        Limit switches: 0 while free; anything else is tripped, a cut wire too.
-    home : float
-        Home switch, 0 or 1.
-    index_count : float
-        counts: what the counter read at the encoder's last index pulse, NaN if none has come since
-        the reading before.
-    drive_fault : float
-        The drive's fault output: 0 while it is well.
-    enabled : float
-        Whether the drive says that it is on, 0 or 1.
-    """
+    """Switches of a machine of one stage, and what its drive says; each a channel of its rig."""
 
     limit_low: Annotated[float, Quantity("1", "lower limit switch (1: tripped)", "i1")]
     limit_high: Annotated[float, Quantity("1", "upper limit switch (1: tripped)", "i1")]
@@ -175,7 +128,7 @@ class Rig(Protocol):
         Parameters
         ----------
         outputs : Outputs
-            What motor, CTRL, fan and laser reset are to be from now on.
+            New values of motor, CTRL, fan and laser reset.
         """
 
     def stop(self) -> None:
@@ -207,7 +160,7 @@ class Controller(Protocol):
         state : Any
             What the controller remembers, as it last returned it.
         reference : Any
-            What is to be reached, in the controller's own form.
+            The reference, in the controller's own form.
         sample : Sample
             What the rig shows now.
         dt : float
@@ -218,9 +171,9 @@ class Controller(Protocol):
         state : Any
             The new state.
         command : Command
-            What is being asked for, for the guard and the recording.
+            Set points, for the guard and the recording.
         outputs : Outputs
-            What the rig is to be given.
+            Outputs for the rig.
         """
 
     def finished(self, state: Any) -> bool:
@@ -234,5 +187,5 @@ class Controller(Protocol):
         Returns
         -------
         bool
-            True when nothing is left to do.
+            True at the end of the reference.
         """

@@ -1,8 +1,6 @@
 """Text with units to plain floats and back: "4 mm" is 0.004 where metres are stored.
 
-SI inside; encoder counts and deg C are the two exceptions. The units are a closed list:
-what is not in it is refused, so a slip ("3 Hz" for rad/s, "20 degC" for a difference
-in K, "5 rad" for counts) can never pass as something else. Hz is revolutions per
+SI inside, except encoder counts and deg C. The units are a closed list; Hz is revolutions per
 second: "1 Hz" for rad/s is 2 pi.
 """
 
@@ -68,8 +66,30 @@ _SPELLINGS = {
 }
 
 
+def printed(unit: str) -> str:
+    """A unit, or a text with one, as tables print it: "V s/m", "s^2".
+
+    Parameters
+    ----------
+    unit : str
+        As settings have it, such as "V*s/m" or "s**2".
+
+    Returns
+    -------
+    str
+        Products by spaces, powers by "^".
+
+    Examples
+    --------
+    >>> from macromicro.units import printed
+    >>> printed("V*s/m")
+    'V s/m'
+    """
+    return unit.replace("**", "^").replace("*", " ")
+
+
 class _UnknownUnit(ValueError):
-    """The text is no unit of the closed list."""
+    pass
 
 
 Dimension = tuple[tuple[str, int], ...]
@@ -78,10 +98,7 @@ _Size = tuple[Decimal, Counter[str]]
 
 @cache
 def _units() -> dict[str, _Size]:
-    """Every unit's size in base units and the powers of these, in the order of the list.
-
-    Decimal arithmetic, so that "3 um" is exactly 3e-6.
-    """
+    """Every unit's size in base units and their powers, in decimal arithmetic."""
     found: dict[str, _Size] = {}
     for definition in _DEFINITIONS.replace("\n", ";").split(";"):
         name, *meanings = (part.strip() for part in definition.split("="))
@@ -122,7 +139,7 @@ def _product(text: str, known: dict[str, _Size]) -> _Size:
 
 @lru_cache(maxsize=512)
 def _size(unit: str) -> tuple[Decimal, Dimension]:
-    """A unit's size in base units and its dimension; _UnknownUnit if it has none."""
+    """A unit's size in base units and its dimension."""
     text = unit
     for spelling, name in _SPELLINGS.items():
         text = text.replace(spelling, name)
@@ -136,7 +153,7 @@ def _size(unit: str) -> tuple[Decimal, Dimension]:
 
 @cache
 def _names() -> tuple[str, ...]:
-    """Every unit that is offered, in the order of the list."""
+    """Every offered unit in the order of the list."""
     return tuple(name for name in _units() if name not in ("count", "bit", "inch"))
 
 
@@ -153,6 +170,12 @@ def alike(unit: str) -> tuple[str, ...]:
     -------
     tuple[str, ...]
         `unit` itself first, then all others of its dimension.
+
+    Examples
+    --------
+    >>> from macromicro.units import alike
+    >>> alike("m")
+    ('m', 'cm', 'mm', 'um', 'nm')
     """
     dimension = _size(unit)[1]
     same = [name for name in _names() if name != unit and _size(name)[1] == dimension]
@@ -160,7 +183,7 @@ def alike(unit: str) -> tuple[str, ...]:
 
 
 def remedy(*units: str) -> str:
-    """What to write for a quantity, in words.
+    """Accepted spellings of a quantity, for messages.
 
     Parameters
     ----------
@@ -171,6 +194,12 @@ def remedy(*units: str) -> str:
     -------
     str
         The end of an error message: what is accepted.
+
+    Examples
+    --------
+    >>> from macromicro.units import remedy
+    >>> remedy("m")
+    'a finite number and its unit: m, cm, mm, um or nm'
     """
     names = [name for unit in units if unit not in _NONE for name in alike(unit)]
     if not names:
@@ -204,6 +233,12 @@ def measured(text: str, units: tuple[str, ...], where: str) -> tuple[float, str]
     ------
     InputError
         No number, no or a wrong unit, NaN, infinity, or an overflow.
+
+    Examples
+    --------
+    >>> from macromicro.units import measured
+    >>> measured("1.5 mm", ("rad", "m"), "machine.toml, travel")
+    (0.0015, 'm')
     """
     short = len(text) <= MAX_TEXT
     match = _TEXT.fullmatch(" ".join(text.split())) if short else None
@@ -248,6 +283,12 @@ def quantity(text: str, unit: str, where: str, offered: str = "") -> float:
     ------
     InputError
         No number, no or a wrong unit, NaN, infinity.
+
+    Examples
+    --------
+    >>> from macromicro.units import quantity
+    >>> quantity("4 mm", "m", "machine.toml, travel")
+    0.004
     """
     try:
         return measured(text, (unit,), where)[0]
@@ -267,6 +308,12 @@ def size(unit: str) -> float:
     -------
     float
         1e-3 for "mm/s".
+
+    Examples
+    --------
+    >>> from macromicro.units import size
+    >>> size("mm/s")
+    0.001
     """
     return float(_size(unit)[0])
 
@@ -283,6 +330,12 @@ def quotient(above: str, below: str) -> str:
     -------
     str
         As `convert` reads it, "mm/(m/s)"; "" where one of them is no unit, or both are the same.
+
+    Examples
+    --------
+    >>> from macromicro.units import quotient
+    >>> quotient("mm", "m/s"), quotient("V", "V")
+    ('mm/(m/s)', '')
     """
     for unit in (above, below):
         try:
@@ -318,6 +371,12 @@ def convert(value: float, unit: str, to: str) -> float:
     ------
     ValueError
         The units have different dimensions.
+
+    Examples
+    --------
+    >>> from macromicro.units import convert
+    >>> convert(0.25, "m/s", "mm/s")
+    250.0
     """
     size, dimension = _size(unit)
     goal, needed = _size(to)
@@ -352,6 +411,14 @@ def shown(value: float, unit: str, shown_unit: str = "", digits: int = 17) -> st
     ------
     ValueError
         The units have different dimensions.
+
+    Examples
+    --------
+    >>> from macromicro.units import shown
+    >>> shown(0.004, "m", "mm")
+    '4 mm'
+    >>> shown(1.0 / 3.0, "m", "mm", digits=4)
+    '333.3 mm'
     """
     other = shown_unit or unit
     tail = "" if other in _NONE else f" {other}"

@@ -12,11 +12,11 @@ import pytest
 
 from macromicro import cli
 from macromicro.settings import Settings
+from tests.command import command as macromicro
 
 
 def command(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    line = [sys.executable, "-m", "macromicro", *words]
-    return subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
+    return macromicro(*words, cwd=folder)
 
 
 @pytest.mark.parametrize(
@@ -24,8 +24,11 @@ def command(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
     [
         (("--kiln", "mylab:kiln"), "--kiln: .*only with --kind two_stage"),
         (("--kind", "two_stage", "--kiln", "mylab:kiln"), "--kiln: .*only with --rig"),
-        (("--kind", "two_stage", "--pitch", "5 um"), "--pitch: .*not with --kind two_stage"),
-        (("--kind", "two_stage", "--to", "5 mm"), "--to: .*not with --kind two_stage"),
+        (
+            ("--kind", "two_stage", "--pitch", "5 um"),
+            "--pitch: .*not allowed with --kind two_stage",
+        ),
+        (("--kind", "two_stage", "--to", "5 mm"), "--to: .*not allowed with --kind two_stage"),
         (("--kind", "two_stage", "--rig", "x:y", "--config", "a.toml"), "--config: .*--rig"),
         (("--kind", "two_stage", "--config", "a.toml"), "a.toml"),
     ],
@@ -51,7 +54,7 @@ def test_results_that_are_there_are_kept(
     (tmp_path / "commission.html").write_text("mine")
     words = ["macromicro", "commission", "--kind", "two_stage", "--out", str(tmp_path)]
     monkeypatch.setattr(sys, "argv", words)
-    assert cli.main() == 2 and "exists already" in capsys.readouterr().err
+    assert cli.main() == 2 and "already exists" in capsys.readouterr().err
     assert (tmp_path / "commission.html").read_text() == "mine"
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +11,7 @@ import pytest
 
 from macromicro import Recording, Settings, api
 from macromicro.columns import Column
+from tests.command import command as macromicro
 
 SHORT = """title = "short"
 [[moves]]
@@ -22,10 +22,7 @@ hold = "1 s"
 
 
 def command(*words: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "macromicro", "compare", *map(str, words)],
-        capture_output=True, text=True, check=False, cwd=cwd,
-    )  # fmt: skip
+    return macromicro("compare", *words, cwd=cwd)
 
 
 @pytest.fixture(scope="module")
@@ -145,11 +142,11 @@ def test_an_existing_folder(runs: Path, done: subprocess.CompletedProcess[str]) 
     [
         ("", "compare: 'nothing'; accepted: two or more"),
         ("nominal", "compare: 'nominal'; accepted: two or more"),
-        ("nominal nowhere.h5", "nowhere.h5: 'no such file'"),
-        ("nominal short.toml", "short.toml: '.toml, a kind that is not known'"),
-        ("nominal .", "a folder without recording.h5"),
-        ("nominal other.h5", "no shared columns"),
-        ("nominal empty.h5", "empty.h5: 'no rows'"),
+        ("nominal nowhere.h5", "nowhere.h5: no such file"),
+        ("nominal short.toml", "short.toml: the format .toml is not known"),
+        ("nominal .", "the folder has no recording.h5"),
+        ("nominal other.h5", "share no columns"),
+        ("nominal empty.h5", "empty.h5: the recording has no rows"),
         ("nominal sticky.h5 --figures gif", "--figures: 'gif'"),
     ],
 )

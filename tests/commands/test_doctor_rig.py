@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.command import command as macromicro
+
 PAGE = Path(__file__).parents[2] / "docs" / "rigs.md"
 
 
@@ -28,10 +30,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def doctor(lab: Path, *options: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "macromicro", "doctor", *options], cwd=lab, text=True,
-        stdin=subprocess.DEVNULL, capture_output=True, check=False,
-    )  # fmt: skip
+    return macromicro("doctor", *options, cwd=lab)
 
 
 def test_the_page_s_rig_keeps_everything_moved_too(lab: Path) -> None:
@@ -64,7 +63,7 @@ def test_the_rigs_of_two_axes_are_looked_at_one_after_the_other(lab: Path) -> No
 def test_nothing_moves_where_nobody_can_be_asked(lab: Path) -> None:
     done = doctor(lab, "--rig", "mylab:bench", "--move", "3 V")
     assert done.returncode == 2
-    assert "it would move, and nobody can be asked" in done.stderr
+    assert "confirmation needed" in done.stderr
     assert "direction" not in done.stdout
 
 
@@ -78,7 +77,7 @@ def test_a_rig_that_fails_is_not_moved(lab: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--open",), "--rig: 'twin'; accepted: a rig of yours"),
+        (("--open",), "--rig: the simulated machine needs no check"),
         (("--rig", "mylab:bench", "--move", "11 V"), "--move: '11 V'; accepted: more than 0 V"),
         (("--rig", "mylab:bench", "--move", "3"), "--move: '3'"),
     ],
@@ -115,16 +114,16 @@ def test_a_walk_asks_before_each_step(lab: Path) -> None:
         os.close(ours)
         os.close(theirs)
     assert done.returncode == 0, done.stderr
-    assert done.stderr.count("y does it, s skips it, all else ends:") == 3
+    assert done.stderr.count("y: do it, s: skip it, any other key ends:") == 3
     assert "walk: right: direction; skipped: encoder, ends" in done.stdout
 
 
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--walk",), "it would move, and nobody can be asked"),
+        (("--walk",), "confirmation needed"),
         (("--walk", "--yes", "--heat", "0 V"), "--heat: '0 V'; accepted: more than 0 V"),
-        (("--heat", "1 V"), "--heat: '1 V'; accepted: with --walk"),
+        (("--heat", "1 V"), "--heat: only with --walk"),
     ],
 )
 def test_what_a_walk_does_not_accept(lab: Path, options: tuple[str, ...], message: str) -> None:

@@ -39,7 +39,7 @@ def test_a_wave_is_learned_and_goes_on_being_learned(
     said = capsys.readouterr().out.splitlines()
     rms = [float(line.split()[1]) for line in said[1:4]]
     assert rms[2] < rms[0]
-    assert said[-1] == f"go on with: macromicro run {out / 'learned.csv'}"
+    assert said[-1] == f"next: macromicro run {out / 'learned.csv'}"
     assert (out / "learning.png").read_bytes().startswith(b"\x89PNG")
     learned = load(out / "learned.csv", LIMITS)
     assert np.abs(learned.correction).max() > 1e-6

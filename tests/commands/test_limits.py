@@ -60,4 +60,4 @@ def test_those_of_the_micro_stage(
     assert shown[0].split() == ["from", "to", "to", "10", "um"]
     assert shown[2].endswith(f"0.200 mm  {wanted[1].time:>8.3f} s")
     assert run(monkeypatch, "--micro", "9 mm") == 2
-    assert "reaches in a minute" in capsys.readouterr().err
+    assert "reaches within a minute" in capsys.readouterr().err

@@ -11,7 +11,10 @@ import numpy as np
 import pytest
 
 from macromicro import cli
+from macromicro.files.reading import read
 from macromicro.files.recordings import recording
+from macromicro.identify.kinds import drive
+from macromicro.identify.picking import pick
 
 RNG = np.random.default_rng(3)
 N = 2000
@@ -51,9 +54,24 @@ def test_a_good_file_and_the_command_for_it(
     file = written(tmp_path, t_s=T, u_V=U, x_mm=X, note=["warm"] * N)
     assert look(file) == 0
     said = capsys.readouterr().out
-    assert "1000 Hz" in said and "in its name" in said and "words, or nothing" in said
+    assert "1000 Hz" in said and "in its name" in said and "text, or empty" in said
     assert said.splitlines()[-1] == f"macromicro identify drive {file}"
     assert "gaps" not in said and "saturated" not in said and "wraps" not in said
+
+
+def test_identify_takes_the_columns_that_look_names(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A column of words is none of numbers, whatever it is called."""
+    words = ["on" if k % 7 else "off" for k in range(N)]
+    file = written(tmp_path, t_s=T, u=words, voltage_V=U, x_mm=X)
+    assert look(file) == 0
+    said = capsys.readouterr().out
+    assert "u: voltage_V, by its name" in said
+    assert said.splitlines()[-1] == f"macromicro identify drive {file}"
+    picked = pick(read(Path(file)), drive.ROLES, {})
+    assert picked.names == {"t": "t_s", "u": "voltage_V", "x": "x_mm"}
+    assert picked.units == {"t": "s", "u": "V", "x": "m"}
 
 
 def test_faults_of_times(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

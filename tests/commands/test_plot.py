@@ -56,10 +56,10 @@ def test_columns_span_and_formats_are_chosen(
     [
         ("ramp plac", "column: 'plac'; accepted: t, stage_reference, place, phase"),
         ("ramp t", "columns: 't'; accepted:"),
-        ("nowhere.h5", "nowhere.h5: 'no such file'"),
-        ("new", "new: 'a folder without recording.h5'"),
+        ("nowhere.h5", "no such file"),
+        ("new", "new: the folder has no recording.h5"),
         ("ramp --out a.gif", "--out a.gif: '.gif'; accepted: one of .html, .png, .svg, .pdf"),
-        ("ramp --out there.png", "--out there.png: 'exists already'; accepted: a file that is not"),
+        ("ramp --out there.png", "--out there.png: the file already exists"),
         ("ramp --from 3", "--from: '3'; accepted: a finite number and its unit: s, ms"),
         ("ramp --from 9s", "span of time: '9 to 3.999 s'; accepted: some of 0 to 3.999 s"),
     ],

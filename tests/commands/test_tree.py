@@ -6,6 +6,7 @@ import importlib.util
 from pathlib import Path
 
 import typer
+from typer.testing import CliRunner
 
 from macromicro.cli import app
 from macromicro.commands.tree import entries
@@ -20,6 +21,17 @@ def test_the_page_is_up_to_date() -> None:
     maker = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(maker)
     assert (DOCS / "commands.md").read_text(encoding="utf-8") == maker.render()
+
+
+def test_every_line_of_a_list_of_commands_is_whole_at_80_columns() -> None:
+    groups = [entry for entry in entries(typer.main.get_command(app)) if entry.commands]
+    assert {entry.path for entry in groups} == {(), ("config",), ("identify",), ("export",)}
+    for entry in groups:
+        shown = CliRunner().invoke(app, [*entry.path, "--help"], env={"COLUMNS": "80"}).stdout
+        _, _, listed = shown.partition("Commands:\n")
+        lines = listed.splitlines()
+        assert [line.split()[0] for line in lines] == list(entry.commands)
+        assert not [line for line in lines if line.endswith("...") or len(line) > 80]
 
 
 def test_every_command_has_its_help_and_options() -> None:

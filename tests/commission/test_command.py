@@ -10,6 +10,9 @@ import time
 from pathlib import Path
 
 import pytest
+from tests.command import command as macromicro
+
+from macromicro.commands.commission import show_rows
 
 ROOT = Path(__file__).parents[2]
 RIG = f"""
@@ -23,8 +26,7 @@ def bench(seed):
 
 
 def command(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    line = [sys.executable, "-m", "macromicro", "commission", *words]
-    return subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
+    return macromicro("commission", *words, cwd=folder)
 
 
 @pytest.fixture
@@ -37,17 +39,19 @@ def folder(tmp_path: Path) -> Path:
     ("words", "match"),
     [
         (("--pitch", "5 um"), "--pitch"),
-        (("--kind", "wire"), "--kind: 'wire'; accepted: only with --rig"),
+        (("--kind", "wire"), "--kind: only with --rig"),
+        (("--port", "/dev/ttyUSB0"), "--port: needs --rig board"),
+        (("--rig", "board", "--pitch", "5 um"), "--port: the board's serial port is missing"),
         (("--rig", "mylab:bench"), "travel per encoder count"),
         (("--rig", "mylab:bench", "--pitch", "5 V"), "--pitch"),
         (("--rig", "mylab:bench", "--pitch", "100 um"), "--effort"),
         (("--rig", "mylab:bench", "--config", "x.toml"), "--config"),
         (("--creep", "9 m/s"), "--creep"),
         (("--from", "-5 mm"), "both, or none"),
-        (("--ends", "none"), "--ends: 'none'; accepted: only with --rig"),
+        (("--ends", "none"), "--ends: only with --rig"),
         (("--ends", "some", "--rig", "mylab:bench", "--pitch", "1 um"), "accepted: stops or none"),
-        (("--ends", "none", "--rig", "mylab:bench", "--pitch", "1 um"), "a kind that turns"),
-        (("--rig", "mylab:bench", "--pitch", "100 um", "--effort", "8 V"), "nobody can be asked"),
+        (("--ends", "none", "--rig", "mylab:bench", "--pitch", "1 um"), "only with a rotary kind"),
+        (("--rig", "mylab:bench", "--pitch", "100 um", "--effort", "8 V"), "confirmation needed"),
     ],
 )
 def test_what_is_missing_or_wrong_is_said(folder: Path, words: tuple[str, ...], match: str) -> None:
@@ -80,3 +84,14 @@ def test_an_interrupted_commissioning_is_resumed(folder: Path) -> None:
     assert "7 of 7 moves arrived" in done.stdout
     assert kept.read_text() == before
     assert json.loads((folder / "out" / "commission.json").read_text())["verification"]["met"]
+
+
+def test_what_was_found_is_printed_with_units_behind_the_figures(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Also where a remark stands for the interval, and under a name that is longer than others."""
+    remark = "9.18e-05 s by the search, whose gains are rejected"
+    show_rows([("settling on the stage", "0.04", remark, "s"), ("mass", "2.9", "+- 0.1", "kg")])
+    one, two = (line.split() for line in capsys.readouterr().out.splitlines())
+    assert one == ["settling", "on", "the", "stage", "0.04", "s", *remark.split()]
+    assert two == ["mass", "2.9", "kg", "+-", "0.1"]

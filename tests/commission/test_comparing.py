@@ -7,13 +7,13 @@ import math
 import pytest
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission import comparing
+from macromicro.commission import _comparing
 from macromicro.commission.procedure import Tuned
 from macromicro.commission.stand import Stand
 from macromicro.machines import machine as machines
 from macromicro.schema import config
 
-ROWS = (("settling on the worst model", "0.01", "0.05 by the rules", "s"),)
+ROWS = (("settling on the worst model", "0.01", "0.05 s by the rules", "s"),)
 FOUND = Tuned({"controller.position": '"41 1/s"'}, ROWS, ("it was said before",))
 
 
@@ -24,7 +24,7 @@ def chosen(rules: tuple[float, str], search: tuple[float, str]) -> Tuned:
         order.append(bool(one.gains))
         return search if one.gains else rules
 
-    found = comparing.chosen(comparing.compared(tried, FOUND), FOUND)
+    found = _comparing.chosen(_comparing.compared(tried, FOUND), FOUND)
     assert order == [False, True]  # what is surely sound first
     return found
 
@@ -32,7 +32,7 @@ def chosen(rules: tuple[float, str], search: tuple[float, str]) -> Tuned:
 def test_gains_that_settle_sooner_on_the_stage_stay() -> None:
     found = chosen((0.04, ""), (0.03, ""))
     assert found.gains == FOUND.gains and found.doubts == FOUND.doubts
-    assert found.rows == (("settling on the stage", "0.03", "0.04 by the rules", "s"), *ROWS)
+    assert found.rows == (("settling on the stage", "0.03", "0.04 s by the rules", "s"), *ROWS)
 
 
 @pytest.mark.parametrize("late", [0.039, 0.04, 0.141, math.inf])
@@ -43,7 +43,7 @@ def test_gains_that_settle_later_or_hardly_sooner_are_left_out_with_both_figures
     assert found.gains == {} and found.doubts == FOUND.doubts
     ((name, value, other, unit),) = found.rows
     assert (name, value, unit) == ("settling on the stage", "0.04", "s")
-    assert other.startswith(f"{late:.3g} by the search")
+    assert other.startswith(f"{late:.3g} s by the search")
 
 
 def test_where_only_the_search_arrives_it_stays_and_where_neither_does_the_rules() -> None:
@@ -81,7 +81,7 @@ def settled(**gains: float) -> tuple[float, str]:
     with session(rig) as there:
         stand = Stand(there, 1e-3, 1e-5)
         assert stand.position() == 0.0
-        return comparing.settling(stand, machine, tree)
+        return _comparing.settling(stand, machine, tree)
 
 
 def test_the_stage_itself_says_how_soon_it_settles() -> None:

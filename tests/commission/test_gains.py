@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from tests.commission.test_axis_margins import model, tree
 
-from macromicro.commission import axis_margins, comparing, gains, rehearsal
+from macromicro.commission import _axis_margins, _comparing, _gains, _rehearsal
 from macromicro.commission.margins import DRAWS
 from macromicro.machines import machine, planning
 from macromicro.schema.par import replaced
@@ -33,14 +33,14 @@ def with_gains(made: Any, found: dict[str, str]) -> Any:
 
 @pytest.fixture(scope="module")
 def found() -> Any:
-    return gains.searched(slow(), UNSURE)
+    return _gains.searched(slow(), UNSURE)
 
 
 def test_slow_gains_are_raised_within_the_margins(found: Any) -> None:
     made = with_gains(slow(), found.gains)
     assert made.controller.velocity > 1.5 * slow().controller.velocity
-    told = axis_margins.robust(made, UNSURE)
-    assert told.stable == DRAWS and told.least.modulus >= gains.LEAST
+    told = _axis_margins.robust(made, UNSURE)
+    assert told.stable == DRAWS and told.least.modulus >= _gains.LEAST
     (name, after, before, unit), *rest = found.rows
     assert (name, unit) == ("settling on the worst model", "s")
     assert float(after) <= 0.95 * float(before.split()[0])
@@ -50,29 +50,29 @@ def test_slow_gains_are_raised_within_the_margins(found: Any) -> None:
 
 
 def test_the_search_is_the_same_each_time(found: Any) -> None:
-    assert gains.searched(slow(), UNSURE) == found
+    assert _gains.searched(slow(), UNSURE) == found
 
 
 def test_nothing_is_taken_that_is_hardly_better_or_comes_too_near(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     made = slow()
-    monkeypatch.setattr(comparing, "BETTER", 0.0)
-    assert gains.searched(made, UNSURE) == gains.Tuned()
+    monkeypatch.setattr(_comparing, "BETTER", 0.0)
+    assert _gains.searched(made, UNSURE) == _gains.Tuned()
     monkeypatch.undo()
     # Looked at on few models a design may seem right that on all is not.
-    monkeypatch.setattr(gains, "LEAST", axis_margins.robust(made, UNSURE).least.modulus)
-    monkeypatch.setattr(gains, "_SPARE", 0.6)
-    tuned = gains.searched(made, UNSURE)
+    monkeypatch.setattr(_gains, "LEAST", _axis_margins.robust(made, UNSURE).least.modulus)
+    monkeypatch.setattr(_gains, "_SPARE", 0.6)
+    tuned = _gains.searched(made, UNSURE)
     if tuned.gains:
-        least = axis_margins.robust(with_gains(made, tuned.gains), UNSURE).least.modulus
-        assert least >= gains.LEAST
+        least = _axis_margins.robust(with_gains(made, tuned.gains), UNSURE).least.modulus
+        assert least >= _gains.LEAST
 
 
 def test_models_differ_in_what_is_unsure_and_in_friction() -> None:
     made = tree(UNSURE)
-    each = list(gains.models(made, UNSURE))
-    assert len(each) == len(list(rehearsal.drawn(made))) == 4
+    each = list(_gains.models(made, UNSURE))
+    assert len(each) == len(list(_rehearsal.drawn(made))) == 4
     assert len({one.load.mass for one in each}) == 4
     assert len({(o.friction.presliding, o.friction.stribeck_speed) for o in each}) == 4
     assert len({one.friction.viscous for one in each}) == 4
@@ -80,7 +80,7 @@ def test_models_differ_in_what_is_unsure_and_in_friction() -> None:
 
 
 def test_another_law_keeps_its_gains() -> None:
-    assert gains.searched(slow()._replace(law="mylab.laws:one"), UNSURE) == gains.Tuned()
+    assert _gains.searched(slow()._replace(law="mylab.laws:one"), UNSURE) == _gains.Tuned()
 
 
 def test_a_search_ends_where_its_progress_says_so() -> None:
@@ -88,14 +88,14 @@ def test_a_search_ends_where_its_progress_says_so() -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        gains.searched(slow(), UNSURE, enough)
+        _gains.searched(slow(), UNSURE, enough)
 
 
 def test_units_are_those_of_the_machine() -> None:
     """A rotary one has the same numbers in its own words."""
     rotary = machine.named("rotary", "machine").settings
-    plan = planning.plan(rehearsal.programme(slow()), slow())
+    plan = planning.plan(_rehearsal.programme(slow()), slow())
     aim, budget = stage.named("settling"), stage.Budget(1)
     made = stage.search(machine.named("axis", "machine"), slow(), plan, aim, budget)
-    text = gains.told(rotary, made, 1.0, 0.5).gains["controller.velocity"]
+    text = _gains.told(rotary, made, 1.0, 0.5).gains["controller.velocity"]
     assert text.endswith(' V*s/rad"')

@@ -43,10 +43,10 @@ def test_what_may_spoil_the_loop_is_said_with_its_remedy() -> None:
         return margins.told(found, "longer records").doubts
 
     assert doubts(40.0, 60.0) == ()
-    assert doubts(40.0, 60.0, 220.0)[0].endswith("to -1: it may ring.")
+    assert doubts(40.0, 60.0, 220.0)[0].endswith("the loop may ring.")
     (said,) = doubts(40.0, 400.0, 500.0)
-    assert said.startswith("On 2 of 3 models")
-    assert said.endswith("not stable: smaller gains, or longer records.")
+    assert said.startswith("The loop is unstable on 2 of 3 models")
+    assert said.endswith("Reduce the gains, or use longer records.")
 
 
 def test_a_line_each() -> None:

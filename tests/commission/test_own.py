@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.command import command as macromicro
 
 from macromicro.commission import kinds, places
 from macromicro.errors import InputError
@@ -51,15 +52,14 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def command(lab: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    line = [sys.executable, "-m", "macromicro", *words]
-    return subprocess.run(line, cwd=lab, capture_output=True, text=True, check=False)
+    return macromicro(*words, cwd=lab)
 
 
 def test_a_machine_of_one_s_own_is_commissioned_on_a_rig_and_runs(lab: Path) -> None:
     words = ["commission", "--rig", "mylab.rigs:bench", "--kind", KIND, "--pitch", "10 nm"]
     words += ["--effort", "10 V", "--from", "0 mm", "--to", "3 mm", "--out", "found"]
     asked = command(lab, *words)
-    assert asked.returncode == 2 and "nobody can be asked" in asked.stderr
+    assert asked.returncode == 2 and "confirmation needed" in asked.stderr
     done = command(lab, *words, "--yes", "--resume")
     assert done.returncode == 0, done.stderr
     assert "6 steps of effort up to 0.667 V" in done.stderr
@@ -87,7 +87,7 @@ def test_a_machine_of_one_s_own_is_commissioned_on_a_rig_and_runs(lab: Path) -> 
         (("--config", "coil.toml", "--kind", "crane"), "or MODULE:KIND of your own"),
         (("--config", "coil.toml", "--kind", "piezo"), "only with --rig"),
         (("--config", str(ROOT / "examples/machines/stage.toml"), "--kind", KIND),
-         "a kind of axis, which --config names"),
+         "a kind for axis, the machine of --config"),
         (("--config", "coil.toml", "--kind", KIND, "--out", "no"), "name the window"),
     ],
 )  # fmt: skip
@@ -128,7 +128,7 @@ def test_an_axis_with_a_part_of_one_s_own_is_verified(tmp_path: Path) -> None:
     done = command(tmp_path, "commission", "--config", "seal.toml", "--out", "found")
     assert done.returncode == 0, done.stderr
     assert "verification: 7 of 7 moves arrived" in done.stdout
-    assert re.search(r"current gives a force of (1\.[89]|2\.[01])\d* V", done.stdout)
+    assert re.search(r"limits the force to (1\.[89]|2\.[01])\d* V", done.stdout)
 
 
 BUILT = """

@@ -10,17 +10,17 @@ import pytest
 from tests.commission.stages import stage
 
 from macromicro.commission import (
+    _piezo_climb,
+    _piezo_curves,
+    _piezo_loops,
+    _piezo_swing,
+    _store,
     piezo,
-    piezo_climb,
-    piezo_curves,
     piezo_drives,
-    piezo_loops,
-    piezo_swing,
     report,
-    store,
 )
+from macromicro.commission._piezo_loops import Loops
 from macromicro.commission.courses import Corner, course, decaying
-from macromicro.commission.piezo_loops import Loops
 from macromicro.commission.procedure import Options, Work
 from macromicro.commission.running import Commissioned, Place, commission
 from macromicro.commission.stand import CommissionError, Record
@@ -86,9 +86,11 @@ def test_the_file_runs_and_the_page_shows_it(done: Done) -> None:
     assert kind.name == "piezo" and tree == found.settings
     assert tree.controller.loop_weights == pytest.approx(found.model.loops.weights, rel=1e-6)
     assert tree.travel.high == pytest.approx(0.95 * found.work[piezo.REACH].high)
+    said = " ".join((out / report.MACHINE).read_text().replace("#", " ").split())
+    assert "What is not below was not measured and is that of the default stage, PI's P-621" in said
     page = (out / report.PAGE).read_text()
     assert page.count("data:image/png;base64,") == len(place.kind.figures) + 1
-    assert "turn the sensor" in page
+    assert "reverse the sensor" in page
     assert sorted(p.name for p in out.iterdir()) == sorted(
         n for n in report.names(place.kind) if not n.endswith((".svg", ".pdf"))
     )
@@ -96,11 +98,11 @@ def test_the_file_runs_and_the_page_shows_it(done: Done) -> None:
 
 def test_what_was_kept_is_enough_for_the_model(done: Done) -> None:
     found, place, options, out, _ = done
-    kept = store.read(out, place.kind, place.asked(options))
+    kept = _store.read(out, place.kind, place.asked(options))
     again = piezo.fitted(Work(found.work.stand, options, kept))
     assert again == found.model
     with pytest.raises(InputError, match="kind"):
-        store.read(out, place.kind, {**place.asked(options), "kind": "wire"})
+        _store.read(out, place.kind, {**place.asked(options), "kind": "wire"})
 
 
 def swings(p: prandtl.Prandtl, share: float, dt: float) -> list[Record]:
@@ -121,16 +123,16 @@ def test_loops_and_creep_are_found_together() -> None:
     r = 0.25 * np.arange(16)
     w = 1e-6 * np.r_[5.0, 0.8 * np.exp(-r[1:])]
     dt = 4e-3
-    found = piezo_loops.fitted(swings(prandtl.operator(r, w), 0.02, dt), dt)
+    found = _piezo_loops.fitted(swings(prandtl.operator(r, w), 0.02, dt), dt)
     assert found.creep == pytest.approx(0.02, rel=0.02)
     assert found.weights == pytest.approx(w, abs=2e-8)
     left = 4.0 - r
     assert found.stroke == pytest.approx(float(2.0 * w @ left), rel=1e-3)
     width = float(2.0 * w @ np.minimum(r, left))
     assert found.width == pytest.approx(width / found.stroke, rel=1e-2)
-    none = piezo_loops.fitted(swings(prandtl.operator(r, w), 0.0, dt), dt)
+    none = _piezo_loops.fitted(swings(prandtl.operator(r, w), 0.0, dt), dt)
     assert none.creep < 1e-4
-    u, x, left_over = piezo_loops.predicted(found, swings(prandtl.operator(r, w), 0.02, dt)[0], dt)
+    u, x, left_over = _piezo_loops.predicted(found, swings(prandtl.operator(r, w), 0.02, dt)[0], dt)
     assert len(u) == len(x) and np.abs(left_over).max() < 2e-3 * found.stroke
 
 
@@ -139,8 +141,8 @@ def test_first_order_curves_open_as_the_plays_do_where_the_loop_is_one_everywher
     w = 1e-6 * np.r_[5.0, 0.8 * np.exp(-r[1:])]
     dt = 4e-3
     made = swings(prandtl.operator(r, w), 0.0, dt)
-    found = piezo_loops.fitted(made, dt)
-    every = piezo_curves.curves(made[1], found, dt)
+    found = _piezo_loops.fitted(made, dt)
+    every = _piezo_curves.curves(made[1], found, dt)
     assert [c.turn for c in every] == pytest.approx([3.0, 0.0, -2.0])
     for one in every:
         # A play follows its slot's edges: down along u + r from 6 - r, up along u - r.
@@ -149,12 +151,12 @@ def test_first_order_curves_open_as_the_plays_do_where_the_loop_is_one_everywher
         opened = float(np.max((down - np.maximum(u - r, there)) @ w))
         assert one.opening == pytest.approx(opened, rel=0.02)
         assert one.modelled == pytest.approx(one.opening, rel=1e-3)
-    assert piezo_curves.apart(every) < 1e-3
+    assert _piezo_curves.apart(every) < 1e-3
     # A loop that is wider at the top.
     bent = [m._replace(x=m.x + 8e3 * m.x * np.abs(m.x)) for m in made]
-    found = piezo_loops.fitted(bent, dt)
-    assert piezo_curves.apart(piezo_curves.curves(bent[1], found, dt)) > 0.03
-    assert piezo_curves.curves(made[0], found, dt) == [] and piezo_curves.apart([]) == 0.0
+    found = _piezo_loops.fitted(bent, dt)
+    assert _piezo_curves.apart(_piezo_curves.curves(bent[1], found, dt)) > 0.03
+    assert _piezo_curves.curves(made[0], found, dt) == [] and _piezo_curves.apart([]) == 0.0
 
 
 def ringing(omega: float, damping: float, lag: float, slew: float, dt: float) -> list[Record]:
@@ -183,17 +185,17 @@ def test_resonance_lag_and_slew_are_found_from_steps() -> None:
     omega, dt = 2.0 * math.pi * 150.0, 2.5e-4
     steps = ringing(omega, 0.03, 4e-4, 800.0, dt)
     plain = Loops((0.0, 1.0), (1e-6, 0.0), 0.0, 1e-5, 0.0, (0.0, 0.0, 0.0), 9.0, 0.0)
-    found = piezo_swing.fitted(steps, dt, (-5.0, 5.0, 0.0), 1e-9, plain)
+    found = _piezo_swing.fitted(steps, dt, (-5.0, 5.0, 0.0), 1e-9, plain)
     assert found.frequency == pytest.approx(150.0, rel=1e-3)
     assert found.damping == pytest.approx(0.03, rel=0.03)
     assert found.lag == pytest.approx(4e-4, rel=0.05)
     assert found.limited and found.slew == pytest.approx(800.0, rel=0.03)
-    free = piezo_swing.fitted(ringing(omega, 0.03, 4e-4, 1e9, dt), dt, (-5.0, 5.0), 1e-9, plain)
+    free = _piezo_swing.fitted(ringing(omega, 0.03, 4e-4, 1e9, dt), dt, (-5.0, 5.0), 1e-9, plain)
     assert not free.limited
     assert free.lag == pytest.approx(4e-4, rel=0.05)
     still = [s._replace(x=np.zeros_like(s.x)) for s in steps]
     with pytest.raises(CommissionError, match="no resonance"):
-        piezo_swing.fitted(still, dt, (-5.0, 5.0), 1e-9, plain)
+        _piezo_swing.fitted(still, dt, (-5.0, 5.0), 1e-9, plain)
 
 
 @pytest.mark.parametrize(("speed", "capped"), [(1.0, False), (0.02, True)])
@@ -234,7 +236,7 @@ def test_the_climb_turns_where_it_must(
     class Still:
         dt = 1e-3
 
-    law = piezo_climb.Climb(Work(Still(), options), 1e-6)  # type: ignore[arg-type]
+    law = _piezo_climb.Climb(Work(Still(), options), 1e-6)  # type: ignore[arg-type]
     effort, most, least = 0.0, 0.0, 0.0
     for k in range(60_000):
         given = law(k * 1e-3, min(1e-6 * effort, flat), 0.0)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.command import command as macromicro
 from typer.testing import CliRunner
 
 from macromicro.cli import app
@@ -200,25 +201,22 @@ def test_both_are_open_and_the_other_has_no_effort(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("--config", "xy.toml"), "accepted: --yes"),
+        (("--config", "xy.toml"), "Add --yes"),
         ((), "--config: 'missing'; accepted: a file of the machine xy"),
         (("--config", "one.toml"), "--config: 'one.toml'; accepted: a file of the machine xy"),
-        (("--config", "xy.toml", "--pitch", "5 um"), "--pitch: '5 um'; accepted: nothing"),
-        (("--config", "xy.toml", "--ends", "none"), "--ends: 'none'; accepted: nothing"),
+        (("--config", "xy.toml", "--pitch", "5 um"), "--pitch: not allowed with two axes"),
+        (
+            ("--config", "xy.toml", "--ends", "none"),
+            "--ends: both axes of this machine are straight",
+        ),
     ],
 )
 def test_what_two_rigs_need_is_said_before_they_move(
     lab: str, words: tuple[str, ...], said: str
 ) -> None:
     Path("one.toml").write_text('machine = "axis"\n')
-    line = [sys.executable, "-m", "macromicro", "commission", "--rig", f"{lab}:x+{lab}:y"]
-    done = subprocess.run(
-        [*line, *words, "--out", "out"],
-        capture_output=True,
-        text=True,
-        check=False,
-        stdin=subprocess.DEVNULL,
-    )
+    rig = ("--rig", f"{lab}:x+{lab}:y")
+    done = macromicro("commission", *rig, *words, "--out", "out", cwd=Path.cwd())
     assert done.returncode == 2 and said in done.stderr
     assert not Path("log").exists() or "driven" not in Path("log").read_text()
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from macromicro.arrays import Array
-from macromicro.commission import pole
+from macromicro.commission import _pole
 from macromicro.identify.axis import Axis
 from macromicro.machines import feasible
 
@@ -29,7 +29,7 @@ QUICK = np.array([0.003, 3.0, 0.5, 0.0, 1.5e-3])
 
 
 def possible(mean: Array, within: float = 2.0) -> Array:
-    return pole.possible(mean, LOOSE, NAMES, within, DT)
+    return _pole.possible(mean, LOOSE, NAMES, within, DT)
 
 
 def test_the_likeliest_of_those_that_the_period_is_short_enough_for_are_taken() -> None:
@@ -51,7 +51,7 @@ def test_the_likeliest_of_those_that_the_period_is_short_enough_for_are_taken() 
     )
     assert found == pytest.approx(QUICK + best.x * unit, rel=5e-3, abs=1e-5)
     assert found[4] < QUICK[4]  # what the mass gains the lag loses
-    assert not pole.told(Axis(*found[:4], lag=found[4]), DT)
+    assert not _pole.told(Axis(*found[:4], lag=found[4]), DT)
 
 
 def test_what_strokes_refute_is_left_and_so_is_what_is_slow_enough() -> None:
@@ -60,7 +60,7 @@ def test_what_strokes_refute_is_left_and_so_is_what_is_slow_enough() -> None:
     slow = QUICK.copy()
     slow[0] = 0.05
     assert possible(slow) is slow
-    assert pole.told(Axis(*slow[:4], lag=slow[4]), DT)
+    assert _pole.told(Axis(*slow[:4], lag=slow[4]), DT)
 
 
 def test_no_lag_is_below_none() -> None:

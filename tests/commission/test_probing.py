@@ -7,7 +7,7 @@ import math
 import pytest
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission.probing import PUSH, Creep, Direction, Ramp, direction, ends, go
+from macromicro.commission._probing import PUSH, Creep, Direction, Ramp, direction, ends, go
 from macromicro.commission.stand import SENSOR, SPEED, WINDOW, Caution, CommissionError, Stand
 from macromicro.identify.axis import Axis
 

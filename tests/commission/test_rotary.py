@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from macromicro.commission import axis, kinds, places, report, rotary
-from macromicro.commission.axis_page import rows
-from macromicro.commission.probing import Direction, Ends
+from macromicro.commission._axis_page import rows
+from macromicro.commission._probing import Direction, Ends
+from macromicro.commission._weight import Weight
 from macromicro.commission.procedure import Options, Work
 from macromicro.commission.running import commission
 from macromicro.commission.stand import Stand
-from macromicro.commission.weight import Weight
 from macromicro.errors import InputError
 from macromicro.identify import axis_settings
 from macromicro.identify.axis import Axis
@@ -92,8 +92,8 @@ def test_one_that_turns_on_has_a_window_and_no_stops(tmp_path: Path) -> None:
     made.options = Options(5.0, 10.0, 0.5, 2.0, -3.0, 3.0, endless=True).checked()
     made.found[axis.ENDS] = Ends(-3.0, 3.0, False)
     said = {step.name: step.intent(made) for step in rotary.KIND.steps}[axis.ENDS]
-    assert said.startswith("Nothing ends its way: a window is used, -171.9 to 171.9 deg")
-    with pytest.raises(InputError, match="with a window, --from and --to"):
+    assert said.startswith("Continuous rotation: a window is used, -171.9 to 171.9 deg")
+    with pytest.raises(InputError, match=r"needs a window\. Add --from and --to"):
         Options(5.0, 10.0, 0.5, 2.0, endless=True).checked()
     found = Axis(0.02, 0.6, 0.15, 0.0, 0.0, 0.03, 0.02, 2e-4)
     slides = axis_settings.values(found, Around(1.0, 8.0, 1e-4, 1e-3, 6.0, 20.0, 0.01))

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission import axis, procedure, report, running, store
-from macromicro.commission.probing import Creep
+from macromicro.commission import _store, axis, procedure, report, running
+from macromicro.commission._probing import Creep
 from macromicro.commission.procedure import Options, Work
 from macromicro.commission.running import Commissioned, Place, commission
 from macromicro.commission.stand import Stand
@@ -47,6 +48,58 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Commissioned, Path, 
     return found, out, said
 
 
+class Again(NamedTuple):
+    """Another commissioning after the steps of `done`, what it found, and what it asked."""
+
+    there: Place
+    out: Path
+    asked: list[str]
+
+    def found(self, **how: Any) -> Commissioned:
+        return commission(
+            self.there,
+            OPTIONS,
+            self.out,
+            ask=lambda title, intent: self.asked.append(f"{title}: {intent}"),
+            **how,
+        )
+
+    def page(self, found: Commissioned) -> str:
+        report.write(self.out, found, self.there, STARTED)
+        return (self.out / report.PAGE).read_text()
+
+    def titles(self) -> list[str]:
+        return [one.split(":")[0] for one in self.asked]
+
+
+@pytest.fixture
+def again(done: tuple[Commissioned, Path, list[str]], tmp_path: Path) -> Callable[..., Again]:
+    """After the steps of `done`; the same records need not be fitted and drawn again."""
+    out = tmp_path / "out"
+    shutil.copytree(done[1], out)
+    known = axis.KIND._replace(model=lambda work: done[0].model, figures={})
+
+    def made(rigs: list[Virtual] | None = None, **parts: Any) -> Again:
+        return Again(place(rigs, sign=-1.0)._replace(kind=known._replace(**parts)), out, [])
+
+    return made
+
+
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [({"dt": 0.15}, ["dt", "150 ms", "100 ms"]), ({"pitch": 0.0}, ["--pitch", "above zero"])],
+)
+def test_what_the_machine_s_file_would_refuse_is_refused_before_any_motion(
+    other: dict[str, float], words: list[str]
+) -> None:
+    made: list[Virtual] = []
+    with pytest.raises(InputError) as refused:
+        commission(place(made)._replace(**other), OPTIONS)
+    assert not made
+    for word in words:
+        assert word in str(refused.value)
+
+
 def test_every_step_says_what_it_will_do_before_it_does_it(
     done: tuple[Commissioned, Path, list[str]],
 ) -> None:
@@ -56,11 +109,11 @@ def test_every_step_says_what_it_will_do_before_it_does_it(
     assert "20 s" in said[0] and "at most 8 V" in said[0]
     assert "0 to at most 8 V" in said[2]
     assert "40 mm/s" in said[4] and "300 mm" in said[4]
-    assert "7 places" in said[6]
+    assert "7 positions" in said[6]
     assert "40 strokes" in said[8] and "1 m/s" in said[8]
     assert "16 passes" in said[10] and "to 450 Hz" in said[10]
-    assert "makes 8 moves within its travel, by the gains of the rules and then" in said[13]
-    assert "makes 7 moves within its travel by the gains found, at up to" in said[15]
+    assert "makes 8 moves within its travel, with the gains of the rules and then" in said[13]
+    assert "makes 7 moves within its travel with these gains, at up to" in said[15]
 
 
 def test_it_finds_and_verifies_the_axis(done: tuple[Commissioned, Path, list[str]]) -> None:
@@ -110,7 +163,7 @@ def test_a_commissioning_is_resumed_after_its_last_step(
     done: tuple[Commissioned, Path, list[str]], tmp_path: Path
 ) -> None:
     for name in ("weight", "direction", "ends"):
-        shutil.copy(done[1] / f"{store.FOLDER}-{name}.json", tmp_path)
+        shutil.copy(done[1] / f"{_store.FOLDER}-{name}.json", tmp_path)
     made: list[Virtual] = []
     said: list[str] = []
 
@@ -123,7 +176,7 @@ def test_a_commissioning_is_resumed_after_its_last_step(
     # The ends again, since the encoder's zero is new; and nothing is left on.
     assert said == ["end stops and travel", "friction over position"]
     assert made[0].effort == 0.0
-    assert not (tmp_path / f"{store.FOLDER}-friction.json").exists()
+    assert not (tmp_path / f"{_store.FOLDER}-friction.json").exists()
 
 
 def test_what_was_kept_is_read_back(
@@ -131,18 +184,18 @@ def test_what_was_kept_is_read_back(
 ) -> None:
     found, out, _ = done
     asked = place().asked(OPTIONS)
-    kept = store.read(out, axis.KIND, asked)
+    kept = _store.read(out, axis.KIND, asked)
     assert kept[axis.DIRECTION] == found.work[axis.DIRECTION]
     assert kept[axis.FRICTION] == found.work[axis.FRICTION]
     both = [(kept[k], found.work[k]) for k in (axis.STROKES, axis.MODES)]
     for one, other in (pair for two in both for pair in zip(*two, strict=True)):
         assert (one.x == other.x).all() and (one.u == other.u).all()
     with pytest.raises(InputError, match="effort"):
-        store.read(out, axis.KIND, place().asked(OPTIONS._replace(effort=7.0)))
-    (tmp_path / f"{store.FOLDER}-weight.json").write_text("{")
+        _store.read(out, axis.KIND, place().asked(OPTIONS._replace(effort=7.0)))
+    (tmp_path / f"{_store.FOLDER}-weight.json").write_text("{")
     with pytest.raises(InputError, match="damaged"):
-        store.read(tmp_path, axis.KIND, asked)
-    assert store.read(tmp_path / "none", axis.KIND, asked) == {}
+        _store.read(tmp_path, axis.KIND, asked)
+    assert _store.read(tmp_path / "none", axis.KIND, asked) == {}
 
 
 @pytest.mark.parametrize(
@@ -152,7 +205,7 @@ def test_what_was_kept_is_read_back(
         (OPTIONS._replace(speed=float("nan")), "--speed"),
         (OPTIONS._replace(creep=2.0), "--creep"),
         (OPTIONS._replace(low=-0.01), "both, or none"),
-        (OPTIONS._replace(low=0.01, high=0.02), "around where the axis stands"),
+        (OPTIONS._replace(low=0.01, high=0.02), "around the present position"),
     ],
 )
 def test_options_are_checked_before_anything_moves(options: Options, match: str) -> None:
@@ -173,46 +226,41 @@ def test_a_named_window_is_not_left() -> None:
     assert low > -0.0205 and high < 0.0505
 
 
-def test_how_robust_the_gains_are_is_computed_once(
-    done: tuple[Commissioned, Path, list[str]], tmp_path: Path
-) -> None:
+def test_how_robust_the_gains_are_is_computed_once(again: Callable[..., Again]) -> None:
+    """With the model of the records: here they are fitted again."""
     asked: list[Any] = []
 
     def margins(tree: Any, model: Any) -> procedure.Robustness:
         asked.append((tree, model))
         return procedure.Robustness((("a margin", "2", ">= 1", "dB"),), ("look at this",))
 
-    kind = axis.KIND._replace(margins=margins, tune=None)
-    there = place(sign=-1.0)._replace(kind=kind)
-    out = tmp_path / "out"
-    shutil.copytree(done[1], out)  # its steps are done
-    found = commission(there, OPTIONS, out)
-    report.write(out, found, there, STARTED)
+    more = again(model=axis.KIND.model, margins=margins, tune=None)
+    found = more.found()
+    page = more.page(found)
     assert asked == [(found.settings, found.model)]
-    assert "look at this" in (out / report.PAGE).read_text()
-    kept = json.loads((out / report.JSON).read_text())
+    assert "look at this" in page
+    kept = json.loads((more.out / report.JSON).read_text())
     assert kept["margins"] == [["a margin", "2", ">= 1", "dB"]]
 
 
-def test_margins_that_fail_do_not_cost_what_was_found(
-    done: tuple[Commissioned, Path, list[str]], tmp_path: Path
+def test_margins_and_a_search_that_fail_do_not_cost_what_was_found(
+    again: Callable[..., Again],
 ) -> None:
     def margins(tree: Any, model: Any) -> procedure.Robustness:
         raise ArithmeticError("no such plant")
 
-    there = place(sign=-1.0)._replace(kind=axis.KIND._replace(margins=margins, tune=None))
-    out = tmp_path / "out"
-    shutil.copytree(done[1], out)
-    found = commission(there, OPTIONS, out)
-    report.write(out, found, there, STARTED)
-    assert found.verified.met and found.margins.rows == ()
-    page = (out / report.PAGE).read_text()
+    def tune(tree: Any, model: Any, progress: procedure.Progress) -> procedure.Tuned:
+        raise ArithmeticError("no gains")
+
+    more = again(margins=margins, tune=tune)
+    found = more.found()
+    assert found.verified.met and found.margins.rows == () and found.tuned.gains == {}
+    page = more.page(found)
     assert "could not be computed (ArithmeticError: no such plant)" in page
+    assert "better gains failed (ArithmeticError: no gains)" in page
 
 
-def test_gains_of_a_search_are_verified_told_and_in_the_file(
-    done: tuple[Commissioned, Path, list[str]], tmp_path: Path
-) -> None:
+def test_gains_of_a_search_are_verified_told_and_in_the_file(again: Callable[..., Again]) -> None:
     """They come before the verification, from the settings with the tolerance of the rehearsal."""
     seen: list[Any] = []
 
@@ -222,19 +270,16 @@ def test_gains_of_a_search_are_verified_told_and_in_the_file(
         rows = (("a gain", "41", "30 by the rules", "1/s"),)
         return procedure.Tuned({"controller.position": '"41 1/s"'}, rows)
 
-    kind = axis.KIND._replace(tune=tune, compare=None, rehearse=lambda machine, tree: 3e-4)
-    there = place(sign=-1.0)._replace(kind=kind)
-    out = tmp_path / "out"
-    shutil.copytree(done[1], out)
-    found = commission(there, OPTIONS, out)
-    report.write(out, found, there, STARTED)
+    more = again(tune=tune, compare=None, rehearse=lambda machine, tree: 3e-4)
+    found = more.found()
+    page = more.page(found)
     (before,) = seen
     assert before.arrival.tolerance == found.settings.arrival.tolerance == 3e-4
     assert before.controller.position != found.settings.controller.position == 41.0
     assert found.verified.met
-    assert machine.load(out / report.MACHINE)[1].controller.position == 41.0
-    assert "30 by the rules" in (out / report.PAGE).read_text()
-    assert json.loads((out / report.JSON).read_text())["tuned"][0][0] == "a gain"
+    assert machine.load(more.out / report.MACHINE)[1].controller.position == 41.0
+    assert "30 by the rules" in page
+    assert json.loads((more.out / report.JSON).read_text())["tuned"][0][0] == "a gain"
 
 
 def searched(path: str, value: str) -> Any:
@@ -246,40 +291,29 @@ def searched(path: str, value: str) -> Any:
 
 
 def test_gains_by_which_the_stage_itself_settles_later_are_left_out(
-    done: tuple[Commissioned, Path, list[str]], tmp_path: Path
+    done: tuple[Commissioned, Path, list[str]], again: Callable[..., Again]
 ) -> None:
     """Whatever a model said: a tenth of the rules' gains is slow on the axis."""
     slow = f"{0.1 * done[0].settings.controller.position:.3g}"
-    there = place(sign=-1.0)._replace(
-        kind=axis.KIND._replace(tune=searched("controller.position", slow))
-    )
-    out = tmp_path / "out"
-    shutil.copytree(done[1], out)
-    said: list[str] = []
-    found = commission(
-        there,
-        OPTIONS,
-        out,
-        ask=lambda title, intent: said.append(f"{title}: {intent}"),
-        done=lambda title: said.append(f"{title} done"),
-    )
-    report.write(out, found, there, STARTED)
-    assert [s.split(":")[0].removesuffix(" done") for s in said[-5:]] == [
+    more = again(tune=searched("controller.position", slow))
+    found = more.found(done=lambda title: more.asked.append(f"{title} done"))
+    assert [s.removesuffix(" done") for s in more.titles()[-5:]] == [
         running.TUNE,
         *2 * [running.COMPARE],
         *2 * [running.VERIFY],
     ]
-    assert "creeps to its low end and makes 8 moves" in said[-4] and "and 8 V" in said[-4]
+    intent = more.asked[-4]
+    assert "creeps to its low end and makes 8 moves" in intent and "and 8 V" in intent
     assert found.verified.met and found.tuned.gains == {}
     assert found.settings.controller.position > 5.0 * float(slow)
     ((what, rules, search, unit),) = found.tuned.rows
     assert what == "settling on the stage" and unit == "s"
     assert float(rules) < 0.5 * float(search.split()[0])
-    assert search in (out / report.PAGE).read_text()
+    assert search in more.page(found)
 
 
 def test_both_gains_are_judged_from_the_same_place_and_by_the_same_tolerance(
-    done: tuple[Commissioned, Path, list[str]], tmp_path: Path
+    again: Callable[..., Again],
 ) -> None:
     """Of a commissioning that is resumed after its last step, too; an end ends it there."""
     seen: list[Any] = []
@@ -291,68 +325,41 @@ def test_both_gains_are_judged_from_the_same_place_and_by_the_same_tolerance(
         stand.drive(law, 2.0, OPTIONS.caution(1.0))
         return 1.0 / len(seen), ""
 
-    kind = axis.KIND._replace(tune=searched("controller.position", "41"), compare=compare)
-    there = place(sign=-1.0)._replace(kind=kind)
-    out = tmp_path / "out"
-    shutil.copytree(done[1], out)
-    found = commission(there, OPTIONS, out)
+    tune = searched("controller.position", "41")
+    found = again(tune=tune, compare=compare).found()
     (first, rules), (second, search) = seen
     assert abs(first - second) < 5e-4
     assert rules.arrival == search.arrival and rules.travel.high > 0.05
     assert rules.controller.position != 41.0 and search.controller.position == 41.0
     assert found.settings.controller.position == 41.0
-    assert found.tuned.rows[0][1:3] == ("0.5", "1 by the rules")
+    assert found.tuned.rows[0][1:3] == ("0.5", "1 s by the rules")
 
     # Resumed, neither is tried again; other gains than those are.
-    asked: list[str] = []
-    again = commission(there, OPTIONS, out, ask=lambda title, _: asked.append(title))
-    assert asked == ["end stops and travel", running.VERIFY] and len(seen) == 2
-    assert again.tuned == found.tuned
-    kind = kind._replace(tune=searched("controller.position", "42"))
-    made: list[Virtual] = []
-    there = place(made, sign=-1.0)._replace(kind=kind)
+    more = again(tune=tune, compare=compare)
+    resumed = more.found()
+    assert more.titles() == ["end stops and travel", running.VERIFY] and len(seen) == 2
+    assert resumed.tuned == found.tuned
+    rigs: list[Virtual] = []
+    more = again(rigs, tune=searched("controller.position", "42"), compare=compare)
     with pytest.raises(KeyboardInterrupt):
-        commission(
-            there,
-            OPTIONS,
-            out,
-            ask=lambda title, _: asked.append(title),
-            ended=lambda: running.COMPARE in asked,
-        )
-    assert asked[-1] == running.COMPARE and made[0].effort == 0.0
+        more.found(ended=lambda: running.COMPARE in more.titles())
+    assert more.titles()[-1] == running.COMPARE and rigs[0].effort == 0.0
 
 
 def test_gains_of_a_search_that_are_not_verified_give_way_to_the_rules(
-    done: tuple[Commissioned, Path, list[str]], tmp_path: Path
+    again: Callable[..., Again],
 ) -> None:
     """By 1 1/s no move is over when its patience is; the page says so."""
-    kind = axis.KIND._replace(tune=searched("controller.position", "1"), compare=None)
-    out = tmp_path / "out"
-    shutil.copytree(done[1], out)
-    asked: list[str] = []
-    there = place(sign=-1.0)._replace(kind=kind)
-    found = commission(there, OPTIONS, out, ask=lambda title, intent: asked.append(title))
-    report.write(out, found, there, STARTED)
+    more = again(tune=searched("controller.position", "1"), compare=None)
+    found = more.found()
+    page = more.page(found)
     assert found.verified.met and found.tuned.gains == {}
-    assert asked.count(running.VERIFY) == 2
-    assert machine.load(out / report.MACHINE)[1].controller.position > 2.0
-    assert "of 7 moves of the verification arrived" in (out / report.PAGE).read_text()
+    assert more.titles().count(running.VERIFY) == 2
+    assert machine.load(more.out / report.MACHINE)[1].controller.position > 2.0
+    assert "of 7 moves of the verification arrived" in page
 
 
-def test_a_search_that_fails_leaves_the_rules_gains_and_one_that_is_ended_ends_it(
-    done: tuple[Commissioned, Path, list[str]], tmp_path: Path
-) -> None:
-    def fails(tree: Any, model: Any, progress: procedure.Progress) -> procedure.Tuned:
-        raise ArithmeticError("no gains")
-
-    there = place(sign=-1.0)._replace(kind=axis.KIND._replace(tune=fails))
-    out = tmp_path / "out"
-    shutil.copytree(done[1], out)
-    found = commission(there, OPTIONS, out)
-    report.write(out, found, there, STARTED)
-    assert found.verified.met and found.tuned.gains == {}
-    assert "better gains failed (ArithmeticError: no gains)" in (out / report.PAGE).read_text()
-
+def test_a_search_that_is_ended_ends_the_commissioning(again: Callable[..., Again]) -> None:
     wanted: list[bool] = []
 
     def slow(tree: Any, model: Any, progress: procedure.Progress) -> procedure.Tuned:
@@ -360,6 +367,5 @@ def test_a_search_that_fails_leaves_the_rules_gains_and_one_that_is_ended_ends_i
         progress(1, 0.0)
         raise AssertionError("it goes on")
 
-    there = place(sign=-1.0)._replace(kind=axis.KIND._replace(tune=slow))
     with pytest.raises(KeyboardInterrupt):
-        commission(there, OPTIONS, out, ended=lambda: bool(wanted))
+        again(tune=slow).found(ended=lambda: bool(wanted))

@@ -12,19 +12,19 @@ from hypothesis import strategies as st
 from tests.commission.stages import stage
 
 from macromicro.commission import (
+    _store,
+    _wire_curves,
+    _wire_drives,
+    _wire_fit,
+    _wire_page,
     report,
-    store,
     wire,
-    wire_curves,
-    wire_drives,
-    wire_fit,
     wire_model,
-    wire_page,
 )
+from macromicro.commission._wire_laws import HOLD
 from macromicro.commission.procedure import Options, Work
 from macromicro.commission.running import Commissioned, Place, commission
 from macromicro.commission.stand import CommissionError, Record
-from macromicro.commission.wire_laws import HOLD
 from macromicro.commission.wire_model import Heat
 from macromicro.kernel import compiled
 from macromicro.machines import machine, wire_sheets
@@ -63,7 +63,7 @@ def test_it_finds_the_wire_and_verifies_it(done: Done) -> None:
 def test_every_step_says_how_far_and_how_hard(done: Done) -> None:
     said = done[4]
     assert len(said) == 5
-    assert "10 V at most" in said[0] and "taken away" in said[0]
+    assert "10 V at most" in said[0] and "is removed" in said[0]
     assert "0.25 V/s" in said[1]
     assert "to 10 V" in said[2] and "4.07 mm" in said[2]
     assert "3.05, 2.03, 1.02 mm" in said[3]
@@ -84,12 +84,12 @@ def test_the_file_runs_and_says_what_was_found(done: Done) -> None:
     kelvin = (tree.wire.heat_start - tree.air.ambient) / heat.start
     assert full / kelvin == pytest.approx(tree.driver.full_scale, rel=1e-6)
     dt = found.work.stand.dt
-    answer = wire_curves.answer(found.work[wire.CURVES][0], heat, dt)
+    answer = _wire_curves.answer(found.work[wire.CURVES][0], heat, dt)
     assert 1.5 < answer < 3.0
     assert tree.controller.kp == pytest.approx(answer * wire_sheets.bandwidth(tree) / model.up)
     page = (out / report.PAGE).read_text()
     assert page.count("data:image/png;base64,") == len(place.kind.figures) + 1
-    kept = store.read(out, place.kind, place.asked(done[2]))
+    kept = _store.read(out, place.kind, place.asked(done[2]))
     stand = found.work.stand
     assert wire.fitted(Work(stand, done[2], kept)).heat == heat
     # A sensor without noise is uncertain by its steps.
@@ -197,9 +197,9 @@ def test_a_wire_is_found_again(tau: float) -> None:
     pulses: list[tuple[float, float]] = []
     for push in (8.0, 10.0, 7.0, 9.0):
         pulses += [(push, 4.0 * tau), (5.5, 6.0 * tau), (0.0, 8.0 * tau)]
-    found = wire_fit.fitted([rose_and_fell(p, dt), record(p, pulses, dt)], dt, p.way, 1e-7)
+    found = _wire_fit.fitted([rose_and_fell(p, dt), record(p, pulses, dt)], dt, p.way, 1e-7)
     assert found.heat.tau == pytest.approx(p.tau, rel=0.02)
-    assert found.up == pytest.approx(wire_fit.Wire(p, np.eye(11), 1.0, 0.0).up, rel=0.02)
+    assert found.up == pytest.approx(_wire_fit.Wire(p, np.eye(11), 1.0, 0.0).up, rel=0.02)
     for name in ("start", "end", "first", "last"):
         assert getattr(found.heat, name) == pytest.approx(getattr(p, name), rel=0.02), name
     assert found.rms < 0.005 * p.way
@@ -211,7 +211,7 @@ def test_a_wire_is_found_again(tau: float) -> None:
 def test_the_search_begins_at_quick_and_slow_wires() -> None:
     dt = 0.02
     pulses = record(PLAIN, [(8.0, 4.0), (5.5, 6.0), (0.0, 8.0)], dt)
-    taus = {g[0] for g in wire_fit.guesses(rose_and_fell(PLAIN, dt), pulses, PLAIN.way)}
+    taus = {g[0] for g in _wire_fit.guesses(rose_and_fell(PLAIN, dt), pulses, PLAIN.way)}
     assert len(taus) == 3 and min(taus) < 0.5 * PLAIN.tau and max(taus) > 2.0 * PLAIN.tau
 
 
@@ -244,11 +244,11 @@ def test_a_hot_wire_that_stands_is_not_taken_for_a_cold_one() -> None:
     work = Work(bench, Options(10.0, 1.0, 1.0, 1.0, lowest=0.0))  # type: ignore[arg-type]
     bench.drive(lambda t, x, v: 10.0, 12.0, None)
     assert bench.z == 1.0
-    wire_drives.cooled(bench, 1e-6, work, 0.0, PLAIN.way)  # type: ignore[arg-type]
+    _wire_drives.cooled(bench, 1e-6, work, 0.0, PLAIN.way)  # type: ignore[arg-type]
     assert bench.z == 0.0
     stuck = Bench(PLAIN, rest=1e-3)
     with pytest.raises(CommissionError, match="still contracted after"):
-        wire_drives.cooled(stuck, 1e-6, work, 0.0, PLAIN.way)  # type: ignore[arg-type]
+        _wire_drives.cooled(stuck, 1e-6, work, 0.0, PLAIN.way)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("way", "words"), [(0.0, "nothing contracts")])
@@ -268,28 +268,28 @@ def test_what_does_not_contract_is_said(way: float, words: str) -> None:
 
     options = Options(5.0, 1.0, 1.0, 1.0, lowest=0.0)
     with pytest.raises(CommissionError, match=words):
-        wire_drives.warmth(Work(Dead(), options))  # type: ignore[arg-type]
+        _wire_drives.warmth(Work(Dead(), options))  # type: ignore[arg-type]
 
 
 def test_first_order_curves_of_the_wire(done: Done) -> None:
     found = done[0]
     dt, heat = found.work.stand.dt, found.model.heat
-    seen = wire_curves.curves(found.work[wire.CURVES][0], heat, dt)
-    assert len(seen.every) == len(wire_drives.TURNS) + 1
+    seen = _wire_curves.curves(found.work[wire.CURVES][0], heat, dt)
+    assert len(seen.every) == len(_wire_drives.TURNS) + 1
     lows = [float(one.x.min()) / heat.way for one in seen.every]
-    assert all(low < share for low, share in zip(lows, (*wire_drives.TURNS, 0.05), strict=True))
+    assert all(low < share for low, share in zip(lows, (*_wire_drives.TURNS, 0.05), strict=True))
     assert lows[0] > lows[1] > lows[2] > 0.1
     # Each curve lies in the loop, and answers less than the branch the shallower it turned.
-    ratios = wire_curves.slower(seen)
+    ratios = _wire_curves.slower(seen)
     assert ratios == sorted(ratios, reverse=True) and min(ratios) > 1.0
     width = 0.5 * (heat.start + heat.end - heat.first - heat.last)
-    assert 0.0 < wire_curves.spread(seen) < 0.05 * width
+    assert 0.0 < _wire_curves.spread(seen) < 0.05 * width
 
 
 def test_the_heat_along_curves_is_that_of_the_model_and_a_draught_is_seen(done: Done) -> None:
     # Of a wire that is the model, the heat is the effort wherever it stands long enough.
     one = record(PLAIN, [(4.6, 100.0), (3.0, 100.0), (4.9, 100.0), (0.5, 100.0)])
-    heat = wire_curves.warmed(PLAIN, one)
+    heat = _wire_curves.warmed(PLAIN, one)
     ends = [int(k / 5e-3) - 2 for k in (100.0, 200.0, 300.0, 400.0)]
     assert heat[ends] == pytest.approx([4.6, 3.0, 4.9, 0.5], abs=0.02)
     work = done[0].work
@@ -297,7 +297,7 @@ def test_the_heat_along_curves_is_that_of_the_model_and_a_draught_is_seen(done: 
     kept = work[wire.CURVES][0]
     cooler = np.linspace(1.0, 0.7, len(kept.t))
     other.found[wire.CURVES] = [kept._replace(u=kept.u * cooler)]
-    assert any("V apart" in said for said in wire_page.doubts(other, done[0].model))
+    assert any("V apart" in said for said in _wire_page.doubts(other, done[0].model))
 
 
 def test_a_branch_like_curve_answers_as_the_branch_does() -> None:
@@ -305,14 +305,14 @@ def test_a_branch_like_curve_answers_as_the_branch_does() -> None:
     first = (h, np.clip(h - 5.0, 0.0, 2.0))
     down = (h[::-1], np.clip(h[::-1] - 3.0, 0.0, 2.0))
 
-    def back(slope: float) -> wire_curves.Curve:
+    def back(slope: float) -> _wire_curves.Curve:
         x = np.clip(1.0 + slope * (h - 6.0), 1.0, 2.0)
         low = down[1] >= 1.0
         both = [np.concatenate(p) for p in ((down[0][low], h), (down[1][low], x))]
-        return wire_curves.Curve(both[0], both[1], int(low.sum()))
+        return _wire_curves.Curve(both[0], both[1], int(low.sum()))
 
-    seen = wire_curves.Curves(first, [back(1.0), back(0.4), wire_curves.Curve(*down, 1000)])
-    assert wire_curves.slower(seen) == pytest.approx([1.0, 2.5], rel=0.05)
+    seen = _wire_curves.Curves(first, [back(1.0), back(0.4), _wire_curves.Curve(*down, 1000)])
+    assert _wire_curves.slower(seen) == pytest.approx([1.0, 2.5], rel=0.05)
 
 
 class Thick:
@@ -341,15 +341,15 @@ def test_a_wire_that_follows_late_is_given_time_at_the_largest_effort() -> None:
     options = Options(10.0, 1.0, 1.0, 1.0, lowest=0.0)
     bench = Thick(2.0)
     work = Work(bench, options)  # type: ignore[arg-type]
-    work.found["warmth"] = wire_drives.Warmth(1.0, 1.0, 0.0)
-    (record,) = wire_drives.ramp(work)
+    work.found["warmth"] = _wire_drives.Warmth(1.0, 1.0, 0.0)
+    (record,) = _wire_drives.ramp(work)
     held = np.count_nonzero(record.u == 10.0) * bench.dt
     assert 0.5 < held < HOLD and record.u.max() == 10.0
     work.found["ramp"] = [record]
-    assert wire_drives.way_of(work) == pytest.approx(4e-3, rel=5e-3)
+    assert _wire_drives.way_of(work) == pytest.approx(4e-3, rel=5e-3)
     slow = Thick(60.0)
-    work = Work(slow, options, {"warmth": wire_drives.Warmth(1.0, 1.0, 0.0)})  # type: ignore[arg-type]
+    work = Work(slow, options, {"warmth": _wire_drives.Warmth(1.0, 1.0, 0.0)})  # type: ignore[arg-type]
     with pytest.raises(CommissionError, match="goes on contracting up to 10 V"):
-        wire_drives.ramp(work)
+        _wire_drives.ramp(work)
     held = np.count_nonzero(np.array(slow.efforts) == 10.0) * slow.dt
     assert held == pytest.approx(HOLD, abs=0.1)

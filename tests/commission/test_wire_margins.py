@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from macromicro.commission import wire_margins, wire_model
+from macromicro.commission import _wire_margins, wire_model
+from macromicro.commission._wire_fit import Wire
 from macromicro.commission.stand import Record
-from macromicro.commission.wire_fit import Wire
 from macromicro.commission.wire_model import Heat
 from macromicro.control import pi
 from macromicro.control.pi import PiAntiWindup
@@ -24,7 +24,7 @@ STRAIGHT = BENT._replace(share=1e-9, warming=0.0, cooling=0.0)
 
 def tree(quick: float = 3.0, ki: float = 1.0, **timing: Any) -> Any:
     """A wire's settings, its loop as quick as that along the branch of `STRAIGHT`, rad/s."""
-    up = wire_margins.Wire(STRAIGHT, np.zeros((11, 11)), 1.0, 0.0).up
+    up = _wire_margins.Wire(STRAIGHT, np.zeros((11, 11)), 1.0, 0.0).up
     gains = DEFAULT.controller._replace(kp=quick / up, ki=ki * quick / up)
     driver = DEFAULT.driver._replace(lag=timing.pop("lag", 0.0))
     return DEFAULT._replace(
@@ -62,8 +62,8 @@ def test_the_plant_is_that_of_the_model_along_its_branch() -> None:
     x = wire_model.simulated(p, record)[len(slow) - 1 :]
     f = np.fft.rfftfreq(n, dt)
     answer = np.zeros(len(f), np.complex128)
-    answer[1:] = wire_margins.plant(p, made, f[1:])
-    answer[0] = wire_margins.plant(p, made, np.array([1e-9]))[0]
+    answer[1:] = _wire_margins.plant(p, made, f[1:])
+    answer[0] = _wire_margins.plant(p, made, np.array([1e-9]))[0]
     pulse = np.fft.irfft(answer, n)  # of one period's effort
     expected = 0.05 * np.cumsum(pulse)[: len(x)]
     assert 0.05 * 0.2 * p.way < x[-1] - x[0] < p.way
@@ -81,21 +81,21 @@ def test_the_law_is_its_steps() -> None:
         made.append(effort)
     turn = np.exp(-2j * math.pi * f * np.arange(n) * dt)
     found = np.mean(np.array(made) * turn) / np.mean(e * turn)
-    assert found == pytest.approx(complex(wire_margins.law(p, np.array([f]), dt)[0]), rel=1e-6)
+    assert found == pytest.approx(complex(_wire_margins.law(p, np.array([f]), dt)[0]), rel=1e-6)
 
 
 def test_the_crossover_is_the_gain_along_the_branch() -> None:
     made = tree(quick=3.0, ki=1e-3)
-    found = wire_margins.robust(made, wire(STRAIGHT)).found
+    found = _wire_margins.robust(made, wire(STRAIGHT)).found
     assert found.crossover == pytest.approx(3.0 / (2.0 * math.pi), rel=0.02)
-    bent = wire_margins.robust(made, wire(STRAIGHT._replace(warming=0.8))).found
+    bent = _wire_margins.robust(made, wire(STRAIGHT._replace(warming=0.8))).found
     assert bent.crossover > 1.05 * found.crossover  # where it is steepest
 
 
 def test_what_is_less_sure_leaves_less() -> None:
     made = tree(quick=10.0, lag=0.05)
     known, some, little = (
-        wire_margins.robust(made, wire(tau=off, latent=off)) for off in (0.0, 0.05, 0.2)
+        _wire_margins.robust(made, wire(tau=off, latent=off)) for off in (0.0, 0.05, 0.2)
     )
     assert known.found == some.found
     assert little.least.gain < some.least.gain < known.least.gain < known.found.gain
@@ -106,7 +106,7 @@ def test_what_is_less_sure_leaves_less() -> None:
 
 def test_draws_stay_wires() -> None:
     found = wire(share=3.0, tau=2.0, start=0.5, end=0.5, first=0.5, last=0.5)
-    for p, more in wire_margins.drawn(found, 200):
+    for p, more in _wire_margins.drawn(found, 200):
         assert p.tau > 0.0 and 0.0 < p.share < 1.0 and p.end > p.start and p.first > p.last
         assert more > 0.8
         assert p.warming == BENT.warming and p.cooling == BENT.cooling
@@ -114,9 +114,9 @@ def test_draws_stay_wires() -> None:
 
 def test_gains_that_may_not_hold_are_doubtful() -> None:
     made = tree(quick=10.0, lag=0.05)
-    gain = wire_margins.robust(made, wire()).found.gain
-    assert wire_margins.told(made, wire()).doubts == ()
+    gain = _wire_margins.robust(made, wire()).found.gain
+    assert _wire_margins.told(made, wire()).doubts == ()
     p = made.controller
     wild = made._replace(controller=p._replace(kp=0.97 * gain * p.kp, ki=0.97 * gain * p.ki))
-    (said,) = wire_margins.told(wild, wire(tau=0.1)).doubts
-    assert "of 200 models" in said and "smaller gains" in said
+    (said,) = _wire_margins.told(wild, wire(tau=0.1)).doubts
+    assert "of 200 models" in said and "Reduce the gains" in said

@@ -64,5 +64,5 @@ def test_a_table_is_read_with_its_first_voltage_and_equal_steps() -> None:
     "1.0,0.1\n0.5,0.4\n", "0.5,0.1\n0.5,0.4\n", "0.5,0.1\n0.6,nan\n", "nan,0.1\n0.6,0.2\n",
 ])  # fmt: skip
 def test_what_is_no_table_is_refused(text: str) -> None:
-    with pytest.raises(InputError, match=r"Hall calibration.*accepted: the text of a hall_cal"):
+    with pytest.raises(InputError, match=r"Hall calibration.*Use a hall_cal"):
         calibration.read(text)

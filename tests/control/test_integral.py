@@ -131,3 +131,18 @@ def test_a_loop_that_cannot_be_inverted_is_refused(changes, path):
     assert PLAIN._replace(**changes).problems()[0][0] == path
     assert PLAIN.problems() == []
     assert integral.LAW.name == "integral"
+
+
+def test_switched_off_the_inverse_leaves_a_proportion_that_is_the_same_both_ways():
+    ways = (20e-6, 40e-6, 20e-6)
+    targets = [Target(way, 0.0, 0.0) for way in ways]
+    led = [effort for _, effort in run(PLAIN, targets, ways)]
+    assert led[0] != pytest.approx(led[2], rel=0.05)
+    plain = [effort for _, effort in run(PLAIN._replace(invert=0), targets, ways)]
+    # 140 V of stroke: 0.6 um/V of all of them, 0.2 of those beyond 2 x 5 V, 0.1 beyond 2 x 20 V.
+    mean = (0.6e-6 * 140.0 + 0.2e-6 * 130.0 + 0.1e-6 * 100.0) / 140.0
+    assert plain == pytest.approx([way / mean / 10.0 for way in ways])
+    # It can be switched while the law runs: the inverse has followed meanwhile.
+    s, _ = run(PLAIN._replace(invert=0), targets[:1], ways[:1])[0]
+    _, effort = LAW.step(PLAIN, s, targets[1], Sample(DT, ways[1]), DT)
+    assert effort == pytest.approx(led[1])

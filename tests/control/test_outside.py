@@ -158,7 +158,7 @@ def test_a_client_cannot_name_another() -> None:
         ),
         ("", "MODULE:LAW"),
         (f"{HERE}:slidng", "such as sliding"),
-        (f"{HERE}:number", "int without gains, memory, start, step"),
+        (f"{HERE}:number", "int, lacks gains, memory, start, step"),
         (f"{HERE}:bare", "gains of .*NamedTuple of floats with defaults"),
         ("tests.control.absent:x", "no module tests.control.absent"),
         (f"{HERE}:twin", "has the gains of .*:sliding, Gains.*a type of gains of its own"),

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from macromicro import design
-from macromicro.design.checks import positive
+from macromicro.design._checks import positive
 from macromicro.errors import InputError
 
 

@@ -61,5 +61,5 @@ def test_turns_begin_cold_and_go_on_from_where_they_were_held() -> None:
     assert second.start == pytest.approx(0.5e-3, abs=5e-6)
     assert second.time < fine_limits.quickest(PLANT, cold, 1e-3) - 0.05  # it is warm
     assert back.start == pytest.approx(1e-3, abs=5e-6) and back.time > 0.05
-    with pytest.raises(InputError, match=r"-1 mm.*from 0 mm on"):
+    with pytest.raises(InputError, match=r"-1 mm.*a contraction of 0 mm or more"):
         fine_limits.turns(S.bench, S.sensors, [-1e-3])

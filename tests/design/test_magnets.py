@@ -62,7 +62,7 @@ def test_no_window_of_a_fine_search_changes_more(data: st.DataObject) -> None:
         (Magnet("x", (0.0, 1.0), (1.0,)), 0.5, "as many readings"),
         (Magnet("x", (0.0,), (1.0,)), 0.5, "two or more"),
         (Magnet("x", (0.0, 0.0), (1.0, 2.0)), 0.5, "increase"),
-        (Magnet("x", (0.0, 1.0), (1.0, float("inf"))), 0.5, "not finite"),
+        (Magnet("x", (0.0, 1.0), (1.0, float("inf"))), 0.5, "not a finite number"),
     ],
 )
 def test_bad_sheets_are_refused(magnet: Magnet, travel: float, word: str) -> None:

@@ -17,8 +17,8 @@ from macromicro.programme import MACRO, MICRO, Programme, Span, follow
 from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
 from macromicro.recording_format import Column
-from macromicro.report import figures, words
-from macromicro.report.page import page
+from macromicro.report import _figures, words
+from macromicro.report._page import page
 from macromicro.report.summary import as_json, summary
 from macromicro.runs import job as experiment
 
@@ -38,16 +38,21 @@ hold = "1 s"
 """
 
 
-def ran(folder: Path, hold: str = "3 s") -> experiment.Ended:
-    path = folder / "both.toml"
-    path.write_text(BOTH.format(hold=hold))
+def ran(folder: Path, text: str) -> experiment.Ended:
+    path = folder / "programme.toml"
+    path.write_text(text)
     out = folder / "out"
     return experiment.execute(experiment.check(experiment.Request(str(path), out=out, seed=1)))
 
 
-def test_profiles_are_a_trajectory_and_no_moves(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def both(tmp_path_factory: pytest.TempPathFactory) -> experiment.Ended:
+    return ran(tmp_path_factory.mktemp("both"), BOTH.format(hold="3 s"))
+
+
+def test_profiles_are_a_trajectory_and_no_moves(both: experiment.Ended) -> None:
     """Two stages, four profiles; each is followed and settled at, nothing is a move."""
-    ended = ran(tmp_path)
+    ended = both
     assert ended.finished and ended.moves == [] and words.problems(ended) == []
     assert [t.stage for t in ended.tracking] == ["macro", "micro"]
     assert [t.targets for t in ended.tracking] == [3100, 2900]
@@ -74,16 +79,16 @@ def test_profiles_are_a_trajectory_and_no_moves(tmp_path: Path) -> None:
     content = as_json(summary(ended, ""))
     assert len(content) < 4000
     assert len(json.loads(content)["profiles"]) == 4 and json.loads(content)["moves"] == []
-    drawn = [d.name for d in figures.draw(ended)]
+    drawn = [d.name for d in _figures.draw(ended)]
     assert "tracking" in drawn and "response" not in drawn
     shown = page(ended, [], "")
     assert "profile 4" in shown and "follows 3100 targets" in shown
     assert 'id="moves"' not in shown
 
 
-def test_the_reference_is_the_profile(tmp_path: Path) -> None:
+def test_the_reference_is_the_profile(both: experiment.Ended) -> None:
     """What the controller is given each period is the closed form, to a counts' rounding."""
-    run, counts = ran(tmp_path).recording, 14_000.0
+    run, counts = both.recording, 14_000.0
     there = s_curve(0.15, 0.1, 0.5, 5.0)
     back = s_curve(-0.1, 0.1, 0.5, 5.0, start=0.15)
     t, reference = run["t"], run["macro_reference"] / counts
@@ -93,20 +98,19 @@ def test_the_reference_is_the_profile(tmp_path: Path) -> None:
 
 
 def test_a_profile_that_begins_too_early_is_a_problem(tmp_path: Path) -> None:
-    ended = ran(tmp_path, hold="1 s")
+    ended = ran(tmp_path, BOTH.format(hold="1 s"))
     third = ended.profiles[2]
     assert third.late_s > 0.5
     (problem,) = words.problems(ended)
     assert problem.startswith(f"profile 3 began late, its first {third.late_s:.2f} s left out")
 
 
-def test_what_was_cut_short_is_not_complete(tmp_path: Path) -> None:
-    ended = ran(tmp_path)
-    run, what = ended.recording, ended.job.programme
+def test_what_was_cut_short_is_not_complete(both: experiment.Ended) -> None:
+    run, what = both.recording, both.job.programme
     rows = np.array([run[c.name][:5000] for c in run.columns])
     short = Recording.from_arrays(run.columns, rows, run.dt, {})
     first, second = profiles(short, what)
-    assert first == ended.profiles[0]
+    assert first == both.profiles[0]
     assert not second.complete and second.settled_s is None and second.final_error is None
     assert second.peak_error is not None and second.peak_s is not None and second.peak_s < 5.0
     assert profiles(short, what._replace(profiles=())) == []
@@ -212,13 +216,15 @@ hold = "0.1 s"
 """
 
 
+@pytest.fixture(scope="module")
+def mixed(tmp_path_factory: pytest.TempPathFactory) -> experiment.Ended:
+    return ran(tmp_path_factory.mktemp("mixed"), MIXED)
+
+
 def test_moves_and_profiles_of_one_programme_are_told_each_as_what_they_are(
-    tmp_path: Path,
+    mixed: experiment.Ended,
 ) -> None:
-    path = tmp_path / "mixed.toml"
-    path.write_text(MIXED)
-    made = experiment.Request(str(path), out=tmp_path / "out", seed=1)
-    ended = experiment.execute(experiment.check(made))
+    ended = mixed
     assert ended.finished and words.problems(ended) == [] and ended.tracking == []
     assert [(m.stage, m.target) for m in ended.moves] == [
         ("macro", 20.0), ("micro", 1000.0), ("macro", 0.0),
@@ -244,11 +250,8 @@ def test_moves_and_profiles_of_one_programme_are_told_each_as_what_they_are(
     assert [name for name, _ in words.remarks(ended)][:2] == ["profile 1", "profile 2"]
 
 
-def test_what_a_mixed_run_did_not_reach_is_not_complete(tmp_path: Path) -> None:
-    path = tmp_path / "mixed.toml"
-    path.write_text(MIXED)
-    made = experiment.Request(str(path), out=tmp_path / "out", seed=1)
-    ended = experiment.execute(experiment.check(made))
+def test_what_a_mixed_run_did_not_reach_is_not_complete(mixed: experiment.Ended) -> None:
+    ended = mixed
     half = round((ended.profiles[0].start_s + 0.5) / ended.recording.dt)
     columns = tuple(c for c in COLUMNS if c.name in ended.recording)
     data = np.array([ended.recording[c.name][:half] for c in columns])

@@ -11,7 +11,7 @@ import pytest
 
 import macromicro
 from macromicro.design.tracking import lagging
-from macromicro.report import figures, words
+from macromicro.report import _figures, words
 from macromicro.report.summary import as_json, summary
 from macromicro.runs import job as experiment
 
@@ -71,7 +71,7 @@ def test_a_sine_is_followed(
     assert json.loads(content)["moves_begun"] > 500
     assert words.problems(ended) == []
     assert f"{stage}-stage" in dict(words.remarks(ended))
-    names = [drawn.name for drawn in figures.draw(ended)]
+    names = [drawn.name for drawn in _figures.draw(ended)]
     assert "tracking" in names and "response" not in names
 
 
@@ -84,7 +84,7 @@ def test_a_run_of_one_stage_speaks_of_one(tmp_path: Path) -> None:
     path = tmp_path / "one.toml"
     path.write_text('[[moves]]\nmacro = "50 mm"\nhold = "1 s"\n')
     job = experiment.check(experiment.Request(str(path), out=tmp_path / "out"))
-    drawn = {d.name: d for d in figures.draw(experiment.execute(job))}
+    drawn = {d.name: d for d in _figures.draw(experiment.execute(job))}
     assert drawn["response"].title == "Response of the macro-stage"
     assert "micro" not in " ".join(d.caption for n, d in drawn.items() if n != "vibration")
     assert "temperatures" not in drawn

@@ -7,8 +7,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from macromicro.drawing.labels import stroke
-from macromicro.drawing.plan import Layout, Words
+from macromicro.drawing._labels import stroke
+from macromicro.drawing._plan import Layout, Words
 
 SVG = "{http://www.w3.org/2000/svg}"
 

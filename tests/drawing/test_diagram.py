@@ -3,8 +3,8 @@ from xml.etree import ElementTree
 import pytest
 
 from macromicro.drawing import diagram
+from macromicro.drawing._icons import ICONS
 from macromicro.drawing.diagram import Diagram, block, framed
-from macromicro.drawing.icons import ICONS
 
 from .geometry import check, check_frames, text_of
 

@@ -1,8 +1,8 @@
 import pytest
 
 from macromicro.drawing import flow
+from macromicro.drawing._symbols import width
 from macromicro.drawing.flow import Flow, ask, do, end, start, targets, wrapped
-from macromicro.drawing.symbols import width
 
 from .geometry import check, nearest, text_of
 

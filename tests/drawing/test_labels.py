@@ -9,9 +9,9 @@ from xml.etree import ElementTree
 import pytest
 
 from macromicro.drawing import diagram
+from macromicro.drawing._labels import Rect, sign_rect
+from macromicro.drawing._symbols import MINUS
 from macromicro.drawing.diagram import Diagram, block
-from macromicro.drawing.labels import Rect, sign_rect
-from macromicro.drawing.symbols import MINUS
 
 SVG = "{http://www.w3.org/2000/svg}"
 NUMBER = re.compile(r"-?[0-9.]+")

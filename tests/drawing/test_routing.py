@@ -2,7 +2,7 @@ import itertools
 
 import pytest
 
-from macromicro.drawing.routing import Link, routes, vertex
+from macromicro.drawing._routing import Link, routes, vertex
 
 
 def stretches(path: list) -> set:

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 from macromicro.export import kinds
+from macromicro.export._naming import legal
+from macromicro.export._program import Program
+from macromicro.export._routines import Routine
 from macromicro.export.files import Written
 from macromicro.export.kinds import REAL, TRUTH, WHOLE, Rows, Several, Struct, empty
-from macromicro.export.naming import legal
-from macromicro.export.program import Program
-from macromicro.export.routines import Routine
 
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
 CC = shutil.which("cc")

@@ -11,6 +11,7 @@ import pytest
 from macromicro.export import catalogue, files
 from macromicro.export.example import Example, size
 from macromicro.export.kinds import REAL, TRUTH
+from tests.command import command as macromicro
 from tests.export.bound import CC, FLAGS
 
 ROOT = Path(__file__).parents[2]
@@ -62,10 +63,7 @@ PLAIN = StageLaw("plain", Gains._replace if False else type("G", (Gains,), {}), 
 
 
 def command(*words: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "macromicro", "export", *map(str, words)],
-        cwd=cwd, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    return macromicro("export", *words, cwd=cwd)
 
 
 @pytest.mark.parametrize("single", [False, True], ids=["double", "float"])
@@ -129,7 +127,7 @@ def test_a_law_of_ones_own(tmp_path: Path) -> None:
     ("words", "said"),
     [
         ("c axis.lw", "'axis.law'?"),
-        ("c macromicro.loop:rollout", "array whose size its annotation does not say"),
+        ("c macromicro.loop:rollout", "array whose annotation gives no size"),
         ("c no.such.module:thing", "no module no"),
         ("fmu axis.law --fmi 4", "2 or 3"),
         ("c axis.law --config missing.toml", "missing.toml"),

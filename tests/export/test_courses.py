@@ -115,9 +115,9 @@ def test_hysteresis_forward_and_inverse_over_many_reversals(tmp_path: Path) -> N
     assert deepest > 3
 
 
-def off(name: str, folder: Path, periods: int = 400) -> float:
+def off(name: str, folder: Path, periods: int = 400, config: Path | None = None) -> float:
     """How far a law in float is from it in double, as a share of its greatest effort."""
-    unit = catalogue.unit(name)
+    unit = catalogue.unit(name, config)
     written = files.written(unit, single=True)
     library, bound = built(written, folder), Bound(written.program)
     step, made = unit.entries[-1], written.entries[-1]
@@ -160,3 +160,10 @@ def test_in_float_an_effort_is_nearly_the_same(name: str, tmp_path: Path) -> Non
     found = off(name, tmp_path)
     print(f"{name}: {found:.1e} of the greatest effort")
     assert 0.0 < found < FLOAT[name]
+
+
+def test_the_exported_law_of_a_piezo_has_the_switch_of_its_inverse(tmp_path: Path) -> None:
+    config = tmp_path / "plain.toml"
+    config.write_text('machine = "piezo"\n[controller]\ninvert = 0\n', encoding="utf-8")
+    assert catalogue.unit("piezo.law", config).given["gains"].invert == 0
+    assert 0.0 < off("piezo.law", tmp_path, config=config) < FLOAT["piezo.law"]

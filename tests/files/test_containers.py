@@ -100,7 +100,7 @@ def test_plain_hdf5(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.values["x"], X, rtol=1e-12)
     with h5py.File(tmp_path / "b.h5", "w") as file:
         file["names"] = ["a", "b"]
-    with pytest.raises(InputError, match="no dataset that is a vector"):
+    with pytest.raises(InputError, match="no dataset is a vector"):
         read(tmp_path / "b.h5")
 
 

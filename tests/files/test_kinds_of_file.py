@@ -12,7 +12,7 @@ from macromicro.files.reading import read
 
 @pytest.mark.parametrize(
     ("name", "found"),
-    [("a.mat", "cannot be read"), ("a.MAT", "cannot be read"), ("a.xyz", "a kind that is not")],
+    [("a.mat", "cannot be read"), ("a.MAT", "cannot be read"), ("a.xyz", "is not known")],
 )
 def test_a_text_is_no_mat_file_whatever_its_name_says(
     tmp_path: Path, name: str, found: str

@@ -127,13 +127,13 @@ def test_missing_columns_list_those_there(tmp_path: Path) -> None:
     ("text", "said"),
     [
         ("0,1,2\n3,4,5\n", "heading"),
-        ("t_s,u_V,u_V,x_m\n0,1,2,3\n", "'u_V' twice"),
+        ("t_s,u_V,u_V,x_m\n0,1,2,3\n", "'u_V' occurs twice"),
         ("t_s,u_V,x_mm\n0,1\n", "line 2: '2 cells'"),
         ("t_s,u_V,x_mm\n0,1,2\n1,1,two\n", "line 3, x_mm: 'two'"),
         ("t_s,u_mm,x_mm\n0,1,2\n", "u_mm: 'mm'"),
-        ("t_s,u_V,x_mm\n0,nan,2\n", "no row"),
+        ("t_s,u_V,x_mm\n0,nan,2\n", "every row has a missing number"),
         ("# only words\n", "nothing but comments"),
-        ("", "an empty file"),
+        ("", "the file is empty"),
     ],
 )
 def test_what_a_csv_may_not_be(tmp_path: Path, text: str, said: str) -> None:
@@ -145,7 +145,7 @@ def test_what_a_csv_may_not_be(tmp_path: Path, text: str, said: str) -> None:
     [
         ("a.h5", b"no recording", "not a recording"),
         ("a.mat", b"MATLAB 5.0 MAT-file" + b"\0" * 200, "cannot be read"),
-        ("a.png", b"\x89PNG", "kind that is not known"),
+        ("a.png", b"\x89PNG", "is not known"),
         ("a.csv", bytes(range(255)), "UTF-8"),
     ],
 )
@@ -170,7 +170,7 @@ def test_rows_with_nan_are_left_out_and_said(tmp_path: Path) -> None:
 
 def test_no_unit_is_said_where_it_matters(tmp_path: Path) -> None:
     path = written(tmp_path, "t,u,x\n0,1,2\n1,1,3\n")
-    with pytest.warns(UnitWarning, match="u names no unit; taken as V"):
+    with pytest.warns(UnitWarning, match="u has no unit; taken as V"):
         found = pick(read(path), ROLES, {})
     assert found.units == {"t": "s", "u": "V", "x": ""}
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from macromicro.rig.board import parameters, protocol
-from macromicro.rig.board.link import BoardError
+from macromicro.rig.board._link import BoardError
 from macromicro.rig.board.protocol import SPEC
 from macromicro.types import SAFE, Command, Outputs
 from tests.firmware.built import Bench, Wire, board, elf, needs_avr, until
@@ -85,7 +85,7 @@ def test_silence_decelerates_and_then_stops() -> None:
         told = rig.status()
         assert told["fault"] == SPEC["faults"]["host_silent"]
         assert protocol.bits(int(told["state"]), SPEC["state"])["silent"]
-        with pytest.raises(BoardError, match="the host fell silent"):
+        with pytest.raises(BoardError, match="the host was silent"):
             _drive(rig, PUSH, 2)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from macromicro.rig.board import protocol
-from macromicro.rig.board.link import BoardError
+from macromicro.rig.board._link import BoardError
 from macromicro.rig.board.protocol import SPEC
 from macromicro.rig.board.rig import BoardRig
 from macromicro.types import SAFE, Command, Outputs
@@ -53,7 +53,7 @@ def test_silence_decelerates_and_then_stops() -> None:
         assert motor[SPEC["silence"] - 10] == pytest.approx(4.0, abs=0.02)
         assert np.all(ctrl[SPEC["silence"] + 5 :] == 0.0)
         assert not np.any(motor[-50:]) and not np.any(enabled[-50:])
-        with pytest.raises(BoardError, match="the host fell silent"):
+        with pytest.raises(BoardError, match="the host was silent"):
             _drive(rig, PUSH, 2)
 
 

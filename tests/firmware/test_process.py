@@ -39,10 +39,18 @@ def _environment() -> dict[str, str]:
 
 
 @contextmanager
-def simulated(folder: Path, *options: str) -> Iterator[Path]:
-    """The board's port; its trace lies in the folder behind it."""
+def simulated(folder: Path, *options: str, program: Path | None = None) -> Iterator[Path]:
+    """The port of a board with this program, or the firmware; its trace is in the folder after."""
     port, end, trace = folder / "board", folder / "end", folder / "trace.npy"
-    command = [sys.executable, "-m", "boardsim", "--elf", str(elf()), "--link", str(port)]
+    command = [
+        sys.executable,
+        "-m",
+        "boardsim",
+        "--elf",
+        str(program or elf()),
+        "--link",
+        str(port),
+    ]
     command += ["--until", str(end), "--trace", str(trace)]
     command += ["--alone", str(folder / "alone"), *options]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, env=_environment())

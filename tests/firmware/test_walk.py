@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from boardsim.bench import SWITCHES
-from macromicro.rig.board.link import BoardError
+from macromicro.rig.board._link import BoardError
 from macromicro.rig.board.rig import BoardRig
 from macromicro.rig.contract import check
 from macromicro.rig.session import BENCH, Fixture

@@ -14,7 +14,7 @@ from scipy.signal import lfilter, max_len_seq
 from macromicro import identify
 from macromicro.identify import Axis, Filtering, dead_zone, discontinuous_dead_zone, drive
 from macromicro.identify import records as room
-from macromicro.identify.gain import asymptote, linearised, nonlinear, upper
+from macromicro.identify._gain import asymptote, linearised, nonlinear, upper
 from macromicro.identify.hall import calibrated
 from macromicro.identify.linear_fit import percent, whiteness
 from macromicro.identify.smoothing import window_means, without_spikes

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +10,7 @@ import pandas as pd
 import pytest
 
 import macromicro
+from tests.command import command
 
 from .record import frozen
 
@@ -51,18 +50,14 @@ def test_run_of_changed_settings(tmp_path: Path) -> None:
     frozen("run-changed", {"columns": _columns(run), "moves": macromicro.moves(run, settings)})
 
 
-def _command(*words: str) -> str:
-    return subprocess.run(
-        [sys.executable, "-m", "macromicro", *words],
-        check=True,
-        capture_output=True,
-        text=True,
-        timeout=600,
-    ).stdout
+def _told(*words: str) -> str:
+    done = command(*words, cwd=Path.cwd())
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 def test_config_show() -> None:
-    frozen("config-show", _command("config", "show").splitlines())
+    frozen("config-show", _told("config", "show").splitlines())
 
 
 @pytest.mark.slow
@@ -71,7 +66,7 @@ def test_config_show() -> None:
     [("macro", ("--evaluations", "60")), ("micro", ("--evaluations", "12", "--objective", "iae"))],
 )
 def test_tune(stage: str, words: tuple[str, ...], tmp_path: Path) -> None:
-    found = _command("tune", stage, "--json", *words, "--out", str(tmp_path / "tuned"))
+    found = _told("tune", stage, "--json", *words, "--out", str(tmp_path / "tuned"))
     frozen(f"tune-{stage}", _timeless(json.loads(found)))
 
 
@@ -88,7 +83,7 @@ def _timeless(found: Any) -> Any:
 def test_sweep(name: str, tmp_path: Path) -> None:
     spec = Path(__file__).parents[2] / "examples" / f"{name}.toml"
     out = tmp_path / "out"
-    _command("sweep", str(spec), "--out", str(out), "--workers", "1")
+    _told("sweep", str(spec), "--out", str(out), "--workers", "1")
     table = pd.concat(pd.read_parquet(p) for p in sorted(out.rglob("*.parquet")))
     numbers = table.select_dtypes("number").drop(columns=["seconds"], errors="ignore")
     frozen(f"sweep-{name}", {c: numbers[c].to_numpy(float) for c in sorted(numbers)})

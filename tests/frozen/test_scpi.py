@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from macromicro.serve.scpi import Server
-from macromicro.serve.settings import LiveSettings
 from macromicro.serve.station import Station
+from tests.serve.quick import quick
 
 from .record import frozen
 
@@ -22,12 +22,8 @@ VERSION = "1999.0"
 
 @pytest.fixture
 def link(tmp_path: Path) -> Iterator[socket.socket]:
-    settings = LiveSettings()
-    # Machines that run tests are busy: nothing stops for lateness.
-    serve = settings.serve._replace(miss_share=1.0, parent_timeout=5.0)
-    station = Station(settings=settings._replace(serve=serve), state=tmp_path / "position.json")
     with (
-        station,
+        Station(settings=quick(), state=tmp_path / "position.json") as station,
         Server(station, port=0, folder=tmp_path) as server,
         socket.create_connection(server.address, timeout=PATIENCE_S) as link,
     ):

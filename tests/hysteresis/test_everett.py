@@ -139,7 +139,7 @@ GOOD = random_weights(3, 4)
         (GOOD[:2], 0.0, 1.0, 4, "(3, 3)"),
         (-GOOD, 0.0, 1.0, 4, "at least 0"),
         (np.where(GOOD > 0.0, math.inf, 0.0), 0.0, 1.0, 4, "finite weights"),
-        (GOOD.T, 0.0, 1.0, 4, "zero where row < column"),
+        (GOOD.T, 0.0, 1.0, 4, "0 where row < column"),
         (GOOD * 0.0, 0.0, 1.0, 4, "above 0"),
         (np.tril(np.full((3, 3), 1e308)), 0.0, 1.0, 4, "total weight: inf"),
         (lambda alpha, beta: np.ones(2), 0.0, 1.0, 4, "(3, 3)"),

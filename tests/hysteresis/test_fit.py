@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
 
+from macromicro.hysteresis._fit import _edge, _ended, _evened, _followed, _scatter, branches
+from macromicro.hysteresis._stencils import Grid
 from macromicro.hysteresis.curves import Curve
-from macromicro.hysteresis.fit import _edge, _ended, _evened, _followed, _scatter, branches
-from macromicro.hysteresis.stencils import Grid
 
 
 @pytest.mark.parametrize("uneven", [False, True])

@@ -59,7 +59,7 @@ def test_as_many_samples_as_twice_the_plays_are_needed() -> None:
     u = np.r_[np.linspace(0.0, 100.0, 50), np.linspace(100.0, 0.0, 12)[1:]]
     found = fit(u, u, plays=5)
     assert (found.known, found.fitted) == (47, 57)
-    with pytest.raises(InputError, match=r"'10 samples to fit.*12 samples or more"):
+    with pytest.raises(InputError, match=r"only 10 samples .*12 samples or more"):
         fit(u, u, plays=6)
 
 
@@ -99,7 +99,7 @@ def test_thresholds_stay_below_half_the_range() -> None:
         (range(5), range(6), {}, "equally long"),
         (range(3), range(3), {}, "4 or more"),
         (range(900), range(900), {}, "both ends"),
-        (PATH, -PATH, {}, "rises whenever"),
+        (PATH, -PATH, {}, "rise together"),
         (PATH, PATH, {"plays": 1}, "2 to 200"),
         (PATH, PATH, {"plays": 201}, "2 to 200"),
         (PATH, PATH, {"held_out": 0.95}, "0 to 0.9"),

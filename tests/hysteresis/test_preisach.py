@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from macromicro.errors import InputError
 from macromicro.hysteresis import FodTable, Memory, Preisach, advance, fresh, from_density
-from macromicro.hysteresis.live import as_rows, flat, live_advance
+from macromicro.hysteresis._live import as_rows, flat, live_advance
 from macromicro.hysteresis.preisach import demagnetising
 
 from .relays import refined, relay_grid, relay_run, relay_start

@@ -262,7 +262,7 @@ def with_curve(u: Any, f: Any) -> list[Any]:
         ([], "descending", "at least 2 curves"),
         (GOOD[:1], "descending", "at least 2 curves"),
         (GOOD, "both", "'ascending'"),
-        (GOOD, "ascending", "no reversal"),
+        (GOOD, "ascending", "without a reversal"),
         (with_curve([40.0, 50.0, 60.0, 70.0], [1, 2, 3, 4]), "descending", r"curves\[5\]"),
         (with_curve([40.0, 40.0, 40.0], [1, 2, 3]), "descending", "constant"),
         (with_curve([40.0, 30.0], [1.0]), "descending", "equally long"),

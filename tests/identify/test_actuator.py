@@ -10,7 +10,7 @@ from macromicro.errors import InputError
 from macromicro.hysteresis import from_density
 from macromicro.hysteresis.preisach import Preisach
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify import gain
+from macromicro.identify import _gain
 from macromicro.identify.actuator import NEAR_STOP, against, hysteresis, judged, thesis
 from macromicro.models import actuator
 from macromicro.models.heating import Modes, step_response
@@ -77,12 +77,12 @@ def test_the_line_has_its_asymptote_above_all_temperatures(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """By two thousandths at least, where the curve's own lies lower: the logarithm needs it."""
-    real = gain.nonlinear
+    real = _gain.nonlinear
 
-    def low(volts: list[float], rise: list[float]) -> gain.GainFit:
+    def low(volts: list[float], rise: list[float]) -> _gain.GainFit:
         return real(volts, rise)._replace(asymptote=0.99 * rise[-1])
 
-    monkeypatch.setattr(gain, "nonlinear", low)
+    monkeypatch.setattr(_gain, "nonlinear", low)
     found = thesis(TABLE, {v: [stepped(v)] for v in (*LOW, 1.8)}, [cooled()], 1.55)
     assert found.linearised.asymptote == pytest.approx(1.002 * found.steady[1.575], rel=1e-12)
 

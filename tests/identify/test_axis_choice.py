@@ -7,9 +7,9 @@ import pytest
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import axis_choice, drive
+from macromicro.identify import _axis_choice, drive
+from macromicro.identify._axis_choice import blocks, folds, no_better, turn
 from macromicro.identify.axis import Axis, simulate
-from macromicro.identify.axis_choice import blocks, folds, no_better, turn
 from macromicro.identify.axis_inverse import Rows
 from macromicro.identify.runs import Run
 
@@ -67,16 +67,16 @@ def test_the_only_reverse_motion_may_be_held_out() -> None:
 def test_what_one_way_motion_cannot_tell_apart_is_said() -> None:
     found = drive(*record(Axis(mass=95.0, viscous=200.0, coulomb=20.0), steps(40.0, 160.0)))
     assert found.structure == "viscous" and list(found.holdout) == ["viscous"]
-    assert found.reasons["coulomb"] == "the motion does not tell its parameters apart"
+    assert found.reasons["coulomb"] == "the motion does not determine its parameters"
     assert found.axis.mass == pytest.approx(95.0, rel=0.01)
-    with pytest.raises(InputError, match=r"viscous: no mass .+ accelerated motion in both"):
+    with pytest.raises(InputError, match=r"viscous: the mass or .+ accelerated motion in both"):
         drive(*record(Axis(mass=95.0, viscous=200.0), np.r_[np.zeros(300), np.full(600, 50.0)]))
 
 
 @pytest.mark.parametrize("low", [-160.0, 30.0])
 def test_a_force_with_the_wrong_sign_is_told_as_such_one_way_too(low: float) -> None:
     t, u, x = record(Axis(mass=95.0, viscous=200.0, coulomb=20.0), steps(low, 160.0))
-    with pytest.raises(InputError, match="check the signs of u, x and gain"):
+    with pytest.raises(InputError, match="Check the signs of u, x and gain"):
         drive(t, -u, x)
 
 
@@ -115,7 +115,7 @@ def test_every_block_is_held_out_once() -> None:
         (0.99, np.full(6, 1.0), "not 2 % better than x"),
         (0.97, np.full(6, 1.0), ""),
         (0.97, np.array([1.0]), ""),
-        (0.5, np.array([5.0, -1.0, 4.0, -3.0]), "better than x, but by less than its blocks"),
+        (0.5, np.array([5.0, -1.0, 4.0, -3.0]), "better than x, but by less than the scatter"),
         (0.5, np.array([1.0, 3.0, 1.0, 3.0]), ""),
     ],
 )
@@ -132,8 +132,8 @@ def test_what_nobody_spoke_of_must_be_surer_than_a_structure(
     """A gain of two and a half standard errors is one for a structure, not for a delay."""
     gained = 1.0 + 0.4 * 4.0 * np.array([1.0, -1.0] * 8) / np.sqrt(16.0 / 15.0)  # 0.4 its error
     assert no_better(1.0, 0.5, gained, "x") == ""
-    assert "by less than its blocks differ" in no_better(1.0, 0.5, gained, "x", 3.0)
+    assert "by less than the scatter of the blocks" in no_better(1.0, 0.5, gained, "x", 3.0)
     squares = iter([np.exp(gained), np.ones(16)])
-    monkeypatch.setattr(axis_choice, "held_out", lambda rows, name: next(squares))
+    monkeypatch.setattr(_axis_choice, "held_out", lambda rows, name: next(squares))
     made = [Rows(Run(*[np.ones(9)] * 3), *[np.ones(9)] * 4, 1)]  # type: ignore[arg-type]
-    assert axis_choice.lowered(made, made, "x") is None
+    assert _axis_choice.lowered(made, made, "x") is None

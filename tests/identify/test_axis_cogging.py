@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 from macromicro.arrays import Array
-from macromicro.identify import axis_cogging, axis_fit, axis_noise, coverage
+from macromicro.identify import _axis_cogging, _axis_noise, axis_fit, coverage
+from macromicro.identify._axis_cogging import cogged, repeating
+from macromicro.identify._axis_instruments import instrumented
+from macromicro.identify._ripple import Ripple, ripple
+from macromicro.identify._spread import robust_covariance
 from macromicro.identify.axis import Axis, acting, simulate, step
-from macromicro.identify.axis_cogging import cogged, repeating
 from macromicro.identify.axis_fit import rows_of
-from macromicro.identify.axis_instruments import instrumented
 from macromicro.identify.axis_inverse import (
     Estimate,
     Rows,
@@ -25,9 +27,7 @@ from macromicro.identify.axis_inverse import (
 )
 from macromicro.identify.coverage import Drawn
 from macromicro.identify.driven import Driven
-from macromicro.identify.ripple import Ripple, ripple
 from macromicro.identify.runs import Run
-from macromicro.identify.spread import robust_covariance
 
 DT, EVERY, SIZE = 1e-3, 0.06, 1.5
 TRUTH = Axis(mass=4.0, viscous=25.0, coulomb=12.0, offset=2.0)
@@ -130,13 +130,13 @@ def test_a_quick_motion_makes_a_force_that_the_filters_weaken() -> None:
 def test_output_error_draws_it_beside_the_noise() -> None:
     run = moved(inputs(4), 2.0)
     rows, found = estimate(run)
-    told = axis_noise.disturbance(rows, found)
+    told = _axis_noise.disturbance(rows, found)
     assert told.repeats is not None
     assert told.repeats.size == pytest.approx(SIZE, rel=0.05)
     at = told.repeats.at(run.x)
     ideal = -SIZE * np.sin(2.0 * np.pi / EVERY * run.x + 2.0)
     assert min(np.std(at - ideal), np.std(at + ideal)) < 0.2 * SIZE
-    plain = axis_noise.noise(
+    plain = _axis_noise.noise(
         rows, found.axis, *(f(rows, found) for f in (force_residuals, regressors))
     )
     assert told.power < 0.1 * plain.power
@@ -152,7 +152,7 @@ def test_it_is_sought_once_in_a_fit(monkeypatch: pytest.MonkeyPatch) -> None:
         sought.append(ripple(*args))
         return sought[-1]
 
-    monkeypatch.setattr(axis_cogging, "ripple", seen)
+    monkeypatch.setattr(_axis_cogging, "ripple", seen)
     for run in (moved(inputs(4), 2.0), moved(inputs(4), 2.0, 0.0)):
         sought.clear()
         fit = axis_fit.drive(run.t, run.u, run.x, structure="coulomb")
@@ -160,8 +160,8 @@ def test_it_is_sought_once_in_a_fit(monkeypatch: pytest.MonkeyPatch) -> None:
         assert (fit.refined.draws is None) == (sought[0] is None)
     rows, found = estimate(moved(inputs(4), 2.0))
     assert found.repeats is not None
-    again = axis_noise.disturbance(rows, replace(found, searched=False)).repeats
-    once = axis_noise.disturbance(rows, found).repeats
+    again = _axis_noise.disturbance(rows, replace(found, searched=False)).repeats
+    once = _axis_noise.disturbance(rows, found).repeats
     assert once is not None and again is not None
     assert once.turn == found.repeats.turn
     assert again.turn == pytest.approx(once.turn, rel=1e-3)

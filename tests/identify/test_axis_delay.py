@@ -9,7 +9,7 @@ import pytest
 from tests.identify.late_records import AXIS, DT, record, rows, steps
 
 from macromicro.errors import InputError
-from macromicro.identify import axis_delay, drive
+from macromicro.identify import _axis_delay, drive
 from macromicro.identify.axis import late, simulate
 from macromicro.identify.driven import FIT
 from macromicro.identify.notices import DataWarning
@@ -18,15 +18,15 @@ from macromicro.identify.notices import DataWarning
 @pytest.mark.parametrize("samples", [0, 1, 3, 7, 12, 17, 58, 700])
 def test_the_delay_of_the_force_is_found(samples: int) -> None:
     u = steps(1)
-    assert abs(axis_delay.delay(rows(u, late(u, samples))) - samples) <= samples // 200
+    assert abs(_axis_delay.delay(rows(u, late(u, samples))) - samples) <= samples // 200
 
 
 def test_a_shifted_force_keeps_its_ends() -> None:
     force = np.arange(5.0)
-    np.testing.assert_array_equal(axis_delay.shifted(force, 2), [0.0, 0.0, 0.0, 1.0, 2.0])
-    np.testing.assert_array_equal(axis_delay.shifted(force, -2), [2.0, 3.0, 4.0, 4.0, 4.0])
-    np.testing.assert_array_equal(axis_delay.shifted(force, 0), force)
-    np.testing.assert_array_equal(axis_delay.shifted(force, -9), np.full(5, 4.0))
+    np.testing.assert_array_equal(_axis_delay.shifted(force, 2), [0.0, 0.0, 0.0, 1.0, 2.0])
+    np.testing.assert_array_equal(_axis_delay.shifted(force, -2), [2.0, 3.0, 4.0, 4.0, 4.0])
+    np.testing.assert_array_equal(_axis_delay.shifted(force, 0), force)
+    np.testing.assert_array_equal(_axis_delay.shifted(force, -9), np.full(5, 4.0))
 
 
 @pytest.mark.parametrize("samples", [0.0, 0.3, 6.6])
@@ -36,7 +36,7 @@ def test_its_error_holds(samples: float) -> None:
     for seed in range(60):
         u = steps(seed + 40, 4000)
         made = rows(u, late(u, samples), seed)
-        found, error = axis_delay.exact(made, axis_delay.delay(made))
+        found, error = _axis_delay.exact(made, _axis_delay.delay(made))
         assert found >= 0.0
         off[seed] = (found - samples) / error
     assert 31 <= np.sum(np.abs(off) < 1.0) <= 51
@@ -46,7 +46,7 @@ def test_its_error_holds(samples: float) -> None:
 def test_drive_says_it_unless_the_delay_is_to_be_found() -> None:
     u = steps(8)
     t, said, x = record(u, late(u, 15.4))
-    with pytest.warns(DataWarning, match="later than u says"):
+    with pytest.warns(DataWarning, match="later than u"):
         wrong = drive(t, said, x, structure="coulomb")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -76,13 +76,13 @@ def test_errors_grow_by_what_the_delay_leaves_open() -> None:
     made = rows(u, late(u, 2.0))
     asked: list[float] = []
 
-    def fit(pushed: list[axis_delay.Rows]) -> axis_delay.Estimate:
+    def fit(pushed: list[_axis_delay.Rows]) -> _axis_delay.Estimate:
         asked.append(float(pushed[0].force.sum()))
         number = float(len(asked))
         axis = AXIS._replace(mass=4.0 + number, coulomb=number)
-        return axis_delay.Estimate(axis, ("mass", "coulomb"), np.diag([9.0, 16.0]), 0.0, 0.0)
+        return _axis_delay.Estimate(axis, ("mass", "coulomb"), np.diag([9.0, 16.0]), 0.0, 0.0)
 
-    found = axis_delay.under(fit, made, 2e-3, 5e-4)
+    found = _axis_delay.under(fit, made, 2e-3, 5e-4)
     np.testing.assert_allclose(found.covariance, [[10.0, 1.0], [1.0, 17.0]])
     assert asked == [float(late(u, samples).sum()) for samples in (2.0, 2.5)]
     assert found.axis.mass == 5.0 and found.draws is None and not found.sensed

@@ -9,11 +9,11 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.identify import Axis, Filtering, drive, simulate
+from macromicro.identify._axis_choice import part
+from macromicro.identify._axis_refine import free_runs, refined, started
 from macromicro.identify.axis import late
-from macromicro.identify.axis_choice import part
 from macromicro.identify.axis_fit import _check, _split, rows_of, runs_of
 from macromicro.identify.axis_inverse import Rows, differences, fitted
-from macromicro.identify.axis_refine import free_runs, refined, started
 from macromicro.identify.driven import Driven
 from macromicro.identify.runs import Run
 
@@ -78,7 +78,7 @@ def test_one_record_or_lists_of_records() -> None:
         runs_of([T, T[:199]], [U, U[:199]], [RUN.x, RUN.x[:199]])
     with pytest.raises(InputError, match="2 t, 1 u, 2 x"):
         runs_of([T, T], [U], [T, T])
-    with pytest.raises(InputError, match="x: 'missing'"):
+    with pytest.raises(InputError, match="x: the array is missing"):
         runs_of(T, U, [])
 
 
@@ -133,10 +133,10 @@ def test_an_input_that_never_changes_is_refused_over_all_records() -> None:
         return Run(T, np.full(1200, volts), RUN.x)
 
     for same in ([held(2.0)], [held(2.0)] * 2):
-        with pytest.raises(InputError, match="2 throughout"):
+        with pytest.raises(InputError, match="constant at 2"):
             rows(same)
     assert len(rows([held(2.0), held(3.0)])) == len(rows([held(2.0), RUN])) == 2
-    with pytest.raises(InputError, match=r"record\[1\]\.x: '0 throughout'"):
+    with pytest.raises(InputError, match=r"record\[1\]\.x: the position is constant at 0"):
         rows([RUN, Run(T, U, np.zeros(1200))])
 
 

@@ -7,8 +7,8 @@ import pytest
 
 from macromicro.arrays import Array
 from macromicro.identify import axis_fit
+from macromicro.identify._axis_instruments import instrumented, redrawn
 from macromicro.identify.axis import Axis, simulate
-from macromicro.identify.axis_instruments import instrumented, redrawn
 from macromicro.identify.axis_inverse import Estimate, Rows, differences, fitted
 from macromicro.identify.driven import Driven
 from macromicro.identify.runs import Run
@@ -122,6 +122,7 @@ def in_steps(seed: int) -> tuple[Run, Array]:
     return Run(np.arange(len(u)) * DT, u, np.floor(x / STEP + random.uniform()) * STEP), x
 
 
+@pytest.mark.slow  # repeated trials
 def test_errors_of_a_record_in_counts_are_those_of_rounding() -> None:
     """By its residuals, as if they were noise, they are told twice too wide."""
     parts, wide = [], []

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from macromicro.identify import drive, simulate
+from macromicro.identify._axis_load import suspected
 from macromicro.identify.axis import Axis
 from macromicro.identify.axis_fit import rows_of, runs_of
-from macromicro.identify.axis_load import suspected
 from macromicro.identify.driven import Driven
 from macromicro.identify.notices import DataWarning
 

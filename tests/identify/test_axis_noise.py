@@ -1,4 +1,4 @@
-"""What disturbs an axis (`macromicro.identify.axis_noise`)."""
+"""What disturbs an axis (`macromicro.identify._axis_noise`)."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from tests.identify.disturbed import record, slow_record
 
+from macromicro.identify._axis_noise import Noise, _differentiated, disturbance, sensed
 from macromicro.identify.axis_inverse import fitted
-from macromicro.identify.axis_noise import Noise, _differentiated, disturbance, sensed
 
 
 def test_noise_of_a_position_is_seen_through_its_motion() -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from macromicro.identify._axis_pieces import Pieces, cleared, cut, restarted, runs, settled
 from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_inverse import Rows, differences
-from macromicro.identify.axis_pieces import Pieces, cleared, cut, restarted, runs, settled
 from macromicro.identify.runs import Run
 from macromicro.kernel import compiled
 

@@ -7,9 +7,9 @@ import warnings
 import numpy as np
 import pytest
 
+from macromicro.identify._axis_refine import begun, free_runs, refined
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_inverse import Estimate, Rows, differences, fitted
-from macromicro.identify.axis_refine import begun, free_runs, refined
 from macromicro.identify.notices import ConvergenceWarning
 from macromicro.identify.runs import Run
 

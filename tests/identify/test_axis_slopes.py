@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from macromicro.identify._axis_pieces import Pieces, cut, settled
+from macromicro.identify._axis_slopes import slopes
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_inverse import differences
-from macromicro.identify.axis_pieces import Pieces, cut, settled
-from macromicro.identify.axis_slopes import slopes
 from macromicro.identify.runs import Run
 
 DT = 2e-3

@@ -10,16 +10,16 @@ from scipy.signal import lfilter
 from tests.identify.disturbed import DT, TRUTH, forces, record, slow_record
 
 from macromicro.arrays import Array
+from macromicro.identify._axis_noise import Noise
+from macromicro.identify._axis_pieces import Pieces, cut, settled
+from macromicro.identify._axis_refine import piece, refined
+from macromicro.identify._axis_spread import _by_slow, covariance
+from macromicro.identify._ripple import Ripple
+from macromicro.identify._slow_levels import Level
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_inverse import differences, fitted
-from macromicro.identify.axis_noise import Noise
-from macromicro.identify.axis_pieces import Pieces, cut, settled
-from macromicro.identify.axis_refine import piece, refined
-from macromicro.identify.axis_spread import _by_slow, covariance
 from macromicro.identify.notices import DataWarning
-from macromicro.identify.ripple import Ripple
 from macromicro.identify.runs import Run
-from macromicro.identify.slow_levels import Level
 
 
 def test_longer_records_do_not_fit_worse() -> None:
@@ -57,7 +57,7 @@ def test_a_model_that_does_not_fit_is_said_and_its_errors_are_wide() -> None:
     u = np.repeat(random.uniform(0.0, 100.0, 50), 400)
     x = simulate(axis, u, DT) + 2e-6 * random.standard_normal(len(u))
     rows = [differences(Run(np.arange(len(u)) * DT, u, x), u, 80.0, 10)]
-    with pytest.warns(DataWarning, match=r"free run misses by 0\.00.* noise explains"):
+    with pytest.warns(DataWarning, match=r"free simulation is 0\.00.* noise explains"):
         found = refined(rows, fitted(rows, "viscous"))
     assert abs(found.axis.mass - 95.0) < 2.0 * found.std[0]
     assert found.std[0] > 1.0
@@ -120,6 +120,7 @@ def _missed(pieces: list[Pieces], axis: Axis) -> Array:
     return np.concatenate([settled(p, axis).error for p in pieces])
 
 
+@pytest.mark.slow  # repeated trials
 def test_errors_under_a_slow_force_hold() -> None:
     """Eight independent values of it. The mass is by far less exact than by inverse dynamics, which
     makes neither wrong: with their distance added, all errors were within what was told."""

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from macromicro.errors import InputError
-from macromicro.identify import axis_thin, drive
+from macromicro.identify import _axis_thin, drive
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_fit import DriveFit
 from macromicro.identify.axis_inverse import Estimate, differences
@@ -37,25 +37,25 @@ def test_means_move_as_the_mean_force_tells(many: int, seed: int) -> None:
     n = 40 * many + many // 2
     u = np.random.default_rng(seed).standard_normal(n)
     v = np.concatenate([[0.0], np.cumsum(u)[:-1]]) * DT  # at each sample, under a held force
-    made = axis_thin.means(Run(np.arange(n) * DT, u, v), many)
+    made = _axis_thin.means(Run(np.arange(n) * DT, u, v), many)
     assert len(made.t) == 40 and made.dt == pytest.approx(many * DT)
     speeds, force = made.x, made.u  # what is averaged as positions are speeds here
     np.testing.assert_allclose(np.diff(speeds), force[:-1] * made.dt, atol=1e-12)
 
 
 def test_short_records_stay_as_they_are() -> None:
-    assert axis_thin.factors([record(20_000)], Driven()) == (1, 1)
+    assert _axis_thin.factors([record(20_000)], Driven()) == (1, 1)
 
 
 def test_blocks_are_short_against_the_time_constant(monkeypatch: pytest.MonkeyPatch) -> None:
     """470 samples: 100 or more remain for regression, 30 for free runs, if so many are too many."""
-    monkeypatch.setattr(axis_thin, "LONG", 1000)
+    monkeypatch.setattr(_axis_thin, "LONG", 1000)
     run = record(30_000)
-    assert axis_thin.factors([run], Driven()) == (4, 15)
-    monkeypatch.setattr(axis_thin, "LONG", 10_000)
-    assert axis_thin.factors([run], Driven()) == (3, 3)
+    assert _axis_thin.factors([run], Driven()) == (4, 15)
+    monkeypatch.setattr(_axis_thin, "LONG", 10_000)
+    assert _axis_thin.factors([run], Driven()) == (3, 3)
     still = run._replace(x=np.zeros(len(run.x)))
-    assert axis_thin.factors([still], Driven()) == (1, 1)
+    assert _axis_thin.factors([still], Driven()) == (1, 1)
 
 
 @pytest.fixture(scope="module")
@@ -63,18 +63,18 @@ def both() -> tuple[Run, DriveFit, DriveFit]:
     run = record(40_000)
     with pytest.MonkeyPatch.context() as patch:
         plain = drive(*run, structure="coulomb")
-        patch.setattr(axis_thin, "LONG", 15_000)
-        patch.setattr(axis_thin, "_PIECE", 6000)  # of means, of which there are 20 000
+        patch.setattr(_axis_thin, "LONG", 15_000)
+        patch.setattr(_axis_thin, "_PIECE", 6000)  # of means, of which there are 20 000
         return run, plain, drive(*run)
 
 
 def test_long_records_are_cut_for_regression_and_no_sample_is_lost(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(axis_thin, "LONG", 3000)
-    monkeypatch.setattr(axis_thin, "_PIECE", 1000)
+    monkeypatch.setattr(_axis_thin, "LONG", 3000)
+    monkeypatch.setattr(_axis_thin, "_PIECE", 1000)
     both = [differences(record(n), np.arange(float(n)), 80.0, 1) for n in (3000, 3500)]
-    made = axis_thin.pieces(both)
+    made = _axis_thin.pieces(both)
     assert [len(r.v) for r in made] == [3000, 875, 875, 875, 875]
     for name in ("force", "v", "a", "still"):
         whole = np.concatenate([getattr(r, name) for r in both])
@@ -101,10 +101,10 @@ def test_the_free_run_is_of_what_was_measured(both: tuple[Run, DriveFit, DriveFi
 
 def test_what_means_make_of_reversals_is_taken_off(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without noise, of four samples each: 0.1 % of the mass and 0.2 % of viscous friction."""
-    monkeypatch.setattr(axis_thin, "LONG", 10_000)
+    monkeypatch.setattr(_axis_thin, "LONG", 10_000)
     run = record(60_000)
     clean = run._replace(x=simulate(AXIS, np.clip(run.u, -65.0, 65.0), DT))
-    assert axis_thin.factors([clean], Driven()) == (4, 6)
+    assert _axis_thin.factors([clean], Driven()) == (4, 6)
     with pytest.warns(SaturationWarning):
         fit = drive(*clean, structure="coulomb", limit=65.0)
     assert fit.rms < 1e-3  # the free run over the record as measured knows the limit, too
@@ -133,8 +133,8 @@ def test_an_estimate_stays_where_the_parts_do_not_better_it(
 
     run = record(2000)._replace(x=np.full(2000, 0.3))
     for again in (refused, far):
-        assert axis_thin.unblurred([run], found, Driven(2.0), again) is found
-    other = axis_thin.unblurred([run], found, Driven(2.0), near)
+        assert _axis_thin.unblurred([run], found, Driven(2.0), again) is found
+    other = _axis_thin.unblurred([run], found, Driven(2.0), near)
     assert other.values.tolist() == [96.0, 202.0] and other.axis.coulomb == 20.0
     assert other.covariance is found.covariance
     assert not recwarn.list
@@ -143,7 +143,7 @@ def test_an_estimate_stays_where_the_parts_do_not_better_it(
 def test_a_late_input_is_moved_before_it_is_averaged(monkeypatch: pytest.MonkeyPatch) -> None:
     run = record(40_000)
     later = run._replace(u=np.roll(run.u, -7))
-    monkeypatch.setattr(axis_thin, "LONG", 15_000)
+    monkeypatch.setattr(_axis_thin, "LONG", 15_000)
     found = drive(*later, structure="coulomb", delay=7)
     assert abs(found.refined.axis.mass - 95.0) < 3.0 * found.refined.std[0]
     assert found.fit > 99.0

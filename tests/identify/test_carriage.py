@@ -105,5 +105,5 @@ def test_too_few_strokes_and_one_direction_are_refused():
     u = np.zeros(3000)
     for k in range(5):
         u[100 + 500 * k : 140 + 500 * k] = 5.0
-    with pytest.raises(InputError, match="both ways"):
+    with pytest.raises(InputError, match="both directions"):
         carriage.carriage([record(TRUE, u)], PITCH)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from macromicro.identify.central import central
+from macromicro.identify._central import central
 
 
 def test_slopes_are_exact_of_squares_and_stay_within_the_bounds() -> None:

@@ -78,7 +78,7 @@ def test_runs_that_end_too_early_are_said() -> None:
 
 
 def test_one_direction_or_changing_voltage_is_refused() -> None:
-    with pytest.raises(InputError, match="no negative voltage"):
+    with pytest.raises(InputError, match="no run at a negative voltage"):
         dead_zone(trials()[:15])
     t, u, x = trials()[0]
     with pytest.raises(InputError, match="one constant voltage"):

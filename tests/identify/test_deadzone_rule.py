@@ -137,7 +137,7 @@ def test_a_voltage_that_is_zero_or_changes_is_refused() -> None:
     for u in (np.zeros(30), np.r_[np.full(29, 3.0), 3.00001]):
         with pytest.raises(InputError, match=r"recordings\[0\].u.*one constant voltage"):
             dead_zone([(t, u, x)])
-    with pytest.raises(InputError, match="no positive voltage"):
+    with pytest.raises(InputError, match="no run at a positive voltage"):
         dead_zone([(t, np.full(30, -3.0), -x)])
 
 

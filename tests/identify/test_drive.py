@@ -100,6 +100,7 @@ def test_known_axis_is_recovered_from_rounded_positions() -> None:
     assert fit.rms < 1e-4
 
 
+@pytest.mark.slow  # repeated trials
 def test_noise_in_the_force_does_not_buy_a_richer_structure() -> None:
     """The split chooses: over ten noisy records of a Coulomb axis, richer ones rarely win."""
     chosen = []
@@ -131,6 +132,7 @@ def test_asymmetric_viscous_friction_is_found() -> None:
     assert fit.axis.asymmetry == pytest.approx(-6.0, rel=0.02)
 
 
+@pytest.mark.slow  # repeated trials
 def test_standard_errors_are_those_of_repeated_trials() -> None:
     """White noise on the force: reported errors of output error within a factor of two."""
     values, reported = [], []
@@ -188,9 +190,9 @@ def test_implausible_friction_is_said(emps: Any) -> None:
 @pytest.mark.parametrize(
     ("change", "match"),
     [
-        ({"t": None}, "t: 'missing'"),
+        ({"t": None}, "t: the array is missing"),
         ({"u": np.ones(8000)}, "an input that changes"),
-        ({"x": np.ones(8000)}, "a position that moves"),
+        ({"x": np.ones(8000)}, "the position is constant"),
         ({"x": np.where(T > 3.0, np.nan, T)}, "row 3001"),
         ({"u": np.ones(100)}, "one length"),
         ({"t": T[:100], "u": T[:100], "x": T[:100]}, "200 samples"),
@@ -202,7 +204,7 @@ def test_implausible_friction_is_said(emps: Any) -> None:
         ({"delay": -1}, "delay"),
         ({"filtering": Filtering(cutoff=900.0)}, "500 Hz"),
         ({"filtering": Filtering(decimate=5000)}, "decimate"),
-        ({"gain": -1.0}, "check the signs"),
+        ({"gain": -1.0}, "Check the signs"),
     ],
 )
 def test_unusable_data_are_refused(change: dict[str, Any], match: str) -> None:

@@ -1,11 +1,11 @@
-"""What disturbs a mass, from periodograms (`macromicro.identify.force_noise`)."""
+"""What disturbs a mass, from periodograms (`macromicro.identify._force_noise`)."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from macromicro.identify.force_noise import Level, Shown, _likelihood, binned, drawn, levels
+from macromicro.identify._force_noise import Level, Shown, _likelihood, binned, drawn, levels
 
 DT, N = 1e-3, 8000
 NOTHING = np.zeros((N, 0))

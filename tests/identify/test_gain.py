@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from macromicro.errors import InputError
-from macromicro.identify.gain import asymptote, linearised, nonlinear, upper
+from macromicro.identify._gain import asymptote, linearised, nonlinear, upper
 from macromicro.models.weighted_gain import Exponential, Weighted, exponential, weighted
 
 VOLTS = (1.5, 1.525, 1.55, 1.575, 1.6)

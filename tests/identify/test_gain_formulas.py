@@ -11,7 +11,7 @@ from scipy.optimize import curve_fit
 from scipy.stats import t as student
 
 from macromicro.errors import InputError
-from macromicro.identify.gain import asymptote, linearised, nonlinear, upper
+from macromicro.identify._gain import asymptote, linearised, nonlinear, upper
 from macromicro.identify.notices import ConvergenceWarning
 from macromicro.models.weighted_gain import Exponential, Weighted, exponential, weighted
 

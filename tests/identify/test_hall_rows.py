@@ -57,7 +57,7 @@ def test_runs_must_cover_half_of_the_range(last: float, covered: int) -> None:
     whole = np.arange(0.4, 5.1, 1e-3)
     runs = [(volts, volts), (whole, whole)]
     if covered < 5:
-        with pytest.raises(InputError, match="4 of 10 voltages covered"):
+        with pytest.raises(InputError, match="4 of 10 voltages are covered"):
             calibrate(runs, 0.5, 5.0, 10)
     else:
         made = calibrate(runs, 0.5, 5.0, 10)

@@ -8,8 +8,8 @@ import pytest
 from macromicro import hall_table
 from macromicro.arrays import Array
 from macromicro.errors import InputError
+from macromicro.identify._hall_spline import splined
 from macromicro.identify.hall import calibrated
-from macromicro.identify.hall_spline import splined
 from macromicro.plant import bench, hall
 from macromicro.plant.bench import Bench, Sensors
 
@@ -90,7 +90,7 @@ def test_two_runs_each_way_or_a_message(kept: slice, message: str) -> None:
 
 
 def test_a_range_that_the_runs_lack_is_refused() -> None:
-    with pytest.raises(InputError, match="of 126 voltages covered"):
+    with pytest.raises(InputError, match="of 126 voltages are covered"):
         splined(made(), 4.0, 9.0)
     with pytest.raises(InputError, match="a run with"):
         splined([(v[:: N // 20], x[:: N // 20]) for v, x in made()])

@@ -79,7 +79,7 @@ def test_without_a_change_of_ctrl_there_is_no_lag_to_see() -> None:
     still = Recording.from_arrays(
         COLUMNS, [r["t"], np.full(len(r["t"]), 1.5), r["laser"], r["hall_voltage"]], DT, {}
     )
-    with pytest.raises(InputError, match="no change of CTRL"):
+    with pytest.raises(InputError, match="CTRL never changes"):
         heated.driver_lag(prepare(Inverse()).model, [still])
 
 

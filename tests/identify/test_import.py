@@ -19,7 +19,16 @@ def test_every_public_name_loads() -> None:
 
 
 def test_functions_are_not_hidden_by_modules_of_their_name() -> None:
-    for name in ("drive", "mls", "gls", "sriv", "least_squares", "output_error", "dead_zone"):
+    for name in (
+        "drive",
+        "mls",
+        "gls",
+        "sriv",
+        "least_squares",
+        "output_error",
+        "dead_zone",
+        "plays",
+    ):
         assert callable(getattr(identify, name))
 
 

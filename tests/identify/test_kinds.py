@@ -70,5 +70,5 @@ def test_what_is_not_known_is_refused(
 def test_a_file_that_is_not_there_is_named() -> None:
     with pytest.raises(InputError, match=r"nowhere\.csv"):
         identify.from_files("drive", "nowhere.csv")
-    with pytest.raises(InputError, match="one file or more"):
+    with pytest.raises(InputError, match="no file is given"):
         identify.from_files("drive", [])

@@ -10,10 +10,10 @@ from scipy.signal import lfilter
 
 from macromicro import identify
 from macromicro.arrays import Array
-from macromicro.identify import linear_draws as model
+from macromicro.identify import _linear_draws as model
+from macromicro.identify._ripple import Ripple
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.regression import Task, free_runs, prepared
-from macromicro.identify.ripple import Ripple
 
 DT = 1e-3
 THETA = np.array([-0.95833, 165.72])

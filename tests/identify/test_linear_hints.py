@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import lfilter
 
 from macromicro.arrays import Array
-from macromicro.identify.linear_hints import Asked, Hint, hints
+from macromicro.identify._linear_hints import Asked, Hint, hints
 
 DT = 1e-3
 
@@ -66,7 +66,7 @@ def test_a_dead_zone_and_a_limit_are_found_to_a_twentieth_of_the_input() -> None
 def test_a_constant_in_the_output(constant: float) -> None:
     u = inputs(4)
     (first, *_) = of(u, answered(u) + constant)
-    taken = re.fullmatch(r"(\S+) taken off the output", first.words)
+    taken = re.fullmatch(r"(\S+) subtracted from the output", first.words)
     assert taken is not None and float(taken[1]) == pytest.approx(constant, rel=0.1)
 
 

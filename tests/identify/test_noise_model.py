@@ -76,6 +76,7 @@ def test_its_residuals_are_the_noise_through_d_and_the_sum_is_least() -> None:
             assert float(e @ e) > least
 
 
+@pytest.mark.slow  # repeated trials
 def test_its_errors_are_those_of_repeated_trials() -> None:
     """Over 40 records: the spread within 35 % of what is told; a smaller one would be a lie."""
     found = [fit("box_jenkins", *disturbed(seed, 0.99)) for seed in range(40)]
@@ -116,6 +117,7 @@ def test_what_is_exact_is_never_doubted() -> None:
         np.testing.assert_allclose(np.r_[found.a, found.b], TRUTH, rtol=1e-5)
 
 
+@pytest.mark.slow  # repeated trials
 def test_errors_are_told_of_what_is_off_by_chance() -> None:
     """Output error under slow noise, which is far from the likeliest model: its 95 % intervals hold
     in 52 to 59 of 60 records, and all are told, those beyond two standard errors, too."""

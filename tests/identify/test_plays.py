@@ -16,6 +16,8 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis import prandtl_loop
 from macromicro.hysteresis.prandtl import Prandtl
+from macromicro.hysteresis.prandtl_fit import PrandtlFit
+from macromicro.identify.play_operators import Loop
 from macromicro.identify.result import Line, Result
 from macromicro.machines import machine
 from macromicro.plant import piezo
@@ -121,7 +123,37 @@ def test_what_is_no_recording_both_ways_is_refused(tmp_path: Path) -> None:
 def test_the_table_of_curves_sends_a_major_loop_here(tmp_path: Path) -> None:
     ramp = np.r_[np.linspace(0.0, 100.0, 200), np.linspace(100.0, 0.0, 200)]
     file = written(tmp_path / "major.csv", np.tile(ramp, 2), 1e-6 * np.tile(ramp, 2))
-    with pytest.raises(InputError, match=r"major loop alone.*`identify plays`"):
+    with pytest.raises(InputError, match=r"major loop only.*`identify plays`"):
         identify.from_files("hysteresis", file)
     found = identify.from_files("plays", file)
     assert line(found, "loop width").value == pytest.approx(0.0, abs=1e-6)
+
+
+def test_what_the_command_writes_is_read_and_predicts_as_in_python(tmp_path: Path) -> None:
+    volts, shown = recorded()
+    np.savetxt(tmp_path / "own.csv", np.c_[volts, 1e6 * shown], delimiter=",", header="u_V,f_um")
+    found = identify.from_files("plays", tmp_path / "own.csv")
+    found.save(tmp_path / "loop")
+    loop = identify.load_plays(tmp_path / "loop")
+    same = identify.plays(volts, 1e6 * shown)
+    assert loop.lag is None and isinstance(same, PrandtlFit)
+    unit = float(np.ptp(same.outputs)) / float(np.ptp(loop.run(volts)))  # columns may be converted
+    np.testing.assert_allclose(
+        unit * loop.run(volts)[same.known :], same.outputs[same.known :], rtol=1e-3, atol=1e-3
+    )
+    rated = Loop(loop.operator, 0.01)
+    with pytest.raises(InputError, match="dt"):
+        rated.run(volts)
+    assert np.ptp(rated.run(volts, 1.0) - loop.run(volts)) < 1e-2 * np.ptp(loop.run(volts))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [(None, "no such file"), ("{", "no result"), ('{"kind": "drive"}', "no result")],
+)
+def test_what_is_no_loop_is_refused_by_name(tmp_path: Path, text: str | None, words: str) -> None:
+    if text is not None:
+        (tmp_path / "result.json").write_text(text)
+    with pytest.raises(InputError, match=words) as refused:
+        identify.load_plays(tmp_path / "result.json")
+    assert "result.json" in str(refused.value) and "identify plays" in str(refused.value)

@@ -9,11 +9,11 @@ from tests.identify.elastic import DT, STAGE
 
 from macromicro.arrays import Array
 from macromicro.identify import presliding
+from macromicro.identify._presliding_force import disturbed, needed, rubbed
+from macromicro.identify._presliding_search import Problem, Shape, problem_of
 from macromicro.identify.axis import Axis
 from macromicro.identify.axis_inverse import Estimate, Rows, differences
 from macromicro.identify.presliding import Presliding, simulate
-from macromicro.identify.presliding_force import disturbed, needed, rubbed
-from macromicro.identify.presliding_search import Problem, Shape, problem_of
 from macromicro.identify.runs import Run
 from macromicro.kernel import compiled
 

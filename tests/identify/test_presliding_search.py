@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from tests.identify.elastic import DT, STAGE
 
+from macromicro.identify._axis_pieces import settled
+from macromicro.identify._presliding_search import pieces_of
 from macromicro.identify.axis_inverse import Rows, differences
-from macromicro.identify.axis_pieces import settled
 from macromicro.identify.presliding import simulate
-from macromicro.identify.presliding_search import pieces_of
 from macromicro.identify.runs import Run
 
 

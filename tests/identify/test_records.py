@@ -82,7 +82,7 @@ def test_steps_and_binary_sequences_are_not_called_saturated(
 @pytest.mark.parametrize(
     ("runs", "match"),
     [
-        ([], "one run or more"),
+        ([], "there is no run"),
         ([(np.ones(3), np.ones(4))], r"runs\[0\]"),
         ([(np.ones(3), [0.0, np.inf, 1.0])], "row 1"),
     ],

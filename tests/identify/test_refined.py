@@ -9,10 +9,10 @@ import pytest
 from scipy.signal import lfilter
 
 from macromicro import identify
+from macromicro.identify._refined import steiglitz_mcbride
 from macromicro.identify.iterated import mls, sriv
 from macromicro.identify.notices import ConvergenceWarning
 from macromicro.identify.records import Signals
-from macromicro.identify.refined import steiglitz_mcbride
 from macromicro.identify.regression import MAX_ITERATIONS, prepared
 
 A = np.array([-1.6, 0.68])
@@ -94,9 +94,9 @@ def test_the_solution_and_its_residuals_belong_together() -> None:
 def test_what_does_not_settle_is_said_after_a_hundred_iterations(
     method: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from macromicro.identify import refined
+    from macromicro.identify import _refined
 
-    monkeypatch.setattr(refined, "settled", lambda *_: False)
+    monkeypatch.setattr(_refined, "settled", lambda *_: False)
     with pytest.warns(ConvergenceWarning, match="not settled after 100 iterations"):
         found = method(U, answered(0.05), 2, 2, DT)
     assert not found.converged and found.iterations == 100 == MAX_ITERATIONS

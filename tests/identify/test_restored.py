@@ -1,4 +1,4 @@
-"""What a fit has taken of a noise (`macromicro.identify.restored`)."""
+"""What a fit has taken of a noise (`macromicro.identify._restored`)."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from macromicro.arrays import Array
-from macromicro.identify.restored import restored
-from macromicro.identify.spread import autoregression, robust_covariance
+from macromicro.identify._restored import restored
+from macromicro.identify._spread import autoregression, robust_covariance
 
 KEEP = 0.8  # of a noise, from sample to sample
 

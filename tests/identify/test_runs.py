@@ -50,12 +50,12 @@ def test_clock_jitter_of_a_recorder_is_left_alone(recwarn: pytest.WarningsRecord
 @pytest.mark.parametrize(
     ("change", "match"),
     [
-        ({"t": None}, "run.t: 'missing'"),
+        ({"t": None}, "run.t: the array is missing"),
         ({"x": T[:50]}, "one length"),
         ({"t": T[::-1]}, "times that increase"),
         (
             {"t": np.where(T > 0.05, T + 1.0, T)},
-            "a gap of 1.001 s after 0.05 s, usual step 0.001 s",
+            r"a gap of 1.001 s after 0.05 s \(usual step 0.001 s\)",
         ),
         ({"x": np.where(T > 0.05, np.nan, T)}, "row 51"),
         ({"u": ["a"] * 100}, "numbers"),

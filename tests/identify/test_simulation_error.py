@@ -10,7 +10,7 @@ import pytest
 from scipy.signal import lfilter
 
 from macromicro.arrays import Array
-from macromicro.identify import descent, output_error
+from macromicro.identify import _descent, output_error
 from macromicro.identify import simulation_error as model
 from macromicro.identify.regression import Solution, Task, prepared
 
@@ -66,7 +66,7 @@ def test_a_step_is_the_damped_least_squares_one_with_columns_of_one_length() -> 
     psi, left = random.normal(size=(30, 3)) * [1.0, 1e3, 0.0], random.normal(size=30)
     roots = random.uniform(0.5, 2.0, 30)
     for damping in (1e-6, 1.0):
-        found = descent._step(Solution(np.zeros(3), psi, left), roots, damping)
+        found = _descent._step(Solution(np.zeros(3), psi, left), roots, damping)
         heavy = psi[:, :2] * roots[:, None]
         size = np.linalg.norm(heavy, axis=0)
         j = heavy / size
@@ -76,9 +76,9 @@ def test_a_step_is_the_damped_least_squares_one_with_columns_of_one_length() -> 
 
 def test_the_cost_is_weighted_and_infinite_where_the_run_overflowed() -> None:
     made = Solution(np.zeros(1), np.zeros((2, 1)), np.array([1.0, 2.0]))
-    assert descent.cost(made, np.array([3.0, 0.5])) == 9.0 + 1.0
+    assert _descent.cost(made, np.array([3.0, 0.5])) == 9.0 + 1.0
     over = made._replace(residual=np.array([1.0, np.nan]))
-    assert descent.cost(over, np.ones(2)) == np.inf
+    assert _descent.cost(over, np.ones(2)) == np.inf
 
 
 def test_weights_say_what_counts() -> None:
@@ -115,10 +115,10 @@ def test_the_least_of_several_ends_is_taken_and_all_are_told() -> None:
 
 def test_beginnings_are_those_of_the_methods_and_of_first_order() -> None:
     task = prepared(U, Y, (2, 2, 1), 1.0, None, "rest")
-    found = descent.begins(task)
+    found = _descent.begins(task)
     for name in ("mls", "sriv", "least_squares"):
         np.testing.assert_allclose(found[name], np.r_[A, B], rtol=1e-6)
-    low = descent.begins(prepared(U, Y, (1, 1, 1), 1.0, None, "rest"))
+    low = _descent.begins(prepared(U, Y, (1, 1, 1), 1.0, None, "rest"))
     assert "first order" not in low
     np.testing.assert_allclose(found["first order"], [low["mls"][0], 0.0, low["mls"][1], 0.0])
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import lfilter
 
 from macromicro.arrays import Array
-from macromicro.identify.slow_levels import (
+from macromicro.identify._slow_levels import (
     Level,
     _together,
     _width,
@@ -113,6 +113,7 @@ def test_strength_and_time_are_found_beside_what_was_fitted() -> None:
     assert white == pytest.approx(16.0, rel=0.3)
 
 
+@pytest.mark.slow  # repeated trials
 @pytest.mark.parametrize("time", [50.0, 100.0, 200.0])
 def test_the_mean_of_slow_noise_is_told_with_its_error(time: float) -> None:
     """Of 16 to 4 correlation times; by what a fit leaves, 95 % hold in 70 of 100 of the last."""

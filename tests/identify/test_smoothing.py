@@ -73,8 +73,8 @@ def test_windows_stay_narrow() -> None:
     [
         (T[:4], T[:4], "5 or more"),
         (T, T[:-1], "as many of each"),
-        (T[::-1], T, "rising order"),
-        (T, np.where(np.arange(len(T)) % 4 < 2, 0.0, 90.0), "spikes are rare"),
+        (T[::-1], T, "do not increase"),
+        (T, np.where(np.arange(len(T)) % 4 < 2, 0.0, 90.0), "only rare spikes"),
         (T, np.where(T == 1.0, np.nan, T), "finite"),
     ],
 )

@@ -92,7 +92,7 @@ def test_half_of_the_record_may_go_and_no_more() -> None:
 
 
 def test_equal_times_are_refused() -> None:
-    with pytest.raises(InputError, match="rising order"):
+    with pytest.raises(InputError, match="do not increase"):
         without_spikes([0.0, 1.0, 1.0, 2.0, 3.0], np.zeros(5))
 
 

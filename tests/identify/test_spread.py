@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import lfilter
 
 from macromicro.arrays import Array
-from macromicro.identify.spread import (
+from macromicro.identify._spread import (
     MAX_ORDER,
     autoregression,
     by_chance,

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from macromicro.identify import sprung_spread
-from macromicro.identify.ripple import Ripple
+from macromicro.identify import _sprung_spread
+from macromicro.identify._ripple import Ripple
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung import Sprung, step
 from macromicro.identify.sprung_fit import sprung_drive
@@ -34,13 +34,13 @@ def test_a_force_that_repeats_along_the_way_of_a_drive_on_a_spring(
 ) -> None:
     """Between the reversals of record and free run friction pushes twice its level."""
     seen = []
-    own = sprung_spread.ripple
+    own = _sprung_spread.ripple
 
     def told(*args: object) -> object:
         seen.append(own(*args))  # type: ignore[arg-type]
         return seen[-1]
 
-    monkeypatch.setattr(sprung_spread, "ripple", told)
+    monkeypatch.setattr(_sprung_spread, "ripple", told)
     off, held = [], []
     for seed in range(6):
         fit = sprung_drive([cogged(seed)], spring=True, friction="coulomb")
@@ -67,15 +67,15 @@ def test_what_is_left_tells_no_force_between_reversals_or_where_both_stand() -> 
     force = np.stack([t, 2.0 * t], axis=1)[1:-1] + 6.0 * ways[1:-1, None]
     force[331:] = 9.0  # friction balances anything
     r = Run(t, 0 * t, x)
-    told = sprung_spread._telling(r, x - late)
+    told = _sprung_spread._telling(r, x - late)
     assert not told[ways[1:-1]].any() and not told[331:].any()
     assert told.mean() > 0.6
-    found = sprung_spread._rest(r, force, told, none)
+    found = _sprung_spread._rest(r, force, told, none)
     assert found[:325] == pytest.approx(np.stack([t, 2.0 * t], axis=1)[1:326], abs=1e-9)
     assert np.ptp(found[331:], axis=0) == pytest.approx(0.0)
     # What goes another way all the time, or stands most of it, is no matter of reversals.
-    assert sprung_spread._telling(r, 2.0 * x)[:300].mean() > 0.95
-    assert sprung_spread._telling(r, x).all()
+    assert _sprung_spread._telling(r, 2.0 * x)[:300].mean() > 0.95
+    assert _sprung_spread._telling(r, x).all()
 
 
 def test_cogging_alone_disturbs_a_record_that_rests(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -83,7 +83,7 @@ def test_cogging_alone_disturbs_a_record_that_rests(monkeypatch: pytest.MonkeyPa
     as wide."""
     run = cogged(1)
     told = sprung_drive([run], spring=True, friction="coulomb").std
-    monkeypatch.setattr(sprung_spread, "drawn", lambda level, n, dt, random: np.zeros(n))
+    monkeypatch.setattr(_sprung_spread, "drawn", lambda level, n, dt, random: np.zeros(n))
     alone = sprung_drive([run], spring=True, friction="coulomb").std
     assert np.median(told / alone) < 1.1
     assert np.all(told < 3.0 * alone), told / alone

@@ -13,8 +13,8 @@ from scipy.special import expit
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify.stress_cycles import SHARES, Cycle, cycle, pieces
-from macromicro.identify.stress_map import Way, fit, missed
+from macromicro.identify._stress_cycles import SHARES, Cycle, cycle, pieces
+from macromicro.identify._stress_map import Way, fit, missed
 from macromicro.plant import kiln, micro, wire
 
 HALF = int(np.abs(SHARES - 0.5).argmin())
@@ -146,7 +146,7 @@ def test_minor_branches_are_left_out() -> None:
 
 def test_refused() -> None:
     t, y = loop(100.0)
-    with pytest.raises(InputError, match="no whole cooling"):
+    with pytest.raises(InputError, match="no complete cooling"):
         cycle(100.0, t[:1500], y[:1500])
     with pytest.raises(InputError, match="an output that changes"):
         cycle(100.0, t, 0.0 * y)

@@ -13,8 +13,9 @@ from macromicro.columns import Column
 from macromicro.errors import InputError
 from macromicro.hysteresis import from_density
 from macromicro.hysteresis.table import FodTable
+from macromicro.identify._free_run_search import Span
+from macromicro.identify._stressed_begin import MOST_VOLTAGES, NAMES, means
 from macromicro.identify.actuator import hysteresis, judged
-from macromicro.identify.free_run_search import Span
 from macromicro.identify.notices import ConvergenceWarning, DataWarning
 from macromicro.identify.stressed import (
     _at_end,
@@ -28,7 +29,6 @@ from macromicro.identify.stressed import (
     against,
     fit,
 )
-from macromicro.identify.stressed_begin import MOST_VOLTAGES, NAMES, means
 from macromicro.models import stressed
 from macromicro.models.heating import Ladder
 from macromicro.recording import Recording
@@ -274,7 +274,7 @@ def test_what_cannot_be_fitted_is_refused() -> None:
     with pytest.raises(InputError, match="2 open-loop recordings"):
         fit(TABLE, [run])
     still = recorded(np.full(50, 1.5), np.zeros(50), 0.02)
-    with pytest.raises(InputError, match=r"no drive that moves the wires by 2 % of 4 mm"):
+    with pytest.raises(InputError, match=r"no level moves the wires by 2 % of 4 mm"):
         fit(TABLE, [still, still])
     many = recorded(np.linspace(0.3, 1.9, MOST_VOLTAGES + 1), np.linspace(0.0, 3.0, 61), 0.02)
     with pytest.raises(InputError, match=r"61 different levels.*1 to 60"):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from macromicro.identify import triangle as module
-from macromicro.identify.triangle import stretches, triangle
+from macromicro.identify import _triangle as module
+from macromicro.identify._triangle import stretches, triangle
 
 
 @pytest.mark.parametrize("cuts", [[], [1], [3, 3, 250]])

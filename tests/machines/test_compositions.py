@@ -53,7 +53,7 @@ def test_a_law_of_another_package_takes_its_place(one: Composition, tmp_path: Pa
     path.write_text(one.as_toml(one.settings, None), encoding="utf-8")
     if one.family == STEP:
         for asked in (lambda: compositions.by_default(one, law), lambda: one.load(path, law)):
-            with pytest.raises(InputError, match="each axis has its own"):
+            with pytest.raises(InputError, match="each axis has a law of its own"):
                 asked()
         return
     for made in (compositions.by_default(one, law), one.load(path, law)):
@@ -86,6 +86,6 @@ def test_nobody_else_asks_which_machine_it_is_by_its_name() -> None:
         "settings.py",
         "serve/settings.py",
         "machines/machine.py",
-        "export/units_two_stage.py",
-        "commands/commission_both.py",
+        "export/_units_two_stage.py",
+        "commands/_commission_both.py",
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.machines import homing, wiring
+from macromicro.machines import _wiring, homing
 from macromicro.machines.axis import DEFAULT
 
 LIMITS = {"switches.limits": "both"}
@@ -101,7 +101,7 @@ def test_what_follows_from_the_defaults_is_possible(
     if "index" not in on:
         assert touch.place == edge
         return
-    spacing = wiring.spacing(tree)
+    spacing = _wiring.spacing(tree)
     assert touch.place > edge + touch.seek.margin
     if pulse is TURN:
         assert spacing == pytest.approx(2.0 * 3.141592653589793 * 8e-3)
@@ -112,7 +112,7 @@ def test_what_follows_from_the_defaults_is_possible(
 
 def test_the_pulse_above_the_edge_whichever_pulse_is_given() -> None:
     changes = {**TURN, **HOME, "homing.on": "home+index"}
-    spacing = wiring.spacing(DEFAULT.with_(changes))
+    spacing = _wiring.spacing(DEFAULT.with_(changes))
     for turns in (-0.0, 1.0, 3.0):
         place = 20e-3 + turns * spacing
         tree = DEFAULT.with_({**changes, "encoder.index_place": f"{place * 1e3!r} mm"})

@@ -50,6 +50,10 @@ def one(place=0.0, target=None, effort=1.0):
     return watched([(place, place if target is None else target, effort)])
 
 
+def test_it_begins_with_nothing_seen():
+    assert all(value == 0.0 or math.isnan(value) for value in fresh())
+
+
 @pytest.mark.parametrize("effort", [10.0, -10.0, 0.0])
 def test_a_legal_effort_passes(effort):
     watch, given = one(effort=effort)
@@ -155,7 +159,7 @@ def test_a_fault_stays_and_nothing_passes():
 @pytest.mark.parametrize(
     ("watch", "name", "words"),
     [
-        (one(effort=11.0)[0], "illegal effort", "11 V where at most 10 V"),
+        (one(effort=11.0)[0], "illegal effort", "11 V, allowed 10 V"),
         (one(-0.6)[0], "below the soft limit", "-600.0000 mm, allowed -500.0000 mm"),
         (one(0.6)[0], "above the soft limit", "600.0000 mm, allowed at most 500.0000 mm"),
         (one(0.0, 0.3)[0], "following error", "300 mm, allowed 250 mm"),
@@ -195,6 +199,19 @@ def test_a_free_stage_moves_under_less_than_a_hard_push(effort):
         assert watched([(0.1, 0.1, effort)] * 1000, limits)[0].fault == OK
 
 
+def test_a_stage_that_moves_freely_under_very_little_is_watched_likewise():
+    gentle = LEAN._replace(lean=0.5)
+    assert watched([(0.1, 0.1, 0.5)] * 101, gentle)[0].fault == OK
+    assert watched([(0.1, 0.1, 0.5)] * 102, gentle)[0].fault == STUCK
+    assert watched([(0.1, 0.1, 0.499)] * 1000, gentle)[0].fault == OK
+
+
+def test_a_push_counts_from_the_first_period_though_none_has_a_reading():
+    never_read, patient = [(NAN, 0.1, 3.0)] * 102, LEAN._replace(silent=1.0)
+    assert watched(never_read[:101], patient)[0].fault == OK
+    assert watched(never_read, patient)[0].fault == STUCK
+
+
 def test_a_reading_that_dithers_is_no_motion():
     dither = [(0.1 + 0.0099 * (k % 2), 0.1, 3.0) for k in range(102)]
     assert watched(dither, LEAN)[0].fault == STUCK
@@ -228,6 +245,17 @@ def test_motion_against_the_motor(sign):
         rest = pulled(-sign, 41, 3.0 * sign, turned[-1][0])[1:]
         assert watched([*half, *turned, *rest], BACK)[0].fault == OK
     assert watched([*half, *[(half[-1][0],) * 2 + (3.0 * sign,)] * 20], BACK)[0].fault == OK
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("effort", [0.5, 3.0])
+def test_the_way_against_begins_anew_when_the_motor_turns(sign, effort):
+    limits = BACK._replace(lean=0.5)
+    half = pulled(-sign, 40, effort * sign)
+    turned = pulled(sign, 53, -effort * sign, half[-1][0])[1:]
+    assert watched([*half, *turned[:50]], limits)[0].fault == OK
+    against = watched([*half, *turned], limits)[0]
+    assert against.fault == AGAINST and against.value == pytest.approx(0.051)
 
 
 LEAP = P._replace(leap=2.0, still=0.01, speed=1e9)
@@ -264,6 +292,8 @@ def test_a_sensor_that_repeats_itself():
     frozen, given = watched([*same, same[0]], limits)
     assert (frozen.fault, frozen.limit, given) == (FROZEN, 0.05, 0.0)
     assert frozen.value == pytest.approx(0.051)
+    later = watched([*same, same[0]], limits, start=3.0)[0]
+    assert later.fault == FROZEN and later.value == pytest.approx(0.051)
     assert watched([*same, (0.1001, 0.1, 1.0), *same[:50]], limits)[0].fault == OK
     assert watched(same * 4, limits._replace(repeats=0.0))[0].fault == OK
     silent = limits._replace(silent=1.0)  # no reading is no new one, either
@@ -281,6 +311,7 @@ def test_what_is_heated_by_its_mean_effort():
         assert watched([(0.1, 0.1, effort)] * 3000, limits)[0].fault == OK
     assert watched([(0.1, 0.1, -10.0)] * 400, limits)[0].fault == HOT
     assert watched(full, limits._replace(heat=0.0))[0].fault == OK
+    assert watched([(0.1, 0.1, 0.6)] * 400, limits._replace(heat=0.5))[0].fault == HOT
     # Clearing the fault cools nothing; time does.
     cleared = guarding.cleared(hot)
     again, _ = guarding.step(limits, cleared, Sample(hot.then + DT, 0.1), Target(0.1, 0, 0), 10.0)
@@ -288,6 +319,17 @@ def test_what_is_heated_by_its_mean_effort():
     for k in range(1, 101):
         cleared = guarding.off(limits, cleared, Sample(hot.then + k * DT, 0.1))
     assert cleared.mean == pytest.approx(hot.mean * math.exp(-1.0), rel=0.01)
+
+
+def test_a_mean_effort_is_never_above_what_was_given():
+    """However long a period is beside the time constant."""
+    limits = P._replace(heat=4.0, heating=0.1, silent=1.0)
+    for effort, fault in ((3.99, OK), (4.01, HOT)):
+        watch = fresh()
+        for t in (0.0, 0.4):
+            sample, aim = Sample(t, 0.1), Target(0.1, 0.0, 0.0)
+            watch, _ = guarding.step(limits, watch, sample, aim, effort)
+        assert watch.fault == fault and watch.mean == effort
 
 
 def test_what_the_sensor_does_while_a_fault_is_latched():
@@ -345,26 +387,35 @@ def test_a_clock_that_jumps_or_stands():
             assert (watch.fault, watch.limit) == (CLOCK, 0.5) and guarding.blind(watch)
             assert watch.value == pytest.approx(after)
     assert [w.fault for w in timed([1.0] * 20)] == [OK, OK]
-    assert [w.fault for w in timed([1.0] * 21)] == [CLOCK, CLOCK]
+    assert [(w.fault, w.value) for w in timed([1.0] * 21)] == [(CLOCK, 0.0)] * 2
     assert [w.fault for w in timed([*[1.0] * 20, 1.001, *[1.001] * 19])] == [OK, OK]
     assert [w.fault for w in timed([1.0, *[NAN] * 19, 1.02])] == [OK, OK]
     assert [w.fault for w in timed([1.0, *[NAN] * 20])] == [CLOCK, CLOCK]
+    assert [w.fault for w in timed([NAN] * 19)] == [OK, OK]
+    assert [w.fault for w in timed([NAN] * 20)] == [CLOCK, CLOCK]
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_reading_that_leaps_from_rest_where_it_may_in_motion(sign):
+@pytest.mark.parametrize("start", [0.0, 3.0])
+def test_a_reading_that_leaps_from_rest_where_it_may_in_motion(sign, start):
+    def fault(samples, limits):
+        return watched(samples, limits, start)[0].fault
+
     limits = LEAP._replace(surge=1000.0)  # 1 mm in 1 ms
-    rest = [(0.1, 0.1, 1.0)] * 3
-    assert watched([*rest, (0.1 + sign * 0.0109,) * 2 + (1.0,)], limits)[0].fault == OK
-    leapt = watched([*rest, (0.1 + sign * 0.0111,) * 2 + (1.0,)], limits)[0]
-    assert leapt.fault == JUMP and leapt.value == pytest.approx(0.0111)
+    for periods in (1, 3):
+        rest = [(0.1, 0.1, 1.0)] * periods
+        assert fault([*rest, (0.1 + sign * 0.0109,) * 2 + (1.0,)], limits) == OK
+        leapt = watched([*rest, (0.1 + sign * 0.0111,) * 2 + (1.0,)], limits, start)[0]
+        assert leapt.fault == JUMP and leapt.value == pytest.approx(0.0111)
     # From 0.4 m/s on it may be twice as fast, and gain as much again.
     moving = [(x, x, 1.0) for x in (0.0, sign * 0.0004)]
-    for way, fault in ((0.0117, OK), (0.0119, JUMP)):
+    for way, found in ((0.0117, OK), (0.0119, JUMP)):
         place = sign * (0.0004 + way)
-        assert watched([*moving, (place, place, 1.0)], limits)[0].fault == fault
+        assert fault([*moving, (place, place, 1.0)], limits) == found
     fast = limits._replace(surge=1e9)  # the speed bounds it
-    assert watched([*rest, (0.1 + sign * 0.0121,) * 2 + (1.0,)], fast)[0].fault == JUMP
+    assert fault([*rest, (0.1 + sign * 0.0121,) * 2 + (1.0,)], fast) == JUMP
+    lazy = limits._replace(surge=0.5)  # it hardly moves within a period
+    assert fault([*rest, (0.1 + sign * 0.0101,) * 2 + (1.0,)], lazy) == JUMP
 
 
 def test_slower_changes_the_speed_alone():

@@ -1,13 +1,16 @@
 """`macromicro run` and `config show` for machines of one stage, from the command line."""
 
 import json
+import os
+import re
 from pathlib import Path
 
 import pytest
 
-from macromicro import cli
-from macromicro.machines import job, machine, runs
+from macromicro import ArrivalWarning, cli
+from macromicro.machines import job, machine, planning, runs
 from macromicro.recording import Recording
+from macromicro.runs.job import Stop
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples/machines").glob("[!x]*.toml"))
 LATE = {"axis": 0.05, "rotary": 0.05, "piezo": 0.5, "wire": 1.0}  # s after the profile's end
@@ -43,21 +46,22 @@ def test_a_run_writes_its_folder(files, monkeypatch, capsys):
     assert [m["target"] for m in told["moves"]] == pytest.approx([2.0, 0.0], abs=0.01)
     assert all(m["arrived_s"] is not None for m in told["moves"])
     page = (out / "report.html").read_text()
-    assert "on the machine axis" in page and "payload" in page and "every move arrived" in page
+    assert "on the machine axis" in page and "payload" in page and "2 of 2 moves arrived" in page
     recording = Recording.load(out / "recording.h5")
     assert recording.attributes["machine"] == "axis"
     assert recording.attributes["settings"].startswith('machine = "axis"')
     assert recording["target"].max() == pytest.approx(2.0, abs=0.01)
     assert called(monkeypatch, *words) == 2  # the folder is not empty
     assert called(monkeypatch, *words, "--overwrite") == 0
-    assert "true error" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert "peak error true peak" in shown and "true error" in shown
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (("--fan",), "no fan"),
-        (("--rig", "replay:x.h5"), "replay only of the two-stage"),
+        (("--rig", "replay:x.h5"), "only the two-stage machine can replay"),
         (("--cycles", "0"), "--cycles"),
     ],
 )
@@ -65,6 +69,28 @@ def test_what_it_does_not_know_is_refused(files, monkeypatch, capsys, words, sai
     run = ("run", files / "p.toml", "--config", files / "m.toml", "--out", files / "out")
     assert called(monkeypatch, *run, *words) == 2
     assert said in capsys.readouterr().err and not (files / "out").exists()
+
+
+def test_runs_that_name_no_folder_get_one_each(files, monkeypatch, capsys):
+    monkeypatch.chdir(files)
+    run = ("run", "p.toml", "--config", "m.toml")
+    assert called(monkeypatch, *run) == called(monkeypatch, *run) == 0
+    folders = [line for line in capsys.readouterr().out.splitlines() if line.startswith("results")]
+    assert folders == ["results: results/p", "results: results/p-2"]
+    first = (files / "results/p/recording.h5").stat().st_mtime_ns
+    assert called(monkeypatch, *run, "--overwrite") == 0
+    assert (files / "results/p/recording.h5").stat().st_mtime_ns > first
+    assert called(monkeypatch, *run, "--out", "results/p") == 2
+    assert sorted(p.name for p in (files / "results").iterdir()) == ["p", "p-2"]
+
+
+@pytest.mark.parametrize("words", ["export c two_stage.pid", "response --count 2"])
+def test_other_commands_that_name_no_folder_get_one_each(words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for _ in range(2):
+        assert called(monkeypatch, *words.split()) == 0
+    one, two = [x.split(": ")[1] for x in capsys.readouterr().out.splitlines() if "results: " in x]
+    assert two == f"{one}-2" and (tmp_path / two).is_dir()
 
 
 def test_a_fault_ends_the_run_with_words_and_status_1(files, monkeypatch, capsys):
@@ -83,17 +109,50 @@ def test_a_move_that_does_not_arrive_is_reported(files, monkeypatch, capsys):
     (files / "m.toml").write_text(text)
     run = ("run", files / "p.toml", "--config", files / "m.toml", "--out", files / "out")
     assert called(monkeypatch, *run) == 1
-    assert "moves 1, 2 did not arrive within 0.01 s" in capsys.readouterr().err
+    told = capsys.readouterr()
+    assert "moves 1, 2 did not arrive within 0.01 s" in told.err
+    (line,) = [line for line in told.out.splitlines() if "moves arrived" in line]
+    assert re.fullmatch(
+        rf"0 of 2 moves arrived; worst [0-9.]+ [un]m \(move [12]\); open {files}/out/report.html",
+        line,
+    )
+
+
+def test_a_run_in_memory_that_does_not_arrive_warns_of_its_moves_once(files):
+    text = 'machine = "axis"\n[arrival]\ndwell = "1 s"\npatience = "10 ms"\n'
+    (files / "m.toml").write_text(text)
+    made, settings = machine.load(files / "m.toml")
+    with pytest.warns(ArrivalWarning) as caught:
+        runs.record(made, settings, planning.usual(settings))
+    (one,) = caught
+    assert "did not arrive; the worst stopped" in str(one.message)
+    assert "arrival.patience" in str(one.message) and one.filename == __file__
 
 
 def test_a_run_stopped_from_outside_keeps_its_recording(files):
     asked = job.Request(files / "m.toml", out=files / "out", cycles=9)
 
     def stop(t, move):
-        raise job.Stop
+        raise Stop
 
-    ended = job.execute(job.check(asked), stop)
-    assert ended.interrupted and not ended.finished and len(ended.recording) == runs.CHUNK
+    with pytest.raises(Stop):
+        job.execute(job.check(asked), stop)
+    recording = Recording.load(files / "out" / "recording.h5")
+    assert len(recording) == runs.CHUNK and not recording.attributes["finished"]
+
+
+def test_names_that_are_no_utf_8_lose_no_results(files, monkeypatch):
+    """As on a disk that another system has written, or where the locale says ASCII."""
+    odd = os.fsdecode(b"\xff")
+    for name in ("p", "m"):
+        (files / f"{name}.toml").rename(files / f"{name}{odd}.toml")
+    run = ("run", files / f"p{odd}.toml", "--config", files / f"m{odd}.toml")
+    assert called(monkeypatch, *run, "--out", files / odd) == 0
+    made = {path.name for path in (files / odd).iterdir()}
+    assert {"recording.h5", "summary.json", "report.html"} < made
+    assert called(monkeypatch, "plot", files / odd, "position", "--out", files / f"{odd}.html") == 0
+    both = ("compare", files / odd, files / odd, "--out", files / f"c{odd}")
+    assert called(monkeypatch, *both) == 0
 
 
 def test_its_settings_are_shown(monkeypatch, capsys, tmp_path):
@@ -126,6 +185,7 @@ def test_the_examples_run_with_the_gains_that_follow_from_their_sheets(path):
     for m in job.results.moves(done.recording, made.plan, made.settings.arrival, place):
         assert m.arrived_s is not None and m.arrived_s < m.profile_s + LATE[made.machine.name]
         assert abs(m.rest_error) <= most
+        assert m.true_peak_error > 0.0 and m.true_error is not None
 
 
 def test_there_are_examples():

@@ -90,6 +90,43 @@ def test_margins_of_a_loop_known_in_closed_form():
     assert 0.0 < double.phase < 90.0
 
 
+def test_margins_are_those_of_the_closed_loop_s_poles():
+    # k / (s (1 + s/10) (1 + s/100)): at its limit with k = 110.
+    f = np.geomspace(0.05, 100.0, 4000)
+    s = 2j * math.pi * f
+    body = 1.0 / (s * (1.0 + s / 10.0) * (1.0 + s / 100.0))
+    for k in (20.0, 100.0, 120.0, 2000.0):
+        found = loops.margins(f, k * body)
+        poles = np.roots([1e-3, 0.11, 1.0, k])
+        assert found.stable == bool((poles.real < 0.0).all())
+        if found.stable:
+            assert found.gain == pytest.approx(110.0 / k, rel=1e-3)
+        assert (found.phase > 0.0) == found.stable and -180.0 < found.phase <= 180.0
+
+
+@pytest.mark.parametrize("turned", [0.02, -0.02])
+def test_noise_at_the_lowest_frequency_does_not_turn_the_margins_by_a_whole_turn(turned):
+    # 20 / ((1 + s)(1 + s/10)(1 + s/100)), whose first point is a little above or below the axis.
+    f = np.geomspace(1e-3, 100.0, 4000)
+    s = 2j * math.pi * f
+    loop = 20.0 / ((1.0 + s) * (1.0 + s / 10.0) * (1.0 + s / 100.0))
+    clean = loops.margins(f, loop)
+    loop[0] *= np.exp(1j * turned)
+    assert loops.margins(f, loop) == pytest.approx(clean)
+    assert clean.stable and clean.phase == pytest.approx(36.4, abs=0.1)
+    assert clean.gain == pytest.approx(122.1 / 20.0, rel=1e-2)
+
+
+def test_a_conditionally_stable_loop_is_stable_and_its_gain_may_grow():
+    # 40 (1 + s)^2 / s^3 (1 + s/50): below a gain of its own unstable, stable at this one.
+    f = np.geomspace(1e-3, 100.0, 4000)
+    s = 2j * math.pi * f
+    body = (1.0 + s) ** 2 / (s**3 * (1.0 + s / 50.0))
+    for k in (0.2, 5.0):
+        poles = np.roots([0.02, 1.0, k, 2.0 * k, k])
+        assert loops.margins(f, k * body).stable == bool((poles.real < 0.0).all())
+
+
 def test_a_notch_passes_what_its_filter_does() -> None:
     p, dt = Notch(40.0, 0.2, 0.4), 1e-3
     n, f = 4000, np.array([15.0, 40.0, 130.0])

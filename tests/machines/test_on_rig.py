@@ -86,7 +86,7 @@ def test_nobody_was_asked(
 ) -> None:
     assert called("on_mine:axis") == 2
     said = capsys.readouterr().err
-    assert "first to 0 mm by its encoder, at up to 0." in said and "accepted: --yes" in said
+    assert "first to 0 mm by its encoder, at up to 0." in said and "Add --yes" in said
     assert "2 set points from 1.99" in said and "to 12.0" in said and "up to 10 V" in said
     assert not (lab / "out").exists()
 
@@ -131,11 +131,11 @@ def test_what_does_not_come_there_ends_before_the_programme(
     ("rig", "said"),
     [
         ("on_mine:blind", "needs encoder of the bench"),
-        ("on_mine:oven", "accepted: a bench, for a programme"),
-        ("replay:x.h5", "a replay only of the two-stage machine"),
+        ("on_mine:oven", "Use a bench for a programme."),
+        ("replay:x.h5", "only the two-stage machine can replay a recording"),
         (
             "board:/dev/null,loop=board",
-            "accepted: host, or no --loop: the law of this machine runs here",
+            "--loop board: the law of this machine runs on the host. Use --loop host",
         ),
     ],
 )
@@ -171,7 +171,7 @@ def test_a_way_of_which_nothing_is_left_is_no_arrival(lab: Path) -> None:
     fixture = on_rig.found("on_mine:away", weak, 0)
     assert fixture is not None
     blocks = runs.Blocks()
-    with pytest.raises(MacromicroError, match="it came to"):
+    with pytest.raises(MacromicroError, match="the stage stopped at"):
         on_rig.perform(made, weak, checked.plan, blocks, fixture.open(0))
     assert blocks.blocks == []
 

@@ -55,7 +55,7 @@ def test_its_parameters_are_settings_and_gains_follow_from_its_sheet(tmp_path: P
 
 
 def test_what_suits_no_axis_is_refused() -> None:
-    with pytest.raises(InputError, match=r"friction.part: .*seal, in m'; accepted: a part in rad"):
+    with pytest.raises(InputError, match=r"friction.part: .*seal is in m. Choose a part in rad"):
         rotary.DEFAULT.with_("friction.part", SEAL)
     with pytest.raises(InputError, match=r"friction.own.level: '-1 N'; accepted: 0 N or more"):
         axis.DEFAULT.with_({"friction.part": SEAL, "friction.own.level": "-1 N"})

@@ -83,7 +83,7 @@ def _odd(p: Any, s: Any, x: float, v: float, h: float) -> Any:
         ({"after": _listed}, "force", "state"),
         ({"after": _numb}, "force", "state"),
         ({"force": _forward}, "direction", "it drives the axis"),
-        ({"force": _kicks}, "rest", "is made faster"),
+        ({"force": _kicks}, "rest", "is accelerated"),
         ({"sheet": lambda p: Sheet(40.0, 0.0, 0.0)}, "sheet", "coulomb 40 N, but it slides"),
         ({"sheet": lambda p: (1.0, 2.0)}, "sheet", "coulomb None"),
         ({"force": _odd, "sheet": None}, "compiled", "it does not compile"),

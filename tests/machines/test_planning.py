@@ -1,6 +1,7 @@
 """Programmes as plans of one stage."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -89,6 +90,51 @@ def test_many_rows_of_a_csv_are_a_trajectory(tmp_path):
         made(tmp_path, rows(lambda k, a: 16.0 * (k % 2)), "p.csv")
     with pytest.raises(InputError, match="first position"):
         made(tmp_path, rows(lambda k, a: 100.0 + 0.1 * k), "p.csv")
+
+
+def table(t, place):
+    rows = [f"{a:.3f},{x:.6f}" for a, x in zip(t, place, strict=True)]
+    return "\n".join(["t_s,macro_mm", *rows, f"{t[-1] + 0.5:.3f},{place[-1]:.6f}", ""])
+
+
+def at(p, t):
+    """The set point of a plan of one trajectory, m."""
+    begin, place, v, a, j = p.pieces[np.searchsorted(p.start[0] + p.pieces[:, 0], t + 1e-9) - 1]
+    h = t - p.start[0] - begin
+    return place + h * (v + h * (0.5 * a + h * j / 6.0))
+
+
+def test_a_trajectory_that_begins_and_ends_at_0_keeps_its_first_row(tmp_path):
+    t = np.arange(0.0, 4.01, 0.1)
+    place = 80.0 * np.sin(np.pi * t / 4.0)
+    p = made(tmp_path, table(t, place), "p.csv")
+    assert (p.start[0], p.pieces[0, 1], p.pieces[0, 2]) == (0.0, 0.0, 0.0)
+    assert at(p, 0.1) == pytest.approx(1e-3 * place[1]) and p.target[-1] == pytest.approx(0.0)
+
+
+def test_a_trajectory_rests_where_its_rows_do(tmp_path):
+    t = np.arange(0.0, 4.01, 0.1)
+    place = 10.0 - 10.0 * np.cos(np.pi * np.clip(t - 0.3, 0.0, 1.0))
+    place[t > 2.25] = 20.0 + 5.0 * np.clip(t[t > 2.25] - 2.3, 0.0, 1.0)
+    p = made(tmp_path, table(t, place), "p.csv")
+    assert p.start[0] == pytest.approx(0.3) and p.length[0] == pytest.approx(3.0)
+    for when in (1.3, 1.8, 2.3):
+        assert at(p, when) == pytest.approx(20e-3, abs=1e-9)
+
+
+def test_a_path_that_leaves_the_travel_between_its_points_is_refused(tmp_path):
+    t = np.arange(0.0, 6.01, 0.2)
+    top = math.floor(1e3 * DEFAULT.travel.high)
+    place = np.interp(t, [0.0, 2.0, 2.6, 2.8, 3.4, 6.0], [0.0, 200.0, top, top, 200.0, 0.0])
+    wrong = r"move 1: '(\S+) mm 2.\d+ s after it begins'; accepted: .* is (\S+) mm outside"
+    with pytest.raises(InputError, match=wrong) as refused:
+        made(tmp_path, table(t, place), "p.csv")
+    reached, outside = map(float, re.search(wrong, str(refused.value)).groups())
+    assert outside == pytest.approx(reached - 1e3 * DEFAULT.travel.high, rel=1e-2) and outside > 1.0
+    low = np.interp(t, [0.0, 4.0, 4.4, 4.6, 6.0], [0.0, 60.0, 0.0, 0.0, 20.0])
+    with pytest.raises(InputError, match=r"'-\S+ mm .* outside"):
+        made(tmp_path, table(t, low), "p.csv")
+    made(tmp_path, table(t, np.minimum(place, 250.0) * 0.9), "p.csv")
 
 
 def test_the_usual_moves_stay_within_the_travel():

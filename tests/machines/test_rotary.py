@@ -135,7 +135,7 @@ def test_targets_are_angles(tmp_path):
 @pytest.mark.parametrize(
     ("text", "name", "accepted"),
     [
-        ('[[moves]]\nmacro = "25 mm"\nhold = "1 s"\n', "p.toml", "this stage turns"),
+        ('[[moves]]\nmacro = "25 mm"\nhold = "1 s"\n', "p.toml", "this stage is rotary"),
         ('[[moves]]\nmacro = "300 deg"\nhold = "1 s"\n', "p.toml", "0 deg to 269.397 deg"),
         ("t_s,macro_mm\n0,0\n1,45\n3,0\n4,0\n", "p.csv", "macro_deg"),
         ('[[moves]]\nmicro = "2 deg"\nhold = "1 s"\n', "p.toml", "one stage"),

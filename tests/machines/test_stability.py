@@ -15,7 +15,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.macro import LAWS
 from macromicro.control.settings import Control
 from macromicro.errors import InputError
-from macromicro.machines import loops, stability
+from macromicro.machines import _stability, loops
 from macromicro.schema.config import problems
 from macromicro.schema.par import entries, replaced
 from macromicro.serve import choosing
@@ -83,7 +83,7 @@ def test_nyquist_agrees_with_the_poles() -> None:
             num = np.convolve([kp + kd, -kd], [0.5 * dt * dt, 0.5 * dt * dt])
             poles = np.roots(np.polyadd(num, [1.0, -2.0, 1.0, 0.0]))
             holds = bool(np.all(np.abs(poles) < 1.0))
-            assert stability.stable(plant * law, f) == holds, (kp, kd)
+            assert _stability.stable(plant * law, f) == holds, (kp, kd)
             seen.add(holds)
     assert seen == {True, False}
 

@@ -7,7 +7,7 @@ import pytest
 
 from macromicro import cli
 from macromicro.errors import InputError
-from macromicro.machines import machine, sheets, sweeping
+from macromicro.machines import loops, machine, sheets, sweeping
 from macromicro.report import bode
 
 AXIS = machine.MACHINES[0]
@@ -80,9 +80,40 @@ def test_the_command_writes_numbers_and_a_bode_plot(tmp_path, monkeypatch, capsy
     assert len(told["frequency_hz"]) == len(told["loop"]["gain"]) <= 12
     monkeypatch.setattr("sys.argv", [*words, "--overwrite", "--low", "900"])
     assert cli.main() == 2
-    (tmp_path / "m.toml").write_text('machine = "two_stage"\n')
-    monkeypatch.setattr("sys.argv", [*words, "--overwrite"])
-    assert cli.main() == 2
+
+
+@pytest.mark.parametrize("config", [None, 'machine = "two_stage"\n'])
+def test_without_a_machine_the_command_shows_the_macro_stage(config, tmp_path, monkeypatch, capsys):
+    """The margins of (4.10) with (4.4): 4.91 rad/s and 85.7 deg (Section 4.3.3 and its erratum)."""
+    words = ["macromicro", "response", "--out", str(tmp_path / "out")]
+    if config:
+        (tmp_path / "m.toml").write_text(config)
+        words += ["--config", str(tmp_path / "m.toml")]
+    monkeypatch.setattr("sys.argv", words)
+    assert cli.main() == 0
+    said = capsys.readouterr().out
+    assert "macro-stage, linear model (4.4) under pd-tuned: crossover 0.7815 Hz" in said
+    assert "phase margin 85.7 deg" in said and "UNSTABLE" not in said
+    told = json.loads((tmp_path / "out/response.json").read_text())
+    assert told["margins"]["model"]["stable"] is True and len(told["frequency_hz"]) == 60
+    assert (tmp_path / "out/bode.png").stat().st_size > 5_000
+    for more in (["--low", "900"], ["--count", "-3"]):
+        monkeypatch.setattr("sys.argv", [*words, "--overwrite", *more])
+        assert cli.main() == 2
+
+
+def test_a_loop_that_is_not_stable_is_called_so():
+    """The loop of the axis with ten times its gain, and as it is."""
+    f = np.geomspace(0.5, 450.0, 400)
+    law = loops.law(FINE.controller, f, FINE.timing.period)
+    response = sweeping.Response(f, sheets.plant(FINE, f), law, sheets.plant(FINE, f) * law, f)
+    good = bode.Found(AXIS, FINE, response, response.plant, 0)
+    assert not any("UNSTABLE" in line for line in bode.lines(good))
+    wild = response._replace(loop=10.0 * response.loop, law=10.0 * law)
+    said = bode.lines(good._replace(measured=wild))
+    assert all(line.endswith("the closed loop is UNSTABLE") for line in said[:2])
+    phase = good._replace(measured=wild).margins[0].phase
+    assert -180.0 < phase <= 0.0
 
 
 def test_only_what_the_encoder_sees_is_compared(found):

@@ -66,9 +66,9 @@ def test_a_law_of_ones_own_joins_with_its_gains():
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("pj", "--law: 'pj'; accepted: one of pi, terminal; or MODULE:LAW"),
-        ("tests.nowhere:it", "--law: 'no module tests.nowhere"),
-        (COUNTS, "in count'; accepted: a law in m on this machine"),
+        ("pj", "--law: 'pj'; accepted: one of pi; or MODULE:LAW"),
+        ("tests.nowhere:it", "--law: no module tests.nowhere"),
+        (COUNTS, "is in count. This machine needs a law in m"),
     ],
 )
 def test_a_law_that_is_none_is_refused(name, words):

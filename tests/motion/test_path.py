@@ -129,8 +129,8 @@ def test_a_turn_to_the_left_is_positive():
 @pytest.mark.parametrize(
     ("corners", "radius", "what"),
     [
-        ([(0, 0), (0, 0)], 0.1, "point 2: 'the same as the one before'"),
-        ([(0, 0), (1, 0), (0, 0)], 0.1, "point 2: 'a turn by 180 deg'"),
+        ([(0, 0), (0, 0)], 0.1, "point 2: the same as the point before"),
+        ([(0, 0), (1, 0), (0, 0)], 0.1, "point 2: a turn by 180 deg"),
         ([(0, 0), (1, 0), (1, 1)], 1.01, "rounding: '1010 mm'; accepted: at most 1000 mm"),
         ([(0, 0), (1, 0), (1, 1), (2, 1)], 0.6, "at most 500 mm between points 2 and 3"),
         ([(0, 0), (3, 0), (3, 0.4)], 0.5, "at most 400 mm between points 2 and 3"),

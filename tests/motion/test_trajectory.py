@@ -131,7 +131,7 @@ def test_a_file_is_read_as_programmes_are(tmp_path: Path) -> None:
         ("t_s,x_mm,x_mm\n0,1,1\n1,1,1\n", "", ["line 1"]),
         ("t_s;x_mm\n0;1\n", "", ["line 1", "commas"]),
         ("t_s,x_mm\n0\n", "", ["line 2", "1 cells", "2 cells"]),
-        ("", "", ["an empty file"]),
+        ("", "", ["the file is empty"]),
     ],
 )
 def test_a_wrong_file_is_refused(tmp_path: Path, text: str, column: str, words: list[str]) -> None:

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from macromicro.plant import bench
+from macromicro.plant._steps import Steps
 from macromicro.plant.bench import Bench, Sensors
-from macromicro.plant.steps import Steps
 from macromicro.programme import MACRO, MICRO
 from macromicro.recorded import COLUMNS
 from macromicro.schema.par import entries, replaced

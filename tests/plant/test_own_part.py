@@ -47,13 +47,16 @@ def test_a_part_is_found_once_and_compiles() -> None:
     ("name", "said"),
     [
         ("something", r"here: '?.*something, int'?; accepted: a macromicro.plant.rubbing"),
-        ("othr", "here: 'no othr in .*such as other"),
+        ("othr", "here: no othr in .*such as other"),
         ("bare", "settings of .*bare: 'Bare'.*each annotated with a Par"),
         ("needy", "settings of .*needy: 'Needy'.*with defaults"),
         ("worded", "settings of .*worded: 'Worded'.*floats"),
         ("no_set", "settings of .*no_set.*a NamedTuple of floats"),
         ("dull", "after of .*dull: 'None'; accepted: a function"),
-        ("other", "has the settings of another, Wall.*a type of settings of its own"),
+        (
+            "other",
+            "has the settings of another, Wall.*Give each part a type of settings of its own",
+        ),
     ],
 )
 def test_what_is_no_part_is_refused(name: str, said: str) -> None:

@@ -153,7 +153,7 @@ def test_a_move_returns_at_its_end_and_not_before(client: Make, fake: Station) -
 
 
 @pytest.mark.parametrize(
-    ("outcome", "remedy"), [("stopped", "ask again"), ("stalled", "what holds it up")]
+    ("outcome", "remedy"), [("stopped", "ask again"), ("stalled", "what blocks it")]
 )
 def test_a_move_that_is_not_done_is_a_failure(
     client: Make, fake: Station, outcome: str, remedy: str

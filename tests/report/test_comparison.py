@@ -11,7 +11,7 @@ import pytest
 from macromicro.columns import Column
 from macromicro.design.response import MoveResult
 from macromicro.recording import Recording
-from macromicro.report import comparison, comparison_files, comparison_words
+from macromicro.report import _comparison_words, comparison, comparison_files
 from macromicro.report.comparison import Side
 
 COLUMNS = (Column("t", "s", ""), Column("laser", "um", ""), Column("fan", "1", "", "i1"))
@@ -43,7 +43,7 @@ def test_columns_part_where_they_first_differ() -> None:
     assert (first.rows, first.t, first.columns) == (4, 0.002, ("laser",))
     assert first.largest["laser"] == 0.5 and first.rms["laser"] == pytest.approx(0.5 / math.sqrt(2))
     assert (second.rows, second.t, second.columns) == (3, None, ())
-    texts = dict(comparison_words.remarks(done))
+    texts = dict(_comparison_words.remarks(done))
     assert texts["c"] == "equal to a in all 2 shared columns, bit for bit; it is 0.001 s shorter"
 
 
@@ -57,8 +57,8 @@ def test_another_structure_is_said() -> None:
         1e-3, {},
     )  # fmt: skip
     done = comparison.compare([Side("a", Path("a"), quick, []), Side("b", Path("b"), slow, [])])
-    assert comparison_words.columns(done) == [("laser", "um", "2.309", "4", "0.004 s")]
-    assert [text for _, text in comparison_words.remarks(done)] == [
+    assert _comparison_words.columns(done) == [("laser", "um", "2.309", "4", "0.004 s")]
+    assert [text for _, text in _comparison_words.remarks(done)] == [
         "differs from a from 0.004 s on, first in laser; it is 0.001 s longer",
         "lacks columns of a: motor",
         "has columns that a lacks: x",
@@ -82,15 +82,15 @@ def test_other_moves_are_not_compared() -> None:
     done = found(mine, other, laser=[[0.0, 1.0], [0.0, 2.0]])
     assert done.moves[0].difference("settling_s", 1) == pytest.approx(0.1)
     assert [m.results[1] is None for m in done.moves] == [False, True, True]
-    lines = comparison_words.table(done)
+    lines = _comparison_words.table(done)
     assert lines[0][3:5] == ("0.500 s", "+0.100") and lines[1][4] == "other move"
-    texts = [text for _, text in comparison_words.remarks(done)]
-    assert "2 of 3 moves are other ones here, or none" in texts
+    texts = [text for _, text in _comparison_words.remarks(done)]
+    assert "2 of 3 moves differ or are missing here" in texts
 
 
 def test_a_move_that_never_settles_is_said() -> None:
     done = found([move(0, None), move(1)], [move(0, 0.6), move(1, None)])
-    lines = comparison_words.table(done)
+    lines = _comparison_words.table(done)
     assert lines[0][3:5] == ("never", "now 0.600 s") and lines[1][3:5] == ("0.500 s", "never")
 
 
@@ -99,7 +99,7 @@ def test_errors_are_compared_by_their_size() -> None:
     pair = [[move(0, final_error=-3.0)], [move(0, final_error=1.0)]]
     done = found(*pair, laser=[[0.0, 1.0], [0.0, 2.0]])
     assert done.moves[0].difference("final_error", 1) == 4.0
-    assert "size of the final error -2.0 um" in comparison_words.remarks(done)[1][1]
+    assert "size of the final error -2.0 um" in _comparison_words.remarks(done)[1][1]
 
 
 def test_columns_that_never_change_are_not_drawn() -> None:

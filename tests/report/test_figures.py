@@ -8,15 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from macromicro.drawing import files, style
-from macromicro.report import figures
-from macromicro.report.figures import Drawn
+from macromicro.report import _figures
+from macromicro.report._figures import Drawn
 from macromicro.runs import folder
 from macromicro.runs.job import Ended
 
 
 @pytest.fixture(scope="module")
 def drawn(ended: Ended) -> dict[str, Drawn]:
-    return {d.name: d for d in figures.draw(ended)}
+    return {d.name: d for d in _figures.draw(ended)}
 
 
 def test_all_figures_in_order(ended: Ended, drawn: dict[str, Drawn]) -> None:
@@ -49,14 +49,14 @@ def test_response_shows_both_stages_where_they_went(ended: Ended, drawn: dict[st
 
 def test_laser_is_hidden_outside_the_micro_phase(ended: Ended) -> None:
     """Elsewhere it shows the carriage's motion, tens of millimetres."""
-    laser = figures.fine_laser(ended.recording)
+    laser = _figures.fine_laser(ended.recording)
     assert np.isnan(laser).any()
     assert np.nanmax(np.abs(laser)) < 2000.0
 
 
 def test_without_macro_moves_or_truth_there_is_less_to_show(ended: Ended) -> None:
     bare = ended._replace(vibration=[], cycles=[], moves=ended.moves[:1])
-    assert [d.name for d in figures.draw(bare)] == ["response", "efforts", "temperatures"]
+    assert [d.name for d in _figures.draw(bare)] == ["response", "efforts", "temperatures"]
 
 
 def test_png_is_small_and_names_no_address(drawn: dict[str, Drawn]) -> None:

@@ -10,8 +10,8 @@ import pytest
 
 from macromicro.drawing import files
 from macromicro.drawing.page import Picture
-from macromicro.report import figures
-from macromicro.report.page import page
+from macromicro.report import _figures
+from macromicro.report._page import page
 from macromicro.rig import codes, guard
 from macromicro.rig.faults import describe
 from macromicro.runs.job import Ended
@@ -50,7 +50,7 @@ class Parsed(HTMLParser):
 @pytest.fixture(scope="module")
 def pictures(ended: Ended) -> list[Picture]:
     return [
-        Picture(d.name, d.title, d.caption, files.encoded(d.figure)) for d in figures.draw(ended)
+        Picture(d.name, d.title, d.caption, files.encoded(d.figure)) for d in _figures.draw(ended)
     ]
 
 
@@ -98,7 +98,7 @@ def test_readable_in_the_dark_and_on_a_phone(ended: Ended) -> None:
 def test_says_what_when_and_how(ended: Ended, parsed: Parsed) -> None:
     assert WHEN in parsed.text and "seed 3" in parsed.text and "2 cycles" in parsed.text
     assert "sensors.laser.noise = 0.5 um" in parsed.text
-    assert "every move arrived" in parsed.text
+    assert "The programme finished: 10 of 10 moves arrived; worst " in parsed.text
     rows = [tag for tag, attributes in parsed.tags if tag == "tr"]
     assert len(rows) == 1 + len(ended.moves)
 
@@ -113,6 +113,6 @@ def test_shows_the_fault(ended: Ended) -> None:
     fault = describe(watch)
     assert fault is not None
     found = Parsed(page(ended._replace(finished=False, fault=fault), [], WHEN)).text
-    assert "every move arrived" not in found
+    assert "The programme finished" not in found
     for part in (fault.name, fault.message, fault.evidence, fault.remedy):
         assert part in found

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from macromicro.columns import Column
 from macromicro.recording import Recording
-from macromicro.report.partings import parting
+from macromicro.report._partings import parting
 
 COLUMNS = (Column("t", "s", ""), Column("x", "mm", ""), Column("n", "1", "", "i2"))
 

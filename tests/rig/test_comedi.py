@@ -12,9 +12,9 @@ import pytest
 
 import macromicro
 from macromicro.errors import InputError
-from macromicro.rig import comedi
-from macromicro.rig.cards import rig as card_rig
-from macromicro.rig.cards.port import CardError
+from macromicro.rig import _comedi
+from macromicro.rig.cards import _rig as card_rig
+from macromicro.rig.cards._port import CardError
 from macromicro.rig.opening import named, open_rig
 from macromicro.types import SAFE
 from tests.rig.cards.machine import Machine, library, moved, needs_c
@@ -88,7 +88,7 @@ def shim(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
 @pytest.fixture
 def board(shim: ctypes.CDLL, monkeypatch: pytest.MonkeyPatch) -> Iterator[Board]:
     made = Board(shim)
-    monkeypatch.setattr(comedi, "library", lambda: comedi.typed(shim))
+    monkeypatch.setattr(_comedi, "library", lambda: _comedi.typed(shim))
     monkeypatch.setattr(card_rig, "Deadlines", made.machine.clock())
     yield made
     assert made.strange == 0, "a terminal that is not wired"
@@ -155,7 +155,7 @@ def test_a_voltage_at_the_end_of_its_range_is_no_value(
 def test_what_is_no_number_makes_everything_safe(board: Board, tmp_path: Path) -> None:
     with open_rig(written(tmp_path)).make(0) as rig:
         rig.write(SAFE._replace(motor=2.0, fan=1.0))
-        with pytest.raises(CardError, match=r"outputs.ctrl: asked for nan"):
+        with pytest.raises(CardError, match=r"outputs.ctrl: illegal output nan"):
             rig.write(SAFE._replace(motor=2.0, ctrl=math.nan))
         assert board.machine.safe
 
@@ -186,7 +186,7 @@ def test_lines_that_go_both_ways_are_given_their_direction(board: Board, tmp_pat
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("subdevice = 4", "subdevice = 0", "0, which has analog inputs'; accepted: a subdevice wi"),
+        ("subdevice = 4", "subdevice = 0", "0 has analog inputs. Choose a subdevice wi"),
         ("subdevice = 4", "subdevice = 9", "encoder.subdevice: '9'; accepted: a whole number"),
         ("channel = 3", "channel = 16", "extend.channel: '16'"),
         ("channel = 0 }", 'channel = 0, reference = "x" }', "'x'; accepted: one of ground, common"),

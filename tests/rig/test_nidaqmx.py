@@ -13,8 +13,8 @@ import pytest
 
 import macromicro
 from macromicro.errors import InputError
-from macromicro.rig.cards import rig as card_rig
-from macromicro.rig.cards.port import CardError
+from macromicro.rig.cards import _rig as card_rig
+from macromicro.rig.cards._port import CardError
 from macromicro.rig.opening import open_rig
 from macromicro.types import SAFE
 from tests.rig.cards.machine import Machine, library, moved, needs_c
@@ -191,7 +191,7 @@ def test_without_the_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
     monkeypatch.setattr(builtins, "__import__", missing)
     rig = open_rig(written(tmp_path)).make(0)
-    with pytest.raises(CardError, match=r"no package nidaqmx .*macromicro\[nidaqmx\]"), rig:
+    with pytest.raises(CardError, match=r"no package nidaqmx .*\[nidaqmx\]"), rig:
         pass
 
 

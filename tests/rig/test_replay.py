@@ -120,7 +120,7 @@ def test_a_recording_without_sensors_is_bad_input() -> None:
     with pytest.raises(InputError, match="no sensors"):
         Replay(recording)
     empty = Recording.from_arrays([Column(n, "s", n) for n in ("t", "laser")], [[], []], 1e-3, {})
-    with pytest.raises(InputError, match=r"replay:mine\.h5: 'no sensors'"):
+    with pytest.raises(InputError, match=r"replay:mine\.h5: the recording has no sensors"):
         Replay(empty, "mine.h5")
     hall = Column("hall_voltage", "V", "hall")
     empty = Recording.from_arrays([Column("t", "s", "t"), hall], [[], []], 1e-3, {})

@@ -180,7 +180,7 @@ def test_the_faults_with_more_to_them() -> None:
     ("field", "fine", "doubtful", "word"),
     [
         ("hall_age", 0.005, 0.0051, "silent"),
-        ("railed", 0.005, 0.0051, "off its scale"),
+        ("railed", 0.005, 0.0051, "out of range"),
         ("same", 0.019, 0.020, "repeats"),
         ("noise", 0.025**2, 0.0251**2, "noisy"),
     ],

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 
 import pytest
 
+from macromicro.rig._unwinding import Unwinding
 from macromicro.rig.session import Session
-from macromicro.rig.unwinding import Unwinding
 
 
 @pytest.fixture

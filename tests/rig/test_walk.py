@@ -12,7 +12,7 @@ from macromicro.control.contract import Finding
 from macromicro.plant import bench
 from macromicro.rig.session import Fixture
 from macromicro.rig.twin import CompiledTwin
-from macromicro.rig.walk import steps, strokes
+from macromicro.rig.walk import _strokes, steps
 from macromicro.rig.walk.walking import END, GO, SKIP, walk
 from macromicro.settings import Settings
 from macromicro.types import SAFE, Outputs
@@ -139,11 +139,11 @@ def test_a_rig_that_is_right() -> None:
     ("wrong", "step", "found", "remedy"),
     [
         ("encoder", "encoder", "counts fall towards the upper end", "channels A and B"),
-        ("motor", "direction", "counts fall with a positive voltage", "motor's two wires"),
+        ("motor", "direction", "counts fall with a positive voltage", "swap the motor's wires"),
         ("dead", "direction", "it does not move", "enable line"),
         ("half", "direction", "one way only", "half of an amplifier"),
         ("cut", "ends", "limit_low tripped in the middle", "NC instead of NO"),
-        ("switches", "ends", "limit_high at the lower end", "exchange the two switches"),
+        ("switches", "ends", "limit_high at the lower end", "swap the two switches"),
         ("silent", "ends", "limit_high did not trip", "the switch's place"),
         ("noise", "Hall sensor", "a noise of 1e+02 mV", "shielded"),
         ("magnets", "Hall sensor", "pushed by hand", "which way round"),
@@ -223,4 +223,4 @@ def test_the_virtual_bench_is_found_as_it_is() -> None:
     carriage = settings.bench.carriage
     assert counts * pitch == pytest.approx(carriage.stop_high - carriage.stop_low, abs=2e-3)
     assert "CTRL 1.7 V for 1 s" in " ".join(said)
-    assert strokes.LONGEST == 20.0
+    assert _strokes.LONGEST == 20.0

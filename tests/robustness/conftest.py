@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from macromicro.batch import SEED, Trajectories, Variants
 from macromicro.robustness import requirements, study
-from macromicro.robustness.metrics import METRICS, NAMES
+from macromicro.robustness._metrics import METRICS, NAMES
 from macromicro.robustness.study import Request, Study
 from macromicro.settings import Settings
 

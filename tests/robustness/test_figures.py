@@ -7,15 +7,15 @@ from typing import Any
 from matplotlib.colors import to_hex
 
 from macromicro.drawing.style import BLUE, ORANGE
-from macromicro.robustness import figures
-from macromicro.robustness.metrics import NAMES
+from macromicro.robustness import _figures
+from macromicro.robustness._metrics import NAMES
 from macromicro.robustness.study import Study
 
 
 def test_the_tornado_s_legend_names_what_its_bars_are(done: Study) -> None:
     """Colours as drawn: kinetic friction's low end makes the macro-stage quicker, its high end
     stops it, which is hatched."""
-    figure: Any = next(d.figure for d in figures.draw(done) if d.name == "tornado")
+    figure: Any = next(d.figure for d in _figures.draw(done) if d.name == "tornado")
     (legend,) = figure.legends
     patches = legend.get_patches()
     labels = [text.get_text() for text in legend.get_texts()]

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from macromicro.batch import SEED, Variants
+from macromicro.robustness._metrics import METRICS, NAMES
 from macromicro.robustness.job import RobustJob
-from macromicro.robustness.metrics import METRICS, NAMES
 from macromicro.runs import job as run
 
 # Up, down, up and down again; and once more from zero.

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.robustness.metrics import NAMES
+from macromicro.robustness._metrics import NAMES
 from macromicro.robustness.requirements import DEFAULTS, load
 from macromicro.robustness.words import amount
 from macromicro.uncertainty.table import UNCERTAIN
@@ -53,7 +53,7 @@ def test_a_file_changes_adds_and_removes(tmp_path: Path) -> None:
         ("fault_code = 1", "unknown metric"),
         ('macro_settling = "nan s"', "macro_settling"),
         ("", "empty"),
-        ("# nothing", "sets nothing"),
+        ("# nothing", "the file sets no limit"),
         ("macro_settling = ", "TOML"),
         ("\n".join(f"{r.metric.name} = false" for r in DEFAULTS), "no requirement"),
     ],

@@ -15,9 +15,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from tests.command import command as macromicro
 
 from macromicro.robustness import files
-from macromicro.robustness.metrics import NAMES, measure
+from macromicro.robustness._metrics import NAMES, measure
 from macromicro.robustness.requirements import DEFAULTS
 from macromicro.runs import job as run
 from macromicro.schema import config
@@ -31,9 +32,7 @@ FIRST_SEED = 3
 
 
 def command(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*COMMAND, *map(str, arguments)], capture_output=True, text=True, check=False, cwd=cwd
-    )
+    return macromicro(*arguments, cwd=cwd)
 
 
 @pytest.fixture(scope="module")

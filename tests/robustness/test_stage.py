@@ -63,9 +63,44 @@ def test_a_study_tells_the_share_and_what_the_errors_go_with():
     values = [t.rms_error for t in found.found]
     assert m["nominal"] == found.nominal.rms_error and m["worst"] == max(values)
     assert m["quantiles"]["0.5"] == pytest.approx(np.median(values))
-    assert m["goes_with"] in [r.name for r in found.rows] and abs(m["rank_correlation"]) <= 1.0
+    assert m["known"] == 12 and m["never"] == 0
     assert f"{found.arrives.passed} of 12 machines" in stage_files.lines(found)[0]
     assert stage.study(AXIS, AXIS.settings, PLAN, 12, 2, 1).found == found.found
+
+
+def test_machines_that_never_settle_are_the_worst_and_counted():
+    """Two of three: the median is theirs, too; one that a fault stopped is named apart."""
+    found = stage.study(AXIS, AXIS.settings, PLAN, 12, 2, 2)
+    inf, nan = float("inf"), float("nan")
+    never = [t._replace(settling=inf, missed=1.0) for t in found.found[:7]]
+    stopped = [found.found[11]._replace(fault=3.0, settling=nan)]
+    found = found._replace(found=[*never, *found.found[7:11], *stopped])
+    m = stage_files.metrics(found)["settling"]
+    assert (m["known"], m["never"], m["worst"]) == (11, 7, inf)
+    assert m["quantiles"]["0.05"] < inf and m["quantiles"]["0.5"] == inf
+    said = stage_files.lines(found)
+    assert "a fault stopped 1 of 12 machines" in said[1]
+    settling = next(line for line in said if line.startswith("settling: "))
+    assert "median never" in settling and "worst never" in settling
+    assert "7 of 11 never settled" in settling
+    stage_files.draw_figure(found)
+
+
+def test_a_correlation_that_may_be_chance_is_not_told():
+    """Of settling that follows the mass it is, with its p-value; of noise it is not."""
+    found = stage.study(AXIS, AXIS.settings, PLAN, 12, 2, 2)
+    mass = found.amounts[:, [r.name for r in found.rows].index("mass")]
+    noise = np.random.default_rng(1).standard_normal(12)
+    found = found._replace(
+        found=[
+            t._replace(settling=m, rms_error=3.0 + n)
+            for t, m, n in zip(found.found, mass, noise, strict=True)
+        ]
+    )
+    told = stage_files.metrics(found)
+    assert told["settling"]["goes_with"] == "mass" and told["settling"]["p_value"] < 1e-6
+    assert "strongest correlation: mass (+1.00, p 1e-06)" in "\n".join(stage_files.lines(found))
+    assert "goes_with" not in told["rms_error"]
 
 
 def test_requirements_are_met_by_some(tmp_path):
@@ -108,6 +143,11 @@ def test_the_command_writes_its_folder(tmp_path, monkeypatch, capsys):
     assert "machines:" in capsys.readouterr().out
     assert {p.name for p in (tmp_path / "out").iterdir()} == {"robust.json", "robust.png"}
     assert json.loads((tmp_path / "out/robust.json").read_text())["asked"] == 10
-    monkeypatch.setattr("sys.argv", [*words, "--overwrite", "--fan"])
-    assert cli.main() == 2
-    assert "--fan" in capsys.readouterr().err
+    for more, said in (
+        (["--fan"], "--fan"),
+        (["--workers", "-2"], "--workers: '-2'; accepted: a whole number from 1"),
+        (["--samples", "-2"], "--samples: '-2'; accepted: a whole number from 10"),
+    ):
+        monkeypatch.setattr("sys.argv", [*words, "--overwrite", *more])
+        assert cli.main() == 2
+        assert said in capsys.readouterr().err

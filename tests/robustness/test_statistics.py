@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binom, spearmanr
 
-from macromicro.robustness.statistics import LEVELS, rank_correlation, share, spread
+from macromicro.robustness._statistics import LEVELS, rank_correlation, share, spread
 
 counts = st.integers(1, 400).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n)))
 
@@ -63,35 +63,55 @@ def test_rank_correlation_is_spearman_s(values: list[int], seed: int) -> None:
     x = np.random.default_rng(seed).standard_normal(len(y))
     found = rank_correlation(x, y)
     if np.ptp(y) == 0.0:
-        assert math.isnan(found)
+        assert math.isnan(found.value) and not found.significant()
     else:
-        assert found == pytest.approx(spearmanr(x, y).statistic, abs=1e-12)
+        assert found == pytest.approx(tuple(spearmanr(x, y)), abs=1e-12)
 
 
 @given(st.lists(st.integers(-1000, 1000), min_size=12, max_size=30, unique=True))
 def test_rank_correlation_sees_order_only(values: list[int]) -> None:
     x = np.array(values, dtype=float)
-    assert rank_correlation(x, x**3) == pytest.approx(1.0)
-    assert rank_correlation(x, -x) == pytest.approx(-1.0)
+    assert rank_correlation(x, x**3).value == pytest.approx(1.0)
+    assert rank_correlation(x, -x).value == pytest.approx(-1.0)
+    assert rank_correlation(x, -x).significant(of=20)
+
+
+def test_the_largest_of_many_correlations_is_seldom_called_significant() -> None:
+    """Of twenty quantities that have nothing to do with a metric: in one study of twenty."""
+    rng = np.random.default_rng(5)
+    called = 0
+    for _ in range(200):
+        y, many = rng.standard_normal(40), rng.standard_normal((20, 40))
+        called += any(rank_correlation(x, y).significant(of=20) for x in many)
+    assert called <= 20
 
 
 def test_never_ranks_highest_and_unknown_is_left_out() -> None:
     x = np.arange(13.0)
     y = np.array([*range(10), math.inf, math.inf, math.nan])
-    expected = spearmanr(x[:12], [*range(10), 99, 99]).statistic
-    assert rank_correlation(x, y) == pytest.approx(expected)
-    assert math.isnan(rank_correlation(x[3:], y[3:]))  # nine known rows are too few
+    expected = spearmanr(x[:12], [*range(10), 99, 99])
+    assert rank_correlation(x, y) == pytest.approx(tuple(expected))
+    assert math.isnan(rank_correlation(x[3:], y[3:]).value)  # nine known rows are too few
 
 
-def test_spread_counts_what_is_not_finite() -> None:
-    values = np.array([3.0, 1.0, math.inf, math.nan, 2.0])
+def test_what_never_settles_is_worse_than_any_number() -> None:
+    """In the worst and in the quantiles: as a number that is larger than all others would be."""
+    values = np.array([3.0, 1.0, math.inf, math.nan, 2.0, math.inf, 4.0, 5.0])
     found = spread(values)
-    assert (found.known, found.never, found.least, found.most) == (4, 1, 1.0, 3.0)
-    assert found.quantiles == pytest.approx(np.quantile([1.0, 2.0, 3.0], LEVELS))
+    assert (found.known, found.never, found.least, found.most) == (7, 2, 1.0, math.inf)
+    large = np.quantile([1.0, 2.0, 3.0, 4.0, 5.0, 1e9, 1e9], LEVELS)
+    assert found.quantiles[:3] == pytest.approx(large[:3])
+    assert found.quantiles[3:] == (math.inf, math.inf) and (large[3:] > 1e8).all()
+
+
+def test_spread_of_finite_numbers_is_numpy_s() -> None:
+    values = np.array([3.0, 1.0, math.nan, 2.0, 7.0])
+    found = spread(values)
+    assert (found.known, found.never, found.least, found.most) == (4, 0, 1.0, 7.0)
+    assert found.quantiles == pytest.approx(np.quantile([1.0, 2.0, 3.0, 7.0], LEVELS))
 
 
 def test_spread_of_nothing_finite() -> None:
     found = spread(np.array([math.inf, math.nan]))
-    assert (found.known, found.never) == (1, 1)
-    assert math.isnan(found.least)
-    assert math.isnan(found.quantiles[2])
+    assert (found.known, found.never, found.most, found.quantiles[2]) == (1, 1, math.inf, math.inf)
+    assert math.isnan(spread(np.array([math.nan])).most)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from macromicro.batch import SEED, Job, Variants
-from macromicro.robustness import findings, study
-from macromicro.robustness.findings import influences, overall, worst, yields
+from macromicro.robustness import _findings, study, words
+from macromicro.robustness._findings import influences, overall, worst, yields
+from macromicro.robustness._metrics import NAMES
 from macromicro.robustness.job import variants
-from macromicro.robustness.metrics import NAMES
 from macromicro.robustness.study import Request, Study
 from macromicro.schema.par import changed, replaced
 from macromicro.uncertainty.machines import draw, settings_at
@@ -55,7 +55,7 @@ def test_influences_are_sorted_by_effect(done: Study) -> None:
     assert (found[0].low, found[0].effect) == (2.0, math.inf)
     assert math.isnan(found[0].high)
     assert (found[1].low, found[1].high, found[1].effect) == (2.0, 9.0, 7.0)
-    assert found[1].correlation > 0.5
+    assert found[1].correlation.value > 0.5 and found[1].correlation.significant(20)
     assert all(i.effect == 0.0 for i in found[2:])
 
 
@@ -82,11 +82,20 @@ def test_worst_is_the_largest_and_of_equals_the_nearest(done: Study) -> None:
     assert away[fault.sample] == away[stopped].min()
 
 
+def test_a_worst_case_that_never_settles_says_how_many_do_not(done: Study) -> None:
+    found = {w.requirement.metric.name: words.worst_value(done, w) for w in worst(done)}
+    settling = column(done, "macro_settling")
+    never, known = np.isinf(settling).sum(), (~np.isnan(settling)).sum()
+    assert 0 < never < known < 40
+    assert found["macro_settling"] == f"never; {never} of {known} never settled"
+    assert found["micro_error"].endswith(" um")
+
+
 def test_strongest_takes_the_hardest_requirement(done: Study) -> None:
-    name, ranked = findings.strongest(done)
+    name, ranked = _findings.strongest(done)
     shares = {y.requirement.metric.name: y.all.share for y in yields(done)}
     assert shares[name] == min(shares.values())
-    assert abs(ranked[0].correlation) >= abs(ranked[1].correlation)
+    assert abs(ranked[0].correlation.value) >= abs(ranked[1].correlation.value)
 
 
 def test_workers_change_nothing(request_: Request, machine: Job) -> None:

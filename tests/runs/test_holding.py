@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from tests.command import command as macromicro
 
 from macromicro.errors import InputError
 from macromicro.runs.folder import held
@@ -65,7 +66,7 @@ def test_an_empty_folder_goes_again(tmp_path: Path) -> None:
 
 def test_what_another_command_left_meanwhile_is_kept(tmp_path: Path) -> None:
     (tmp_path / "note.txt").write_text("theirs")
-    with pytest.raises(InputError, match="exists already"), held(tmp_path, overwrite=False):
+    with pytest.raises(InputError, match="already exists"), held(tmp_path, overwrite=False):
         pass
     with held(tmp_path, overwrite=True):
         pass
@@ -85,9 +86,6 @@ def test_every_command_that_writes_a_folder_waits_for_none(
     command: list[str], other: tuple[subprocess.Popen[str], Path]
 ) -> None:
     """Exit 2, before anything is computed or removed."""
-    done = subprocess.run(
-        [sys.executable, "-m", "macromicro", *command, "--out", str(other[1]), "--overwrite"],
-        capture_output=True, text=True, timeout=100, check=False,
-    )  # fmt: skip
+    done = macromicro(*command, "--out", other[1], "--overwrite", cwd=Path.cwd())
     assert done.returncode == 2, done.stderr
     assert "in use by" in done.stderr

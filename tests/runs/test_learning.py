@@ -134,12 +134,12 @@ def test_on_the_bench_the_laser_shows_less_error_too(tmp_path: Path) -> None:
     settings = Settings()
     settings = settings._replace(controller=settings.controller.joined("inverse", "law"))
     limits = travel.limits(settings.travel, settings.sensors.encoder.pitch)
-    what = wave(tmp_path, 6.0)
+    what = wave(tmp_path)
 
     def run(programme: Programme, k: int) -> Recording:
         return programmed.record(programme, settings, seed=k).recording
 
-    found = learning.learn(what, run, learning.sensor_lag(settings), limits, repeats=6)
+    found = learning.learn(what, run, learning.sensor_lag(settings), limits, repeats=4)
     first, best = found.repetitions[0], found.repetitions[found.best]
     assert best.rms < 0.5 * first.rms
     assert best.true < 0.5 * first.true

@@ -1,6 +1,7 @@
 """Settings files over a toy tree: exact round trip, units, bounds, one sentence for a slip."""
 
 import math
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -158,9 +159,9 @@ def test_what_is_not_named_keeps_its_default(tmp_path: Path) -> None:
         ("[bench.heat]\nstop = '4.5 mm'", ["bench.heat.stop", "4.5 mm", "at most the stroke"]),
         ("[bench]\nload = '2 N'", ["bench.load", "heavy", "under 1 N"]),
         # the file
-        ("", ["an empty file"]),
-        ("# nothing\n", ["sets nothing"]),
-        ("[bench.heat]\n", ["sets nothing"]),
+        ("", ["the file is empty"]),
+        ("# nothing\n", ["sets no parameter"]),
+        ("[bench.heat]\n", ["sets no parameter"]),
         ("a = = 1", ["TOML", "line 1"]),
         (b"label = '\xff'", ["0xff at offset 9"]),
     ],
@@ -172,13 +173,46 @@ def test_wrong_settings(tmp_path: Path, text: str | bytes, words: list[str]) -> 
 
 
 def test_wrong_files(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="a directory"):
+    with pytest.raises(InputError, match="this is a folder"):
         load_overrides(tmp_path, Toy())
     with pytest.raises(InputError, match="no such file"):
         load_overrides(tmp_path / "none.toml", Toy())
     (tmp_path / "a.csv").write_text("seed = 1")
     with pytest.raises(InputError, match=r"suffix \.csv"):
         load_overrides(tmp_path / "a.csv", Toy())
+
+
+class Derived(NamedTuple):
+    mass: Annotated[float, Par("kg", "mass", positive=True)] = 2.0
+    force: Annotated[float, Par("N", "force", positive=True)] = 4.0
+    acceleration: Annotated[float, Par("m/s^2", "what follows", positive=True)] = 2.0
+    time: Annotated[float, Par("s", "what follows from that", positive=True)] = 0.5
+
+    def derived(self) -> tuple[tuple[str, Callable[[Any], float]], ...]:
+        return (
+            ("acceleration", lambda tree: tree.force / tree.mass),
+            ("time", lambda tree: 1.0 / tree.acceleration),
+        )
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('mass = "1e300 kg"\nforce = "1e-300 N"\n', ["a.toml, time", "follows"]),
+        (
+            'mass = "1e300 kg"\nforce = "1e-300 N"\ntime = "1 s"\n',
+            ["a.toml, acceleration", "0 m/s^2", "above zero"],
+        ),
+    ],
+)
+def test_a_value_that_follows_beyond_its_bounds_is_refused_by_file_and_key(
+    tmp_path: Path, text: str, words: list[str]
+) -> None:
+    (tmp_path / "a.toml").write_text(text)
+    with pytest.raises(InputError) as refused:
+        load_overrides(tmp_path / "a.toml", Derived())
+    for word in words:
+        assert word in str(refused.value)
 
 
 def test_inner_sets_are_checked_before_outer_ones() -> None:

@@ -44,7 +44,7 @@ def test_it_is_found_where_the_user_stands(module: str) -> None:
 
 @pytest.mark.parametrize(
     ("name", "said"),
-    [("{m}:ovn", "no ovn in .*; accepted: a rig of {m}, such as oven"),
+    [("{m}:ovn", "no ovn in .*. Expected: a rig of {m}, such as oven"),
      ("{m}:x", "such as bench"),  # the first, neither imported nor hidden
      ("{m}_:x", "no module {m}_"),
      ("{m}.inner:x", "no module {m}.inner")],
@@ -69,11 +69,11 @@ def test_errors_while_it_is_imported_are_told(module: str, text: str, said: str)
 
 def test_entry_points_are_listed_by_group() -> None:
     assert plugins.registered("macromicro.laws") == {}
-    assert plugins.registered("console_scripts")["macromicro"] == "macromicro.cli:main"
+    assert plugins.registered("console_scripts")["macromicro"] == "macromicro.__main__:main"
 
 
 def test_a_name_stands_for_a_place() -> None:
     assert plugins.place("mylab.laws:it", "console_scripts") == "mylab.laws:it"
-    assert plugins.place("macromicro", "console_scripts") == "macromicro.cli:main"
+    assert plugins.place("macromicro", "console_scripts") == "macromicro.__main__:main"
     assert plugins.place("macromicro", "macromicro.laws") is None
     assert plugins.place("", "console_scripts") is None

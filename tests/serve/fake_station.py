@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from macromicro.control.live import bounds, parameters, state
+from macromicro.control.live import _bounds, parameters, state
 from macromicro.control.live import messages as m
 from macromicro.errors import MacromicroError
 from macromicro.serve import requests
+from macromicro.serve._trail import Trail
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import NAMES
 from macromicro.serve.snapshot import Pace, RecordingState, Snapshot, Trouble
-from macromicro.serve.trail import Trail
 
 MOTIONS = (m.Home, m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, m.MoveMacroBy,
            m.MoveMicroBy, *m.AXES_MOVES, m.Jog,
@@ -100,7 +100,7 @@ class FakeStation:
             if self.beyond(request):
                 return m.Refused("beyond the soft limits", "stay within them", True)
             if isinstance(request, m.SetLimits):
-                self.s, reply, _ = bounds.change(self.p, self.s, request.limits)
+                self.s, reply, _ = _bounds.change(self.p, self.s, request.limits)
                 if isinstance(reply, m.Refused):
                     return reply
             self.requests.append(request)

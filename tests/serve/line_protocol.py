@@ -15,10 +15,10 @@ from typing import Any
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused, Reply
+from macromicro.serve._instrument import Instrument
 from macromicro.serve.bucket import Bucket
 from macromicro.serve.client import Client, Dispatcher, Entry, Waiting
 from macromicro.serve.guesses import TRIES, Token
-from macromicro.serve.instrument import Instrument
 from macromicro.serve.requests import KINDS, OVERTAKEN, STOPS
 from macromicro.serve.threaded import Threaded
 

@@ -81,5 +81,5 @@ class Scene:
 
         self.bench.at[50] = begin
         self.bench.at[60] = self.leave
-        self.loop.run("no position was kept", "test", lambda sample: Evident())
+        self.loop.run("no position was saved", "test", lambda sample: Evident())
         return self.machine.log

@@ -19,7 +19,7 @@ import numpy as np
 from macromicro.control import calibration
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted
-from macromicro.serve.machine import View
+from macromicro.serve._machine import View
 from macromicro.types import SAFE, Command, Outputs, Sample
 
 if TYPE_CHECKING:  # the loop process needs no station
@@ -41,9 +41,10 @@ def until(what: Callable[[], Any], patience: float = PATIENCE_S) -> Any:
 
 LOG = "MACROMICRO_TEST_LOG"
 FAIL_AT = "MACROMICRO_TEST_FAIL_AT"
-HANG_AT = "MACROMICRO_TEST_HANG_AT"  # a reading that does not return
+HANGS = "MACROMICRO_TEST_HANGS"  # a path: no reading returns while it is there
 DEAF = "MACROMICRO_TEST_DEAF"  # "1": not even when it is interrupted
 BAD_STOP = "MACROMICRO_TEST_BAD_STOP"  # "raises", "hangs": so does stop
+UNPLUGGED = "MACROMICRO_TEST_UNPLUGGED"  # a path: no call of the rig gets through while it is there
 COUNT_AT_START = "MACROMICRO_TEST_COUNT"
 CELLS = 8
 STEPS, MOTOR, CTRL, PID, ENTERED, LEFT, STOPS, LAST_NS = range(CELLS)
@@ -72,6 +73,10 @@ class Logged:
         self.count = float(os.environ.get(COUNT_AT_START, "0"))
         self.next = 0.0
 
+    def _reach(self) -> None:
+        if os.path.exists(os.environ.get(UNPLUGGED, "")):
+            raise OSError("no such device")
+
     def now(self) -> float:
         return self.steps * 1e-3
 
@@ -80,9 +85,10 @@ class Logged:
         time.sleep(max(self.next - time.monotonic(), 0.0))
 
     def read(self) -> Sample:
+        self._reach()
         self.steps += 1
         self.log[STEPS] = self.steps
-        while self.steps == int(os.environ.get(HANG_AT, "-1")):
+        while os.path.exists(os.environ.get(HANGS, "")):
             try:
                 time.sleep(1.0)
             except KeyboardInterrupt:
@@ -94,6 +100,7 @@ class Logged:
         return Sample(self.now(), self.count, volts, math.nan, math.nan, math.nan)
 
     def write(self, outputs: Outputs) -> None:
+        self._reach()
         self.log[MOTOR], self.log[CTRL] = outputs.motor, outputs.ctrl
         self.log[LAST_NS] = time.monotonic_ns()
 
@@ -106,6 +113,7 @@ class Logged:
         self.write(SAFE)
 
     def __enter__(self) -> Logged:
+        self._reach()
         self.log[PID], self.log[ENTERED] = os.getpid(), 1.0
         self.next = time.monotonic()
         return self

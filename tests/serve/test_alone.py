@@ -8,13 +8,14 @@ import sys
 from pathlib import Path
 
 import pytest
+from serve_parts import until
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
 from macromicro.errors import InputError
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.station import Station
-from macromicro.serve.web import reporting
+from macromicro.serve.web import _reporting
 
 PAGE = (Path(__file__).parents[2] / "docs" / "rigs.md").read_text(encoding="utf-8")
 CARRIAGE = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)[0]
@@ -101,7 +102,7 @@ def test_a_carriage_alone(lab: str, tmp_path: Path) -> None:
             assert isinstance(reply, Refused) and "no micro-stage" in reply.reason
         now = station.snapshot()
         assert now.trusted and now.ctrl_v == 0.0
-        offered = reporting.offered(now, False, station.stages)
+        offered = _reporting.offered(now, False, station.stages)
         assert "move macro" in offered and "move micro" not in offered
 
 
@@ -110,6 +111,7 @@ def test_a_micro_stage_alone(lab: str, tmp_path: Path) -> None:
         with Station(f"{lab}:stage", settings=patient(), state=tmp_path / "p.json") as station:
             assert station.stages == (m.MICRO,)
             station.acquire("a test")
+            until(lambda: station.snapshot().pace.periods)
             assert isinstance(station.request("a test", m.Enable()), Accepted)
             end = done(station, m.MoveTo(1.2e-3))
             assert end.outcome == "done" and end.position == pytest.approx(1.2e-3, abs=2e-5)

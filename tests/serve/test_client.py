@@ -14,9 +14,9 @@ from fake_station import FakeStation
 from line_protocol import CLIENTS, WAITING, LineServer
 
 from macromicro.control.live import messages as m
+from macromicro.serve._instrument import Instrument
 from macromicro.serve.client import Client, Entry, Waiting
 from macromicro.serve.guesses import TRIES
-from macromicro.serve.instrument import Instrument
 from macromicro.serve.requests import OVERTAKEN
 
 

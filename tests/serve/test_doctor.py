@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import os
 import socket
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -16,18 +14,13 @@ import pytest
 from macromicro.serve import health, preflight
 from macromicro.serve.health import FAIL, OK, WARN, Finding
 from macromicro.serve.persist import Lock
+from tests.command import command as macromicro
 
 PROJECT = Path(__file__).parents[2] / "pyproject.toml"
 
 
 def doctor(*options: str, **environment: str) -> tuple[int, str]:
-    done = subprocess.run(
-        [sys.executable, "-m", "macromicro", "doctor", *options],
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**os.environ, **environment},
-    )
+    done = macromicro("doctor", *options, cwd=Path.cwd(), env=environment)
     assert not done.stderr, done.stderr
     return done.returncode, done.stdout
 
@@ -74,7 +67,7 @@ def test_missing_and_untested_packages(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(health, "EXTRAS", {"no_such_package_here": ("magic", "wand")})
     (absent,) = health.extras()
     assert absent.state == OK
-    assert (absent.found, "macromicro[wand]" in absent.remedy) == ("absent, so no magic", True)
+    assert (absent.found, "'.[wand]'" in absent.remedy) == ("not installed: no magic", True)
 
 
 def test_the_constraints_are_those_of_this_checkout() -> None:
@@ -88,7 +81,10 @@ def test_a_cold_cache_is_told(
     monkeypatch.setattr(health, "cache_folder", lambda: tmp_path)
     for name in ("measure", "advance") if names is None else names:
         (tmp_path / f"bench.{name}-12.py311.nbi").touch()
-    assert health.compiler_cache().state == state
+    found = health.compiler_cache()
+    assert found.state == state
+    assert ("empty" in found.found) == (names == ())  # other kernels are there
+    assert ("1 kernels, none of the live bench" in found.found) == (names == ("measure",))
 
 
 def test_real_time_priority_refused(monkeypatch: pytest.MonkeyPatch) -> None:

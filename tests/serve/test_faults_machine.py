@@ -179,14 +179,19 @@ def test_a_rig_that_fails_ends_the_loop_and_keeps_all_that_was_recorded(scene: M
     assert bench.end(motion).outcome == "fault"
     fault = bench.fault()
     assert fault.code == faults.RIG_FAILED
-    assert "the A/D board was unplugged" in fault.evidence and "start again" in fault.remedy
+    assert "the A/D board was unplugged" in fault.evidence and "opens the rig again" in fault.remedy
     until(lambda: bench.cells[faulty.SAFE_AT] >= 0.0)
     late = round((bench.cells[faulty.SAFE_AT] - bench.cells[faulty.ONSET]) * 1e3)
     assert late <= 1
     run = bench.run()
     assert run["t"][-1] == pytest.approx(bench.cells[faulty.ONSET] - 1e-3, abs=1e-6)
     assert np.array_equal(np.diff(np.round(run["t"] * 1e3)), np.ones(run.rows - 1))
-    note("unplugged", late, "0 V, the loop process ends", fault.message)
+    note(
+        "unplugged",
+        late,
+        "0 V, the loop process ends; a new one once the rig answers",
+        fault.message,
+    )
 
 
 def test_a_rig_that_blocks_is_stopped_and_nothing_is_known_any_more(scene: Make) -> None:

@@ -227,11 +227,11 @@ def test_the_computers_clock_may_be_set(
     assert bench.station.snapshot().fault is None
     for name in (
         "ticking",
-        "pacing",
+        "_pacing",
         "loop_process",
         "shared",
-        "holders",
-        "loop_connection",
+        "_holders",
+        "_loop_connection",
         "client",
     ):
         source = Path(ticking.__file__).with_name(f"{name}.py").read_text()

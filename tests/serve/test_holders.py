@@ -6,13 +6,13 @@ import pytest
 
 from macromicro.control.live.messages import Accepted, Refused
 from macromicro.errors import InputError
-from macromicro.serve.holders import Holders
+from macromicro.serve._holders import Holders
 
 
 def test_nobody_without_a_name_holds_control() -> None:
     holders = Holders(5.0)
     assert isinstance(holders.acquire(""), Refused)
-    with pytest.raises(InputError, match="a name"):
+    with pytest.raises(InputError, match="has no name"):
         holders.connect("")
     assert not holders.disconnect("")
     assert (holders.holder, holders.clients) == ("", ())

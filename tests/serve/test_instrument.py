@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from macromicro.control.live import messages as m
-from macromicro.serve.instrument import speeds_after
+from macromicro.serve._instrument import speeds_after
 
 
 def test_speeds_are_those_last_set_until_the_loop_begins_anew() -> None:

@@ -10,8 +10,8 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.serve import log
+from macromicro.serve._trail import LOG, Trail
 from macromicro.serve.log import Log
-from macromicro.serve.trail import LOG, Trail
 
 
 def test_a_file_gets_all_a_terminal_what_it_must_know(
@@ -64,5 +64,5 @@ def test_a_full_disk_disturbs_nobody(capsys: pytest.CaptureFixture[str]) -> None
 
 def test_a_place_that_cannot_be_is_bad_input(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match=r"--log .*file/below/a.log.*accepted: a file in a fold"):
+    with pytest.raises(InputError, match=r"--log .*file/below/a.log.*Choose a file in a fold"):
         Log(tmp_path / "file" / "below" / "a.log")

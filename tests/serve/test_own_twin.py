@@ -13,6 +13,7 @@ from macromicro import connect
 from macromicro.serve.alone import Alone
 from macromicro.serve.hosts import HOST
 from macromicro.serve.settings import ServeSettings, patient
+from tests.serve.quick import TEXT
 
 
 def test_it_waits_longer_where_nobody_said_how_long() -> None:
@@ -34,9 +35,11 @@ def children() -> set[int]:
     return {int(pid) for task in tasks for pid in (task / "children").read_text().split()}
 
 
-def test_a_computer_that_stands_for_a_second_stops_no_move() -> None:
+def test_a_computer_that_stands_for_a_second_stops_no_move(tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text(TEXT, encoding="utf-8")
     before = children()
-    twin = Alone()
+    twin = Alone(str(file))
     try:
         with connect(HOST, twin.start(), token=twin.token) as machine:
             machine.enable()
@@ -44,7 +47,7 @@ def test_a_computer_that_stands_for_a_second_stops_no_move() -> None:
             motion = machine.move_to("42 mm", wait=False)
             (loop,) = children() - before
             os.kill(loop, signal.SIGSTOP)
-            time.sleep(1.5)  # longer than ServeSettings().loop_timeout
+            time.sleep(1.0)  # longer than ServeSettings().loop_timeout
             os.kill(loop, signal.SIGCONT)
             motion.wait()
             assert machine.state.position == pytest.approx(0.042, abs=4e-5)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from macromicro.serve import pacing
-from macromicro.serve.pacing import Histogram, Pacer
+from macromicro.serve import _pacing
+from macromicro.serve._pacing import Histogram, Pacer
 from macromicro.serve.settings import ServeSettings
 from macromicro.serve.shared import BIN_S, BINS
 
@@ -32,7 +32,7 @@ class Time:
 @pytest.fixture
 def time(monkeypatch: pytest.MonkeyPatch) -> Time:
     fake = Time()
-    monkeypatch.setattr(pacing, "time", fake)
+    monkeypatch.setattr(_pacing, "time", fake)
     return fake
 
 
@@ -155,10 +155,10 @@ def test_what_is_permitted_is_asked_for_this_process(monkeypatch: pytest.MonkeyP
         def prctl(self, *values: int) -> None:
             asked.append(values)
 
-    monkeypatch.setattr(pacing.ctypes, "CDLL", Library)
+    monkeypatch.setattr(_pacing.ctypes, "CDLL", Library)
     for name in ("sched_setscheduler", "sched_setaffinity"):
-        monkeypatch.setattr(pacing.os, name, lambda *values: asked.append(values))
-    got = pacing.prepare(ServeSettings(core=0, priority=7))
+        monkeypatch.setattr(_pacing.os, name, lambda *values: asked.append(values))
+    got = _pacing.prepare(ServeSettings(core=0, priority=7))
     assert (got.realtime, got.core) == (True, 0)
     timer, (process, policy, wanted), affinity = asked
     assert timer == (29, 1, 0, 0, 0)  # PR_SET_TIMERSLACK of linux/prctl.h
@@ -174,8 +174,8 @@ def test_a_refusal_without_the_system_s_words(
         raise error
 
     for name in ("sched_setscheduler", "sched_setaffinity"):
-        monkeypatch.setattr(pacing.os, name, refuse)
-    words = pacing.prepare(ServeSettings(core=0)).words
+        monkeypatch.setattr(_pacing.os, name, refuse)
+    words = _pacing.prepare(ServeSettings(core=0)).words
     assert "no real-time priority (odd;" in words and "not bound to core 0 (odd)" in words
 
 
@@ -185,8 +185,8 @@ def test_what_is_not_permitted_is_said(realtime: str, monkeypatch: pytest.Monkey
         raise PermissionError(1, "Operation not permitted")
 
     for name in ("sched_setscheduler", "sched_setaffinity"):
-        monkeypatch.setattr(pacing.os, name, refuse)
-    got = pacing.prepare(ServeSettings(realtime=realtime, core=0))
+        monkeypatch.setattr(_pacing.os, name, refuse)
+    got = _pacing.prepare(ServeSettings(realtime=realtime, core=0))
     assert (got.realtime, got.core) == (False, -1)
     assert "not bound to core 0 (Operation not permitted)" in got.words
     assert "Errno" not in got.words

@@ -12,9 +12,9 @@ import pytest
 
 from macromicro.errors import MacromicroError
 from macromicro.schema.config import overridden
-from macromicro.serve import persist, position_store
+from macromicro.serve import _position_store, persist
+from macromicro.serve._position_store import Place, PositionStore
 from macromicro.serve.persist import Evident, Kept, Lock
-from macromicro.serve.position_store import Place, PositionStore
 from macromicro.serve.settings import LiveSettings
 
 KEPT = Kept("twin", 1400.0, 3.0, True, "homed", False, 1.8e9, -0.0021)
@@ -45,7 +45,7 @@ def test_round_trip(tmp_path: Path) -> None:
         (KEPT, 0.0, "reads 0, was left at 1400"),
         (KEPT, math.nan, "encoder"),
         (KEPT._replace(offset=math.nan), 1400.0, "untrusted"),
-        ("no position was kept", 1400.0, "no position was kept"),
+        ("no position was saved", 1400.0, "no position was saved"),
     ],
 )
 def test_what_is_not_trusted(kept: Kept | str, count: float, why: str) -> None:
@@ -226,10 +226,10 @@ def test_where_nothing_can_be_written_the_file_goes(
     def full(_: int) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(position_store, "RETRY_S", 0.0)
+    monkeypatch.setattr(_position_store, "RETRY_S", 0.0)
     monkeypatch.setattr(persist.os, "fsync", full)
     scene.store.begin_motion()
-    assert persist.load(scene.path) == "no position was kept"
+    assert persist.load(scene.path) == "no position was saved"
     assert "No space left" in scene.reports[0]
 
     def locked(*_: object, **__: object) -> None:
@@ -238,7 +238,7 @@ def test_where_nothing_can_be_written_the_file_goes(
     scene.store.answered(1)
     scene.show(5, 5.0, False)
     monkeypatch.setattr(Path, "unlink", locked)
-    with pytest.raises(MacromicroError, match="nor this file be removed"):
+    with pytest.raises(MacromicroError, match="and this file cannot be removed"):
         scene.store.begin_motion()
 
 
@@ -246,7 +246,7 @@ def test_once_there_is_room_again_the_file_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = Scene(tmp_path / "position.json")
-    monkeypatch.setattr(position_store, "RETRY_S", 0.0)
+    monkeypatch.setattr(_position_store, "RETRY_S", 0.0)
 
     def full(_: int) -> None:
         raise OSError(28, "No space left on device")
@@ -254,7 +254,7 @@ def test_once_there_is_room_again_the_file_is_written(
     with monkeypatch.context() as without_room:
         without_room.setattr(persist.os, "fsync", full)
         for row in range(3):
-            assert scene.show(row, 5.0, False) == "no position was kept"
+            assert scene.show(row, 5.0, False) == "no position was saved"
     assert len(scene.reports) == 1  # told once
     assert scene.show(4, 5.0, False).encoder == 5.0  # type: ignore[union-attr]
 
@@ -263,7 +263,7 @@ def test_a_full_disk_is_not_tried_all_the_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = Scene(tmp_path / "position.json")
-    monkeypatch.setattr(position_store, "RETRY_S", math.inf)
+    monkeypatch.setattr(_position_store, "RETRY_S", math.inf)
     tries = []
 
     def full(_: int) -> None:

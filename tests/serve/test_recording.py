@@ -18,10 +18,11 @@ from macromicro import recorder
 from macromicro import recording as recordings
 from macromicro.control.live import messages as m
 from macromicro.errors import InputError, MacromicroError
-from macromicro.serve.recording import Recording
+from macromicro.serve._recording import ASKED, Means, Recording
+from macromicro.serve._trail import Trail
 from macromicro.serve.shared import COLUMNS, INDEX, Shared
+from macromicro.serve.snapshot import Trouble
 from macromicro.serve.station import Station
-from macromicro.serve.trail import Trail
 
 
 def fill(shared: Shared, first: int, count: int) -> None:
@@ -53,6 +54,20 @@ def test_every_row_from_the_start_on_is_in_the_file(tmp_path: Path) -> None:
     assert set(read["extend"]) == {-1}
     assert np.isinf(read["uncertainty"]).all()
     assert read.attributes["rig"] == "twin"
+
+
+def test_a_file_says_whether_its_end_was_asked_for_and_the_last_fault(tmp_path: Path) -> None:
+    shared = Shared.create(1000)
+    fill(shared, 0, 10)
+    asked = Means(fault=lambda: None)
+    Recording(shared, Trail(), tmp_path / "a.h5", 10, {}, print, means=asked).end()
+    said = recordings.Recording.load(tmp_path / "a.h5").attributes
+    assert said["finished"] == 1 and "fault" not in said and said["ended"] == ASKED
+    met = Trouble(7, "stall", "It does not move.", "0.1 V, 0 counts", "Free it.")
+    there = Means(fault=lambda: met)
+    Recording(shared, Trail(), tmp_path / "b.h5", 10, {}, print, means=there).end("the loop ended")
+    said = recordings.Recording.load(tmp_path / "b.h5").attributes
+    assert said["finished"] == 0 and said["fault"] == "It does not move. 0.1 V, 0 counts"
 
 
 def test_rows_that_came_too_fast_are_counted(
@@ -145,7 +160,7 @@ def test_an_existing_file_is_refused_and_the_machine_runs_on(
         machine.record(tmp_path / "a.h5")
     machine.start()
     (tmp_path / "a.h5").write_text("mine")
-    with pytest.raises(InputError, match="exists already"):
+    with pytest.raises(InputError, match="already exists"):
         machine.record(tmp_path / "a.h5")
     assert machine.snapshot().running
     machine.record(tmp_path / "a.h5", overwrite=True)

@@ -10,7 +10,7 @@ from fake_station import FakeStation
 
 from macromicro.control.live import messages as m
 from macromicro.serve import requests
-from macromicro.serve.instrument import Instrument
+from macromicro.serve._instrument import Instrument
 from macromicro.serve.requests import (
     CONTROL,
     KINDS,
@@ -22,13 +22,13 @@ from macromicro.serve.requests import (
     Order,
     RequestType,
 )
-from macromicro.serve.scpi import motion
-from macromicro.serve.scpi.execution import attempt
-from macromicro.serve.scpi.header import Tree
-from macromicro.serve.scpi.message import parse
-from macromicro.serve.scpi.session import Session
+from macromicro.serve.scpi import _motion
+from macromicro.serve.scpi._execution import attempt
+from macromicro.serve.scpi._header import Tree
+from macromicro.serve.scpi._message import parse
+from macromicro.serve.scpi._session import Session
 from macromicro.serve.scpi.tree import COMMANDS
-from macromicro.serve.web.orders import Orders, Refusal
+from macromicro.serve.web._orders import Orders, Refusal
 
 
 class Park(NamedTuple):
@@ -64,7 +64,7 @@ def test_every_request_of_a_client_is_in_the_table() -> None:
 
 @pytest.mark.parametrize("kind", REQUESTS, ids=lambda kind: kind.name)
 def test_every_request_is_a_command_and_an_order(kind: RequestType, station: Any) -> None:
-    found = [c for c in COMMANDS if c.header in {x.header for x in motion.commands(kind.name)}]
+    found = [c for c in COMMANDS if c.header in {x.header for x in _motion.commands(kind.name)}]
     assert found and {c.access for c in found} == {kind.access}
     assert Orders(Instrument(station)).knows(kind.name)
 
@@ -75,7 +75,7 @@ def test_a_new_request_is_one_line_of_the_table(
     monkeypatch.setitem(KINDS, PARK.name, PARK)
     instrument = Instrument(station)
     session = Session(instrument, "test")
-    (unit,) = parse(Tree(motion.commands("park")), b"PARK 5 MM, ON").units
+    (unit,) = parse(Tree(_motion.commands("park")), b"PARK 5 MM, ON").units
     assert unit.command.access == CONTROL
     attempt(session, unit, session.stops, session.failed)
     assert station.requests == [Park(0.005, True, "test")]
@@ -83,7 +83,7 @@ def test_a_new_request_is_one_line_of_the_table(
     assert Orders(instrument).request(order) == Park(pytest.approx(0.005), True)  # type: ignore[comparison-overlap]
     with pytest.raises(Refusal):
         Orders(instrument).request({**order, "fan": 1})
-    assert parse(Tree(motion.commands("park")), b"PARK 5, ON").error is not None
+    assert parse(Tree(_motion.commands("park")), b"PARK 5, ON").error is not None
 
 
 ALWAYS = (m.Stop(), m.EmergencyStop(), m.LinkLost(), m.Disable(), m.Jog("macro", 0), m.Jog("x", 0))

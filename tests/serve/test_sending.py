@@ -16,8 +16,8 @@ from serve_parts import MOTOR, PID, STEPS, begun, outcome, until
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
 from macromicro.serve import persist
+from macromicro.serve._sending import Sender
 from macromicro.serve.persist import Kept
-from macromicro.serve.sending import Sender
 from macromicro.serve.shared import EMERGENCY, SAFE_SINCE, SEEN, Shared
 from macromicro.serve.station import Station
 

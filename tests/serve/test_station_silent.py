@@ -7,18 +7,18 @@ import math
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-from serve_parts import BAD_STOP, DEAF, HANG_AT, LEFT, MOTOR, PID, STOPS, begun, outcome, until
+from serve_parts import BAD_STOP, DEAF, HANGS, LEFT, MOTOR, PID, STOPS, begun, outcome, until
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Refused
 from macromicro.recording import Recording
-from macromicro.serve import faults, persist, safing
-from macromicro.serve.pulse import Pulse
+from macromicro.serve import _safing, faults, persist
+from macromicro.serve._pulse import Pulse
 from macromicro.serve.station import Station
 
 Make = Callable[..., Station]
@@ -26,12 +26,13 @@ Make = Callable[..., Station]
 
 @pytest.fixture
 def hung(
-    station: Make, log: Any, monkeypatch: pytest.MonkeyPatch
-) -> Iterator[Callable[..., tuple[Station, int]]]:
-    """A machine that moves with 1 V on its motor until its 1500th reading hangs."""
+    station: Make, log: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., tuple[Station, int]]:
+    """A machine that moved with 1 V on its motor, and was recorded, until its readings hung."""
 
     def make(**env: str) -> tuple[Station, int]:
-        monkeypatch.setenv(HANG_AT, "1500")
+        hangs = tmp_path / "hangs"
+        monkeypatch.setenv(HANGS, str(hangs))
         for name, value in env.items():
             monkeypatch.setenv(name, value)
         machine = station(loop_timeout=0.5)
@@ -40,16 +41,17 @@ def hung(
         machine.request("test", m.Home())  # trusted
         motion = begun(machine)
         until(lambda: log[MOTOR] == 1.0)
+        machine.record(tmp_path / "run.h5")
+        hangs.touch()
         return machine, motion
 
-    yield make
+    return make
 
 
 def test_a_rig_that_blocks_is_ended_and_stopped(
     hung: Callable[..., tuple[Station, int]], log: Any, tmp_path: Path
 ) -> None:
     machine, motion = hung()
-    machine.record(tmp_path / "run.h5")
     assert outcome(machine, motion) == "fault"
     now = machine.snapshot()
     assert (now.running, now.mode, now.trusted, now.uncertainty_m) == (
@@ -107,9 +109,9 @@ def test_what_cannot_be_stopped_is_said_and_shown_as_unknown(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     if how == "hangs":
-        monkeypatch.setattr(safing, "LIMIT_S", 2.0)
-        limited = f"from macromicro.serve import safing\nsafing.LIMIT_S = 2.0\n{safing._CODE}"
-        monkeypatch.setattr(safing, "_CODE", limited)
+        monkeypatch.setattr(_safing, "LIMIT_S", 2.0)
+        limited = f"from macromicro.serve import _safing\n_safing.LIMIT_S = 2.0\n{_safing._CODE}"
+        monkeypatch.setattr(_safing, "_CODE", limited)
     machine, motion = hung(**{DEAF: "1", BAD_STOP: how})
     assert outcome(machine, motion) == "fault"
     until(lambda: "may still be as last written" in machine.snapshot().fault.evidence, 30.0)  # type: ignore[union-attr]
@@ -156,7 +158,7 @@ def test_a_loop_killed_at_rest_leaves_no_trust_behind(
     until(lambda: not getattr(persist.load(path), "trusted", True))
     until(lambda: "fresh process opened" in str(machine.snapshot().fault))
     kept = persist.load(path)
-    assert isinstance(kept, persist.Kept) and "without leaving" in kept.why
+    assert isinstance(kept, persist.Kept) and "without closing" in kept.why
 
 
 def test_silence_counts_only_what_was_looked_at() -> None:

@@ -17,8 +17,8 @@ from macromicro.control.live.messages import Accepted, Refused
 from macromicro.recording import Recording
 from macromicro.serve import persist
 from macromicro.serve.persist import Kept
-from macromicro.serve.settings import LiveSettings
 from macromicro.serve.station import Station
+from tests.serve.quick import quick
 
 
 def loop_of(station: Station) -> int:
@@ -33,11 +33,7 @@ def ask(station: Station, request: m.Request) -> int:
 
 
 def test_trust_from_homing_to_a_kill(tmp_path: Path) -> None:
-    settings = LiveSettings()
-    settings = settings._replace(
-        serve=settings.serve._replace(miss_share=1.0, parent_timeout=5.0, loop_timeout=5.0)
-    )
-    station = Station(settings=settings, state=tmp_path / "position.json")
+    station = Station(settings=quick(loop_timeout=5.0), state=tmp_path / "position.json")
     with station:
         station.acquire("test")
         ask(station, m.Enable())
@@ -91,10 +87,7 @@ AT_SPEED = 300.0  # counts
 @pytest.fixture
 def coasting(tmp_path: Path) -> Iterator[Station]:
     """A trusted machine that was disabled on its way: the carriage coasts."""
-    settings = LiveSettings()
-    settings = settings._replace(
-        serve=settings.serve._replace(miss_share=1.0, parent_timeout=5.0, loop_timeout=5.0)
-    )
+    settings = quick(loop_timeout=5.0)
     path = tmp_path / "position.json"
     persist.save(path, Kept(settings.kept_as("twin"), 0.0, 0.0, True, "homed", False, 0.0))
     with Station(settings=settings, state=path) as station:

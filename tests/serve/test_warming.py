@@ -12,10 +12,10 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import STAGES
 from macromicro.rig import guard
 from macromicro.serve import choosing, live, loop_process
+from macromicro.serve._warming import warm
 from macromicro.serve.loop_spec import LIVE, Spec
 from macromicro.serve.settings import LiveSettings
-from macromicro.serve.stage.machine import Led
-from macromicro.serve.warming import warm
+from macromicro.serve.stage._machine import Led
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "machines"
 

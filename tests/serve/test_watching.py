@@ -7,10 +7,10 @@ import pytest
 
 from macromicro.control.live import messages as m
 from macromicro.nominal import PERIOD
-from macromicro.serve import watching
+from macromicro.serve import _watching
 from macromicro.serve.shared import INDEX, Shared, Status
 
-STOOD = round(watching.STOOD_S / PERIOD)
+STOOD = round(_watching.STOOD_S / PERIOD)
 
 
 def shown(counts: list[float], mode: int = m.DISABLED) -> Shared:
@@ -34,24 +34,24 @@ def shown(counts: list[float], mode: int = m.DISABLED) -> Shared:
     ],
 )
 def test_a_carriage_that_coasts_is_moving(counts: list[float], moving: bool) -> None:
-    place = watching.place(shown(counts), "homed", PERIOD)
+    place = _watching.place(shown(counts), "homed", PERIOD)
     assert place is not None
     assert place.moving is moving
     assert (place.row, place.encoder) == (len(counts), counts[-1])
 
 
 def test_a_motion_is_moving_where_nothing_counts() -> None:
-    place = watching.place(shown([5.0] * 2 * STOOD, m.MOVING_MICRO), "homed", PERIOD)
+    place = _watching.place(shown([5.0] * 2 * STOOD, m.MOVING_MICRO), "homed", PERIOD)
     assert place is not None
     assert place.moving
 
 
 @pytest.mark.parametrize(("period", "moving"), [(PERIOD, True), (2.0 * PERIOD, False)])
 def test_how_long_it_has_stood_goes_by_the_loops_period(period: float, moving: bool) -> None:
-    place = watching.place(shown([0.0, 95.0, *[101.0] * (STOOD // 2)]), "homed", period)
+    place = _watching.place(shown([0.0, 95.0, *[101.0] * (STOOD // 2)]), "homed", period)
     assert place is not None
     assert place.moving is moving
 
 
 def test_before_the_first_row_there_is_no_place() -> None:
-    assert watching.place(Shared.create(5000), "", PERIOD) is None
+    assert _watching.place(Shared.create(5000), "", PERIOD) is None

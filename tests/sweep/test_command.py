@@ -11,8 +11,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from macromicro import batch, cli
-from macromicro.sweep.sampling import Sampler
-from macromicro.sweep.spec import load
+from macromicro.sweep._sampling import Sampler
+from macromicro.sweep._spec import load
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("sweep-*.toml"))
@@ -57,7 +57,7 @@ def test_an_example_gives_what_the_job_gives(
         f"figure: {out}/sweep.{k}" for k in ("svg", "pdf")
     ]
     assert called(monkeypatch, example, "--out", out) == 2
-    assert "exists already" in capsys.readouterr().err
+    assert "already exists" in capsys.readouterr().err
     assert called(monkeypatch, example, "--out", out, "--resume") == 0
     assert f"computed: 0 of {spec.variants}" in capsys.readouterr().out
 
@@ -78,14 +78,14 @@ def test_the_jobs_and_a_job_s_parameters(
 @pytest.mark.parametrize(
     "words, found",
     [
-        ((), "no spec"),
-        (("--show",), "no spec"),
-        (("--show", "nowhere"), "nowhere/results.parquet: 'no such file'"),
+        ((), "no file given"),
+        (("--show",), "no file given"),
+        (("--show", "nowhere"), "nowhere/results.parquet: no such file"),
         (("--show", "nowhere", "--figures", "gif"), "--figures: 'gif'"),
         (("none.toml",), "no such file"),
         (("rocket", "--list"), "rocket"),
         (("none.toml", "--workers", "0"), "--workers: 0"),
-        (("none.toml", "--resume", "--overwrite"), "beside --overwrite"),
+        (("none.toml", "--resume", "--overwrite"), "not allowed with --overwrite"),
     ],
 )
 def test_bad_input_is_one_line_and_2(
@@ -96,7 +96,7 @@ def test_bad_input_is_one_line_and_2(
 ) -> None:
     assert called(monkeypatch, *words) == 2
     said = capsys.readouterr().err.splitlines()
-    assert len(said) == 1 and found in said[0] and "accepted: " in said[0]
+    assert len(said) == 1 and found in said[0]
 
 
 def test_impossible_variants_are_counted_and_the_first_is_told(

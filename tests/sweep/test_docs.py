@@ -9,7 +9,7 @@ from pathlib import Path
 
 from macromicro import batch
 from macromicro.sweep import run
-from macromicro.sweep.spec import load
+from macromicro.sweep._spec import load
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "sweep.md").read_text(encoding="utf-8")

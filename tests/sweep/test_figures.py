@@ -10,8 +10,8 @@ from matplotlib.contour import ContourSet
 
 from macromicro.drawing.files import encoded
 from macromicro.errors import InputError
-from macromicro.sweep import figures, reading
-from macromicro.sweep.reading import Quantity, Results
+from macromicro.sweep import _reading, figures
+from macromicro.sweep._reading import Quantity, Results
 from macromicro.sweep.run import Request, check, execute
 
 HEAD = 'job = "fake"\nmethod = "grid"\n[parameters]\n'
@@ -36,7 +36,7 @@ def made(count: int, rows: int = 50, lost: int = 0) -> Results:
 def test_a_grid_of_one_parameter_is_a_curve(tmp_path: Path) -> None:
     """In the unit that people read, on the scale of the spec."""
     out = swept(tmp_path, HEAD + 'gain = { low = 1, high = 100, steps = 5, scale = "log" }\n')
-    found = reading.load(out)
+    found = _reading.load(out)
     assert (found.job, found.method, found.total, found.shape) == ("fake", "grid", 5, (5,))
     assert found.parameters[0].log and found.metrics[0].name == "product"
     figure = figures.draw(found)
@@ -51,7 +51,7 @@ def test_a_grid_of_one_parameter_is_a_curve(tmp_path: Path) -> None:
 def test_a_grid_of_two_is_a_map(tmp_path: Path) -> None:
     """Every cell has its own variant's value; one that is fixed does not count."""
     text = "gain = [3, 1, 2]\npart.mass = ['1 kg', '2 kg', '3 kg', '4 kg']\nteeth = 7\n"
-    found = reading.load(swept(tmp_path, HEAD + text))
+    found = _reading.load(swept(tmp_path, HEAD + text))
     assert [p.name for p in found.parameters] == ["gain", "part.mass"] and found.shape == (3, 4)
     figure = figures.draw(found)
     assert figure is not None
@@ -81,7 +81,7 @@ def test_noise_has_no_contours() -> None:
 def test_more_are_clouds(tmp_path: Path) -> None:
     text = HEAD.replace("grid", "random").replace("[par", "samples = 40\n[par")
     text += "gain = { low = 1, high = 9 }\npart.mass = { low = '1 kg', high = '2 kg' }\n"
-    found = reading.load(swept(tmp_path, text))
+    found = _reading.load(swept(tmp_path, text))
     figure = figures.draw(found)
     assert figure is not None and len(figure.axes) == 3 * 2
     x, y = figure.axes[1].lines[0].get_data()
@@ -126,10 +126,10 @@ def test_saved_are_the_formats_asked_for(tmp_path: Path) -> None:
 def test_millions_are_read_in_part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """And then they are no map, but a cloud, which says so."""
     monkeypatch.setattr("macromicro.sweep.results.GROUP", 4)
-    monkeypatch.setattr(reading, "MAX_CELLS", 60)
+    monkeypatch.setattr(_reading, "MAX_CELLS", 60)
     levels = ", ".join(str(k) for k in range(1, 7))
     out = swept(tmp_path, HEAD + f"gain = [{levels}]\nteeth = [{levels}]\n")
-    found = reading.load(out)
+    found = _reading.load(out)
     assert found.total == 36 and len(found.metrics[0].values) == 12 and found.shape == ()
     figure = figures.draw(found)
     assert figure is not None and "12 of 36 variants" in str(figure.get_suptitle())
@@ -144,5 +144,5 @@ def test_what_is_no_sweep(content: bytes | str | None, tmp_path: Path) -> None:
         pq.write_table(pa.table({"a": [1]}), tmp_path / "results.parquet")
     elif isinstance(content, bytes):
         (tmp_path / "results.parquet").write_bytes(content)
-    with pytest.raises(InputError, match="accepted: the folder of a finished sweep"):
-        reading.load(tmp_path)
+    with pytest.raises(InputError, match="Give the folder of a finished sweep"):
+        _reading.load(tmp_path)

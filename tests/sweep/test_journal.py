@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from macromicro.errors import InputError
-from macromicro.sweep import journal
-from macromicro.sweep.journal import Block, Writer
+from macromicro.sweep import _journal
+from macromicro.sweep._journal import Block, Writer
 
 DIGEST = "d" * 64
 COLUMNS = 3
@@ -42,9 +42,9 @@ def written(path: Path, content: list[Block]) -> list[int]:
 
 
 def restored(path: Path) -> list[Block]:
-    places = list(journal.scan(path, DIGEST, COLUMNS))
+    places = list(_journal.scan(path, DIGEST, COLUMNS))
     with path.open("rb") as file:
-        return [journal.read(file.fileno(), place, COLUMNS) for place in places]
+        return [_journal.read(file.fileno(), place, COLUMNS) for place in places]
 
 
 def same(found: list[Block], expected: list[Block]) -> bool:
@@ -98,7 +98,7 @@ def test_after_a_torn_record_in_the_middle_the_next_is_read(tmp_path: Path) -> N
 
 def test_marks_within_the_numbers_mislead_nobody(tmp_path: Path) -> None:
     """A block whose payload is made of marks."""
-    rows = np.frombuffer(journal._MARK * 30, dtype="<f8").reshape(10, COLUMNS)
+    rows = np.frombuffer(_journal._MARK * 30, dtype="<f8").reshape(10, COLUMNS)
     content = [Block(0, rows, {}), Block(10, rows, {})]
     path = tmp_path / "a.journal"
     written(path, content)
@@ -131,7 +131,7 @@ def test_another_sweep_s_journal_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.journal"
     written(path, blocks([2]))
     with pytest.raises(InputError, match="another sweep"):
-        list(journal.scan(path, "e" * 64, COLUMNS))
+        list(_journal.scan(path, "e" * 64, COLUMNS))
 
 
 def test_metrics_of_another_shape_are_refused(tmp_path: Path) -> None:
@@ -150,8 +150,8 @@ def test_merged_spans_and_their_gaps(pairs: list[tuple[int, int]], low: int, hig
     """Against sets of the indices themselves."""
     spans = np.array([(a, a + n) for a, n in pairs], dtype=np.int64).reshape(-1, 2)
     done = {i for a, b in spans for i in range(a, b)}
-    found = journal.merged(spans)
+    found = _journal.merged(spans)
     assert {i for a, b in found for i in range(a, b)} == done
     assert all(found[k, 1] < found[k + 1, 0] for k in range(len(found) - 1))
-    open_ = [i for a, b in journal.gaps(found, low, high) for i in range(a, b)]
+    open_ = [i for a, b in _journal.gaps(found, low, high) for i in range(a, b)]
     assert open_ == [i for i in range(low, high) if i not in done]

@@ -18,9 +18,9 @@ import sweep_fake
 
 from macromicro.errors import InputError
 from macromicro.sweep import folder, run
-from macromicro.sweep.local import GIVE_UP, work
-from macromicro.sweep.sampling import Sampler
-from macromicro.sweep.spec import load
+from macromicro.sweep._local import GIVE_UP, work
+from macromicro.sweep._sampling import Sampler
+from macromicro.sweep._spec import load
 from macromicro.sweep.work import SweepError
 
 FACTORY = "sweep_fake:job"
@@ -96,12 +96,12 @@ def test_results_are_the_jobs_own_in_order(make: Make, tmp_path: Path) -> None:
 
 def test_any_number_of_workers_gives_the_same_file(make: Make, tmp_path: Path) -> None:
     """Bit for bit, more workers than blocks included."""
-    spec = make(30, block=4)
+    spec = make(6, block=4)
     files = []
-    for workers in (1, 2, 9):
+    for workers in (1, 3):
         swept(spec, tmp_path / str(workers), workers)
         files.append((tmp_path / str(workers) / "results.parquet").read_bytes())
-    assert files[0] == files[1] == files[2]
+    assert files[0] == files[1]
 
 
 def test_impossible_variants_are_marked_and_cost_no_others(make: Make, tmp_path: Path) -> None:
@@ -242,7 +242,7 @@ def test_two_runs_in_one_folder(
     process = started(spec, tmp_path / "out")
     wait_for(log, 2)
     monkeypatch.setattr(folder, "_PATIENCE", 0.2)
-    with pytest.raises(InputError, match="another sweep is at work"):
+    with pytest.raises(InputError, match="another sweep or command uses the folder"):
         swept(spec, tmp_path / "out", resume=True)
     _, said = process.communicate(timeout=60)
     assert process.returncode == 0, said

@@ -10,5 +10,5 @@ def test_ranges_of_the_metrics() -> None:
     assert list(ranges(written, {"a": "s", "b": "", "c": "m"})) == [
         "a  1 to 3 s, mean 2",
         "b  -1 to 2, mean 0.5, a number in 7 of 10",
-        "c  never a number",
+        "c  always NaN",
     ]

@@ -11,8 +11,8 @@ import sweep_fake
 from macromicro import batch
 from macromicro.errors import InputError
 from macromicro.sampling import MAX_LATIN
-from macromicro.sweep.sampling import Sampler
-from macromicro.sweep.spec import Spec, load
+from macromicro.sweep._sampling import Sampler
+from macromicro.sweep._spec import Spec, load
 from macromicro.sweep.work import Bench, Task
 
 
@@ -82,12 +82,12 @@ def test_the_digest_is_of_what_decides_the_results(tmp_path: Path) -> None:
 
 P = "[parameters]\n"
 CASES = {
-    "unknown key": ("jobs = 1\n" + HEAD, "s.toml, jobs: 'unknown key'", "such as job"),
+    "unknown key": ("jobs = 1\n" + HEAD, "s.toml, jobs: unknown key", "such as job"),
     "no job": ("method = 'grid'\n", "s.toml, job: 'nothing'", "name of a job"),
     "unknown job": ("job = 'fak'\n", "s.toml, job: 'fak'", "fake"),
     "unknown option": (
         HEAD + "[options]\nwidth = 1\n",
-        "options.width: 'unknown key'",
+        "options.width: unknown key",
         "one of block, log",
     ),
     "bad option": (HEAD + "[options]\nlog = [1]\n", "s.toml, options.log: '[1]'", "text"),
@@ -107,8 +107,8 @@ CASES = {
     ),
     "grid with samples": (
         GRID + "method='grid'\nsamples = 3\n" + P + "gain=[1]",
-        "s.toml, samples: '3'",
-        "a grid has its steps",
+        "s.toml, samples: not allowed",
+        "a grid, which has its steps",
     ),
     "negative seed": (HEAD + "seed=-1\n" + P + "gain=[1]", "s.toml, seed: '-1'", "from 0"),
     "unknown metric": (
@@ -120,18 +120,18 @@ CASES = {
     "no metrics": (HEAD + "metrics=[]\n", "s.toml, metrics", "a list of product"),
     "unknown parameter": (
         HEAD + P + "part.mas = ['1 kg']",
-        "s.toml, parameters.part.mas: 'unknown key'",
+        "s.toml, parameters.part.mas: unknown key",
         "such as part.mass or part (`macromicro sweep fake --list` lists all)",
     ),
     "parameter in no table": (
         HEAD + P + "force = ['1 N']",
-        "s.toml, parameters.force: 'unknown key'",
+        "s.toml, parameters.force: unknown key",
         "such as part.force",
     ),
     "a set": (HEAD + P + "part = 3", "s.toml, parameters.part: '3'", "a table [part]"),
     "parameter twice": (
         HEAD + P + "part.mass=['1 kg']\n'part.mass'=['1 kg']",
-        "s.toml, parameters.part.mass: 'stands twice'",
+        "s.toml, parameters.part.mass: set twice",
         "once",
     ),
     "text": (HEAD + P + "law=['a']", "s.toml, parameters.law: 'a'", "one number"),
@@ -152,19 +152,19 @@ CASES = {
     "scale": (HEAD + P + "gain={low=0,high=1,scale='ln'}", "gain.scale: 'ln'", "'linear' or 'log'"),
     "sample with steps": (
         HEAD + P + "gain={low=0,high=1,steps=3}",
-        "gain.steps: '3'",
-        "nothing beside low",
+        "gain.steps: not allowed",
+        "with low",
     ),
     "grid without steps": (GRID + P + "gain={low=0,high=1}", "gain.steps: 'nothing'", "from 2"),
     "one step": (GRID + P + "gain={low=0,high=1,steps=1}", "gain.steps: '1'", "from 2"),
-    "values and steps": (GRID + P + "gain={values=[1],steps=3}", "gain.steps", "nothing beside"),
+    "values and steps": (GRID + P + "gain={values=[1],steps=3}", "gain.steps", "not allowed with"),
     "no values": (GRID + P + "gain=[]", "gain.values: '[]'", "a list of 1"),
-    "typing slip": (GRID + P + "gain={low=0,hihg=1}", "gain.hihg: 'unknown key'", "such as high"),
+    "typing slip": (GRID + P + "gain={low=0,hihg=1}", "gain.hihg: unknown key", "such as high"),
     "half a tooth": (GRID + P + "teeth={low=1,high=4,steps=3}", "teeth.steps: 3", "whole numbers"),
     "broken teeth": (GRID + P + "teeth=1.5", "teeth.value: '1.5'", "a whole number"),
     "log of teeth": (HEAD + P + "teeth={low=1,high=4,scale='log'}", "teeth.scale", "'linear'"),
     "option's kind": (HEAD + "[options]\ndelay = true\n", "options.delay: 'True'", "a number"),
-    "no seed to vary": (HEAD + P + "seed=[1]", "parameters.seed: 'unknown key'", "gain"),
+    "no seed to vary": (HEAD + P + "seed=[1]", "parameters.seed: unknown key", "gain"),
     "config": (HEAD + "config = 3\n" + P + "gain=[1]", "s.toml, config: '3'", "settings file"),
     "not TOML": ("job =", "s.toml", "TOML"),
 }
@@ -178,7 +178,7 @@ def test_one_message_names_file_key_value_and_what_is_accepted(
         loaded(tmp_path, text)
     message = str(caught.value)
     assert str(tmp_path / "s.toml") in message
-    assert found in message and accepted in message.partition("accepted: ")[2], message
+    assert found in message and accepted in message, message
 
 
 def test_a_grid_beyond_all_bounds(tmp_path: Path) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
+from decimal import Decimal
 
 import pytest
 
@@ -16,11 +18,12 @@ from macromicro.thesis.claims import (
     SET,
     STATEMENTS,
     Claim,
+    Statement,
     in_order,
     lost,
     stated,
 )
-from macromicro.thesis.page.free_parameters import free_parameters
+from macromicro.thesis.page._free_parameters import free_parameters
 
 # The D/A board latches a voltage one period late: structure of the bench, not a parameter.
 # M7 follows from M2 and M3b, whose speeds were chosen; for I7 a gain of the controller was. M9,
@@ -62,6 +65,58 @@ def test_every_statement_is_whole() -> None:
         assert all(low <= high for low, high in s.accept)
         several = len(s.accept) > 1 and isinstance(s.printed, list) and not s.of
         assert not several or len(s.accept) == len(s.printed)
+
+
+def half_a_digit(printed: float) -> float:
+    """Half a unit of the last digit of a printed number; a whole one is printed to 1."""
+    exponent = Decimal(repr(printed)).normalize().as_tuple().exponent
+    assert isinstance(exponent, int)
+    return 0.5 * 10.0 ** min(exponent, 0)
+
+
+def as_printed(s: Statement) -> bool:
+    """Is what counts as reproduced the printed number, to its last digit or more narrowly?"""
+    numbers = s.printed if isinstance(s.printed, list) else [s.printed]
+    if s.of or len(numbers) != len(s.accept) or not all(isinstance(n, float) for n in numbers):
+        return False
+    pairs = zip(map(float, numbers), s.accept, strict=True)  # type: ignore[arg-type]
+    room = 1.0 + 1e-9
+    return all(
+        low <= n <= high and max(high - n, n - low) <= half_a_digit(n) * room
+        for n, (low, high) in pairs
+    )
+
+
+@pytest.mark.parametrize(("number", "half"), [(0.7, 0.05), (1.301, 5e-4), (2800.0, 0.5)])
+def test_a_printed_number_is_as_exact_as_its_last_digit(number: float, half: float) -> None:
+    assert half_a_digit(number) == pytest.approx(half)
+
+
+@pytest.mark.parametrize("name", STATEMENTS)
+def test_a_band_that_is_not_the_printed_number_says_why(name: str) -> None:
+    """Wider than the number is printed, without it, of another quantity or of words; and a printed
+    number that nothing is judged by."""
+    s = STATEMENTS[name]
+    in_words = not s.accept and not isinstance(s.printed, float)
+    assert in_words or as_printed(s) or len(s.basis) > 5, "what the band rests on"
+
+
+def test_a_band_without_the_printed_number_names_it() -> None:
+    """S4 alone: a threshold that has to be passed."""
+    outside = [
+        s
+        for s in STATEMENTS.values()
+        if isinstance(s.printed, float)
+        and s.accept
+        and not s.of
+        and not s.accept[0][0] <= s.printed <= s.accept[0][1]
+    ]
+    assert [s.id for s in outside] == ["S4"]
+    assert "1.3 V itself" in outside[0].basis
+    lists = [s for s in STATEMENTS.values() if isinstance(s.printed, list) and not s.of]
+    for s in lists:
+        for n, (low, high) in zip(s.printed or [], s.accept, strict=bool(s.accept)):
+            assert math.isfinite(float(n)) and low <= float(n) <= high, s.id
 
 
 def test_measured_or_not_the_words_are_the_same() -> None:

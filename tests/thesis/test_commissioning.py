@@ -161,6 +161,6 @@ def test_another_machine_or_seed_does_not_go_on(tmp_path: Path) -> None:
         Lab(changed(Settings(), {"bench.carriage.mass": 0.7})),
         Lab(rigs=(rig(),)),
     ):
-        with pytest.raises(InputError, match="--overwrite: it is of another"):
+        with pytest.raises(InputError, match="begun with another rig or seed"):
             commissioning._same(other, out)
     assert json.loads((out / commissioning.ASKED).read_text())["rigs"] == ["twin"]

@@ -9,12 +9,12 @@ from macromicro.control.arrival import Sequence
 from macromicro.control.pd import PdInitial, PdTuned
 from macromicro.control.pi import Pi, PiAntiWindup
 from macromicro.drawing import diagram, flow
+from macromicro.drawing._labels import stroke
+from macromicro.drawing._plan import Layout
+from macromicro.drawing._symbols import FRACTION, plain
 from macromicro.drawing.diagram import Diagram
 from macromicro.drawing.exhibit import SVG, rendered
 from macromicro.drawing.flow import Flow, targets
-from macromicro.drawing.labels import stroke
-from macromicro.drawing.plan import Layout
-from macromicro.drawing.symbols import FRACTION, plain
 from macromicro.identify import regression
 from macromicro.identify.smoothing import without_spikes
 from macromicro.models.macro import MacroModel

@@ -13,7 +13,7 @@ from macromicro.runs.sequence import LEVELS, TIMES, micro_steps
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 from macromicro.thesis.chapter4 import control
-from macromicro.thesis.chapter5 import electrothermal, electrothermal_claims, micro_claims
+from macromicro.thesis.chapter5 import _micro_claims, electrothermal, electrothermal_claims
 from macromicro.thesis.chapter5.actuator_models import Unfitted
 from macromicro.thesis.chapter6 import integrated_runs
 from macromicro.thesis.claims import (
@@ -73,7 +73,7 @@ def _cut(recording: Recording, rows: int) -> Recording:
 def test_whole_tells_what_was_cut_and_why() -> None:
     run = on_twin(micro_steps([1e-3]), Settings())
     whole("a step", run)
-    with pytest.raises(NotMeasured, match=r"a step was cut short after 0\.5 s: it stuck"):
+    with pytest.raises(NotMeasured, match=r"a step ended after 0\.5 s: it stuck"):
         whole("a step", run, _cut(run, 500))
 
 
@@ -90,9 +90,9 @@ def test_a_cut_sequence_loses_no_other_claim(rows: int) -> None:
     """S12, S13a and S13b are not measured, with the reason; S3, S4, S11 and S13c are."""
     runs = collected("micro-control")
     cut = _cut(runs.antiwindup, rows)
-    found = {c.id: c for c in micro_claims.claims(runs._replace(antiwindup=cut))}
+    found = {c.id: c for c in _micro_claims.claims(runs._replace(antiwindup=cut))}
     assert [n for n, c in found.items() if c.verdict == NOT_MEASURED] == ["S12", "S13a", "S13b"]
-    assert "cut short" in found["S12"].reason
+    assert "ended after" in found["S12"].reason
 
 
 def test_cut_cycles_lose_no_other_claim() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from macromicro import tuning
-from macromicro.tuning.objectives import OBJECTIVES
+from macromicro.tuning._objectives import OBJECTIVES
 
 PAGE = (Path(__file__).parents[2] / "docs" / "tuning.md").read_text(encoding="utf-8")
 STRICT: dict[str, object] = {"penalties": (("saturated", 0.01),)}
@@ -68,7 +68,10 @@ def check_robust(name: str, options: dict[str, object], seed: int) -> None:
     assert printed[4] == found.held_out.cheaper
 
 
-@pytest.mark.parametrize(("name", "options", "seed"), ROBUST)
+@pytest.mark.parametrize(
+    ("name", "options", "seed"),
+    [row if row[2] == 0 else pytest.param(*row, marks=pytest.mark.slow) for row in ROBUST],
+)
 def test_the_robust_table(name: str, options: dict[str, object], seed: int) -> None:
     check_robust(name, options, seed)
 

@@ -10,7 +10,7 @@ from macromicro.models import macro
 from macromicro.models.macro import Linear, Motor
 from macromicro.schema.par import entries
 from macromicro.settings import Settings
-from macromicro.tuning.ensemble import Ensemble, draw, fresh
+from macromicro.tuning._ensemble import Ensemble, draw, fresh
 from macromicro.uncertainty import table
 from macromicro.uncertainty.machines import centre
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from macromicro.tuning.evolution import members, minimise
+from macromicro.tuning.evolution import Stop, members, minimise
 
 AIM = np.array([0.3, 0.8])
 
@@ -37,6 +37,16 @@ def test_keeps_its_budget(evaluations: int) -> None:
     assert len(set(calls)) == 1
     assert len(found.history) == len(calls)
     assert found.evaluations > evaluations - calls[0]
+
+
+def test_a_search_that_is_stopped_gives_the_best_so_far() -> None:
+    def stop(done: int, best: float) -> None:
+        if done >= 40:
+            raise Stop
+
+    found = minimise(bowl, np.array([0.9, 0.1]), 600, seed=1, progress=stop)
+    assert found.evaluations == 40 and len(found.history) == 2
+    assert found.cost == found.history[-1] == pytest.approx(bowl(found.design[None, :])[0])
 
 
 def test_generations_fill_blocks() -> None:

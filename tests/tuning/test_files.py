@@ -11,7 +11,7 @@ import macromicro
 from macromicro import tuning
 from macromicro.errors import InputError
 from macromicro.settings import Settings
-from macromicro.tuning import files, objectives, tables
+from macromicro.tuning import _objectives, files, tables
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -67,7 +67,7 @@ def test_the_numbers(place: Path, found: tuning.Tuning) -> None:
     record = json.loads((place / "tuning.json").read_text())
     assert record["seed"] == 0
     assert record["evaluations"] == found.evaluations <= 64
-    assert record["objective"]["formula"] == objectives.find("macro", "settling").formula
+    assert record["objective"]["formula"] == _objectives.find("macro", "settling").formula
     assert record["margins"]["after"]["disk"] == found.margins[1].disk  # type: ignore[index]
     assert record["bench_metrics"]["before"] == pytest.approx(found.bench[0].metrics)
     assert record["better_on_the_bench"] is found.better
@@ -88,8 +88,8 @@ def test_the_table_has_before_and_after(found: tuning.Tuning) -> None:
         "overshoot",
         "reversals",
         "disk margin",
-        "with penalties, worst of 3 searched",
-        "with penalties, worst of 12 fresh",
+        "objective, worst of 3 searched",
+        "objective, worst of 12 fresh",
     ):
         assert word in text
     rows = {line.name: line for line in tables.measured(found)}
@@ -97,7 +97,7 @@ def test_the_table_has_before_and_after(found: tuning.Tuning) -> None:
 
 
 def test_a_taken_folder_is_refused(place: Path) -> None:
-    with pytest.raises(InputError, match="exists already"):
+    with pytest.raises(InputError, match="already exists"):
         files.check(place, overwrite=False)
     files.check(place, overwrite=True)
 

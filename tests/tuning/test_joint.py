@@ -65,7 +65,7 @@ def test_a_search_never_ends_worse_than_it_began():
 def test_the_command_writes_settings_that_run(tmp_path, monkeypatch, capsys):
     (tmp_path / "m.toml").write_text('machine = "xy"\n[y.load]\npayload = "0.2 kg"\n')
     words = ["macromicro", "tune", "xy", "--config", str(tmp_path / "m.toml")]
-    words += ["--evaluations", "10", "--out", str(tmp_path / "out")]
+    words += ["--evaluations", "30", "--out", str(tmp_path / "out")]
     monkeypatch.setattr("sys.argv", [*words, "--json"])
     assert cli.main() == 0
     told = json.loads(capsys.readouterr().out)
@@ -80,7 +80,13 @@ def test_the_command_writes_settings_that_run(tmp_path, monkeypatch, capsys):
     best = told["versions"].index(told["best"])
     row = next(r for r in told["table"] if r["name"] == "x.controller.position")
     assert tree.x.controller.position == pytest.approx(row["values"][best], rel=1e-5)
-    for more, said in ((["--robust"], "--robust"), (["--law", "cascade"], "--law")):
+    assert told["evaluations"] <= 30
+    for more, said in (
+        (["--robust"], "--robust"),
+        (["--law", "cascade"], "--law"),
+        (["--evaluations", "29"], "--evaluations: '29'; accepted: a whole number from 30"),
+        (["--evaluations", "0"], "--evaluations: '0'; accepted: a whole number from 30"),
+    ):
         monkeypatch.setattr("sys.argv", [*words, "--overwrite", *more])
         assert cli.main() == 2
         assert said in capsys.readouterr().err

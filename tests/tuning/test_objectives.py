@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.tuning import objectives
-from macromicro.tuning.objectives import FAILED, Scale, costs, find
+from macromicro.tuning import _objectives
+from macromicro.tuning._objectives import FAILED, Scale, costs, find
 
 NAN = float("nan")
 SCALE = Scale(10.0, 2800.0, 0.5)
@@ -64,11 +64,11 @@ def test_micro(name: str, changed: dict[str, float], cost: float) -> None:
 
 def test_penalties_have_the_weights_that_are_asked_for() -> None:
     settling = find("macro", "settling")
-    strict = SCALE._replace(weights=objectives.penalties(settling, {"saturated": 0.01}))
+    strict = SCALE._replace(weights=_objectives.penalties(settling, {"saturated": 0.01}))
     assert costs(settling, macro(saturated=50.0), strict)[0] == pytest.approx(0.6 + 0.5)
-    free = SCALE._replace(weights=objectives.penalties(settling, {"overshoot": 0.0}))
+    free = SCALE._replace(weights=_objectives.penalties(settling, {"overshoot": 0.0}))
     assert costs(settling, macro(overshoot=300.0), free)[0] == pytest.approx(0.6)
-    assert objectives.values(settling, macro(overshoot=300.0), SCALE)[0] == pytest.approx(0.6)
+    assert _objectives.values(settling, macro(overshoot=300.0), SCALE)[0] == pytest.approx(0.6)
 
 
 def test_many_at_once() -> None:
@@ -81,4 +81,4 @@ def test_many_at_once() -> None:
 def test_an_unknown_objective() -> None:
     with pytest.raises(InputError, match=r"--objective.*settling, iae, effort"):
         find("micro", "speed")
-    assert {len(o) for o in objectives.OBJECTIVES.values()} == {3}
+    assert {len(o) for o in _objectives.OBJECTIVES.values()} == {3}

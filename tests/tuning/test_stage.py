@@ -10,6 +10,7 @@ from macromicro.errors import InputError
 from macromicro.machines import machine, planning
 from macromicro.machines.trial import Trial
 from macromicro.tuning import stage, stage_files
+from macromicro.tuning.evolution import minimise
 
 AXIS = machine.MACHINES[0]
 PLAN = planning.plan(planning.usual(AXIS.settings), AXIS.settings)
@@ -43,6 +44,9 @@ def test_a_search_never_ends_worse_than_it_began():
         same = getattr(found.tuned.controller, name) == getattr(found.start.controller, name)
         assert same or name in own
     assert found.tuned.load == found.start.load and found.tuned.together() == []
+    # What is written is what was judged.
+    again = stage.trials(AXIS, [found.tuned], PLAN, [1], 1)[0]
+    assert again == found.after[0]
     for path in stage.KNOBS["cascade"]:
         before, after = found.start, found.tuned
         for part in path.split("."):
@@ -84,7 +88,36 @@ def test_the_command_writes_settings_that_run(tmp_path, monkeypatch, capsys):
     found, settings = machine.load(tmp_path / "out/tuned.toml")
     assert found.name == "axis" and settings.load.payload == 0.2
     assert settings.controller.position == told["table"][0]["after"]
-    for more, said in ((["--law", "pid"], "--law"), (["--benches", "3"], "--benches")):
+    for more, said in (
+        (["--law", "pid"], "--law"),
+        (["--benches", "3"], "--benches"),
+        (["--benches", "0"], "--benches"),
+        (["--robust", "--benches", "-3"], "--benches: '-3'; accepted: a whole number from 1"),
+        (["--robust", "--benches", "0"], "--benches: '0'; accepted: a whole number from 1"),
+        (["--robust", "--held-out", "-1"], "--held-out: '-1'; accepted: a whole number from 1"),
+        (["--evaluations", "0"], "--evaluations: '0'; accepted: a whole number from 10"),
+        (["--evaluations", "9"], "--evaluations: '9'; accepted: a whole number from 10"),
+    ):
         monkeypatch.setattr("sys.argv", [*words, "--overwrite", *more])
         assert cli.main() == 2
         assert said in capsys.readouterr().err
+
+
+def test_a_result_that_is_not_better_is_not_suggested(tmp_path, monkeypatch, capsys):
+    """A hundred designs hold a better one than the sheets' gains; the start alone does not."""
+    (tmp_path / "m.toml").write_text('machine = "axis"\n')
+    told = {}
+    for count in ("100", "10"):
+        words = ["tune", "axis", "--config", str(tmp_path / "m.toml"), "--evaluations", count]
+        monkeypatch.setattr("sys.argv", ["macromicro", *words, "--out", str(tmp_path / count)])
+        assert cli.main() == 0
+        told[count] = capsys.readouterr().out
+        monkeypatch.setattr(
+            stage,
+            "minimise",
+            lambda costs, start, *rest, **more: minimise(costs, start, 1, 0),
+        )
+    assert "none was better than the start" in told["10"] and "try: " not in told["10"]
+    assert "none was better" not in told["100"] and "try: macromicro run" in told["100"]
+    objective = [line for line in told["100"].splitlines() if line.startswith("objective")]
+    assert len(objective) == 1 and "  penalty for overshoot" in told["100"]

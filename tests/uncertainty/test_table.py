@@ -121,7 +121,7 @@ def test_a_table_of_ones_own_is_read(tmp_path):
         (("[0.9, 1.1]", "[0.9, 1.0, 1.1]"), "quantity 1, range"),
         (("[0.9, 1.1]", '"wide"'), "quantity 1, range: 'wide'; accepted: the lower"),
         (('["blade.mass", "load.mass"]', "[]"), "quantity 1, paths: '[]'"),
-        (("meaning", "meanin"), "quantity 1, meanin: 'unknown key'; accepted: one of name"),
+        (("meaning", "meanin"), "quantity 1, meanin: unknown key. Use one of name"),
         (("range =", "weights = [1.0]\nrange ="), "quantity 1, weights: 1; accepted: 2, one"),
     ],
 )

@@ -22,7 +22,7 @@ _STREAMED = tuple(HOST[name].id for name in ("outputs", "targets", "keep"))
 
 
 class Wire:
-    """A bench behind a line, as the serial port of a `macromicro.rig.board.link.Link`.
+    """A bench behind a line, as the serial port of a `macromicro.rig.board._link.Link`.
 
     Parameters
     ----------

@@ -72,7 +72,7 @@ class Made(NamedTuple):
 
     def open(self, seed: int = 0) -> Drivable:
         """A new machine as the server's loop opens it, on a new rig."""
-        spec = Spec(self.rig, seed, self.settings, "no position was kept", LIVE, 0)
+        spec = Spec(self.rig, seed, self.settings, "no position was saved", LIVE, 0)
         with self._named():
             return open_machine(spec)
 

@@ -214,7 +214,7 @@ class Campaign(Driver):
         elif name in ("client floods", "client sends garbage"):
             if not pester(self.victim, self.rng, 1.0, name == "client sends garbage"):
                 self.complaints.append(f"{name}: nothing was taken")
-            told = "nothing; it holds up nobody"
+            told = "nothing; no other client waits"
         elif name == "disk full":
             with full_disk(self.victim):
                 told = str(until(lambda: self._words("REC?")[3]))

@@ -1,4 +1,4 @@
-"""What ends the server or keeps it from starting; after each of it, a new start."""
+"""What ends the loop or the server or keeps it from starting; after each of it, a new start."""
 
 from __future__ import annotations
 
@@ -34,13 +34,14 @@ def finale(victim: Victim, seed: int) -> tuple[list[Round], list[str]]:
             told = next(csv.reader([client.ask("FAUL?")]))[2]
             safe = safe_after(victim)
             faulty.inject(victim.cells, faulty.NONE)
-            victim.end()
+            until(partial(_on, client))  # it is opened again by itself
         else:
             told, safe = "at the next start: a motion was interrupted, home first", victim.kill()
         client.close()
         rounds.append(Round(name, 0, max(safe, 0.0), told, "lost"))
         complaints += _left(victim, name)
-        victim.start()
+        if name != "unplugged":
+            victim.start()
         complaints += _started(victim, name)
     if (status := victim.end()) != 128 + 15:
         complaints.append(f"it ended with status {status}: {victim.said()}")
@@ -49,6 +50,10 @@ def finale(victim: Victim, seed: int) -> tuple[list[Round], list[str]]:
 
 def _off(client: Client) -> bool:
     return client.ask("MODE?") == '"off"'
+
+
+def _on(client: Client) -> bool:
+    return not _off(client)
 
 
 def _move(client: Client, victim: Victim) -> None:

@@ -30,7 +30,7 @@ def judge(path: Path, *, most: float = 5.0, led: bool = False) -> Verdict:
     run = Recording.load(path)
     motor, ctrl, fan = run["motor"], run["ctrl"], run["fan"]
     mode, fault, motion = run["mode"], run["fault"], run["motion"]
-    # Where the rig's clock stands or gives no number, rows pass all the same: between two rows
+    # Where the rig's clock stops or gives no number, rows pass all the same: between two rows
     # whose times differ there must be as many rows as milliseconds.
     t = run["t"]
     told = np.flatnonzero(np.isfinite(t) & (np.diff(t, prepend=np.nan) != 0.0))

@@ -19,9 +19,15 @@ from soak.victim import Client, Victim, until
 
 _PATIENCE = 120.0  # s that a motion may last
 _TRIES = 6
+_SHOWN = 0.2  # s
 _BAD = ("fault", "stalled", "refused", "none")  # without a fault
 _AT_LIMIT = "at its soft limit"  # why a jog is refused
 _LASTING = ("encoder-skipping",)  # what nothing shows; a homing, or its end, puts it right
+# To one absolute sensor a reversed one is another gain, until the following error grows too large.
+_ANOTHER_GAIN = "encoder-reversed"
+# A reading that dies as the stage comes to rest shows nothing of what the stage still moves, which
+# is less than it goes at its greatest speed in this time [s].
+_DEAD, _UNSEEN = "encoder-frozen", 0.1
 # Their time is the loop's and this computer's: the campaign of the two-stage machine tries them.
 _ELSE = ("clock-ahead", "clock-back", "clock-stands", "clock-none", "slow", "unplugged", "hanging")
 
@@ -46,16 +52,21 @@ class Rounds:
         self.rounds: list[Round] = []
         self.outcomes: Counter[str] = Counter()
         self.checked = self.homings = self.busy = self.rows = 0
+        self.unseen: list[
+            float
+        ] = []  # how far it was off behind a reading that died as it came to rest, m
         self._client = Client(victim.port)
         self._names = tuple(n for n in victim.subject.faults() if n not in _ELSE)
         self._deck: list[str] = []
         self._bounds = bounds(victim.subject.settings)
         self._axes = "POS:POIN?" if victim.subject.name == "two-axes" else ""
         self._turns = bool(victim.subject.settings.live.turns)
-        self._unit = "DEG" if self._turns else "MM"
-        self._scale = math.degrees(1.0) if self._turns else 1e3
+        self.unit = "DEG" if self._turns else "MM"
+        self.scale = math.degrees(1.0) if self._turns else 1e3
         self._error = ""  # of the last order
         self._there = math.nan  # where the last motion truly ended, m
+        self._stopped = math.nan  # where it ended as reported, m
+        self._start = math.nan  # where the last order found the stage, m
         self._last = 0  # number of the last motion
         self._frame = math.nan  # true place minus the position reported, m, as last known
         self._searches = self._homes()
@@ -82,7 +93,7 @@ class Rounds:
     def _position(self) -> tuple[float, float, bool]:
         """Position and half width, m, and whether they are trusted."""
         told, half, trusted = map(float, self._words("POS?"))
-        return told / self._scale, half / self._scale, bool(trusted)
+        return told / self.scale, half / self.scale, bool(trusted)
 
     def _truth(self) -> float:
         return float(self.victim.cells[faulty.STAGE])
@@ -96,19 +107,25 @@ class Rounds:
         return int(code), message
 
     def _ended(self, number: int) -> str:
-        outcome = self._words(f"MOVE:OUTC? {number}")[0]
-        return "" if outcome == "unknown" else outcome
+        outcome, *place = self._words(f"MOVE:OUTC? {number}")
+        if outcome == "unknown":
+            return ""
+        self._stopped = float(place[0]) / self.scale
+        return outcome
 
     def _order(self, order: str) -> int:
         """The number of the motion that an order began, which may have ended; 0 for none."""
         self._client.send("*CLS")
         self._client.send(order)
         self._error = self._client.ask("SYST:ERR?")
-        number = int(self._client.ask("MOVE:NUMB?"))
-        if number or self._ended(self._last + 1):
-            self._last = number or self._last + 1
-            return self._last
-        return 0
+        deadline = time.monotonic() + _SHOWN
+        while True:  # the loop shows a motion a period behind its reply
+            number = int(self._client.ask("MOVE:NUMB?"))
+            if number or self._ended(self._last + 1):
+                self._last = number or self._last + 1
+                return self._last
+            if not self._error.startswith("0,") or time.monotonic() > deadline:
+                return 0
 
     # A round
 
@@ -145,15 +162,15 @@ class Rounds:
         if kind == "jog":
             speed = self.rng.choice([-1.0, 1.0]) * 0.05 * (high - low)
             stage = "X" if self._axes else "MACR"
-            return f"JOG:{stage} {speed:.6g} {self._unit}/S", math.nan
+            return f"JOG:{stage} {speed:.6g} {self.unit}/S", math.nan
         if kind == "programme":
             name = self._words("PROG:CAT?")[0]
             return f'PROG:LOAD "{name}";:PROG:RUN', math.nan
         if kind == "home" and self._searches:
             return "HOME", math.nan
         if self._axes:
-            return f"MOVE:X {target:.6f} {self._unit}", target / self._scale
-        return f"MOVE {target:.6f} {self._unit}", target / self._scale
+            return f"MOVE:X {target:.6f} {self.unit}", target / self.scale
+        return f"MOVE {target:.6f} {self.unit}", target / self.scale
 
     def _round(self) -> None:
         """An order, most often with a fault on its way, and perhaps an end of it."""
@@ -163,6 +180,7 @@ class Rounds:
         name = self._deck.pop() if self.rng.random() < 0.75 else faulty.NONE
         order, target = self._random()
         cells = self.victim.cells
+        self._start = self._truth() - self._frame
         number = self._order(order)
         time.sleep(self.rng.uniform(0.01, 0.3))
         self._there = self._truth() if number and self._ended(number) else math.nan
@@ -197,10 +215,24 @@ class Rounds:
         mode = self._words("MODE?")[0]
         if mode in ("disabled", "fault") and self.victim.cells[faulty.MOTOR] != 0.0:
             self.complaints.append(f"{what}: outputs are on, {mode}")
+        # A wire that has been hot for long does not always cool to a target within its patience,
+        # or comes to it as the patience ends.
+        cools = (
+            self.victim.subject.name == "wire"
+            and outcome == "stalled"
+            and self._start > target
+            and self._stopped > target - self._bounds.arrival
+        )
         if code == faults.LATE:
             self.busy += 1
-        elif name == faulty.NONE and (code or outcome in _BAD) and _AT_LIMIT not in self._error:
-            self.complaints.append(f"{what}: {words or self._error}")
+        elif (
+            name == faulty.NONE
+            and (code or (outcome in _BAD and not cools))
+            and _AT_LIMIT not in self._error
+        ):
+            start, end = self._start * self.scale, self._stopped * self.scale
+            at = f"from {start:.6g} to {end:.6g} {self.unit}"
+            self.complaints.append(f"{what}, {at}: {words or self._error}")
         if order == "HOME" and outcome == "done":
             self.homings += 1
         self.rounds.append(Round(name, order.partition(" ")[0], code, words, outcome))
@@ -212,9 +244,13 @@ class Rounds:
                 faulty.inject(self.victim.cells, faulty.NONE)
                 self._order("HOME")
             return
-        self._right(name, what, target if alone and outcome == "done" else math.nan)
+        if name == _ANOTHER_GAIN and not code and not self._searches:
+            self._frame = math.nan
+            return
+        dead = name == _DEAD and not code
+        self._right(name, what, target if alone and outcome == "done" else math.nan, dead)
 
-    def _right(self, name: str, what: str, target: float) -> None:
+    def _right(self, name: str, what: str, target: float, dead: bool) -> None:
         """A position that is trusted at rest is the true one; and where it was to be, that too."""
         before = self._truth()
         told, half, trusted = self._position()
@@ -226,8 +262,11 @@ class Rounds:
         allowed = half + self._bounds.resolution * (2.0 if name == "encoder-dither" else 1.0)
         allowed += self._bounds.repeat * self._searches
         off = abs(before - self._frame - told)
-        if off > allowed + moved:
-            self.complaints.append(f"{what}: trusted, and {off * self._scale:.4g} {self._unit} off")
+        if dead and allowed + moved < off < _UNSEEN * self._bounds.fastest:
+            self.unseen.append(off)
+            self._frame = math.nan
+        elif off > allowed + moved:
+            self.complaints.append(f"{what}: trusted, and {off * self.scale:.4g} {self.unit} off")
             self._frame = math.nan
         elif abs(self._there - self._frame - target) > allowed + moved + self._bounds.arrival:
             self.complaints.append(f"{what}: done, and not there")

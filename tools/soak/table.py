@@ -53,11 +53,22 @@ def of_kind(rounds: Rounds, complaints: list[str]) -> str:
         "",
         f"- Orders: {len(rounds.rounds)} beside {rounds.homings} homings: {every}. "
         f"{rounds.checked} trusted positions were compared with the truth.",
+        *_unseen(rounds),
         f"- Recorded: {rounds.rows} rows, outputs looked at in each. Stops because this computer "
         f"was too busy: {rounds.busy}.",
         f"- Unexplained: {len(complaints)}.",
     ]
     return "\n".join([*lines, *_unexplained(complaints), ""])
+
+
+def _unseen(rounds: Rounds) -> list[str]:
+    if not rounds.unseen:
+        return []
+    worst = max(rounds.unseen) * rounds.scale
+    return [
+        f"- An encoder that died as the stage came to rest, which one sensor cannot show: "
+        f"{len(rounds.unseen)} times, at most {worst:.3g} {rounds.unit.lower()} off."
+    ]
 
 
 def _unexplained(complaints: list[str]) -> list[str]:

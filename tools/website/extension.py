@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import is_dataclass
 from textwrap import dedent
 from typing import Any
 
 from docutils.nodes import SkipNode
 from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx.pycode import ModuleAnalyzer
 
 from website.docstrings import escaped, fields, literal
 
@@ -29,8 +31,18 @@ def docstring(app: Any, what: str, name: str, found: Any, options: Any, lines: l
     lines[:] = [escaped(line) for line in lines]
     if what == "module":
         lines[:] = literal(lines)
-    elif what == "class" and hasattr(found, "_field_defaults"):
-        lines += fields(found)
+    elif what == "class" and (hasattr(found, "_field_defaults") or is_dataclass(found)):
+        lines += fields(found, beside(found))
+
+
+def beside(kind: type) -> dict[str, str]:
+    """The comments beside the fields of a class."""
+    known = ModuleAnalyzer.for_module(kind.__module__).find_attr_docs()
+    return {
+        name: " ".join(words).strip()
+        for (owner, name), words in known.items()
+        if owner == kind.__qualname__
+    }
 
 
 def plain(app: Any, what: str, name: str, found: Any, options: Any, lines: list[str]) -> None:

@@ -13,12 +13,13 @@ _FRONT = "macromicro."
 
 
 class Page(NamedTuple):
-    """A page of the reference: name, title, first words, and modules."""
+    """A page of the reference: name, title, first words, modules, and whether users call them."""
 
     name: str
     title: str
     words: str
     modules: tuple[str, ...]
+    called: bool = True
 
 
 PAGES = (
@@ -74,6 +75,7 @@ PAGES = (
                 "amplifier", "motor", "friction", "value_noise", "belt", "carriage", "encoder",
             )
         ),
+        called=False,
     ),
     Page(
         "micro",
@@ -83,6 +85,7 @@ PAGES = (
             f"plant.{name}"
             for name in ("driver", "thermal", "phase", "wire", "flexure", "micro", "hall", "laser")
         ),
+        called=False,
     ),
     Page(
         "others",
@@ -95,6 +98,7 @@ PAGES = (
                 "gauge", "kiln",
             )
         ),
+        called=False,
     ),
     Page(
         "laws",
@@ -102,9 +106,20 @@ PAGES = (
         "The thesis' laws and their parts.",
         tuple(
             f"control.{name}"
-            for name in ("law", "stage_law", "pid", "pd", "pi", "deadzone", "calibration",
-                         "cascade", "notch", "integral")
+            for name in ("pid", "pd", "pi", "deadzone", "calibration", "cascade", "notch",
+                         "integral")
         ),
+        called=False,
+    ),
+    Page(
+        "contracts",
+        "Contracts of your own parts",
+        "What a law, a stage, a rig, a machine or a procedure of your own fills in.",
+        ("control.law", "control.stage_law", "control.contract", "machines.stage",
+         "machines.machine", "machines.signals", "machines.contract", "machines.part_contract",
+         "plant.rubbing", "commission.procedure", "commission.stand", "types", "rig.session",
+         "rig.opening", "runs.drives", "thesis.procedure", "programme", "recording", "columns",
+         "kernel"),
     ),
     Page(
         "parameters",

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from macromicro.batch.engine import cores, run, trajectories
+from macromicro.batch._engine import cores, run, trajectories
 from macromicro.batch.variants import SEED, Job, Metric, Trajectories, Variants
 from macromicro.errors import InputError
 from macromicro.schema import plugins
@@ -67,7 +67,7 @@ def _stage(machine: str) -> Callable[..., Job]:
 
 
 def _joint(**options: Any) -> Job:
-    from macromicro.batch.joint_job import JointJob
+    from macromicro.batch._joint_job import JointJob
 
     return JointJob(**options)
 
@@ -95,12 +95,19 @@ def job(name: str, **options: Any) -> Job:
     Returns
     -------
     Job
-        To be given variants.
+        For `run`.
 
     Raises
     ------
     InputError
-        An unknown name, or what the job refuses of its options.
+        An unknown name, or options that the job refuses.
+
+    Examples
+    --------
+    >>> from macromicro import batch
+    >>> job = batch.job("macro-model")
+    >>> [metric.name for metric in job.metrics][:3]
+    ['settling_time', 'rise_time', 'overshoot']
     """
     if name in JOBS:
         return JOBS[name](**options)

@@ -1,4 +1,4 @@
-"""What jobs on the whole bench have in common: supervisor, guard and noise, no recording kept."""
+"""Jobs on the whole bench: supervisor, guard and noise, without a recording."""
 
 from __future__ import annotations
 
@@ -27,19 +27,10 @@ TRACED = (
 
 
 class BenchJob:
-    """A programme on the whole bench, as `runs.programmed` runs it, no recording kept.
+    """A programme on the whole bench, as `runs.programmed` runs it, without a recording.
 
-    A variant's own noise seed stands at the path "seed", beside those of the settings; the others
-    share the job's, so that variants differ by their parameters alone.
-
-    Parameters
-    ----------
-    settings : Settings, optional
-        That variants start from.
-    seed : int
-        Of the noise.
-    fan : bool
-        Cool the actuator by a fan.
+    The path "seed" sets a variant's own noise; all others share the job's, so that variants differ
+    only by their parameters.
     """
 
     name: str
@@ -60,79 +51,15 @@ class BenchJob:
         self._seed, self._fan = seed, fan
 
     def base(self) -> Settings:
-        """Give the settings that variants start from.
-
-        Returns
-        -------
-        Settings
-            A tree of parameters.
-        """
         return self._settings
 
     def programme(self, settings: Settings) -> Programme:
-        """Give what a bench is to do.
-
-        Parameters
-        ----------
-        settings : Settings
-            Of the bench.
-
-        Returns
-        -------
-        Programme
-            With lengths as counts of its encoder.
-
-        Raises
-        ------
-        NotImplementedError
-            The job says it.
-        """
         raise NotImplementedError
 
     def measure(self, place: Scratch, settings: Settings, outcome: Outcome) -> list[float]:
-        """Measure one run.
-
-        Parameters
-        ----------
-        place : Scratch
-            With the run's columns.
-        settings : Settings
-            Of the run.
-        outcome : Outcome
-            How it ended.
-
-        Returns
-        -------
-        list of float
-            As `metrics`.
-
-        Raises
-        ------
-        NotImplementedError
-            The job says it.
-        """
         raise NotImplementedError
 
     def evaluate(self, variants: Variants, first: int = 0) -> Array:
-        """Evaluate variants.
-
-        Parameters
-        ----------
-        variants : Variants
-            n of them.
-        first : int
-            Number of the first one, for errors.
-
-        Returns
-        -------
-        ndarray, shape (n, metrics)
-            As `metrics`.
-
-        Raises
-        ------
-        InputError
-            With variant and key: an impossible value.
-        """
         compiled(loop.rollout)  # once, before threads ask for it
         values = checked(self._known, variants, first, (SEED,))
         noise = seeds(variants, values, self._seed, first)
@@ -148,27 +75,7 @@ class BenchJob:
         return programmed.perform(what, settings, place, seed=seed, fan=self._fan)
 
     def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
-        """Give the columns `TRACED` of each run's recording.
-
-        Parameters
-        ----------
-        variants : Variants
-            n of them.
-        every : int
-            Every so many rows.
-        first : int
-            Number of the first variant, for errors.
-
-        Returns
-        -------
-        Trajectories
-            NaN after a run's end.
-
-        Raises
-        ------
-        InputError
-            With variant and key: an impossible value.
-        """
+        """The columns `TRACED` of each run's recording."""
         values = checked(self._known, variants, first, (SEED,))
         noise = seeds(variants, values, self._seed, first)
         runs: list[Array] = []

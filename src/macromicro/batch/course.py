@@ -1,7 +1,7 @@
-"""What a macro-stage's step response is judged by, gathered sample by sample.
+"""Metrics of a macro-stage's step response, accumulated sample by sample.
 
-One form for a single run and for a lane of many: `follow` has no branch that a vector
-register could not take, and keeps no sample.
+The same code serves a single run and a lane of many: `follow` has no branch that vector
+registers cannot take.
 """
 
 from __future__ import annotations
@@ -21,77 +21,40 @@ ARRIVED = 2.0  # counts; turns of the position count from the first error within
 SMALLEST = 10.0  # counts; a smaller step has no 2 % and begins where it ends
 
 METRICS: tuple[Metric, ...] = (
-    Metric("settling_time", "s", "from then on the error stays within 2 % of the step"),
-    Metric("rise_time", "s", "98 % of the step lie behind for the first time"),
-    Metric("overshoot", "count", "farthest beyond the target"),
+    Metric("settling_time", "s", "time from which the error stays within 2 % of the step"),
+    Metric("rise_time", "s", "time of the first 98 % of the step"),
+    Metric("overshoot", "count", "largest distance beyond the target"),
     Metric("iae", "count*s", "integral of the absolute error"),
     Metric("final_error", "count", "target minus position at the end"),
-    Metric("peak_effort", "V", "largest effort asked for after the first sample"),
-    Metric("saturated", "", "samples after the first whose effort the limit cuts"),
-    Metric("reversals", "", "turns of the position once within 2 counts of the target"),
+    Metric("peak_effort", "V", "largest requested effort after the first sample"),
+    Metric("saturated", "", "saturated samples after the first"),
+    Metric("reversals", "", "reversals of the position after it is within 2 counts of the target"),
 )
 
 
 class Task(NamedTuple):
-    """How a step is judged.
+    """How a step is judged."""
 
-    Attributes
-    ----------
-    sign : float
-        Of the step.
-    band : float
-        Of the error [counts].
-    risen : float
-        Least way [counts], whole, that has the share `RISEN` of the step behind it.
-    """
-
-    sign: float
-    band: float
-    risen: float
+    sign: float  # of the step
+    band: float  # of the error [counts]
+    risen: float  # least way [counts], whole, that has the share `RISEN` of the step behind it
 
 
 class Course(NamedTuple):
-    """What was gathered so far.
-
-    Attributes
-    ----------
-    outside, early : float
-        Samples up to the last one outside the band, and before it has risen.
-    far : float
-        Greatest way in the step's direction [counts], at least 0.
-    sum : float
-        Of |error| [counts].
-    peak : float
-        Largest |effort| asked for [V].
-    saturated, turns : float
-        Samples with a cut effort, and turns of the position.
-    move : float
-        The last one [counts], 0: none.
-    """
-
+    # outside, early: samples up to the last one outside the band, and before it has risen
     outside: float
     early: float
-    far: float
-    sum: float
-    peak: float
+    far: float  # greatest way in the step's direction [counts], at least 0
+    sum: float  # of |error| [counts]
+    peak: float  # largest |effort| asked for [V]
+    # saturated, turns: samples with a cut effort, and turns of the position
     saturated: float
     turns: float
-    move: float
+    move: float  # the last one [counts], 0: none
 
 
 def task(target: float) -> Task:
-    """Tell how a step from 0 is judged.
-
-    Parameters
-    ----------
-    target : float
-        Counts, `SMALLEST` at least in either direction.
-
-    Returns
-    -------
-    Task
-        For `follow`.
-    """
+    """How a step from 0 is judged."""
     size, sign = abs(target), math.copysign(1.0, target)
     risen = math.floor(RISEN * size) - 1.0
     while risen / size < RISEN:
@@ -100,53 +63,18 @@ def task(target: float) -> Task:
 
 
 def begun() -> Course:
-    """Begin, before the first sample.
-
-    Returns
-    -------
-    Course
-        Of nothing.
-    """
     return Course(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @kernel
 def gathered(total: float, error: float) -> float:
-    """Add one more sample's error.
-
-    Parameters
-    ----------
-    total : float
-        Sum of |error| [counts].
-    error : float
-        Of the sample [counts].
-
-    Returns
-    -------
-    float
-        The new sum.
-    """
+    """Add one sample's error [counts]."""
     return total + abs(error)
 
 
 @kernel
 def farther(far: float, sign: float, seen: float) -> float:
-    """Take one more sample's position.
-
-    Parameters
-    ----------
-    far : float
-        Greatest way in the step's direction [counts].
-    sign : float
-        Of the step.
-    seen : float
-        Position [counts].
-
-    Returns
-    -------
-    float
-        The new greatest way.
-    """
+    """Add one sample's position [counts]."""
     # abs() changes nothing, as in `follow`.
     return abs(max(far, sign * seen))
 
@@ -162,26 +90,7 @@ def follow(
     asked: float,
     sent: float,
 ) -> Course:
-    """Take one more sample.
-
-    Parameters
-    ----------
-    p : Task
-        How the step is judged.
-    s : Course
-        Before it.
-    number : float
-        Of the sample, from 1.
-    seen, error, last : float
-        Position, its error, and the error of the sample before [counts].
-    asked, sent : float
-        Effort without and with its limit [V].
-
-    Returns
-    -------
-    Course
-        After it.
-    """
+    """Add one sample; positions and errors in counts."""
     far = farther(s.far, p.sign, seen)
     went = last - error
     size = abs(error)
@@ -204,42 +113,12 @@ def follow(
 
 @kernel
 def first(s: Course) -> Course:
-    """Correct the first sample, whose kick and whose move from nowhere do not count.
-
-    Parameters
-    ----------
-    s : Course
-        After it.
-
-    Returns
-    -------
-    Course
-        Without these.
-    """
+    """Correct the first sample, whose kick and jump do not count."""
     return Course(s.outside, s.early, s.far, s.sum, 0.0, 0.0, 0.0, 0.0)
 
 
 def measured(rows: Array, error: Array, target: Array, samples: int, dt: Array | float) -> Array:
-    """Make metrics of what was gathered.
-
-    Parameters
-    ----------
-    rows : ndarray, shape (8, n)
-        As in `Course`.
-    error : ndarray, shape (n,)
-        At the end [counts].
-    target : ndarray, shape (n,)
-        Counts.
-    samples : int
-        In all.
-    dt : ndarray, shape (n,), or float
-        Sample time [s].
-
-    Returns
-    -------
-    ndarray, shape (n, 8)
-        The values of `METRICS`; NaN: not reached.
-    """
+    """Metrics of the accumulated quantities; `error` in counts."""
     s = Course(*rows)
     out = np.empty((len(error), len(METRICS)))
     out[:, 0] = np.where(s.outside < samples, s.outside * dt, math.nan)

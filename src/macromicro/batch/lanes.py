@@ -1,9 +1,9 @@
-"""The macro-stage's model under its PD law, many variants in step: time outside, lanes inside.
+"""The macro-stage's model under its PD law, many variants at once: time outside, lanes inside.
 
 The values of a block of variants lie in one array, a row of `WIDE` lanes a quantity. All its
 rows have fixed places, so that the compiler knows that they do not overlap and puts
-neighbouring lanes into one vector register. Each lane goes through the very step functions
-of a single run (`models.macro.rollout`), so it gives the same bits.
+neighbouring lanes into one vector register. Each lane uses the step functions of a single
+run (`models.macro.rollout`), so it gives the same bits.
 """
 
 from __future__ import annotations
@@ -41,13 +41,7 @@ SHOWN = 1 + 8  # last rows: error, course
 
 
 def place() -> Array:
-    """Make an empty block at the start of a cache line.
-
-    Returns
-    -------
-    ndarray, shape (ROWS * WIDE,)
-        For `run`.
-    """
+    """An empty block at the start of a cache line."""
     raw = np.zeros(ROWS * WIDE + 8)
     skipped = -(raw.ctypes.data // 8) % 8
     return raw[skipped : skipped + ROWS * WIDE]
@@ -55,26 +49,15 @@ def place() -> Array:
 
 @kernel
 def counted(x: float) -> float:
-    """Give the whole counts of a position: `models.macro.whole`, for vectors one instruction.
-
-    Parameters
-    ----------
-    x : float
-        Counts.
-
-    Returns
-    -------
-    float
-        Whole counts, not above.
-    """
+    """The whole counts of a position: `models.macro.whole`, as one vector instruction."""
     return float(np.floor(x))
 
 
 @kernel
 def _period(s: Array, j: int) -> tuple[float, float, float, float]:
-    """Lane `j` one period on: its counts, its error, the effort asked for and the one sent.
+    """Advance lane `j` by a period: its counts, error, requested effort and output.
 
-    The new error is not put down yet: the course still needs the last one.
+    The new error is not stored yet: the course still needs the last one.
     """
     linear = Linear(s[A + j], s[B + j], s[DT + j])
     model = MacroModel(linear, TUNED, s[WIDTH + j], s[A0 + j], s[DELTA + j], s[RAIL + j])
@@ -92,17 +75,7 @@ def _period(s: Array, j: int) -> tuple[float, float, float, float]:
 
 @kernel
 def run(s: Array, lanes: int, samples: int) -> None:
-    """Run the first lanes of a block, all of `Course` gathered.
-
-    Parameters
-    ----------
-    s : ndarray, shape (ROWS * WIDE,)
-        The block; changed.
-    lanes : int
-        How many.
-    samples : int
-        Periods.
-    """
+    """Run the first lanes of a block, with all of `Course`."""
     for k in range(samples):
         number = k + 1.0
         for j in range(lanes):
@@ -125,18 +98,7 @@ def run(s: Array, lanes: int, samples: int) -> None:
 
 @kernel
 def run_errors(s: Array, lanes: int, samples: int) -> None:
-    """Run as `run`, gathering `far` and `sum` of `Course` alone, which takes two thirds of the
-    time.
-
-    Parameters
-    ----------
-    s : ndarray, shape (ROWS * WIDE,)
-        The block; changed.
-    lanes : int
-        How many.
-    samples : int
-        Periods.
-    """
+    """`run` with only `far` and `sum` of `Course`, in two thirds of the time."""
     for _ in range(samples):
         for j in range(lanes):
             seen, error, _, _ = _period(s, j)
@@ -147,9 +109,9 @@ def run_errors(s: Array, lanes: int, samples: int) -> None:
 
 @kernel
 def _load(s: Array, given: Array, first: int) -> int:
-    """Variants from `first` on into the lanes, state and course at rest; how many there are.
+    """Load variants from `first` on into the lanes, at rest; returns their number.
 
-    Lanes without a variant go along with the last one.
+    Lanes without a variant repeat the last one.
     """
     count: int = min(WIDE, given.shape[1] - first)
     for i in range(given.shape[0]):
@@ -162,7 +124,6 @@ def _load(s: Array, given: Array, first: int) -> int:
 
 @kernel
 def _show(s: Array, seen: Array, first: int, count: int) -> None:
-    """The last rows of a block into those of its variants."""
     for i in range(SHOWN):
         for j in range(count):
             seen[i, first + j] = s[WIDE * (ROWS - SHOWN + i) + j]
@@ -170,19 +131,7 @@ def _show(s: Array, seen: Array, first: int, count: int) -> None:
 
 @kernel
 def blocks(s: Array, given: Array, seen: Array, samples: int) -> None:
-    """Do `run` on one block of variants after another.
-
-    Parameters
-    ----------
-    s : ndarray, shape (ROWS * WIDE,)
-        The place of a block.
-    given : ndarray, shape (GIVEN, n)
-        A row for each name of `GIVEN`.
-    seen : ndarray, shape (SHOWN, n)
-        Filled: error and course at the end.
-    samples : int
-        Periods.
-    """
+    """`run` on one block of variants after another."""
     for first in range(0, given.shape[1], WIDE):
         count = _load(s, given, first)
         run(s, -(-count // UNIT) * UNIT, samples)
@@ -191,19 +140,7 @@ def blocks(s: Array, given: Array, seen: Array, samples: int) -> None:
 
 @kernel
 def blocks_errors(s: Array, given: Array, seen: Array, samples: int) -> None:
-    """Do `blocks` by `run_errors`.
-
-    Parameters
-    ----------
-    s : ndarray, shape (ROWS * WIDE,)
-        The place of a block.
-    given : ndarray, shape (GIVEN, n)
-        A row for each name of `GIVEN`.
-    seen : ndarray, shape (SHOWN, n)
-        Filled: error and course at the end.
-    samples : int
-        Periods.
-    """
+    """`run_errors` on one block of variants after another."""
     for first in range(0, given.shape[1], WIDE):
         count = _load(s, given, first)
         run_errors(s, -(-count // UNIT) * UNIT, samples)

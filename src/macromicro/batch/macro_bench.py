@@ -37,8 +37,6 @@ REFERENCE = "reference"  # beside the tree's paths: the step [counts]
 
 
 class Stage(NamedTuple):
-    """What of the bench a macro-stage alone needs, and its law."""
-
     amplifier: Amplifier
     macro: Macro
     encoder: Encoder
@@ -51,34 +49,7 @@ class Stage(NamedTuple):
 def run(
     p: Stage, judged: Task, s: MacroState, target: float, samples: int, dt: float, out: Array
 ) -> tuple[Course, float]:
-    """Run a step: its course and the last error.
-
-    The law is always at work, as in a run without a sequence.
-
-    Parameters
-    ----------
-    p : Stage
-        Machine and law.
-    judged : Task
-        How the step is judged.
-    s : MacroState
-        From which it begins.
-    target : float
-        Counts.
-    samples : int
-        Periods.
-    dt : float
-        A period [s].
-    out : ndarray, shape (2, m)
-        Filled: counts and volts of the first m samples; m may be 0.
-
-    Returns
-    -------
-    course : Course
-        After the last sample.
-    error : float
-        Of the last sample [counts].
-    """
+    """Run a step: its course and the last error [counts]. The law is never parked."""
     law = p.law
     so_far = Course(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     memory = control.begun(law)
@@ -102,18 +73,6 @@ def run(
 
 
 def stage(settings: Settings) -> Stage:
-    """Take the macro-stage out of settings.
-
-    Parameters
-    ----------
-    settings : Settings
-        Of a bench.
-
-    Returns
-    -------
-    Stage
-        What it alone needs, and its law.
-    """
     law = control_settings.prepare(
         settings.controller, table=shipped(), pitch=settings.sensors.encoder.pitch
     ).macro
@@ -128,18 +87,9 @@ def stage(settings: Settings) -> Stage:
 
 
 class MacroBenchJob:
-    """A step of the bench's macro-stage from rest at 0 at 1 kHz, nothing parked.
+    """A step of the bench's macro-stage from rest at 0 at 1 kHz, never parked.
 
-    A variant's own step stands at the path "reference", beside those of the settings.
-
-    Parameters
-    ----------
-    settings : Settings, optional
-        That variants start from.
-    reference : float
-        The step [counts].
-    length : float
-        Of the run [s].
+    The path "reference" sets a variant's own step [counts].
     """
 
     name = "macro-bench"
@@ -161,35 +111,9 @@ class MacroBenchJob:
         _step(self._reference, "reference")
 
     def base(self) -> Settings:
-        """Give the settings that variants start from.
-
-        Returns
-        -------
-        Settings
-            A tree of parameters.
-        """
         return self._settings
 
     def evaluate(self, variants: Variants, first: int = 0) -> Array:
-        """Evaluate variants.
-
-        Parameters
-        ----------
-        variants : Variants
-            n of them.
-        first : int
-            Number of the first one, for errors.
-
-        Returns
-        -------
-        ndarray, shape (n, metrics)
-            As `course.METRICS`.
-
-        Raises
-        ------
-        InputError
-            With variant and key: an impossible value.
-        """
         values = checked(self._known, variants, first, (REFERENCE,))
         stage(self._settings).law.machine(run)  # once, before threads ask for it
         rows, errors, targets = np.empty((8, len(values))), *np.empty((2, len(values)))
@@ -214,27 +138,6 @@ class MacroBenchJob:
         return found, error, target
 
     def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
-        """Give each run's course.
-
-        Parameters
-        ----------
-        variants : Variants
-            n of them.
-        every : int
-            Every so many samples.
-        first : int
-            Number of the first variant, for errors.
-
-        Returns
-        -------
-        Trajectories
-            Position [counts] and effort sent [V].
-
-        Raises
-        ------
-        InputError
-            With variant and key: an impossible value.
-        """
         values = checked(self._known, variants, first, (REFERENCE,))
         t = np.arange(self._samples, step=every, dtype=np.float64) * PERIOD
         shown, out = np.empty((2, len(values), len(t))), np.empty((2, self._samples))
@@ -246,7 +149,6 @@ class MacroBenchJob:
 
 
 def _step(target: float, where: str) -> float:
-    """The step, or `InputError` where it is none."""
     if not SMALLEST <= abs(target) <= 1e6:
         accepted = f"{SMALLEST:g} to 1e6 counts in either direction"
         raise InputError(where, f"{target:g} count", accepted)

@@ -78,15 +78,7 @@ _SCRATCH = threading.local()
 
 
 class MacroModelJob:
-    """Steps of the model, `lanes.WIDE` variants at a time.
-
-    Parameters
-    ----------
-    quick : bool
-        Overshoot, iae and final_error alone, in about two thirds of the time.
-    tree : MacroLoop, optional
-        That variants start from.
-    """
+    """Steps of the model, `lanes.WIDE` variants at a time."""
 
     name = "macro-model"
     block = lanes.WIDE
@@ -101,35 +93,10 @@ class MacroModelJob:
         self.metrics = tuple(METRICS[i] for i in self._columns)
 
     def base(self) -> MacroLoop:
-        """Give the parameter tree that variants start from.
-
-        Returns
-        -------
-        MacroLoop
-            A tree of parameters.
-        """
         return self._tree
 
     def evaluate(self, variants: Variants, first: int = 0) -> Array:
-        """Evaluate variants: the same bits as `models.macro.closed_loop`, counted, gives.
-
-        Parameters
-        ----------
-        variants : Variants
-            n of them.
-        first : int
-            Number of the first one, for errors.
-
-        Returns
-        -------
-        ndarray, shape (n, metrics)
-            As `metrics`.
-
-        Raises
-        ------
-        InputError
-            With variant and key: an impossible value.
-        """
+        """Evaluate variants, bit for bit as `models.macro.closed_loop`."""
         compiled(self._kernel)  # once, before threads ask for it
         values = checked(self._known, variants, first)
         out = np.empty((len(values), len(self.metrics)))
@@ -171,27 +138,6 @@ class MacroModelJob:
             out[chosen] = found[:, self._columns]
 
     def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
-        """Give each run's course.
-
-        Parameters
-        ----------
-        variants : Variants
-            n of them, all of one length and sample time.
-        every : int
-            Every so many samples.
-        first : int
-            Number of the first variant, for errors.
-
-        Returns
-        -------
-        Trajectories
-            Position [counts] and effort sent [V].
-
-        Raises
-        ------
-        InputError
-            With variant and key: an impossible value; several lengths or sample times.
-        """
         values = checked(self._known, variants, first)
         laid = self._laid_out(variants.paths, values, first)
         lengths = laid[_LENGTH] / laid[_DT]
@@ -212,20 +158,7 @@ class MacroModelJob:
 
 
 def single(tree: MacroLoop) -> tuple[MacroModel, MacroLaw]:
-    """Give what a single run of the loop needs.
-
-    Parameters
-    ----------
-    tree : MacroLoop
-        The loop.
-
-    Returns
-    -------
-    model : MacroModel
-        Of the macro-stage.
-    law : MacroLaw
-        With its dead-zone inverse and limit.
-    """
+    """Model and law of a single run of the loop."""
     m, c = tree.model, tree.controller
     model = MacroModel(Linear(m.a, m.b, tree.dt), TUNED, m.width, m.a0, m.delta, m.limit)
     law = _law.with_gains(PdTuned(c.now, c.before))
@@ -241,7 +174,6 @@ def _judged(target: Array) -> Array:
 
 
 def _block() -> Array:
-    """This thread's place for a block."""
     if not hasattr(_SCRATCH, "block"):
         _SCRATCH.block = lanes.place()
     place: Array = _SCRATCH.block

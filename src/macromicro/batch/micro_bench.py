@@ -32,31 +32,10 @@ METRICS: tuple[Metric, ...] = (
 
 
 def steps() -> Programme:
-    """Give the steps at their times.
-
-    Returns
-    -------
-    Programme
-        Of micro moves, each held for 2 s.
-    """
     return micro_steps(LEVELS, HOLD, TIMES)
 
 
 def judged(seen: Recording, settings: Settings) -> list[float]:
-    """Measure a run of the steps that was not stopped.
-
-    Parameters
-    ----------
-    seen : Recording
-        With the laser, the micro-stage's reference and the effort.
-    settings : Settings
-        Of the run; its law's limits are what saturates.
-
-    Returns
-    -------
-    list of float
-        As `METRICS`, without the fault.
-    """
     times = settling(seen)
     laser = smoothed(seen["laser"], MEAN)
     beyond, left, before = 0.0, 0.0, 0.0
@@ -83,44 +62,16 @@ def judged(seen: Recording, settings: Settings) -> list[float]:
 
 
 class MicroBenchJob(BenchJob):
-    """The steps on the whole bench with its guard, the carriage standing at 0."""
+    """The steps on the whole bench with its guard, the carriage at rest at 0."""
 
     name = "micro-bench"
     metrics = METRICS
     columns = ("t", "laser", "micro_reference", "ctrl")
 
     def programme(self, settings: Settings) -> Programme:
-        """Give the steps.
-
-        Parameters
-        ----------
-        settings : Settings
-            Of the bench, which change nothing of it.
-
-        Returns
-        -------
-        Programme
-            As `steps`.
-        """
         return steps()
 
     def measure(self, place: Scratch, settings: Settings, outcome: Outcome) -> list[float]:
-        """Measure one run.
-
-        Parameters
-        ----------
-        place : Scratch
-            With the run's columns.
-        settings : Settings
-            Of the run.
-        outcome : Outcome
-            How it ended.
-
-        Returns
-        -------
-        list of float
-            As `METRICS`; all NaN but the fault for a run that the guard stopped.
-        """
         if not outcome.finished:
             return [*[math.nan] * (len(METRICS) - 1), float(outcome.watch.fault)]
         return [*judged(place.recording(), settings), 0.0]

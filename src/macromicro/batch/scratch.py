@@ -1,4 +1,4 @@
-"""Where a run's columns go while it is measured: one place a thread, used again and again."""
+"""Memory for a run's columns while it is measured, one per thread, reused."""
 
 from __future__ import annotations
 
@@ -15,13 +15,7 @@ _LOCAL = threading.local()
 
 
 class Scratch:
-    """A sink for `runs.programmed.perform` that keeps the named columns of one run at a time.
-
-    Parameters
-    ----------
-    names : tuple of str
-        Columns of a recording.
-    """
+    """A sink for `runs.programmed.perform` that keeps the named columns of one run at a time."""
 
     def __init__(self, names: tuple[str, ...]) -> None:
         self._rows = [NAMES.index(name) for name in names]
@@ -30,17 +24,10 @@ class Scratch:
         self._used = 0
 
     def clear(self) -> None:
-        """Ready for the next run; the memory is kept."""
+        """Prepare for the next run; the memory is kept."""
         self._used = 0
 
     def append(self, block: Array) -> None:
-        """Take the named rows of a block.
-
-        Parameters
-        ----------
-        block : ndarray, shape (columns, rows)
-            As `perform` hands it on.
-        """
         end = self._used + block.shape[1]
         if end > self._place.shape[1]:
             larger = np.empty((len(self._rows), max(end, 2 * self._place.shape[1])))
@@ -51,29 +38,11 @@ class Scratch:
         self._used = end
 
     def recording(self) -> Recording:
-        """Give the run as a recording; it holds only until the next `clear`.
-
-        Returns
-        -------
-        Recording
-            Of the named columns.
-        """
+        """The run as a recording, valid until the next `clear`."""
         return Recording.from_arrays(self._columns, self._place[:, : self._used], PERIOD, {})
 
 
 def scratch(names: tuple[str, ...]) -> Scratch:
-    """Give this thread's place for some columns, cleared.
-
-    Parameters
-    ----------
-    names : tuple of str
-        Columns of a recording.
-
-    Returns
-    -------
-    Scratch
-        The same one at every call.
-    """
     places: dict[tuple[str, ...], Scratch] = _LOCAL.__dict__.setdefault("places", {})
     if names not in places:
         places[names] = Scratch(names)

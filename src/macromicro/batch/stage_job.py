@@ -1,4 +1,4 @@
-"""The jobs "axis", "piezo", "wire", "rotary": a machine of one stage on a programme, in figures."""
+"""The jobs "axis", "piezo", "wire", "rotary": metrics of a machine of one stage on a programme."""
 
 from __future__ import annotations
 
@@ -25,36 +25,12 @@ TRACED = ("position", "target", "effort")
 
 
 def metrics(place: Place = LENGTH) -> tuple[Metric, ...]:
-    """Figures of a run, as `trial.Trial` has them.
-
-    Parameters
-    ----------
-    place : Place, optional
-        What the places of the machine are counted in.
-
-    Returns
-    -------
-    tuple[Metric, ...]
-        In the order of its fields.
-    """
+    """Metrics of a run, the fields of `trial.Trial`."""
     return told(Trial, place)
 
 
 def told(kind: Any, place: Place = LENGTH) -> tuple[Metric, ...]:
-    """Figures of a run, as the fields of a ``NamedTuple`` have them.
-
-    Parameters
-    ----------
-    kind : Any
-        The class, annotated as for `columns.layout`.
-    place : Place, optional
-        What the places of the machine are counted in.
-
-    Returns
-    -------
-    tuple[Metric, ...]
-        In the order of its fields.
-    """
+    """Metrics of a run, the fields of a ``NamedTuple``."""
     return tuple(
         Metric(c.name, "" if c.unit in NO_UNIT else c.unit, c.meaning)
         for c in layout(kind, place=place).columns
@@ -62,35 +38,16 @@ def told(kind: Any, place: Place = LENGTH) -> tuple[Metric, ...]:
 
 
 class StageJob:
-    """A programme on a machine of one stage, as `macromicro run` runs it, no recording kept.
+    """A programme on a machine of one stage, as `macromicro run` runs it, without a recording.
 
-    What follows from a variant's values (gains, limits of the motion, the guard) follows anew, but
-    for what the settings that it starts from have set. A machine that a settings file could not
-    describe is an impossible variant.
-
-    Parameters
-    ----------
-    machine : str
-        Its name.
-    programme : str
-        A file or an example's name; "" for the machine's usual moves.
-    seed : int
-        Of the noise.
-    settings : Any, optional
-        That variants start from; None for the machine's own.
-
-    Attributes
-    ----------
-    kinds : tuple[Kind, ...]
-        Kinds of its stages.
-    trees : tuple
-        Their settings.
+    Derived values (gains, limits of the motion, the guard) follow a variant's parameters, unless
+    the settings have set them. Settings that no file could have are an impossible variant.
     """
 
     block = 1
     traced: tuple[str, ...] = TRACED
-    kinds: tuple[Any, ...] = ()
-    trees: tuple[Any, ...] = ()
+    kinds: tuple[Any, ...] = ()  # kinds of its stages
+    trees: tuple[Any, ...] = ()  # their settings
 
     def __init__(
         self,
@@ -116,13 +73,6 @@ class StageJob:
         self.kinds, self.trees = (found.kind,), (self._settings,)
 
     def base(self) -> Any:
-        """Give the settings that variants start from.
-
-        Returns
-        -------
-        Any
-            A tree of parameters.
-        """
         return self._settings
 
     def _plan(self, tree: Any) -> Any:
@@ -137,7 +87,6 @@ class StageJob:
         return runs.record(self._machine, tree, self._plan(tree), seed=seed).recording
 
     def _trees(self, variants: Variants, first: int) -> tuple[list[Any], list[int]]:
-        """Settings and noise of each variant."""
         values = checked(self._known, variants, first, (SEED,))
         noise = seeds(variants, values, self._seed, first)
         trees = []
@@ -148,51 +97,11 @@ class StageJob:
         return trees, noise
 
     def evaluate(self, variants: Variants, first: int = 0) -> Array:
-        """Evaluate variants.
-
-        Parameters
-        ----------
-        variants : Variants
-            n of them.
-        first : int
-            Number of the first one, for errors.
-
-        Returns
-        -------
-        ndarray, shape (n, metrics)
-            As `metrics`.
-
-        Raises
-        ------
-        InputError
-            With variant and key: an impossible value, or a machine that cannot work.
-        """
         trees, noise = self._trees(variants, first)
         found = [self._trial(tree, seed) for tree, seed in zip(trees, noise, strict=True)]
         return np.array(found, dtype=np.float64).reshape(len(found), len(self.metrics))
 
     def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
-        """Give position, set point and effort of each run.
-
-        Parameters
-        ----------
-        variants : Variants
-            n of them, all of one control period.
-        every : int
-            Every so many rows.
-        first : int
-            Number of the first variant, for errors.
-
-        Returns
-        -------
-        Trajectories
-            NaN after a run's end.
-
-        Raises
-        ------
-        InputError
-            With variant and key: an impossible value.
-        """
         trees, noise = self._trees(variants, first)
         seen = [self._recorded(tree, seed) for tree, seed in zip(trees, noise, strict=True)]
         done = [

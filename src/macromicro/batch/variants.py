@@ -20,86 +20,42 @@ SEED = "seed"  # beside the tree's paths: the seed of the measurement noise
 
 @cache
 def shipped() -> Calibration:
-    """Read the shipped Hall calibration, once.
-
-    Returns
-    -------
-    Calibration
-        The table.
-    """
+    """The shipped Hall calibration, read once."""
     return calibration.shipped()
 
 
 class Variants(NamedTuple):
-    """Values at paths of a job's parameter tree.
+    """Values at paths of a job's parameter tree."""
 
-    Attributes
-    ----------
-    paths : tuple of str
-        k dotted paths.
-    values : ndarray, shape (n, k)
-        In the units that the parameters are stored in.
-    """
-
-    paths: tuple[str, ...]
-    values: Array
+    paths: tuple[str, ...]  #: k dotted paths
+    values: Array  #: in the units that the parameters are stored in
 
 
 class Metric(NamedTuple):
-    """A number that a run gives.
+    """A metric of a run."""
 
-    Attributes
-    ----------
-    name : str
-        One word.
-    unit : str
-        As in `macromicro.units`, "" for none.
-    meaning : str
-        For a person.
-    """
-
-    name: str
-    unit: str
-    meaning: str
+    name: str  #: one word
+    unit: str  #: as in `macromicro.units`, "" for none
+    meaning: str  #: for a person
 
 
 class Trajectories(NamedTuple):
-    """The courses of runs; one that ended early is NaN from there on.
+    """The courses of runs; one that ended early is NaN from there on."""
 
-    Attributes
-    ----------
-    t : ndarray, shape (rows,)
-        Time [s].
-    columns : dict of str to ndarray, shape (n, rows)
-        By name.
-    units : dict of str to str
-        By the same names.
-    """
-
-    t: Array
-    columns: dict[str, Array]
-    units: dict[str, str]
+    t: Array  #: time [s]
+    columns: dict[str, Array]  #: by name
+    units: dict[str, str]  #: by the same names
 
 
 class Job(Protocol):
-    """What turns variants into metrics.
+    """A job that turns variants into metrics."""
 
-    Attributes
-    ----------
-    name : str
-        As in `batch.JOBS`.
-    metrics : tuple of Metric
-        What `evaluate` gives.
-    block : int
-        How many variants are computed together.
-    """
-
-    name: str
-    metrics: tuple[Metric, ...]
-    block: int
+    name: str  #: as in `batch.JOBS`
+    metrics: tuple[Metric, ...]  #: what `evaluate` gives
+    block: int  #: how many variants are computed together
 
     def base(self) -> Any:
-        """Give the parameter tree that variants start from.
+        """The parameter tree that variants start from.
 
         Returns
         -------
@@ -127,25 +83,24 @@ class Job(Protocol):
         Raises
         ------
         InputError
-            With variant and key: an impossible value.
+            An impossible value; names variant and key.
         """
 
     def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
-        """Give each run's course.
+        """The course of each run.
 
         Parameters
         ----------
         variants : Variants
             n of them.
         every : int
-            Every so many samples.
+            Interval in samples.
         first : int
             Number of the first variant, for seeds and errors.
 
         Returns
         -------
         Trajectories
-            Of all runs.
         """
 
 
@@ -153,29 +108,11 @@ Known = dict[str, Entry]
 
 
 def table(tree: Any) -> Known:
-    """List all parameters of a tree by path: made once a job, because it takes a while.
-
-    Parameters
-    ----------
-    tree : Any
-        A set of parameters.
-
-    Returns
-    -------
-    dict of str to Entry
-        By dotted path.
-    """
+    """All parameters of a tree by path, listed once a job, as it takes a while."""
     return {e.path: e for e in entries(tree)}
 
 
 def _chosen(every: Known, paths: tuple[str, ...], extra: tuple[str, ...]) -> Known:
-    """The parameters at `paths`, by path.
-
-    Raises
-    ------
-    InputError
-        An unknown path (`extra` are known, too), a path named twice, a parameter that is no number.
-    """
     found = {}
     for path in paths:
         if paths.count(path) > 1:
@@ -192,29 +129,6 @@ def _chosen(every: Known, paths: tuple[str, ...], extra: tuple[str, ...]) -> Kno
 
 
 def checked(every: Known, variants: Variants, first: int, extra: tuple[str, ...] = ()) -> Array:
-    """Check variants' values.
-
-    Parameters
-    ----------
-    every : dict of str to Entry
-        The job's parameters, by path.
-    variants : Variants
-        n of them.
-    first : int
-        Number of the first one, for errors.
-    extra : tuple of str
-        Paths beside those of the job's tree, which the job checks itself.
-
-    Returns
-    -------
-    ndarray, shape (n, k)
-        The values, each within its parameter's bounds.
-
-    Raises
-    ------
-    InputError
-        A wrong shape, an unknown path, one named twice, a value out of its bounds.
-    """
     values = np.asarray(variants.values, dtype=np.float64)
     if values.ndim != 2 or values.shape[1] != len(variants.paths):
         accepted = f"(n, {len(variants.paths)}), a column a path"
@@ -230,47 +144,10 @@ def checked(every: Known, variants: Variants, first: int, extra: tuple[str, ...]
 
 
 def named(number: int, path: str) -> str:
-    """Say how a variant's parameter is called in an error.
-
-    Parameters
-    ----------
-    number : int
-        Of the variant, from 0.
-    path : str
-        Of the parameter.
-
-    Returns
-    -------
-    str
-        Where.
-    """
     return f"variant {number}, {path}"
 
 
 def seeds(variants: Variants, values: Array, seed: int, first: int) -> list[int]:
-    """Give the noise seed of each variant.
-
-    Parameters
-    ----------
-    variants : Variants
-        n of them, perhaps with a column `SEED`.
-    values : ndarray, shape (n, k)
-        Theirs, checked.
-    seed : int
-        Of all, where there is no such column.
-    first : int
-        Number of the first one, for errors.
-
-    Returns
-    -------
-    list of int
-        n seeds.
-
-    Raises
-    ------
-    InputError
-        With the variant: no whole number from 0 to 2^53.
-    """
     if SEED not in variants.paths:
         return [seed] * len(values)
     column = values[:, variants.paths.index(SEED)]
@@ -285,31 +162,6 @@ def seeds(variants: Variants, values: Array, seed: int, first: int) -> list[int]
 def applied(
     tree: Any, paths: tuple[str, ...], row: Array, number: int, extra: tuple[str, ...] = ()
 ) -> Any:
-    """Make the tree of one variant.
-
-    Parameters
-    ----------
-    tree : Any
-        That it starts from.
-    paths : tuple of str
-        k dotted paths.
-    row : ndarray, shape (k,)
-        Its values, checked.
-    number : int
-        Of the variant, for errors.
-    extra : tuple of str
-        Paths beside those of the tree.
-
-    Returns
-    -------
-    Any
-        The tree with these values, and what is derived from them.
-
-    Raises
-    ------
-    InputError
-        With the variant's number: what is impossible together.
-    """
     changes = {
         path: _typed(tree, path, float(value))
         for path, value in zip(paths, row, strict=True)
@@ -322,7 +174,7 @@ def applied(
 
 
 def _typed(tree: Any, path: str, value: float) -> float | int:
-    """`value` as the type that stands at `path`."""
+    """`value` in the type of the parameter at `path`."""
     for name in path.split("."):
         tree = getattr(tree, name)
     return int(value) if isinstance(tree, int) else value

@@ -40,21 +40,7 @@ _MEASURED = (
 
 
 class ProgrammeJob(BenchJob):
-    """A programme on the whole bench, judged by its moves.
-
-    Parameters
-    ----------
-    programme : str
-        A file or an example's name.
-    cycles : int
-        How many times in a row.
-    fan : bool
-        Cool the actuator by a fan.
-    seed : int
-        Of the noise.
-    settings : Settings, optional
-        That variants start from.
-    """
+    """A programme on the whole bench, judged by its moves."""
 
     name = "programme"
     metrics = METRICS
@@ -81,37 +67,9 @@ class ProgrammeJob(BenchJob):
         self.programme(self._settings)  # what is wrong with the file is said at once
 
     def programme(self, settings: Settings) -> Programme:
-        """Give the programme.
-
-        Parameters
-        ----------
-        settings : Settings
-            Of the bench.
-
-        Returns
-        -------
-        Programme
-            With lengths as counts of its encoder.
-        """
         return self._loaded(settings.sensors.encoder.pitch)
 
     def measure(self, place: Scratch, settings: Settings, outcome: Outcome) -> list[float]:
-        """Measure one run.
-
-        Parameters
-        ----------
-        place : Scratch
-            With the run's columns.
-        settings : Settings
-            Of the run.
-        outcome : Outcome
-            How it ended.
-
-        Returns
-        -------
-        list of float
-            As `METRICS`; NaN for what a run that was stopped, or a move, does not show.
-        """
         seen = place.recording()
         hottest = float(seen["true_wire"].max())
         if not outcome.finished:
@@ -139,52 +97,19 @@ class ProgrammeJob(BenchJob):
 
 
 def worst(values: list[float | None]) -> float:
-    """Give the largest size.
-
-    Parameters
-    ----------
-    values : list of float or None
-        None where one is not known.
-
-    Returns
-    -------
-    float
-        NaN without any, or where one is not known.
-    """
+    """The largest magnitude."""
     sizes = [math.nan if v is None else abs(v) for v in values]
     return float(np.max(sizes)) if sizes else math.nan
 
 
 def mean(values: list[float | None]) -> float:
-    """Give the mean.
-
-    Parameters
-    ----------
-    values : list of float or None
-        None where one is not known.
-
-    Returns
-    -------
-    float
-        NaN without any, or where one is not known.
-    """
     return float(np.mean([math.nan if v is None else v for v in values])) if values else math.nan
 
 
 def directions(done: list[MoveResult]) -> tuple[list[MoveResult], list[MoveResult]]:
-    """Part micro moves into those that contract and those that extend.
+    """Micro moves that contract, and those that extend.
 
-    It counts from the place before; a macro move puts the micro-stage back to 0.
-
-    Parameters
-    ----------
-    done : list of MoveResult
-        All moves of a run, in order.
-
-    Returns
-    -------
-    up, down : list of MoveResult
-        A move to where the stage is already is in neither.
+    The direction is from the place before; a macro move resets the micro-stage to 0.
     """
     up: list[MoveResult] = []
     down: list[MoveResult] = []

@@ -1,1 +1,1 @@
-"""Commands of the command line beyond a run: `identify` and `collect`."""
+"""Commands of the command line, one module each."""

@@ -1,4 +1,4 @@
-"""Before a rig of the user's moves: what will, how far and how hard, and whether it may."""
+"""Confirmation before a rig of the user's moves."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
 from macromicro.programme import MACRO, MICRO
 from macromicro.rig.session import Fixture
 from macromicro.runs.job import Job
@@ -17,70 +17,31 @@ OPTION = "--yes"
 
 
 def stepwise(rig: str, *, yes: bool) -> Callable[[str, str], None]:
-    """Asks before each step of a procedure.
-
-    Parameters
-    ----------
-    rig : str
-        As of ``--rig``.
-    yes : bool
-        Nothing is asked.
-
-    Returns
-    -------
-    Callable[[str, str], None]
-        Takes the step's title and what it will do; raises what `agreed` does.
-    """
+    """Ask before each step of a procedure."""
     return lambda title, intent: agreed([f"{title}: {intent}"], f"--rig {rig}", yes=yes)
 
 
 def agreed(lines: list[str], where: str, *, yes: bool) -> None:
-    """Say what is about to move; ask, unless `yes`.
-
-    Parameters
-    ----------
-    lines : list[str]
-        What will move, how far and how hard.
-    where : str
-        The option that named it, for messages.
-    yes : bool
-        Whether the person agreed beforehand.
-
-    Raises
-    ------
-    InputError
-        Nobody has agreed.
-    """
+    """Say what is about to move and ask for confirmation, unless `yes`."""
     print(*lines, sep="\n", file=sys.stderr, flush=True)
     if yes:
         return
     if not sys.stdin.isatty():
-        raise InputError(where, "it would move, and nobody can be asked", OPTION)
+        raise ProblemError(
+            where, "confirmation needed, but standard input is not a terminal", f"Add {OPTION}."
+        )
     print("move it? [y/N] ", end="", file=sys.stderr, flush=True)
     if sys.stdin.readline().strip().lower() not in ("y", "yes"):
-        raise InputError(where, "not agreed to", f"y, or {OPTION}")
+        raise ProblemError(where, "not confirmed", f"Answer y, or add {OPTION}.")
 
 
 def before(job: Job, yes: bool) -> None:
-    """Say what a run on a rig will do; ask, unless `yes`.
-
-    Raises
-    ------
-    InputError
-        Nobody has agreed.
-    """
     if isinstance(job.source, Fixture):
         agreed(said(job, job.source), f"--rig {job.source.name}", yes=yes)
 
 
 def before_one(job: Any, yes: bool) -> None:
-    """The same of a run of a machine of one stage, or of two axes.
-
-    Raises
-    ------
-    InputError
-        Nobody has agreed.
-    """
+    """Ask before a run of a machine of one stage or of two axes, unless `yes`."""
     from macromicro.machines import on_rig
     from macromicro.machines.joint import two_rigs
 
@@ -96,7 +57,6 @@ def before_one(job: Any, yes: bool) -> None:
 
 
 def said(job: Job, rig: Fixture) -> list[str]:
-    """What will move, how far and how hard."""
     control, pitch = job.settings.controller, job.settings.sensors.encoder.pitch
     stage, target = job.programme.stage, job.programme.target
     lines = [f"{rig.name}, {job.programme.title or 'a programme'}, about {job.expected:.0f} s:"]

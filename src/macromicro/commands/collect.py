@@ -16,8 +16,10 @@ def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
     experiment: Annotated[
         str | None,
         typer.Argument(
-            help="One of those that --list names, or MODULE:PROCEDURE of your own "
-            "(docs/own-procedures.md).",
+            help=(
+                "An experiment that --list names, or MODULE:PROCEDURE of your "
+                "own (docs/own-procedures.md)."
+            ),
             show_default=False,
         ),
     ] = None,
@@ -25,7 +27,7 @@ def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
         str,
         typer.Option(
             metavar="NAME",
-            help="Where: the twin, MODULE:FACTORY of your own rig, or FILE.toml of a card.",
+            help=("twin (simulated), MODULE:FACTORY of your own rig, or FILE.toml of a card."),
         ),
     ] = "twin",
     port: Port = None,
@@ -34,7 +36,10 @@ def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
     config: Annotated[
         Path | None,
         typer.Option(
-            help="Settings file: of a machine of one stage its own experiments (docs/machines.md).",
+            help=(
+                "Settings file; a machine of one stage has experiments of its "
+                "own (docs/machines.md)."
+            ),
             show_default=False,
         ),
     ] = None,
@@ -48,7 +53,10 @@ def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
     ] = False,
     listed: Annotated[bool, typer.Option("--list", help="List the experiments.")] = False,
 ) -> None:
-    """Run a laboratory procedure and save the recordings that `identify` needs."""
+    """Run a laboratory procedure and save its recordings.
+
+    `identify` reads these files.
+    """
     from macromicro.rig.board.named import joined
     from macromicro.rig.opening import TWIN, open_rig
     from macromicro.runs import folder
@@ -63,10 +71,10 @@ def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
     from macromicro.commands import machine_run
 
     if config is not None and not machine_run.takes_turns(config):
-        from macromicro.commands import machine_records
+        from macromicro.commands import _machine_records
 
-        asked = machine_records.Asked(config, rig, seed, out, overwrite)
-        machine_records.listed(config) if listed else machine_records.collect(experiment, asked)
+        asked = _machine_records.Asked(config, rig, seed, out, overwrite)
+        _machine_records.listed(config) if listed else _machine_records.collect(experiment, asked)
         return
     if listed:
         for one in collecting.PROCEDURES:
@@ -76,9 +84,10 @@ def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
     procedure = collecting.find(experiment or "")
     keys.seed(seed, "--seed")
     settings = Settings() if config is None else load_overrides(config, Settings())
-    lab = Lab(settings, seed, () if rig == TWIN else (open_rig(rig, seed),))
+    rigs = () if rig == TWIN else (open_rig(rig, seed, limits=settings.guard),)
+    lab = Lab(settings, seed, rigs)
     lab.check(procedure)
-    place = out if out is not None else Path("results") / procedure.name
+    place = folder.chosen(out, Path("results") / procedure.name, overwrite=overwrite)
     folder.check(place, procedure.megabytes * 1_000_000, overwrite=overwrite, names=())
     where = "the twin" if rig == TWIN else rig
     print(f"collecting {procedure.name} on {where}", file=sys.stderr)

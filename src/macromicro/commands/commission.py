@@ -1,25 +1,27 @@
-"""``macromicro commission``: a stage that nobody knows, step by step to settings that run it."""
+"""``macromicro commission``: identify an unknown stage and write the settings that run it."""
 
 from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from macromicro.commands.group import PNG, Figures, whole
+from macromicro.commands.group import PNG, Figures, Port, whole
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
     from macromicro.commission.procedure import Options
     from macromicro.commission.running import Commissioned, Place
 
+OUT = Path("results/commission")
 SPEED, TRAVEL = "0.5 m/s", "500 mm"
 TURNING = "720 deg/s", "400 deg"  # of an axis that turns
 ENDLESS = "-0.5 turn", "0.5 turn"  # the window of one that turns on
-_OWN = "only with --rig: a virtual machine has its own"
+_OWN = "only with --rig; the simulated machine has its own"
 CREEP = 25.0  # the greatest speed is so many times that of the creep
 
 
@@ -28,7 +30,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Settings of the virtual machine to be commissioned, or of two axes on two rigs.",
+            help="Settings of the simulated machine, or of two axes on two rigs.",
             show_default="the two-stage bench",
         ),
     ] = None,
@@ -36,10 +38,13 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         str,
         typer.Option(
             metavar="NAME",
-            help="The twin, MODULE:FACTORY of your own rig, or FILE.toml of a card; two axes: one "
-            "for each, + between.",
+            help=(
+                "twin (simulated), MODULE:FACTORY of your own rig, or FILE.toml"
+                " of a card; for two axes one each, joined by +."
+            ),
         ),
     ] = "twin",
+    port: Port = None,
     pitch: Annotated[
         str, typer.Option(help="Travel per encoder count of your own rig, such as '5 um'.")
     ] = "",
@@ -47,24 +52,27 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         str,
         typer.Option(
             metavar="NAME",
-            help="What your own rig is: axis, rotary, piezo or wire; two_stage: both stages, also "
-            "of the twin; MODULE:KIND of your own, also with --config.",
+            help=(
+                "Kind of your own rig: axis, rotary, piezo or wire; two_stage "
+                "for both stages, also simulated; MODULE:KIND of your own, also"
+                " with --config."
+            ),
             show_default="axis",
         ),
     ] = "",
     kiln: Annotated[
         str,
         typer.Option(
-            metavar="NAME", help="With --kind two_stage: the rig of the kiln.", show_default="none"
+            metavar="NAME", help="With --kind two_stage: rig of the kiln.", show_default="none"
         ),
     ] = "",
     effort: Annotated[
-        str, typer.Option(help="Largest effort, such as '8 V'.", show_default="all there is")
+        str, typer.Option(help="Largest voltage, such as '8 V'.", show_default="all there is")
     ] = "",
     lowest: Annotated[
         str,
         typer.Option(
-            help="Lowest effort of your own rig that is no axis, such as '-2 V'.",
+            help=("Lowest voltage of your own rig that is no axis, such as '-2 V'."),
             show_default="0 V",
         ),
     ] = "",
@@ -72,92 +80,117 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         str, typer.Option(help="Greatest speed.", show_default=f"{SPEED}, or {TURNING[0]}")
     ] = "",
     creep: Annotated[
-        str, typer.Option(help="Speed at which ends are felt for.", show_default="speed / 25")
+        str, typer.Option(help="Speed of the search for end stops.", show_default="speed / 25")
     ] = "",
     travel: Annotated[
         str,
         typer.Option(
-            help="Longest way on which an end is looked for.",
+            help="Longest travel of the search for an end stop.",
             show_default=f"{TRAVEL}, or {TURNING[1]}",
         ),
     ] = "",
     low: Annotated[
         str,
-        typer.Option("--from", help="Low end of a window, from where the axis stands: '-20 mm'."),
+        typer.Option(
+            "--from", help=("Low end of the allowed travel, from the present position: '-20 mm'.")
+        ),
     ] = "",
-    high: Annotated[str, typer.Option("--to", help="High end of it; no end is felt for.")] = "",
+    high: Annotated[
+        str, typer.Option("--to", help="High end of it; the end stops are not searched then.")
+    ] = "",
     ends: Annotated[
         str,
         typer.Option(
             metavar="NAME",
-            help="none: your own rig turns on, in half a turn either way or --from and --to.",
+            help=(
+                "none: continuous rotation of your own rig; it moves half a "
+                "turn either way, or between --from and --to."
+            ),
             show_default="stops",
         ),
     ] = "",
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before each step.")] = False,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on after the last step that was completed.")
+        bool, typer.Option("--resume", help="Continue after the last completed step.")
     ] = False,
     seed: Annotated[
-        int, typer.Option(parser=whole, metavar="N", help="Seed of a virtual machine's noise.")
+        int, typer.Option(parser=whole, metavar="N", help="Seed of the simulated machine's noise.")
     ] = 0,
-    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("results/commission"),
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the results.", show_default=str(OUT))
+    ] = None,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Begin anew, and replace what is there.")
+        bool, typer.Option("--overwrite", help="Start again and replace the results.")
     ] = False,
     figures: Figures = PNG,
 ) -> None:
-    """Find what a stage does, its model and its gains, and verify them on it.
+    """Identify an unknown stage, tune its law and verify both.
 
-    Every step says before it moves what it will do, how far and how hard; on your own rig it asks
-    as well. Each is kept when it is done: after Ctrl-C, --resume goes on. At the end there are a
-    page with all figures and doubts, and a machine.toml for run, tune and robust.
+    Before each step the command prints what will move, how far and with how many volts; on your own
+    rig it also asks. Completed steps are kept: after Ctrl-C, --resume continues. The result is a
+    page with all figures and warnings, and a machine.toml for run, tune and robust.
     """
     from datetime import datetime
 
-    from macromicro.commands import commission_both, commission_plane
+    from macromicro.commands import _commission_both, _commission_plane
     from macromicro.commands.asking import stepwise
     from macromicro.commission import report
     from macromicro.commission.running import commission as perform
     from macromicro.drawing.files import formats
-    from macromicro.errors import InputError
+    from macromicro.errors import ProblemError
+    from macromicro.rig.board.named import joined
     from macromicro.runs import folder
     from macromicro.schema import keys
 
+    rig = joined(rig, port, None, None)
     kinds = formats(figures)
-    if kind == commission_both.KIND:
+    _one_of(overwrite, resume)
+    if kind == _commission_both.KIND:
+        _pictured(kinds, figures)
         _only(pitch, effort, lowest, speed, creep, travel, low, high, ends)
-        asked = commission_both.Asked(config, rig, kiln, seed, out, overwrite, resume, yes)
-        commission_both.commission(asked)
+        asked = _commission_both.Asked(
+            config,
+            rig,
+            kiln,
+            seed,
+            _folder(out, overwrite, resume),
+            overwrite,
+            resume,
+            yes,
+        )
+        _commission_both.commission(asked)
         return
     if kiln:
-        raise InputError("--kiln", kiln, f"only with --kind {commission_both.KIND}")
+        raise ProblemError("--kiln", f"only with --kind {_commission_both.KIND}")
     keys.seed(seed, "--seed")
     given = (effort, speed, creep, travel, low, high)
     if _in_step(config, rig, (pitch, kind, lowest)):
         assert config is not None
         if ends:
-            raise InputError("--ends", ends, "nothing: both axes of this machine are straight")
-        both = commission_plane.Asked(config, rig, seed, out, overwrite, resume, yes, kinds)
-        commission_plane.commission(both, lambda each: _options(each, given))
+            raise ProblemError("--ends", "both axes of this machine are straight")
+        both = _commission_plane.Asked(
+            config,
+            rig,
+            seed,
+            _folder(out, overwrite, resume),
+            overwrite,
+            resume,
+            yes,
+            kinds,
+        )
+        _commission_plane.commission(both, lambda each: _options(each, given))
         return
-    place = _place(config, rig, (pitch, kind, lowest), seed)
-    place = _endless(place, ends)
+    place = _endless(_place(config, rig, (pitch, kind, lowest), seed), ends)
     options = _options(place, given)
     names, replace = report.names(place.kind), overwrite or resume
+    out = _folder(out, overwrite, resume)
     folder.check(out, report.BYTES, overwrite=replace, names=names)
     with Signals() as signals, folder.held(out, overwrite=replace, names=names):
-        if overwrite and not resume:
+        if overwrite:
             for name in names:
                 (out / name).unlink(missing_ok=True)
         started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
-        signals.later("ending after this period; --resume goes on with this step")
-
-        def ended() -> bool:
-            return bool(signals.received)
-
-        def done(title: str) -> None:
-            print(f"{title}: done", file=sys.stderr)
+        signals.later("stopping after this period; --resume repeats this step")
 
         try:
             found = perform(
@@ -166,11 +199,11 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
                 out,
                 seed=seed,
                 ask=stepwise(rig, yes=yes or not place.real),
-                done=done,
-                ended=ended,
+                done=lambda title: print(f"{title}: done", file=sys.stderr),
+                ended=lambda: bool(signals.received),
             )
         except KeyboardInterrupt:
-            print(f"macromicro: interrupted; --resume goes on, in {out}", file=sys.stderr)
+            print(f"macromicro: interrupted; to continue: --resume --out {out}", file=sys.stderr)
             raise typer.Exit(signals.status) from None
         report.write(out, found, place, started, kinds)
     _show(found, place, out)
@@ -179,20 +212,42 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         raise typer.Exit(1)
 
 
-def _only(*given: str) -> None:
-    """Refuse options that both stages have no use for."""
+def _folder(out: Path | None, overwrite: bool, resume: bool) -> Path:
+    from macromicro.runs import folder
+
+    return folder.chosen(out, OUT, overwrite=overwrite, resume=resume)
+
+
+def _one_of(overwrite: bool, resume: bool) -> None:
+    from macromicro.errors import ProblemError
+
+    if overwrite and resume:
+        raise ProblemError("--resume", "not allowed with --overwrite", "Choose one of them.")
+
+
+def _pictured(kinds: tuple[str, ...], figures: str) -> None:
+    from macromicro.commands._commission_both import KIND
     from macromicro.errors import InputError
+
+    if kinds != (PNG,):
+        accepted = f"{PNG} with --kind {KIND}"
+        raise InputError("--figures", figures, accepted)
+
+
+def _only(*given: str) -> None:
+    """Refuse options that make no sense for both stages."""
+    from macromicro.errors import ProblemError
 
     names = ("pitch", "effort", "lowest", "speed", "creep", "travel", "from", "to", "ends")
     for name, value in zip(names, given, strict=True):
         if value:
-            raise InputError(f"--{name}", value, "not with --kind two_stage")
+            raise ProblemError(f"--{name}", "not allowed with --kind two_stage")
 
 
 def _in_step(config: Path | None, rig: str, own: tuple[str, str, str]) -> bool:
     """Whether a machine of two axes is commissioned, simulated or on two rigs."""
     from macromicro.commands.machine_run import in_step
-    from macromicro.errors import InputError
+    from macromicro.errors import InputError, ProblemError
     from macromicro.machines.joint.two_rigs import several
     from macromicro.rig.opening import TWIN
 
@@ -201,17 +256,19 @@ def _in_step(config: Path | None, rig: str, own: tuple[str, str, str]) -> bool:
     if not several(rig):
         return False
     if config is None or not in_step(config):
-        accepted = "a file of the machine xy, which says pitch, period and drive of each axis"
+        accepted = "a file of the machine xy, with pitch, period and drive of each axis"
         raise InputError("--config", str(config or "missing"), accepted)
     for name, value in zip(("--pitch", "--kind", "--lowest"), own, strict=True):
         if value:
-            raise InputError(name, value, "nothing: the file of two axes says it of each")
+            raise ProblemError(
+                name, "not allowed with two axes", "Set it for each axis in the file."
+            )
     return True
 
 
 def _place(config: Path | None, rig: str, own: tuple[str, str, str], seed: int) -> Place:
     from macromicro.commission import kinds, places
-    from macromicro.errors import InputError
+    from macromicro.errors import ProblemError
     from macromicro.rig.opening import TWIN
     from macromicro.units import quantity
 
@@ -220,13 +277,15 @@ def _place(config: Path | None, rig: str, own: tuple[str, str, str], seed: int) 
         mine = config is not None and kind not in kinds.NAMES
         for name, value in (("--pitch", pitch), ("--kind", kind), ("--lowest", lowest)):
             if value and not (name == "--kind" and mine):
-                raise InputError(name, value, _OWN)
+                raise ProblemError(name, _OWN)
         return places.virtual(config, kind)
     if config is not None:
-        accepted = "not with --rig, whose settings are to be found; but with those of two axes"
-        raise InputError("--config", str(config), accepted)
+        accepted = "with --rig only for a machine of two axes"
+        raise ProblemError("--config", accepted)
     if not pitch:
-        raise InputError("--pitch", "missing", "travel per encoder count of this rig, as '5 um'")
+        raise ProblemError(
+            "--pitch", "missing", "Give the travel per encoder count of this rig, such as '5 um'."
+        )
     below = quantity(lowest, "V", "--lowest") if lowest else None
     kind = kind or "axis"
     unit = kinds.chosen(kind, "--kind").place
@@ -236,7 +295,7 @@ def _place(config: Path | None, rig: str, own: tuple[str, str, str], seed: int) 
 
 def _options(place: Place, given: tuple[str, str, str, str, str, str]) -> Options:
     from macromicro.commission.procedure import Options
-    from macromicro.errors import InputError
+    from macromicro.errors import ProblemError
     from macromicro.units import quantity
 
     effort, speed, creep, travel, low, high = given
@@ -246,7 +305,9 @@ def _options(place: Place, given: tuple[str, str, str, str, str, str]) -> Option
     if place.endless and not low and not high:
         low, high = ENDLESS
     if not effort and math.isnan(place.effort):
-        raise InputError("--effort", "missing", "the largest effort for this rig, as '5 V'")
+        raise ProblemError(
+            "--effort", "missing", "Give the largest voltage for this rig, such as '5 V'."
+        )
     return Options(
         quantity(effort, "V", "--effort") if effort else place.effort,
         fastest,
@@ -260,8 +321,8 @@ def _options(place: Place, given: tuple[str, str, str, str, str, str]) -> Option
 
 
 def _endless(place: Place, ends: str) -> Place:
-    """The place, of which a person has said whether anything ends its way."""
-    from macromicro.errors import InputError
+    """The place with the user's statement whether it has end stops."""
+    from macromicro.errors import InputError, ProblemError
     from macromicro.machines.parts import NONE
     from macromicro.machines.rotary_parts import STOPS
 
@@ -270,18 +331,25 @@ def _endless(place: Place, ends: str) -> Place:
     if ends not in (NONE, STOPS):
         raise InputError("--ends", ends, f"{STOPS} or {NONE}")
     if not place.real:
-        raise InputError("--ends", ends, _OWN)
+        raise ProblemError("--ends", _OWN)
     if not place.kind.place.turns:
-        raise InputError("--ends", ends, "only with a kind that turns, such as --kind rotary")
+        raise ProblemError("--ends", "only with a rotary kind, such as --kind rotary")
     return place._replace(endless=ends == NONE)
+
+
+def show_rows(rows: Iterable[tuple[str, ...]]) -> None:
+    """Print the results: quantity, value with its unit, and interval or remark."""
+    found = list(rows)
+    width = max((len(row[0]) for row in found), default=0)
+    for name, value, remark, unit in found:
+        print(f"{name:{width}} {value:>12} {unit:10} {remark}".rstrip())
 
 
 def _show(found: Commissioned, place: Place, out: Path) -> None:
     from macromicro.commission import report
     from macromicro.machines.results import arrived
 
-    for name, value, half, unit in report.rows(found, place):
-        print(f"{name:28}{value:>12} {half:>10} {unit}")
+    show_rows(report.rows(found, place))
     for doubt in report.doubts(found, place):
         print(f"doubtful: {doubt}")
     there = arrived(found.verified.moves)

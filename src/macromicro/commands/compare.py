@@ -1,4 +1,4 @@
-"""``macromicro compare A B``: recordings on top of each other, and how their moves differ."""
+"""``macromicro compare A B``: overlaid recordings and the differences of their moves."""
 
 from __future__ import annotations
 
@@ -18,20 +18,22 @@ def compare(
         list[Path] | None,
         typer.Argument(
             metavar="A B ...",
-            help="Recordings, folders of runs or measured data; all are compared with the first.",
+            help=("Recordings, folders of runs or measured data; each is compared with the first."),
             show_default=False,
         ),
     ] = None,
-    out: Annotated[Path, typer.Option(help="Folder for figures and numbers.")] = OUT,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for figures and numbers.", show_default=str(OUT))
+    ] = None,
     figures: Figures = PNG,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print the comparison as JSON, and nothing else.")
+        bool, typer.Option("--json", help="Print only the comparison, as JSON.")
     ] = False,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an earlier comparison.")
     ] = False,
 ) -> None:
-    """Draw recordings on top of each other, and say how their columns and moves differ."""
+    """Compare recordings in a figure and a table of differences."""
     from macromicro.drawing.files import formats
     from macromicro.report import comparison, comparison_files, terminal
     from macromicro.report.summary import as_json as to_json
@@ -39,7 +41,7 @@ def compare(
 
     kinds = formats(figures)
     sides = comparison.load(recordings or [])
-    names = comparison_files.FILES
+    names, out = comparison_files.FILES, folder.chosen(out, OUT, overwrite=overwrite)
     folder.check(out, comparison_files.BYTES, overwrite=overwrite, names=names)
     with Signals(), folder.held(out, overwrite=overwrite, names=names):
         found = comparison.compare(sides)

@@ -1,6 +1,6 @@
-"""``macromicro completion SHELL``: a script with which a shell completes commands and options.
+"""``macromicro completion SHELL``: scripts for shell completion.
 
-The script holds the words themselves, so that no Python starts at a press of Tab.
+The script contains all words, so that Tab starts no Python.
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ def completion(
     context: typer.Context,
     shell: Annotated[str, typer.Argument(metavar="SHELL", help="bash, zsh or fish.")],
 ) -> None:
-    """Print a script that completes commands, options and example programmes in a shell.
+    """Print a shell's completion script.
 
-    For bash: macromicro completion bash > ~/.local/share/bash-completion/completions/macromicro,
-    for the others: docs/deploy.md.
+    It completes commands, options and example programmes.
+    For bash: macromicro completion bash > ~/.local/share/bash-completion/completions/macromicro.
+    For other shells see docs/deploy.md.
     """
     from macromicro.errors import InputError
     from macromicro.schema.text import printable
@@ -32,7 +33,6 @@ def completion(
 
 
 def offered(entry: Entry) -> list[tuple[str, str]]:
-    """Words that may follow a command, with what they mean: commands of it, and names."""
     from macromicro import programme
 
     if entry.path in (("run",), ("programmes",)):
@@ -43,13 +43,12 @@ def offered(entry: Entry) -> list[tuple[str, str]]:
 
 
 def options(entry: Entry) -> list[tuple[str, str]]:
-    """Its options with their help, `--help` too."""
+    """Options of a command with their help, `--help` included."""
     named = [(name, o.help) for o in entry.options if not o.argument for name in o.names]
     return [*named, ("--help", "Show its help.")]
 
 
 def bash(found: Sequence[Entry]) -> str:
-    """Script for bash."""
     shorts = {entry.path: entry.short for entry in found}
     cases = []
     for entry in found:
@@ -63,7 +62,6 @@ def bash(found: Sequence[Entry]) -> str:
 
 
 def zsh(found: Sequence[Entry]) -> str:
-    """Script for zsh."""
     shorts = {entry.path: entry.short for entry in found}
     cases = []
     for entry in found:
@@ -73,7 +71,6 @@ def zsh(found: Sequence[Entry]) -> str:
 
 
 def fish(found: Sequence[Entry]) -> str:
-    """Script for fish."""
     shorts = {entry.path: entry.short for entry in found}
     lines = []
     for entry in found:
@@ -90,7 +87,7 @@ def _commands(entry: Entry, shorts: dict[tuple[str, ...], str]) -> list[tuple[st
 
 
 def _key(entry: Entry) -> str:
-    """A command's words as one, "identify/drive"; of the program itself "/"."""
+    """A command's words joined, "identify/drive"; "/" for the program itself."""
     return "/".join(entry.path) or "/"
 
 
@@ -99,7 +96,7 @@ def _known(found: Sequence[Entry], mark: str = "|") -> str:
 
 
 def _described(pairs: Sequence[tuple[str, str]]) -> str:
-    """As zsh's `_describe` takes them."""
+    """Pairs in the form that zsh's `_describe` reads."""
     return " ".join(shlex.quote(f"{name}:{text}") for name, text in pairs)
 
 

@@ -1,4 +1,4 @@
-"""``macromicro doctor``: does this computer have what the live machine needs?"""
+"""``macromicro doctor``: checks whether this computer has what the live machine needs."""
 
 from __future__ import annotations
 
@@ -19,47 +19,53 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
         str,
         typer.Option(
             metavar="NAME",
-            help="The twin, MODULE:FACTORY or FILE.toml; two axes: one for each, + between; not "
-            "opened, but for --open, --move, --walk.",
+            help=(
+                "twin (simulated), MODULE:FACTORY or FILE.toml; for two axes "
+                "one each, joined by +. Only --open, --move and --walk open it."
+            ),
         ),
     ] = "twin",
     look: Annotated[
         bool,
-        typer.Option("--open", help="Open the rig and read it instead, its outputs safe."),
+        typer.Option("--open", help="Only open and read the rig, with its outputs safe."),
     ] = False,
     move: Annotated[
         str | None,
         typer.Option(
             metavar="VOLTS",
-            help="Open it and move it, too: signs, stop, a process killed in motion. With --walk: "
-            "the motor's greatest voltage, 6 V without.",
+            help=(
+                "Open and move the rig: signs, stop, a process killed in "
+                "motion. With --walk: largest motor voltage, by default 6 V."
+            ),
             show_default=False,
         ),
     ] = None,
     walk: Annotated[
         bool,
         typer.Option(
-            "--walk", help="Walk through its first power-up, each step asking before it moves."
+            "--walk", help=("Guide through the first power-up; each step asks before it moves.")
         ),
     ] = False,
     heat: Annotated[
         str | None,
         typer.Option(
             metavar="VOLTS",
-            help="With --walk: CTRL for one second in the wire.",
+            help="With --walk: CTRL voltage for one second in the wire.",
             show_default="1.7 V",
         ),
     ] = None,
     yes: Annotated[
-        bool, typer.Option("--yes", help="Move it without asking; steps by hand are skipped.")
+        bool, typer.Option("--yes", help="Move it without asking; manual steps are skipped.")
     ] = False,
     config: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Settings file (.toml).", show_default=False),
     ] = None,
-    host: Annotated[str, typer.Option(help="Address to listen at.")] = HOST,
-    scpi: Annotated[int, typer.Option(metavar="PORT", help="SCPI; -1 for none.")] = SCPI_PORT,
-    web: Annotated[int, typer.Option(metavar="PORT", help="The page; -1 for none.")] = WEB_PORT,
+    host: Annotated[str, typer.Option(help="Address to listen on.")] = HOST,
+    scpi: Annotated[int, typer.Option(metavar="PORT", help="SCPI port; -1 for none.")] = SCPI_PORT,
+    web: Annotated[
+        int, typer.Option(metavar="PORT", help="Port of the page; -1 for none.")
+    ] = WEB_PORT,
     record: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Folder for recordings.", show_default=str(FOLDER)),
@@ -69,16 +75,18 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
         typer.Option(metavar="FILE", help="Position file.", show_default="as of serve"),
     ] = None,
     port: Annotated[
-        list[int] | None,
+        list[str] | None,
         typer.Option(
-            metavar="N", min=1, max=65535, help="Look at these ports instead.", show_default=False
+            metavar="PORT",
+            help=("Serial port of --rig board; or numbers of the TCP ports to check."),
+            show_default=False,
         ),
     ] = None,
     law: Annotated[
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Check this law of your own instead, MODULE:LAW (docs/laws.md).",
+            help="Check only this law of your own, MODULE:LAW (docs/laws.md).",
             show_default=False,
         ),
     ] = None,
@@ -86,7 +94,7 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Check this machine of your own instead, MODULE:MACHINE (docs/own-machines.md).",
+            help=("Check only this machine of your own, MODULE:MACHINE (docs/own-machines.md)."),
             show_default=False,
         ),
     ] = None,
@@ -94,37 +102,42 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Check this part of your own instead, MODULE:PART (docs/own-parts.md).",
+            help=("Check only this part of your own, MODULE:PART (docs/own-parts.md)."),
             show_default=False,
         ),
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print only JSON.")] = False,
 ) -> None:
-    """Check whether `macromicro serve` with these options has what it needs, and what to do.
+    """Check whether this computer has what `macromicro serve` needs.
 
-    With --law a control law of your own is checked, with --machine a machine, with --part a part,
-    with --open, --move or --walk what the rig does, and nothing else.
-    Exit status 1 if anything fails; a warning is none.
+    The options are those of `serve`. Each problem is printed with its remedy.
+    --law checks a control law of your own, --machine a machine, --part a part, and --open, --move
+    or --walk a rig; nothing else is checked then.
+    The exit status is 1 if a check fails. Warnings do not count.
     """
     from json import dumps
 
-    from macromicro.commands import checking, walking
-    from macromicro.errors import InputError
+    from macromicro.commands import _checking, _walking
+    from macromicro.errors import ProblemError
+    from macromicro.rig.board.named import joined
     from macromicro.serve import health, persist, preflight
     from macromicro.serve.choosing import load
 
+    numbers = [each for each in port or () if each.isdigit()]
+    devices = [each for each in port or () if not each.isdigit()]
+    rig = joined(rig, devices[0] if devices else None, None, None)
     if machine is not None:
-        findings = checking.machine(machine)
+        findings = _checking.machine(machine)
     elif heat is not None and not walk:
-        raise InputError("--heat", heat, "with --walk")
+        raise ProblemError("--heat", "only with --walk")
     elif walk:
-        findings = _each(rig, lambda one: walking.rig(one, move, heat, yes=yes))
+        findings = _each(rig, lambda one: _walking.rig(one, move, heat, yes=yes))
     elif look or move is not None:
-        findings = _each(rig, lambda one: checking.rig(one, move, yes=yes))
+        findings = _each(rig, lambda one: _checking.rig(one, move, yes=yes))
     elif part is not None:
-        findings = checking.part(part)
+        findings = _checking.part(part)
     elif law is None:
-        ports = _ports(scpi, web, port or ())
+        ports = _ports(scpi, web, numbers)
         settings = load(config)
         position = state or persist.default_path(settings.place(rig))
         asked = preflight.Asked(
@@ -132,7 +145,7 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
         )
         findings = preflight.findings(asked, settings.serve)
     else:
-        findings = checking.law(law)
+        findings = _checking.law(law)
     found = []
     for each in findings:
         found.append(each)
@@ -145,7 +158,7 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
 
 
 def _each(rig: str, look: Callable[[str], Iterator[Finding]]) -> Iterator[Finding]:
-    """What is found of a rig; of those of two axes one after the other, each by its name."""
+    """The findings of a rig; of two axes one after the other, each under its name."""
     from macromicro.machines.joint import two_rigs
 
     if not two_rigs.several(rig):
@@ -156,8 +169,8 @@ def _each(rig: str, look: Callable[[str], Iterator[Finding]]) -> Iterator[Findin
             yield each._replace(what=f"{name}, {each.what}")
 
 
-def _ports(scpi: int, web: int, others: Sequence[int]) -> dict[int, str]:
-    """What is to be looked at, by number; any free port is always there."""
+def _ports(scpi: int, web: int, others: Sequence[str]) -> dict[int, str]:
+    """Ports to check, by number; a free one chosen by the system is always available."""
     from macromicro.errors import InputError
 
     for option, port in (("--scpi", scpi), ("--web", web)):
@@ -165,8 +178,11 @@ def _ports(scpi: int, web: int, others: Sequence[int]) -> dict[int, str]:
             raise InputError(
                 option, port, "a port from 1 to 65535, 0 for any free one, -1 for none"
             )
+    for other in others:
+        if not 1 <= int(other) <= 65535:
+            raise InputError("--port", other, "a serial port, or a TCP port from 1 to 65535")
     if others:
-        return dict.fromkeys(others, "as asked")
+        return dict.fromkeys(map(int, others), "as asked")
     return {port: what for port, what in ((scpi, "SCPI"), (web, "web page")) if port > 0}
 
 

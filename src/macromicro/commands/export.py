@@ -1,4 +1,4 @@
-"""``macromicro export``: kernels as C99 and as FMUs, the firmware of a board."""
+"""``macromicro export``: kernels as C99 and FMU, and the firmware of a board."""
 
 from __future__ import annotations
 
@@ -11,8 +11,11 @@ from macromicro.commands.group import Group, whole
 
 app = typer.Typer(
     cls=Group,
-    help="Write laws, guards, observers and plants as C99, for a microcontroller, or as FMUs; "
-    "the firmware of a board.",
+    help=(
+        "Write control code as C99 or FMU, or a board's firmware. Laws,"
+        " guards, observers and plants become C99 for a "
+        "microcontroller, or FMUs."
+    ),
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -21,18 +24,24 @@ What = Annotated[
     str,
     typer.Argument(
         metavar="WHAT",
-        help="Such as axis.law; `macromicro export list`; or MODULE:LAW of your own.",
+        help=(
+            "A name that `macromicro export list` prints, such as axis.law,"
+            " or MODULE:LAW of your own."
+        ),
     ),
 ]
 Config = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", help="Settings of a machine, whose values are written."),
+    typer.Option(metavar="FILE", help="Settings whose values are written."),
 ]
 
 
 @app.command("list")
 def list_(config: Config = None) -> None:
-    """Print what can be exported, for all machines or that of a settings file."""
+    """Print what can be exported.
+
+    With --config the list is that of the file's machine, else of all machines.
+    """
     from macromicro.errors import InputError
     from macromicro.export import catalogue
 
@@ -50,19 +59,24 @@ def list_(config: Config = None) -> None:
 def c(
     what: What,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder.", show_default="results/c-<WHAT>")
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder for the files.", show_default="results/c-<WHAT>"),
     ] = None,
     config: Config = None,
     single: Annotated[
-        bool, typer.Option("--float", help="float and 32-bit integers, not double and 64.")
+        bool,
+        typer.Option(
+            "--float", help=("Use float and 32-bit integers instead of double and 64-bit ones.")
+        ),
     ] = False,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an earlier export.")
     ] = False,
 ) -> None:
-    """Write C99 from kernels: a struct a NamedTuple, a function a kernel (docs/export.md).
+    """Write C99 from kernels (docs/export.md).
 
-    No allocation, no library but libm. In double the functions give the bits of their kernels.
+    Each NamedTuple becomes a struct, each kernel a function. The code allocates no memory and needs
+    no library but libm. In double precision it returns the same bits as the kernels.
     """
     from macromicro.export import catalogue, files
     from macromicro.export.example import Example, readme
@@ -76,7 +90,7 @@ def c(
         "main.c": Example(written).text(),
         "README.md": readme(written),
     }
-    place = out or Path("results") / f"c-{name}"
+    place = folder.chosen(out, Path("results") / f"c-{name}", overwrite=overwrite)
     names = tuple(texts)
     folder.check(place, 2_000_000, overwrite=overwrite, names=names)
     with folder.held(place, overwrite=overwrite, names=names):
@@ -100,11 +114,12 @@ def fmu(
         bool, typer.Option("--overwrite", help="Replace an earlier file.")
     ] = False,
 ) -> None:
-    """Write a co-simulation FMU from the exported C, for Simulink or FMPy (docs/export.md).
+    """Write a co-simulation FMU for Simulink or FMPy.
 
-    It holds the sources and a binary for Linux x86_64, which cc makes here; no Python.
+    It is made from the exported C (docs/export.md) and contains the sources and a binary for Linux
+    x86_64, which is compiled here with cc. It needs no Python.
     """
-    from macromicro.errors import InputError
+    from macromicro.errors import InputError, ProblemError
     from macromicro.export import catalogue, files
     from macromicro.export import fmu as units
 
@@ -113,7 +128,9 @@ def fmu(
     written = files.written(catalogue.unit(what, config))
     place = out or Path(f"{written.name}.fmu")
     if place.exists() and not overwrite:
-        raise InputError("--out", str(place), "a file that is not there yet, or --overwrite")
+        raise ProblemError(
+            "--out", f"{place} already exists", "Choose another file or add --overwrite."
+        )
     face = units.write(written, place, fmi)
     numbers = dict.fromkeys(("input", "output", "parameter"), 0)
     for each in face.variables:
@@ -132,20 +149,21 @@ def hex_(
         bool, typer.Option("--overwrite", help="Replace an earlier file.")
     ] = False,
 ) -> None:
-    """Write the built firmware for an Arduino Uno or Nano (docs/firmware.md), no compiler needed.
+    """Write the built firmware for an Arduino Uno or Nano.
 
-    FILE.sha256 beside it has its SHA-256, as `sha256sum --check` reads it.
+    No compiler is needed (docs/firmware.md).
+    FILE.sha256 beside it holds its SHA-256 for `sha256sum --check`.
     """
-    from macromicro.errors import InputError
+    from macromicro.errors import ProblemError
     from macromicro.rig.board import prebuilt
 
     if out.exists() and not overwrite:
-        raise InputError("--out", str(out), "a file that is not there yet, or --overwrite")
+        raise ProblemError(
+            "--out", f"{out} already exists", "Choose another file or add --overwrite."
+        )
     try:
         digest = prebuilt.write(out)
     except OSError as error:
-        raise InputError(
-            "--out", str(out), f"a file that can be written: {error.strerror}"
-        ) from None
+        raise ProblemError("--out", f"cannot write {out}: {error.strerror}") from None
     print(f"SHA-256: {digest}")
     print(f"results: {out}")

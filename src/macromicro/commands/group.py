@@ -1,5 +1,4 @@
-"""What the commands share: a group that names its commands, an option of a whole number,
-the option --figures."""
+"""What the commands share: the group, whole-number options, the option --figures."""
 
 from __future__ import annotations
 
@@ -21,7 +20,7 @@ Figures = Annotated[
     Option(
         "--figures",
         metavar="FORMATS",
-        help="Formats of the figures: png, svg, pdf, or several, as svg,pdf.",
+        help=("Formats of the figures: png, svg, pdf, or several, such as svg,pdf."),
     ),
 ]
 PNG = "png"
@@ -30,8 +29,11 @@ Law = Annotated[
     Option(
         "--law",
         metavar="NAME",
-        help="Control law: of the macro-stage, of the micro-stage, or of both with a comma; "
-        "or MODULE:LAW of your own (docs/laws.md).",
+        help=(
+            "Control law of the macro-stage, of the micro-stage, or both "
+            "with a comma between; or MODULE:LAW of your own "
+            "(docs/laws.md)."
+        ),
         show_default="that of the settings",
     ),
 ]
@@ -49,8 +51,8 @@ Loop = Annotated[
     Option(
         "--loop",
         metavar="WHO",
-        help="Who closes the loop of --rig board: board or host.",
-        show_default="board",
+        help="Where the loop of --rig board is closed: board or host.",
+        show_default="board; host for a machine of one stage, whose law runs there",
     ),
 ]
 Calibration = Annotated[
@@ -58,14 +60,13 @@ Calibration = Annotated[
     Option(
         "--calibration",
         metavar="FILE",
-        help="Hall sensor's table of --rig board, as identify hall writes it.",
+        help="Hall sensor's table for --rig board, written by identify hall.",
         show_default=False,
     ),
 ]
 
 
 def tell(controller: Control) -> None:
-    """Say once, on the terminal, that a law of the user's runs interpreted."""
     from macromicro.control import settings
 
     if not settings.prepare(controller).compiles:
@@ -74,10 +75,9 @@ def tell(controller: Control) -> None:
 
 
 class Group(TyperGroup):
-    """Raises `InputError` for a command that is none of the group's."""
+    """A group that names its commands in the error for an unknown one."""
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """The command named `cmd_name`."""
         if cmd_name not in self.commands and not cmd_name.startswith("-"):
             names = ", ".join(self.commands)
             raise InputError(ctx.info_name or "command", printable(cmd_name), f"one of {names}")
@@ -85,7 +85,7 @@ class Group(TyperGroup):
 
 
 def whole(text: str | int) -> int:
-    """Parser of an option; its message names the value, which typer's own does not."""
+    """Parse a whole number; the message names the value, unlike typer's own."""
     try:
         return int(text)
     except ValueError:

@@ -1,4 +1,4 @@
-"""``macromicro identify KIND FILE ...``: the commands, their options, and what they write."""
+"""``macromicro identify KIND FILE ...``: the commands, their options and their output."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     cls=Group,
-    help="Identify a bench from recordings, text, MAT, HDF5, Parquet or MicroMag files.",
+    help=(
+        "Identify a model from measured data. It reads recordings, "
+        "text, MAT, HDF5, Parquet and MicroMag files."
+    ),
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -26,36 +29,19 @@ app = typer.Typer(
 Files = Annotated[list[str], typer.Argument(metavar="FILE", help="One file or several.")]
 Columns = Annotated[
     list[str] | None,
-    typer.Option(metavar="NAME=COLUMN", help="Which column is what, such as x=position_mm:mm."),
+    typer.Option(metavar="NAME=COLUMN", help="Meaning of a column, such as x=position_mm:mm."),
 ]
 Out = Annotated[Path | None, typer.Option(help="Folder for figures, result.json, model.toml.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace results in that folder.")]
 Test = Annotated[
-    list[str] | None, typer.Option(help="A record that is not fitted, to judge by; or several.")
+    list[str] | None,
+    typer.Option(help="Validation data that is not fitted: one record or several."),
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="Print the result as JSON, nothing else.")]
-# What identifications write; of an earlier one in the same folder nothing may stay.
-NAMES = (
-    "result.json",
-    "model.toml",
-    "free_run.png",
-    "residuals.png",
-    "thresholds.png",
-    "speeds.png",
-    "curves.png",
-    "density.png",
-    "gain.png",
-    "calibration.png",
-    "hall_calibration.csv",
-    "table.h5",
-    "table.csv",
-    "stress_map.csv",
-)
+AsJson = Annotated[bool, typer.Option("--json", help="Print only the result, as JSON.")]
 NEEDED = 20_000_000
 
 
 def _number(text: str) -> float | str:
-    """A number where it is one, else the word."""
     try:
         return float(text)
     except ValueError:
@@ -63,7 +49,6 @@ def _number(text: str) -> float | str:
 
 
 def _whole(text: str | None) -> int | str | None:
-    """A whole number where it is one, else the word."""
     return int(text) if text is not None and text.lstrip("+-").isdecimal() else text
 
 
@@ -81,7 +66,7 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
     along: Annotated[
         int | None,
         typer.Option(
-            help="Of lugre, gms: nodes of the friction along the travel.", show_default="auto"
+            help="For lugre and gms: nodes of the friction along the travel.", show_default="auto"
         ),
     ] = None,
     limit: Annotated[float | None, typer.Option(help="The drive saturates at +-LIMIT.")] = None,
@@ -89,30 +74,42 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
         str | None,
         typer.Option(
             metavar="<int>|fit",
-            help="Samples by which u acts late, or fit: found with the parameters.",
+            help="Delay of u in samples, or fit: identified with the parameters.",
             show_default="0",
         ),
     ] = None,
-    spring: Annotated[bool, typer.Option("--spring", help="A spring pulls.")] = False,
+    spring: Annotated[bool, typer.Option("--spring", help="The load is on a spring.")] = False,
     dead_zone: Annotated[
-        bool, typer.Option("--dead-zone", help="The drive gives no force for a small u.")
+        bool, typer.Option("--dead-zone", help="The drive has a dead zone at small u.")
     ] = False,
     eccentric: Annotated[
-        bool, typer.Option("--eccentric", help="Gravity pulls at a load that turns (x an angle).")
+        bool, typer.Option("--eccentric", help="Gravity acts on a rotating load (x an angle).")
     ] = False,
     endless: Annotated[
         bool,
-        typer.Option("--endless", help="It turns on: the model has no end stops (x an angle)."),
+        typer.Option(
+            "--endless", help="Continuous rotation: the model has no end stops (x an angle)."
+        ),
     ] = False,
     free: Annotated[
-        bool, typer.Option("--free", help="Nothing drives: a decay (columns t, x).")
+        bool, typer.Option("--free", help="Free decay without a drive (columns t, x).")
     ] = False,
+    machine: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help=(
+                "Machine file of a data sheet: model.toml takes its limits and "
+                "adds the identified values."
+            ),
+        ),
+    ] = None,
     test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """Mass and friction of a motor-driven axis (columns t, u, x; or v for a speed)."""
+    """Mass and friction of an axis (columns t, u, x, or v: a speed)."""
     options = {
         "gain": gain,
         "structure": structure,
@@ -126,7 +123,7 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
         "endless": endless,
         "free": free,
     }
-    _identify("drive", options, files, columns, out, overwrite, as_json)
+    _identify("drive", options, files, columns, out, overwrite, as_json, machine)
 
 
 @app.command()
@@ -141,7 +138,10 @@ def carriage(
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """What the law `terminal` needs, from strokes (columns t, u, x in counts; y, a laser)."""
+    """Model for the law `terminal` (columns t, u, x; y, a laser).
+
+    The record consists of strokes, with x in counts.
+    """
     print("identifying the carriage: about a minute", file=sys.stderr)
     options = {"pitch": pitch, "tests": tuple(test or ())}
     _identify("carriage", options, files, columns, out, overwrite, as_json)
@@ -159,14 +159,19 @@ def actuator(
     ] = None,
     austenite: Annotated[
         float | None,
-        typer.Option(help="Without --table: half contracted there [degC].", show_default="80"),
+        typer.Option(
+            help="Without --table: temperature of half contraction [degC].", show_default="80"
+        ),
     ] = None,
     test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """An actuator from heatings (columns t, u, x; y, c): with --table for the law `inverse`."""
+    """An actuator from heatings (columns t, u, x; y, c).
+
+    With --table the result is for the law `inverse`.
+    """
     about = "a minute or two" if table is None else "half a minute"
     print(f"identifying the actuator: about {about}", file=sys.stderr)
     options = {
@@ -185,15 +190,19 @@ def linear(  # noqa: PLR0913, PLR0917 -- one parameter per option
     method: Annotated[
         str, typer.Option(help="output_error, box_jenkins, mls, sriv, gls or least_squares.")
     ] = "output_error",
-    order: Annotated[str, typer.Option(help="Numbers of a, of b, and the delay.")] = "1,1,1",
+    order: Annotated[str, typer.Option(help="Orders of a and b, and the delay.")] = "1,1,1",
     start: Annotated[str, typer.Option(help="Records start at rest, or free.")] = "rest",
-    width: Annotated[float, typer.Option(help="Dead zone, taken off the size of u.")] = 0.0,
+    width: Annotated[
+        float, typer.Option(help="Dead zone, subtracted from the magnitude of u.")
+    ] = 0.0,
     test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """A discrete linear model (columns t, u and y; or a position x, differentiated)."""
+    """A discrete linear model (columns t, u and y, or x).
+
+    A position x is differentiated."""
     options = {
         "method": method,
         "order": order,
@@ -211,19 +220,22 @@ def deadzone(  # noqa: PLR0913, PLR0917 -- one parameter per option
     travel: Annotated[
         tuple[float, float] | None, typer.Option(help="Range of x over which motion counts.")
     ] = None,
-    pause: Annotated[float, typer.Option(help="Longer without motion is a stop [s].")] = 0.05,
+    pause: Annotated[float, typer.Option(help="A longer standstill counts as a stop [s].")] = 0.05,
     gain: Annotated[
-        float | None, typer.Option(help="Static gain [x/s/V]: gives a0 and delta of (4.5) too.")
+        float | None, typer.Option(help="Static gain [x/s/V], for a0 and delta of (4.5).")
     ] = None,
     width: Annotated[
-        float | None, typer.Option(help="Dead zone for that [V].", show_default="the one found")
+        float | None, typer.Option(help="Dead zone for these [V].", show_default="the one found")
     ] = None,
     test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """Lowest voltages with steady motion, from runs at constant ones (columns t, u, x)."""
+    """Lowest voltages with steady motion (columns t, u, x).
+
+    They come from runs at constant voltages.
+    """
     options = {
         "travel": travel,
         "pause": pause,
@@ -243,13 +255,15 @@ def hysteresis(  # noqa: PLR0913, PLR0917 -- one parameter per option
         str, typer.Option(help="Relay density: free, monotone or nonnegative.")
     ] = "monotone",
     smooth: Annotated[
-        str, typer.Option(help="Noise is shorter than this [grid steps]; auto: by curves held out.")
+        str, typer.Option(help="Smoothing length [grid steps]; auto: by cross-validation.")
     ] = "1",
     between: Annotated[
         str,
         typer.Option(
-            help="Between curves: along the input, or the output where branches are steep; auto: "
-            "by curves held out."
+            help=(
+                "Interpolation between curves: along the input, or along the "
+                "output for steep branches; auto: by cross-validation."
+            )
         ),
     ] = "input",
     drift: Annotated[
@@ -261,7 +275,10 @@ def hysteresis(  # noqa: PLR0913, PLR0917 -- one parameter per option
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """A Preisach table from first-order curves (columns u, f, and curve; or over time t)."""
+    """A Preisach table from first-order curves (columns u, f).
+
+    The curves are separated by a column curve, or lie along time t.
+    """
     options = {
         "curves": curves,
         "shape": shape,
@@ -282,7 +299,10 @@ def stress(
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """Transformation temperatures over the load, from cycles at several (columns T, x, load)."""
+    """Transformation temperatures by load (columns T, x, load).
+
+    They come from cycles at several loads.
+    """
     _identify("stress", {"tests": tuple(test or ())}, files, columns, out, overwrite, as_json)
 
 
@@ -291,10 +311,12 @@ def thermal(
     files: Files,
     columns: Columns = None,
     table: Annotated[
-        Path | None, typer.Option(help="table.h5 of `identify hysteresis`: positions tell heat.")
+        Path | None,
+        typer.Option(help=("table.h5 of `identify hysteresis`, to infer heat from positions.")),
     ] = None,
     ambient: Annotated[
-        float | None, typer.Option(help="Room [degC].", show_default="first value, or 25")
+        float | None,
+        typer.Option(help="Room temperature [degC].", show_default="first value, or 25"),
     ] = None,
     step: Annotated[
         float | None, typer.Option(help="Voltage of the step for the dynamics [V].")
@@ -304,7 +326,10 @@ def thermal(
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """Gain and dynamics of heating, from steps (columns t, u, T; or x with --table)."""
+    """Gain and dynamics of heating (columns t, u, T or x).
+
+    They come from steps. A column x needs --table.
+    """
     options = {"table": table, "ambient": ambient, "step": step, "tests": tuple(test or ())}
     _identify("thermal", options, files, columns, out, overwrite, as_json)
 
@@ -315,14 +340,17 @@ def hall(  # noqa: PLR0913, PLR0917 -- one parameter per option
     columns: Columns = None,
     low: Annotated[float, typer.Option(help="First voltage of the table.")] = 0.0,
     high: Annotated[float, typer.Option(help="Last voltage of the table.")] = 5.0,
-    points: Annotated[int, typer.Option(help="Voltages in it.")] = 126,
+    points: Annotated[int, typer.Option(help="Number of voltages in the table.")] = 126,
     method: Annotated[str, typer.Option(help="mean or spline.")] = "mean",
     test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """A position sensor's table, from slow sweeps both ways (columns v, x)."""
+    """A position sensor's table (columns v, x).
+
+    It comes from slow sweeps in both directions.
+    """
     table = {"low": low, "high": high, "points": points, "method": method}
     options = table | {"tests": tuple(test or ())}
     _identify("hall", options, files, columns, out, overwrite, as_json)
@@ -333,17 +361,23 @@ def plays(
     files: Files,
     columns: Columns = None,
     count: Annotated[
-        int, typer.Option("--plays", help="Play operators, the one without a threshold included.")
+        int,
+        typer.Option(
+            "--plays", help=("Number of play operators, including the one without a threshold.")
+        ),
     ] = 16,
     rate: Annotated[
-        bool, typer.Option("--rate", help="The loop depends on how fast it goes (column t).")
+        bool, typer.Option("--rate", help="The loop depends on the rate (column t).")
     ] = False,
     test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """Play operators of a loop without saturation, such as a piezo's (columns u, f over time)."""
+    """Play operators of a loop, such as a piezo's (columns u, f).
+
+    The loop is measured over time and must not saturate.
+    """
     options = {"plays": count, "tests": tuple(test or ()), "rate": rate}
     _identify("plays", options, files, columns, out, overwrite, as_json)
 
@@ -356,29 +390,48 @@ def _identify(
     out: Path | None,
     overwrite: bool,
     as_json: bool,
+    machine: Path | None = None,
 ) -> None:
-    """Read, identify, print, and write to `out` if there is one: all of it or nothing."""
+    """Read, identify, print, and write to `out` if given: all of it or nothing."""
+    from macromicro.errors import ProblemError
     from macromicro.identify.kinds.loading import picking
+    from macromicro.identify.result import NAMES
     from macromicro.runs import folder
     from macromicro.runs.folder import held
 
     what = picking(files, columns or [])
     if out is None:
-        _work(kind, options, what, None, as_json)
+        if overwrite:
+            raise ProblemError("--overwrite", "only with --out")
+        _work(kind, options, what, None, as_json, machine)
         return
     folder.check(out, NEEDED, overwrite=overwrite, names=NAMES)
     with held(out, overwrite=overwrite, names=NAMES):
-        _work(kind, options, what, out, as_json)
+        _work(kind, options, what, out, as_json, machine)
 
 
 def _work(
-    kind: str, options: dict[str, Any], what: Picking, out: Path | None, as_json: bool
+    kind: str,
+    options: dict[str, Any],
+    what: Picking,
+    out: Path | None,
+    as_json: bool,
+    machine: Path | None,
 ) -> None:
+    from macromicro.identify.kinds import drive_file
+    from macromicro.identify.result import NAMES
+    from macromicro.machines import identified
     from macromicro.runs import folder
 
     # Nothing is open while it computes: a signal then ends the process, compiler and all.
     with Signals():
+        known = None if machine is None else identified.sheet(machine)
         found = _quietly(kind, options, what)
+        if known is not None:
+            found.toml = identified.merged(found, known)
+            said = f"identified mass and friction, all else from {known.file}"
+            found.remarks = [r for r in found.remarks if r[0] not in drive_file.ABOUT]
+            found.remarks.append(("model.toml", said))
     if out is not None:
         with folder.staged(out, NAMES) as place:
             found.save(place)
@@ -391,7 +444,7 @@ def _work(
 
 
 def _quietly(kind: str, options: dict[str, Any], what: Picking) -> Result:
-    """The result; warnings go to stderr, each once, before what is refused."""
+    """The result; each warning goes to stderr once, before an error."""
     from macromicro.identify.kinds import fitted
 
     said: list[str] = []
@@ -410,6 +463,6 @@ def _quietly(kind: str, options: dict[str, Any], what: Picking) -> Result:
 
 
 def _texts(caught: list[Any]) -> list[str]:
-    """Name and message of each warning, once, those of the numbers' library left out."""
+    """Name and message of each warning, once, without those of numpy and scipy."""
     kinds = [w for w in caught if issubclass(w.category, UserWarning)]
     return list(dict.fromkeys(f"{w.category.__name__}: {w.message}" for w in kinds))

@@ -28,7 +28,7 @@ _EVERY = 10.0  # s between plain lines
 
 def latency(
     seconds: Annotated[
-        float, typer.Option(metavar="S", min=0.5, max=86400.0, help="How long to measure.")
+        float, typer.Option(metavar="S", min=0.5, max=86400.0, help="Duration of the measurement.")
     ] = 10.0,
     config: Annotated[
         Path | None,
@@ -38,7 +38,7 @@ def latency(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Write the results as JSON to this file; - for standard output, and nothing else.",
+            help=("Write the results as JSON to this file; with - print only JSON."),
             show_default=False,
         ),
     ] = None,
@@ -52,9 +52,10 @@ def latency(
         bool, typer.Option("--cyclictest/--no-cyclictest", help="Compare with cyclictest.")
     ] = True,
 ) -> None:
-    """Run the live loop on the twin and measure wake-up latency, computing time and misses.
+    """Measure the live loop's wake-up latency and missed periods.
 
-    Exit status 1 if so many periods were missed that the machine stopped.
+    It runs the simulated machine and also measures the computing time.
+    The exit status is 1 if the machine stopped because of missed periods.
     """
     from macromicro.serve import health, measuring
     from macromicro.serve.choosing import load
@@ -89,7 +90,7 @@ def latency(
 
         figure.write_bytes(files.encoded(_draw(got, settings.period), figure.suffix[1:].lower()))
     if signals.received:
-        print("macromicro: interrupted; the results are of the time until then", file=sys.stderr)
+        print("macromicro: interrupted; the results cover the time until then", file=sys.stderr)
         raise typer.Exit(signals.status)
     if got.fault is not None:
         words = f"{got.fault.message} {got.fault.evidence}. {got.fault.remedy}"
@@ -109,11 +110,11 @@ def _check_figure(file: Path) -> None:
 
 
 def _check(file: Path, option: str) -> None:
-    """InputError unless the file can be written; one that is made for the trial is removed."""
-    from macromicro.errors import InputError
+    """Refuse a file that cannot be written; a file made for the trial is removed."""
+    from macromicro.errors import ProblemError
     from macromicro.schema.text import printable
 
-    where, accepted = f"{option} {printable(file, 300)}", "a file to make in a folder that exists"
+    where, accepted = f"{option} {printable(file, 300)}", "Name a file in a folder that exists."
     try:
         new = not os.path.lexists(file)
         if new or file.is_file() or file.is_dir():  # a pipe is left to the one who made it
@@ -121,7 +122,7 @@ def _check(file: Path, option: str) -> None:
         if new:
             file.unlink()
     except OSError as error:
-        raise InputError(where, error.strerror or str(error), accepted) from None
+        raise ProblemError(where, error.strerror or str(error), accepted) from None
 
 
 @contextmanager
@@ -161,7 +162,6 @@ def _give(got: Latency, other: Cyclic | str, settings: AnySettings, json: Path |
 
 
 def table(got: Latency, other: Cyclic | str, settings: AnySettings) -> Iterator[str]:
-    """The results for a person, times in us."""
     from macromicro.serve.measuring import SHARES, quantiles
 
     heads = [f"{100 * share:g} %" for share in SHARES]
@@ -217,7 +217,7 @@ def _number(value: float) -> float | None:
 
 
 def _edges(values: Any) -> Any:
-    """Ten bins a decade, from 1 us to beyond the greatest value."""
+    """Ten bins per decade, from 1 us to beyond the largest value."""
     import numpy as np
 
     most = max(float(values.max()) if len(values) else 0.0, 1e-5)
@@ -231,11 +231,10 @@ def _edges(values: Any) -> Any:
 
 
 def _draw(got: Latency, period: float) -> Figure:
-    """Both histograms, periods over time, logarithmic in both directions."""
     from macromicro.drawing.style import BLUE, GREEN, RED, finish, new
 
     figure, axes = new(3.6, 1, 2)
-    shown = (("(a) late at wake-up", got.late, BLUE), ("(b) work in a period", got.work, GREEN))
+    shown = (("(a) latency at wake-up", got.late, BLUE), ("(b) work in a period", got.work, GREEN))
     for ax, (title, values, colour) in zip(axes[0], shown, strict=True):
         edges = _edges(values)[1:]
         ax.hist(values.clip(min=edges[0]) * 1e6, bins=edges * 1e6, color=colour)

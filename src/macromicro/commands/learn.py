@@ -1,4 +1,4 @@
-"""``macromicro learn PROGRAMME``: a trajectory that is repeated, and follows better each time."""
+"""``macromicro learn PROGRAMME``: iterative learning of a repeated trajectory."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import typer
 
 from macromicro.commands.group import PNG, Figures, Law, tell, whole
 from macromicro.commands.signals import Signals
+from macromicro.schema.text import write_text
 
 if TYPE_CHECKING:
     from macromicro.recording import Recording
@@ -22,11 +23,9 @@ _SLOWEST = 0.1  # s
 
 def learn(  # noqa: PLR0913, PLR0917 - one for each option
     programme: Annotated[
-        Path, typer.Argument(metavar="PROGRAMME.csv", help="Targets of the micro-stage by time.")
+        Path, typer.Argument(metavar="PROGRAMME.csv", help="Targets of the micro-stage over time.")
     ],
-    repeats: Annotated[
-        int, typer.Option(parser=whole, metavar="N", help="How many runs to learn from.")
-    ] = 10,
+    repeats: Annotated[int, typer.Option(parser=whole, metavar="N", help="Number of runs.")] = 10,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the results.", show_default="results/learn")
     ] = None,
@@ -40,7 +39,7 @@ def learn(  # noqa: PLR0913, PLR0917 - one for each option
         str,
         typer.Option(
             metavar="NAME",
-            help="The twin, MODULE:FACTORY of your own rig, or FILE.toml of a card.",
+            help=("twin (simulated), MODULE:FACTORY of your own rig, or FILE.toml of a card."),
         ),
     ] = "twin",
     law: Law = None,
@@ -53,27 +52,27 @@ def learn(  # noqa: PLR0913, PLR0917 - one for each option
         ),
     ] = None,
     yes: Annotated[
-        bool, typer.Option("--yes", help="Move a rig of your own without asking first.")
+        bool, typer.Option("--yes", help="Move your own rig without asking first.")
     ] = False,
     figures: Figures = PNG,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")
     ] = False,
 ) -> None:
-    """Repeat a trajectory of the micro-stage; what each run missed corrects the next.
+    """Repeat a trajectory and correct it after each run.
 
-    Learned is from the Hall sensor, in runs that begin cold. The folder then holds learned.csv, the
-    same programme with a column of corrections, which run and serve take, and a figure
-    (docs/learning.md).
+    The trajectory is one of the micro-stage; the Hall sensor measures it, in runs that begin
+    cold. The folder then holds a figure and learned.csv, the same programme with a column of
+    corrections for run and serve (docs/learning.md).
     """
     from macromicro.commands import asking
     from macromicro.drawing.files import formats
-    from macromicro.errors import InputError
+    from macromicro.errors import InputError, ProblemError
     from macromicro.programme.scheduled import corrected
     from macromicro.report.learned import draw
     from macromicro.rig.replay import SCHEME
     from macromicro.runs import job as experiment
-    from macromicro.runs.folder import held
+    from macromicro.runs.folder import chosen, held
     from macromicro.schema.text import printable
     from macromicro.units import quantity
 
@@ -83,27 +82,28 @@ def learn(  # noqa: PLR0913, PLR0917 - one for each option
     if not 2 <= repeats <= _MOST:
         raise InputError("--repeats", repeats, f"a whole number from 2 to {_MOST}")
     if programme.suffix != ".csv":
-        raise InputError(printable(programme), "no CSV", "a programme by time (docs/programmes.md)")
-    folder = out or Path("results") / "learn"
+        remedy = "Give a programme by time (docs/programmes.md)."
+        raise ProblemError(printable(programme), "not a CSV file", remedy)
+    folder = chosen(out, Path("results") / "learn", overwrite=overwrite)
     kinds = formats(figures)
     request = experiment.Request(
         str(programme), folder, config, seed=seed, overwrite=overwrite, rig=rig, law=law
     )
     job = experiment.check(request)
     if rig.startswith(SCHEME):
-        raise InputError("--rig", rig, "a machine that moves: a recording cannot be learned from")
+        raise ProblemError(f"--rig {rig}", "learning needs a machine that moves, not a recording")
     asking.before(job, yes)
     with held(folder, overwrite=overwrite), Signals() as signals:
         tell(job.settings.controller)
         signals.later()
         found = _learned(job, repeats, behind, signals)
         text = corrected(programme, found.programme)
-        (folder / "learned.csv").write_text(text, encoding="utf-8")
+        write_text(folder / "learned.csv", text)
         draw(found, folder, kinds)
     before, after = found.repetitions[0], found.repetitions[found.best]
     print(f"RMS by the Hall sensor {1e6 * before.rms:.2f} um, learned {1e6 * after.rms:.2f} um")
     print(f"results: {folder}")
-    print(f"go on with: macromicro run {folder / 'learned.csv'}" + _same(config, law))
+    print(f"next: macromicro run {folder / 'learned.csv'}" + _same(config, law))
 
 
 def _same(config: Path | None, law: str | None) -> str:

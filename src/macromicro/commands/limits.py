@@ -1,4 +1,4 @@
-"""``macromicro limits``: what a bench can do at best, by its own parameters."""
+"""``macromicro limits``: the best that a bench's own parameters allow."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ def limits(
         list[str] | None,
         typer.Argument(
             metavar="WAY ...",
-            help="Ways of the carriage; with --micro places of the micro-stage, in turn.",
+            help=(
+                "Distances of the carriage; with --micro successive positions of the micro-stage."
+            ),
             show_default="200 mm ...",
         ),
     ] = None,
@@ -24,17 +26,17 @@ def limits(
         Path | None, typer.Option(metavar="FILE", help="TOML file of the bench's settings.")
     ] = None,
     micro: Annotated[
-        bool, typer.Option("--micro", help="Of the micro-stage, from cold and extended.")
+        bool, typer.Option("--micro", help="Limits of the micro-stage, from cold and extended.")
     ] = False,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print the limits as JSON, and nothing else.")
+        bool, typer.Option("--json", help="Print only the limits, as JSON.")
     ] = False,
 ) -> None:
     """Print the quickest moves that a bench allows.
 
-    Of the carriage: full effort, and full effort the other way; of the micro-stage: full heat, or
-    none. With the bench's own parameters: for judging laws, which may not read them
-    (docs/beyond.md).
+    The carriage gets full effort in one direction, then in the other; the micro-stage full heat or
+    none. The computation uses the bench's own parameters. It serves to judge laws, which may not
+    read them (docs/beyond.md).
     """
     from macromicro.design.fine_limits import NEAR, turns
     from macromicro.design.limits import quickest

@@ -1,4 +1,4 @@
-"""``macromicro look FILE``: what a file of measured data holds, and how to go on with it."""
+"""``macromicro look FILE``: what a data file holds, and which command to use next."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ def look(
         Path,
         typer.Argument(
             metavar="FILE",
-            help="Text of columns, MAT, HDF5, npz, Parquet, LabVIEW or MicroMag file, recording.",
+            help=("A recording, or a text, MAT, HDF5, npz, Parquet, LabVIEW or MicroMag file."),
         ),
     ],
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print what was seen as JSON, and nothing else.")
+        bool, typer.Option("--json", help="Print only the findings, as JSON.")
     ] = False,
 ) -> None:
-    """Say what a file of measured data holds: columns, units, rate, gaps, saturation.
+    """Print what a data file holds: columns, units, rate, gaps.
 
-    The last line is the command to go on with (docs/files.md).
+    The last line is the command to use next (docs/files.md).
     """
     from macromicro.identify.look.told import look as looked
     from macromicro.report.summary import as_json as to_json
@@ -69,7 +69,7 @@ def _show(found: Look) -> None:
     if found.timing is not None:
         console.print(Text(f"time, {found.time}: " + "; ".join(words(found.timing))))
     elif found.columns:
-        console.print(Text("time: no column of times is found"))
+        console.print(Text("time: no time column found"))
     for reason in found.onward.reasons:
         console.print(Text(reason))
     print(found.onward.command)

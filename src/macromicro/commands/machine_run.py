@@ -9,11 +9,11 @@ from typing import Any
 import typer
 
 from macromicro.commands.signals import Signals
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 
 
 def takes_turns(config: Path | None) -> bool:
-    """Whether a settings file, or none, is for a machine whose stages take turns."""
+    """Whether a settings file, or none, is for the two-stage machine."""
     if config is None:  # what no file names needs no look at the machines
         return True
     from macromicro.machines.composition import TURNS
@@ -31,9 +31,8 @@ def in_step(config: Path) -> bool:
 
 
 def refuse(*, fan: bool) -> None:
-    """InputError for options that a machine does not have."""
     if fan:
-        raise InputError("--fan", "", "nothing: this machine has no fan")
+        raise ProblemError("--fan", "this machine has no fan")
 
 
 def run(asked: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals) -> None:
@@ -50,7 +49,7 @@ def run(asked: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals) -> N
 
 
 def _rooms(config: Path) -> tuple[Any, Any, Any]:
-    """What runs and what tells of the machine that a file names: its job, runs and report."""
+    """Modules for job, runs and report of the machine that a file names."""
     if in_step(config):
         from macromicro.machines.joint import job as joint_job
         from macromicro.machines.joint import runs as joint_runs
@@ -66,9 +65,9 @@ def _rooms(config: Path) -> tuple[Any, Any, Any]:
 def _run(job: Any, rooms: tuple[Any, Any, Any], as_json: bool, signals: Signals) -> None:
     from datetime import datetime
 
+    from macromicro.commands.performing import performed
     from macromicro.report import terminal
     from macromicro.report.summary import as_json as to_json
-    from macromicro.runs.job import Stop
 
     experiment, runs, report = rooms
     if any(one.kind.plain for one in getattr(job.machine, "axes", (job.machine,))):
@@ -80,14 +79,8 @@ def _run(job: Any, rooms: tuple[Any, Any, Any], as_json: bool, signals: Signals)
         runs.compile_machine(job.machine, job.settings, job.plan)
     signals.later()
     started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
-    with terminal.bar(job.programme.title, job.expected, lambda k: f"move {k + 1}") as pace:
-
-        def step(t: float, move: int) -> None:
-            pace(t, move)
-            if signals.received:
-                raise Stop
-
-        ended = experiment.execute(job, step)
+    bar = terminal.bar(job.programme.title, job.expected, lambda k: f"move {k + 1}")
+    ended = performed(experiment.execute, job, bar, signals)
     try:
         content = report.write(ended, started)
     except OSError as error:
@@ -98,7 +91,8 @@ def _run(job: Any, rooms: tuple[Any, Any, Any], as_json: bool, signals: Signals)
     if as_json:
         print(to_json(content), end="")
     else:
-        terminal.show_lines(report.HEADINGS, report.table(ended), report.remarks(ended))
+        verdict = terminal.verdict(report.verdict(ended), job.out)
+        terminal.show_lines(report.HEADINGS, report.table(ended), verdict, report.remarks(ended))
         print(f"results: {job.out}")
     problems = report.problems(ended)
     if problems:
@@ -108,25 +102,44 @@ def _run(job: Any, rooms: tuple[Any, Any, Any], as_json: bool, signals: Signals)
 
 
 def show(name: str | None, key: str | None, law: str | None, config: Path | None = None) -> None:
-    """Print a machine's default settings, or those of a file with what follows from them."""
+    """Print a machine's default settings, or those of a file with the values derived from them."""
     from macromicro.machines import compositions
 
     if config is None:
         made = compositions.named(name or compositions.UNNAMED, "--machine")
-        print(made.as_toml(compositions.by_default(made, law), key), end="")
+        _print(made, compositions.by_default(made, law), key)
         return
     if name is not None:
-        raise InputError("--machine", name, "nothing beside --config, whose file names it")
+        raise ProblemError("--machine", "not allowed with --config, whose file names the machine")
     made = compositions.chosen(config)
-    print(made.as_toml(made.load(config, law), key), end="")
+    _print(made, made.load(config, law), key)
+
+
+def _print(made: Any, settings: Any, key: str | None) -> None:
+    from macromicro.machines.composition import TURNS
+
+    text = made.as_toml(settings, key)
+    if made.family != TURNS:
+        _warn(settings, key)
+    print(text, end="")
+
+
+def _warn(settings: Any, key: str | None = None) -> None:
+    from macromicro.machines import doubts
+
+    for each in doubts.found(settings):
+        if key is None or f"{each.path}.".startswith(f"{key}."):
+            print(f"# warning: {each.text}")
 
 
 def show_axis(config: Path | None, axis: str) -> None:
     """Print one axis of a machine of two as settings of the machine `axis`."""
     from macromicro.machines.joint import machine as joint
-    from macromicro.machines.joint.settings import AXES, DEFAULT
+    from macromicro.machines.joint.settings import AXES, DEFAULT, of
 
     if axis not in AXES:
         raise InputError("--axis", axis, f"{' or '.join(AXES)}")
     settings = DEFAULT if config is None else joint.load(config)[1]
-    print(joint.alone(settings, axis), end="")
+    text = joint.alone(settings, axis)
+    _warn(of(settings)[AXES.index(axis)])
+    print(text, end="")

@@ -1,4 +1,4 @@
-"""``macromicro plot FILE [COLUMNS]``: a recording as a page to zoom in, and as a picture."""
+"""``macromicro plot FILE [COLUMNS]``: a recording as a zoomable page and as a picture."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def plot(
     file: Annotated[
         Path,
         typer.Argument(
-            metavar="FILE", help="A recording, the folder of a run, or measured data (look FILE)."
+            metavar="FILE", help="A recording, the folder of a run, or measured data (see look)."
         ),
     ],
     columns: Annotated[
@@ -33,21 +33,22 @@ def plot(
         list[Path] | None,
         typer.Option(
             metavar="FILE",
-            help="What is written: .html, .png, .svg or .pdf by its suffix; may be given again.",
+            help="File to write: .html, .png, .svg or .pdf; may be repeated.",
             show_default="results/plot/<name>.html and .png",
         ),
     ] = None,
     start: Annotated[
-        str | None, typer.Option("--from", metavar="TIME", help='Begin there, as "12.5 s".')
+        str | None, typer.Option("--from", metavar="TIME", help='First instant, such as "12.5 s".')
     ] = None,
-    end: Annotated[str | None, typer.Option("--to", metavar="TIME", help="End there.")] = None,
+    end: Annotated[str | None, typer.Option("--to", metavar="TIME", help="Last instant.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
 ) -> None:
-    """Draw columns of a recording over time: a page to zoom in, and a picture (docs/recording.md).
+    """Plot a recording over time: a picture and a zoomable page.
 
-    The page is one file that opens without a network. Columns of one unit share a panel.
+    The page (docs/recording.md) is one file that opens without a network. Columns of one unit share
+    a panel.
     """
-    from macromicro.errors import InputError
+    from macromicro.errors import ProblemError
     from macromicro.files import recordings
     from macromicro.runs import folder
     from macromicro.units import quantity
@@ -58,7 +59,7 @@ def plot(
     ]
     recording = recordings.recording(folder.recording(file), columns or [])
     if not len(recording):
-        raise InputError(str(file), "no rows", "a recording with rows")
+        raise ProblemError(str(file), "the recording has no rows")
     name = file.stem if file.is_file() and file.stem != "recording" else recording.label
     places = out or [OUT / f"{name}.{kind}" for kind in (HTML, "png")]
     for place in places:
@@ -73,9 +74,8 @@ def plot(
 
 
 def _check(place: Path, *, overwrite: bool) -> None:
-    """Refuse a file that cannot be written, before anything is drawn."""
     from macromicro.drawing.files import FORMATS
-    from macromicro.errors import InputError
+    from macromicro.errors import InputError, ProblemError
     from macromicro.schema.text import printable
 
     where = f"--out {printable(place, 300)}"
@@ -83,9 +83,11 @@ def _check(place: Path, *, overwrite: bool) -> None:
         kinds = ", ".join(f".{kind}" for kind in (HTML, *FORMATS))
         raise InputError(where, place.suffix or "no suffix", f"one of {kinds}")
     if place.is_dir():
-        raise InputError(where, "a folder", "a file")
+        raise ProblemError(where, "this is a folder", "Name a file.")
     if place.exists() and not overwrite:
-        raise InputError(where, "exists already", "a file that is not there yet, or --overwrite")
+        raise ProblemError(
+            where, "the file already exists", "Choose another one or add --overwrite."
+        )
 
 
 def _written(recording: Recording, name: str, columns: list[str], place: Path) -> bytes:
@@ -95,5 +97,5 @@ def _written(recording: Recording, name: str, columns: list[str], place: Path) -
 
     kind = place.suffix.lower()[1:]
     if kind == HTML:
-        return zoomable.page([recording], columns, [name]).encode()
+        return zoomable.page([recording], columns, [name]).encode(errors="backslashreplace")
     return encoded(traces.overlay(recording, columns=columns, labels=[name]), kind)

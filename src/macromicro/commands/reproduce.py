@@ -14,6 +14,7 @@ import typer
 
 from macromicro.commands.group import PNG, Figures
 from macromicro.commands.signals import Signals
+from macromicro.schema.text import write_text
 
 if TYPE_CHECKING:
     from macromicro.thesis.procedure import Lab, Procedure
@@ -38,7 +39,10 @@ def reproduce(  # noqa: PLR0913, PLR0917 - a parameter for each option
             show_default=False,
         ),
     ] = None,
-    out: Annotated[Path, typer.Option(help="Folder for page, figures and tables.")] = OUT,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for page, figures and tables.", show_default=str(OUT)),
+    ] = None,
     json: Annotated[
         Path | None,
         typer.Option(
@@ -49,13 +53,13 @@ def reproduce(  # noqa: PLR0913, PLR0917 - a parameter for each option
     ] = None,
     jobs: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Processes.", show_default="one for each core"),
+        typer.Option(metavar="N", help="Number of processes.", show_default="one for each core"),
     ] = None,
     rig: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Where: the twin, MODULE:FACTORY of your own rigs, or FILE.toml of a card.",
+            help=("twin (simulated), MODULE:FACTORY of your own rigs, or FILE.toml of a card."),
             show_default="twin",
         ),
     ] = None,
@@ -68,7 +72,10 @@ def reproduce(  # noqa: PLR0913, PLR0917 - a parameter for each option
         bool, typer.Option("--list", help="List procedures, claims and figures.")
     ] = False,
 ) -> None:
-    """Measure every claim of the thesis, draw its figures, and say where they differ."""
+    """Measure every claim of the thesis and draw its figures.
+
+    Differences from the thesis are listed with their reasons.
+    """
     from macromicro.drawing.files import formats
     from macromicro.runs import folder
     from macromicro.runs.folder import held
@@ -81,8 +88,9 @@ def reproduce(  # noqa: PLR0913, PLR0917 - a parameter for each option
     chosen = choosing.choose([*(only or []), *(names or [])], procedures)
     lab = _lab(rig or [], seed, chosen)._replace(figures=formats(figures))
     processes = _processes(jobs) if not lab.rigs else 1  # a rig is one thing
-    folder.check(out, FOLDER_BYTES, overwrite=overwrite, names=())
     _check_json(json, overwrite)
+    out = folder.chosen(out, OUT, overwrite=overwrite)
+    folder.check(out, FOLDER_BYTES, overwrite=overwrite, names=())
     with Signals() as signals, held(out, overwrite=overwrite, names=()):
         _reproduce(chosen, lab, processes, out, json, signals)
 
@@ -111,18 +119,20 @@ def _lab(rigs: Sequence[str], seed: int, chosen: Sequence[Chosen]) -> Lab:
 
 def _check_json(file: Path | None, overwrite: bool) -> None:
     """Refuse a JSON file that cannot or must not be written, before anything is computed."""
-    from macromicro.errors import InputError
+    from macromicro.errors import ProblemError
     from macromicro.schema.text import printable
 
     if file is None or file == STDOUT:
         return
-    where, accepted = f"--json {printable(file, 300)}", "a file to make in a folder that exists"
+    where = f"--json {printable(file, 300)}"
     if file.is_dir():
-        raise InputError(where, "a folder", accepted)
+        raise ProblemError(where, "this is a folder", "Name a file.")
     if not file.parent.is_dir():
-        raise InputError(where, "no such folder", accepted)
+        raise ProblemError(where, "no such folder", "Name a file in a folder that exists.")
     if file.exists() and not overwrite:
-        raise InputError(where, "exists already", "a new file, or --overwrite")
+        raise ProblemError(
+            where, "the file already exists", "Choose another one or add --overwrite."
+        )
 
 
 def _reproduce(
@@ -154,7 +164,7 @@ def _reproduce(
         print(files.as_json(results), end="")
     else:
         if json is not None:
-            json.write_text(files.as_json(results), encoding="utf-8")
+            write_text(json, files.as_json(results))
         terminal.show(results)
         print(f"page: {page}")
     failures = [r for r in results if r.failure]

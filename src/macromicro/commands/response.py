@@ -1,4 +1,4 @@
-"""``macromicro response``: the frequency response of a machine's stages, measured."""
+"""``macromicro response``: the measured frequency response of a machine's stages."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LOW, HIGH = 0.005, 0.3  # of the loop's frequency
 
 
 class Asked(NamedTuple):
-    """What the user asked for: frequencies (Hz; None: the usual ones), how many, and the seed."""
+    """Frequencies (Hz; None: the usual ones), their number, and the seed."""
 
     low: float | None
     high: float | None
@@ -28,9 +28,13 @@ class Asked(NamedTuple):
 
 def response(
     config: Annotated[
-        Path,
-        typer.Option(metavar="FILE", help="Settings that name the machine.", show_default=False),
-    ],
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Settings file that names the machine.",
+            show_default="the two-stage machine's macro-stage",
+        ),
+    ] = None,
     low: Annotated[
         float | None,
         typer.Option(metavar="HZ", help="Lowest frequency.", show_default="0.005 / period"),
@@ -40,7 +44,7 @@ def response(
         typer.Option(metavar="HZ", help="Highest frequency.", show_default="0.3 / period"),
     ] = None,
     count: Annotated[
-        int, typer.Option(parser=whole, metavar="N", help="Frequencies, at most.")
+        int, typer.Option(parser=whole, metavar="N", help="Largest number of frequencies.")
     ] = 60,
     seed: Annotated[
         int, typer.Option(parser=whole, metavar="N", help="Seed of the sensor's noise.")
@@ -54,32 +58,42 @@ def response(
     ] = False,
     figures: Figures = PNG,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print the results as JSON, and nothing else.")
+        bool, typer.Option("--json", help="Print only the results, as JSON.")
     ] = False,
 ) -> None:
-    """Measure the Bode plot of a machine under its law, beside the linear model's.
+    """Measure the Bode plot of a machine under its law.
 
-    The stage travels, and a sine is added to the effort, one frequency after another: plant, open
-    loop and margins as they are with friction, counts and limits (docs/machines.md). Of two axes
-    one after the other.
+    The linear model is drawn beside it. The stage travels while a sine is added to the effort, one
+    frequency after another. The result shows plant, open loop and margins with friction, counts and
+    limits (docs/machines.md). Two axes are measured one after the other. The two-stage machine's
+    macro-stage gets the linear model (4.4) only.
     """
+    from macromicro.commands import machine_run
     from macromicro.drawing.files import formats
-    from macromicro.errors import InputError
-    from macromicro.machines.compositions import each
+    from macromicro.errors import ProblemError
+    from macromicro.machines.compositions import UNNAMED, each
     from macromicro.report import bode
     from macromicro.report.summary import as_json as to_json
     from macromicro.runs import folder
     from macromicro.schema import keys
 
-    kinds, stages = formats(figures), each(config)
-    for _, machine, _ in stages:
-        if machine.model is None:
-            accepted = "a machine with a linear model, such as axis"
-            raise InputError("--config", machine.name, accepted)
+    kinds, asked = formats(figures), Asked(low, high, count, seed)
     keys.seed(seed, "--seed")
     keys.whole(count, 2, 10_000, "--count")
-    asked = Asked(low, high, count, seed)
-    place = out or Path("results") / f"response-{config.stem}"
+    place = folder.chosen(
+        out, Path("results") / f"response-{config.stem if config else UNNAMED}", overwrite=overwrite
+    )
+    if config is None or machine_run.takes_turns(config):
+        _two_stage(config, asked, place, kinds, overwrite=overwrite, as_json=as_json)
+        return
+    stages = each(config)
+    for _, machine, _ in stages:
+        if machine.model is None:
+            raise ProblemError(
+                "--config",
+                f"the machine {machine.name} has no linear model",
+                "Choose a machine that has one, such as axis.",
+            )
     folders = [place / name for name, _, _ in stages]
     for one in folders:
         folder.check(one, 2_000_000, overwrite=overwrite, names=bode.FILES)
@@ -101,8 +115,32 @@ def response(
     print(f"results: {place}")
 
 
+def _two_stage(
+    config: Path | None,
+    asked: Asked,
+    place: Path,
+    kinds: tuple[str, ...],
+    *,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
+    from macromicro.report import bode, macro_bode
+    from macromicro.report.summary import as_json as to_json
+    from macromicro.runs import folder
+    from macromicro.settings import Settings, chosen
+
+    settings = chosen(Settings(), config, None)
+    found = macro_bode.found(settings, asked.low, asked.high, asked.number)
+    folder.check(place, 2_000_000, overwrite=overwrite, names=bode.FILES)
+    with folder.held(place, overwrite=overwrite, names=bode.FILES):
+        macro_bode.write(place, found, kinds)
+    if as_json:
+        print(to_json(macro_bode.content(found)), end="")
+        return
+    print(*macro_bode.lines(found), f"results: {place}", sep="\n")
+
+
 def _measured(name: str, machine: Machine, settings: Any, asked: Asked) -> Found:
-    """The response of one stage, beside its model's."""
     from macromicro.drawing.bar import progress
     from macromicro.machines import sweeping
     from macromicro.report import bode

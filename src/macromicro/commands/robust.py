@@ -1,4 +1,4 @@
-"""``macromicro robust``: how well the positioner does when its parameters are not nominal."""
+"""``macromicro robust``: performance with parameters other than the nominal ones."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from macromicro.commands import machine_run, machine_studies
+from macromicro.commands import _machine_studies, machine_run
 from macromicro.commands.group import PNG, Figures, Law, tell, whole
 from macromicro.commands.signals import Signals
 
@@ -19,12 +19,11 @@ if TYPE_CHECKING:
     from macromicro.robustness.study import Request
 
 SAMPLES = 200
-MAX_WORKERS = 256
 
 
 def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     samples: Annotated[
-        int, typer.Option(parser=whole, metavar="N", help="Machines to try.")
+        int, typer.Option(parser=whole, metavar="N", help="Number of machines.")
     ] = SAMPLES,
     seed: Annotated[
         int,
@@ -51,16 +50,21 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
         ),
     ] = None,
     law: Law = None,
-    fan: Annotated[bool, typer.Option("--fan", help="Cool the actuator by a fan.")] = False,
+    fan: Annotated[bool, typer.Option("--fan", help="Cool the actuator with a fan.")] = False,
     variants: Annotated[
         bool,
         typer.Option(
-            "--variants", help="Also draw what no model has (docs/variants.md): creep, draught ..."
+            "--variants",
+            help=(
+                "Also vary effects that no model has (docs/variants.md), such as creep and draught."
+            ),
         ),
     ] = False,
     workers: Annotated[
         int | None,
-        typer.Option(parser=whole, metavar="N", help="Threads.", show_default="one for each core"),
+        typer.Option(
+            parser=whole, metavar="N", help="Number of threads.", show_default="one for each core"
+        ),
     ] = None,
     out: Annotated[
         Path | None,
@@ -71,27 +75,29 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     ] = False,
     figures: Figures = PNG,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print the results as JSON, and nothing else.")
+        bool, typer.Option("--json", help="Print only the results, as JSON.")
     ] = False,
 ) -> None:
-    """Try machines with other friction, belt, room, noise and an aged actuator.
+    """Try machines with other friction, load, noise and more.
 
-    With a --config file of a machine of one stage (docs/machines.md): with other friction, mass,
-    motor and supply.
+    The two-stage machine also varies belt, room temperature and the age of its actuator.
+    With a --config file of a machine of one stage (docs/machines.md) friction, mass, motor and
+    supply vary.
     """
+    from macromicro.runs import folder
+    from macromicro.runs.folder import held
+
     if config is not None and not machine_run.takes_turns(config):
         options: dict[str, object] = {"--fan": fan, "--variants": variants}
-        machine_studies.only(options, machine_studies.name_of(config))
-        place = out or Path("results") / f"robust-{config.stem}"
-        asked = machine_studies.Asked(config, law, place, overwrite, figures, as_json, seed)
-        machine_studies.robust(asked, programme, samples, (workers, requirements))
+        _machine_studies.only(options, _machine_studies.name_of(config))
+        place = folder.chosen(out, Path("results") / f"robust-{config.stem}", overwrite=overwrite)
+        asked = _machine_studies.Asked(config, law, place, overwrite, figures, as_json, seed)
+        _machine_studies.robust(asked, programme, samples, (workers, requirements))
         return
     programme = programme or "thesis"
     from macromicro import programme as programmes
     from macromicro.drawing.files import formats
     from macromicro.robustness import files
-    from macromicro.runs import folder
-    from macromicro.runs.folder import held
 
     kinds = formats(figures)
     request, plan = _request(samples, seed, (config, law), programme, requirements, workers)
@@ -99,7 +105,9 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
         from macromicro.uncertainty.table import UNCERTAIN, VARIANTS
 
         request = request._replace(uncertain=UNCERTAIN + VARIANTS)
-    place = out or Path("results") / f"robust-{programmes.find(programme).stem}"
+    place = folder.chosen(
+        out, Path("results") / f"robust-{programmes.find(programme).stem}", overwrite=overwrite
+    )
     folder.check(place, files.BYTES, overwrite=overwrite, names=files.FILES)
     with Signals() as signals, held(place, overwrite=overwrite, names=files.FILES):
         _robust(request, plan, (programme, fan, kinds, as_json), place, signals)
@@ -113,7 +121,6 @@ def _request(
     requirements: Path | None,
     workers: int | None,
 ) -> tuple[Request, Programme]:
-    """Everything that can be wrong is said here, before anything is computed."""
     from macromicro import programme as programmes
     from macromicro.batch import cores
     from macromicro.robustness import requirements as limits
@@ -127,7 +134,7 @@ def _request(
     counted(samples)
     keys.seed(seed, "--seed")
     if workers is not None:
-        keys.whole(workers, 1, MAX_WORKERS, "--workers")
+        keys.whole(workers, 1, _machine_studies.MAX_WORKERS, "--workers")
     settings = settings_of(Settings(), *chosen)
     needed = limits.DEFAULTS if requirements is None else limits.load(requirements)
     plan = load(programmes.find(programme), settings)
@@ -187,6 +194,6 @@ def _robust(
 def _interrupted(done: int, asked: int, out: Path) -> None:
     print(
         f"macromicro: interrupted after {done} of {asked} machines; "
-        f"what was done is in {out}, marked incomplete",
+        f"the results so far are in {out}, marked incomplete",
         file=sys.stderr,
     )

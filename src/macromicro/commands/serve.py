@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 TOKEN = "MACROMICRO_TOKEN"
 SWITCH_S = 0.001  # after which a thread that computes lets the others on: stops do not wait
-_EARLY = "interrupted; ending as soon as it has started (once more: at once)"
+_EARLY = "interrupted; stopping once it has started (again: at once)"
 
 
 class _Doors(NamedTuple):
-    """Where clients come in: host, ports (-1: none), names of the page, token, EPICS prefix."""
+    """Host, ports (-1: closed), host names of the page, token, EPICS prefix."""
 
     host: str
     scpi: int
@@ -42,8 +42,10 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
         str,
         typer.Option(
             metavar="NAME",
-            help="The twin, MODULE:FACTORY of your own rig, or FILE.toml of a card; two axes: one "
-            "for each, + between.",
+            help=(
+                "twin (simulated), MODULE:FACTORY of your own rig, or FILE.toml"
+                " of a card; for two axes one each, joined by +."
+            ),
         ),
     ] = "twin",
     port: Port = None,
@@ -52,22 +54,27 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
     config: Annotated[
         Path | None,
         typer.Option(
-            help="TOML file with units; also the tables [live] and [serve].", show_default=False
+            help=("TOML file of settings, with units; also the tables [live] and [serve]."),
+            show_default=False,
         ),
     ] = None,
     law: Law = None,
     host: Annotated[
-        str, typer.Option(help="Address to listen at, or a name; 0.0.0.0 or :: for all.")
+        str, typer.Option(help="Address or name to listen on; 0.0.0.0 or :: for all.")
     ] = HOST,
-    scpi: Annotated[int, typer.Option(metavar="PORT", help="SCPI; -1 for none.")] = SCPI_PORT,
-    web: Annotated[int, typer.Option(metavar="PORT", help="The page; -1 for none.")] = WEB_PORT,
-    gcs: Annotated[int, typer.Option(metavar="PORT", help="GCS 2.0; -1 for none.")] = -1,
+    scpi: Annotated[int, typer.Option(metavar="PORT", help="SCPI port; -1 for none.")] = SCPI_PORT,
+    web: Annotated[
+        int, typer.Option(metavar="PORT", help="Port of the page; -1 for none.")
+    ] = WEB_PORT,
+    gcs: Annotated[int, typer.Option(metavar="PORT", help="GCS 2.0 port; -1 for none.")] = -1,
     name: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Name under which browsers reach the page, beside localhost and addresses; "
-            "may be repeated.",
+            help=(
+                "Host name of the page in browsers, besides localhost and "
+                "addresses; may be repeated."
+            ),
             show_default=False,
         ),
     ] = None,
@@ -75,7 +82,7 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
         str | None,
         typer.Option(
             metavar="PREFIX",
-            help="EPICS motor records and channels whose names begin so, at 127.0.0.1.",
+            help=("Serve EPICS motor records and channels with this prefix, on 127.0.0.1."),
             show_default=False,
         ),
     ] = None,
@@ -83,7 +90,7 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Record from the start, into this folder.",
+            help="Record from the start into this folder.",
             show_default=f"when a client asks, into {FOLDER}",
         ),
     ] = None,
@@ -91,7 +98,7 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Where position and trust are kept between runs.",
+            help="File that keeps position and trust between runs.",
             show_default="one for each rig, in your state folder",
         ),
     ] = None,
@@ -99,17 +106,19 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Also write who ordered what, faults and stops into this file, which rotates.",
+            help=("Log commands with their clients, faults and stops in this rotating file."),
             show_default=False,
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the twin's noise.")] = 0,
+    seed: Annotated[
+        int, typer.Option(metavar="N", help="Seed of the simulated sensors' noise.")
+    ] = 0,
 ) -> None:
-    """Run the control loop against the clock, and serve it until Ctrl-C, SIGTERM or
-    the end of its terminal (SIGHUP), each of which makes the machine safe first.
+    """Run the control loop in real time and serve it.
 
-    A token in the environment variable MACROMICRO_TOKEN is asked of whoever gives orders; it
-    is needed where others than this computer can connect. Nothing moves at the start.
+    Nothing moves at the start. Ctrl-C, SIGTERM and closing the terminal (SIGHUP) make the machine
+    safe, then end it. If the environment variable MACROMICRO_TOKEN is set, clients need this token
+    for commands. It is required where other computers can connect.
     """
     from macromicro.control.settings import Control
     from macromicro.rig.board.named import joined
@@ -145,14 +154,14 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
                 _serve(station, doors, record, signals)
             with suppress(OSError):  # the terminal may be gone
                 print(
-                    "stopping: the machine decelerates, then every output is switched off",
+                    "stopping: the machine decelerates, then all outputs are switched off",
                     file=sys.stderr,
                 )
     raise typer.Exit(signals.status)
 
 
 def _check(rigs: Sequence[str], ports: dict[str, int], seed: int, epics: str | None) -> None:
-    from macromicro.errors import InputError
+    from macromicro.errors import InputError, ProblemError
     from macromicro.rig.opening import TWIN, named
     from macromicro.schema import keys
 
@@ -169,28 +178,32 @@ def _check(rigs: Sequence[str], ports: dict[str, int], seed: int, epics: str | N
 
         checked(epics)
     elif set(ports.values()) == {-1}:
-        raise InputError("--scpi -1 --web -1", "nobody could give orders", "a port for one of them")
+        raise ProblemError(
+            "--scpi -1 --web -1", "no port is left for commands", "Open one of the two."
+        )
 
 
 def _token(host: str) -> str | None:
-    """The token of the environment; InputError where one is needed and there is none."""
-    from macromicro.errors import InputError
+    """The token of the environment; refuses to go on where one is needed and missing."""
+    from macromicro.errors import InputError, ProblemError
     from macromicro.serve.hosts import guarded, is_loopback
 
     token = os.environ.get(TOKEN, "").strip() or None
     if token is None and not is_loopback(host):
-        raise InputError(
-            f"--host {host}", "others can connect", f"a token in {TOKEN}, or 127.0.0.1"
+        raise ProblemError(
+            f"--host {host}",
+            "other computers can connect, but no token is set",
+            f"Set one in {TOKEN}, or use 127.0.0.1.",
         )
     try:
         guarded(host, token)
     except InputError as error:
-        raise InputError(TOKEN, error.value, error.accepted) from None
+        raise error.at(TOKEN) from None
     return token
 
 
 def _serve(station: Station, doors: _Doors, record: Path | None, signals: Signals) -> None:
-    """Let clients in until a signal; say what a person at this terminal must know."""
+    """Accept clients until a signal, and print what the user must know."""
     with ExitStack() as stack:
         servers = _open(station, doors, record or FOLDER, stack)
         if record is not None:
@@ -206,7 +219,7 @@ def _serve(station: Station, doors: _Doors, record: Path | None, signals: Signal
 
 
 def _open(station: Station, doors: _Doors, folder: Path, stack: ExitStack) -> list[Threaded]:
-    """The servers, which may fail later."""
+    """Open the servers; those opened before one that fails are closed again."""
     from macromicro.serve import hosts
     from macromicro.serve.guesses import Token
 

@@ -1,4 +1,4 @@
-"""Ctrl-C, SIGTERM and SIGHUP: what a command does with them."""
+"""What a command does on Ctrl-C, SIGTERM and SIGHUP."""
 
 from __future__ import annotations
 
@@ -9,18 +9,20 @@ from types import FrameType, TracebackType
 from typing import Any, Self
 
 INTERRUPTED = 128
+CURSOR = b"\x1b[?25h"  # shows what a progress bar has hidden
 
 
 class Signals:
-    """Ctrl-C (SIGINT), SIGTERM and, unless it is ignored (nohup), SIGHUP: before `later` nothing
-    is open and the process ends there and then, without unwinding through a compiler at work;
-    after it the first one is only noted, so that the recording and the report are completed,
-    and a second one is at once.
+    """Ctrl-C (SIGINT), SIGTERM and, unless ignored (nohup), SIGHUP.
+
+    Before `later` the process ends at once, without unwinding through a running compiler.
+    After it the first signal is only noted, so that recording and report are completed; a
+    second one ends the process.
     """
 
     def __init__(self) -> None:
         self.received = 0
-        self._patient = False
+        self._patient = self._ignoring = False
         self._words = ""
         self._before: dict[int, Any] = {}
 
@@ -30,13 +32,21 @@ class Signals:
         return INTERRUPTED + self.received if self.received else 0
 
     def later(self, words: str = "") -> None:
-        """From now on let the first signal wait, and answer it at once with `words`."""
+        """Defer the first signal from now on, and print `words` when it comes."""
         self._patient, self._words = True, words
 
+    def ignore(self) -> None:
+        """Ignore signals from now on, for work that ends soon by itself."""
+        self._ignoring = True
+
     def _receive(self, number: int, frame: FrameType | None) -> None:
+        if self._ignoring:
+            return
         again = self.received
         self.received = number
         if not self._patient:
+            if sys.stderr.isatty():
+                os.write(2, CURSOR)
             print("macromicro: interrupted", file=sys.stderr, flush=True)
             folder = sys.modules.get("macromicro.runs.folder")
             if folder is not None:

@@ -1,7 +1,6 @@
-"""Standard output and error for a command whose reader may go away (``macromicro run | head``).
+"""Standard output and error for a command whose reader may close (``macromicro run | head``).
 
-What nobody reads is dropped and the work goes on: results are written, and the exit status
-is that of the work, not of the pipe.
+Unread output is dropped, and the exit status is that of the work, not of the pipe.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ class Pipe(io.FileIO):
     """A file whose reader may have closed it."""
 
     def write(self, data: Any, /) -> int:
-        """Write; what a closed pipe refuses counts as written."""
+        """Write; data that a closed pipe refuses counts as written."""
         try:
             return super().write(data)
         except BrokenPipeError:
@@ -23,13 +22,13 @@ class Pipe(io.FileIO):
 
 
 def prepare() -> None:
-    """Let both streams outlive their readers; a sign that a terminal lacks is written in ASCII."""
+    """Let both streams outlive their readers; characters that a terminal lacks become ASCII."""
     sys.stdout = _patient(sys.stdout)
     sys.stderr = _patient(sys.stderr)
 
 
 def _patient(stream: Any) -> Any:
-    """The stream over a `Pipe`; another kind of stream, as a test's, as it is."""
+    """The stream over a `Pipe`; other kinds, such as a test's, unchanged."""
     if type(stream) is not io.TextIOWrapper:
         return stream
     stream.reconfigure(errors="backslashreplace")

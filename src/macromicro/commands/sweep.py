@@ -22,25 +22,27 @@ def sweep(  # noqa: PLR0913, PLR0917 - one for each option
         str | None,
         typer.Argument(
             metavar="SPEC.toml",
-            help="What to vary (docs/sweep.md); with --list, the name of a job; with --show, a "
-            "folder of results.",
+            help=(
+                "Sweep file (docs/sweep.md); with --list the name of a job; "
+                "with --show a folder of results."
+            ),
             show_default=False,
         ),
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Processes.", show_default="one for each core"),
+        typer.Option(metavar="N", help="Number of processes.", show_default="one for each core"),
     ] = None,
     scheduler: Annotated[
         str | None,
         typer.Option(
             metavar="ADDRESS",
-            help="Compute on the cluster of this dask scheduler, tcp://HOST:8786.",
+            help=("Compute on the cluster of this dask scheduler, such as tcp://HOST:8786."),
             show_default=False,
         ),
     ] = None,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with what an interrupted sweep left.")
+        bool, typer.Option("--resume", help="Continue an interrupted sweep.")
     ] = False,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the results.", show_default="results/<spec>")
@@ -51,26 +53,30 @@ def sweep(  # noqa: PLR0913, PLR0917 - one for each option
     law: Law = None,
     figures: Figures = PNG,
     show: Annotated[
-        bool, typer.Option("--show", help="Draw the figure of a finished sweep anew.")
+        bool, typer.Option("--show", help="Redraw the figure of a finished sweep.")
     ] = False,
     listed: Annotated[
         bool, typer.Option("--list", help="List the jobs, or a job's parameters and metrics.")
     ] = False,
 ) -> None:
-    """Compute a job for every variant of a grid, or of a random, Latin hypercube or Sobol sample.
+    """Compute a job for every variant of a grid or a sample.
 
+    Samples are random, Latin hypercube or Sobol's.
     Finished variants survive any interruption; --resume computes the others.
     """
+    from macromicro.errors import ProblemError
+
+    if listed and show:
+        raise ProblemError("--list", "not allowed with --show", "Choose one of them.")
     if listed:
         _list(spec)
         return
     from macromicro.drawing.files import formats
-    from macromicro.errors import InputError
     from macromicro.sweep.run import Request
 
     if spec is None:
-        accepted = "a file, macromicro sweep SPEC.toml; --list; or --show with a folder"
-        raise InputError("sweep", "no spec", accepted)
+        accepted = "Give SPEC.toml, --list, or --show with a folder."
+        raise ProblemError("sweep", "no file given", accepted)
     kinds = formats(figures)
     if show:
         _draw(Path(spec), kinds)
@@ -135,7 +141,7 @@ def _interrupted(request: Request, ready: Ready, outcome: Outcome) -> None:
     count = ready.task.spec.variants
     print(
         f"macromicro: interrupted; {outcome.done} of {count} variants are finished and kept; "
-        f"to go on: {shlex.join(words)}",
+        f"to continue: {shlex.join(words)}",
         file=sys.stderr,
     )
 

@@ -1,4 +1,4 @@
-"""The commands as data: what shell completion offers and docs/commands.md lists."""
+"""The commands as data, for shell completion and docs/commands.md."""
 
 from __future__ import annotations
 
@@ -10,77 +10,31 @@ PROGRAM = "macromicro"
 
 
 class Option(NamedTuple):
-    """An option or argument of a command.
-
-    Attributes
-    ----------
-    names : tuple[str, ...]
-        As they are typed, "--out"; of an argument its word in the usage, "PROGRAMME".
-    takes : str
-        Word for its value, "FILE"; "" for a flag.
-    help : str
-        What it does.
-    default : str
-        In words; "" where there is none.
-    argument : bool
-        Whether it is an argument.
-    required : bool
-        Whether it must be given.
-    many : bool
-        Whether it may be given again.
-    """
-
+    # as they are typed, "--out"; of an argument its word in the usage, "PROGRAMME"
     names: tuple[str, ...]
-    takes: str
-    help: str
-    default: str
-    argument: bool
-    required: bool
-    many: bool
+    takes: str  # word for its value, "FILE"; "" for a flag
+    help: str  # what it does
+    default: str  # in words; "" where there is none
+    argument: bool  # whether it is an argument
+    required: bool  # whether it must be given
+    many: bool  # whether it may be given again
 
 
 class Entry(NamedTuple):
-    """A command, or a group of them.
+    """A command, or a group of them."""
 
-    Attributes
-    ----------
-    path : tuple[str, ...]
-        Its words, none for the program itself.
-    help : str
-        Its help text; paragraphs are parted by an empty line.
-    options : tuple[Option, ...]
-        Arguments first, in their order; `--help` is not among them.
-    commands : tuple[str, ...]
-        Of a group, the names of what is in it.
-    """
-
-    path: tuple[str, ...]
-    help: str
-    options: tuple[Option, ...]
-    commands: tuple[str, ...]
+    path: tuple[str, ...]  # its words, none for the program itself
+    help: str  # its help text; paragraphs are parted by an empty line
+    options: tuple[Option, ...]  # arguments first, in their order; `--help` is not among them
+    commands: tuple[str, ...]  # of a group, the names of what is in it
 
     @property
     def short(self) -> str:
-        """The help's first sentence, on one line."""
         paragraph = " ".join(self.help.partition("\n\n")[0].split())
         return paragraph.partition(". ")[0].rstrip(".")
 
 
 def entries(command: Any, path: tuple[str, ...] = ()) -> list[Entry]:
-    """The program and all its commands.
-
-    Parameters
-    ----------
-    command : Any
-        A command or group of typer's, such as a context's root.
-    path : tuple[str, ...], optional
-        Words that lead to it.
-
-    Returns
-    -------
-    list[Entry]
-        Groups stand before what is in them.
-    """
     inner = dict(getattr(command, "commands", {}))
     options = [_option(p) for p in command.params if p.name != "help"]
     options.sort(key=lambda option: not option.argument)

@@ -1,4 +1,4 @@
-"""``macromicro tune macro|micro``: gains by search or by the thesis' route, judged on the bench."""
+"""``macromicro tune``: gains by search or by the thesis' route, judged on the bench."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from macromicro.commands import machine_run, machine_studies
+from macromicro.commands import _machine_studies, machine_run
 from macromicro.commands.group import PNG, Figures, tell, whole
 from macromicro.commands.signals import Signals
 
@@ -16,16 +16,13 @@ if TYPE_CHECKING:
     from macromicro.tuning.tune import Plan
 
 
-class _Stopped(Exception):
-    """A signal ended the search."""
-
-
 def tune(  # noqa: PLR0913, PLR0917 - one for each option
     stage: Annotated[
-        str, typer.Argument(help="macro or micro; axis, xy, ... for another machine.")
+        str,
+        typer.Argument(help=("macro or micro; for other machines their name, such as axis or xy.")),
     ],
     objective: Annotated[
-        str, typer.Option(metavar="NAME", help="settling, iae or effort.")
+        str, typer.Option(metavar="NAME", help="Objective: settling, iae or effort.")
     ] = "settling",
     law: Annotated[
         str | None,
@@ -37,7 +34,9 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     ] = None,
     evaluations: Annotated[
         int | None,
-        typer.Option(parser=whole, metavar="N", help="Most designs to try.", show_default="300"),
+        typer.Option(
+            parser=whole, metavar="N", help="Largest number of designs to try.", show_default="300"
+        ),
     ] = None,
     seed: Annotated[
         int | None,
@@ -56,7 +55,7 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     ] = "optimise",
     robust: Annotated[
         bool,
-        typer.Option("--robust", help="Search on an ensemble of benches, judge on fresh ones."),
+        typer.Option("--robust", help="Search on an ensemble of benches and judge on fresh ones."),
     ] = False,
     aggregate: Annotated[
         str | None,
@@ -78,8 +77,10 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
         list[str] | None,
         typer.Option(
             metavar="NAME=WEIGHT",
-            help="Weight of a penalty beside the objective: overshoot, saturated, error or slower; "
-            "0 for none; may be repeated.",
+            help=(
+                "Weight of a penalty: overshoot, saturated, error or slower; 0 "
+                "for none; may be repeated."
+            ),
             show_default="as the output lists them",
         ),
     ] = None,
@@ -94,15 +95,17 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     ] = False,
     figures: Figures = PNG,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print the numbers as JSON, and nothing else.")
+        bool, typer.Option("--json", help="Print only the results, as JSON.")
     ] = False,
 ) -> None:
-    """Find better gains for a control law, and say what they are worth on the bench.
+    """Find better gains for a control law and judge them.
 
     With a --config file of a machine of one stage (docs/machines.md) the gains are those of its
-    law, and --objective is settling, error or rest. Of the machine xy (docs/xy.md) each axis is
-    tuned so, and then both for the path.
+    law, and --objective is settling, error or rest. The machine xy (docs/xy.md) is tuned axis by
+    axis, then both axes for the path.
     """
+    from macromicro.runs.folder import chosen, held
+
     if config is not None and not machine_run.takes_turns(config):
         options: dict[str, object] = {
             "--on": on,
@@ -113,17 +116,19 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
         if machine_run.in_step(config):
             options |= {"--robust": robust}
         if not robust:
-            options |= {"--benches": benches, "--held-out": held_out}
-        machine_studies.only(options, machine_studies.name_of(config))
-        place = out or Path(f"results/tune-{stage}")
-        asked = machine_studies.Asked(config, law, place, overwrite, figures, as_json, seed or 0)
-        several = (benches or machine_studies.OTHERS, held_out or machine_studies.FRESH)
-        machine_studies.tune(
-            asked, stage, objective, evaluations or 300, several if robust else (0, 0)
+            for option, count in (("--benches", benches), ("--held-out", held_out)):
+                options[option] = None if count is None else str(count)
+        _machine_studies.only(options, _machine_studies.name_of(config))
+        place = chosen(out, Path(f"results/tune-{stage}"), overwrite=overwrite)
+        asked = _machine_studies.Asked(config, law, place, overwrite, figures, as_json, seed or 0)
+        several = (
+            _machine_studies.OTHERS if benches is None else benches,
+            _machine_studies.FRESH if held_out is None else held_out,
         )
+        budget = 300 if evaluations is None else evaluations
+        _machine_studies.tune(asked, stage, objective, budget, several if robust else (None, None))
         return
     from macromicro.drawing.files import formats
-    from macromicro.runs.folder import held
     from macromicro.schema.config import load_overrides
     from macromicro.settings import Settings
     from macromicro.tuning import files
@@ -137,14 +142,13 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     )  # fmt: skip
     plan = check(request)
     tell(plan.start.controller)
-    place = out if out is not None else Path("results") / f"tune-{stage}"
+    place = chosen(out, Path(f"results/tune-{stage}"), overwrite=overwrite)
     files.check(place, overwrite=overwrite)
     with Signals() as signals, held(place, overwrite=overwrite, names=files.FILES):
         _tune(plan, place, kinds, as_json, signals)
 
 
 def _penalties(texts: list[str]) -> tuple[tuple[str, float], ...]:
-    """Names and weights of the option --penalty."""
     from macromicro.errors import InputError
     from macromicro.schema.text import printable
 
@@ -162,11 +166,12 @@ def _penalties(texts: list[str]) -> tuple[tuple[str, float], ...]:
 def _tune(plan: Plan, place: Path, kinds: tuple[str, ...], as_json: bool, signals: Signals) -> None:
     from macromicro.drawing.bar import progress
     from macromicro.tuning import files, tables
+    from macromicro.tuning.evolution import Stop
     from macromicro.tuning.tune import judge, prepare, search
 
     what = f"{plan.request.stage}-stage, objective {plan.request.objective}"
     prepare(plan)
-    signals.later()
+    signals.later(_machine_studies.ENDING)
     try:
         with progress(f"tuning the {what}", "evaluations at most") as pace:
             pace.begin(plan.evaluations)
@@ -174,19 +179,18 @@ def _tune(plan: Plan, place: Path, kinds: tuple[str, ...], as_json: bool, signal
             def tell(done: int, best: float) -> None:
                 pace.reach(done, plan.evaluations, f"least cost {best:.4g}")
                 if signals.received:
-                    raise _Stopped
+                    raise Stop
 
             searched = search(plan, tell)
         found = judge(searched)
-    except (_Stopped, KeyboardInterrupt):
-        pass
-    if signals.received:
+    except (Stop, KeyboardInterrupt):  # before a search has found anything, or a second signal
         print("macromicro: interrupted, nothing was written", file=sys.stderr)
-        raise typer.Exit(signals.status)
+        raise typer.Exit(signals.status) from None
     files.write(place, found, kinds)
     if as_json:
         print(files.as_json(found), end="")
-        return
-    for line in tables.text(found):
-        print(line)
-    print(f"results: {place}; try: macromicro run --config {place / files.SETTINGS}")
+    else:
+        for line in tables.text(found):
+            print(line)
+        print(_machine_studies.results(place, files.SETTINGS, better=found.better))
+    _machine_studies.ended(signals, found.evaluations)

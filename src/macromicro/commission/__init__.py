@@ -1,5 +1,4 @@
-"""Commissioning: from a stage that nobody knows to settings that run it, step by step.
+"""Commissioning: identify an unknown stage from its own sensor and write the settings that run it.
 
-Everything here sees a rig as a controller does: efforts go in, an encoder's counts come out. A
-virtual machine is no exception, so nothing can read what it has to find.
+The code sees a rig as a controller does, simulated ones included: efforts in, counts out.
 """

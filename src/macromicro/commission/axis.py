@@ -1,29 +1,33 @@
-"""Commissioning of an axis: a motor, an encoder, friction; its steps and what follows."""
+"""Commissioning of a linear axis with a motor and an encoder."""
 
 from __future__ import annotations
 
 from macromicro.commission import (
-    axis_margins,
-    axis_page,
-    comparing,
-    exciting,
-    friction,
-    gains,
-    mode,
-    model,
-    momentum,
-    probing,
-    rehearsal,
-    shaking,
-    weight,
+    _axis_margins,
+    _axis_page,
+    _comparing,
+    _exciting,
+    _gains,
+    _mode,
+    _model,
+    _momentum,
+    _probing,
+    _rehearsal,
+    _shaking,
 )
-from macromicro.commission import settings as found_settings
-from macromicro.commission.friction import FrictionMap
-from macromicro.commission.model import Model
-from macromicro.commission.probing import Direction, Ends, go
+from macromicro.commission import (
+    _friction as friction,
+)
+from macromicro.commission import _settings as found_settings
+from macromicro.commission import (
+    _weight as weight,
+)
+from macromicro.commission._friction import FrictionMap
+from macromicro.commission._model import Model
+from macromicro.commission._probing import Direction, Ends, go
+from macromicro.commission._weight import Weight
 from macromicro.commission.procedure import Kind, Step, Work
 from macromicro.commission.stand import BALANCED, CommissionError, Pull, Record
-from macromicro.commission.weight import Weight
 
 WEIGHT, DIRECTION = "weight", "direction"
 LIFT = 2e-3  # of the longest way on which an end is looked for
@@ -31,35 +35,11 @@ ENDS, FRICTION, STROKES, MODES = "ends", "friction", "strokes", "modes"
 
 
 def direction_of(work: Work) -> Direction:
-    """What starts the axis.
-
-    Parameters
-    ----------
-    work : Work
-        With that step done.
-
-    Returns
-    -------
-    Direction
-        Sign and efforts.
-    """
     found: Direction = work[DIRECTION]
     return found
 
 
 def ends_of(work: Work) -> Ends:
-    """Where it may go.
-
-    Parameters
-    ----------
-    work : Work
-        With that step done.
-
-    Returns
-    -------
-    Ends
-        m from where the encoder stood at the session's start.
-    """
     found: Ends = work[ENDS]
     return found
 
@@ -67,10 +47,10 @@ def ends_of(work: Work) -> Ends:
 def _weight_intent(work: Work) -> str:
     o, p = work.options, work.stand.place
     return (
-        f"No effort for {weight.QUIET} s. If it sinks then, it is left to sink to its lower end "
-        f"for up to {weight.SINKING:.0f} s, and effort rises from 0 to at most {o.effort:.3g} V of "
-        f"either sign until it is lifted by {p.per * LIFT * o.travel:.2g} {p.unit}; it is held "
-        "there, and sinks whenever this is interrupted."
+        f"No effort for {weight.QUIET} s. If the axis sinks, it may sink to its lower end for "
+        f"up to {weight.SINKING:.0f} s; then the effort rises from 0 to at most "
+        f"{o.effort:.3g} V of either sign until it is lifted by {p.per * LIFT * o.travel:.2g} "
+        f"{p.unit}. It is held there, and sinks if this is interrupted."
     )
 
 
@@ -82,27 +62,28 @@ def _weight(work: Work) -> Weight:
 def _direction_intent(work: Work) -> str:
     o = work.options
     return (
-        f"Effort rises from 0 to at most {o.effort:.3g} V, three times each way, and is taken away "
-        f"when the encoder moves by {probing.MOVED:.0f} counts. The axis may jump a little."
+        f"The effort rises from 0 to at most {o.effort:.3g} V, three times in each direction, "
+        f"and is removed when the encoder moves by {_probing.MOVED:.0f} counts. The axis may "
+        "jump a little."
     )
 
 
 def _direction(work: Work) -> Direction:
-    return probing.direction(work.stand, work.options.caution(float("inf")))
+    return _probing.direction(work.stand, work.options.caution(float("inf")))
 
 
 def _ends_intent(work: Work) -> str:
     o, p = work.options, work.stand.place
-    push = probing.PUSH * direction_of(work).surely(o.effort)
+    push = _probing.PUSH * direction_of(work).surely(o.effort)
     if o.low is not None and o.high is not None:
-        which = "Nothing ends its way: a window" if o.endless else "The window that was named"
+        which = "Continuous rotation: a window" if o.endless else "The given window"
         return (
-            f"{which} is used, {o.low * p.per:.4g} to {o.high * p.per:.4g} "
-            f"{p.unit} from where the axis stands now. Nothing moves."
+            f"{which} is used, {o.low * p.per:.4g} to {o.high * p.per:.4g} {p.unit} from the "
+            "present position. Nothing moves."
         )
     return (
-        f"The axis creeps at {o.creep * p.per:.3g} {p.unit}/s to one end and to the other, at most "
-        f"{o.travel * p.per:.4g} {p.unit} each way, until a stop holds it against {push:.3g} V."
+        f"The axis creeps at {o.creep * p.per:.3g} {p.unit}/s to one end and to the other, at "
+        f"most {o.travel * p.per:.4g} {p.unit} each way, until a stop resists {push:.3g} V."
     )
 
 
@@ -111,14 +92,15 @@ def _ends(work: Work) -> Ends:
     if o.low is not None and o.high is not None:
         return Ends(o.low, o.high, False)
     caution = o.caution(o.creep)
-    return probing.ends(work.stand, direction_of(work), caution, o.travel)
+    return _probing.ends(work.stand, direction_of(work), caution, o.travel)
 
 
 def _friction_intent(work: Work) -> str:
     ends, p = ends_of(work), work.stand.place
     return (
-        f"The axis creeps to {friction.PLACES} places between {ends.low * p.per:.4g} and "
-        f"{ends.high * p.per:.4g} {p.unit}; at each, effort rises until it moves, both ways."
+        f"The axis creeps to {friction.PLACES} positions between {ends.low * p.per:.4g} and "
+        f"{ends.high * p.per:.4g} {p.unit}; at each, the effort rises until it moves, in both "
+        "directions."
     )
 
 
@@ -130,9 +112,9 @@ def _friction(work: Work) -> FrictionMap:
 def _strokes_intent(work: Work) -> str:
     o, ends, p = work.options, ends_of(work), work.stand.place
     least = direction_of(work).surely(o.effort)
-    most = least + exciting.LEVELS[-1] * (o.effort - least)
+    most = least + _exciting.LEVELS[-1] * (o.effort - least)
     return (
-        f"{len(exciting.LEVELS) * exciting.STROKES} strokes with efforts up to {most:.3g} V and "
+        f"{len(_exciting.LEVELS) * _exciting.STROKES} strokes with efforts up to {most:.3g} V and "
         f"speeds up to {p.told(o.speed, 'm/s', 3)}, within {ends.low * p.per:.4g} and "
         f"{ends.high * p.per:.4g} {p.unit}."
     )
@@ -141,7 +123,7 @@ def _strokes_intent(work: Work) -> str:
 def _strokes(work: Work) -> list[Record]:
     o = work.options
     caution = o.caution(o.speed)
-    made = exciting.excite(work.stand, direction_of(work), ends_of(work), caution, o.creep)
+    made = _exciting.excite(work.stand, direction_of(work), ends_of(work), caution, o.creep)
     pull = work.stand.pull.times(work.stand.sign)
     if pull == BALANCED:
         return made
@@ -151,36 +133,25 @@ def _strokes(work: Work) -> list[Record]:
 
 
 def pull_of(work: Work) -> Pull:
-    """What held the load in the strokes.
-
-    Parameters
-    ----------
-    work : Work
-        With the ends found.
-
-    Returns
-    -------
-    Pull
-        In the direction of the strokes' efforts, by angles from the low end.
-    """
     return work.stand.pull.times(work.stand.sign).seen_from(ends_of(work).low)
 
 
 def _modes_intent(work: Work) -> str:
     o, ends, p = work.options, ends_of(work), work.stand.place
-    at = shaking.speed(ends, o.caution(o.speed))
-    most = shaking.strength(direction_of(work), o.effort)
+    at = _shaking.speed(ends, o.caution(o.speed))
+    most = _shaking.strength(direction_of(work), o.effort)
     return (
-        f"{shaking.PASSES} passes at {p.told(at, 'm/s', 3)} within {ends.low * p.per:.4g} and "
-        f"{ends.high * p.per:.4g} {p.unit}, while a chirp of {shaking.SECONDS} s with up to "
-        f"{most:.3g} V shakes it, from {shaking.LOW:g} to {shaking.HIGH / work.stand.dt:.4g} Hz."
+        f"{_shaking.PASSES} passes at {p.told(at, 'm/s', 3)} within {ends.low * p.per:.4g} and "
+        f"{ends.high * p.per:.4g} {p.unit}, while a chirp of {_shaking.SECONDS} s with up to "
+        f"{most:.3g} V excites it, from {_shaking.LOW:g} to {_shaking.HIGH / work.stand.dt:.4g} "
+        "Hz."
     )
 
 
 def _modes(work: Work) -> list[Record]:
     o = work.options
-    strokes = momentum.unloaded(work[STROKES], pull_of(work))
-    return shaking.shaken(
+    strokes = _momentum.unloaded(work[STROKES], pull_of(work))
+    return _shaking.shaken(
         work.stand, strokes, direction_of(work), ends_of(work), o.caution(o.speed), o.creep
     )
 
@@ -192,48 +163,15 @@ def _ready(work: Work) -> None:
 
 
 def fitted(work: Work) -> Model:
-    """The model of the strokes.
-
-    Parameters
-    ----------
-    work : Work
-        With all steps done.
-
-    Returns
-    -------
-    Model
-        With its covariance.
-
-    Raises
-    ------
-    CommissionError
-        The strokes do not tell mass and friction apart.
-    """
     found: FrictionMap = work[FRICTION]
-    made = model.fitted(
+    made = _model.fitted(
         work[STROKES], work.stand.dt, found.mean, found.spread, found.slid, pull_of(work)
     )
     made = made._replace(hold=work.stand.sign * work.stand.hold)
-    return made.shaken(mode.found(work[MODES], work.stand.dt))
+    return made.shaken(_mode.found(work[MODES], work.stand.dt))
 
 
 def settings(work: Work, found: Model, ends: Ends | None) -> dict[str, str]:
-    """The machine that was found.
-
-    Parameters
-    ----------
-    work : Work
-        With all steps done.
-    found : Model
-        Of the strokes.
-    ends : Ends | None
-        From `home`; None: as the step found them.
-
-    Returns
-    -------
-    dict[str, str]
-        Path to a TOML value.
-    """
     where = ends_of(work) if ends is None else ends
     return found_settings.settings(
         found, where, friction=work[FRICTION], strokes=work[STROKES],
@@ -242,29 +180,13 @@ def settings(work: Work, found: Model, ends: Ends | None) -> dict[str, str]:
 
 
 def home(work: Work, found: Model) -> Ends:
-    """Creep to the low end, which becomes the machine's 0.
-
-    Parameters
-    ----------
-    work : Work
-        With all steps done.
-    found : Model
-        Not needed for that.
-
-    Returns
-    -------
-    Ends
-        From where it stands now to the high end.
-
-    Raises
-    ------
-    CommissionError
-        It is held on the way.
-    """
+    """Creep to the low end, which becomes the machine's 0."""
     ends, stand = ends_of(work), work.stand
     near = ends.low + 0.02 * ends.travel
     if not go(stand, near, direction_of(work), work.options.caution(work.options.creep)):
-        raise CommissionError("the axis was held on its way to the low end: look what is in it")
+        raise CommissionError(
+            "the axis was blocked on its way to the low end. Check for an obstacle"
+        )
     return Ends(stand.position(), ends.high, ends.found)
 
 
@@ -278,21 +200,23 @@ KIND = Kind(
         Step(STROKES, "strokes for the model", _strokes_intent, _strokes, None),
         Step(MODES, "chirp for modes", _modes_intent, _modes, None),
     ),
-    turned="A positive effort made the encoder count down: exchange the motor's leads, or the "
-    "encoder's channels A and B, before this file is used.",
-    note="Forces are in volts: the effort that gives them.",
+    turned=(
+        "A positive effort made the encoder count down: swap the motor leads or the "
+        "encoder's channels A and B before using this file."
+    ),
+    note="Forces are in volts of effort.",
     prepare=_ready,
     model=fitted,
     settings=settings,
-    head="One newton below stands for one volt at the D/A.",
+    head="One newton below is one volt at the D/A.",
     homing="The axis creeps to its low end",
     home=home,
-    rows=axis_page.rows,
-    estimates=axis_page.estimates,
-    doubts=axis_page.doubts,
-    figures=axis_page.FIGURES,
-    rehearse=rehearsal.rested,
-    tune=gains.searched,
-    compare=comparing.settling,
-    margins=axis_margins.told,
+    rows=_axis_page.rows,
+    estimates=_axis_page.estimates,
+    doubts=_axis_page.doubts,
+    figures=_axis_page.FIGURES,
+    rehearse=_rehearsal.rested,
+    tune=_gains.searched,
+    compare=_comparing.settling,
+    margins=_axis_margins.told,
 )

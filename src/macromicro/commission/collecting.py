@@ -1,9 +1,7 @@
-"""Records of a machine of one stage, open loop and within its bounds, for `identify`.
+"""Open-loop records of a single-stage machine within its limits, for `identify`."""
 
-Of an axis the strokes that commissioning makes: from rest, random efforts one way, braked to rest.
-Of a piezo stage slow ramps of the voltage, up and down, with minor loops within the large one.
-Of a wire slow ramps of the effort, from contracted down to one place after another and up again.
-"""
+# Axis: random strokes from rest, braked to rest. Piezo stage: slow voltage ramps with minor loops.
+# Wire: slow effort ramps from contracted down to several positions and up again.
 
 from __future__ import annotations
 
@@ -15,11 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from macromicro.columns import Column
+from macromicro.commission._exciting import excite
+from macromicro.commission._probing import Direction, Ends
 from macromicro.commission.courses import Corner, course, played
-from macromicro.commission.exciting import excite
-from macromicro.commission.probing import Direction, Ends
 from macromicro.commission.stand import Caution, CommissionError, Stand
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.machines import rig as machine_rig
 from macromicro.machines import sheets, stage, wire_sheets
 from macromicro.machines.machine import Machine, as_toml
@@ -60,8 +58,6 @@ PACE = 200.0  # rows a second that are kept of a slow record
 
 
 class Given(NamedTuple):
-    """What a procedure has: the machine, its settings, another rig than the simulated one, seed."""
-
     machine: Machine
     tree: Any
     rig: Rig | None
@@ -69,7 +65,7 @@ class Given(NamedTuple):
 
 
 class Noted(Session):
-    """A session that notes each period: time (s), effort given behind it (V), count."""
+    """A session that logs each period: time (s), effort set after it (V), count."""
 
     def __init__(self, rig: Any, dt: float) -> None:
         super().__init__(rig, dt)
@@ -77,85 +73,35 @@ class Noted(Session):
         self._given = 0.0
 
     def write(self, outputs: Any) -> None:
-        """Set all outputs.
-
-        Parameters
-        ----------
-        outputs : Any
-            Of these the motor's, V.
-        """
         super().write(outputs)
         self._given = outputs.motor
 
     def wait(self, dt: float) -> None:
-        """Return when the next period begins.
-
-        Parameters
-        ----------
-        dt : float
-            Its length, s.
-        """
         sample = self.read()
         self.rows.append((sample.t, self._given, sample.encoder))
         super().wait(dt)
 
 
 class Procedure(NamedTuple):
-    """A procedure on one kind of machine.
-
-    Attributes
-    ----------
-    name : str
-        As the command names it.
-    machines : tuple[str, ...]
-        Names of the machines that it is for.
-    collect : Callable[[Given, Callable[[], bool]], Recording]
-        Runs it; asks whether somebody wants it to end.
-    gives : str
-        What is recorded.
-    then : str
-        What to do with the file, {file}.
-    """
-
-    name: str
-    machines: tuple[str, ...]
+    name: str  # as the command names it
+    machines: tuple[str, ...]  # names of the machines that it is for
+    # runs it; asks whether somebody wants it to end
     collect: Callable[[Given, Callable[[], bool]], Recording]
-    gives: str
-    then: str
+    gives: str  # meaning of the record
+    then: str  # next command, with {file}
 
 
 def strokes(given: Given, ended: Callable[[], bool] = lambda: False) -> Recording:
-    """Strokes of an axis, at several levels of the effort.
-
-    The sheets say what starts it and where it may go; efforts lie between what starts it and the
-    guard's limit, within the travel.
-
-    Parameters
-    ----------
-    given : Given
-        The machine, at rest where its encoder reads 0.
-    ended : Callable[[], bool], optional
-        Whether somebody wants it to end.
-
-    Returns
-    -------
-    Recording
-        All of it, the ways and rests between the strokes too, in SI. Its attribute `gain` is the
-        force per volt that the sheets of motor and amplifier give.
-
-    Raises
-    ------
-    CommissionError
-        A weight that runs away without an effort; or as `exciting.excite`.
-    """
+    """Strokes of an axis at several efforts above breakaway, within the travel."""
     tree, place = as_axis(given.tree), given.machine.kind.place
     per_newton, weight = sheets.per_newton(tree), sheets.weight(tree)
     rubbing = tree.friction
     heaviest, newton = sheets.heaviest(tree), place.named("N")
     if heaviest >= rubbing.coulomb:
         raise CommissionError(
-            f"its weight ({heaviest:.3g} {newton}) moves the axis against its friction "
-            f"({rubbing.coulomb:.3g} {newton}) without an effort: strokes cannot end at rest"
+            f"the weight ({heaviest:.3g} {newton}) exceeds the friction "
+            f"({rubbing.coulomb:.3g} {newton}): the axis moves without effort, and strokes "
+            "cannot end at rest"
         )
     starts = rubbing.coulomb + rubbing.stribeck + rubbing.ripple + heaviest - abs(weight)
     up, down = per_newton * (starts + weight), per_newton * (starts - weight)
@@ -182,30 +128,11 @@ def strokes(given: Given, ended: Callable[[], bool] = lambda: False) -> Recordin
 
 
 def ramps(given: Given, ended: Callable[[], bool] = lambda: False) -> Recording:
-    """Slow ramps of a piezo stage's voltage: a large loop, and minor ones within it.
-
-    Parameters
-    ----------
-    given : Given
-        The machine, cold and at rest.
-    ended : Callable[[], bool], optional
-        Not asked: the record takes seconds.
-
-    Returns
-    -------
-    Recording
-        `PACE` rows a second.
-
-    Raises
-    ------
-    CommissionError
-        The stage left its bounds.
-    InputError
-        Another rig than the simulated one.
-    """
     tree = given.tree
     if given.rig is not None:
-        raise InputError("--rig", "of a piezo stage", "the twin: its sheet and simulation")
+        raise ProblemError(
+            "--rig", "this experiment runs on the simulated stage only", "Remove --rig."
+        )
     dt, gain = float(tree.timing.period), float(tree.amplifier.gain)
     low, high = tree.amplifier.low, tree.amplifier.high
     corners = [0.0, *(low + share * (high - low) for share in CORNERS), 0.0]
@@ -226,25 +153,7 @@ def ramps(given: Given, ended: Callable[[], bool] = lambda: False) -> Recording:
 
 
 def curves(given: Given, ended: Callable[[], bool] = lambda: False) -> Recording:
-    """First-order reversal curves of a wire, so slowly that its heat goes with the effort.
-
-    Parameters
-    ----------
-    given : Given
-        The machine, cold and at rest.
-    ended : Callable[[], bool], optional
-        Whether somebody wants it to end; asked on a rig, for the simulation takes seconds.
-
-    Returns
-    -------
-    Recording
-        Efforts (V) and positions (um), `ROWS` at most.
-
-    Raises
-    ------
-    CommissionError
-        The stage left its bounds.
-    """
+    """First-order reversal curves of a wire, slow enough for the heat to follow the effort."""
     tree, dt = given.tree, float(given.tree.timing.period)
     heats = wire_sheets.heats(tree)
     cold, hot = _window(tree, heats.resistance)
@@ -275,7 +184,7 @@ def curves(given: Given, ended: Callable[[], bool] = lambda: False) -> Recording
 
 
 def _window(tree: Any, resistance: float) -> tuple[float, float]:
-    """Steady efforts that extend the wire under its load and contract it, with some more, V."""
+    """Steady efforts that extend and contract the loaded wire, with a margin, V."""
     full, way = tree.driver.full_scale, wire_sheets.way(tree)
     extended = wire_sheets.shifted(tree, tree.bias.preload).cool_end
     contracted = wire_sheets.shifted(tree, wire_sheets.pull(tree, way)).heat_end
@@ -286,7 +195,6 @@ def _window(tree: Any, resistance: float) -> tuple[float, float]:
 
 
 def _about(given: Given) -> dict[str, Attribute]:
-    """Where a recording comes from."""
     return {
         "machine": given.machine.name,
         "seed": given.seed,
@@ -320,25 +228,6 @@ PROCEDURES = (
 
 
 def find(name: str, machine: Machine) -> Procedure:
-    """The procedure of a name, for a machine.
-
-    Parameters
-    ----------
-    name : str
-        As the command names it; "" for the machine's only one.
-    machine : Machine
-        The machine.
-
-    Returns
-    -------
-    Procedure
-        Of this machine.
-
-    Raises
-    ------
-    InputError
-        There is none.
-    """
     mine = [p for p in PROCEDURES if machine.name in p.machines]
     for procedure in mine:
         if name in ("", procedure.name):

@@ -1,10 +1,10 @@
-"""What can be commissioned: each a file, and a line here; or a module of the user's."""
+"""Kinds of commissioning: a file each and a line here, or a user's module."""
 
 from __future__ import annotations
 
 from macromicro.commission import axis, piezo, rotary, wire
 from macromicro.commission.procedure import Kind
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.schema import plugins
 from macromicro.schema.text import printable
 
@@ -20,19 +20,6 @@ FORM = "MODULE:KIND of your own"
 
 
 def named(name: str) -> Kind | None:
-    """The kind that gives a machine.
-
-    Parameters
-    ----------
-    name : str
-        Of the machine: shipped, or of another package, whose kind is an entry point of `GROUP`
-        under that name.
-
-    Returns
-    -------
-    Kind | None
-        None: it cannot be commissioned.
-    """
     found = next((kind for kind in KINDS if kind.name == name), None)
     place = plugins.registered(GROUP).get(name)
     if found is None and place is not None:
@@ -41,25 +28,6 @@ def named(name: str) -> Kind | None:
 
 
 def chosen(name: str, where: str) -> Kind:
-    """The kind that a user names.
-
-    Parameters
-    ----------
-    name : str
-        One of `NAMES`, an entry point of `GROUP`, or "module:object".
-    where : str
-        Option, for the message.
-
-    Returns
-    -------
-    Kind
-        It.
-
-    Raises
-    ------
-    InputError
-        There is none, or it is no `procedure.Kind`.
-    """
     for kind in KINDS:
         if kind.name == name:
             return kind
@@ -71,11 +39,10 @@ def chosen(name: str, where: str) -> Kind:
 
 
 def _loaded(place: str, where: str) -> Kind:
-    """The kind at "module:object"."""
     made = plugins.load(place, where, "a kind", lambda it: isinstance(it, Kind))
     if not isinstance(made, Kind):
         found = f"{place}, {type(made).__name__}"
         raise InputError(where, found, "a macromicro.commission.procedure.Kind")
     if not made.steps:
-        raise InputError(where, f"{place}, without steps", "a kind with a step, or more")
+        raise ProblemError(where, f"{place} has no steps", "A kind needs one or more.")
     return made

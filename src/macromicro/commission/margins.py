@@ -1,5 +1,4 @@
-"""How robust gains are to what is not known: margins of a loop on what was found, and the least of
-them on what it may be as well. No machine is looked at. Each kind has its plant, and draws it."""
+"""Robustness of gains: margins of the loop on the identified plant and on drawn ones."""
 
 from __future__ import annotations
 
@@ -18,47 +17,16 @@ NEAR = 0.4  # of -1: a loop that comes nearer on a drawn model is doubtful
 
 
 class Robust(NamedTuple):
-    """Margins of a loop.
-
-    Attributes
-    ----------
-    found : Margins
-        On the model that was found.
-    least : Margins
-        The least of each on the models that were drawn; `crossover` as well.
-    stable : int
-        On how many of them the closed loop is stable.
-    drawn : int
-        How many there were.
-    """
-
-    found: Margins
-    least: Margins
-    stable: int
-    drawn: int
+    found: Margins  # on the model that was found
+    least: Margins  # the least of each on the models that were drawn; `crossover` as well
+    stable: int  # on how many of them the closed loop is stable
+    drawn: int  # number of models
 
 
 def robust(frequency: Array, found: Complex, drawn: Iterable[Complex], poles: int) -> Robust:
-    """Margins of a loop, and the least of them.
-
-    Parameters
-    ----------
-    frequency : ndarray, shape (n,)
-        As for `loops.modulus`, Hz.
-    found : ndarray of complex, shape (n,)
-        Open loop on the model that was found.
-    drawn : Iterable[ndarray]
-        The same on models within its uncertainty.
-    poles : int
-        Of the open loop at 0.
-
-    Returns
-    -------
-    Robust
-        Of them.
-    """
     every = [(loops.margins(frequency, x), loops.modulus(x, poles) > 0.0) for x in drawn]
-    least = Margins(*(_least(column) for column in zip(*(m for m, _ in every), strict=True)))
+    crossover, phase, gain, near, steady = zip(*(m for m, _ in every), strict=True)
+    least = Margins(_least(crossover), _least(phase), _least(gain), _least(near), all(steady))
     stable = sum(one for _, one in every)
     return Robust(loops.margins(frequency, found), least, stable, len(every))
 
@@ -68,25 +36,11 @@ def _least(values: Sequence[float]) -> float:
 
 
 def told(found: Robust, remedy: str) -> Robustness:
-    """Margins in words.
-
-    Parameters
-    ----------
-    found : Robust
-        Of a loop.
-    remedy : str
-        What makes the model surer.
-
-    Returns
-    -------
-    Robustness
-        Margins, and whether what is not known may spoil the loop.
-    """
     of = (
         ("loop's crossover", found.found.crossover, found.least.crossover, "Hz"),
         ("phase margin", found.found.phase, found.least.phase, "deg"),
         ("gain margin", found.found.gain, found.least.gain, ""),
-        ("least distance of the loop from -1", found.found.modulus, found.least.modulus, ""),
+        ("modulus margin", found.found.modulus, found.least.modulus, ""),
     )
     rows = tuple((name, f"{v:.3g}", f">= {least:.3g}", unit) for name, v, least, unit in of)
     return Robustness(rows, tuple(_doubts(found, remedy)))
@@ -95,11 +49,11 @@ def told(found: Robust, remedy: str) -> Robustness:
 def _doubts(found: Robust, remedy: str) -> Iterator[str]:
     if found.stable < found.drawn:
         yield (
-            f"On {found.drawn - found.stable} of {found.drawn} models within the uncertainty of "
-            f"what was found the loop is not stable: smaller gains, or {remedy}."
+            f"The loop is unstable on {found.drawn - found.stable} of {found.drawn} models "
+            f"within the uncertainty. Reduce the gains, or use {remedy}."
         )
     elif found.least.modulus < NEAR:
         yield (
-            f"On models within the uncertainty of what was found the loop comes as near as "
-            f"{found.least.modulus:.2g} to -1: it may ring."
+            f"Within the uncertainty the modulus margin falls to {found.least.modulus:.2g}: "
+            "the loop may ring."
         )

@@ -1,17 +1,17 @@
-"""Commissioning of a piezo stage: gain, reach, hysteresis and creep, resonance; its machine."""
+"""Commissioning of a piezo stage: gain, range, hysteresis, creep and resonance."""
 
 from __future__ import annotations
 
 import math
 from typing import Any, NamedTuple
 
+from macromicro.commission import _piezo_loops, _piezo_margins, _piezo_page, _piezo_swing
 from macromicro.commission import piezo_drives as drives
-from macromicro.commission import piezo_loops, piezo_margins, piezo_page, piezo_swing
+from macromicro.commission._piezo_climb import SLOW, SWUNG, Gain, Reach
+from macromicro.commission._piezo_loops import Loops
+from macromicro.commission._piezo_swing import Swing
 from macromicro.commission.courses import Corner, course, decaying, played
-from macromicro.commission.piezo_climb import SLOW, SWUNG, Gain, Reach
 from macromicro.commission.piezo_drives import GAIN, REACH, REST, STEPS, SWINGS
-from macromicro.commission.piezo_loops import Loops
-from macromicro.commission.piezo_swing import Swing
 from macromicro.commission.procedure import Kind, Step, Work
 
 _SPARE = 0.05  # of the reach that targets leave free
@@ -20,18 +20,8 @@ _SENSOR = 0.1  # of the reach that the sensor shows beyond it at least
 
 
 class Model(NamedTuple):
-    """What the steps show together.
-
-    Attributes
-    ----------
-    loops : Loops
-        Hysteresis and creep.
-    swing : Swing
-        Resonance and what precedes it.
-    """
-
-    loops: Loops
-    swing: Swing
+    loops: Loops  # hysteresis and creep
+    swing: Swing  # resonance and what precedes it
 
 
 def _ready(work: Work) -> None:
@@ -39,49 +29,16 @@ def _ready(work: Work) -> None:
 
 
 def fitted(work: Work) -> Model:
-    """Hysteresis, creep and resonance.
-
-    Parameters
-    ----------
-    work : Work
-        With all steps done.
-
-    Returns
-    -------
-    Model
-        With standard deviations.
-
-    Raises
-    ------
-    CommissionError
-        The records do not show them.
-    """
     dt = work.stand.dt
-    loops = piezo_loops.fitted(work[SWINGS], dt)
+    loops = _piezo_loops.fitted(work[SWINGS], dt)
     reach, steps = work[REACH], work[STEPS]
     before = (reach.lowest, reach.highest, 0.0, float(steps[0].u[0]))
     noise = max(work[GAIN].noise, _ROUNDED * work.stand.pitch)
-    swing = piezo_swing.fitted(steps, dt, before, noise, loops)
+    swing = _piezo_swing.fitted(steps, dt, before, noise, loops)
     return Model(loops, swing)
 
 
 def settings(work: Work, found: Model, home: Any) -> dict[str, str]:
-    """The machine that was found.
-
-    Parameters
-    ----------
-    work : Work
-        With all steps done.
-    found : Model
-        Of them.
-    home : Any
-        Not needed.
-
-    Returns
-    -------
-    dict[str, str]
-        Path to a TOML value.
-    """
     reach, gain, stand = work[REACH], work[GAIN], work.stand
     loops, swing = found.loops, found.swing
     room = _SENSOR * (reach.high - reach.low)
@@ -124,15 +81,6 @@ def settings(work: Work, found: Model, home: Any) -> dict[str, str]:
 
 
 def home(work: Work, found: Model) -> None:
-    """To rest at 0 V by a swing that dies away.
-
-    Parameters
-    ----------
-    work : Work
-        With all steps done.
-    found : Model
-        Not needed for that.
-    """
     reach, stand = work[REACH], work.stand
     rate = reach.extent / SLOW
     efforts = [reach.highest, reach.lowest]
@@ -156,20 +104,25 @@ KIND = Kind(
         ),
         Step(STEPS, "steps for the resonance", drives.steps_intent, drives.steps, None),
     ),
-    turned="A positive effort made the reading fall: turn the sensor's sign before this file is "
-    "used.",
-    note="Efforts are volts at the D/A, of which the amplifier is a part.",
+    turned=(
+        "A positive effort made the reading fall: reverse the sensor's sign before using this file."
+    ),
+    note="Efforts are volts at the D/A; the amplifier is part of the stage.",
     prepare=_ready,
     model=fitted,
     settings=settings,
-    head="The amplifier's gain is 1 below: one volt at the stack stands for one at the D/A. Its "
-    "current\nand capacitance say no more than the greatest rate of the voltage.",
-    homing="A slow swing that dies away brings the stage to rest at 0 V; then it becomes 0 there",
+    head=(
+        "The amplifier's gain is 1 below: one volt at the stack is one volt at the D/A. Its "
+        "current and\ncapacitance only express the slew rate. What is not below was not "
+        "measured and is that of the default\nstage, PI's P-621.1CD: stiffness of the guide, "
+        "warming, spread of the plays."
+    ),
+    homing="A slow decaying swing brings the stage to rest at 0 V; it takes this position as 0",
     home=home,
-    rows=piezo_page.rows,
-    estimates=piezo_page.estimates,
-    doubts=piezo_page.doubts,
-    figures=piezo_page.FIGURES,
-    margins=piezo_margins.told,
+    rows=_piezo_page.rows,
+    estimates=_piezo_page.estimates,
+    doubts=_piezo_page.doubts,
+    figures=_piezo_page.FIGURES,
+    margins=_piezo_margins.told,
     one_way=True,
 )

@@ -1,4 +1,4 @@
-"""How a piezo stage is driven while it is commissioned: slowly, and by steps."""
+"""Drive signals for commissioning a piezo stage: slow, and by steps."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from macromicro.commission._piezo_climb import SLOW, SWUNG, Climb, Gain, Reach
 from macromicro.commission.courses import Corner, course, decaying, driven, played
-from macromicro.commission.piezo_climb import SLOW, SWUNG, Climb, Gain, Reach
 from macromicro.commission.procedure import Work
 from macromicro.commission.stand import CommissionError, Record
 
@@ -24,27 +24,7 @@ _FAST = 0.6  # of the greatest speed: what a step may reach, by the steps before
 
 
 class Steps:
-    """Efforts of steps up and back from a base, each no larger than what stays well below the
-    greatest speed, as far as the steps before it show.
-
-    Parameters
-    ----------
-    base : float
-        Effort, V.
-    sizes : Sequence[float]
-        V; what is allowed may be less.
-    speed : float
-        Greatest, m/s.
-    rate : float
-        Of the ways from and to 0 V, V/s.
-    dt : float
-        Control period, s.
-
-    Attributes
-    ----------
-    made : list[float]
-        Sizes that were given, V.
-    """
+    """Steps up and back from a base, limited to well below the greatest speed seen before."""
 
     def __init__(
         self, base: float, sizes: Sequence[float], speed: float, rate: float, dt: float
@@ -58,7 +38,7 @@ class Steps:
         self.ended = False
 
     def __call__(self, t: float, x: float, v: float) -> float | None:
-        """The effort of this period; None when it is back at 0."""
+        """Effort of this period; None back at 0."""
         if self.made:
             self.peak = max(self.peak, abs(v))
         if not self.queue:
@@ -80,48 +60,19 @@ class Steps:
 
 
 def gain_intent(work: Work) -> str:
-    """What `gain` will do.
-
-    Parameters
-    ----------
-    work : Work
-        With the steps before done.
-
-    Returns
-    -------
-    str
-        How far and how hard.
-    """
     top = LOW * work.options.effort
     return (
-        f"Effort rises slowly from 0 to {top:.3g} V and back to 0, {TRIES + 1} times. The stage "
-        f"moves by some {100.0 * LOW:.0f} % of its way."
+        f"The effort rises slowly from 0 to {top:.3g} V and back to 0, {TRIES + 1} times. The "
+        f"stage moves by about {100.0 * LOW:.0f} % of its travel."
     )
 
 
 def gain(work: Work) -> Gain:
-    """What a low effort does.
-
-    Parameters
-    ----------
-    work : Work
-        With the steps before done.
-
-    Returns
-    -------
-    Gain
-        Which way it counts, and how far it goes.
-
-    Raises
-    ------
-    CommissionError
-        A limit was passed, or nothing follows the effort.
-    """
     o, stand = work.options, work.stand
     caution = o.caution(o.speed)
     quiet = stand.drive(lambda t, x, v: 0.0, 0.5, caution)
     if quiet.ended:
-        raise CommissionError("the sensor gives no value: look at its cable and supply")
+        raise CommissionError("the sensor gives no value. Check its cable and supply")
     line = np.polynomial.Polynomial.fit(quiet.t, quiet.x, 1)
     noise = float(np.std(quiet.x - line(quiet.t)))
     top, rate = LOW * o.effort, (o.effort - o.bottom) / SLOW
@@ -137,9 +88,9 @@ def gain(work: Work) -> Gain:
     mean = float(np.mean(gains))
     if abs(mean * top) < _CLEAR * max(noise, 0.3 * stand.pitch):
         raise CommissionError(
-            f"{top:.3g} V move it by {abs(mean * top) * 1e6:.3g} um only, its reading is not sure "
-            f"to {noise * 1e6:.3g} um: is the amplifier on, does its servo hold it, or must "
-            "--effort be larger?"
+            f"{top:.3g} V move the stage by only {abs(mean * top) * 1e6:.3g} um, but the "
+            f"reading is uncertain by {noise * 1e6:.3g} um. Check that the amplifier is on "
+            "and that no servo holds the stage, or allow a larger --effort"
         )
     found = Gain(math.copysign(1.0, mean), abs(mean), float(np.std(gains, ddof=1)), noise)
     stand.facing *= found.sign
@@ -147,97 +98,39 @@ def gain(work: Work) -> Gain:
 
 
 def reach_intent(work: Work) -> str:
-    """What `reach` will do.
-
-    Parameters
-    ----------
-    work : Work
-        With the steps before done.
-
-    Returns
-    -------
-    str
-        How far and how hard.
-    """
     o, slope = work.options, work[GAIN].gain
     window = ""
     if o.low is not None and o.high is not None:
-        window = f" It turns at {o.low * 1e3:.4g} and {o.high * 1e3:.4g} mm, too."
+        window = f" It also reverses at {o.low * 1e3:.4g} and {o.high * 1e3:.4g} mm."
     return (
-        f"Effort goes slowly from 0 to {o.effort:.3g} V, to {o.bottom:.3g} V and back to 0, about "
-        f"{slope * (o.effort - o.bottom) * 1e3:.3g} mm of motion or some more; it turns where the "
-        f"stage moves no more.{window}"
+        f"The effort goes slowly from 0 to {o.effort:.3g} V, to {o.bottom:.3g} V and back to "
+        f"0, about {slope * (o.effort - o.bottom) * 1e3:.3g} mm of motion or a little more; "
+        f"it reverses where the stage stops moving.{window}"
     )
 
 
 def reach(work: Work) -> Reach:
-    """Where all efforts take it.
-
-    Parameters
-    ----------
-    work : Work
-        With the steps before done.
-
-    Returns
-    -------
-    Reach
-        Efforts and places.
-
-    Raises
-    ------
-    CommissionError
-        A limit was passed, or nothing follows the effort.
-    """
     o, stand = work.options, work.stand
     law = Climb(work, work[GAIN].gain)
     wide = o.caution(o.speed)._replace(low=-math.inf, high=math.inf)
     record = stand.drive(law, 30.0 * SLOW, wide)
     if record.ended:
-        raise CommissionError(f"it passed {record.ended} at {record.x[-1] * 1e3:.4g} mm")
+        raise CommissionError(f"the stage passed {record.ended} at {record.x[-1] * 1e3:.4g} mm")
     rest = float(record.x[-1])
     (top, high, above), (bottom, low, below) = law.reached[1.0], law.reached[-1.0]
     return Reach(bottom, top, low - rest, high - rest, (below, above))
 
 
 def swings_intent(work: Work) -> str:
-    """What `swings` will do.
-
-    Parameters
-    ----------
-    work : Work
-        With the steps before done.
-
-    Returns
-    -------
-    str
-        How far and how hard.
-    """
     span = work[REACH]
     return (
         f"Slow swings between {span.lowest:.3g} and {span.highest:.3g} V, "
-        f"{(span.high - span.low) * 1e3:.4g} mm: one that dies away, and {len(_CURVES)} partial "
+        f"{(span.high - span.low) * 1e3:.4g} mm: a decaying one, and {len(_CURVES)} partial "
         f"ones from the top, with two rests of {_HOLD:.0f} s."
     )
 
 
 def swings(work: Work) -> list[Record]:
-    """Slow swings over the range.
-
-    Parameters
-    ----------
-    work : Work
-        With the steps before done.
-
-    Returns
-    -------
-    list[Record]
-        One that dies away, and partial ones.
-
-    Raises
-    ------
-    CommissionError
-        A limit was passed, or nothing follows the effort.
-    """
     span, stand = work[REACH], work.stand
     caution = work.options.caution(work.options.speed)._replace(low=-math.inf, high=math.inf)
     rate = span.extent / SLOW
@@ -257,45 +150,16 @@ def swings(work: Work) -> list[Record]:
 
 
 def steps_intent(work: Work) -> str:
-    """What `steps` will do.
-
-    Parameters
-    ----------
-    work : Work
-        With the steps before done.
-
-    Returns
-    -------
-    str
-        How far and how hard.
-    """
     span = work[REACH]
     return (
         f"Slowly to the middle of the range; there {len(SIZES)} steps of "
-        f"{SIZES[0] * span.extent:.2g} to {SIZES[-1] * span.extent:.3g} V "
-        f"up and back, after each of which the stage rings for {_LONG} s; smaller ones where the "
-        f"ringing comes near {work.options.speed:.3g} m/s."
+        f"{SIZES[0] * span.extent:.2g} to {SIZES[-1] * span.extent:.3g} V up and back, each "
+        f"followed by {_LONG} s of ringing; smaller ones where the ringing approaches "
+        f"{work.options.speed:.3g} m/s."
     )
 
 
 def steps(work: Work) -> list[Record]:
-    """Steps in the middle of the range.
-
-    Parameters
-    ----------
-    work : Work
-        With the steps before done.
-
-    Returns
-    -------
-    list[Record]
-        Each from where the effort steps, whose first row has the effort before.
-
-    Raises
-    ------
-    CommissionError
-        A limit was passed, or nothing follows the effort.
-    """
     span, stand = work[REACH], work.stand
     caution = work.options.caution(work.options.speed)._replace(low=-math.inf, high=math.inf)
     rate, dt = span.extent / SLOW, stand.dt

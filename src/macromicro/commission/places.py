@@ -1,4 +1,4 @@
-"""What can be commissioned: a virtual machine, or a rig of one's own."""
+"""Subjects of commissioning: a virtual machine, or a user's rig."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from pathlib import Path
 from macromicro.commission import kinds
 from macromicro.commission.procedure import Kind
 from macromicro.commission.running import Place
-from macromicro.errors import InputError
-from macromicro.machines import compositions
+from macromicro.errors import InputError, ProblemError
+from macromicro.machines import board_limits, compositions
 from macromicro.machines import machine as machines
 from macromicro.machines import rig as rigs
 from macromicro.machines.composition import TURNS
@@ -24,26 +24,7 @@ from macromicro.settings import Settings
 
 
 def virtual(path: Path | None, kind: str = "") -> Place:
-    """A virtual machine, of which no more is known than a person would: its encoder's pitch, its
-    period and the range of its D/A.
-
-    Parameters
-    ----------
-    path : Path | None
-        Its settings; None for the two-stage bench, whose carriage it is then.
-    kind : str, optional
-        How, where it is a machine of another package: as `kinds.chosen`; "": what is listed for it.
-
-    Returns
-    -------
-    Place
-        For `commission`.
-
-    Raises
-    ------
-    InputError
-        The file is not accepted, or names a machine that cannot be commissioned.
-    """
+    """A virtual machine of which only pitch, period and D/A range are known."""
     if path is None or compositions.chosen(path).family == TURNS:
         settings = Settings() if path is None else config.load_overrides(path, Settings())
         plant = bench.prepare(settings.bench, settings.sensors)
@@ -73,12 +54,11 @@ def virtual(path: Path | None, kind: str = "") -> Place:
 
 
 def _of(path: Path, machine: str, kind: str) -> Kind:
-    """The kind of a simulated machine."""
     if kind:
         found = kinds.chosen(kind, "--kind")
         if found.name != machine:
-            told = f"{kind}, of the machine {printable(found.name)}"
-            raise InputError("--kind", told, f"a kind of {machine}, which --config names")
+            told = f"{kind}, for the machine {printable(found.name)}"
+            raise InputError("--kind", told, f"a kind for {machine}, the machine of --config")
         return found
     listed = kinds.named(machine)
     if listed is None:
@@ -91,36 +71,14 @@ def _of(path: Path, machine: str, kind: str) -> Kind:
 def own(
     name: str, pitch: float, seed: int, kind: str = "axis", lowest: float | None = None
 ) -> Place:
-    """A rig of one's own.
-
-    Parameters
-    ----------
-    name : str
-        MODULE:FACTORY.
-    pitch : float
-        Travel per encoder count, m.
-    seed : int
-        Given to the factory.
-    kind : str, optional
-        As `kinds.chosen`.
-    lowest : float | None, optional
-        Lowest effort of a kind that is no axis, V; None for 0.
-
-    Returns
-    -------
-    Place
-        For `commission`.
-
-    Raises
-    ------
-    InputError
-        There is no such rig or kind, or it measures no encoder.
-    """
     found = kinds.chosen(kind, "--kind")
     if lowest is not None and not found.one_way:
-        accepted = f"only with --kind other than {kind}, whose efforts are as large both ways"
-        raise InputError("--lowest", f"{lowest:g} V", accepted)
-    fixture = open_rig(name, seed, alone=True)
+        raise ProblemError(
+            "--lowest",
+            f"the efforts of --kind {kind} are symmetric",
+            "Remove it, or choose another kind.",
+        )
+    fixture = open_rig(name, seed, alone=True, limits=board_limits.UNKNOWN)
     fixture.need("commission", "encoder")
     limit = math.nan if fixture.limits is None else fixture.limits.motor
     below = (lowest or 0.0) if found.one_way else None

@@ -1,9 +1,7 @@
-"""Commissioning of two axes on one clock: each by itself, then both in coordinated moves.
+"""Commissioning of two axes on one clock: each alone, then both in coordinated moves."""
 
-While one axis is commissioned the other has no effort: it stands, or sinks to its end. What is
-found of each has all that it carries in its mass, so the machine's file says that neither carries
-the other.
-"""
+# The other axis has no effort meanwhile. Each mass includes everything that it carries, so in the
+# machine's file neither axis carries the other.
 
 from __future__ import annotations
 
@@ -14,9 +12,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from macromicro.commission import running
+from macromicro.commission._verifying import Shifted
 from macromicro.commission.procedure import Options
 from macromicro.commission.running import Commissioned, Place
-from macromicro.commission.verifying import Shifted
 from macromicro.machines import compositions, rig
 from macromicro.machines.joint import course, on_rig, planning, results, two_rigs
 from macromicro.machines.joint import machine as joint
@@ -33,33 +31,13 @@ VERIFY = "verification of both"
 
 
 class Both(NamedTuple):
-    """What commissioning two axes found.
-
-    Attributes
-    ----------
-    axes : tuple[Commissioned, Commissioned]
-        Of each.
-    toml : str
-        The machine's file.
-    settings : Any
-        What it says, and what follows from it.
-    plan : JointPlan
-        The moves that verify it.
-    recording : Recording
-        Of these.
-    moves : list[JointMove]
-        Those that began.
-    fault : str
-        What a guard saw meanwhile; "" for nothing.
-    """
-
-    axes: tuple[Commissioned, Commissioned]
-    toml: str
-    settings: Any
-    plan: JointPlan
+    axes: tuple[Commissioned, Commissioned]  # of each
+    toml: str  # the machine's file
+    settings: Any  # of the machine's file
+    plan: JointPlan  # the moves that verify it
     recording: Recording
-    moves: list[JointMove]
-    fault: str
+    moves: list[JointMove]  # those that began
+    fault: str  # of a guard; "" for none
 
     @property
     def met(self) -> bool:
@@ -69,27 +47,7 @@ class Both(NamedTuple):
 
 
 def virtual(path: Path, seed: int) -> tuple[Pair, tuple[Place, Place]]:
-    """The simulated axes of a machine, of which no more is known than a person would.
-
-    Parameters
-    ----------
-    path : Path
-        Its settings.
-    seed : int
-        Of the noise of both sensors.
-
-    Returns
-    -------
-    pair : Pair
-        Both rigs.
-    places : tuple[Place, Place]
-        Each axis, for `running.commission`.
-
-    Raises
-    ------
-    InputError
-        The file is not accepted.
-    """
+    """The simulated axes of a machine, of which only what a user would know is used."""
     stages = compositions.each(path)
     twins = [rig.CompiledTwin(m.kind, own, seed + k) for k, (_, m, own) in enumerate(stages)]
     names = [f"axis {name} of the machine of {path.name}" for name in AXES]
@@ -97,29 +55,7 @@ def virtual(path: Path, seed: int) -> tuple[Pair, tuple[Place, Place]]:
 
 
 def own(path: Path, name: str, seed: int) -> tuple[Pair, tuple[Place, Place]]:
-    """Two rigs of a user's, of which a machine's file says the pitches, the drives and the period.
-
-    Parameters
-    ----------
-    path : Path
-        Its settings.
-    name : str
-        Of both rigs, as `two_rigs.found` takes it.
-    seed : int
-        Given to the factories.
-
-    Returns
-    -------
-    pair : Pair
-        Both rigs.
-    places : tuple[Place, Place]
-        Each axis, for `running.commission`.
-
-    Raises
-    ------
-    InputError
-        The file, or a rig, is not accepted.
-    """
+    """Two user's rigs; a machine's file gives pitches, drives and period."""
     settings = joint.load(path)[1]
     rigs = two_rigs.found(name, settings, seed, "commissioning both axes")
     assert rigs is not None
@@ -136,7 +72,7 @@ def own(path: Path, name: str, seed: int) -> tuple[Pair, tuple[Place, Place]]:
 def _placed(
     pair: Pair, names: Sequence[str], trees: Sequence[Any], *, real: bool
 ) -> tuple[Pair, tuple[Place, Place]]:
-    """Both rigs, and each as a place, by as much of its settings as a person would know."""
+    """Both rigs, each also as a place with the settings that a user would know."""
     first, second = (
         Place(
             name,
@@ -162,39 +98,8 @@ def commission(
     ended: Callable[[], bool] = lambda: False,
     found: Callable[[str, Commissioned], None] = lambda name, one: None,
 ) -> Both:
-    """Commission both axes one after the other, and verify them together.
-
-    Both rigs are entered before anything moves, and left, their outputs safe, however this ends.
-
-    Parameters
-    ----------
-    pair : Pair
-        Both rigs.
-    places : tuple[Place, Place]
-        Each, whose rig is its half.
-    options : tuple[Options, Options]
-        What may be done on each.
-    out : Path | None, optional
-        Folder with one for each axis, in which its steps are kept.
-    ask, done, ended : Callable, optional
-        As for `running.commission`; titles have the axis in front.
-    found : Callable[[str, Commissioned], None], optional
-        Called with each axis when it is done.
-
-    Returns
-    -------
-    Both
-        Machine and verification.
-
-    Raises
-    ------
-    InputError
-        An option, or what is kept in `out`, is not accepted.
-    CommissionError
-        A step cannot do its work; says why.
-    KeyboardInterrupt
-        Somebody wanted it to end.
-    """
+    """Commission both axes one after the other, and verify them together."""
+    # Both rigs are entered before anything moves, and left with safe outputs in any case.
     axes = []
     with pair.halves[0], pair.halves[1]:
         for half in pair.halves:
@@ -219,9 +124,9 @@ def commission(
         span = min(settings.x.travel.high, settings.y.travel.high)
         ask(
             VERIFY,
-            "Both axes creep to their low ends, and make a square, a circle and a diagonal of up "
-            f"to {1e3 * span:.4g} mm together, at up to {settings.path.speed:.3g} m/s in the "
-            "plane.",
+            "Both axes creep to their low ends and move together along a square, a circle "
+            f"and a diagonal of up to {1e3 * span:.4g} mm, at up to {settings.path.speed:.3g} "
+            "m/s in the plane.",
         )
         recording, fault = _together(pair, places, both, settings, plan)
     done(VERIFY)
@@ -230,18 +135,6 @@ def commission(
 
 
 def as_toml(axes: tuple[Commissioned, Commissioned]) -> str:
-    """The machine's file.
-
-    Parameters
-    ----------
-    axes : tuple[Commissioned, Commissioned]
-        Each with a file of the machine `axis`.
-
-    Returns
-    -------
-    str
-        TOML of the machine of both.
-    """
     lines = [f'{KEY} = "{JOINT}"', "", "[stack]", 'carries = "nothing"  # each mass has it all']
     head: list[str] = []
     for name, one in zip(AXES, axes, strict=True):
@@ -263,7 +156,7 @@ def _together(
     settings: Any,
     plan: JointPlan,
 ) -> tuple[Recording, str]:
-    """Both axes to their 0, and the moves in step."""
+    """Both axes to their 0, and the coordinated moves."""
     with axes[0].work.stand.rig, axes[1].work.stand.rig:
         for place, one in zip(places, axes, strict=True):
             place.kind.home(one.work, one.model)

@@ -1,11 +1,8 @@
-"""The steps of commissioning in their order: announced, done, kept; resumed where they ended.
+"""Steps of commissioning in order: announced, done, saved and resumed.
 
-What a step found is written when it is done, so that an interrupted commissioning can be resumed.
-Positions count from where the encoder stood at the start of a session; a new session therefore
-does a step that finds places again before it moves on, unless only computing is left.
-
-What is commissioned is a `Kind`: its steps, the model of what they found, the machine that follows
-from that, and what a page shows of it. `kinds` lists them.
+A `Kind` has steps, the model of their results, the machine that follows and its page (`kinds` lists
+them). Positions count from the encoder at the start of a session, so a new session repeats a step
+that finds positions before it moves on, unless only computing is left.
 """
 
 from __future__ import annotations
@@ -16,7 +13,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from macromicro.commission.stand import Caution, Stand
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.place import LENGTH, Place
 
 if TYPE_CHECKING:
@@ -28,66 +25,40 @@ Progress = Callable[[int, float], None]
 
 
 class Robustness(NamedTuple):
-    """How robust gains are to what is not known, in words.
+    """How robust gains are to what is not known, in words."""
 
-    Attributes
-    ----------
-    rows : tuple[tuple[str, ...], ...]
-        Quantity, value, the least of what may be, unit.
-    doubts : tuple[str, ...]
-        What a person should look at, a sentence each.
-    """
-
-    rows: tuple[tuple[str, ...], ...] = ()
-    doubts: tuple[str, ...] = ()
+    rows: tuple[tuple[str, ...], ...] = ()  #: quantity, value, the least of what may be, unit
+    doubts: tuple[str, ...] = ()  #: points to check, a sentence each
 
 
 class Tuned(NamedTuple):
-    """What a search for gains found.
+    """What a search for gains found."""
 
-    Attributes
-    ----------
-    gains : Mapping[str, str]
-        Path to a TOML value; none where the rules' gains stay.
-    rows : tuple[tuple[str, ...], ...]
-        Quantity, value, what it was by the rules, unit.
-    doubts : tuple[str, ...]
-        What a person should look at, a sentence each.
-    """
-
+    #: path to a TOML value; none where the rules' gains stay
     gains: Mapping[str, str] = MappingProxyType({})
-    rows: tuple[tuple[str, ...], ...] = ()
-    doubts: tuple[str, ...] = ()
+    rows: tuple[tuple[str, ...], ...] = ()  #: quantity, value, what it was by the rules, unit
+    doubts: tuple[str, ...] = ()  #: points to check, a sentence each
 
 
 class Options(NamedTuple):
     """What commissioning may do.
 
-    Attributes
-    ----------
-    effort : float
-        Largest effort, V.
-    speed : float
-        Greatest speed, m/s.
-    creep : float
-        Speed at which ends are looked for, m/s.
-    travel : float
-        Longest way on which an end is looked for, m.
-    low, high : float | None
-        The window, m from where the axis stands at the start; None: its ends are felt for.
-    lowest : float | None
-        Lowest effort, V; None: as far below zero as `effort` is above.
-    endless : bool
-        Whether nothing ends its way: it turns on, within a window that must be named.
+    Examples
+    --------
+    >>> from macromicro.commission.procedure import Options
+    >>> options = Options(effort=5.0, speed=0.2, creep=0.02, travel=0.5).checked()  # V, m/s, m/s, m
+    >>> options.bottom
+    -5.0
     """
 
-    effort: float
-    speed: float
-    creep: float
-    travel: float
-    low: float | None = None
-    high: float | None = None
-    lowest: float | None = None
+    effort: float  #: largest effort, V
+    speed: float  #: greatest speed, m/s
+    creep: float  #: speed at which ends are looked for, m/s
+    travel: float  #: longest way on which an end is looked for, m
+    low: float | None = None  #: the window, m from where the axis stands at the start
+    high: float | None = None  #: None: its ends are felt for
+    lowest: float | None = None  #: lowest effort, V; None: as far below zero as `effort` is above
+    #: whether nothing ends its way: it turns on, within a window that must be named
     endless: bool = False
 
     def checked(self) -> Options:
@@ -101,7 +72,9 @@ class Options(NamedTuple):
         Raises
         ------
         InputError
-            One that is not accepted.
+            A value is not accepted.
+        ProblemError
+            Options do not go together.
         """
         for name in ("effort", "speed", "creep", "travel"):
             if not 0.0 < getattr(self, name) < float("inf"):
@@ -111,12 +84,16 @@ class Options(NamedTuple):
                 "--creep", f"{self.creep:g} m/s", f"at most --speed {self.speed:g} m/s"
             )
         if self.endless and self.low is None:
-            raise InputError("--ends", "none", "with a window, --from and --to")
+            raise ProblemError(
+                "--ends none", "continuous rotation needs a window", "Add --from and --to."
+            )
         if (self.low is None) != (self.high is None):
-            raise InputError("--from and --to", "one of them", "both, or none")
+            raise ProblemError(
+                "--from and --to", "only one of them is given", "Give both, or none."
+            )
         if self.low is not None and self.high is not None and not self.low <= 0.0 <= self.high:
             found = f"{self.low:g} m to {self.high:g} m"
-            raise InputError("--from and --to", found, "a window around where the axis stands, 0")
+            raise InputError("--from and --to", found, "a window around the present position, 0")
         if self.lowest is not None and not -float("inf") < self.lowest <= 0.0:
             raise InputError("--lowest", f"{self.lowest:g} V", "a finite value, at most 0 V")
         return self
@@ -147,179 +124,121 @@ class Options(NamedTuple):
 
 @dataclass
 class Work:
-    """A commissioning under way.
+    """A commissioning under way."""
 
-    Attributes
-    ----------
-    stand : Stand
-        The stage.
-    options : Options
-        What may be done.
-    found : dict[str, Any]
-        What each step has found, by its name.
-    placed : bool
-        Whether places were found since the encoder's zero was set.
-    """
-
-    stand: Stand
-    options: Options
-    found: dict[str, Any] = field(default_factory=dict)
-    placed: bool = False
+    stand: Stand  #: the stage
+    options: Options  #: limits and options
+    found: dict[str, Any] = field(default_factory=dict)  #: results by step
+    placed: bool = False  #: positions found in this session
 
     def __getitem__(self, name: str) -> Any:
-        """What a step has found."""
         return self.found[name]
 
 
 class Step(NamedTuple):
     """A step that moves the stage.
 
-    Attributes
-    ----------
-    name : str
-        For files.
-    title : str
-        For people.
-    intent : Callable[[Work], str]
-        What it will do, how far and how hard.
-    run : Callable[[Work], Any]
-        Does it; gives what it found.
-    result : Any
-        Type of that, a NamedTuple of numbers and tuples of them; None: a list of records.
-    places : bool
-        Whether it finds places, which a new session has to find again.
+    Examples
+    --------
+    >>> from macromicro.commission.procedure import Step
+    >>> def drift(work):
+    ...     return work.stand.drive(lambda t, x, v: 0.0, 1.0, work.options.caution(0.01))
+    >>> step = Step("drift", "Drift at rest", lambda work: "It stays at 0 V for 1 s.", drift, None)
+    >>> step.intent(None)
+    'It stays at 0 V for 1 s.'
     """
 
-    name: str
-    title: str
-    intent: Callable[[Work], str]
-    run: Callable[[Work], Any]
-    result: Any
-    places: bool = False
+    name: str  #: for files
+    title: str  #: for people
+    intent: Callable[[Work], str]  #: announcement: motion, distance and effort
+    run: Callable[[Work], Any]  #: does it; gives what it found
+    result: (
+        Any  #: type of that, a NamedTuple of numbers and tuples of them; None: a list of records
+    )
+    places: bool = False  #: finds positions, which a new session repeats
 
 
 class Estimate(NamedTuple):
-    """A quantity that was found, and how sure it is.
+    """A quantity that was found, and how sure it is."""
 
-    Attributes
-    ----------
-    meaning : str
-        In words.
-    value : float
-        In `unit`.
-    half : float
-        Half of its 95 % interval.
-    unit : str
-        For people.
-    """
-
-    meaning: str
-    value: float
-    half: float
-    unit: str
+    meaning: str  #: in words
+    value: float  #: in `unit`
+    half: float  #: half of its 95 % interval
+    unit: str  #: for people
 
 
 class Drawn(NamedTuple):
-    """A figure of a page.
+    """A figure of a page."""
 
-    Attributes
-    ----------
-    title, caption : str
-        For people.
-    figure : Callable[[Work, Any], Figure]
-        Draws it of a commissioning's steps and model.
-    """
-
+    #: title, caption: for people
     title: str
     caption: str
-    figure: Callable[[Work, Any], Figure]
+    figure: Callable[[Work, Any], Figure]  #: draws it of a commissioning's steps and model
 
 
 def turned_round(work: Work) -> None:
-    """Make the stand ready for a new session: efforts are turned round where a step found so.
+    """Reverse the efforts of the stand for a new session where an earlier step requires it.
 
     Parameters
     ----------
     work : Work
-        With what was found before.
+        With earlier results.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> from macromicro.commission.procedure import Options, Work, turned_round
+    >>> options = Options(effort=5.0, speed=0.2, creep=0.02, travel=0.5)  # V, m/s, m/s, m
+    >>> stand = SimpleNamespace(sign=1.0)
+    >>> turned_round(Work(stand, options, {"direction": SimpleNamespace(sign=-1.0)}))
+    >>> stand.sign
+    -1.0
     """
     signs = (getattr(one, "sign", None) for one in work.found.values())
     work.stand.sign = float(next((s for s in signs if s is not None), 1.0))
 
 
 class Kind(NamedTuple):
-    """What can be commissioned.
+    """What can be commissioned."""
 
-    Attributes
-    ----------
-    name : str
-        Of the machine that it gives, as a settings file names it.
-    steps : Sequence[Step]
-        In their order; what one of the first found has a `sign`.
-    model : Callable[[Work], Any]
-        The model of what the steps found.
-    settings : Callable[[Work, Any, Any], dict[str, str]]
-        The machine of steps, model and what `home` found (None before): paths and TOML values.
-    estimates : Callable[[Any], dict[str, Estimate]]
-        What the model says, by short names.
-    turned : str, optional
-        What a person should do where the sign is -1.
-    note : str, optional
-        What units the results are in, for the page.
-    prepare : Callable[[Work], None], optional
-        Makes the stand ready for the steps that are left, by what was found before.
-    head : str, optional
-        First lines of the machine's file, beside the estimates.
-    homing : str, optional
-        What the stage does before it is verified.
-    home : Callable[[Work, Any], Any], optional
-        Brings it to the machine's 0; gives what `settings` takes.
-    rows : Callable[[Work], list[tuple[str, ...]]], optional
-        What the steps found: quantity, value, half interval, unit.
-    doubts : Callable[[Work, Any], list[str]], optional
-        What a person should look at.
-    figures : Mapping[str, Drawn], optional
-        By the name of the file.
-    place : Place, optional
-        What its places are counted in.
-    rehearse : Callable[[Any, Any], float | None] | None, optional
-        From the machine and its settings to the tolerance within which its model comes to rest, m;
-        None where that which follows will do, or there is no such rehearsal.
-    tune : Callable[[Any, Any, Progress], Tuned] | None, optional
-        From the settings that were found, with the tolerance of the rehearsal, and the model to
-        gains that do better on it; hears of designs that were tried.
-    compare : Callable[[Stand, Any, Any], tuple[float, str]] | None, optional
-        From the stage at the machine's 0, the machine and its settings to how long it takes to
-        settle, s, and what its guard saw, after moves on the stage. Gains of `tune` stay only where
-        that is less by them; None: they always stay.
-    margins : Callable[[Any, Any], Robustness], optional
-        From the settings that were found and the model to how robust the gains are.
-    one_way : bool, optional
-        Whether its efforts have a lowest one of their own; else they are as large both ways.
-    """
-
-    name: str
-    steps: Sequence[Step]
-    model: Callable[[Work], Any]
+    name: str  #: of the machine that it gives, as a settings file names it
+    steps: Sequence[Step]  #: in their order; what one of the first found has a `sign`
+    model: Callable[[Work], Any]  #: the model of what the steps found
+    #: the machine of steps, model and what `home` found (None before): paths and TOML values
     settings: Callable[[Work, Any, Any], dict[str, str]]
-    estimates: Callable[[Any], dict[str, Estimate]]
+    estimates: Callable[[Any], dict[str, Estimate]]  #: quantities of the model, by short names
+    #: what a person should do where the sign is -1
     turned: str = (
-        "A positive effort made the reading fall: exchange the drive's leads, or turn the sensor's "
-        "sign, before this file is used."
+        "A positive effort made the reading fall: swap the drive's leads, or reverse the "
+        "sensor's sign, before using this file."
     )
-    note: str = ""
+    note: str = ""  #: units of the results, for the page
+    #: makes the stand ready for the steps that are left, by what was found before
     prepare: Callable[[Work], None] = turned_round
-    head: str = ""
-    homing: str = "The stage stays where it stands, which is its 0,"
+    head: str = ""  #: first lines of the machine's file, beside the estimates
+    #: what the stage does before it is verified
+    homing: str = "The stage takes its present position as 0"
+    #: brings it to the machine's 0; gives what `settings` takes
     home: Callable[[Work, Any], Any] = lambda work, model: None
+    #: what the steps found: quantity, value, half interval, unit
     rows: Callable[[Work], list[tuple[str, ...]]] = lambda work: []
+    #: what a person should look at
     doubts: Callable[[Work, Any], list[str]] = lambda work, model: []
-    figures: Mapping[str, Drawn] = MappingProxyType({})
-    place: Place = LENGTH
+    figures: Mapping[str, Drawn] = MappingProxyType({})  #: by file name
+    place: Place = LENGTH  #: unit of positions
+    #: from the machine and its settings to the tolerance within which its model comes to rest, m;
+    #: None where that which follows will do, or there is no such rehearsal
     rehearse: Callable[[Any, Any], float | None] | None = None
+    #: from the settings that were found, with the tolerance of the rehearsal, and the model to
+    #: gains that do better on it; hears of designs that were tried
     tune: Callable[[Any, Any, Progress], Tuned] | None = None
+    #: from the stage at the machine's 0, the machine and its settings to how long it takes to
+    #: settle, s, and what its guard saw, after moves on the stage. Gains of `tune` stay only where
+    #: that is less by them; None: they always stay
     compare: Callable[[Stand, Any, Any], tuple[float, str]] | None = None
+    #: from the settings that were found and the model to how robust the gains are
     margins: Callable[[Any, Any], Robustness] = lambda settings, model: Robustness()
+    #: whether its efforts have a lowest one of their own; else they are as large both ways
     one_way: bool = False
 
 
@@ -328,16 +247,21 @@ def left(kind: Kind, work: Work) -> list[Step]:
 
     Parameters
     ----------
-    kind : Kind
-        What is commissioned.
-    work : Work
-        With what earlier sessions found.
+    kind, work : Kind, Work
+        What is commissioned; results of earlier sessions.
 
     Returns
     -------
     list[Step]
-        Those that are not done; before others that need them the places again, where the encoder's
-        zero is new.
+        Unfinished steps; with a new zero of the encoder, first those that find positions again.
+
+    Examples
+    --------
+    >>> from macromicro.commission import piezo
+    >>> from macromicro.commission.procedure import Options, Work, left
+    >>> options = Options(effort=5.0, speed=0.2, creep=0.02, travel=0.5)  # V, m/s, m/s, m
+    >>> [step.name for step in left(piezo.KIND, Work(None, options))]
+    ['gain', 'reach', 'swings', 'steps']
     """
     todo = [s for s in kind.steps if s.name not in work.found]
     again = [s for s in kind.steps if s.places and s.name in work.found and not work.placed]
@@ -345,19 +269,27 @@ def left(kind: Kind, work: Work) -> list[Step]:
 
 
 def sign(kind: Kind, work: Work) -> float:
-    """Which way it counts.
+    """Direction of the encoder.
 
     Parameters
     ----------
-    kind : Kind
-        What is commissioned.
-    work : Work
-        With the step done that found it.
+    kind, work : Kind, Work
+        What is commissioned; the result of the step that finds the direction.
 
     Returns
     -------
     float
         1, or -1 where a positive effort made the encoder count down.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> from macromicro.commission import piezo
+    >>> from macromicro.commission.procedure import Options, Work, sign
+    >>> options = Options(effort=5.0, speed=0.2, creep=0.02, travel=0.5)  # V, m/s, m/s, m
+    >>> first = {piezo.KIND.steps[0].name: SimpleNamespace(sign=-1.0)}
+    >>> sign(piezo.KIND, Work(None, options, first))
+    -1.0
     """
     signs = (getattr(work.found.get(step.name), "sign", None) for step in kind.steps)
     return float(next(s for s in signs if s is not None))
@@ -373,19 +305,16 @@ def perform(
 
     Parameters
     ----------
-    kind : Kind
-        What is commissioned.
-    work : Work
-        Options, and what was found before.
-    ask : Callable[[Step, str], None]
-        Called with each step and what it will do before it moves; raises to end it there.
-    done : Callable[[Step, Any], None]
-        Called with each step and what it found.
+    kind, work : Kind, Work
+        What is commissioned; options and earlier results.
+    ask, done : Callable[[Step, str], None], Callable[[Step, Any], None]
+        Called before each step with its intent (raises to stop there), and after it with its
+        result.
 
     Raises
     ------
     CommissionError
-        A step cannot do its work; says why.
+        A step cannot do its work.
     """
     if kind.steps[0].name in work.found:
         kind.prepare(work)

@@ -1,4 +1,4 @@
-"""What a commissioning gives a person: page, figures, JSON, and the machine's file."""
+"""Results of a commissioning: page, figures, JSON, and the machine's file."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import macromicro
-from macromicro.commission import comparing, figures, procedure, store
+from macromicro.commission import _comparing, _figures, _store, procedure
 from macromicro.commission.procedure import Kind
 from macromicro.commission.running import Commissioned, Place
 from macromicro.drawing import files as drawings
 from macromicro.drawing.page import Picture, filled
 from macromicro.place import Place as Unit
 from macromicro.runs import folder
+from macromicro.schema.text import write_text
 
 PAGE, JSON, MACHINE = "commission.html", "commission.json", "machine.toml"
 RECORDING, VERIFICATION = "verification.h5", "verification"
@@ -25,18 +26,6 @@ TEMPLATE = Path(__file__).parent / "templates" / "commission.html.j2"
 
 
 def headings(place: Unit) -> tuple[str, ...]:
-    """What `move_rows` gives.
-
-    Parameters
-    ----------
-    place : Unit
-        What places are counted in.
-
-    Returns
-    -------
-    tuple[str, ...]
-        With units.
-    """
     return (
         "move",
         f"to [{place.unit}]",
@@ -49,20 +38,6 @@ def headings(place: Unit) -> tuple[str, ...]:
 
 
 def doubts(found: Commissioned, place: Place) -> list[str]:
-    """What a person should look at before the result is relied on.
-
-    Parameters
-    ----------
-    found : Commissioned
-        Everything.
-    place : Place
-        What was commissioned.
-
-    Returns
-    -------
-    list[str]
-        A sentence each.
-    """
     turned = procedure.sign(place.kind, found.work) < 0.0
     said = list(place.kind.doubts(found.work, found.model))
     said += [*found.tuned.doubts, *found.margins.doubts]
@@ -70,29 +45,16 @@ def doubts(found: Commissioned, place: Place) -> list[str]:
     if place.kind.rehearse is not None and rests > _COUNTS * place.pitch:
         unit = place.kind.place
         said.append(
-            f"By its friction and its lag it rests within {rests * unit.fines:.3g} "
-            f"{unit.fine}, {rests / place.pitch:.3g} counts: that is the tolerance of its moves."
+            f"With its friction and lag the axis settles within {rests * unit.fines:.3g} "
+            f"{unit.fine}, {rests / place.pitch:.3g} counts: that is the tolerance of its "
+            "moves."
         )
     if found.rested is not None:
-        said.append("Its model did not rest as closely as friction and lag let expect.")
+        said.append("The model did not settle as closely as friction and lag suggest.")
     return [place.kind.turned, *said] if turned else said
 
 
 def as_json(found: Commissioned, place: Place) -> str:
-    """All results as JSON.
-
-    Parameters
-    ----------
-    found : Commissioned
-        Everything.
-    place : Place
-        What was commissioned.
-
-    Returns
-    -------
-    str
-        One object.
-    """
     kind = place.kind
     what: dict[str, Any] = {"of": place.name, "kind": kind.name, "version": macromicro.__version__}
     for step in kind.steps:
@@ -114,20 +76,7 @@ def as_json(found: Commissioned, place: Place) -> str:
 
 
 def rows(found: Commissioned, place: Place) -> list[tuple[str, ...]]:
-    """What was found, a line each: quantity, value, half interval, unit.
-
-    Parameters
-    ----------
-    found : Commissioned
-        Everything.
-    place : Place
-        What was commissioned.
-
-    Returns
-    -------
-    list[tuple[str, ...]]
-        Text.
-    """
+    """Results, a line each: quantity, value, half interval, unit."""
     lines = place.kind.rows(found.work)
     for one in place.kind.estimates(found.model).values():
         lines.append((one.meaning, f"{one.value:.4g}", f"+- {one.half:.2g}", one.unit))
@@ -135,18 +84,7 @@ def rows(found: Commissioned, place: Place) -> list[tuple[str, ...]]:
 
 
 def move_rows(found: Commissioned) -> list[tuple[str, ...]]:
-    """How the moves of the verification went, under `headings`.
-
-    Parameters
-    ----------
-    found : Commissioned
-        Everything.
-
-    Returns
-    -------
-    list[tuple[str, ...]]
-        Text.
-    """
+    """Moves of the verification, under `headings`."""
     lines = []
     for m in found.verified.moves:
         figures_ = (m.peak_error, m.overshoot, m.rest_error)
@@ -163,18 +101,6 @@ def move_rows(found: Commissioned) -> list[tuple[str, ...]]:
 
 
 def why(found: Commissioned) -> str:
-    """Why the verification was not met.
-
-    Parameters
-    ----------
-    found : Commissioned
-        Everything.
-
-    Returns
-    -------
-    str
-        In words; "" where it was.
-    """
     if found.verified.fault:
         return found.verified.fault
     which = late(found.verified.moves)
@@ -182,18 +108,6 @@ def why(found: Commissioned) -> str:
 
 
 def late(moves: Iterable[Any]) -> str:
-    """Which moves did not arrive.
-
-    Parameters
-    ----------
-    moves : Iterable[Any]
-        With `move` from 0, and `arrived_s`, which is None for one that did not.
-
-    Returns
-    -------
-    str
-        Their numbers from 1.
-    """
     return ", ".join(str(m.move + 1) for m in moves if m.arrived_s is None)
 
 
@@ -204,39 +118,20 @@ def write(
     started: str,
     kinds: Iterable[str] = drawings.DEFAULT,
 ) -> None:
-    """Write everything, all of it or nothing; what steps found stays beside it.
-
-    Parameters
-    ----------
-    out : Path
-        The folder.
-    found : Commissioned
-        Everything.
-    place : Place
-        What was commissioned.
-    started : str
-        When, in words.
-    kinds : Iterable[str], optional
-        Formats of the figures.
-
-    Raises
-    ------
-    OSError
-        The disk refuses.
-    """
+    """Write all files or none, beside those of the steps."""
     work, kind = found.work, place.kind
     drawn = {
         name: (one.figure(work, found.model), one.title, one.caption)
         for name, one in kind.figures.items()
     }
     drawn[VERIFICATION] = (
-        figures.verification(found.verified.recording, kind.place),
+        _figures.verification(found.verified.recording, kind.place),
         "Verification",
-        "Moves that nothing was fitted to, by the gains that follow from the model.",
+        "Verification moves, not used before, with the gains that follow from the model.",
     )
     with folder.staged(out) as stage:
-        (stage / MACHINE).write_text(found.toml, encoding="utf-8")
-        (stage / JSON).write_text(as_json(found, place), encoding="utf-8")
+        write_text(stage / MACHINE, found.toml)
+        write_text(stage / JSON, as_json(found, place))
         found.verified.recording.save(stage / RECORDING)
         pictures = []
         for name, (figure, title, caption) in drawn.items():
@@ -259,21 +154,10 @@ def write(
             file=MACHINE,
             toml=found.toml,
         )
-        (stage / PAGE).write_text(text, encoding="utf-8")
+        write_text(stage / PAGE, text)
 
 
 def names(kind: Kind) -> tuple[str, ...]:
-    """All files that a commissioning may leave.
-
-    Parameters
-    ----------
-    kind : Kind
-        What is commissioned.
-
-    Returns
-    -------
-    tuple[str, ...]
-        Names, from its folder.
-    """
+    """All files that a commissioning may write."""
     drawn = drawings.names((*kind.figures, VERIFICATION))
-    return (*FILES, *drawn, *(store.file(step) for step in comparing.kept(kind)))
+    return (*FILES, *drawn, *(_store.file(step) for step in _comparing.kept(kind)))

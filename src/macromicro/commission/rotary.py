@@ -1,21 +1,21 @@
-"""Commissioning of an axis that turns: the steps of one that slides, in angles; beside a constant
-weight gravity may pull at an eccentric load."""
+"""Commissioning of a rotary axis, with an eccentric load if any."""
 
 from __future__ import annotations
 
-from macromicro.commission import axis, axis_page, unbalance, weight
-from macromicro.commission.model import Model
-from macromicro.commission.probing import Ends
+from macromicro.commission import _axis_page, _unbalance, axis
+from macromicro.commission import _weight as weight
+from macromicro.commission._model import Model
+from macromicro.commission._probing import Ends
+from macromicro.commission._weight import Weight
 from macromicro.commission.procedure import Estimate, Step, Work
 from macromicro.commission.stand import BALANCED
-from macromicro.commission.weight import Weight
 from macromicro.identify import axis_settings, eccentric
 from macromicro.identify.axis_inverse import ECCENTRIC
 from macromicro.place import ANGLE
 
 MEANINGS = {
     "unbalance": "gravity's greatest torque",
-    "hangs": "where the load hangs, from the low end",
+    "hangs": "rest angle of the load, from the low end",
 }
 
 
@@ -23,12 +23,13 @@ def _weight_intent(work: Work) -> str:
     o, p = work.options, work.stand.place
     low, high = _window(work)
     return (
-        f"No effort for {weight.QUIET} s; what falls or swings then is left to for up to "
-        f"{weight.SINKING:.0f} s, and lifted off an end on which it leans. Then effort rises from "
-        f"0 to at most {o.effort:.3g} V until it starts, both ways, there and at up to "
-        f"{2 * len(unbalance.OFFSETS)} places from {p.per * low:.4g} to {p.per * high:.4g} "
-        f"{p.unit}, to which it creeps at {p.told(o.creep, 'm/s', 3)} until an end holds it. An "
-        "eccentric load is held from then on, and falls whenever this is interrupted."
+        f"No effort for {weight.QUIET} s; whatever falls or swings then has up to "
+        f"{weight.SINKING:.0f} s to settle, and is lifted off an end on which it leans. Then "
+        f"the effort rises from 0 to at most {o.effort:.3g} V until the axis starts, in both "
+        f"directions, there and at up to {2 * len(_unbalance.OFFSETS)} angles from "
+        f"{p.per * low:.4g} to {p.per * high:.4g} {p.unit}, reached at "
+        f"{p.told(o.creep, 'm/s', 3)} unless an end blocks it. An eccentric load is held from "
+        "then on, and falls if this is interrupted."
     )
 
 
@@ -41,40 +42,22 @@ def _weight(work: Work) -> Weight:
     o, stand = work.options, work.stand
     stand.sign, stand.hold, stand.pull = 1.0, 0.0, BALANCED
     free, lifted = o.caution(float("inf")), axis.LIFT * o.travel
-    found = unbalance.found(stand, free, o.creep, lifted, _window(work))
+    found = _unbalance.found(stand, free, o.creep, lifted, _window(work))
     if axis.DIRECTION in work.found:  # by a session before
         stand.sign = axis.direction_of(work).sign
     return found
 
 
 def _ready(work: Work) -> None:
-    """Nothing is held yet: a new session finds the weight again before all else.
-
-    Strokes of an eccentric load say where it hangs from the low end. That is the same place again
-    where it was felt for; a window that was named lies where the load stood.
-    """
+    """Clear what was held: a new session first measures the weight again."""
+    # Strokes give the load's angle from the low end, which is the same place in a new session if it
+    # was found by touch; a named window lies where the load stood.
     felt = axis.ENDS not in work.found or axis.ends_of(work).found
     if work[axis.WEIGHT].pull != BALANCED and not felt:
         work.found.pop(axis.STROKES, None)
 
 
 def settings(work: Work, found: Model, ends: Ends | None) -> dict[str, str]:
-    """The machine that was found.
-
-    Parameters
-    ----------
-    work : Work
-        With all steps done.
-    found : Model
-        Of the strokes, in V and rad.
-    ends : Ends | None
-        From `axis.home`; None: as the step found them.
-
-    Returns
-    -------
-    dict[str, str]
-        Path to a TOML value.
-    """
     load, low = eccentric.of(found.axis), axis.ends_of(work).low
     zero = low if ends is None else ends.low
     load = load._replace(hangs=load.hangs - (zero - low))
@@ -83,19 +66,7 @@ def settings(work: Work, found: Model, ends: Ends | None) -> dict[str, str]:
 
 
 def estimates(found: Model) -> dict[str, Estimate]:
-    """What the model says.
-
-    Parameters
-    ----------
-    found : Model
-        Of the strokes, in V and rad.
-
-    Returns
-    -------
-    dict[str, Estimate]
-        By the names of its parameters.
-    """
-    told = axis_page.estimates(found)
+    told = _axis_page.estimates(found)
     made = {
         name: one._replace(unit=ANGLE.named(one.unit))
         for name, one in told.items()
@@ -109,26 +80,12 @@ def estimates(found: Model) -> dict[str, Estimate]:
 
 
 def doubts(work: Work, model: Model) -> list[str]:
-    """What a person should look at before the result is relied on.
-
-    Parameters
-    ----------
-    work : Work
-        With all steps done.
-    model : Model
-        Of the strokes.
-
-    Returns
-    -------
-    list[str]
-        A sentence each.
-    """
-    said = axis_page.doubts(work, model)
+    said = _axis_page.doubts(work, model)
     if work[axis.WEIGHT].pull != BALANCED:
         said.insert(
             0,
-            "Nothing but effort holds its eccentric load: it falls when the drive is off, and when "
-            "a guard ends a run. A brake or a balance would hold it.",
+            "Only the motor holds the eccentric load: it falls when the drive is off or a "
+            "guard stops a run. A brake or a counterweight would hold it.",
         )
     return said
 
@@ -139,8 +96,8 @@ KIND = axis.KIND._replace(
     name="rotary",
     steps=(_GRAVITY, *axis.KIND.steps[1:]),
     prepare=_ready,
-    note="Torques are in volts: the effort that gives them.",
-    head="One newton metre below stands for one volt at the D/A.",
+    note="Torques are in volts of effort.",
+    head="One newton metre below is one volt at the D/A.",
     settings=settings,
     estimates=estimates,
     doubts=doubts,

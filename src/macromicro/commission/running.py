@@ -1,4 +1,4 @@
-"""A commissioning as a whole: what is commissioned, its steps, its model, its machine."""
+"""A whole commissioning: subject, steps, model, machine."""
 
 from __future__ import annotations
 
@@ -9,106 +9,51 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from macromicro import __version__
-from macromicro.commission import axis, comparing, procedure, store, verifying
+from macromicro.commission import _comparing, _store, _verifying, axis, procedure
+from macromicro.commission._settings import TOLERANCE
+from macromicro.commission._verifying import Verified
 from macromicro.commission.procedure import Kind, Options, Robustness, Step, Tuned, Work
-from macromicro.commission.settings import TOLERANCE
 from macromicro.commission.stand import Stand
-from macromicro.commission.verifying import Verified
 from macromicro.identify import axis_settings
 from macromicro.machines import machine as machines
 from macromicro.machines import results
 from macromicro.rig.session import Session
 from macromicro.schema import config
+from macromicro.schema.par import entries
 from macromicro.schema.text import printable
 
 VERIFY, TUNE = "verification", "gains by search on the model"
-COMPARE = comparing.STEP.title
+COMPARE = _comparing.STEP.title
 _CRUISE = 0.9  # of the greatest speed that is allowed, which is then the guard's
 
 
 class Place(NamedTuple):
-    """What is commissioned.
-
-    Attributes
-    ----------
-    name : str
-        For people.
-    make : Callable[[int], Any]
-        Gives the rig for a seed.
-    dt : float
-        Control period, s.
-    pitch : float
-        Travel per encoder count, m.
-    effort : float
-        Largest effort that its drive takes, V; NaN where nobody has said it.
-    real : bool
-        Whether something moves in the world.
-    kind : Kind, optional
-        What it is.
-    lowest : float | None, optional
-        Lowest effort that its drive takes, V; None: as far below zero as `effort` is above.
-    endless : bool, optional
-        Whether it is known that nothing ends its way.
-    """
-
-    name: str
-    make: Callable[[int], Any]
-    dt: float
-    pitch: float
-    effort: float
-    real: bool
+    name: str  # for people
+    make: Callable[[int], Any]  # gives the rig for a seed
+    dt: float  # control period, s
+    pitch: float  # travel per encoder count, m
+    effort: float  # largest effort that its drive takes, V; NaN where nobody has said it
+    real: bool  # real hardware
     kind: Kind = axis.KIND
+    # lowest effort that its drive takes, V; None: as far below zero as `effort` is above
     lowest: float | None = None
-    endless: bool = False
+    endless: bool = False  # continuous rotation
 
     def asked(self, options: Options) -> dict[str, Any]:
-        """What a resumed session must share with the one that it resumes.
-
-        Parameters
-        ----------
-        options : Options
-            Of the session.
-
-        Returns
-        -------
-        dict[str, Any]
-            By name.
-        """
         here = {"of": self.name, "kind": self.kind.name, "dt": self.dt, "pitch": self.pitch}
         return {**here, **options._asdict()}
 
 
 class Commissioned(NamedTuple):
-    """What a commissioning found.
-
-    Attributes
-    ----------
-    work : Work
-        Each step's result.
-    model : Any
-        Of what they found; of the kind's type.
-    toml : str
-        The machine's file.
-    settings : Any
-        What it says, and what follows from it.
-    verified : Verified
-        How the machine's gains did on the stage.
-    rested : float | None, optional
-        Tolerance within which the model came to rest, m; None: as it follows from the encoder.
-    margins : Robustness, optional
-        How robust the gains are.
-    tuned : Tuned, optional
-        What a search for gains found.
-    """
-
-    work: Work
-    model: Any
-    toml: str
-    settings: Any
-    verified: Verified
+    work: Work  # each step's result
+    model: Any  # of what they found; of the kind's type
+    toml: str  # the machine's file
+    settings: Any  # of the machine's file
+    verified: Verified  # result of the verification
+    # tolerance within which the model came to rest, m; None: as it follows from the encoder
     rested: float | None = None
-    margins: Robustness = Robustness()
-    tuned: Tuned = Tuned()
+    margins: Robustness = Robustness()  # of the gains
+    tuned: Tuned = Tuned()  # result of the search for gains
 
 
 def commission(
@@ -121,46 +66,14 @@ def commission(
     done: Callable[[str], None] = lambda title: None,
     ended: Callable[[], bool] = lambda: False,
 ) -> Commissioned:
-    """Commission a stage.
-
-    Parameters
-    ----------
-    place : Place
-        The stage.
-    options : Options
-        What may be done.
-    out : Path | None, optional
-        Folder that exists: what steps find is kept there, and what is there is not done again.
-    seed : int, optional
-        Given to the rig.
-    ask : Callable[[str, str], None], optional
-        Called before each step that moves, with its title and what it will do; may raise.
-    done : Callable[[str], None], optional
-        Called after each, with its title.
-    ended : Callable[[], bool], optional
-        Whether somebody wants it to end; asked each period.
-
-    Returns
-    -------
-    Commissioned
-        Model, machine, verification.
-
-    Raises
-    ------
-    InputError
-        An option, or what is kept in `out`, is not accepted.
-    CommissionError
-        A step cannot do its work; says why.
-    KeyboardInterrupt
-        Somebody wanted it to end; all outputs are safe, and completed steps are kept.
-    """
     options = options.checked()
+    _check_known(place)
     kind, asked = place.kind, place.asked(options)
-    before = {} if out is None else store.read(out, kind, asked)
+    before = {} if out is None else _store.read(out, kind, asked)
 
     def kept(step: Step, found: Any) -> None:
         if out is not None:
-            store.keep(out, step, found, place.dt, asked)
+            _store.keep(out, step, found, place.dt, asked)
         done(step.title)
 
     with Session(place.make(seed), place.dt) as session:
@@ -175,9 +88,9 @@ def commission(
         if tuned.gains and not verified.met:
             # A stage may hum under gains of a search, though it arrived sooner by them before.
             found = f"{results.arrived(verified.moves)} of {verified.asked}"
-            doubt = f"By the gains of the search {found} moves of the verification arrived"
+            doubt = f"With the gains of the search {found} moves of the verification arrived"
             doubt += f" ({verified.fault})" if verified.fault else ""
-            doubt += ": it was made again by the rules' gains."
+            doubt += "; it was repeated with the gains of the rules."
             tuned = Tuned(doubts=(*tuned.doubts, doubt))
             work.stand.rest(work.options.caution(work.options.creep))
             toml, tree, verified = _verified(place, work, model, (rested, tuned), ask)
@@ -186,28 +99,36 @@ def commission(
     return Commissioned(work, model, toml, tree, verified, rested, robust, tuned)
 
 
+def _check_known(place: Place) -> None:
+    """Check the known values against the machine's file before any motion."""
+    settings = machines.named(place.kind.name, "machine").settings
+    known = {entry.path: entry for entry in entries(settings)}
+    known["timing.period"].check(place.dt, f"--rig {printable(place.name, 200)}, dt")
+    known["encoder.pitch"].check(place.pitch, "--pitch")
+
+
 def _verified(
     place: Place,
     work: Work,
     model: Any,
     reckoned: tuple[float | None, Tuned],
     ask: Callable[[str, str], None],
-) -> tuple[str, Any, verifying.Verified]:
-    """The machine's file, what it says, and the verification by it."""
+) -> tuple[str, Any, _verifying.Verified]:
+    """The machine's file, its settings, and the verification."""
     kind, more = place.kind, _more(place, *reckoned)
     tree = _settings(place, work, model, None, more)[1]
-    what = f"makes {len(verifying.SHARES)} moves within its travel by the gains found"
+    what = f"makes {len(_verifying.SHARES)} moves within its travel with these gains"
     ask(VERIFY, f"{kind.homing} and {what}, {_most(kind, tree)}.")
     home = kind.home(work, model)
     toml, tree = _settings(place, work, model, home, more)
     machine = machines.named(kind.name, "machine")
-    return toml, tree, verifying.verify(work.stand, machine, tree)
+    return toml, tree, _verifying.verify(work.stand, machine, tree)
 
 
 def _reckoned(
     place: Place, work: Work, model: Any, done: Callable[[str], None], ended: Callable[[], bool]
 ) -> tuple[float | None, Tuned]:
-    """How finely the model comes to rest, and gains that do better on it than the rules' own."""
+    """Tolerance of the model, and gains that beat the rules' on it."""
     kind, tuned = place.kind, Tuned()
     tree = _settings(place, work, model, None)[1]
     machine = machines.named(kind.name, "machine")
@@ -236,7 +157,7 @@ def _compared(
     ask: Callable[[str, str], None],
     kept: Callable[[Step, Any], None],
 ) -> Tuned:
-    """The gains of the search, or none where the stage itself settles no sooner by them."""
+    """The searched gains, or none where the stage itself settles no faster."""
     kind, (rested, tuned) = place.kind, reckoned
     compare = kind.compare
     if compare is None or not tuned.gains:
@@ -257,20 +178,20 @@ def _compared(
         work.stand.rest(work.options.caution(work.options.creep))
         return found
 
-    found = work.found.get(comparing.STEP.name)
-    if found is None or found.gains != comparing.listed(tuned):
+    found = work.found.get(_comparing.STEP.name)
+    if found is None or found.gains != _comparing.listed(tuned):
         ask(
             COMPARE,
-            f"{kind.homing} and makes {len(comparing.SHARES)} moves within its travel, by the "
-            f"gains of the rules and then by those of the search, {_most(kind, trees[0])}.",
+            f"{kind.homing} and makes {len(_comparing.SHARES)} moves within its travel, with "
+            "the gains of the rules and then with those of the search, "
+            f"{_most(kind, trees[0])}.",
         )
-        found = comparing.compared(tried, tuned)
-        kept(comparing.STEP, found)
-    return comparing.chosen(found, tuned)
+        found = _comparing.compared(tried, tuned)
+        kept(_comparing.STEP, found)
+    return _comparing.chosen(found, tuned)
 
 
 def _most(kind: Kind, tree: Any) -> str:
-    """What moves of a machine reach at most, in words."""
     told = kind.place.told
     return (
         f"at up to {told(tree.motion.velocity, 'm/s', 3)}, "
@@ -279,29 +200,29 @@ def _most(kind: Kind, tree: Any) -> str:
 
 
 def _more(place: Place, rested: float | None, tuned: Tuned) -> dict[str, str]:
-    """What is set beside that which the steps found."""
     unit = place.kind.place.base
     rest = {} if rested is None else {TOLERANCE: f'"{rested!r} {unit}"'}
     return {**rest, **tuned.gains}
 
 
 def _margins(kind: Kind, tree: Any, model: Any) -> Robustness:
-    """How robust the gains are; where that cannot be said, what was found is not lost for it."""
+    """Robustness of the gains; a failure loses no results."""
     try:
         return kind.margins(tree, model)
     except Exception as error:  # whatever a kind of the user's does
-        return Robustness((), (_failed("How robust the gains are could not be computed", error),))
+        return Robustness(
+            (), (_failed("The robustness of the gains could not be computed", error),)
+        )
 
 
 def _failed(what: str, error: Exception) -> str:
-    """What a page says of a computation that failed: nothing that was measured is lost for it."""
+    """Note of a failed computation."""
     return f"{what} ({f'{type(error).__name__}: {error}'[:200]})."
 
 
 def _settings(
     place: Place, work: Work, model: Any, home: Any, more: Mapping[str, str] = MappingProxyType({})
 ) -> tuple[str, Any]:
-    """The machine's file, and what it says."""
     kind = place.kind
     values = {**kind.settings(work, model, home), **more}
     toml, tree = _made(place, work, model, values)
@@ -316,7 +237,6 @@ def _settings(
 
 
 def _made(place: Place, work: Work, model: Any, values: dict[str, str]) -> tuple[str, Any]:
-    """The file of values, and what follows from it."""
     machine = machines.named(place.kind.name, "machine")
     toml = axis_settings.as_toml(values, _head(place, work, model), place.kind.name)
     table = tomllib.loads(toml)

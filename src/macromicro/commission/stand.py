@@ -1,4 +1,4 @@
-"""An axis on the stand: efforts in, positions out, ended at once where a limit is passed."""
+"""Test stand: efforts out, positions in; stops at once at a limit."""
 
 from __future__ import annotations
 
@@ -27,62 +27,40 @@ class CommissionError(MacromicroError):
 
 
 class Caution(NamedTuple):
-    """What the axis may not pass while it is commissioned.
+    """What the axis may not pass while it is commissioned."""
 
-    Attributes
-    ----------
-    effort : float
-        Largest effort, V.
-    speed : float
-        Greatest speed, m/s.
-    low, high : float
-        The window, m from where commissioning began.
-    lowest : float
-        Lowest effort, V; none is below -`effort`.
-    """
-
-    effort: float
-    speed: float
+    effort: float  #: largest effort, V
+    speed: float  #: greatest speed, m/s
+    #: low, high: the window, m from where commissioning began
     low: float = -math.inf
     high: float = math.inf
-    lowest: float = -math.inf
+    lowest: float = -math.inf  #: lowest effort, V; none is below -`effort`
 
 
 class Record(NamedTuple):
-    """What a drive showed.
+    """What a drive showed."""
 
-    Attributes
-    ----------
-    t : ndarray, shape (n,)
-        s.
-    u : ndarray, shape (n,)
-        Efforts as they were given, V.
-    x : ndarray, shape (n,)
-        Positions, m.
-    ended : str
-        Which limit ended it; "" for none.
-    """
-
-    t: Array
-    u: Array
-    x: Array
-    ended: str = ""
+    t: Array  #: s
+    u: Array  #: efforts as they were given, V
+    x: Array  #: positions, m
+    ended: str = ""  #: limit that ended it; "" for none
 
 
 class Pull(NamedTuple):
     """Gravity's torque on an eccentric load that turns, sine sin x + cosine cos x.
 
-    Attributes
-    ----------
-    sine, cosine : float
-        Effort that holds it, V.
-    error : float, optional
-        Standard error of either, V; 0: not known.
+    Examples
+    --------
+    >>> import math
+    >>> from macromicro.commission.stand import Pull
+    >>> Pull(sine=0.3, cosine=0.4).most, Pull(sine=0.3).at(math.pi / 2.0)  # V
+    (0.5, 0.3)
     """
 
+    #: sine, cosine: effort that holds it, V
     sine: float = 0.0
     cosine: float = 0.0
-    error: float = 0.0
+    error: float = 0.0  #: standard error of either, V; 0: not known
 
     @property
     def most(self) -> float:
@@ -90,7 +68,7 @@ class Pull(NamedTuple):
         return math.hypot(self.sine, self.cosine)
 
     def at(self, x: float) -> float:
-        """Effort that holds it at an angle.
+        """Effort that holds the load at an angle.
 
         Parameters
         ----------
@@ -105,7 +83,7 @@ class Pull(NamedTuple):
         return self.sine * math.sin(x) + self.cosine * math.cos(x)
 
     def along(self, x: Array) -> Array:
-        """Effort that holds it at angles.
+        """Effort that holds the load at angles.
 
         Parameters
         ----------
@@ -120,12 +98,12 @@ class Pull(NamedTuple):
         return self.sine * np.sin(x) + self.cosine * np.cos(x)
 
     def seen_from(self, zero: float) -> Pull:
-        """The same of angles that count from elsewhere.
+        """The same for angles that count from another zero.
 
         Parameters
         ----------
         zero : float
-            Where they are 0, rad.
+            Their zero, rad.
 
         Returns
         -------
@@ -137,12 +115,12 @@ class Pull(NamedTuple):
         return Pull(*made, self.error)
 
     def times(self, factor: float) -> Pull:
-        """The same so many times as strong.
+        """The pull times a factor.
 
         Parameters
         ----------
         factor : float
-            -1 turns it round.
+            -1 reverses it.
 
         Returns
         -------
@@ -167,23 +145,23 @@ class Stand:
     pitch : float
         Travel per count, m.
     ended : Callable[[], bool], optional
-        Whether somebody wants it to end; asked each period.
+        Request to stop; checked each period.
     place : Place, optional
-        What its places are counted in: of an axis that turns, rad for m.
+        Unit of positions: rad in place of m for a rotary axis.
 
     Attributes
     ----------
     sign : float
-        -1 where a positive effort makes the encoder count down; efforts are turned round.
+        -1 where a positive effort makes the encoder count down; efforts are reversed.
     facing : float
-        -1 where positions are turned round in place of efforts, of which there are one way only.
+        -1 where positions are reversed in place of efforts, which have one sign only.
     hold : float
-        Effort at the D/A that holds a weight, V; a law's efforts are added to it, and what a record
-        shows is without it. Where a drive ends it stays; where somebody interrupts, nothing does.
+        Effort at the D/A that holds a weight, V; added to a law's efforts and not in its records.
+        It stays when a drive ends, but not at an interruption.
     pull : Pull
-        The same of what depends on the angle, V at the D/A; beside `hold`, and as that.
+        As `hold`, for the part that depends on the angle, V at the D/A.
     zero : float
-        Encoder count that is position 0: that of the first reading.
+        Encoder count of position 0: the first reading.
     """
 
     def __init__(
@@ -200,26 +178,26 @@ class Stand:
         self.hold, self.pull = 0.0, BALANCED
 
     def check(self) -> None:
-        """Leave all outputs safe where somebody wants it to end.
+        """Leave all outputs safe at a request to stop.
 
         Raises
         ------
         KeyboardInterrupt
-            Somebody does.
+            At such a request.
         """
         if self._ended():
             self.rig.stop()
             raise KeyboardInterrupt
 
     def drive(self, law: Law, seconds: float, caution: Caution) -> Record:
-        """Let a law drive the axis for a time; then, or where it passes a limit, only hold it.
+        """Let a law drive the axis for a time or up to a limit; then only hold it.
 
         Parameters
         ----------
         law : Law
             Called each period.
         seconds : float
-            At most so long, s.
+            Longest time, s.
         caution : Caution
             Efforts are clipped; beyond the window or the speed it ends.
 
@@ -257,12 +235,12 @@ class Stand:
         return Record(t, u, x, ended)
 
     def position(self) -> float:
-        """Where the axis is, by its encoder.
+        """Position of the axis by its encoder.
 
         Returns
         -------
         float
-            m; NaN where the encoder gave nothing.
+            m; NaN without a reading.
         """
         count = float(self.rig.read().encoder)
         if math.isnan(self.zero):
@@ -277,7 +255,7 @@ class Stand:
         caution : Caution
             As for `drive`.
         longest : float, optional
-            Patience, s.
+            Longest wait, s.
 
         Returns
         -------
@@ -298,7 +276,7 @@ class Stand:
 
 
 def _passed(x: float, v: float, caution: Caution) -> str:
-    """The limit that is passed, or ""."""
+    """The limit that is exceeded, or ""."""
     if math.isnan(x):
         return SENSOR
     if not caution.low <= x <= caution.high:

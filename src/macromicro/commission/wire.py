@@ -1,22 +1,20 @@
-"""Commissioning of a shape-memory wire: what contracts it, its way, its heat; its machine.
+"""Commissioning of a shape-memory wire."""
 
-The machine `wire` is written down by a maker's figures, which positions do not show. So the file
-says a wire of the alloy that its rules assume, with a diameter of its own choice and a temperature
-scale in which contraction begins where that alloy's does. In it are the way, the loop and the times
-that were found.
-"""
+# Positions do not show the data-sheet values of the machine `wire`, so the file assumes a usual
+# alloy, a diameter, and a temperature scale that starts at that alloy's transformation; travel,
+# loop and times are the identified ones.
 
 from __future__ import annotations
 
 import math
 from typing import Any
 
-from macromicro.commission import wire_curves, wire_fit, wire_margins, wire_page
-from macromicro.commission import wire_drives as drives
+from macromicro.commission import _wire_curves, _wire_fit, _wire_margins, _wire_page
+from macromicro.commission import _wire_drives as drives
+from macromicro.commission._wire_drives import CURVES, PULSES, RAMP, WARMTH
+from macromicro.commission._wire_fit import Wire
+from macromicro.commission._wire_laws import Warmth
 from macromicro.commission.procedure import Kind, Step, Work
-from macromicro.commission.wire_drives import CURVES, PULSES, RAMP, WARMTH
-from macromicro.commission.wire_fit import Wire
-from macromicro.commission.wire_laws import Warmth
 from macromicro.machines import wire_sheets
 from macromicro.machines.wire import DEFAULT
 from macromicro.schema import config
@@ -36,46 +34,13 @@ def _ready(work: Work) -> None:
 
 
 def fitted(work: Work) -> Wire:
-    """Heat and contraction.
-
-    Parameters
-    ----------
-    work : Work
-        With all steps done.
-
-    Returns
-    -------
-    Wire
-        With its covariance.
-
-    Raises
-    ------
-    CommissionError
-        The records do not show them.
-    """
     records = [*work[RAMP], *work[PULSES]]
     # A reading that stands still is uncertain by its steps all the same.
     noise = math.hypot(work[WARMTH].noise, work.stand.pitch / math.sqrt(12.0))
-    return wire_fit.fitted(records, work.stand.dt, drives.way_of(work), noise)
+    return _wire_fit.fitted(records, work.stand.dt, drives.way_of(work), noise)
 
 
 def settings(work: Work, found: Wire, home: Any) -> dict[str, str]:
-    """The machine that was found.
-
-    Parameters
-    ----------
-    work : Work
-        With all steps done.
-    found : Wire
-        Of them.
-    home : Any
-        Not needed.
-
-    Returns
-    -------
-    dict[str, str]
-        Path to a TOML value.
-    """
     p, stand, effort = found.heat, work.stand, work.options.effort
     kelvin = min((DEFAULT.wire.heat_start - _ROOM) / p.start, (_HOTTEST - _ROOM) / p.end)
     length = p.way / DEFAULT.wire.strain
@@ -125,26 +90,12 @@ def settings(work: Work, found: Wire, home: Any) -> dict[str, str]:
     quick = min(wire_sheets.SLOWER * speed, tree.motion.velocity)
     # Between its branches, after a turn, a wire moves by a part of what it does along them: with
     # the gain that suits a branch the loop crosses the hysteresis too slowly.
-    quicker = wire_curves.answer(work[CURVES][0], p, stand.dt)
+    quicker = _wire_curves.answer(work[CURVES][0], p, stand.dt)
     gain = quicker * wire_sheets.bandwidth(tree) / found.up
     return {**values, "motion.velocity": f'"{quick!r} m/s"', "controller.kp": f'"{gain!r} V/m"'}
 
 
 def home(work: Work, found: Wire) -> None:
-    """To rest without effort, cold.
-
-    Parameters
-    ----------
-    work : Work
-        With all steps done.
-    found : Wire
-        Not needed for that.
-
-    Raises
-    ------
-    CommissionError
-        It does not come to rest.
-    """
     drives.cooled(work.stand, drives.least_motion(work), work)
 
 
@@ -152,23 +103,27 @@ KIND = Kind(
     name="wire",
     steps=(
         Step(WARMTH, "sign and first contraction", drives.warmth_intent, drives.warmth, Warmth),
-        Step(RAMP, "all its way, slowly", drives.ramp_intent, drives.ramp, None),
+        Step(RAMP, "full travel, slowly", drives.ramp_intent, drives.ramp, None),
         Step(PULSES, "heating and cooling", drives.pulses_intent, drives.pulses, None),
         Step(CURVES, "first-order curves", drives.curves_intent, drives.curves, None),
     ),
-    turned="A contraction made the reading fall: turn the sensor's sign before this file is used.",
-    note="Heat is in volts: the steady effort that keeps it.",
+    turned=(
+        "A contraction made the reading fall: reverse the sensor's sign before using this file."
+    ),
+    note="Heat is in volts of steady effort.",
     prepare=_ready,
     model=fitted,
     settings=settings,
-    head="Diameter, resistance, current and temperatures below are of a wire that behaves like "
-    "this one;\nwhat is found is its way, its loop, its times and the effort that each takes.",
-    homing="The wire cools until it rests; then it becomes 0 there",
+    head=(
+        "Diameter, resistance, current and temperatures below are those of an equivalent "
+        "wire;\ntravel, loop, times and efforts are the identified ones."
+    ),
+    homing="The wire cools until it rests; it takes this position as 0",
     home=home,
-    rows=wire_page.rows,
-    estimates=wire_page.estimates,
-    doubts=wire_page.doubts,
-    figures=wire_page.FIGURES,
-    margins=wire_margins.told,
+    rows=_wire_page.rows,
+    estimates=_wire_page.estimates,
+    doubts=_wire_page.doubts,
+    figures=_wire_page.FIGURES,
+    margins=_wire_margins.told,
     one_way=True,
 )

@@ -1,14 +1,13 @@
-"""Heat and contraction of a wire, in volts of steady effort: what its pulses show.
+"""Heat and contraction of a wire, in volts of steady effort.
 
     tau dh/dt = (1 - share) u - (h - s) - latent dz/dt
     slow ds/dt = share/(1 - share) (h - s) - s
     z = max(z, f(h - start)/(end - start)) while it warms, min(z, f(h - last)/(first - last)) while
     it cools, from 0 to 1;      f(q) = (e^(b q) - 1)/(e^b - 1);      x = way z
 
-h is the temperature above the room, measured by the effort that would keep it, and s that of what
-is around the wire and warms slowly (a share of the resistance lies behind it); z is the share that
-has contracted. The four h are those of austenite start and end and of martensite start (first) and
-end (last).
+h is the temperature above ambient in steady effort, s that of the slow surroundings (with a share
+of the resistance behind it), z the contracted share; start, end: austenite, first, last:
+martensite.
 """
 
 from __future__ import annotations
@@ -29,54 +28,26 @@ _STRAIGHT = 1e-6
 
 
 class Heat(NamedTuple):
-    """Parameters of the wire.
-
-    Attributes
-    ----------
-    tau : float
-        Time constant of the wire, s.
-    share : float
-        Of the resistance to the room behind what warms slowly.
-    slow : float
-        Time constant of that, s.
-    latent : float
-        Of the whole contraction, V s.
-    start, end : float
-        Heat at which contraction begins and ends, V.
-    first, last : float
-        Heat at which extension begins and ends, V.
-    way : float
-        Full contraction, m.
-    warming, cooling : float
-        How the branches bend; 0 is straight.
-    """
-
-    tau: float
-    share: float
-    slow: float
-    latent: float
+    tau: float  # time constant of the wire, s
+    share: float  # of the resistance to the room behind what warms slowly
+    slow: float  # time constant of that, s
+    latent: float  # of the whole contraction, V s
+    # start, end: heat at which contraction begins and ends, V
     start: float
     end: float
+    # first, last: heat at which extension begins and ends, V
     first: float
     last: float
-    way: float
-    warming: float = 0.0
-    cooling: float = 0.0
+    way: float  # full contraction, m
+    warming: float = 0.0  # curvature of the branches
+    cooling: float = 0.0  # 0 is straight
 
 
 class Begin(NamedTuple):
-    """What a record begins with: a wire that rests extended is not always cold.
+    """Initial heat of a record: an extended wire is not always cold."""
 
-    Attributes
-    ----------
-    heat : float
-        Of the wire, V.
-    around : float
-        Of what is around it, V.
-    """
-
-    heat: float
-    around: float
+    heat: float  # of the wire, V
+    around: float  # of what is around it, V
 
 
 COLD = Begin(0.0, 0.0)
@@ -84,20 +55,6 @@ COLD = Begin(0.0, 0.0)
 
 @kernel
 def branch(q: float, bend: float) -> float:
-    """Contraction along a branch.
-
-    Parameters
-    ----------
-    q : float
-        How far the heat is between the branch's ends, from 0 to 1.
-    bend : float
-        How it bends.
-
-    Returns
-    -------
-    float
-        From 0 to 1.
-    """
     inside = min(max(q, 0.0), 1.0)
     if abs(bend) < _STRAIGHT:
         return inside
@@ -105,18 +62,7 @@ def branch(q: float, bend: float) -> float:
 
 
 def steepest(p: Heat) -> float:
-    """Contraction per heat where it is most, on either branch.
-
-    Parameters
-    ----------
-    p : Heat
-        Of the wire.
-
-    Returns
-    -------
-    float
-        Of the whole contraction, 1/V.
-    """
+    """Greatest contraction per heat on either branch."""
     ways = ((p.end - p.start, p.warming), (p.first - p.last, p.cooling))
     return max(_steep(bend) / way for way, bend in ways)
 
@@ -129,20 +75,6 @@ def _steep(bend: float) -> float:
 
 @kernel
 def along(z: float, bend: float) -> float:
-    """The inverse of `branch`.
-
-    Parameters
-    ----------
-    z : float
-        Contraction, from 0 to 1.
-    bend : float
-        How it bends.
-
-    Returns
-    -------
-    float
-        From 0 to 1.
-    """
     if abs(bend) < _STRAIGHT:
         return z
     return math.log1p(z * math.expm1(bend)) / bend
@@ -150,20 +82,7 @@ def along(z: float, bend: float) -> float:
 
 @kernel
 def steepness(z: float, bend: float) -> float:
-    """Slope of `branch` where it has come to a contraction.
-
-    Parameters
-    ----------
-    z : float
-        Contraction, from 0 to 1.
-    bend : float
-        How it bends.
-
-    Returns
-    -------
-    float
-        Per share of the heat between its ends.
-    """
+    """Slope of `branch` at a contraction."""
     if abs(bend) < _STRAIGHT:
         return 1.0
     return bend * (1.0 / math.expm1(bend) + z)
@@ -171,26 +90,7 @@ def steepness(z: float, bend: float) -> float:
 
 @kernel
 def settled(p: Heat, content: float, z: float, warming: bool) -> tuple[float, float]:
-    """Heat and contraction that go with a heat content, which rose or fell to it.
-
-    Parameters
-    ----------
-    p : Heat
-        Parameters.
-    content : float
-        tau h + latent z, V s.
-    z : float
-        Contraction before, from 0 to 1.
-    warming : bool
-        Whether it rose.
-
-    Returns
-    -------
-    h : float
-        V.
-    z : float
-        From 0 to 1.
-    """
+    """Heat and contraction for a heat content that rose or fell to it."""
     at, over, bend = p.last, p.first - p.last, p.cooling
     if warming:
         at, over, bend = p.start, p.end - p.start, p.warming
@@ -218,24 +118,9 @@ def settled(p: Heat, content: float, z: float, warming: bool) -> tuple[float, fl
 
 @kernel
 def free_run(p: Heat, begin: Begin, efforts: Array, dt: float, out: Array) -> None:
-    """Contraction under efforts of a wire that was extended.
-
-    The heat's content goes on by Heun's rule. Heat and contraction follow from it, so a branch
-    begins and ends between two samples where it does, and results change smoothly with parameters.
-
-    Parameters
-    ----------
-    p : Heat
-        Parameters.
-    begin : Begin
-        Heat at the first row.
-    efforts : ndarray, shape (n,)
-        V.
-    dt : float
-        From one to the next, s.
-    out : ndarray, shape (n,)
-        m, means over the periods, written into.
-    """
+    """Contraction under efforts from extended."""
+    # Heun's rule for the heat content; heat and contraction follow from it, so branches begin and
+    # end between samples and results are smooth in the parameters.
     h, around, z = begin.heat, begin.around, 0.0
     behind = p.share / (1.0 - p.share)
     for k in range(len(efforts)):
@@ -253,22 +138,6 @@ def free_run(p: Heat, begin: Begin, efforts: Array, dt: float, out: Array) -> No
 
 
 def simulated(p: Heat, record: Record, begin: Begin = COLD) -> Array:
-    """Contraction along a record.
-
-    Parameters
-    ----------
-    p : Heat
-        Parameters.
-    record : Record
-        It begins extended.
-    begin : Begin, optional
-        Heat that it begins with.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        m.
-    """
     out = np.empty_like(record.x)
     plain = Heat(*(float(v) for v in p))
     warm = Begin(*(float(v) for v in begin))
@@ -277,20 +146,7 @@ def simulated(p: Heat, record: Record, begin: Begin = COLD) -> Array:
 
 
 def thinned(record: Record, dt: float) -> Record:
-    """Means over equal blocks, few enough.
-
-    Parameters
-    ----------
-    record : Record
-        Of a drive.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    Record
-        Of `_ROWS` rows about.
-    """
+    """Means over equal blocks, few enough."""
     every = max(len(record.t) // _ROWS, 1)
     n = len(record.t) // every * every
     u, x = (c[:n].reshape(-1, every).mean(axis=1) for c in (record.u, record.x))

@@ -1,4 +1,4 @@
-"""When a macro move has arrived: one meaning, for programmes, live moves and live programmes."""
+"""When a macro move has arrived, for programmes and live moves."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from macromicro.kernel import kernel
 from macromicro.schema.par import Par
 
 TICK = 1e-9  # s; slack of comparisons of times
-FARTHEST = 1e6  # counts of any encoder; the strokes say what is sensible (`rules`)
+FARTHEST = 1e6  # counts of any encoder; `rules` limits them by the travel
 LONGEST = 600.0  # s; the whole travel at 0.3 mm/s
 
 
@@ -59,56 +59,24 @@ class Sequence(NamedTuple):
 
 
 class Rule(Protocol):
-    """What says when something has arrived: `Sequence`, or that of another machine."""
+    """An arrival rule: `Sequence`, or that of another machine."""
 
     @property
-    def tolerance(self) -> float:
-        """Error that counts as arrived, in the unit of the error."""
+    def tolerance(self) -> float: ...
 
     @property
-    def dwell(self) -> float:
-        """Time within the tolerance, s."""
+    def dwell(self) -> float: ...
 
 
 @kernel
 def within(p: Rule, error: float) -> bool:
-    """Whether an error is within the tolerance. A missing reading (NaN) is not.
-
-    Parameters
-    ----------
-    p : Rule
-        Tolerance and dwell.
-    error : float
-        Error, in the tolerance's unit.
-
-    Returns
-    -------
-    bool
-        True if so.
-    """
+    """Whether an error is within the tolerance; NaN is not."""
     return abs(error) <= p.tolerance
 
 
 @kernel
 def since(p: Rule, error: float, before: float, t: float) -> float:
-    """Since when the error is within the tolerance.
-
-    Parameters
-    ----------
-    p : Rule
-        Tolerance and dwell.
-    error : float
-        Error, in the tolerance's unit.
-    before : float
-        The same of the last period, s.
-    t : float
-        Now, s.
-
-    Returns
-    -------
-    float
-        s; NaN where it is not.
-    """
+    """Since when the error is within the tolerance."""
     if not within(p, error):
         return math.nan
     return t if math.isnan(before) else before
@@ -116,20 +84,4 @@ def since(p: Rule, error: float, before: float, t: float) -> float:
 
 @kernel
 def arrived(p: Rule, inside: float, t: float) -> bool:
-    """Whether it has been within the tolerance for the dwell.
-
-    Parameters
-    ----------
-    p : Rule
-        Tolerance and dwell.
-    inside : float
-        Since when it is within, s, or NaN.
-    t : float
-        Now, s.
-
-    Returns
-    -------
-    bool
-        NaN fails the comparison.
-    """
     return t - inside >= p.dwell - TICK

@@ -3,49 +3,27 @@
 from __future__ import annotations
 
 from importlib import resources
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.errors import InputError
+from macromicro.columns import Meaning
+from macromicro.errors import ProblemError
 from macromicro.kernel import kernel
 
 
 class Calibration(NamedTuple):
-    """Positions on a uniform grid of voltages; straight between.
+    """Positions on a uniform grid of voltages, interpolated linearly."""
 
-    Attributes
-    ----------
-    low : float
-        Lowest voltage, V.
-    step : float
-        From point to point, V.
-    position : ndarray, shape (n,)
-        m.
-    """
-
-    low: float
-    step: float
-    position: npt.NDArray[np.float64]
+    low: Annotated[float, Meaning("lowest voltage", "V")]
+    step: Annotated[float, Meaning("from point to point", "V")]
+    position: Annotated[npt.NDArray[np.float64], Meaning("", "m")]
 
 
 @kernel
 def position(p: Calibration, volts: float) -> float:
-    """Contraction for a Hall reading; held at the table's ends.
-
-    Parameters
-    ----------
-    p : Calibration
-        The table.
-    volts : float
-        Voltage, V.
-
-    Returns
-    -------
-    float
-        m.
-    """
+    """Contraction for a Hall reading, clamped to the table."""
     last = len(p.position) - 1
     place = (volts - p.low) / p.step
     if not place > 0.0:
@@ -58,43 +36,21 @@ def position(p: Calibration, volts: float) -> float:
 
 
 def shipped() -> Calibration:
-    """The calibration of the default bench, made by ``macromicro.identify.hall``.
-
-    Returns
-    -------
-    Calibration
-        Volts to m.
-    """
+    """The calibration of the default bench, made by ``macromicro.identify.hall``."""
     return _parsed(
         resources.files("macromicro.control").joinpath("hall_calibration.csv").read_text("utf-8")
     )
 
 
 def read(text: str) -> Calibration:
-    """The table in the text of the file that `macromicro identify hall` writes.
-
-    Parameters
-    ----------
-    text : str
-        Lines of hall_V,position_mm.
-
-    Returns
-    -------
-    Calibration
-        Volts to m.
-
-    Raises
-    ------
-    InputError
-        It is no such table.
-    """
-    accepted = "the text of a hall_calibration.csv, lines hall_V,position_mm at equal steps"
+    """The table in the text of the file that `macromicro identify hall` writes."""
+    remedy = "Use a hall_calibration.csv with lines hall_V,position_mm at equal steps."
     try:
         table = _parsed(text)
     except (ValueError, IndexError, ZeroDivisionError):
-        raise InputError("Hall calibration", "no table", accepted) from None
+        raise ProblemError("Hall calibration", "it holds no table", remedy) from None
     if not (table.step > 0.0 and np.isfinite(table.position).all()):
-        raise InputError("Hall calibration", "voltages that do not rise", accepted)
+        raise ProblemError("Hall calibration", "the voltages do not rise", remedy)
     return table
 
 

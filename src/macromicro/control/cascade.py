@@ -1,15 +1,11 @@
-"""Cascaded position (P) and velocity (PI) control with feed-forward, for any control period.
-
-The laws are written in continuous time: gains in 1/s and V s/m hold for whatever period the loop
-runs at. The velocity comes from an observer of the position, not from differences of counts.
-"""
+"""Cascaded position (P) and velocity (PI) control with feed-forward, in continuous-time gains."""
 
 from __future__ import annotations
 
 import math
 from typing import Annotated, NamedTuple
 
-from macromicro.columns import Quantity
+from macromicro.columns import Meaning, Quantity
 from macromicro.control import notch
 from macromicro.control.notch import Delays, Notch
 from macromicro.control.stage_law import Sample, StageLaw, Target
@@ -23,7 +19,7 @@ class Cascade(NamedTuple):
     """Gains of the law; efforts in V at the D/A."""
 
     position: Annotated[
-        float, Par("1/s", "speed asked for per position error", _DERIVED, lo=0.0)
+        float, Par("1/s", "commanded speed per position error", _DERIVED, lo=0.0)
     ] = 0.0
     velocity: Annotated[float, Par("V*s/m", "effort per velocity error", _DERIVED, lo=0.0)] = 0.0
     integral: Annotated[
@@ -54,74 +50,47 @@ class Cascade(NamedTuple):
     ] = 0.0
     rest: Annotated[
         float,
-        Par("m", "position error that a resting target leaves alone", _DERIVED, shown="um", lo=0.0),
+        Par(
+            "m",
+            "position error that is not corrected at a resting target",
+            _DERIVED,
+            shown="um",
+            lo=0.0,
+        ),
     ] = 0.0
-    limit: Annotated[float, Par("V", "greatest effort", _DERIVED, positive=True)] = 10.0
+    limit: Annotated[float, Par("V", "maximum effort", _DERIVED, positive=True)] = 10.0
     notch: Notch = Notch()
 
 
 class Memory(NamedTuple):
-    """What the law remembers."""
-
-    place: float  # m, of the observer: its prediction for this period
+    place: Annotated[float, Meaning("of the observer: its prediction for this period", "m")]
     velocity: Annotated[
         float, Quantity("mm/s", "speed by the law's observer", column="speed", scale=1e3)
     ]
     integral: Annotated[float, Quantity("V", "integral effort", column="integral")]
-    first: float  # V, of the notch
+    first: Annotated[float, Meaning("of the notch", "V")]
     second: float
-    rested: float  # 1: the target has been at rest
+    rested: Annotated[float, Meaning("1: the target has been at rest")]
 
 
 @kernel
 def start(p: Cascade, sample: Sample) -> Memory:
-    """At rest where the sample is.
-
-    Parameters
-    ----------
-    p : Cascade
-        Gains.
-    sample : Sample
-        The first.
-
-    Returns
-    -------
-    Memory
-        No integral yet.
-    """
     place = 0.0 if math.isnan(sample.position) else sample.position
     return Memory(place, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 @kernel
 def observed(
-    bandwidth: float, place: float, velocity: float, sample: Sample, dt: float
-) -> tuple[float, float]:
-    """Place and velocity by a Luenberger observer, corrected by a sample.
-
-    Both poles are at exp(-bandwidth dt), so it is stable for any period. A missing sample corrects
-    nothing.
-
-    Parameters
-    ----------
-    bandwidth : float
-        1/s.
-    place : float
-        Predicted, m.
-    velocity : float
-        Predicted, m/s.
-    sample : Sample
-        What the stage shows.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    place : float
-        m.
-    velocity : float
-        m/s.
-    """
+    bandwidth: Annotated[float, Meaning("bandwidth", "1/s")],
+    place: Annotated[float, Meaning("predicted", "m")],
+    velocity: Annotated[float, Meaning("predicted", "m/s")],
+    sample: Sample,
+    dt: float,
+) -> tuple[
+    Annotated[float, Meaning("", "m", name="place")],
+    Annotated[float, Meaning("", "m/s", name="velocity")],
+]:
+    """Position and velocity by a Luenberger observer with both poles at exp(-bandwidth dt)."""
     off = sample.position - place
     if math.isnan(off):
         return place, velocity
@@ -130,29 +99,12 @@ def observed(
 
 
 @kernel
-def step(p: Cascade, s: Memory, target: Target, sample: Sample, dt: float) -> tuple[Memory, float]:
-    """One control period.
-
-    Parameters
-    ----------
-    p : Cascade
-        Gains.
-    s : Memory
-        State.
-    target : Target
-        Where the stage is to be.
-    sample : Sample
-        What it shows.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    memory : Memory
-        New state.
-    effort : float
-        V at the D/A.
-    """
+def step(
+    p: Cascade, s: Memory, target: Target, sample: Sample, dt: float
+) -> tuple[
+    Annotated[Memory, Meaning(name="memory")],
+    Annotated[float, Meaning("at the D/A", "V", name="effort")],
+]:
     place, velocity = observed(p.observer, s.place, s.velocity, sample, dt)
     error = target.position - sample.position
     if math.isnan(error):
@@ -165,13 +117,13 @@ def step(p: Cascade, s: Memory, target: Target, sample: Sample, dt: float) -> tu
     ahead += p.ahead_gravity
     if p.ahead_unbalance != 0.0:
         ahead += p.ahead_unbalance * math.sin(target.position - p.hangs)
-    # Friction of the way that is asked for; at rest that back to the target.
+    # Friction in the commanded direction; at rest in the direction of the target.
     if target.velocity != 0.0:
         ahead += math.copysign(p.ahead_friction, target.velocity)
     elif resting and error != 0.0:
         ahead += math.copysign(p.loosen, error)
     before = s.integral
-    # What pushed against the way that is asked for now was friction, of the other direction.
+    # An integral against the commanded direction was friction of the other direction.
     if s.rested > 0.5 and before * target.velocity < 0.0:
         before = 0.0
     gathered = before + p.velocity * p.integral * slip * dt

@@ -1,11 +1,4 @@
-"""Whether a control law of another package keeps what every law here must keep.
-
-In a test of your own::
-
-    from macromicro.control import contract
-    def test_my_law():
-        assert contract.broken(sliding_mode) == []
-"""
+"""Checks that a control law of another package meets the contract of every law."""
 
 from __future__ import annotations
 
@@ -28,24 +21,12 @@ _HUGE = 1e3  # times the travel
 
 
 class Finding(NamedTuple):
-    """One thing that was looked at.
+    """One thing that was looked at."""
 
-    Attributes
-    ----------
-    what : str
-        Of the law.
-    passed : bool
-        Whether it is as it must be.
-    found : str
-        In words.
-    remedy : str
-        What to do; "" for nothing.
-    """
-
-    what: str
-    passed: bool
-    found: str
-    remedy: str = ""
+    what: str  #: of the law
+    passed: bool  #: whether it is as it must be
+    found: str  #: in words
+    remedy: str = ""  #: what to do; "" for nothing
 
 
 class Broken(Exception):
@@ -60,19 +41,26 @@ Run = list[tuple[Any, float]]  # memory and effort of each period
 
 
 def check(law: StageLaw | Any, name: str = "the law") -> Iterator[Finding]:
-    """Look at everything that a law must keep, on made-up targets and readings.
+    """Check a law on simulated targets and readings.
 
     Parameters
     ----------
     law : StageLaw | Any
         A law, or a class that is one.
     name : str, optional
-        Of it, for messages.
+        Its name, for messages.
 
     Yields
     ------
     Finding
-        One after the other; what needs what failed is left out.
+        Each result; checks that depend on a failed one are skipped.
+
+    Examples
+    --------
+    >>> from macromicro.control.contract import check
+    >>> from macromicro.control.pid_heat import LAW
+    >>> [each.what for each in check(LAW) if each.passed][:4]
+    ['shape', 'gains', 'signature', 'memory']
     """
     try:
         law = outside.checked(law, name, "law")
@@ -97,21 +85,28 @@ Look = Callable[[Any], str]
 
 
 def looked(it: Any, looks: Sequence[tuple[str, Look]], first: Collection[str]) -> Iterator[Finding]:
-    """Look at one thing after the other.
+    """Run checks one after the other.
 
     Parameters
     ----------
     it : Any
-        What is looked at.
+        The object to check.
     looks : Sequence[tuple[str, Look]]
-        What, and a function of `it` that says what it found, or raises `Broken`.
+        Name of each check, and a function of `it` that returns a finding or raises `Broken`.
     first : Collection[str]
-        Those that the rest needs: an exception there ends it.
+        Checks that the others depend on: an exception there ends the run.
 
     Yields
     ------
     Finding
-        One for each.
+        One for each check.
+
+    Examples
+    --------
+    >>> from macromicro.control.contract import looked
+    >>> looks = [("gain", lambda it: f"{it:g} V/m"), ("time", lambda it: f"{1.0 / it:g} s")]
+    >>> [(each.what, each.passed) for each in looked(0.0, looks, first=())]
+    [('gain', True), ('time', False)]
     """
     for what, look in looks:
         try:
@@ -120,32 +115,41 @@ def looked(it: Any, looks: Sequence[tuple[str, Look]], first: Collection[str]) -
             yield Finding(what, False, str(error), error.remedy)
         except Exception as error:  # whatever the user's code does
             words = f"{type(error).__name__}: {printable(' '.join(str(error).split()), 300)}"
-            yield Finding(what, False, words, "mend what raises it")
+            yield Finding(what, False, words, "fix what raises it")
             if what in first:
                 return
 
 
 def broken(law: StageLaw | Any, name: str = "the law") -> list[str]:
-    """What a law does not keep, for a test: an empty list if all is well.
+    """The failed checks of a law, for a test: an empty list if all is well.
 
     Parameters
     ----------
     law : StageLaw | Any
         A law, or a class that is one.
     name : str, optional
-        Of it, for messages.
+        Its name, for messages.
 
     Returns
     -------
     list[str]
         A line for each.
+
+    Examples
+    --------
+    >>> from macromicro.control.contract import broken
+    >>> from macromicro.control.pid_heat import LAW
+    >>> broken(LAW)
+    []
+    >>> broken(LAW._replace(step=lambda gains, memory: (memory, 0.0)))[0]
+    'signature: step: too many positional arguments; step(gains, memory, target, sample, dt)'
     """
     found = [each for each in check(law, name) if not each.passed]
     return [f"{each.what}: {each.found}; {each.remedy}" for each in found]
 
 
 def _run(law: StageLaw, errors: list[float], dt: float = PERIOD, step: Any = None) -> Run:
-    """A stage that follows nothing: it stands at these errors from a target that moves on."""
+    """A simulated stage at these errors from a moving target."""
     gains, one = _given(law), step or law.step
     far = _travel(law)
     first = Sample(0.0, -errors[0])
@@ -160,7 +164,7 @@ def _run(law: StageLaw, errors: list[float], dt: float = PERIOD, step: Any = Non
 
 
 def _given(law: StageLaw) -> Any:
-    """What its functions take."""
+    """Arguments of the law's functions."""
     return outside.given(law, law.gains())
 
 
@@ -171,7 +175,7 @@ def _travel(law: StageLaw) -> float:
 
 
 def _course(law: StageLaw) -> list[float]:
-    """Errors of either sign, small ones and large ones, and none."""
+    """Small and large errors of either sign, and zero."""
     far = _travel(law)
     return [far * math.sin(0.37 * k) ** 3 for k in range(_STEPS)]
 
@@ -209,7 +213,6 @@ def _memory(law: StageLaw) -> str:
 
 
 def _answered(law: StageLaw, answer: Any) -> tuple[Any, float]:
-    """Memory and effort of one step, checked."""
     if not isinstance(answer, tuple) or len(answer) != 2:
         raise Broken(f"step returns {printable(answer)}", "(memory, effort)")
     memory, effort = answer
@@ -220,7 +223,7 @@ def _answered(law: StageLaw, answer: Any) -> tuple[Any, float]:
 
 
 def _remembered(law: StageLaw, memory: Any) -> None:
-    """Raise unless this is a memory of the law: one type, whatever happens."""
+    """Raise unless this is a memory of the law, always of one type."""
     kind, memory = law.memory, law.tell(memory)
     if type(memory) is not kind:
         words = f"a memory of type {type(memory).__name__}"

@@ -1,4 +1,4 @@
-"""The D/A converter as a law has to reckon with it."""
+"""D/A rounding as seen by a law."""
 
 from __future__ import annotations
 
@@ -9,20 +9,6 @@ from macromicro.kernel import kernel
 
 @kernel
 def rounded(volts: float, step: float) -> float:
-    """CTRL as the D/A gives it.
-
-    Parameters
-    ----------
-    volts : float
-        V.
-    step : float
-        Of the D/A, V; 0: none.
-
-    Returns
-    -------
-    float
-        V.
-    """
     if step <= 0.0:
         return volts
     return math.floor(volts / step + 0.5) * step

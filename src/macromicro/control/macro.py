@@ -1,19 +1,12 @@
-"""The macro-stage's control laws: a new one is one file and its name in `FILES`.
-
-Every law keeps its own memory. All gains and all memories travel together, because compiled
-code needs types that do not depend on the law that was chosen; `step` goes to the chosen one.
-The laws are put into a chain of closures, one link a law, in which gains and memory have
-constant places: that compiles to as many comparisons, and no function is passed around. They
-see the error alone. Gains and memory of a law of another package (`outside`), where the settings
-name one, stand behind those, and it sees target and reading.
-"""
+"""The macro-stage's control laws: a new one is one file and its name in `FILES`."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
-from typing import Any, NamedTuple, ParamSpec, TypeVar
+from typing import Annotated, Any, NamedTuple, ParamSpec, TypeVar
 
+from macromicro.columns import Meaning
 from macromicro.control import deadzone, outside
 from macromicro.control.law import Law
 from macromicro.control.stage_law import Sample, Target
@@ -33,68 +26,34 @@ Memory = tuple[Any, ...]  # one of each law, in the order of `LAWS`; that of one
 
 
 class MacroLaw(NamedTuple):
-    """The chosen law of the macro-stage, and the gains of all.
+    """The chosen law of the macro-stage, with the gains of all."""
 
-    Attributes
-    ----------
-    law : int
-        Its place in `LAWS`; behind them: that of another package.
-    dead_zone : float
-        Dead zone of the inverse, V; 0 leaves the friction uncompensated.
-    limit : float
-        Limit of the effort, V.
-    gains : tuple[Any, ...]
-        Gains of every law, in the order of `LAWS`, then those of another package's.
-    scale : float
-        Unit of that law per count: 1, or m.
-    """
-
-    law: int
-    dead_zone: float
-    limit: float
-    gains: tuple[Any, ...]
-    scale: float = 1.0
+    law: Annotated[int, Meaning("its place in LAWS; behind them: that of another package")]
+    dead_zone: Annotated[
+        float, Meaning("dead zone of the inverse, V; 0 leaves the friction uncompensated")
+    ]
+    limit: Annotated[float, Meaning("limit of the effort", "V")]
+    gains: Annotated[
+        tuple[Any, ...],
+        Meaning("gains of every law, in the order of LAWS, then those of another package's"),
+    ]
+    scale: Annotated[float, Meaning("unit of that law per count: 1, or m")] = 1.0
 
     @property
     def own(self) -> Any:
-        """The gains of the chosen law."""
         return self.gains[self.law]
 
     def with_gains(self, gains: Any) -> MacroLaw:
-        """The same law with other gains.
-
-        Parameters
-        ----------
-        gains : Any
-            Gains of the chosen law.
-
-        Returns
-        -------
-        MacroLaw
-            The law.
-        """
         every = list(self.gains)
         every[self.law] = gains
         return self._replace(gains=tuple(every))
 
     def machine(self, function: Callable[P, R]) -> Callable[P, R]:
-        """A kernel that calls this law, at machine speed if the law can be compiled.
-
-        Parameters
-        ----------
-        function : Callable[P, R]
-            The kernel.
-
-        Returns
-        -------
-        Callable[P, R]
-            Compiled; or as it is, beside a law of plain Python.
-        """
+        """A kernel that calls this law, compiled if the law can be."""
         return compiled(function) if self.compiles else function
 
     @property
     def compiles(self) -> bool:
-        """Whether all laws that it has gains of can be compiled."""
         return all(outside.compiles(outside.having(gains)) for gains in self.gains[SHIPPED:])
 
 
@@ -118,7 +77,7 @@ def _starts(k: int) -> Callable[[float], Memory]:
 
 
 def _steps(k: int) -> Callable[[MacroLaw, Memory, float, float], tuple[Memory, float]]:
-    """A step of the chosen law, which is that at `k` or a later one."""
+    """A step of the chosen law, at index `k` or later."""
     step, after = LAWS[k].step, k + 1
     if after == len(LAWS):
 
@@ -145,79 +104,28 @@ _started, _stepped = _starts(0), _steps(0)
 
 @kernel
 def rest(error: float) -> Memory:
-    """The memories of this package's laws before the first period.
-
-    Parameters
-    ----------
-    error : float
-        As if it had been there, counts.
-
-    Returns
-    -------
-    Memory
-        In the order of `LAWS`.
-    """
+    """The memories before the first period (`error` in counts)."""
     return _started(error)
 
 
 @kernel
 def begun(p: MacroLaw) -> Memory:
-    """The memories before the first period of a run, each of the type that it will keep.
-
-    Parameters
-    ----------
-    p : MacroLaw
-        The law.
-
-    Returns
-    -------
-    Memory
-        Of all laws, without an error before.
-    """
+    """The memories before a run, with their final types."""
     return (*_started(0.0), *outside.begun(p.gains[SHIPPED:]))
 
 
 @kernel
 def again(s: Memory) -> Memory:
-    """Memories as before the first period.
-
-    Parameters
-    ----------
-    s : Memory
-        Of all laws.
-
-    Returns
-    -------
-    Memory
-        The same laws', without an error before.
-    """
+    """The memories, reset."""
     return (*_started(0.0), *outside.again(s[SHIPPED:]))
 
 
 @kernel
-def step(p: MacroLaw, s: Memory, target: Target, sample: Sample, dt: float) -> tuple[Memory, float]:
-    """One period of the chosen law.
-
-    Parameters
-    ----------
-    p : MacroLaw
-        The law.
-    s : Memory
-        Memories of all laws.
-    target : Target
-        Counts; of another package's law without memory yet, `s` may end before it.
-    sample : Sample
-        Counts.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    memory : Memory
-        New memories.
-    effort : float
-        Effort at the D/A, lifted over the dead zone and saturated, V.
-    """
+def step(
+    p: MacroLaw, s: Memory, target: Target, sample: Sample, dt: float
+) -> tuple[
+    Annotated[Memory, Meaning(name="memory")], Annotated[float, Meaning("", "V", name="effort")]
+]:
     if p.law < SHIPPED:
         mine, effort = _stepped(p, s[:SHIPPED], target.position - sample.position, dt)
         return (*mine, *s[SHIPPED:]), sent(effort, p.dead_zone, p.limit)
@@ -231,7 +139,7 @@ def step(p: MacroLaw, s: Memory, target: Target, sample: Sample, dt: float) -> t
 
 
 def _integrals(k: int) -> Callable[[Memory], float]:
-    """The sum of what the laws from `k` on have integrated; all but the chosen one rest."""
+    """The integral of the chosen law, by summing over all laws."""
     rest = _integrals(k + 1) if k + 1 < len(LAWS) else _nothing
     if not hasattr(LAWS[k].start(0.0), "integral"):
         return rest
@@ -253,39 +161,13 @@ _integrated = _integrals(0)
 
 @kernel
 def integral(s: Memory) -> float:
-    """Integral effort, for the recording: of a law whose memory has a field `integral`.
-
-    Parameters
-    ----------
-    s : Memory
-        Memories of all laws.
-
-    Returns
-    -------
-    float
-        V.
-    """
+    """Integral effort for the recording."""
     return _integrated(s) + outside.integral(s[SHIPPED:])
 
 
 @kernel
 def sent(effort: float, dead_zone: float, limit: float) -> float:
-    """An effort, lifted over the dead zone and saturated.
-
-    Parameters
-    ----------
-    effort : float
-        Effort of a law, V.
-    dead_zone : float
-        Dead zone, V.
-    limit : float
-        Limit, V.
-
-    Returns
-    -------
-    float
-        V at the D/A.
-    """
+    """An effort, lifted over the dead zone and saturated."""
     if dead_zone > 0.0:
         effort = deadzone.inverse(dead_zone, effort)
     return min(max(effort, -limit), limit)

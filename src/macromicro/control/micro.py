@@ -1,8 +1,4 @@
-"""The law of the micro-stage: the PI of the thesis, or one by the contract of `stage_law`.
-
-A law by the contract travels as its prepared gains, in a tuple of none or one, and its memory in
-another, so that compiled code, whose types they are, calls the right one (`outside`).
-"""
+"""The law of the micro-stage: the PI of the thesis, or one by the contract of `stage_law`."""
 
 from __future__ import annotations
 
@@ -21,36 +17,12 @@ PREFIX = "micro_law_"
 
 
 def prepared(gains: Any) -> tuple[Any, ...]:
-    """What a law's kernels take.
-
-    Parameters
-    ----------
-    gains : Any
-        The set `controller.fine` of the settings.
-
-    Returns
-    -------
-    tuple[Any, ...]
-        One; none for `outside.NoGains`.
-    """
     if not outside.of(gains):
         return ()
     return (outside.given(outside.having(gains), gains),)
 
 
 def begun(own: tuple[Any, ...]) -> Kept:
-    """The memory before a run.
-
-    Parameters
-    ----------
-    own : tuple[Any, ...]
-        From `prepared`.
-
-    Returns
-    -------
-    Kept
-        Of that law; empty without one.
-    """
     found = []
     for each in own:
         law = outside.having(each)
@@ -62,7 +34,7 @@ def begun(own: tuple[Any, ...]) -> Kept:
 
 
 def _law(own: Any) -> StageLaw:
-    """Of the compiler's type of a tuple of one."""
+    """The type of a tuple of one for the compiler."""
     return outside.named(own[0].instance_class)
 
 
@@ -130,34 +102,6 @@ def step(
     sample: Sample,
     dt: float,
 ) -> tuple[float, Kept, float]:
-    """One period of the law that has the turn.
-
-    Parameters
-    ----------
-    p : PiAntiWindup
-        The PI, or the limits of a law by the contract.
-    own : tuple[Any, ...]
-        From `prepared`: none for the PI.
-    kept : Kept
-        Memory of a law by the contract.
-    integral : float
-        Integral effort of the PI, V.
-    target : Target
-        m.
-    sample : Sample
-        m.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    integral : float
-        Of the PI, V.
-    kept : Kept
-        New memory.
-    effort : float
-        V, within the limits.
-    """
     if not own:
         integral, effort = pi.step(p, integral, target.position - sample.position, dt)
         return integral, kept, effort
@@ -181,24 +125,7 @@ def _rest(own: Any, kept: Any, sample: Any, dt: Any) -> Callable[..., Any]:
 
 @by_type(_rest)
 def rest(own: tuple[Any, ...], kept: Kept, sample: Sample, dt: float) -> Kept:
-    """A period in which the micro-stage has no turn and no effort.
-
-    Parameters
-    ----------
-    own : tuple[Any, ...]
-        From `prepared`.
-    kept : Kept
-        Memory of the law.
-    sample : Sample
-        m.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    Kept
-        A period later; a law without `rest` begins anew.
-    """
+    """A period without a turn of the micro-stage."""
     if not own:
         return kept
     law = outside.having(own[0])
@@ -208,18 +135,6 @@ def rest(own: tuple[Any, ...], kept: Kept, sample: Sample, dt: float) -> Kept:
 
 
 def columns(own: tuple[Any, ...]) -> tuple[Column, ...]:
-    """What is recorded of a law's memory.
-
-    Parameters
-    ----------
-    own : tuple[Any, ...]
-        From `prepared`.
-
-    Returns
-    -------
-    tuple[Column, ...]
-        Named `PREFIX` and the field; none for the PI.
-    """
     found = [c for each in own for c in layout(outside.having(each).memory).columns]
     return tuple(c._replace(name=f"{PREFIX}{c.name}", dtype="f8") for c in found)
 
@@ -243,21 +158,7 @@ def _note(out: Any, k: Any, own: Any, kept: Any, first: Any) -> Callable[..., An
 
 @by_type(_note)
 def note(out: Array, k: int, own: tuple[Any, ...], kept: Kept, first: int) -> None:
-    """Write what is recorded of a law's memory into a block.
-
-    Parameters
-    ----------
-    out : ndarray, shape (rows, periods)
-        The block.
-    k : int
-        Column of the block.
-    own : tuple[Any, ...]
-        From `prepared`.
-    kept : Kept
-        Its memory.
-    first : int
-        Row of the first of `columns`.
-    """
+    """Write the recorded part of a law's memory into a block."""
     for each, held in zip(own, kept, strict=True):
         law = outside.having(each)
         (part,) = layout(law.memory).parts

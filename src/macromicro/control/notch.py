@@ -1,10 +1,11 @@
-"""A notch filter: takes a narrow band of frequencies out of an effort."""
+"""A notch filter."""
 
 from __future__ import annotations
 
 import math
 from typing import Annotated, NamedTuple
 
+from macromicro.columns import Meaning
 from macromicro.kernel import kernel
 from macromicro.schema.par import Par
 
@@ -24,35 +25,17 @@ class Notch(NamedTuple):
 
 
 class Delays(NamedTuple):
-    """What the filter remembers: its two delayed sums, in the unit of the signal."""
-
     first: float
     second: float
 
 
 @kernel
-def step(p: Notch, s: Delays, u: float, dt: float) -> tuple[Delays, float]:
-    """One period of the filter, by the bilinear transform, exact at the middle of the notch.
-
-    Parameters
-    ----------
-    p : Notch
-        Parameters.
-    s : Delays
-        State.
-    u : float
-        What comes in.
-    dt : float
-        Period, s.
-
-    Returns
-    -------
-    state : Delays
-        New state.
-    out : float
-        What goes out; `u` itself without a notch, or with one at half the loop's frequency or
-        beyond, where nothing can be filtered.
-    """
+def step(
+    p: Notch, s: Delays, u: Annotated[float, Meaning("to be filtered")], dt: float
+) -> tuple[
+    Annotated[Delays, Meaning(name="state")], Annotated[float, Meaning("filtered", name="out")]
+]:
+    """One period by the bilinear transform, prewarped to the notch frequency."""
     if p.frequency <= 0.0 or 2.0 * p.frequency * dt >= 1.0:
         return Delays(0.0, 0.0), u
     # s = (1 - 1/z) / (1 + 1/z) / k, k = tan(w dt / 2) / w: w stays where it is.

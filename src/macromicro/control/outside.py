@@ -1,11 +1,4 @@
-"""Control laws by the contract of `stage_law`, named in the settings, found when asked for.
-
-Those of other packages, and those of `SHIPPED` and `FINE`.
-
-A law is known by the type of its gains, so that compiled code, whose types are decided by the
-gains in the settings, calls the right one, and no list of laws needs an edit. Its memory
-travels behind those of this package's laws (`macro.Memory`), with a mark whether it has begun.
-"""
+"""Control laws by the contract of `stage_law`, shipped or from other packages."""
 
 from __future__ import annotations
 
@@ -16,7 +9,7 @@ from macromicro import joining, kernel
 from macromicro.arrays import Array
 from macromicro.columns import Column, layout
 from macromicro.control.stage_law import Sample, StageLaw, Target
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.kernel import by_type, is_kernel
 from macromicro.schema import plugins
 from macromicro.schema.par import Par, entries
@@ -30,34 +23,26 @@ FINE = {  # of the micro-stage
 }
 FORM = "MODULE:LAW, a law of your own (docs/laws.md)"
 UNITS = ("m", "count")
+STAGES = ("macro", "micro")  # whose model a law's gains may be
 PREFIX = "law_"  # of columns
 FRESH, RESTED = 1.0, 2.0  # see `Held`
 _NEEDED = ("gains", "memory", "start", "step")
-_OPTIONAL = ("unit", "compensated", "again", "prepare", "params", "rest", "kept")
+_OPTIONAL = ("unit", "compensated", "again", "prepare", "params", "rest", "kept", "model_of")
 _SHAPE = (
-    "a macromicro.control.stage_law.StageLaw, or a class with its gains, memory, start and step "
-    "(docs/laws.md)"
+    "A law is a macromicro.control.stage_law.StageLaw, or a class with its gains, memory, start "
+    "and step (docs/laws.md)."
 )
 
 
 class NoGains(NamedTuple):
-    """The gains of no law of another package."""
+    pass
 
 
 class Held(NamedTuple):
-    """A law's memory.
-
-    Attributes
-    ----------
-    fresh : float
-        `FRESH` before the law's first period, when its `start` is due; then 0; `RESTED` after a
-        rest, when its `again` is.
-    memory : Any
-        Of the law; of no meaning while it is fresh.
-    """
-
+    # `FRESH` before the law's first period, when its `start` is due; then 0; `RESTED` after a
+    # rest, when its `again` is
     fresh: float
-    memory: Any
+    memory: Any  # of the law; of no meaning while it is fresh
 
 
 Kept = tuple[Held, ...]  # none or one
@@ -67,107 +52,45 @@ _by_gains: dict[type, str] = {}
 
 
 def is_name(name: str) -> bool:
-    """Whether a text may name a law of another package.
-
-    Parameters
-    ----------
-    name : str
-        As in the settings.
-
-    Returns
-    -------
-    bool
-        "module:object", one of `SHIPPED` or `FINE`, or the name of an installed entry point of
-        the group `GROUP`.
-    """
+    """Whether a text may name a law of another package."""
     return place(name) is not None
 
 
 def place(name: str) -> str | None:
-    """Where the law of a name is.
-
-    Parameters
-    ----------
-    name : str
-        As in the settings.
-
-    Returns
-    -------
-    str | None
-        "module:object"; None for a name that no law has.
-    """
     return SHIPPED.get(name) or FINE.get(name) or plugins.place(name, GROUP)
 
 
 def offered(fine: bool = False) -> tuple[str, ...]:
-    """Names of the laws that this package and installed ones offer.
-
-    Parameters
-    ----------
-    fine : bool, optional
-        For the micro-stage; else for the macro-stage.
-
-    Returns
-    -------
-    tuple[str, ...]
-        `FINE` or `SHIPPED`, and entry points of the group `GROUP`.
-    """
+    """Names of the laws offered by this package and by installed ones."""
     return (*(FINE if fine else SHIPPED), *plugins.registered(GROUP))
 
 
 def find(name: str, where: str) -> StageLaw:
-    """The law of a name, imported at the first call.
-
-    Parameters
-    ----------
-    name : str
-        "module:object", or that of an entry point.
-    where : str
-        Option or file and key, for messages.
-
-    Returns
-    -------
-    StageLaw
-        The law.
-
-    Raises
-    ------
-    InputError
-        It is not to be had, or is no law.
-    """
+    """The law of a name, imported at the first call."""
     if name not in _laws:
         law = checked(imported(name, where), name, where)
         other = _by_gains.setdefault(law.gains, name)
         _by_gains.setdefault(law.params or law.gains, name)
         if other != name and _laws[other] != law:
-            found = f"{printable(name)} has the gains of {other}, {law.gains.__name__}"
-            raise InputError(where, found, "a type of gains of its own for each law")
+            problem = f"{printable(name)} has the gains of {other}, {law.gains.__name__}"
+            raise ProblemError(where, problem, "Give each law a type of gains of its own.")
         _laws[name] = law
         if compiles(law) and joining.foreign(law.step):
             joining.admitted(name, law.start, law.step)
     return _laws[name]
 
 
+def suited(name: str, stage: str, where: str) -> StageLaw:
+    law = find(name, where)
+    if law.model_of not in ("", stage):
+        other = f"the {law.model_of}-stage of the machine two_stage"
+        problem = f"the gains of {printable(name)} are a model of {other}"
+        raise ProblemError(where, problem, "Choose a law without a model of another machine.")
+    return law
+
+
 def imported(name: str, where: str) -> Any:
-    """What a user's module has under a law's name.
-
-    Parameters
-    ----------
-    name : str
-        "module:object", or that of an entry point.
-    where : str
-        Option or file and key, for messages.
-
-    Returns
-    -------
-    Any
-        Not checked.
-
-    Raises
-    ------
-    InputError
-        It is not to be had.
-    """
+    """The object under a law's name in a user's module."""
     there = place(name)
     assert there is not None  # as `is_name` says
     return plugins.load(there, where, "a law", _suits)
@@ -178,34 +101,14 @@ def _suits(made: Any) -> bool:
 
 
 def checked(made: Any, name: str, where: str) -> StageLaw:
-    """What a user's module has under a law's name, as a law.
-
-    Parameters
-    ----------
-    made : Any
-        A `StageLaw`, or a class or an object with its four parts as attributes.
-    name : str
-        Of it.
-    where : str
-        Option or file and key, for messages.
-
-    Returns
-    -------
-    StageLaw
-        The law.
-
-    Raises
-    ------
-    InputError
-        It has not the shape of a law.
-    """
+    """That object, checked."""
     if isinstance(made, StageLaw):
         law = made
     else:
         missing = [part for part in _NEEDED if not hasattr(made, part)]
         if missing:
             kind = made.__name__ if isinstance(made, type) else type(made).__name__
-            raise InputError(where, f"{name}, {kind} without {', '.join(missing)}", _SHAPE)
+            raise ProblemError(where, f"{name}, {kind}, lacks {', '.join(missing)}", _SHAPE)
         it = made() if isinstance(made, type) else made
         rest = {n: getattr(it, n) for n in _OPTIONAL if hasattr(it, n)}
         law = StageLaw(name, it.gains, it.memory, it.start, it.step, **rest)
@@ -215,7 +118,7 @@ def checked(made: Any, name: str, where: str) -> StageLaw:
 
 
 def _wrong(law: StageLaw) -> list[tuple[str, str]]:
-    """Parts that cannot be a law's, with what is accepted there."""
+    """Parts unsuitable for a law, with what is accepted."""
     floats = "a NamedTuple of floats"
     found = []
     if not (_tuple_class(law.gains) and _defaults(law.gains)):
@@ -227,6 +130,8 @@ def _wrong(law: StageLaw) -> list[tuple[str, str]]:
     found += [(p, "a function") for p in ("start", "step") if not callable(getattr(law, p))]
     if law.unit not in UNITS:
         found.append(("unit", " or ".join(map(repr, UNITS))))
+    if law.model_of not in ("", *STAGES):
+        found.append(("model_of", " or ".join(map(repr, ("", *STAGES)))))
     return found
 
 
@@ -239,112 +144,35 @@ def _defaults(kind: Any) -> bool:
 
 
 def compiles(law: StageLaw) -> bool:
-    """Whether a law is meant to be compiled.
-
-    Parameters
-    ----------
-    law : StageLaw
-        The law.
-
-    Returns
-    -------
-    bool
-        True if its `step` and its `rest`, or else its `start`, are kernels.
-    """
     return is_kernel(law.step) and is_kernel(law.rest or law.start)
 
 
 def digest(name: str) -> str:
-    """What the sources of a law are: an edit of it makes another digest.
-
-    Parameters
-    ----------
-    name : str
-        Of a law that was found.
-
-    Returns
-    -------
-    str
-        16 hexadecimal digits.
-    """
+    """Digest of a law's sources."""
     law = _laws[name]
     return joining.sources(law.start, law.step, also=compiles(law))
 
 
 def of(gains: Any) -> str:
-    """The name of the law that has these gains.
-
-    Parameters
-    ----------
-    gains : Any
-        The set `controller.own` of the settings.
-
-    Returns
-    -------
-    str
-        As in the settings; "" for `NoGains`.
-    """
     return _by_gains.get(type(gains), "")
 
 
 def having(gains: Any) -> StageLaw:
-    """The law that has these gains.
-
-    Parameters
-    ----------
-    gains : Any
-        Of a law that was found.
-
-    Returns
-    -------
-    StageLaw
-        The law.
-    """
     return named(type(gains))
 
 
 def given(law: StageLaw, gains: Any) -> Any:
-    """What a law's functions take.
-
-    Parameters
-    ----------
-    law : StageLaw
-        The law.
-    gains : Any
-        Of it, as in the settings.
-
-    Returns
-    -------
-    Any
-        What its `prepare` makes of them; without one, the same.
-    """
+    """Arguments of a law's functions."""
     return gains if law.prepare is None else law.prepare(gains)
 
 
 def named(gains: type) -> StageLaw:
-    """The law of a type of gains, or of what `prepare` makes of them.
-
-    Parameters
-    ----------
-    gains : type
-        Of a law that was found.
-
-    Returns
-    -------
-    StageLaw
-        The law.
-    """
+    """The law of a type of gains, or of their `prepare`d form."""
     return _laws[_by_gains[gains]]
 
 
 def found() -> tuple[Any, ...]:
-    """Types of gains of the laws that this process has found.
-
-    Returns
-    -------
-    tuple[Any, ...]
-        Classes.
-    """
+    """Types of gains of all laws found so far."""
     return tuple(_by_gains)
 
 
@@ -358,18 +186,7 @@ def _begun(gains: Any) -> Callable[..., Any]:
 
 @by_type(_begun)
 def begun(gains: tuple[Any, ...]) -> Kept:
-    """The memory before a law's first period, of the type that it will have.
-
-    Parameters
-    ----------
-    gains : tuple[Any, ...]
-        None, or those of one law.
-
-    Returns
-    -------
-    Kept
-        Of that law; empty without one.
-    """
+    """The memory before a law's first period, with its final type."""
     kinds = [having(each).memory for each in gains]
     return tuple(Held(FRESH, kind(*[0.0] * len(kind._fields))) for kind in kinds)
 
@@ -382,23 +199,12 @@ def _again(kept: Any) -> Callable[..., Any]:
 
 @by_type(_again)
 def again(kept: Kept) -> Kept:
-    """The same memory, as before its law's first period.
-
-    Parameters
-    ----------
-    kept : Kept
-        Of a law; empty without one.
-
-    Returns
-    -------
-    Kept
-        Fresh, or rested.
-    """
+    """The memory, reset."""
     return tuple(Held(FRESH if held.fresh == FRESH else RESTED, held.memory) for held in kept)
 
 
 def _anew(start: Callable[[Any, Sample], Any]) -> Callable[[Any, Any, Sample], Any]:
-    """`again` of a law that keeps nothing over a rest."""
+    """`again` of a law that keeps nothing."""
 
     @kernel.kernel
     def again(gains: Any, memory: Any, sample: Sample) -> Any:
@@ -432,28 +238,6 @@ def _step(gains: Any, kept: Any, target: Any, sample: Any, dt: Any) -> Callable[
 def step(
     gains: tuple[Any, ...], kept: Kept, target: Target, sample: Sample, dt: float
 ) -> tuple[Kept, float]:
-    """One period of a law of another package.
-
-    Parameters
-    ----------
-    gains : tuple[Any, ...]
-        Of one law.
-    kept : Kept
-        Its memory; empty before its first period.
-    target : Target
-        In the law's unit.
-    sample : Sample
-        In the law's unit.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    kept : Kept
-        New memory.
-    effort : float
-        V.
-    """
     law = having(gains[0])
     if not kept or kept[0].fresh == FRESH:
         memory = law.start(gains[0], sample)
@@ -466,35 +250,13 @@ def step(
 
 
 def columns(gains: tuple[Any, ...]) -> tuple[Column, ...]:
-    """What is recorded of a law's memory: its fields that are annotated with a `Quantity`.
-
-    Parameters
-    ----------
-    gains : tuple[Any, ...]
-        Of one law; none without one.
-
-    Returns
-    -------
-    tuple[Column, ...]
-        Named "law_" and the field.
-    """
+    """Columns of a law's memory: the fields annotated with a `Quantity`."""
     found = [c for each in gains for c in layout(having(each).memory).columns]
     return tuple(c._replace(name=f"{PREFIX}{c.name}", dtype="f8") for c in found)
 
 
 def values(kept: Kept) -> list[float]:
-    """What is recorded of a law's memory now.
-
-    Parameters
-    ----------
-    kept : Kept
-        Of a law; empty without one.
-
-    Returns
-    -------
-    list[float]
-        As `columns`.
-    """
+    """Their values now."""
     found = []
     for held in kept:
         (part,) = layout(type(held.memory)).parts
@@ -520,19 +282,7 @@ def _note(out: Any, k: Any, kept: Any, first: Any) -> Callable[..., Any]:
 
 @by_type(_note)
 def note(out: Array, k: int, kept: Kept, first: int) -> None:
-    """Write what is recorded of a law's memory into a block.
-
-    Parameters
-    ----------
-    out : ndarray, shape (rows, periods)
-        The block.
-    k : int
-        Column of the block.
-    kept : Kept
-        Of a law; empty without one.
-    first : int
-        Row of the first of `columns`.
-    """
+    """Write the recorded part of a law's memory into a block."""
     for held in kept:
         (part,) = layout(type(held.memory)).parts
         for row, scale, value in zip(*part, held.memory, strict=True):
@@ -549,18 +299,7 @@ def _rows(kept: Any) -> Callable[..., Any]:
 
 @by_type(_rows)
 def rows(kept: Kept) -> int:
-    """How many rows `note` writes.
-
-    Parameters
-    ----------
-    kept : Kept
-        Of a law; empty without one.
-
-    Returns
-    -------
-    int
-        As many as `columns`.
-    """
+    """Number of rows that `note` writes."""
     return sum(len(layout(type(held.memory)).columns) for held in kept)
 
 
@@ -572,16 +311,5 @@ def _integral(kept: Any) -> Callable[..., Any]:
 
 @by_type(_integral)
 def integral(kept: Kept) -> float:
-    """Integral effort, of a law whose memory has a field `integral`.
-
-    Parameters
-    ----------
-    kept : Kept
-        Its memory; empty without a law.
-
-    Returns
-    -------
-    float
-        V; 0 without such a field.
-    """
+    """Integral effort, if the memory has a field `integral`."""
     return float(getattr(kept[0].memory, "integral", 0.0)) if kept else 0.0

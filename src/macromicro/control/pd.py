@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
+from macromicro.columns import Meaning
 from macromicro.control.law import Law
 from macromicro.control.pid import STEEPEST
 from macromicro.kernel import kernel
@@ -13,7 +14,6 @@ PRESENT, PAST = "weight of the present error", "weight of the error one period a
 
 
 def _tap(meaning: str, source: str) -> Par:
-    """One tap; the two of a derivative have opposite signs."""
     return Par("V/count", meaning, source, lo=-STEEPEST, hi=STEEPEST)
 
 
@@ -32,79 +32,29 @@ class PdTuned(NamedTuple):
 
 
 class PdMemory(NamedTuple):
-    """What the PD remembers.
-
-    Attributes
-    ----------
-    error : float
-        Error of the last period, counts.
-    """
-
-    error: float
+    error: Annotated[float, Meaning("error of the last period", "counts")]
 
 
 @kernel
-def start(error: float) -> PdMemory:
-    """The memory before the first period.
-
-    Parameters
-    ----------
-    error : float
-        Taken as the last one, counts.
-
-    Returns
-    -------
-    PdMemory
-        Memory of the law.
-    """
+def start(error: Annotated[float, Meaning("taken as the last one", "counts")]) -> PdMemory:
+    """The memory before the first period (`error` in counts)."""
     return PdMemory(error)
 
 
 @kernel
 def effort(now: float, before: float, error: float, past: float) -> float:
-    """Effort from this and the last error: (4.9), (4.10).
-
-    Parameters
-    ----------
-    now : float
-        Weight of this error, V/count.
-    before : float
-        Weight of the last error, V/count.
-    error : float
-        Error, counts.
-    past : float
-        The last one, counts.
-
-    Returns
-    -------
-    float
-        V.
-    """
+    """Effort from this and the last error in counts: (4.9), (4.10)."""
     return now * error + before * past
 
 
 @kernel
-def step(p: PdInitial | PdTuned, s: PdMemory, error: float, dt: float) -> tuple[PdMemory, float]:
-    """One period of the PD.
-
-    Parameters
-    ----------
-    p : PdInitial | PdTuned
-        Gains.
-    s : PdMemory
-        Memory of the law.
-    error : float
-        Error, counts.
-    dt : float
-        Not used: the taps hold for 1 ms.
-
-    Returns
-    -------
-    memory : PdMemory
-        New memory.
-    effort : float
-        V.
-    """
+def step(
+    p: PdInitial | PdTuned, s: PdMemory, error: float, dt: float
+) -> tuple[
+    Annotated[PdMemory, Meaning(name="memory")],
+    Annotated[float, Meaning("effort", "V", name="effort")],
+]:
+    """One period of the PD (`error` in counts)."""
     return PdMemory(error), effort(p.now, p.before, error, s.error)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
+from macromicro.columns import Meaning
 from macromicro.kernel import kernel
 from macromicro.nominal import FULL_SCALE
 from macromicro.schema.par import Par
@@ -59,27 +60,13 @@ class PiAntiWindup(NamedTuple):
 
 
 @kernel
-def step(p: PiAntiWindup, integral: float, error: float, dt: float) -> tuple[float, float]:
-    """One period of the PI with anti-windup (Figure 5.24): dI/dt = Ki e + Kaw (sat(u) - u).
-
-    Parameters
-    ----------
-    p : PiAntiWindup
-        Gains and limits.
-    integral : float
-        Integral effort, V.
-    error : float
-        Error, m.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    integral : float
-        New integral effort, V.
-    effort : float
-        Clamped, V.
-    """
+def step(
+    p: PiAntiWindup, integral: float, error: Annotated[float, Meaning("error", "m")], dt: float
+) -> tuple[
+    Annotated[float, Meaning("new integral effort", "V", name="integral")],
+    Annotated[float, Meaning("clamped", "V", name="effort")],
+]:
+    """One period of the PI with anti-windup (Figure 5.24): dI/dt = Ki e + Kaw (sat(u) - u)."""
     effort = p.kp * error + integral
     given = min(max(effort, p.low), p.high)
     # dI/dt = Ki e + Kaw (sat(u) - u)

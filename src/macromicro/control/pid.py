@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
+from macromicro.columns import Meaning
 from macromicro.control.law import Law
 from macromicro.kernel import kernel
 from macromicro.schema.par import Par
@@ -31,59 +32,24 @@ class Pid(NamedTuple):
 
 
 class PidMemory(NamedTuple):
-    """What the PID remembers.
-
-    Attributes
-    ----------
-    integral : float
-        Integral effort, V.
-    error : float
-        Error of the last period, counts.
-    """
-
-    integral: float
-    error: float
+    integral: Annotated[float, Meaning("integral effort", "V")]
+    error: Annotated[float, Meaning("error of the last period", "counts")]
 
 
 @kernel
-def start(error: float) -> PidMemory:
-    """The memory before the first period.
-
-    Parameters
-    ----------
-    error : float
-        Taken as the last one, counts.
-
-    Returns
-    -------
-    PidMemory
-        Memory of the law.
-    """
+def start(error: Annotated[float, Meaning("taken as the last one", "counts")]) -> PidMemory:
+    """The memory before the first period (`error` in counts)."""
     return PidMemory(0.0, error)
 
 
 @kernel
-def step(p: Pid, s: PidMemory, error: float, dt: float) -> tuple[PidMemory, float]:
-    """One period of the PID.
-
-    Parameters
-    ----------
-    p : Pid
-        Gains.
-    s : PidMemory
-        Memory of the law.
-    error : float
-        Error, counts.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    memory : PidMemory
-        New memory.
-    effort : float
-        V.
-    """
+def step(
+    p: Pid, s: PidMemory, error: float, dt: float
+) -> tuple[
+    Annotated[PidMemory, Meaning(name="memory")],
+    Annotated[float, Meaning("effort", "V", name="effort")],
+]:
+    """One period of the PID (`error` in counts)."""
     integral = s.integral + p.ki * error * dt
     effort = p.kp * error + integral + p.kd * (error - s.error) / dt
     return PidMemory(integral, error), effort

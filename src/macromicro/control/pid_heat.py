@@ -1,16 +1,11 @@
-"""PID on heat, for those who have identified no more than where the heat begins and ends.
-
-The PI of Section 5.3.2 acts on the present place, but heat that is on its way moves the stage for
-some tens of milliseconds more. Here the place is led by its speed, from an observer of both, and
-the effort is a share of the full heat: what the wires take up, not the voltage.
-"""
+"""PID on heat, for an actuator of which only the heating range is identified."""
 
 from __future__ import annotations
 
 import math
 from typing import Annotated, Any, NamedTuple
 
-from macromicro.columns import Quantity
+from macromicro.columns import Meaning, Quantity
 from macromicro.control.converter import rounded
 from macromicro.control.pi import HIGHEST, SWIFTEST
 from macromicro.control.stage_law import Sample, StageLaw, Target
@@ -25,7 +20,7 @@ MOST_OWED = 0.05  # share of heat that rounding may owe
 
 
 class Gains(NamedTuple):
-    """Gains on the share of the full heat, and the converter's range that it lies in."""
+    """Gains on the share of the full heat, and the converter's range."""
 
     kp: Annotated[
         float, Par("1/m", "share of heat for an error", _TUNED, shown="1/mm", lo=0.0, hi=STEEPEST)
@@ -51,67 +46,25 @@ class Gains(NamedTuple):
     ] = FULL_SCALE / 2048.0
 
     def problems(self) -> list[tuple[str, Any, str]]:
-        """What cannot work.
-
-        Returns
-        -------
-        list[tuple[str, Any, str]]
-            Parameter, value, and what is accepted.
-        """
         return [("low", self.low, "below {high}")] if self.low >= self.high else []
 
 
 class Memory(NamedTuple):
-    """What the law remembers."""
-
     place: Annotated[float, Quantity("mm", "observed place", scale=1e3)]
     speed: Annotated[float, Quantity("mm/s", "observed speed", scale=1e3)]
     share: Annotated[float, Quantity("1", "integral share of the full heat")]
-    owed: float  # share of heat that the D/A's rounding owes
+    owed: Annotated[float, Meaning("share of heat that the D/A's rounding owes")]
 
 
 @kernel
 def start(p: Gains, sample: Sample) -> Memory:
-    """At rest where the stage is.
-
-    Parameters
-    ----------
-    p : Gains
-        Gains.
-    sample : Sample
-        The first.
-
-    Returns
-    -------
-    Memory
-        Without heat.
-    """
     place = 0.0 if math.isnan(sample.position) else sample.position
     return Memory(place, 0.0, 0.0, 0.0)
 
 
 @kernel
 def observed(p: Gains, s: Memory, sample: Sample, dt: float) -> tuple[float, float]:
-    """Place and speed a period later, by an observer with two equal poles.
-
-    Parameters
-    ----------
-    p : Gains
-        Its time; two periods at least.
-    s : Memory
-        State.
-    sample : Sample
-        What the stage shows, m; without a reading it goes on at its speed.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    place : float
-        m.
-    speed : float
-        m/s.
-    """
+    """Position and speed a period later, by an observer with a double pole."""
     place, speed = s.place + dt * s.speed, s.speed
     if not math.isnan(sample.position):
         time = max(p.observer, 2.0 * dt)
@@ -123,52 +76,18 @@ def observed(p: Gains, s: Memory, sample: Sample, dt: float) -> tuple[float, flo
 
 @kernel
 def rest(p: Gains, s: Memory, sample: Sample, dt: float) -> Memory:
-    """A period without a turn: the observer goes on, the integral begins anew.
-
-    Parameters
-    ----------
-    p : Gains
-        Gains.
-    s : Memory
-        State.
-    sample : Sample
-        What the stage shows, m.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    Memory
-        A period later.
-    """
+    """A period without a turn: the observer continues, the integral is reset."""
     place, speed = observed(p, s, sample, dt)
     return Memory(place, speed, 0.0, 0.0)
 
 
 @kernel
-def step(p: Gains, s: Memory, target: Target, sample: Sample, dt: float) -> tuple[Memory, float]:
-    """One control period.
-
-    Parameters
-    ----------
-    p : Gains
-        Gains.
-    s : Memory
-        State.
-    target : Target
-        Where the stage is to be, m.
-    sample : Sample
-        What it shows, m.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    memory : Memory
-        New state.
-    effort : float
-        CTRL, V; 0 without heat.
-    """
+def step(
+    p: Gains, s: Memory, target: Target, sample: Sample, dt: float
+) -> tuple[
+    Annotated[Memory, Meaning(name="memory")],
+    Annotated[float, Meaning("CTRL; 0 without heat", "V", name="effort")],
+]:
     place, speed = observed(p, s, sample, dt)
     error = target.position - place + p.lead * (target.velocity - speed)
     wanted = p.kp * error + s.share
@@ -183,4 +102,5 @@ def step(p: Gains, s: Memory, target: Target, sample: Sample, dt: float) -> tupl
     return Memory(place, speed, share, owed), volts
 
 
-LAW = StageLaw("pid-heat", Gains, Memory, start, step, rest=rest)
+# Its gains are those of one driver: the voltages between which it heats.
+LAW = StageLaw("pid-heat", Gains, Memory, start, step, rest=rest, model_of="micro")

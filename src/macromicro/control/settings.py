@@ -1,4 +1,4 @@
-"""What a user may set about control, and its form for the kernels."""
+"""Control settings, and their form for the kernels."""
 
 from __future__ import annotations
 
@@ -63,36 +63,12 @@ class Control(NamedTuple):
     sequence: Sequence = Sequence()
 
     def also(self) -> dict[str, tuple[str, ...]]:
-        """Words that parameters take beside those of their `Par`.
-
-        Returns
-        -------
-        dict[str, tuple[str, ...]]
-            The names of the laws whose gains are there.
-        """
+        """Further words that parameters accept."""
         found = {key: outside.of(getattr(self, gains)) for key, gains, _ in _OWN}
         return {key: (name,) for key, name in found.items() if name}
 
     def grown(self, table: Mapping[str, object], where: str) -> Self:
-        """These settings with the gains of the laws that a table of settings names.
-
-        Parameters
-        ----------
-        table : Mapping[str, object]
-            Of all settings, as a file has it.
-        where : str
-            The file, for messages.
-
-        Returns
-        -------
-        Self
-            A copy `joined` by laws of the contract; else the same.
-
-        Raises
-        ------
-        InputError
-            There is no such law.
-        """
+        """These settings with the gains of the laws that a table names."""
         mine, grown = table.get("controller"), self
         for key, _, known in _OWN:
             path = f"controller.{key}"
@@ -103,26 +79,7 @@ class Control(NamedTuple):
         return grown
 
     def joined(self, names: str, where: str) -> Self:
-        """These settings under other laws.
-
-        Parameters
-        ----------
-        names : str
-            A law of this package, or one of another (`outside`), which joins with its default
-            gains; or several, with commas. Those that no stage knows are the macro-stage's.
-        where : str
-            Option or file and key, for messages.
-
-        Returns
-        -------
-        Self
-            A changed copy.
-
-        Raises
-        ------
-        InputError
-            There is no such law.
-        """
+        """These settings with other laws."""
         joined = self
         for name in names.split(","):
             fine = name in (*MICRO_LAWS, *outside.FINE, *self.also().get("micro_law", ()))
@@ -130,7 +87,6 @@ class Control(NamedTuple):
         return joined
 
     def _with(self, key: str, name: str, where: str) -> Self:
-        """Under a law, whose gains by the contract join where it has some."""
         _, gains, known = next(row for row in _OWN if row[0] == key)
         if name in known or name in self.also().get(key, ()):
             chosen: dict[str, Any] = {key: name}
@@ -138,17 +94,11 @@ class Control(NamedTuple):
         if not outside.is_name(name):
             every = (*macro.NAMES, *MICRO_LAWS, *outside.offered(), *outside.offered(fine=True))
             raise InputError(where, printable(name), f"{nearest(name, every)}; or {outside.FORM}")
-        new: dict[str, Any] = {key: name, gains: outside.find(name, where).gains()}
+        law = outside.suited(name, key.partition("_")[0], where)
+        new: dict[str, Any] = {key: name, gains: law.gains()}
         return self._replace(**new)
 
     def problems(self) -> list[tuple[str, Any, str]]:
-        """What cannot work.
-
-        Returns
-        -------
-        list[tuple[str, Any, str]]
-            Parameter, value, and what is accepted.
-        """
         laws = (("p", self.p), ("pi", self.pi), ("pi_antiwindup", self.pi_antiwindup))
         rules: list[tuple[bool, str, Any, str]] = [
             (self.dead_zone >= self.motor_limit, "dead_zone", self.dead_zone, "motor_limit"),
@@ -165,14 +115,7 @@ class Control(NamedTuple):
         return found
 
     def unstable(self) -> list[tuple[str, Any, str]]:
-        """Gains with which the loop of a macro law and the nominal bench is unstable: no live
-        client may set them. Files and searches may be of another bench.
-
-        Returns
-        -------
-        list[tuple[str, Any, str]]
-            Parameter by its path, value, and what is accepted.
-        """
+        """Gains that are unstable on the nominal bench; refused from live clients."""
         loops = (stability.problem(law, getattr(self, law.field)) for law in LAWS)
         return [each for each in loops if each is not None]
 
@@ -180,24 +123,6 @@ class Control(NamedTuple):
 def prepare(
     spec: Control, fan: bool = False, table: Calibration | None = None, pitch: float = PITCH
 ) -> Supervisor:
-    """The supervisor's runtime parameters.
-
-    Parameters
-    ----------
-    spec : Control
-        Laws, gains and sequence.
-    fan : bool, optional
-        Whether the fan cools the wires.
-    table : Calibration | None, optional
-        Hall calibration; None for the shipped one.
-    pitch : float, optional
-        Travel per count of the encoder, m.
-
-    Returns
-    -------
-    Supervisor
-        For the kernels.
-    """
     own = spec.macro_law not in macro.NAMES
     chosen: Law | StageLaw
     if own:  # found again by its name, in a process that was given these settings

@@ -1,8 +1,4 @@
-"""Which gain makes a linear loop unstable, and the loops of the macro-stage's laws.
-
-The dead-zone inverse is taken to cancel the friction, as the thesis' design does, and the limit is
-never reached. The micro-stage's actuator has no linear model: bounds of its gains hold it.
-"""
+"""Stability limits of the macro-stage's laws on a linear plant, with friction cancelled."""
 
 from __future__ import annotations
 
@@ -27,23 +23,7 @@ _HALVINGS, _QUARTERS, _FINE = 30, 60, 2e-3
 def blamed(
     gains: Any, usual: Mapping[str, float], stable: Callable[[Any], bool]
 ) -> tuple[str, float] | None:
-    """The gain that makes a loop unstable.
-
-    Parameters
-    ----------
-    gains : Any
-        Gains with which it is unstable.
-    usual : Mapping[str, float]
-        Values with which it should be stable, by the paths of the gains that matter.
-    stable : Callable[[Any], bool]
-        Whether it is with these gains.
-
-    Returns
-    -------
-    tuple[str, float] | None
-        Its path, and the value nearest to its own at which the loop is stable with the others
-        kept, to three digits; None where it takes more than one.
-    """
+    """The gain that makes a loop unstable."""
     for name in sorted(usual, key=lambda each: -_away(value_at(gains, each), usual[each])):
         value, good = float(value_at(gains, name)), float(usual[name])
 
@@ -56,14 +36,14 @@ def blamed(
 
 
 def _away(value: float, usual: float) -> float:
-    """How far a gain is from its usual value, over the logarithm."""
+    """Distance of a gain from its usual value, on a logarithmic scale."""
     if value == usual:
         return 0.0
     return abs(math.log(value / usual)) if value * usual > 0.0 else math.inf
 
 
 def _nearest(stable: Callable[[float], bool], good: float, bad: float) -> float:
-    """The value nearest to a bad one that is stable, from a good one on."""
+    """The stable value nearest to a bad one."""
     if good == 0.0:
         for _ in range(_QUARTERS):
             if stable(0.25 * bad):
@@ -82,41 +62,13 @@ def _nearest(stable: Callable[[float], bool], good: float, bad: float) -> float:
 
 
 def words(value: float, bound: float, spoken: str) -> str:
-    """What is accepted of a gain.
-
-    Parameters
-    ----------
-    value : float
-        Its value.
-    bound : float
-        The nearest one that is stable.
-    spoken : str
-        The same with its unit.
-
-    Returns
-    -------
-    str
-        In words.
-    """
+    """The accepted range of a gain."""
     side = "at most" if bound < value else "at least"
     return f"{side} {spoken}, where the linear loop is stable with the other gains as they are"
 
 
 def macro_loop(gains: Any, linear: Linear = Linear()) -> tuple[Array, Array]:  # noqa: B008
-    """The open loop of a macro law of this package with the linear model (4.4).
-
-    Parameters
-    ----------
-    gains : Any
-        Of the law: `Pid`, or the two taps of a PD.
-    linear : Linear, optional
-        The model's (4.3).
-
-    Returns
-    -------
-    num, den : ndarray
-        Of D(z) times (4.4), in z, highest power first.
-    """
+    """The open loop of a macro law with the linear model (4.4)."""
     num, den = position_transfer(linear)
     if not isinstance(gains, Pid):
         return np.convolve(np.array(gains, np.float64), num), np.convolve([1.0, 0.0], den)
@@ -128,21 +80,6 @@ def macro_loop(gains: Any, linear: Linear = Linear()) -> tuple[Array, Array]:  #
 
 
 def problem(law: Law, gains: Any) -> tuple[str, float, str] | None:
-    """What makes the loop of a macro law unstable.
-
-    Parameters
-    ----------
-    law : Law
-        The law.
-    gains : Any
-        Its gains.
-
-    Returns
-    -------
-    tuple[str, float, str] | None
-        Path within `Control`, value, and what is accepted; None where it is stable, or has no
-        linear loop.
-    """
     if not isinstance(gains, Pid | PdInitial | PdTuned) or _stable(gains):
         return None
     usual = law.gains()._asdict()

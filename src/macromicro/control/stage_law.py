@@ -48,6 +48,12 @@ def itself(memory: Any) -> Any:
     -------
     Any
         The same.
+
+    Examples
+    --------
+    >>> from macromicro.control.stage_law import itself
+    >>> itself((0.1, 0.2))
+    (0.1, 0.2)
     """
     return memory
 
@@ -55,54 +61,47 @@ def itself(memory: Any) -> Any:
 class StageLaw(NamedTuple):
     """A law of one stage. `start` and `step` are kernels, valid for any control period.
 
-    Attributes
-    ----------
-    name : str
-        For people.
-    gains : type
-        A ``NamedTuple`` of floats with defaults, annotated with `Par`.
-    memory : type
-        What the law remembers, or what `tell` shows of it: a ``NamedTuple`` of floats; what is
-        annotated with a `Quantity` is recorded.
-    start : Callable[[Any, Sample], Any]
-        From gains and the first sample to the memory.
-    step : Callable[[Any, Any, Target, Sample, float], tuple[Any, float]]
-        From gains, memory, target, sample and period (s) to a new memory and an effort (V at the
-        D/A).
-    tell : Callable[[Any], Any]
-        Kernel: from the memory to what is recorded of it. Only a law whose memory holds more than
-        floats needs its own; its `start` need not be a kernel.
-    unit : str
-        "m", or "count" for a law of the macro-stage in its encoder's counts: of positions, their
-        derivatives included.
-    compensated : bool
-        Whether the macro-stage's dead-zone inverse is on "as designed".
-    again : Callable[[Any, Any, Sample], Any], optional
-        Kernel, where a move of the macro-stage follows a rest: from gains, memory and sample to a
-        memory that keeps what was learned. None: `start` begins anew.
-    prepare : Callable[[Any], Any], optional
-        From gains to what `start`, `step` and `rest` take instead of them, such as tables.
-    params : type, optional
-        Of what `prepare` gives: a ``NamedTuple``.
-    rest : Callable[[Any, Any, Sample, float], Any], optional
-        Kernel, of a law of the micro-stage whose model runs on while it has no turn: from gains,
-        memory, sample and period (s) to a new memory, the effort having been 0. Such a law begins
-        once, with the run; its `start` need not be a kernel.
-    kept : Callable[[Any, Mapping[str, ndarray]], Any], optional
-        What a run has taught, no kernel: from gains and what was recorded of the memory, by column
-        names without their prefix, to the gains that a next run should begin with.
+    Examples
+    --------
+    >>> from macromicro.control import stage_pi
+    >>> from macromicro.control.pi import PiAntiWindup
+    >>> from macromicro.control.stage_law import Sample, StageLaw, Target
+    >>> law = StageLaw("mine", PiAntiWindup, stage_pi.Memory, stage_pi.start, stage_pi.step)
+    >>> gains, sample, target = law.gains(), Sample(0.0, 0.0), Target(1e-4, 0.0, 0.0)  # m
+    >>> memory, effort = law.step(gains, law.start(gains, sample), target, sample, 0.001)
+    >>> round(effort, 3)  # V
+    1.6
     """
 
-    name: str
-    gains: Any
+    name: str  #: for people
+    gains: Any  #: A ``NamedTuple`` of floats with defaults, annotated with `Par`
+    #: what the law remembers, or what `tell` shows of it: a ``NamedTuple`` of floats; what is
+    #: annotated with a `Quantity` is recorded
     memory: Any
-    start: Callable[[Any, Sample], Any]
+    start: Callable[[Any, Sample], Any]  #: from gains and the first sample to the memory
+    #: from gains, memory, target, sample and period (s) to a new memory and an effort (V at the
+    #: D/A)
     step: Callable[[Any, Any, Target, Sample, float], tuple[Any, float]]
+    #: kernel: from the memory to what is recorded of it. Only a law whose memory holds more than
+    #: floats needs its own; its `start` need not be a kernel
     tell: Callable[[Any], Any] = itself
+    #: "m", or "count" for a law of the macro-stage in its encoder's counts: of positions, their
+    #: derivatives included
     unit: str = "m"
-    compensated: bool = True
+    compensated: bool = True  #: whether the macro-stage's dead-zone inverse is on "as designed"
+    #: kernel, where a move of the macro-stage follows a rest: from gains, memory and sample to a
+    #: memory that keeps what was learned. None: `start` begins again
     again: Callable[[Any, Any, Sample], Any] | None = None
+    #: from gains to what `start`, `step` and `rest` take instead of them, such as tables
     prepare: Callable[[Any], Any] | None = None
-    params: Any = None
+    params: Any = None  #: of what `prepare` gives: a ``NamedTuple``
+    #: kernel, of a law of the micro-stage whose model runs on while it has no turn: from gains,
+    #: memory, sample and period (s) to a new memory, the effort having been 0. Such a law begins
+    #: once, with the run; its `start` need not be a kernel
     rest: Callable[[Any, Any, Sample, float], Any] | None = None
+    #: what a run has taught, no kernel: from gains and what was recorded of the memory, by column
+    #: names without their prefix, to the gains that a next run should begin with
     kept: Callable[[Any, Mapping[str, Array]], Any] | None = None
+    #: the stage of the two-stage machine whose model the gains are, "macro" or "micro": no other
+    #: stage runs under the law. "": none, and any stage of its unit does
+    model_of: str = ""

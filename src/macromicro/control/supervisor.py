@@ -1,18 +1,15 @@
-"""Macro, then micro (Section 6.1, Figure 6.1): who moves when.
-
-The macro-stage goes to its set point; once it has arrived, two seconds let the belt's
-oscillation decay; then the laser is reset and the micro-stage enabled. The next macro
-move disables the micro-stage again (0 V).
-"""
+"""The sequence of macro- and micro-stage (Section 6.1, Figure 6.1)."""
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
+from macromicro.columns import Meaning
 from macromicro.control import arrival, calibration, macro, micro, outside
 from macromicro.control.arrival import TICK, Sequence
 from macromicro.control.calibration import Calibration
@@ -29,132 +26,61 @@ WAITING, MACRO, SETTLING, MICRO, DONE, FAULT = range(6)
 
 
 class Supervisor(NamedTuple):
-    """Runtime parameters.
-
-    Attributes
-    ----------
-    macro : MacroLaw
-        Law of the macro-stage, in counts and V.
-    micro : PiAntiWindup
-        Law of the micro-stage, in m and V; of a law in `fine`, its limits.
-    sequence : Sequence
-        Arrival, wait, parking.
-    calibration : Calibration
-        Hall voltage to m.
-    fan : float
-        0 or 1, written in every period.
-    fine : tuple[Any, ...]
-        Of the law of the micro-stage that drives instead of the PI (`micro.prepared`), or none.
-    """
-
-    macro: MacroLaw
-    micro: PiAntiWindup
-    sequence: Sequence
-    calibration: Calibration
-    fan: float
-    fine: tuple[Any, ...] = ()
+    macro: Annotated[MacroLaw, Meaning("law of the macro-stage, in counts and V")]
+    micro: Annotated[
+        PiAntiWindup, Meaning("law of the micro-stage, in m and V; of a law in fine, its limits")
+    ]
+    sequence: Annotated[Sequence, Meaning("arrival, wait, parking")]
+    calibration: Annotated[Calibration, Meaning("Hall voltage to m")]
+    fan: Annotated[float, Meaning("0 or 1, written in every period")]
+    fine: Annotated[
+        tuple[Any, ...],
+        Meaning(
+            "of the law of the micro-stage that drives instead of the PI (micro.prepared), or none"
+        ),
+    ] = ()
 
     @property
     def compiles(self) -> bool:
-        """Whether the laws of both stages can be compiled."""
         fine = all(outside.compiles(outside.having(gains)) for gains in self.fine)
         return self.macro.compiles and fine
 
 
-_AT_REST = np.empty(0)
+_NONE = np.empty(0)
 
 
 class Plan(NamedTuple):
-    """A programme as arrays of one length.
+    """A programme as arrays of one length."""
 
-    Attributes
-    ----------
-    start : ndarray, shape (n,)
-        s; NaN: when the move before is complete; -inf: when its hold is over, arrived or not.
-    stage : ndarray, shape (n,)
-        0 macro, 1 micro.
-    target : ndarray, shape (n,)
-        counts for macro, m for micro.
-    hold : ndarray, shape (n,)
-        s.
-    end : float
-        s, or NaN.
-    velocity, acceleration : ndarray, shape (n,) or (0,)
-        Of a trajectory's set point at each target, in units of the target per s and s^2; (0,): 0.
-    turn : ndarray, shape (n,) or (0,)
-        From each target of a trajectory until its set point turns back, s; (0,): no trajectory.
-    correction : ndarray, shape (n,) or (0,)
-        What the micro-stage's law is given beyond each target, m, as it was learned; (0,): 0.
-    """
-
-    start: npt.NDArray[np.float64]
-    stage: npt.NDArray[np.int64]
-    target: npt.NDArray[np.float64]
-    hold: npt.NDArray[np.float64]
-    end: float
-    velocity: npt.NDArray[np.float64] = _AT_REST
-    acceleration: npt.NDArray[np.float64] = _AT_REST
-    turn: npt.NDArray[np.float64] = _AT_REST
-    correction: npt.NDArray[np.float64] = _AT_REST
+    # NaN: when the move before is complete; -inf: when its hold is over, arrived or not.
+    start: Annotated[Array, Meaning("beginning of each move; NaN: after the one before", "s")]
+    stage: Annotated[npt.NDArray[np.int64], Meaning("0 macro, 1 micro")]
+    target: Annotated[Array, Meaning("counts for macro, m for micro", "counts")]
+    hold: Annotated[Array, Meaning("", "s")]
+    end: Annotated[float, Meaning("or NaN", "s")]
+    # Of trajectories, at each target; of shape (0,): none.
+    velocity: Annotated[Array, Meaning("its velocity, units of the target / s")] = _NONE
+    acceleration: Annotated[Array, Meaning("its acceleration, units of the target / s^2")] = _NONE
+    turn: Annotated[Array, Meaning("time until the set point turns back", "s")] = _NONE
+    correction: Annotated[Array, Meaning("learned feed-forward of the micro-stage", "m")] = _NONE
 
 
 class Progress(NamedTuple):
-    """State of the supervisor; times in s.
-
-    Attributes
-    ----------
-    move : int
-        Index of the present one, -1 before the first.
-    phase : int
-        WAITING, MACRO, SETTLING, MICRO or DONE.
-    began : float
-        When the move began.
-    entered : float
-        When the phase began.
-    inside : float
-        Since when it is within the tolerance, or NaN.
-    zeroed : int
-        Whether the laser has been reset for this place, 0 or 1.
-    macro_reference : float
-        counts.
-    micro_reference : float
-        m.
-    macro : Memory
-        Memories of the macro laws.
-    integral : float
-        Integral effort of the micro-stage's PI, V.
-    fine : Kept
-        Memory of the law that drives instead of it.
-    """
-
-    move: int
-    phase: int
-    began: float
-    entered: float
-    inside: float
-    zeroed: int
-    macro_reference: float
-    micro_reference: float
-    macro: Memory
-    integral: float
-    fine: Kept = ()
+    move: Annotated[int, Meaning("index of the present one, -1 before the first")]
+    phase: Annotated[int, Meaning("WAITING, MACRO, SETTLING, MICRO or DONE")]
+    began: Annotated[float, Meaning("when the move began")]
+    entered: Annotated[float, Meaning("when the phase began")]
+    inside: Annotated[float, Meaning("since when it is within the tolerance, or NaN")]
+    zeroed: Annotated[int, Meaning("whether the laser has been reset for this place, 0 or 1")]
+    macro_reference: Annotated[float, Meaning("", "counts")]
+    micro_reference: Annotated[float, Meaning("", "m")]
+    macro: Annotated[Memory, Meaning("memories of the macro laws")]
+    integral: Annotated[float, Meaning("integral effort of the micro-stage's PI", "V")]
+    fine: Annotated[Kept, Meaning("memory of the law that drives instead of it")] = ()
 
 
 def begin(position: float, control: Supervisor | None = None) -> Progress:
-    """The supervisor before the first move.
-
-    Parameters
-    ----------
-    position : float
-        Where the macro-stage stands, counts.
-    control : Supervisor | None, optional
-        Whose laws begin; None for any of this package.
-
-    Returns
-    -------
-    Progress
-        State.
-    """
+    """The supervisor before the first move (`position` in counts)."""
     memory = macro.rest(0.0) if control is None else macro.begun(control.macro)
     fine = () if control is None else micro.begun(control.fine)
     return Progress(-1, WAITING, 0.0, 0.0, math.nan, 1, float(position), 0.0, memory, 0.0, fine)
@@ -162,7 +88,7 @@ def begin(position: float, control: Supervisor | None = None) -> Progress:
 
 @kernel
 def _complete(p: Supervisor, plan: Plan, s: Progress, t: float) -> bool:
-    """Is the present move over, its hold included?"""
+    """Whether the present move, with its hold, is over."""
     if s.move < 0:
         return True
     if plan.stage[s.move] == moves.MACRO:
@@ -172,7 +98,7 @@ def _complete(p: Supervisor, plan: Plan, s: Progress, t: float) -> bool:
 
 @kernel
 def _due(p: Supervisor, plan: Plan, s: Progress, t: float) -> bool:
-    """Does the next move begin now?"""
+    """Whether the next move begins now."""
     following = s.move + 1
     if following >= len(plan.stage):
         return False
@@ -189,7 +115,7 @@ def _due(p: Supervisor, plan: Plan, s: Progress, t: float) -> bool:
 
 @kernel
 def _over(p: Supervisor, plan: Plan, s: Progress, t: float) -> bool:
-    """Has the programme ended? By the clock if it is scheduled, else with its last hold."""
+    """Whether the programme has ended: by its schedule, else with the last hold."""
     if not math.isnan(plan.end):
         return t >= plan.end - TICK
     return s.move + 1 >= len(plan.stage) and _complete(p, plan, s, t)
@@ -197,7 +123,7 @@ def _over(p: Supervisor, plan: Plan, s: Progress, t: float) -> bool:
 
 @kernel
 def _overtaken(plan: Plan, move: int, t: float) -> bool:
-    """Is the next move a fine one whose successor's scheduled time has come as well?"""
+    """Whether the next move is a fine one whose successor is due as well."""
     if move + 2 >= len(plan.stage) or plan.stage[move + 1] == moves.MACRO:
         return False
     # NaN and -inf, no time: never
@@ -206,7 +132,7 @@ def _overtaken(plan: Plan, move: int, t: float) -> bool:
 
 @kernel
 def _scheduled(p: Supervisor, plan: Plan, s: Progress, position: float, t: float) -> Progress:
-    """Arrival, the wait's end, the next move: everything but the control laws."""
+    """Arrival, end of the wait, next move: everything but the laws."""
     move, phase, began, entered = s.move, s.phase, s.began, s.entered
     inside, zeroed = s.inside, s.zeroed
     macro_reference, micro_reference = s.macro_reference, s.micro_reference
@@ -268,33 +194,12 @@ def _scheduled(p: Supervisor, plan: Plan, s: Progress, position: float, t: float
 @kernel
 def step(
     p: Supervisor, plan: Plan, s: Progress, sample: Sample, dt: float
-) -> tuple[Progress, Command, Outputs]:
-    """One control period.
-
-    Errors are in counts for the macro-stage and in m for the micro-stage.
-
-    Parameters
-    ----------
-    p : Supervisor
-        Parameters of the supervisor.
-    plan : Plan
-        The programme.
-    s : Progress
-        State of the supervisor.
-    sample : Sample
-        What the rig shows.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    state : Progress
-        New state.
-    command : Command
-        What is being asked for.
-    outputs : Outputs
-        What the guard is to judge.
-    """
+) -> tuple[
+    Annotated[Progress, Meaning(name="state")],
+    Annotated[Command, Meaning(name="command")],
+    Annotated[Outputs, Meaning(name="outputs")],
+]:
+    """One control period; errors in counts (macro) and m (micro)."""
     t = sample.t
     s = _scheduled(p, plan, s, sample.encoder, t)
     fine = calibration.position(p.calibration, sample.hall)

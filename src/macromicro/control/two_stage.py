@@ -1,4 +1,4 @@
-"""The positioner's controller as an object: the supervisor's kernel behind `Controller`."""
+"""The two-stage controller as an object: the supervisor's kernel behind `Controller`."""
 
 from __future__ import annotations
 
@@ -12,15 +12,7 @@ Step = Callable[[Supervisor, Plan, Progress, Sample, float], tuple[Progress, Com
 
 
 class TwoStage:
-    """Macro, then micro (Figure 6.1).
-
-    Parameters
-    ----------
-    params : Supervisor
-        The supervisor's.
-    kernel : Step, optional
-        Its step; the compiled one may be passed for speed.
-    """
+    """Macro, then micro (Figure 6.1)."""
 
     def __init__(self, params: Supervisor, kernel: Step = supervisor.step) -> None:
         self.params = params
@@ -29,41 +21,7 @@ class TwoStage:
     def step(
         self, state: Progress, reference: Plan, sample: Sample, dt: float
     ) -> tuple[Progress, Command, Outputs]:
-        """One control period.
-
-        Parameters
-        ----------
-        state : Progress
-            State of the supervisor.
-        reference : Plan
-            The programme.
-        sample : Sample
-            What the rig shows.
-        dt : float
-            Control period, s.
-
-        Returns
-        -------
-        state : Progress
-            New state.
-        command : Command
-            What is being asked for.
-        outputs : Outputs
-            What the guard is to judge.
-        """
         return self._step(self.params, reference, state, sample, dt)
 
     def finished(self, state: Progress) -> bool:
-        """Whether the plan has come to its end.
-
-        Parameters
-        ----------
-        state : Progress
-            State of the supervisor.
-
-        Returns
-        -------
-        bool
-            True if so.
-        """
         return state.phase == DONE

@@ -1,8 +1,7 @@
 """Design sheets, and measures of a response: settling, residual vibration, return to zero.
 
-The names below are the sheets', loaded when they are first used; a sheet's own module has
-more. Measures are imported from their own modules: `response`, `vibration`, `extension`,
-`margins`.
+The names below are the sheets', loaded when first used. Measures are imported from their own
+modules: `response`, `vibration`, `extension`, `margins`.
 """
 
 from typing import TYPE_CHECKING

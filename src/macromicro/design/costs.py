@@ -1,60 +1,41 @@
-"""What a stage costs and how it compares (Tables 2.1, 6.1 and 6.2). US dollars."""
+"""Costs of a stage compared with other technologies (Tables 2.1, 6.1 and 6.2), in USD."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from macromicro.design.checks import positive, sheet
-from macromicro.errors import InputError
+from macromicro.design._checks import positive, sheet
+from macromicro.errors import InputError, ProblemError
 
 
 class Technology(NamedTuple):
     """A way to position, in the tables' words where no unit is given.
 
-    Attributes
-    ----------
-    name : str
-        Name of the technology.
-    accuracy : tuple[float, float]
-        From best to worst, m; equal where one figure is given, best 0 where only "below" is.
-    cost : tuple[float, float]
-        From lowest to highest, USD; equal where one figure is given.
-    travel : str
-        In words.
-    speed : str
-        In words.
-    load : str
-        In words.
+    Examples
+    --------
+    >>> from macromicro.design import Technology, compare, micro_stage
+    >>> motor = Technology("stepper", accuracy=(1e-5, 5e-5), cost=(510.0, 1020.0))  # m, USD
+    >>> round(compare(micro_stage(), [motor])[0].accuracy)  # times as coarse
+    10
     """
 
-    name: str
+    name: str  #: name of the technology
+    #: from best to worst, m; equal where one figure is given, best 0 where only "below" is
     accuracy: tuple[float, float]
-    cost: tuple[float, float]
-    travel: str = ""
-    speed: str = ""
-    load: str = ""
+    cost: tuple[float, float]  #: from lowest to highest, USD; equal where one figure is given
+    travel: str = ""  #: in words
+    speed: str = ""  #: in words
+    load: str = ""  #: in words
 
 
 class Comparison(NamedTuple):
-    """Another technology against ours: above 1 it costs more, or is coarser.
+    """Another technology against ours: above 1 it costs more, or is coarser."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the technology.
-    cheapest : float
-        Its lowest cost over ours.
-    dearest : float
-        Its highest cost over ours.
-    accuracy : float
-        Its worst over ours.
-    """
-
-    name: str
-    cheapest: float
-    dearest: float
-    accuracy: float
+    name: str  #: name of the technology
+    cheapest: float  #: its lowest cost over ours
+    dearest: float  #: its highest cost over ours
+    accuracy: float  #: its worst over ours
 
 
 def total(parts: Mapping[str, float]) -> float:
@@ -72,23 +53,31 @@ def total(parts: Mapping[str, float]) -> float:
 
     Raises
     ------
+    ProblemError
+        No parts.
     InputError
-        No parts, or a cost not above 0.
+        A cost is not above 0.
+
+    Examples
+    --------
+    >>> from macromicro.design import total
+    >>> total({"wires": 12.0, "sensor": 3.5, "magnet": 2.0})  # USD
+    17.5
     """
     if not parts:
-        raise InputError("costs", "no parts", "one part or more")
+        raise ProblemError("costs", "no parts", "Give one part or more.")
     return sum(positive(f"costs, {name}", cost, "USD") for name, cost in parts.items())
 
 
 def compare(own: Technology, others: Sequence[Technology]) -> list[Comparison]:
-    """Each of several technologies against one; both ends of their costs over its greatest.
+    """Compare technologies with one; both ends of their costs over its largest.
 
     Parameters
     ----------
     own : Technology
-        The one.
+        The reference.
     others : Sequence[Technology]
-        The others.
+        Technologies to compare with it.
 
     Returns
     -------
@@ -98,8 +87,16 @@ def compare(own: Technology, others: Sequence[Technology]) -> list[Comparison]:
     Raises
     ------
     InputError
-        Not a `Technology`, or a cost or an accuracy that is not above 0 or whose best exceeds its
-        worst.
+        Not a `Technology`; or a cost or an accuracy that is not above 0, or whose best exceeds
+        its worst.
+
+    Examples
+    --------
+    >>> from macromicro.design import Technology, compare, micro_stage
+    >>> piezo = Technology("piezo stage", accuracy=(1e-9, 1e-8), cost=(2000.0, 10_000.0))
+    >>> against = compare(micro_stage(), [piezo])[0]
+    >>> round(against.cheapest, 1), round(against.accuracy, 4)
+    (7.8, 0.002)
     """
     for each in (own, *others):
         _check(each)
@@ -172,6 +169,12 @@ def micro_stage(accuracy: float = 5e-6) -> Technology:
     ------
     InputError
         `accuracy` is not above 0.
+
+    Examples
+    --------
+    >>> from macromicro.design import micro_stage
+    >>> round(micro_stage().cost[1])  # USD
+    255
     """
     accuracy, cost = positive("SMA micro-stage, accuracy", accuracy, "m"), total(MICRO_STAGE)
     return Technology("SMA micro-stage", (accuracy, accuracy), (cost, cost), travel="4 mm")

@@ -1,9 +1,8 @@
-"""How the micro-stage returns to zero, and the bias that a late return leaves.
+"""The micro-stage's return to zero, and the bias of a late return.
 
 Section 6.3: over repeated cycles the actuator warms and extends more slowly. The laser is
-reset after every macro move, so whatever contraction is left at that instant becomes a
-bias of all later laser readings: "the laser can be reset before the actuator cools to the
-fully extended position".
+reset after every macro move, so the remaining contraction becomes a bias of all later laser
+readings.
 """
 
 from __future__ import annotations
@@ -21,58 +20,28 @@ RETURNED = 20.0
 
 
 class Extension(NamedTuple):
-    """One return to zero of the micro-stage.
+    """One return to zero of the micro-stage."""
 
-    Attributes
-    ----------
-    move : int
-        The micro move that it ends.
-    start_s : float
-        When it is disabled, s.
-    from_um : float
-        Hall position then, um.
-    time_s : float | None
-        After which it stays within 20 um of zero, s; None: not before it is enabled again or the
-        recording ends.
-    left_um : float
-        Mean Hall position of the last 20 ms before that end, which is where the laser is reset, um.
-    """
-
-    move: int
-    start_s: float
-    from_um: float
+    move: int  #: the micro move that it ends
+    start_s: float  #: when it is disabled, s
+    from_um: float  #: Hall position then, um
+    #: after which it stays within 20 um of zero, s; None: not before it is enabled again or the
+    #: recording ends
     time_s: float | None
+    #: mean Hall position of the last 20 ms before that end, which is where the laser is reset, um
     left_um: float
 
 
 class Cycle(NamedTuple):
-    """A cycle's returns to zero and its bias; None where there are none.
+    """A cycle's returns to zero and its bias; None where there are none."""
 
-    Attributes
-    ----------
-    cycle : int
-        Number, from 1.
-    returns : int
-        How many.
-    extension_s : float | None
-        Mean time, s.
-    slowest_s : float | None
-        Longest time, s.
-    left_um : float | None
-        Mean of what was left, um.
-    bias_um : float | None
-        Mean final error by the laser, um.
-    true_bias_um : float | None
-        The same by the bench's truth, um.
-    """
-
-    cycle: int
-    returns: int
-    extension_s: float | None
-    slowest_s: float | None
-    left_um: float | None
-    bias_um: float | None
-    true_bias_um: float | None
+    cycle: int  #: number, from 1
+    returns: int  #: how many
+    extension_s: float | None  #: mean time, s
+    slowest_s: float | None  #: longest time, s
+    left_um: float | None  #: mean of what was left, um
+    bias_um: float | None  #: mean final error by the laser, um
+    true_bias_um: float | None  #: the same by the bench's truth, um
 
 
 def extension(recording: Recording) -> list[Extension]:
@@ -134,6 +103,16 @@ def per_cycle(
     -------
     list[Cycle]
         In order.
+
+    Examples
+    --------
+    >>> from macromicro.design.extension import Extension, per_cycle
+    >>> from macromicro.design.response import MoveResult
+    >>> first = MoveResult(1, "micro", 500.0, "um", 2.0, 2.5, 0.5, 10.0, 1.5, *[None] * 5, True)
+    >>> back = Extension(move=1, start_s=4.0, from_um=500.0, time_s=1.2, left_um=3.0)
+    >>> (cycle,) = per_cycle([first], [back], moves_per_cycle=2)
+    >>> cycle.extension_s, cycle.bias_um
+    (1.2, 1.5)
     """
     count = max((m.move for m in moves), default=-1) // moves_per_cycle + 1
     cycles = []

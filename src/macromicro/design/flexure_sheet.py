@@ -1,8 +1,8 @@
 """Design sheet of the flexure guide (Section 3.2.2): beam thickness, stiffness, stress.
 
-The guide is four equal beams, clamped so that both ends stay parallel. Two in a row share
-the deflection, two rows share the load: each beam takes half the guide's load and half its
-travel, so guide and beam have the same stiffness. SI units.
+The guide consists of four equal beams whose ends stay parallel. Two in a row share the
+deflection, two rows share the load: each beam takes half the load and half the travel, so
+guide and beam have the same stiffness.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.design.checks import positive, sheet
+from macromicro.design._checks import positive, sheet
 
 GRAM_FORCE = 9.80665e-3  # N
 
@@ -20,19 +20,17 @@ GRAM_FORCE = 9.80665e-3  # N
 class Beam(NamedTuple):
     """What is given before the thickness; by default the aluminium beams of Section 3.2.2.
 
-    Attributes
-    ----------
-    modulus : float
-        Young's modulus, Pa.
-    width : float
-        w, m.
-    length : float
-        L, m.
+    Examples
+    --------
+    >>> from macromicro.design import Beam, stiffness
+    >>> steel = Beam(modulus=200e9, width=5e-3, length=40e-3)
+    >>> round(stiffness(steel, thickness=0.5e-3))  # N/m
+    1953
     """
 
-    modulus: float = 70e9
-    width: float = 2.0e-3
-    length: float = 55.0e-3
+    modulus: float = 70e9  #: Young's modulus, Pa
+    width: float = 2.0e-3  #: w, m
+    length: float = 55.0e-3  #: L, m
 
 
 def deflection(beam: Beam, thickness: float, force: float) -> float:
@@ -41,7 +39,7 @@ def deflection(beam: Beam, thickness: float, force: float) -> float:
     Parameters
     ----------
     beam : Beam
-        The beam.
+        Length, width, thickness and material of one flexure.
     thickness : float
         t, m.
     force : float
@@ -56,18 +54,23 @@ def deflection(beam: Beam, thickness: float, force: float) -> float:
     ------
     InputError
         A number is not above zero.
+
+    Examples
+    --------
+    >>> from macromicro.design import Beam, deflection
+    >>> round(deflection(Beam(), thickness=0.5e-3, force=1.0) * 1e3, 2)  # mm
+    9.51
     """
     return positive("flexure, force", force, "N") / stiffness(beam, thickness)
 
 
 def max_thickness(beam: Beam, force: float, deflection: float) -> float:
-    """Greatest thickness with which a force bends one beam far enough: (3.1) solved for t, t^3 = F
-    L^3 / (E w dx).
+    """Largest thickness for a deflection by a force: (3.1) solved for t^3 = F L^3 / (E w dx).
 
     Parameters
     ----------
     beam : Beam
-        The beam.
+        Length, width, thickness and material of one flexure.
     force : float
         F, N.
     deflection : float
@@ -82,6 +85,12 @@ def max_thickness(beam: Beam, force: float, deflection: float) -> float:
     ------
     InputError
         A number is not above zero.
+
+    Examples
+    --------
+    >>> from macromicro.design import Beam, max_thickness
+    >>> round(max_thickness(Beam(), force=1.0, deflection=4e-3) * 1e3, 2)  # mm
+    0.67
     """
     _check(beam)
     positive("flexure, force", force, "N")
@@ -96,7 +105,7 @@ def stiffness(beam: Beam, thickness: float) -> float:
     Parameters
     ----------
     beam : Beam
-        The beam.
+        Length, width, thickness and material of one flexure.
     thickness : float
         t, m.
 
@@ -109,6 +118,12 @@ def stiffness(beam: Beam, thickness: float) -> float:
     ------
     InputError
         A number is not above zero.
+
+    Examples
+    --------
+    >>> from macromicro.design import Beam, stiffness
+    >>> round(stiffness(Beam(), thickness=0.5e-3), 1)  # N/m
+    105.2
     """
     _check(beam)
     positive("flexure, thickness", thickness, "m")
@@ -119,13 +134,12 @@ def stiffness(beam: Beam, thickness: float) -> float:
 def bending_stress(beam: Beam, thickness: float, deflection: float) -> float:
     """Greatest stress, at the clamps of a bent beam: 3 E t dx / L^2.
 
-    From the end moment F L / 2 and (3.1); to be held against the yield strength, which the thesis
-    does not do.
+    From the end moment F L / 2 and (3.1); compare it with the yield strength.
 
     Parameters
     ----------
     beam : Beam
-        The beam.
+        Length, width, thickness and material of one flexure.
     thickness : float
         t, m.
     deflection : float
@@ -140,6 +154,12 @@ def bending_stress(beam: Beam, thickness: float, deflection: float) -> float:
     ------
     InputError
         A number is not above zero.
+
+    Examples
+    --------
+    >>> from macromicro.design import Beam, bending_stress
+    >>> round(bending_stress(Beam(), thickness=0.5e-3, deflection=4e-3) / 1e6, 1)  # MPa
+    138.8
     """
     _check(beam)
     positive("flexure, thickness", thickness, "m")
@@ -151,30 +171,7 @@ def shape(beam: Beam, deflection: float, points: int = 61) -> tuple[Array, Array
     """A bent beam (Figure 3.6a).
 
     Both ends keep their direction: y = dx (3 s^2 - 2 s^3) with s = place / L. The beam keeps its
-    length, so the end comes nearer by the integral of y'^2 / 2, 3 dx^2 / (5 L).
-
-    Parameters
-    ----------
-    beam : Beam
-        The beam.
-    deflection : float
-        dx, m.
-    points : int, optional
-        Number of places along the beam.
-
-    Returns
-    -------
-    x : ndarray, shape (points,)
-        Places on the shortened axis, to the same order, m.
-    y : ndarray, shape (points,)
-        Sideways shift there, m.
-    nearer : float
-        By how much its free end comes nearer, m.
-
-    Raises
-    ------
-    InputError
-        A number is not above zero.
+    length, so its end approaches by the integral of y'^2 / 2, 3 dx^2 / (5 L).
     """
     _check(beam)
     positive("flexure, deflection", deflection, "m")

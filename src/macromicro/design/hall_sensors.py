@@ -1,4 +1,4 @@
-"""Choice of the Hall sensor (Section 3.2.3, Table 3.2): which ones meet the requirements?
+"""Choice of the Hall sensor (Section 3.2.3, Table 3.2).
 
 Field in gauss, sensitivity in V/G, cost in US dollars.
 """
@@ -8,53 +8,46 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from macromicro.design.checks import positive, sheet
+from macromicro.design._checks import positive, sheet
 from macromicro.errors import InputError
 
 
 class Sensor(NamedTuple):
     """A data sheet.
 
-    Attributes
-    ----------
-    name : str
-        Name of the sensor.
-    field : float | None
-        Greatest field of either sign, G; None where it follows from a sensitivity that can be
-        programmed.
-    sensitivity : tuple[float, float]
-        Least and greatest, V/G.
-    cost : float
-        USD.
+    Examples
+    --------
+    >>> from macromicro.design import Needs, Sensor, judge
+    >>> weak = Sensor("weak", field=500.0, sensitivity=(5e-3, 5e-3), cost=1.0)
+    >>> judge([weak], Needs(field=450.0))[0].against
+    ()
     """
 
-    name: str
+    name: str  #: name of the sensor
+    #: greatest field of either sign, G; None where it follows from a sensitivity that can be
+    #: programmed
     field: float | None
-    sensitivity: tuple[float, float]
-    cost: float
+    sensitivity: tuple[float, float]  #: least and greatest, V/G
+    cost: float  #: USD
 
 
 class Needs(NamedTuple):
     """What is required.
 
-    Attributes
-    ----------
-    field : float
-        The range must exceed it, G.
-    sensitivity : float
-        At least that, V/G (see `resolution.sensitivity_floor`).
-    cost : float | None
-        Below that, USD; None for any.
+    Examples
+    --------
+    >>> from macromicro.design import Needs, suitable
+    >>> from macromicro.design.hall_sensors import TABLE_3_2
+    >>> [each.name for each in suitable(TABLE_3_2, Needs())]
+    ['SS495A', 'SS495A1', 'SS495A2', 'SS94B1', '90215']
     """
 
-    field: float = 650.0
-    sensitivity: float = 3.0e-3
-    cost: float | None = None
+    field: float = 650.0  #: the range must exceed it, G
+    sensitivity: float = 3.0e-3  #: at least that, V/G (see `resolution.sensitivity_floor`)
+    cost: float | None = None  #: below that, USD; None for any
 
 
 class Verdict(NamedTuple):
-    """A sensor and what speaks against it; nothing does when `against` is empty."""
-
     sensor: Sensor
     against: tuple[str, ...]
 
@@ -80,7 +73,14 @@ def judge(sensors: Sequence[Sensor], needs: Needs) -> list[Verdict]:
     Raises
     ------
     InputError
-        Impossible numbers, or what is no `Sensor` or no `Needs`.
+        Impossible numbers, or an argument that is not a `Sensor` or not `Needs`.
+
+    Examples
+    --------
+    >>> from macromicro.design import Needs, Sensor, judge
+    >>> weak = Sensor("weak", field=500.0, sensitivity=(5e-3, 5e-3), cost=1.0)
+    >>> judge([weak], Needs(field=650.0))[0].against
+    ('range 500 G, needs over 650 G',)
     """
     sheet("Hall sensor, needs", needs, Needs)
     positive("Hall sensor, field", needs.field, "G")
@@ -91,7 +91,7 @@ def judge(sensors: Sequence[Sensor], needs: Needs) -> list[Verdict]:
 
 
 def suitable(sensors: Sequence[Sensor], needs: Needs) -> list[Sensor]:
-    """The sensors that miss nothing, the cheapest first, otherwise in the order given.
+    """The sensors that meet all requirements, the cheapest first.
 
     Parameters
     ----------
@@ -109,6 +109,14 @@ def suitable(sensors: Sequence[Sensor], needs: Needs) -> list[Sensor]:
     ------
     InputError
         As for `judge`.
+
+    Examples
+    --------
+    >>> from macromicro.design import Needs, Sensor, suitable
+    >>> weak = Sensor("weak", field=500.0, sensitivity=(5e-3, 5e-3), cost=1.0)
+    >>> strong = Sensor("strong", field=1000.0, sensitivity=(4e-3, 4e-3), cost=2.0)
+    >>> [each.name for each in suitable([weak, strong], Needs(field=650.0))]
+    ['strong']
     """
     found = [v.sensor for v in judge(sensors, needs) if not v.against]
     return sorted(found, key=lambda s: s.cost)

@@ -1,9 +1,9 @@
-"""What a bench can do at best, by its own parameters: for judging laws, which may not read them.
+"""The quickest moves that a bench allows, by its own parameters, for judging laws.
 
-The quickest way of the carriage over a distance: full effort, one period between, full effort the
-other way until it stands. Friction and drag only shorten the braking, so one change of sign is
-optimal for place and speed (Bryson and Ho, Applied Optimal Control, 1975, Section 3.9); the belt's
-swing is left as it is.
+The quickest move of the carriage is full effort, one period without, full effort the other way
+until it stands. Friction and drag only shorten the braking, so one change of sign is optimal
+for place and speed (Bryson and Ho, Applied Optimal Control, 1975, Section 3.9); the swing of
+the belt is not damped.
 """
 
 from __future__ import annotations
@@ -22,24 +22,10 @@ _HALVINGS = 40
 
 
 class Quickest(NamedTuple):
-    """The quickest way over a distance.
-
-    Attributes
-    ----------
-    distance : float
-        m.
-    time : float
-        From the command until the carriage stays within a count of its target, s.
-    full : int
-        Periods of full effort.
-    off : float
-        Where it comes to rest, less the target, m.
-    """
-
-    distance: float
-    time: float
-    full: int
-    off: float
+    distance: float  # m
+    time: float  # from the command until the carriage stays within a count of its target, s
+    full: int  # periods of full effort
+    off: float  # where it comes to rest, less the target, m
 
 
 @kernel
@@ -49,7 +35,7 @@ def _gone(
     """Where the carriage comes to rest, and when it comes within a distance of `near`.
 
     From rest at 0: `full` periods of `volts`, one of `between`, then of -`volts` until it stands.
-    An effort acts a period after it was sent, as on the bench.
+    An effort acts one period after it is sent, as on the bench.
     """
     latched, arrived = 0.0, 0
     for k in range(_LONGEST):
@@ -65,27 +51,6 @@ def _gone(
 
 
 def quickest(machine: Bench, sensors: Sensors, distance: float) -> Quickest:
-    """The quickest way of the carriage over a distance, with the bench's own parameters.
-
-    Parameters
-    ----------
-    machine : Bench
-        The bench.
-    sensors : Sensors
-        Whose encoder says what a count is.
-    distance : float
-        m, above zero.
-
-    Returns
-    -------
-    Quickest
-        For the mean friction of the rod, from 0.
-
-    Raises
-    ------
-    InputError
-        The distance is not above zero, or the carriage does not cover it in 20 s.
-    """
     if not distance > 0.0:
         raise InputError("distance", distance, "a length above zero")
     p = bench.prepare(machine, sensors)
@@ -98,7 +63,9 @@ def quickest(machine: Bench, sensors: Sensors, distance: float) -> Quickest:
     while run(high, volts, distance)[0] < distance:
         low, high = high, 2 * high
         if high > _LONGEST // 2:
-            raise InputError("distance", f"{1e3 * distance:.3g} mm", "a way of less than 20 s")
+            raise InputError(
+                "distance", f"{1e3 * distance:.3g} mm", "a distance that takes less than 20 s"
+            )
     while high - low > 1:  # so many whole periods fall short, one more does not
         middle = (low + high) // 2
         short = run(middle, volts, distance)[0] < distance

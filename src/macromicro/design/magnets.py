@@ -1,6 +1,6 @@
-"""Choice of the magnet (Section 3.2.3, Table 3.1): where does the flux change most?
+"""Choice of the magnet by its largest change of flux (Section 3.2.3, Table 3.1).
 
-Field in gauss as in the data sheets (1 G = 1e-4 T), distances in metres.
+Field in gauss as in the data sheets (1 G = 1e-4 T).
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from macromicro.design.checks import positive, sheet
-from macromicro.errors import InputError
+from macromicro.design._checks import positive, sheet
+from macromicro.errors import InputError, ProblemError
 
 INCH = 0.0254  # m
 
@@ -19,44 +19,32 @@ INCH = 0.0254  # m
 class Magnet(NamedTuple):
     """A data sheet, straight between its readings.
 
-    Attributes
-    ----------
-    name : str
-        Name of the magnet.
-    distance : tuple[float, ...]
-        Distance to the sensor, m, rising.
-    flux : tuple[float, ...]
-        G, one per distance.
+    Examples
+    --------
+    >>> from macromicro.design import Magnet, largest_change
+    >>> bar = Magnet("bar", distance=(2e-3, 8e-3), flux=(600.0, 300.0))  # m, G
+    >>> round(largest_change(bar, travel=4e-3).flux)  # G
+    200
     """
 
-    name: str
-    distance: tuple[float, ...]
-    flux: tuple[float, ...]
+    name: str  #: name of the magnet
+    distance: tuple[float, ...]  #: distance to the sensor, m, rising
+    flux: tuple[float, ...]  #: G, one per distance
 
 
 class Change(NamedTuple):
-    """The largest change of flux over a travel.
+    """The largest change of flux over a travel."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the magnet.
-    flux : float
-        G.
-    start : float
-        Distance where the travel begins, m.
-    """
-
-    name: str
-    flux: float
-    start: float
+    name: str  #: name of the magnet
+    flux: float  #: G
+    start: float  #: distance where the travel begins, m
 
 
 def largest_change(magnet: Magnet, travel: float) -> Change:
     """The largest change of flux over a travel, anywhere within the data sheet.
 
-    Exact for straight lines between the readings: the difference of the flux at both ends of the
-    travel is then itself made of straight lines, and greatest where one end meets a reading.
+    Exact for linear interpolation: the difference of the flux at both ends of the travel is then
+    piecewise linear, and largest where one end meets a reading.
 
     Parameters
     ----------
@@ -74,6 +62,13 @@ def largest_change(magnet: Magnet, travel: float) -> Change:
     ------
     InputError
         A travel longer than the sheet, or readings out of order.
+
+    Examples
+    --------
+    >>> from macromicro.design import Magnet, largest_change
+    >>> disc = Magnet("disc", distance=(2e-3, 4e-3, 8e-3), flux=(900.0, 400.0, 100.0))  # m, G
+    >>> largest_change(disc, travel=4e-3)
+    Change(name='disc', flux=650.0, start=0.002)
     """
     _check(magnet)
     positive("magnet, travel", travel, "m")
@@ -110,16 +105,26 @@ def ranking(magnets: Sequence[Magnet], travel: float) -> list[Change]:
 
     Raises
     ------
+    ProblemError
+        No magnet.
     InputError
-        No magnet, or as for `largest_change`.
+        As for `largest_change`.
+
+    Examples
+    --------
+    >>> from macromicro.design import Magnet, ranking
+    >>> disc = Magnet("disc", distance=(2e-3, 4e-3, 8e-3), flux=(900.0, 400.0, 100.0))  # m, G
+    >>> bar = Magnet("bar", distance=(2e-3, 8e-3), flux=(600.0, 300.0))
+    >>> [(each.name, round(each.flux)) for each in ranking([bar, disc], travel=4e-3)]
+    [('disc', 650), ('bar', 200)]
     """
     if not magnets:
-        raise InputError("magnets", "none", "one magnet or more")
+        raise ProblemError("magnets", "none given", "Give one magnet or more.")
     return sorted((largest_change(m, travel) for m in magnets), key=lambda c: -c.flux)
 
 
 def _flux(magnet: Magnet, place: float) -> float:
-    """Flux [G] at a distance [m], between the readings."""
+    """Flux [G] at a distance [m], interpolated between the readings."""
     for (d0, d1), (f0, f1) in zip(pairwise(magnet.distance), pairwise(magnet.flux), strict=True):
         if place <= d1:
             return f0 + (place - d0) / (d1 - d0) * (f1 - f0)
@@ -136,7 +141,7 @@ def _check(magnet: Magnet) -> None:
             "as many readings as distances, two or more",
         )
     if not all(math.isfinite(v) for v in magnet.distance + magnet.flux):
-        raise InputError(where, "not finite", "numbers")
+        raise ProblemError(where, "a distance or reading is not a finite number")
     if any(b <= a for a, b in pairwise(magnet.distance)):
         raise InputError(f"{where}, distance", magnet.distance, "distances that increase")
 

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 
 Complex = npt.NDArray[np.complex128]
 
@@ -22,22 +22,22 @@ _GRID = 4000
 
 
 class Crossover(NamedTuple):
-    """A frequency where the open loop's gain is 1.
+    """A frequency where the open loop's gain is 1."""
 
-    Attributes
-    ----------
-    frequency : float
-        rad/s.
-    phase_margin : float
-        deg.
-    """
-
-    frequency: float
-    phase_margin: float
+    frequency: float  #: rad/s
+    phase_margin: float  #: deg
 
 
 class PdTaps(NamedTuple):
-    """D(z) = (now z + before) / z [V/count]."""
+    """D(z) = (now z + before) / z [V/count].
+
+    Examples
+    --------
+    >>> from macromicro.design.margins import PdTaps
+    >>> taps = PdTaps(now=3.0, before=-2.0)
+    >>> taps.proportional, taps.derivative_time(dt=0.001)
+    (1.0, 0.002)
+    """
 
     now: float
     before: float
@@ -82,6 +82,12 @@ def damping_margin(ratio: float) -> float:
     ------
     InputError
         `ratio` is not a finite number above 0.
+
+    Examples
+    --------
+    >>> from macromicro.design.margins import damping_margin
+    >>> round(damping_margin(1.0), 2), round(damping_margin(0.5), 2)  # deg
+    (76.35, 51.83)
     """
     if not (ratio > 0.0 and math.isfinite(ratio)):
         raise InputError("damping ratio", ratio, "a finite number above 0")
@@ -106,6 +112,13 @@ def response(num: npt.ArrayLike, den: npt.ArrayLike, frequency: float, dt: float
     -------
     complex
         Complex gain.
+
+    Examples
+    --------
+    >>> from macromicro.design.margins import response
+    >>> gain = response([0.05], [1.0, -1.0], frequency=5.0, dt=0.01)  # an integrator, 5 per s
+    >>> round(abs(gain), 3)
+    1.0
     """
     z = np.exp(1j * frequency * dt)
     return complex(np.polyval(np.asarray(num), z) / np.polyval(np.asarray(den), z))
@@ -114,8 +127,8 @@ def response(num: npt.ArrayLike, den: npt.ArrayLike, frequency: float, dt: float
 def crossovers(num: npt.ArrayLike, den: npt.ArrayLike, dt: float) -> list[Crossover]:
     """Every gain crossover of an open loop num/den.
 
-    Sought from 1e-5 of the Nyquist frequency up to it; roots to 1e-12. Two crossovers closer
-    together than 0.3 % in frequency can be missed.
+    The search covers 1e-5 of the Nyquist frequency up to it, with roots to 1e-12. It can miss two
+    crossovers within 0.3 % in frequency.
 
     Parameters
     ----------
@@ -133,6 +146,13 @@ def crossovers(num: npt.ArrayLike, den: npt.ArrayLike, dt: float) -> list[Crosso
     ------
     InputError
         `dt` is not above 0.
+
+    Examples
+    --------
+    >>> from macromicro.design.margins import crossovers
+    >>> (found,) = crossovers([0.05], [1.0, -1.0], dt=0.01)  # an integrator, 5 per s
+    >>> round(found.frequency, 2), round(found.phase_margin, 1)  # rad/s, deg
+    (5.0, 88.6)
     """
     from scipy.optimize import brentq
 
@@ -172,12 +192,18 @@ def first_crossover(num: npt.ArrayLike, den: npt.ArrayLike, dt: float) -> Crosso
 
     Raises
     ------
-    InputError
-        The gain never is 1.
+    ProblemError
+        The gain never crosses 1.
+
+    Examples
+    --------
+    >>> from macromicro.design.margins import first_crossover
+    >>> round(first_crossover([0.05], [1.0, -1.0], dt=0.01).frequency, 2)  # rad/s
+    5.0
     """
     found = crossovers(num, den, dt)
     if not found:
-        raise InputError("open loop", "gain never 1", "a gain that crosses 1")
+        raise ProblemError("open loop", "the gain never crosses 1")
     return found[0]
 
 
@@ -197,6 +223,13 @@ def open_loop(taps: PdTaps, num: npt.ArrayLike, den: npt.ArrayLike) -> tuple[Arr
         Numerator of the loop.
     den : ndarray
         Denominator of the loop.
+
+    Examples
+    --------
+    >>> from macromicro.design.margins import PdTaps, open_loop
+    >>> num, den = open_loop(PdTaps(3.0, -2.0), [0.05], [1.0, -1.0])
+    >>> num.round(6).tolist(), den.tolist()
+    ([0.15, -0.1], [1.0, -1.0, 0.0])
     """
     return (
         np.convolve([taps.now, taps.before], np.asarray(num, np.float64)),
@@ -207,10 +240,9 @@ def open_loop(taps: PdTaps, num: npt.ArrayLike, den: npt.ArrayLike) -> tuple[Arr
 def pd_by_margin(
     num: npt.ArrayLike, den: npt.ArrayLike, dt: float, frequency: float, margin: float
 ) -> PdTaps:
-    """The taps that give a plant num/den a crossover and a phase margin exactly (Section 4.3.2).
+    """PD taps for an exact crossover and phase margin of a plant num/den (Section 4.3.2).
 
-    Below the frequency where the plant alone has the margin, the controller must lag, and two taps
-    do that only with opposed gains: see `lowest_frequency`.
+    Below `lowest_frequency` the controller has to lag, which takes two taps of opposite sign.
 
     Parameters
     ----------
@@ -232,6 +264,14 @@ def pd_by_margin(
     ------
     InputError
         `frequency` is not below the Nyquist frequency.
+
+    Examples
+    --------
+    >>> from macromicro.design.margins import first_crossover, open_loop, pd_by_margin
+    >>> num, den, dt = [5e-7, 5e-7], [1.0, -2.0, 1.0], 0.001  # a mass of 1 kg, held over 1 ms
+    >>> taps = pd_by_margin(num, den, dt, frequency=100.0, margin=60.0)
+    >>> round(first_crossover(*open_loop(taps, num, den), dt).phase_margin, 6)  # deg
+    60.0
     """
     _below_nyquist(frequency, dt)
     needed = np.exp(1j * math.radians(margin - 180.0)) / response(num, den, frequency, dt)
@@ -243,7 +283,7 @@ def pd_by_margin(
 def pd_by_time(
     num: npt.ArrayLike, den: npt.ArrayLike, dt: float, frequency: float, derivative_time: float
 ) -> PdTaps:
-    """The taps that give a plant num/den a crossover with a derivative time.
+    """PD taps for a crossover of a plant num/den at a given derivative time.
 
     Parameters
     ----------
@@ -265,6 +305,14 @@ def pd_by_time(
     ------
     InputError
         `frequency` is not below the Nyquist frequency.
+
+    Examples
+    --------
+    >>> from macromicro.design.margins import first_crossover, open_loop, pd_by_time
+    >>> num, den, dt = [5e-7, 5e-7], [1.0, -2.0, 1.0], 0.001  # a mass of 1 kg, held over 1 ms
+    >>> taps = pd_by_time(num, den, dt, frequency=100.0, derivative_time=0.02)
+    >>> round(first_crossover(*open_loop(taps, num, den), dt).frequency, 6)  # rad/s
+    100.0
     """
     _below_nyquist(frequency, dt)
     share = derivative_time / dt
@@ -276,8 +324,8 @@ def pd_by_time(
 def lowest_frequency(num: npt.ArrayLike, den: npt.ArrayLike, dt: float, margin: float) -> float:
     """The frequency at which a plant num/den alone has a phase margin.
 
-    It is the lowest at which a PD that leads, or does nothing, can give it; the plant's phase must
-    fall with the frequency.
+    It is the lowest at which a PD without lag can give it; the plant's phase must fall with the
+    frequency.
 
     Parameters
     ----------
@@ -297,6 +345,12 @@ def lowest_frequency(num: npt.ArrayLike, den: npt.ArrayLike, dt: float, margin: 
     ------
     InputError
         The plant does not pass through the margin.
+
+    Examples
+    --------
+    >>> from macromicro.design.margins import lowest_frequency
+    >>> round(lowest_frequency([0.05], [1.0, -1.0], dt=0.01, margin=80.0), 2)  # rad/s
+    34.91
     """
     from scipy.optimize import brentq
 
@@ -305,57 +359,29 @@ def lowest_frequency(num: npt.ArrayLike, den: npt.ArrayLike, dt: float, margin: 
 
     low, high = 1e-5 * math.pi / dt, 0.2 * math.pi / dt
     if not excess(low) > 0.0 > excess(high):
-        raise InputError("phase margin", margin, "one that the plant passes through")
+        raise InputError("phase margin", margin, "a margin that the plant passes through")
     return float(brentq(excess, low, high, xtol=1e-12))
 
 
 def _below_nyquist(frequency: float, dt: float) -> None:
     if not 0.0 < frequency * dt < math.pi:
-        raise InputError("crossover frequency", frequency, "above 0, below the Nyquist one")
+        raise InputError("crossover frequency", frequency, "above 0, below the Nyquist frequency")
 
 
 class Margins(NamedTuple):
-    """How far a stable closed loop is from instability; every infinite one is `math.inf`.
+    """Margins of a stable closed loop, possibly `math.inf`; NaN for an unstable one."""
 
-    A closed loop that is not stable has `stable` False and NaN for everything else.
-
-    Attributes
-    ----------
-    stable : bool
-        Whether the closed loop is.
-    gain : float
-        Factor above 1 by which the loop's gain may change.
-    gain_down : float
-        Factor below 1; 0: down to nothing.
-    phase : float
-        Phase margin of the smallest magnitude, deg.
-    crossover : float
-        Its frequency, rad/s.
-    delay : float
-        That may be added, s.
-    disk : float
-        Symmetric disk margin alpha.
-    disk_gain : float
-        Factor that it grants, gain and phase changing together.
-    disk_phase : float
-        Phase that it grants, deg.
-    peak_s : float
-        Largest |S|.
-    peak_t : float
-        Largest |T|.
-    """
-
-    stable: bool
-    gain: float
-    gain_down: float
-    phase: float
-    crossover: float
-    delay: float
-    disk: float
-    disk_gain: float
-    disk_phase: float
-    peak_s: float
-    peak_t: float
+    stable: bool  #: whether the closed loop is
+    gain: float  #: factor above 1 by which the loop's gain may change
+    gain_down: float  #: factor below 1; 0: down to nothing
+    phase: float  #: phase margin of the smallest magnitude, deg
+    crossover: float  #: its frequency, rad/s
+    delay: float  #: that may be added, s
+    disk: float  #: symmetric disk margin alpha
+    disk_gain: float  #: factor that it grants, gain and phase changing together
+    disk_phase: float  #: phase that it grants, deg
+    peak_s: float  #: largest |S|
+    peak_t: float  #: largest |T|
 
 
 def is_stable(num: npt.ArrayLike, den: npt.ArrayLike) -> bool:
@@ -369,7 +395,13 @@ def is_stable(num: npt.ArrayLike, den: npt.ArrayLike) -> bool:
     Returns
     -------
     bool
-        True if so.
+        True for a stable loop.
+
+    Examples
+    --------
+    >>> from macromicro.design.margins import is_stable
+    >>> is_stable([0.05], [1.0, -1.0]), is_stable([2.5], [1.0, -1.0])
+    (True, False)
     """
     poles = np.roots(np.polyadd(np.asarray(num, np.float64), np.asarray(den, np.float64)))
     return bool(np.all(np.abs(poles) < 1.0))
@@ -400,6 +432,13 @@ def margins(num: npt.ArrayLike, den: npt.ArrayLike, dt: float) -> Margins:
     ------
     InputError
         `dt` is not above 0.
+
+    Examples
+    --------
+    >>> from macromicro.design.margins import margins
+    >>> found = margins([0.05], [1.0, -1.0], dt=0.01)  # an integrator, 5 per s
+    >>> round(found.gain, 2), round(found.phase, 1), round(found.delay, 3)  # 1, deg, s
+    (40.0, 88.6, 0.309)
     """
     found = crossovers(num, den, dt)
     if not is_stable(num, den):
@@ -434,12 +473,18 @@ def frequencies(dt: float, count: int = _GRID) -> Array:
     dt : float
         Sample time, s.
     count : int, optional
-        How many.
+        Number of frequencies.
 
     Returns
     -------
     ndarray, shape (count,)
         rad/s.
+
+    Examples
+    --------
+    >>> from macromicro.design.margins import frequencies
+    >>> frequencies(dt=0.001, count=6).round(3).tolist()
+    [0.031, 0.314, 3.142, 31.416, 314.159, 3141.593]
     """
     nyquist = math.pi / dt
     return np.geomspace(1e-5 * nyquist, nyquist * (1.0 - 1e-9), count)
@@ -461,6 +506,13 @@ def responses(num: npt.ArrayLike, den: npt.ArrayLike, frequency: Array, dt: floa
     -------
     ndarray of complex, shape (n,)
         Gains.
+
+    Examples
+    --------
+    >>> from macromicro.design.margins import frequencies, responses
+    >>> gains = responses([0.05], [1.0, -1.0], frequencies(0.01, count=3), dt=0.01)
+    >>> abs(gains).round(3).tolist()
+    [1591.549, 5.033, 0.025]
     """
     z = np.exp(1j * frequency * dt)
     over, under = (np.polyval(np.asarray(p, np.complex128), z) for p in (num, den))
@@ -468,8 +520,7 @@ def responses(num: npt.ArrayLike, den: npt.ArrayLike, frequency: Array, dt: floa
 
 
 def _critical_gains(num: npt.ArrayLike, den: npt.ArrayLike, dt: float) -> list[float]:
-    """Factors k > 0 that put a pole of the closed loop on the unit circle: -1 / L where L is
-    real and negative, inside the grid and at the Nyquist frequency."""
+    """Factors k > 0 that put a pole of the closed loop on the unit circle: -1 / L, L < 0."""
     from scipy.optimize import brentq
 
     grid = frequencies(dt)
@@ -497,7 +548,7 @@ def _critical_gains(num: npt.ArrayLike, den: npt.ArrayLike, dt: float) -> list[f
 def _peak(
     num: npt.ArrayLike, den: npt.ArrayLike, dt: float, of: Callable[[Complex], Complex]
 ) -> float:
-    """The largest |of(L)| over all frequencies: on the grid, then finer around its peak."""
+    """The largest |of(L)| over all frequencies: on the grid, then refined around its peak."""
     grid = frequencies(dt)
     size = np.abs(of(responses(num, den, grid, dt)))
     best = int(np.argmax(size))

@@ -1,8 +1,7 @@
-"""How each motion profile of a run went: the error on its way, and the time until it has settled.
+"""Results of a run's motion profiles: the error on the way, and the settling time.
 
-The time from the end of a profile's reference until the stage stays within its band is what
-positioners are compared by ("move and settle"). Errors as in `macromicro.design.tracking`: macro
-from the encoder, micro from the laser.
+The "move and settle" time is from the end of a profile's reference until the stage stays within
+its band. Errors as in `macromicro.design.tracking`: macro from the encoder, micro from the laser.
 """
 
 from __future__ import annotations
@@ -30,58 +29,26 @@ from macromicro.recording import Recording
 
 
 class ProfileResult(NamedTuple):
-    """One profile; None: did not happen, or cannot be known.
+    """One profile; None: did not happen, or unknown."""
 
-    Attributes
-    ----------
-    profile : int
-        Index in the programme, from 0.
-    stage : str
-        "macro" or "micro".
-    unit : str
-        mm for macro, um for micro; of places, errors and band.
-    origin : float
-        Where it begins.
-    target : float
-        Where it ends.
-    start_s : float
-        When its reference begins, s.
-    end_s : float
-        When its reference arrives, s.
-    late_s : float
-        How much of it was left out at its beginning, because the carriage had not settled, s.
-    rms_error : float | None
-        RMS of reference less reading on the way.
-    peak_error : float | None
-        Its largest magnitude.
-    peak_s : float | None
-        Where that was, s.
-    settled_s : float | None
-        From `end_s` until the error stays within `band` up to the end of the hold, s; None if it
-        does not, or the hold is 0.
-    band : float
-        Largest error of a stage that has settled.
-    final_error : float | None
-        Target less the mean reading over the hold's last 0.5 s.
-    complete : bool
-        Whether the run lasted until the end of its hold.
-    """
-
-    profile: int
-    stage: str
-    unit: str
-    origin: float
-    target: float
-    start_s: float
-    end_s: float
+    profile: int  # index in the programme, from 0
+    stage: str  # "macro" or "micro"
+    unit: str  # mm for macro, um for micro; of places, errors and band
+    origin: float  # where it begins
+    target: float  # where it ends
+    start_s: float  # when its reference begins, s
+    end_s: float  # when its reference arrives, s
+    # how much of it was left out at its beginning, because the carriage had not settled, s
     late_s: float
-    rms_error: float | None
-    peak_error: float | None
-    peak_s: float | None
+    rms_error: float | None  # RMS of reference less reading on the way
+    peak_error: float | None  # its largest magnitude
+    peak_s: float | None  # where that was, s
+    # from `end_s` until the error stays within `band` up to the end of the hold, s; None if it
+    # does not, or the hold is 0
     settled_s: float | None
-    band: float
-    final_error: float | None
-    complete: bool
+    band: float  # largest error of a stage that has settled
+    final_error: float | None  # target less the mean reading over the hold's last 0.5 s
+    complete: bool  # whether the run lasted until the end of its hold
 
 
 def profiles(
@@ -91,24 +58,7 @@ def profiles(
     pitch: float = PITCH,
     macro_band: float = MACRO_BAND,
 ) -> list[ProfileResult]:
-    """One result for each profile that was begun.
-
-    Parameters
-    ----------
-    recording : Recording
-        Recording of a run.
-    programme : Programme
-        Its profiles.
-    pitch : float, optional
-        Travel of an encoder count, m.
-    macro_band : float, optional
-        Error within which the macro-stage has settled, counts.
-
-    Returns
-    -------
-    list[ProfileResult]
-        In order; none for a programme of moves.
-    """
+    """One result for each profile that was begun; `macro_band` in counts."""
     ran = len(recording) * recording.dt
     spans = _timed(recording, programme) if programme.mixed else programme.profiles
     return [
@@ -119,7 +69,6 @@ def profiles(
 
 
 def _timed(recording: Recording, programme: Programme) -> Iterator[Span]:
-    """The profiles of a mixed programme that were begun, with their times by the recording."""
     move, dt = recording["move"], recording.dt
     for span in programme.profiles:
         first, behind = (int(row) for row in np.searchsorted(move, (span.first, span.behind)))

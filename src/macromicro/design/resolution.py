@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from macromicro.design.checks import positive
+from macromicro.design._checks import positive
 from macromicro.schema import keys
 
 INCH = 0.0254  # m
@@ -16,21 +16,11 @@ MAX_BITS = 64
 
 
 class Budget(NamedTuple):
-    """What one bit of the converter is worth.
+    """What one bit of the converter is worth."""
 
-    Attributes
-    ----------
-    volts : float
-        V.
-    field : float
-        G.
-    position : float
-        m.
-    """
-
-    volts: float
-    field: float
-    position: float
+    volts: float  #: V
+    field: float  #: G
+    position: float  #: m
 
 
 def converter(span: float, bits: int) -> float:
@@ -54,54 +44,26 @@ def converter(span: float, bits: int) -> float:
     ------
     InputError
         A number is not above zero, or `bits` is not whole.
+
+    Examples
+    --------
+    >>> from macromicro.design import converter
+    >>> round(converter(span=10.0, bits=15) * 1e3, 3)  # mV per bit
+    0.305
     """
     positive("resolution, span", span, "V")
     return float(span / 2.0 ** keys.whole(bits, 1, MAX_BITS, "resolution, bits"))
 
 
 def field(volts_per_bit: float, sensitivity: float) -> float:
-    """Resolution behind a sensor: (V/bit) / (V/G).
-
-    Parameters
-    ----------
-    volts_per_bit : float
-        Volts per bit, V/bit.
-    sensitivity : float
-        Sensitivity, V/G.
-
-    Returns
-    -------
-    float
-        G/bit.
-
-    Raises
-    ------
-    InputError
-        A number is not above zero.
-    """
+    """Resolution behind a sensor: (V/bit) / (V/G)."""
     return positive("resolution, volts per bit", volts_per_bit, "V/bit") / positive(
         "resolution, sensitivity", sensitivity, "V/G"
     )
 
 
 def metres_per_gauss(slope: float) -> float:
-    """Travel per field: 1 / slope.
-
-    Parameters
-    ----------
-    slope : float
-        Slope of the flux, G/m.
-
-    Returns
-    -------
-    float
-        m/G.
-
-    Raises
-    ------
-    InputError
-        `slope` is not above zero.
-    """
+    """Travel per field: 1 / `slope` [G/m]."""
     return 1.0 / positive("resolution, flux slope", slope, "G/m")
 
 
@@ -124,6 +86,12 @@ def sensitivity_floor(output: float, field_span: float) -> float:
     ------
     InputError
         A number is not above zero.
+
+    Examples
+    --------
+    >>> from macromicro.design import sensitivity_floor
+    >>> sensitivity_floor(output=4.0, field_span=1000.0)  # V/G, for -500 to 500 G
+    0.004
     """
     return positive("resolution, output range", output, "V") / positive(
         "resolution, field span", field_span, "G"
@@ -154,6 +122,13 @@ def budget(span: float, bits: int, sensitivity: float, slope: float) -> Budget:
     ------
     InputError
         A number is not above zero, or `bits` is not whole.
+
+    Examples
+    --------
+    >>> from macromicro.design import budget
+    >>> one_bit = budget(span=10.0, bits=15, sensitivity=3e-3, slope=1e5)
+    >>> round(one_bit.position * 1e6, 3)  # um
+    1.017
     """
     volts = converter(span, bits)
     gauss = field(volts, sensitivity)
@@ -179,6 +154,13 @@ def calibrated(volts_per_bit: float, slope: float) -> float:
     ------
     InputError
         A number is not above zero.
+
+    Examples
+    --------
+    >>> from macromicro.design import calibrated, converter
+    >>> per_bit = calibrated(converter(span=10.0, bits=15), slope=2e-3)  # 2 mm/V
+    >>> round(per_bit * 1e6, 3)  # um
+    0.61
     """
     return positive("resolution, volts per bit", volts_per_bit, "V/bit") * positive(
         "resolution, slope", slope, "m/V"

@@ -1,10 +1,10 @@
-"""How well each move of a programme went: arrival, settling, error, overshoot.
+"""Arrival, settling, error and overshoot of each move of a programme.
 
 Macro errors come from the encoder, micro errors from the laser, which is independent of
 the loop: integral action makes the Hall sensor's own error zero by construction
 (Section 6.1). Laser readings carry 2 um of noise (Section 6.4.1), so entry into a band and
-overshoot use their centred mean over `SMOOTH`. Of a rig without a laser the Hall sensor
-says when a micro move has arrived; no final error is told then.
+overshoot use their centred mean over `SMOOTH`. On a rig without a laser the Hall sensor
+detects the arrival of a micro move; its final error is unknown.
 """
 
 from __future__ import annotations
@@ -32,57 +32,25 @@ SMOOTH = 0.021
 
 
 class MoveResult(NamedTuple):
-    """One move; None: did not happen, or cannot be known.
+    """One move; None: did not happen, or cannot be known."""
 
-    Attributes
-    ----------
-    move : int
-        Index in the programme, from 0.
-    stage : str
-        "macro" or "micro".
-    target : float
-        In `unit`.
-    unit : str
-        mm for macro, um for micro; of target, band, errors and overshoot.
-    start_s : float
-        When it began, s.
-    arrived_s : float | None
-        When the error entered `band` for good, s.
-    settling_s : float | None
-        From `start_s` until then, s.
-    band : float
-        In `unit`.
-    final_error : float | None
-        Target less the mean reading (encoder or laser) over the hold's last 0.5 s.
-    overshoot : float | None
-        The furthest beyond the target in the direction of the move, 0 or more.
-    hall_error : float | None
-        As `final_error`, from the Hall sensor.
-    true_error : float | None
-        As `final_error`, from the bench's truth.
-    target_counts : float | None
-        Target of a macro move, counts.
-    final_error_counts : float | None
-        Final error of a macro move, counts.
-    complete : bool
-        False if a fault or an interruption cut the move short.
-    """
-
-    move: int
-    stage: str
-    target: float
-    unit: str
-    start_s: float
-    arrived_s: float | None
-    settling_s: float | None
-    band: float
+    move: int  #: index in the programme, from 0
+    stage: str  #: "macro" or "micro"
+    target: float  #: in `unit`
+    unit: str  #: mm for macro, um for micro; of target, band, errors and overshoot
+    start_s: float  #: when it began, s
+    arrived_s: float | None  #: when the error entered `band` for good, s
+    settling_s: float | None  #: from `start_s` until then, s
+    band: float  #: in `unit`
+    #: target less the mean reading (encoder or laser) over the hold's last 0.5 s
     final_error: float | None
+    #: the furthest beyond the target in the direction of the move, 0 or more
     overshoot: float | None
-    hall_error: float | None
-    true_error: float | None
-    target_counts: float | None
-    final_error_counts: float | None
-    complete: bool
+    hall_error: float | None  #: as `final_error`, from the Hall sensor
+    true_error: float | None  #: as `final_error`, from the bench's truth
+    target_counts: float | None  #: target of a macro move, counts
+    final_error_counts: float | None  #: final error of a macro move, counts
+    complete: bool  #: False if a fault or an interruption cut the move short
 
 
 class _Span(NamedTuple):
@@ -118,8 +86,8 @@ def moves(
     macro_band : float, optional
         Error within which the macro-stage has arrived, counts.
     but : Sequence[int], optional
-        Stages that are left out: they follow a trajectory (`tracking`). So are the set points of
-        profiles beside moves (`macromicro.design.profiles`).
+        Stages to leave out, as they follow a trajectory (`tracking`). Set points of profiles
+        beside moves are left out, too (`macromicro.design.profiles`).
 
     Returns
     -------
@@ -141,7 +109,7 @@ def moves(
 
 
 def _spans(recording: Recording, programme: Programme) -> Iterator[_Span]:
-    """Where each move stands. Without its last row in the phase DONE the run was cut short."""
+    """The rows of each move. Without its last row in the phase DONE the run was cut short."""
     index, phase = recording["move"], recording["phase"]
     begun = int(index[-1]) + 1
     edges = np.searchsorted(index, np.arange(begun + 1))
@@ -171,12 +139,19 @@ def entry(error: Array, band: float, dt: float, dwell: float) -> int | None:
     dt : float
         Sample time, s.
     dwell : float
-        For at least so long, s.
+        Minimum duration, s.
 
     Returns
     -------
     int | None
-        None if it does not.
+        None if there is none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.design.response import entry
+    >>> entry(np.array([9.0, 3.0, -6.0, 2.0, 1.0, 0.0]), band=5.0, dt=0.001, dwell=0.002)
+    3
     """
     outside = np.flatnonzero(~(np.abs(error) <= band))
     row = int(outside[-1]) + 1 if len(outside) else 0
@@ -197,6 +172,12 @@ def tail(rows: int, dt: float) -> int:
     -------
     int
         At least 1.
+
+    Examples
+    --------
+    >>> from macromicro.design.response import tail
+    >>> tail(2000, dt=0.001), tail(600, dt=0.001)
+    (500, 300)
     """
     return max(1, min(round(MEAN / dt), rows // 2))
 
@@ -215,6 +196,13 @@ def smoothed(y: Array, width: int) -> Array:
     -------
     ndarray, shape (n,)
         Means.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.design.response import smoothed
+    >>> smoothed(np.array([0.0, 3.0, 0.0, 3.0, 0.0]), width=3).tolist()
+    [0.0, 1.0, 2.0, 1.0, 0.0]
     """
     n = len(y)
     sums = np.concatenate(([0.0], np.cumsum(y)))
@@ -230,7 +218,7 @@ def _number(value: Any) -> float | None:
 
 
 def _beyond(error: Array) -> float | None:
-    """How far beyond the target: `error` changes sign in the direction of the move."""
+    """Overshoot: the error of opposite sign."""
     known = error[np.isfinite(error)]
     if not len(known):
         return None
@@ -242,15 +230,17 @@ def _time(recording: Recording, row: int) -> float:
 
 
 def _mean_error(recording: Recording, name: str, target: float, rows: slice) -> float | None:
-    """Target minus the mean of a column, which a real rig may lack."""
+    """Target minus the mean of a column; None where the rig lacks it."""
     return _number(target - recording[name][rows].mean()) if name in recording else None
 
 
 def _macro(
     recording: Recording, programme: Programme, span: _Span, pitch: float, band: float
 ) -> MoveResult:
-    """A macro move, in mm. The encoder's count n stands for the places from n to n + 1
-    pitches; the true error is counted from their middle."""
+    """A macro move, in mm.
+
+    The encoder's count n covers n to n + 1 pitches; the true error is counted from the middle.
+    """
     target, dt, mm = float(programme.target[span.move]), recording.dt, pitch * 1e3
     error = target - recording["macro_position"][span.a : span.until]
     row = entry(error, band, dt, DWELL)

@@ -1,4 +1,4 @@
-"""The moves that a recording shows, of a run or of the live machine, and when they began."""
+"""The moves in a recording of a run or of the live machine, with their times."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from macromicro.control.live.messages import MODES
 from macromicro.control.supervisor import DONE, SETTLING
 from macromicro.control.supervisor import MACRO as MOVING
 from macromicro.control.supervisor import MICRO as FINE
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
 from macromicro.programme import MACRO, MICRO, Programme
 from macromicro.recording import Recording
 
@@ -23,53 +23,21 @@ _ADDED = (Column("move", "1", "index of the move", "i4"), Column("phase", "1", "
 
 
 class Served(NamedTuple):
-    """The moves of a recording of the live machine.
-
-    Attributes
-    ----------
-    recording : Recording
-        Only the rows in which moves are under way or held, with the columns `move` and `phase` of a
-        run.
-    programme : Programme
-        Those moves.
-    cut : NDArray[np.bool_]
-        Which of them came to no end.
-    """
-
+    # only the rows in which moves are under way or held, with the columns `move` and `phase` of a
+    # run
     recording: Recording
-    programme: Programme
-    cut: NDArray[np.bool_]
+    programme: Programme  # those moves
+    cut: NDArray[np.bool_]  # which of them came to no end
 
 
 def is_live(recording: Recording) -> bool:
-    """Whether a recording was made of the live machine.
-
-    Parameters
-    ----------
-    recording : Recording
-        A run, or a recording of the live machine.
-
-    Returns
-    -------
-    bool
-        By its columns.
-    """
     return "mode" in recording and "motion" in recording and "move" not in recording
 
 
 def served(recording: Recording) -> Served:
-    """Moves to a place, in order: of the macro-stage alone, of the micro-stage alone, and one of
-    each for a move of both. Homing and jogs, whose set point travels, are none.
+    """Moves to a place, in order; a move of both stages counts as one of each.
 
-    Parameters
-    ----------
-    recording : Recording
-        Recording of the live machine.
-
-    Returns
-    -------
-    Served
-        The moves and their rows.
+    Homing and jogs, whose set point travels, do not count.
     """
     names = str(recording.attributes.get("modes", ", ".join(MODES))).split(", ")
     known = np.array([_PHASES.get(name, 0) for name in names])
@@ -118,21 +86,9 @@ def served(recording: Recording) -> Served:
 
 
 def ran(recording: Recording) -> tuple[NDArray[np.bool_], Programme]:
-    """Which of the recording's moves were begun, and the programme they belong to.
+    """Which of the recording's moves were begun, and their programme.
 
     A micro move that was due before the carriage had settled is counted, but never begun.
-
-    Parameters
-    ----------
-    recording : Recording
-        Recording of a run.
-
-    Returns
-    -------
-    begun : ndarray of bool, shape (moves,)
-        Whether a move was begun.
-    programme : Programme
-        Targets in counts and m.
     """
     index, phase = recording["move"], recording["phase"]
     coarse, fine = recording["macro_reference"], recording["micro_reference"]
@@ -151,23 +107,7 @@ def ran(recording: Recording) -> tuple[NDArray[np.bool_], Programme]:
 
 
 def timetable(recording: Recording) -> Programme:
-    """The moves that were begun, each at its own time from the first row on, to the last.
-
-    Parameters
-    ----------
-    recording : Recording
-        Recording of a run or of the live machine.
-
-    Returns
-    -------
-    Programme
-        Targets in counts and m, times in s.
-
-    Raises
-    ------
-    InputError
-        It shows no moves.
-    """
+    """The moves that were begun, each at its own time from the first row on, to the last."""
     if is_live(recording):
         what = served(recording).programme
     else:
@@ -176,7 +116,7 @@ def timetable(recording: Recording) -> Programme:
             start=what.start[begun], stage=what.stage[begun], target=what.target[begun]
         )
     if not len(what.target):
-        raise InputError("recording", "no moves", "one that shows moves, or a programme beside it")
+        raise ProblemError("recording", "it shows no moves", "Give the programme as well.")
     end = float(recording["t"][-1] - recording["t"][0])
     hold = np.diff(np.append(what.start, end))
     return what._replace(title="moves of the recording", hold=hold, end=end)

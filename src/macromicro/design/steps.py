@@ -1,4 +1,4 @@
-"""What a step of the macro-stage shows: rise, settling, overshoot, swings back.
+"""Rise, settling, overshoot and swings of a step of the macro-stage.
 
 Positions `x` and targets in counts, a sample each control period.
 """
@@ -17,85 +17,25 @@ ARRIVED = 2.0  # counts; the tolerance of the default sequence
 
 
 def rise_time(x: Array, target: float, share: float = 0.98) -> float:
-    """Time until a move from x[0] to a target first has a share of it behind it.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Position, counts, a sample each control period.
-    target : float
-        Target, counts.
-    share : float, optional
-        Share of the move.
-
-    Returns
-    -------
-    float
-        s; nan if it never has.
-    """
+    """Time until a move from x[0] first covers a share of the distance."""
     gone = (x - x[0]) / (target - x[0])
     return float(np.argmax(gone >= share)) * DT if gone.max() >= share else math.nan
 
 
 def settling_time(x: Array, target: float, share: float = 0.02) -> float:
-    """Time from which on the error stays within a share of the move.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Position, counts, a sample each control period.
-    target : float
-        Target, counts.
-    share : float, optional
-        Share of the move.
-
-    Returns
-    -------
-    float
-        s; nan if it does not.
-    """
+    """Time from which on the error stays within a share of the move."""
     outside = np.flatnonzero(np.abs(target - x) > share * abs(target - x[0]))
     row = int(outside[-1]) + 1 if len(outside) else 0
     return row * DT if row < len(x) else math.nan
 
 
 def overshoot(x: Array, target: float) -> float:
-    """How far a position goes beyond a target in the direction of the move.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Position, counts.
-    target : float
-        Target, counts.
-
-    Returns
-    -------
-    float
-        counts, 0 or more.
-    """
+    """Distance beyond a target in the direction of the move."""
     return max(0.0, float((np.sign(target - x[0]) * (x - target)).max()))
 
 
 def swings(x: Array, target: float, band: float = ARRIVED) -> Array:
-    """Sizes of the swings back after arrival, one per reversal of the position.
-
-    The motion that arrives is no swing.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Position, counts.
-    target : float
-        Target, counts.
-    band : float, optional
-        Arrival is the first error within it, counts.
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        counts; empty when it never arrives or never reverses.
-    """
+    """Sizes of the swings after arrival, one per reversal of the position."""
     near = np.abs(target - x) <= band
     if not near.any():
         return np.zeros(0)

@@ -1,7 +1,7 @@
-"""How well a stage follows targets that change all the time, as a CSV's often do.
+"""Tracking of targets that change all the time, such as a trajectory in a CSV file.
 
-Such targets are no moves: none is meant to be settled at. What counts is the error on the
-way and the lag. Macro errors come from the encoder, micro errors from the laser.
+The metrics are the error on the way and the lag. Macro errors come from the encoder, micro
+errors from the laser.
 """
 
 from __future__ import annotations
@@ -23,77 +23,27 @@ ROWS = 20_000  # that a lag is estimated from, evenly spread
 
 
 class Tracking(NamedTuple):
-    """One stage over the whole way; None: cannot be known.
-
-    Attributes
-    ----------
-    stage : str
-        "macro" or "micro".
-    unit : str
-        mm for macro, um for micro; of all errors.
-    targets : int
-        How many.
-    start_s : float
-        First target, s.
-    end_s : float
-        Last row, s.
-    rms_error : float
-        RMS of reference less reading.
-    peak_error : float
-        Its largest magnitude.
-    peak_s : float
-        Where that was, s.
-    lag_s : float | None
-        Delay by which the reading follows the reference best (least squares, up to 1 s), s.
-    rms_without_lag : float | None
-        What is left of the error after it.
-    """
-
-    stage: str
-    unit: str
-    targets: int
-    start_s: float
-    end_s: float
-    rms_error: float
-    peak_error: float
-    peak_s: float
+    stage: str  # "macro" or "micro"
+    unit: str  # mm for macro, um for micro; of all errors
+    targets: int  # how many
+    start_s: float  # first target, s
+    end_s: float  # last row, s
+    rms_error: float  # RMS of reference less reading
+    peak_error: float  # its largest magnitude
+    peak_s: float  # where that was, s
+    # delay by which the reading follows the reference best (least squares, up to 1 s), s
     lag_s: float | None
-    rms_without_lag: float | None
+    rms_without_lag: float | None  # what is left of the error after it
 
 
 class Course(NamedTuple):
-    """What a stage was to follow and did.
-
-    Attributes
-    ----------
-    t : ndarray, shape (n,)
-        s.
-    reference : ndarray, shape (n,)
-        In the stage's unit.
-    reading : ndarray, shape (n,)
-        In the stage's unit.
-    """
-
-    t: Array
-    reference: Array
-    reading: Array
+    t: Array  # s
+    reference: Array  # in the stage's unit
+    reading: Array  # in the stage's unit
 
 
 def followed(recording: Recording, programme: Programme) -> tuple[int, ...]:
-    """The stages whose targets came so fast that they make a trajectory.
-
-    Parameters
-    ----------
-    recording : Recording
-        Recording of a run.
-    programme : Programme
-        Its targets.
-
-    Returns
-    -------
-    tuple[int, ...]
-        MACRO, MICRO, both or none; none of a mixed programme, whose profiles are told one by one.
-    """
+    """The stages whose targets change fast enough for a trajectory."""
     if not len(recording) or programme.mixed:
         return ()
     begun = min(int(recording["move"][-1]) + 1, len(programme.stage))
@@ -109,24 +59,6 @@ def followed(recording: Recording, programme: Programme) -> tuple[int, ...]:
 def course(
     recording: Recording, programme: Programme, stage: int, pitch: float = PITCH
 ) -> Course | None:
-    """What a stage was to follow, from its first target to the end.
-
-    Parameters
-    ----------
-    recording : Recording
-        Recording of a run.
-    programme : Programme
-        Its targets.
-    stage : int
-        MACRO or MICRO.
-    pitch : float, optional
-        Travel of an encoder count, m.
-
-    Returns
-    -------
-    Course | None
-        mm or um; None without a reading.
-    """
     numbers = np.flatnonzero(programme.stage == stage)
     a = int(np.searchsorted(recording["move"], numbers[0]))
     t = recording["t"][a:]
@@ -144,22 +76,6 @@ def course(
 
 
 def tracking(recording: Recording, programme: Programme, *, pitch: float = PITCH) -> list[Tracking]:
-    """A result for each stage that follows a trajectory.
-
-    Parameters
-    ----------
-    recording : Recording
-        Recording of a run.
-    programme : Programme
-        Its targets.
-    pitch : float, optional
-        Travel of an encoder count, m.
-
-    Returns
-    -------
-    list[Tracking]
-        None for a programme of moves.
-    """
     results = []
     for stage in followed(recording, programme):
         seen = course(recording, programme, stage, pitch)
@@ -186,22 +102,7 @@ def tracking(recording: Recording, programme: Programme, *, pitch: float = PITCH
 
 
 def lagging(reference: Array, reading: Array, dt: float) -> tuple[float | None, float | None]:
-    """Lag of least mean square error, between samples by a parabola.
-
-    Parameters
-    ----------
-    reference, reading : ndarray, shape (n,)
-        In one unit.
-    dt : float
-        Sample time, s.
-
-    Returns
-    -------
-    lag : float | None
-        s; None for a reference that does not change, or too few samples.
-    left : float | None
-        RMS error that is left, or None likewise.
-    """
+    """Lag of least mean square error, between samples by a parabola."""
     step = max(1, len(reference) // ROWS)
     r, y = reference[::step], reading[::step]
     most = min(round(MOST_LAG / (dt * step)), len(r) // 4)

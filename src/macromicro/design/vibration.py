@@ -27,37 +27,19 @@ SLOWEST, FASTEST = 3.0, 450.0
 
 
 class Vibration(NamedTuple):
-    """Residual vibration after a macro move.
+    """Residual vibration after a macro move."""
 
-    Attributes
-    ----------
-    move : int
-        Index of the move.
-    rest_s : float
-        When the carriage stands still, by its encoder, s.
-    amplitude_um : float
-        First peak from then on, um.
-    decay_s : float | None
-        Time from rest until the envelope is down to 2 um (0: never above), s.
-    frequency_hz : float
-        Frequency of the fitted sine, Hz.
-    decay_rate : float
-        Decay rate of the fitted sine, 1/s.
-    settled_um : float
-        The laser's settled value, um.
-    """
-
-    move: int
-    rest_s: float
-    amplitude_um: float
-    decay_s: float | None
-    frequency_hz: float
-    decay_rate: float
-    settled_um: float
+    move: int  #: index of the move
+    rest_s: float  #: when the carriage stands still, by its encoder, s
+    amplitude_um: float  #: first peak from then on, um
+    decay_s: float | None  #: time from rest until the envelope is down to 2 um (0: never above), s
+    frequency_hz: float  #: frequency of the fitted sine, Hz
+    decay_rate: float  #: decay rate of the fitted sine, 1/s
+    settled_um: float  #: the laser's settled value, um
 
 
 def vibration(recording: Recording, move: MoveResult) -> Vibration | None:
-    """The vibration that a macro move leaves (Section 6.2, Figure 6.3).
+    """Residual vibration after a macro move (Section 6.2, Figure 6.3).
 
     Parameters
     ----------
@@ -69,8 +51,8 @@ def vibration(recording: Recording, move: MoveResult) -> Vibration | None:
     Returns
     -------
     Vibration | None
-        None if its rows show none; where the move did not arrive, or the laser is silent; or if
-        less than 0.3 s of standing still was recorded before the laser's reset or the next move.
+        None without a vibration, an arrival or a laser; or if less than 0.3 s at rest was
+        recorded before the laser's reset or the next move.
     """
     if move.stage != "macro" or move.arrived_s is None:
         return None
@@ -120,7 +102,7 @@ def vibration(recording: Recording, move: MoveResult) -> Vibration | None:
 def decaying_sine(y: Array, dt: float) -> tuple[float, float, float, float] | None:
     """The decaying sine in a record.
 
-    Gauss-Newton on frequency and decay with the linear part solved anew each time (variable
+    Gauss-Newton on frequency and decay; the linear part is solved at each step (variable
     projection).
 
     Parameters
@@ -135,6 +117,16 @@ def decaying_sine(y: Array, dt: float) -> tuple[float, float, float, float] | No
     tuple[float, float, float, float] | None
         Frequency (Hz), decay rate (1/s), cosine and sine amplitude (unit of `y`); None if no
         frequency stands out of the noise.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.design.vibration import decaying_sine
+    >>> t = 0.001 * np.arange(1000)
+    >>> y = 3.0 * np.exp(-4.0 * t) * np.cos(2.0 * np.pi * 20.0 * t)
+    >>> frequency, decay, cosine, sine = decaying_sine(y, dt=0.001)
+    >>> round(frequency, 3), round(decay, 3), round(cosine, 3)  # Hz, 1/s, unit of y
+    (20.0, 4.0, 3.0)
     """
     t = np.arange(len(y)) * dt
     trend = np.polynomial.polynomial.polyfit(t, y, 2)

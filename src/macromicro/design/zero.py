@@ -1,8 +1,8 @@
-"""What the laser shows of the micro-stage, wherever that stood when the laser was reset.
+"""The laser's zero: its reading at a reset, and the contraction at that time.
 
-A reset makes the reading 0. Where the micro-stage is extended then, the reading is its contraction.
-Where it is on its way to a place, or held there (`controller.sequence.overlap`), its contraction at
-that time is missing: the Hall sensor tells it, once both stages are quiet.
+Where the micro-stage is extended at the reset, the reading is its contraction. Where it is moving
+or held at a place (`controller.sequence.overlap`), the Hall sensor gives the missing contraction,
+once both stages are at rest.
 """
 
 from __future__ import annotations
@@ -18,21 +18,7 @@ QUIET = 4.0  # um by which they may differ
 
 
 def offset(recording: Recording, row: int) -> float:
-    """What the laser's reading lacks of the contraction.
-
-    Parameters
-    ----------
-    recording : Recording
-        Of a run; columns laser, laser_reset, micro_reference and hall_position.
-    row : int
-        Row of a reading; a reset's own period still reads from the reset before.
-
-    Returns
-    -------
-    float
-        um; 0 before the first reset, after one that found the stage without a set point, and
-        without a Hall sensor.
-    """
+    """Contraction [um] that the laser's reading lacks."""
     resets = np.flatnonzero(recording["laser_reset"])
     before = resets[resets < row]
     if not len(before):
@@ -43,18 +29,7 @@ def offset(recording: Recording, row: int) -> float:
 
 
 def contraction(recording: Recording) -> Array:
-    """Contraction by the laser.
-
-    Parameters
-    ----------
-    recording : Recording
-        As for `offset`.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        The reading with its `offset`, um.
-    """
+    """Contraction [um] by the laser."""
     reading = np.array(recording["laser"], dtype=np.float64)
     resets = np.flatnonzero(recording["laser_reset"])
     ends = [*resets[1:], len(reading) - 1]
@@ -64,7 +39,7 @@ def contraction(recording: Recording) -> Array:
 
 
 def _missing(recording: Recording, reset: int, end: int) -> float:
-    """What readings after a reset up to `end` lack, um."""
+    """Contraction [um] that readings lack after a reset, up to `end`."""
     size = max(round(BLOCK / recording.dt), 1)
     before = reset + 1 - size
     known = "hall_position" in recording and "micro_reference" in recording

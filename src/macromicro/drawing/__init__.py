@@ -1,1 +1,1 @@
-"""How figures look: style and axes, exhibits with number and caption, block diagrams."""
+"""Figures: style and axes, exhibits with number and caption, block diagrams."""

@@ -1,4 +1,4 @@
-"""How far a long computation is, on stderr: a bar in a terminal, else a line now and then."""
+"""Progress of a long computation on stderr: a bar in a terminal, else occasional lines."""
 
 from __future__ import annotations
 
@@ -17,13 +17,6 @@ _BAR = 0.1  # s between moves of the bar
 
 
 def progress_bar() -> Progress:
-    """Make a bar for work whose share that is done is known.
-
-    Returns
-    -------
-    rich.progress.Progress
-        Percentage, bar and a task's description; gone once the work has ended.
-    """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
 
@@ -37,16 +30,9 @@ def progress_bar() -> Progress:
 
 
 class Pace:
-    """How far a computation is, how fast, and how long it will take.
+    """Progress, rate and remaining time of a computation.
 
-    The rate is of this time, from the first report on: before it workers start and compile.
-
-    Parameters
-    ----------
-    title, unit : str
-        What is computed, and of what there are so many.
-    show : callable
-        Called with a line of text when it begins, and with None after every report.
+    The rate counts from the first report on, as workers start and compile before it.
     """
 
     def __init__(
@@ -58,42 +44,15 @@ class Pace:
         self._started, self._base = math.nan, 0
 
     def begin(self, count: int, before: int | None = None) -> None:
-        """Say how much there is to do.
-
-        Parameters
-        ----------
-        count : int
-            Of all.
-        before : int, optional
-            How many of them an earlier run finished, where there can be one.
-        """
         self.count, self.done = count, before or 0
         earlier = "" if before is None else f", {before} finished before"
         self._show(f"{self._title}: {count} {self._unit}{earlier}")
 
     def add(self, done: int, impossible: int = 0) -> None:
-        """Say that some more are done.
-
-        Parameters
-        ----------
-        done : int
-            How many.
-        impossible : int
-            How many of them could not be computed.
-        """
         self.impossible += impossible
         self.reach(self.done + done, self.count, self.remark)
 
     def reach(self, done: int, count: int, remark: str = "") -> None:
-        """Say how many are done by now.
-
-        Parameters
-        ----------
-        done, count : int
-            Of how many.
-        remark : str
-            What is worth telling beside it.
-        """
         if not self.count:
             self.begin(count)
         self.done, self.remark = done, remark
@@ -103,19 +62,12 @@ class Pace:
 
     @property
     def rate(self) -> float:
-        """Done per second; NaN before there is one."""
+        """Items per second; NaN before there are any."""
         if self.done == self._base or math.isnan(self._started):
             return math.nan
         return (self.done - self._base) / max(time.monotonic() - self._started, 1e-6)
 
     def words(self) -> str:
-        """Tell the same to a person.
-
-        Returns
-        -------
-        str
-            Such as "50 of 100, 3 impossible, 5/s, 10 s left".
-        """
         text = f"{self.done} of {self.count}"
         if self.impossible:
             text += f", {self.impossible} impossible"
@@ -129,19 +81,7 @@ class Pace:
 
 @contextmanager
 def progress(title: str, unit: str) -> Iterator[Pace]:
-    """Show how far a computation is, as long as the block takes.
-
-    Parameters
-    ----------
-    title, unit : str
-        What is computed, and of what there are so many: the first line where stderr is no
-        terminal, followed by how far it is every `EVERY` seconds.
-
-    Yields
-    ------
-    Pace
-        Called with what is done.
-    """
+    """Show the progress of a computation during the block."""
     shown = 0.0
     if not sys.stderr.isatty():
 
@@ -175,18 +115,6 @@ def _short(rate: float) -> str:
 
 
 def span(seconds: float) -> str:
-    """Put a time into words.
-
-    Parameters
-    ----------
-    seconds : float
-        0 or more.
-
-    Returns
-    -------
-    str
-        Such as 12 s, 3 min 20 s, 5 h 10 min, 3.2 days.
-    """
     whole = round(seconds)
     if whole < 60:
         return f"{whole} s"

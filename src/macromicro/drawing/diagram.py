@@ -16,11 +16,11 @@ import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from macromicro.drawing import plan
-from macromicro.drawing.canvas import BLOCK, SIGNAL, SUM, Shape, drawing, size
-from macromicro.drawing.plan import Frame, Layout, Line, Thing
-from macromicro.drawing.routing import Cell, Link
-from macromicro.drawing.symbols import MINUS
+from macromicro.drawing import _plan
+from macromicro.drawing._canvas import BLOCK, SIGNAL, SUM, Shape, drawing, size
+from macromicro.drawing._plan import Frame, Layout, Line, Thing
+from macromicro.drawing._routing import Cell, Link
+from macromicro.drawing._symbols import MINUS
 
 _ARROW = re.compile(r"(~?)>([-+]?)(?:\[([^\]]*)\])?")
 _MARKS = {"<": "W", "↓": "S", "↑": "N"}
@@ -29,31 +29,18 @@ _SIGNS = {"-": MINUS, "+": "+", "": "+"}
 
 
 class Diagram(NamedTuple):
-    """A block diagram; texts as in `symbols`.
+    """A block diagram; texts as in `symbols`."""
 
-    Attributes
-    ----------
-    title : str
-        Title of the picture.
-    grid : str
-        Rows of names, one a line, "." for an empty cell. "(e)" is a sum; a name in `blocks` is that
-        block; every other name is a signal, written as it stands. A mark before a name turns its
-        flow: "<" leftwards, "↓" down, "↑" up.
-    blocks : Mapping[str, Shape]
-        By name.
-    wires : str
-        Chains "r > e > D" separated by ";". ">-" ends at a sum with a minus, "~>" is an event,
-        drawn dashed; ">[V']" has a label, without spaces. Wires from one source share their
-        beginning.
-    frames : tuple[Frame, ...]
-        Around some of the blocks.
-    """
-
-    title: str
+    title: str  # title of the picture
+    # rows of names, one a line, "." for an empty cell. "(e)" is a sum; a name in `blocks` is that
+    # block; every other name is a signal, written as it stands. A mark before a name turns its
+    # flow: "<" leftwards, "↓" down, "↑" up
     grid: str
-    blocks: Mapping[str, Shape]
+    blocks: Mapping[str, Shape]  # by name
+    # chains "r > e > D" separated by ";". ">-" ends at a sum with a minus, "~>" is an event, drawn
+    # dashed; ">[V']" has a label, without spaces. Wires from one source share their beginning
     wires: str
-    frames: tuple[Frame, ...] = ()
+    frames: tuple[Frame, ...] = ()  # around some of the blocks
 
 
 class _Placed(NamedTuple):
@@ -63,152 +50,43 @@ class _Placed(NamedTuple):
 
 
 def block(*lines: str, icon: str = "") -> Shape:
-    """A block.
-
-    Parameters
-    ----------
-    *lines : str
-        Lines of text.
-    icon : str, optional
-        Picture of its characteristic, above the text; a key of `icons.ICONS`.
-
-    Returns
-    -------
-    Shape
-        For `Diagram.blocks`.
-    """
     return Shape(BLOCK, lines, icon)
 
 
 def saturation(*lines: str) -> Shape:
-    """A block that limits.
-
-    Parameters
-    ----------
-    *lines : str
-        Lines of text.
-
-    Returns
-    -------
-    Shape
-        With its icon.
-    """
     return block(*lines, icon="saturation")
 
 
 def dead_zone(*lines: str) -> Shape:
-    """A block that passes nothing near zero.
-
-    Parameters
-    ----------
-    *lines : str
-        Lines of text.
-
-    Returns
-    -------
-    Shape
-        With its icon.
-    """
     return block(*lines, icon="dead zone")
 
 
 def relay(*lines: str) -> Shape:
-    """A two-point switch with hysteresis.
-
-    Parameters
-    ----------
-    *lines : str
-        Lines of text.
-
-    Returns
-    -------
-    Shape
-        With its icon.
-    """
     return block(*lines, icon="relay")
 
 
 def quantiser(*lines: str) -> Shape:
-    """A block whose output goes in steps.
-
-    Parameters
-    ----------
-    *lines : str
-        Lines of text.
-
-    Returns
-    -------
-    Shape
-        With its icon.
-    """
     return block(*lines, icon="quantiser")
 
 
 def framed(label: str, names: str) -> Frame:
-    """A dashed frame around blocks.
-
-    Parameters
-    ----------
-    label : str
-        Label of the frame.
-    names : str
-        Names of the blocks, separated by spaces.
-
-    Returns
-    -------
-    Frame
-        For `Diagram.frames`.
-    """
+    """A dashed frame around blocks."""
     return Frame(label, tuple(names.split()))
 
 
 def svg(diagram: Diagram) -> str:
-    """A diagram as SVG.
-
-    Parameters
-    ----------
-    diagram : Diagram
-        Its description.
-
-    Returns
-    -------
-    str
-        SVG text.
-
-    Raises
-    ------
-    ValueError
-        A wire from or to a name not in the grid, or one that finds no way.
-    """
     shapes = {name: p.shape for name, p in _cells(diagram).items()}
     return drawing(diagram.title, layout(diagram), shapes)
 
 
 def layout(diagram: Diagram) -> Layout:
-    """Where everything of a diagram stands.
-
-    Parameters
-    ----------
-    diagram : Diagram
-        Its description.
-
-    Returns
-    -------
-    Layout
-        In units.
-
-    Raises
-    ------
-    ValueError
-        As for `svg`.
-    """
     cells = _cells(diagram)
     things = [Thing(name, p.cell, *size(p.shape)) for name, p in cells.items()]
-    return plan.laid_out(things, _lines(diagram, cells), diagram.frames)
+    return _plan.laid_out(things, _lines(diagram, cells), diagram.frames)
 
 
 def _cells(diagram: Diagram) -> dict[str, _Placed]:
-    """What stands where, by name."""
+    """The content of cells, by name."""
     found: dict[str, _Placed] = {}
     for row, text in enumerate(diagram.grid.strip().splitlines()):
         for column, token in enumerate(text.split()):
@@ -266,8 +144,10 @@ def _exits(p: _Placed, event: bool) -> str:
 
 
 def _entries(p: _Placed, entered: bool, event: bool) -> str:
-    """A sum is entered at any side but its exit's; a block from behind, and by events and
-    all further wires from aside."""
+    """A sum is entered at any side but its exit's; a block from behind.
+
+    Events and further wires enter a block from the side.
+    """
     if p.shape.outline == SUM:
         return "".join(s for s in "WSNE" if s != p.flow)
     aside = "NS" if p.flow in "EW" else "WE"

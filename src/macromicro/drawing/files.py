@@ -1,7 +1,4 @@
-"""Figures as files: the one place where a figure becomes bytes.
-
-The same figure gives the same bytes: no dates, no numbers drawn at random.
-"""
+"""Figures as files; the same figure always gives the same bytes."""
 
 from __future__ import annotations
 
@@ -28,20 +25,6 @@ _NOTES: dict[str, dict[str, str | None]] = {
 
 
 def encoded(figure: Figure, kind: str = PNG) -> bytes:
-    """A figure as a file.
-
-    Parameters
-    ----------
-    figure : Figure
-        The figure.
-    kind : str, optional
-        One of `FORMATS`.
-
-    Returns
-    -------
-    bytes
-        The file's bytes.
-    """
     import matplotlib
 
     buffer = io.BytesIO()
@@ -52,29 +35,6 @@ def encoded(figure: Figure, kind: str = PNG) -> bytes:
 
 
 def save(figure: Figure, folder: Path, name: str, kinds: Iterable[str] = DEFAULT) -> bytes:
-    """Write a figure into a folder.
-
-    Parameters
-    ----------
-    figure : Figure
-        The figure.
-    folder : Path
-        It exists.
-    name : str
-        Of the files, without suffix.
-    kinds : iterable of str, optional
-        Formats, a file each.
-
-    Returns
-    -------
-    bytes
-        As PNG, for a page, whether that is among the files or not.
-
-    Raises
-    ------
-    OSError
-        The disk refuses.
-    """
     shown = encoded(figure)
     for kind in kinds:
         data = shown if kind == PNG else encoded(figure, kind)
@@ -83,45 +43,14 @@ def save(figure: Figure, folder: Path, name: str, kinds: Iterable[str] = DEFAULT
 
 
 def names(figures: Iterable[str]) -> tuple[str, ...]:
-    """What the files of figures may be called.
-
-    Parameters
-    ----------
-    figures : iterable of str
-        Names without suffix.
-
-    Returns
-    -------
-    tuple[str, ...]
-        Each with every suffix.
-    """
     return tuple(f"{name}.{kind}" for name in figures for kind in FORMATS)
 
 
 def formats(text: str | Sequence[str], where: str = "--figures") -> tuple[str, ...]:
-    """Formats that a user named.
-
-    Parameters
-    ----------
-    text : str | Sequence[str]
-        One, or several with commas between them: "svg,pdf".
-    where : str, optional
-        The option, for the message.
-
-    Returns
-    -------
-    tuple[str, ...]
-        Of `FORMATS`, each once.
-
-    Raises
-    ------
-    InputError
-        One is none of `FORMATS`, or there is none.
-    """
     words = text.split(",") if isinstance(text, str) else text
     found = tuple(dict.fromkeys(word.strip().lower().removeprefix(".") for word in words))
     for word in found:
         if word not in FORMATS:
-            accepted = f"{', '.join(FORMATS)}, or several with commas between them, as svg,pdf"
+            accepted = f"{', '.join(FORMATS)}, or several separated by commas, such as svg,pdf"
             raise InputError(where, printable(word or text), accepted)
     return found

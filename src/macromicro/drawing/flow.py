@@ -14,11 +14,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from macromicro.drawing import plan
-from macromicro.drawing.canvas import BLOCK, HEXAGON, ROUND, Shape, drawing, size
-from macromicro.drawing.plan import Layout, Line, Thing
-from macromicro.drawing.routing import Cell, Link
-from macromicro.drawing.symbols import width
+from macromicro.drawing import _plan
+from macromicro.drawing._canvas import BLOCK, HEXAGON, ROUND, Shape, drawing, size
+from macromicro.drawing._plan import Layout, Line, Thing
+from macromicro.drawing._routing import Cell, Link
+from macromicro.drawing._symbols import width
 
 NEXT = ""
 _WIDEST = 230.0  # of a line of text
@@ -26,166 +26,43 @@ _GAP = 34.0
 
 
 class Step(NamedTuple):
-    """One step of a flow chart.
-
-    Attributes
-    ----------
-    outline : str
-        ROUND, BLOCK or HEXAGON.
-    text : str
-        What is written in it.
-    name : str
-        For jumps to it; "" for none.
-    exits : tuple[tuple[str, str], ...]
-        Label and name of the step that follows, NEXT for the one below; none for an end.
-    aside : bool
-        Whether it stands to the right of the step before it.
-    """
-
-    outline: str
-    text: str
-    name: str
+    outline: str  # ROUND, BLOCK or HEXAGON
+    text: str  # what is written in it
+    name: str  # for jumps to it; "" for none
+    # label and name of the step that follows, NEXT for the one below; none for an end
     exits: tuple[tuple[str, str], ...]
-    aside: bool = False
+    aside: bool = False  # whether it stands to the right of the step before it
 
 
 class Flow(NamedTuple):
-    """Steps from the first to the last; each leads to the next unless it says otherwise.
+    """Steps from the first to the last; each leads to the next by default."""
 
-    Attributes
-    ----------
-    title : str
-        Title of the picture.
-    steps : tuple[Step, ...]
-        In order.
-    """
-
-    title: str
-    steps: tuple[Step, ...]
+    title: str  # title of the picture
+    steps: tuple[Step, ...]  # in order
 
 
 def start(text: str, name: str = "") -> Step:
-    """Where it begins.
-
-    Parameters
-    ----------
-    text : str
-        What is written in it.
-    name : str, optional
-        For jumps to it.
-
-    Returns
-    -------
-    Step
-        The step.
-    """
     return Step(ROUND, text, name, (("", NEXT),))
 
 
 def do(text: str, name: str = "", then: str = NEXT, *, aside: bool = False) -> Step:
-    """An action.
-
-    Parameters
-    ----------
-    text : str
-        What is written in it.
-    name : str, optional
-        For jumps to it.
-    then : str, optional
-        The step after it.
-    aside : bool, optional
-        Whether it stands to the right of the step before it.
-
-    Returns
-    -------
-    Step
-        The step.
-    """
     return Step(BLOCK, text, name, (("", then),), aside)
 
 
 def ask(text: str, name: str = "", *, yes: str = NEXT, no: str = NEXT, aside: bool = False) -> Step:
-    """A decision.
-
-    Parameters
-    ----------
-    text : str
-        What is written in it.
-    name : str, optional
-        For jumps to it.
-    yes, no : str, optional
-        The steps where they lead.
-    aside : bool, optional
-        Whether it stands to the right of the step before it.
-
-    Returns
-    -------
-    Step
-        The step.
-    """
     return Step(HEXAGON, text, name, (("yes", yes), ("no", no)), aside)
 
 
 def end(text: str, name: str = "", *, aside: bool = False) -> Step:
-    """Where it ends.
-
-    Parameters
-    ----------
-    text : str
-        What is written in it.
-    name : str, optional
-        For jumps to it.
-    aside : bool, optional
-        Whether it stands to the right of the step before it.
-
-    Returns
-    -------
-    Step
-        The step.
-    """
     return Step(ROUND, text, name, (), aside)
 
 
 def svg(flow: Flow) -> str:
-    """A chart as SVG.
-
-    Parameters
-    ----------
-    flow : Flow
-        Its description.
-
-    Returns
-    -------
-    str
-        SVG text.
-
-    Raises
-    ------
-    ValueError
-        A jump to a step that does not exist.
-    """
     shapes = {str(k): _shape(step) for k, step in enumerate(flow.steps)}
     return drawing(flow.title, layout(flow), shapes)
 
 
 def layout(flow: Flow) -> Layout:
-    """Where everything of a chart stands.
-
-    Parameters
-    ----------
-    flow : Flow
-        Its description.
-
-    Returns
-    -------
-    Layout
-        Boxes are named by the number of their step, from 0.
-
-    Raises
-    ------
-    ValueError
-        A jump to a step that does not exist.
-    """
     cells = _cells(flow)
     sizes = [size(_shape(step)) for step in flow.steps]
     widest = [0.0, 0.0]
@@ -195,29 +72,11 @@ def layout(flow: Flow) -> Layout:
         Thing(str(k), cell, widest[cell[0]], high)
         for k, (cell, (_, high)) in enumerate(zip(cells, sizes, strict=True))
     ]
-    return plan.laid_out(things, _lines(flow, cells), gap=_GAP, chart=True)
+    return _plan.laid_out(things, _lines(flow, cells), gap=_GAP, chart=True)
 
 
 def targets(flow: Flow, k: int) -> list[int]:
-    """Numbers of the steps that may follow a step.
-
-    Parameters
-    ----------
-    flow : Flow
-        Its description.
-    k : int
-        Number of the step, from 0.
-
-    Returns
-    -------
-    list[int]
-        In the order of its exits.
-
-    Raises
-    ------
-    ValueError
-        One does not exist.
-    """
+    """Numbers of the steps that may follow a step."""
     names = {step.name: i for i, step in enumerate(flow.steps) if step.name}
     found = []
     for _, goal in flow.steps[k].exits:
@@ -232,21 +91,9 @@ def targets(flow: Flow, k: int) -> list[int]:
 
 
 def wrapped(text: str, widest: float = _WIDEST) -> tuple[str, ...]:
-    """A text in as few lines as it fits, these as short as can be.
+    """A text in the fewest lines, these as short as possible.
 
     No-break spaces are kept; a word that is too wide has a line of its own.
-
-    Parameters
-    ----------
-    text : str
-        To be broken.
-    widest : float, optional
-        Units.
-
-    Returns
-    -------
-    tuple[str, ...]
-        Lines.
     """
     lines = _broken(text, widest)
     while True:
@@ -261,7 +108,6 @@ def _longest(lines: tuple[str, ...]) -> float:
 
 
 def _broken(text: str, widest: float) -> tuple[str, ...]:
-    """Words into lines, each filled as far as it goes."""
     lines: list[str] = []
     for word in text.split(" "):
         if lines and width(f"{lines[-1]} {word}") <= widest:
@@ -276,7 +122,7 @@ def _shape(step: Step) -> Shape:
 
 
 def _cells(flow: Flow) -> list[Cell]:
-    """Column 0 downwards; what is aside in column 1, beside the step before it."""
+    """Column 0 downwards; `aside` steps in column 1, beside the step before them."""
     cells: list[Cell] = []
     row = -1
     for step in flow.steps:
@@ -286,7 +132,6 @@ def _cells(flow: Flow) -> list[Cell]:
 
 
 def _lines(flow: Flow, cells: list[Cell]) -> list[Line]:
-    """The wires; those to one step may join."""
     lines = []
     for k, step in enumerate(flow.steps):
         for (label, _), goal in zip(step.exits, targets(flow, k), strict=True):

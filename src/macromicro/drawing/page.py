@@ -1,4 +1,4 @@
-"""Pages: templates filled in with everything escaped, pictures inlined."""
+"""Pages from templates, with everything escaped and pictures inlined."""
 
 from __future__ import annotations
 
@@ -10,47 +10,20 @@ STYLE = Path(__file__).parent / "page.css"
 
 
 class Picture(NamedTuple):
-    """A drawn figure.
-
-    Attributes
-    ----------
-    name : str
-        Name of its file, without suffix.
-    title : str
-        Heading.
-    caption : str
-        What to look at.
-    png : bytes
-        A PNG file's bytes.
-    """
-
-    name: str
-    title: str
-    caption: str
-    png: bytes
+    name: str  # name of its file, without suffix
+    title: str  # heading
+    caption: str  # what to look at
+    png: bytes  # A PNG file's bytes
 
     @property
     def uri(self) -> str:
-        """The picture inlined."""
         return f"data:image/png;base64,{base64.b64encode(self.png).decode()}"
 
 
 def filled(template: Path, **values: Any) -> str:
-    """A template with its values. All text is escaped; a name it lacks is an error.
+    """A template with its values, all escaped; a missing name is an error.
 
-    `style` is there for every template: the style sheet that pages share.
-
-    Parameters
-    ----------
-    template : Path
-        File, in Jinja's language.
-    **values : Any
-        By name.
-
-    Returns
-    -------
-    str
-        The text.
+    `style`, the shared style sheet, is always defined.
     """
     from jinja2 import Environment, StrictUndefined
     from markupsafe import Markup

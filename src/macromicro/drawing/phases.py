@@ -1,4 +1,4 @@
-"""Phases of a measured response, drawn beside those of a model."""
+"""Phases of a measured response on the branch of a model's."""
 
 from __future__ import annotations
 
@@ -9,20 +9,7 @@ import numpy.typing as npt
 def degrees(
     values: npt.NDArray[np.complex128], model: npt.NDArray[np.complex128]
 ) -> npt.NDArray[np.float64]:
-    """Phases on the branch of a model's, whose first lies between -360 and 0 degrees.
-
-    Parameters
-    ----------
-    values : ndarray of complex, shape (n,)
-        Of which the phases are wanted.
-    model : ndarray of complex, shape (n,)
-        The model's, over frequencies so near to each other that its phase can be followed.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Degrees, within half a turn of the model's.
-    """
+    """Phases on the branch of a model's, whose first lies between -360 and 0 degrees."""
     turn = np.degrees(np.unwrap(np.angle(model)))
     turn -= 360.0 * np.ceil(turn[0] / 360.0)
     found: npt.NDArray[np.float64] = turn + np.degrees(np.angle(values / model))

@@ -6,18 +6,7 @@ import numpy as np
 
 
 def shades(count: int) -> list[str]:
-    """Colours from dark to light, distinct in grey print too (part of viridis).
-
-    Parameters
-    ----------
-    count : int
-        How many.
-
-    Returns
-    -------
-    list[str]
-        As "#rrggbb".
-    """
+    """Colours from dark to light, distinct in grey print too (part of viridis)."""
     from matplotlib import colormaps
     from matplotlib.colors import to_hex
 

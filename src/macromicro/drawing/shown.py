@@ -1,4 +1,4 @@
-"""A figure that a notebook shows, though it belongs to no window. Imports matplotlib."""
+"""A figure without a window that a notebook shows. Imports matplotlib."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from macromicro.drawing.files import encoded
 
 
 class Shown(Figure):
-    """A figure of matplotlib; where it is the last value of a notebook's cell, it is drawn."""
+    """A matplotlib figure that a notebook draws as the value of a cell."""
 
     def _repr_png_(self) -> bytes:
         return encoded(self)

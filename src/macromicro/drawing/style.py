@@ -1,4 +1,4 @@
-"""What all figures share: colours, axes, thinning of long columns."""
+"""Common style of figures: colours, axes, thinning of long columns."""
 
 from __future__ import annotations
 
@@ -26,24 +26,6 @@ BINS = 900
 
 
 def new(height: float, rows: int, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
-    """A figure and its axes.
-
-    Parameters
-    ----------
-    height : float
-        Inches.
-    rows, columns : int
-        Numbers of rows and columns of axes.
-    **options : Any
-        Options of matplotlib's `subplots`.
-
-    Returns
-    -------
-    figure : Figure
-        Belongs to no window.
-    axes : ndarray, shape (rows, columns)
-        The axes, objects of matplotlib.
-    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     from macromicro.drawing.shown import Shown
@@ -69,23 +51,9 @@ def new(height: float, rows: int, columns: int = 1, **options: Any) -> tuple[Fig
 
 
 def thinned(t: Array, y: Array, bins: int = BINS) -> tuple[Array, Array]:
-    """At most two points a bin, its least and its greatest value, so no peak is lost.
+    """At most two points per bin, its least and greatest value, so that peaks are kept.
 
-    Bins of NaN stay NaN and part the line.
-
-    Parameters
-    ----------
-    t, y : ndarray, shape (n,)
-        Column over time.
-    bins : int, optional
-        The most.
-
-    Returns
-    -------
-    t : ndarray, shape (m,)
-        Of the points left.
-    y : ndarray, shape (m,)
-        Of the points left.
+    Bins of NaN stay NaN and interrupt the line.
     """
     n = len(y)
     if n <= 2 * bins:
@@ -96,38 +64,10 @@ def thinned(t: Array, y: Array, bins: int = BINS) -> tuple[Array, Array]:
 
 
 def line(ax: Any, t: Array, y: Array, color: str, label: str, **options: Any) -> None:
-    """Draw a column, thinned.
-
-    Parameters
-    ----------
-    ax : Any
-        Axes.
-    t, y : ndarray, shape (n,)
-        Column over time.
-    color : str
-        Any of matplotlib's colours.
-    label : str
-        Entry in the legend.
-    **options : Any
-        Options of matplotlib's `plot`.
-    """
     ax.plot(*thinned(t, y), color=color, label=label, **{"linewidth": 1.1, **options})
 
 
 def finish(ax: Any, title: str, x: str = "time [s]", y: str = "", *, legend: bool = False) -> None:
-    """Title, labels, and a legend above the axes, where it hides nothing.
-
-    Parameters
-    ----------
-    ax : Any
-        Axes.
-    title : str
-        Title above them.
-    x, y : str, optional
-        Labels, with units.
-    legend : bool, optional
-        Whether there is one.
-    """
     ax.set_title(title, fontsize=9.5, loc="left")
     ax.set_xlabel(x, fontsize=8.5)
     ax.set_ylabel(y, fontsize=8.5)
@@ -147,21 +87,6 @@ def finish(ax: Any, title: str, x: str = "time [s]", y: str = "", *, legend: boo
 
 
 def smooth(ax: Any, t: Array, y: Array, color: str, label: str, **options: Any) -> None:
-    """Draw every k-th sample, few enough that `line` does not thin them: the peaks that it keeps
-    would fill the gaps of a dotted line, and a smooth column has none.
-
-    Parameters
-    ----------
-    ax : Any
-        Axes.
-    t, y : ndarray, shape (n,)
-        Column over time.
-    color : str
-        Any of matplotlib's colours.
-    label : str
-        Entry in the legend.
-    **options : Any
-        Options of matplotlib's `plot`.
-    """
+    """Draw every k-th sample of a smooth column; `line` would fill the gaps of a dotted one."""
     every = slice(None, None, -(-len(t) // (2 * BINS)))
     line(ax, t[every], y[every], color, label, **options)

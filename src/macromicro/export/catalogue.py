@@ -1,4 +1,4 @@
-"""What can be exported, by name."""
+"""Exportable units, by name."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import Any
 
 from macromicro.control import outside
 from macromicro.control.stage_law import StageLaw
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.export import kinds
+from macromicro.export._units_parts import parts
+from macromicro.export._units_stage import of_machine
+from macromicro.export._units_two_stage import two_stage
 from macromicro.export.units import Entry, Made, Unit, law_of
-from macromicro.export.units_parts import parts
-from macromicro.export.units_stage import of_machine
-from macromicro.export.units_two_stage import two_stage
 from macromicro.kernel import is_kernel
 from macromicro.machines import compositions
 from macromicro.machines import machine as machines
@@ -28,10 +28,7 @@ from macromicro.settings import Settings
 
 
 def every(config: Path | None = None) -> Made:
-    """All units of a machine's settings; of all machines as they ship without.
-
-    Raises `InputError` for a file that is no settings file.
-    """
+    """All units of a machine's settings; without them, of all machines with their defaults."""
     found: Made = {}
     if config is not None:
         if compositions.chosen(config).family == TURNS:
@@ -47,17 +44,6 @@ def every(config: Path | None = None) -> Made:
 
 
 def unit(what: str, config: Path | None = None) -> Unit:
-    """The unit of a name.
-
-    Parameters
-    ----------
-    what : str
-        One of `every`, or "module:law" of the user's.
-    config : Path | None, optional
-        Settings of a machine.
-
-    Raises `InputError` for any other name.
-    """
     units = every(config)
     if what in units:
         return units[what]()
@@ -70,7 +56,6 @@ def unit(what: str, config: Path | None = None) -> Unit:
 
 
 def _own(what: str) -> Unit:
-    """A law or a kernel that the user names."""
     place = outside.place(what)
     assert place is not None  # as `is_name` says
     made = plugins.load(place, "WHAT", "a law or a kernel", lambda it: is_kernel(it) or _law(it))
@@ -79,8 +64,8 @@ def _own(what: str) -> Unit:
         return alone(name, made)
     law = outside.find(what, "WHAT")
     if not is_kernel(law.step):
-        accepted = "a law whose step is a kernel, under @kernel (docs/laws.md)"
-        raise InputError("WHAT", f"{printable(what)}, plain Python", accepted)
+        accepted = "Make its step a kernel with @kernel (docs/laws.md)."
+        raise ProblemError("WHAT", f"{printable(what)} is plain Python", accepted)
     return law_of(name, law, law.gains(), 1e-3)
 
 
@@ -89,10 +74,6 @@ def _law(made: Any) -> bool:
 
 
 def alone(name: str, function: Callable[..., Any]) -> Unit:
-    """A kernel whose annotations say all of its types.
-
-    Raises `InputError` for one whose do not.
-    """
     hints = kinds.hints_of(function)
     arguments = []
     for parameter in inspect.signature(function).parameters:

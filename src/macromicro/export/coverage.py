@@ -1,4 +1,4 @@
-"""Which kernels of the package are exported with what, and why others are not."""
+"""Which kernels of the package are exported, with which unit, and why others are not."""
 
 from __future__ import annotations
 
@@ -13,25 +13,13 @@ from macromicro.kernel import marked
 
 
 class Row(NamedTuple):
-    """A kernel.
-
-    Attributes
-    ----------
-    name : str
-        Module below the package, and function.
-    units : tuple[str, ...]
-        What brings it along; ("module:kernel",) for one that is exported by its own name.
-    reason : str
-        Why it cannot be exported; "" if it can.
-    """
-
-    name: str
+    name: str  # module below the package, and function
+    # what brings it along; ("module:kernel",) for one that is exported by its own name
     units: tuple[str, ...]
-    reason: str
+    reason: str  # why it cannot be exported; "" if it can
 
 
 def rows() -> list[Row]:
-    """All kernels that the package ships, by name."""
     package = Path(__file__).parents[1]
     for file in sorted(package.rglob("*.py")):
         if re.search(r"^\s*@kernel$", file.read_text("utf-8"), re.MULTILINE):
@@ -64,7 +52,7 @@ def rows() -> list[Row]:
 
 
 def table() -> str:
-    """The kernels as tables of Markdown: what brings each module's, and what is left out."""
+    """The kernels as Markdown tables: the unit that exports them, and the omitted ones."""
     all_rows = rows()
     can = [row for row in all_rows if not row.reason]
     cannot = [row for row in all_rows if row.reason]

@@ -1,4 +1,4 @@
-"""What lies beside the exported code: an example that runs one period, and a README."""
+"""Files beside the exported code: an example that runs one period, and a README."""
 
 from __future__ import annotations
 
@@ -10,24 +10,18 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from macromicro import __version__
-from macromicro.export import kinds, words
+from macromicro.export import _words, kinds
+from macromicro.export._naming import legal, wrapped
+from macromicro.export._routines import Routine
 from macromicro.export.files import Written, kind_of
 from macromicro.export.kinds import REAL, TRUTH, WHOLE, Kind, Rows, Several, Struct, empty
-from macromicro.export.naming import legal, wrapped
-from macromicro.export.routines import Routine
 
 CC = "cc -std=c99 -O2 -ffp-contract=off"
 _ROOM = 1000  # an array of the state that is larger than this is no good on a stack
 
 
 class Example:
-    """A `main` that runs one period: calls of each function of a unit but those of other occasions.
-
-    Parameters
-    ----------
-    written : Written
-        The unit in C.
-    """
+    """A `main` that calls each function of a unit's period."""
 
     def __init__(self, written: Written) -> None:
         self.written, self.unit, self.program = written, written.unit, written.program
@@ -44,7 +38,6 @@ class Example:
         return self.written.entries[0].result if first.name == "start" else None
 
     def text(self) -> str:
-        """The file."""
         name = self.written.name
         if self.unit.state is not None:
             kind = self.program.struct(self.state)
@@ -57,7 +50,7 @@ class Example:
             self.lines.append(f"    {self.calls[-1]}")
         for entry, made in zip(self.unit.entries, self.written.entries, strict=True):
             self._call(entry, made)
-        head = words.comment(
+        head = _words.comment(
             f"One period of {name}.\n{CC} main.c {name}.c -lm -o {name} && ./{name}"
         )
         return "\n".join([
@@ -140,12 +133,11 @@ class Example:
 
 
 def kind_is_number(kind: Any) -> bool:
-    """Whether it is a number."""
     return kind in (REAL, WHOLE, TRUTH)
 
 
 def size(kind: Kind, real: int = 8, pointer: int = 4) -> tuple[int, int]:
-    """Bytes of a value in C, and what its address divides by."""
+    """Bytes of a value in C, and its alignment."""
     if isinstance(kind, Rows):
         return pointer, pointer
     if not isinstance(kind, Struct | Several):
@@ -161,7 +153,7 @@ def size(kind: Kind, real: int = 8, pointer: int = 4) -> tuple[int, int]:
 
 
 def stack(written: Written) -> int | None:
-    """Bytes of stack of the deepest chain of calls, as gcc has it here; None without gcc."""
+    """Bytes of stack of the deepest chain of calls, by gcc here; None without gcc."""
     if shutil.which("gcc") is None:
         return None
     with TemporaryDirectory() as folder:
@@ -184,7 +176,6 @@ def stack(written: Written) -> int | None:
 
 
 def readme(written: Written) -> str:
-    """The README beside the code."""
     name, unit, program = written.name, written.unit, written.program
     example = Example(written)
     example.text()
@@ -202,13 +193,13 @@ def readme(written: Written) -> str:
         "",
         "## Calls",
         "",
-        "In this order; the functions keep nothing, all that they remember is in the structs.",
+        "Call them in this order. The functions have no static data; all state is in the structs.",
         "",
         *(f"    {call}" for call in wrapped([f"{c}" for c in example.calls])),
         "",
         *([*example.others, ""] if example.others else []),
-        "`-ffp-contract=off` keeps a multiplication and an addition apart: without it a processor "
-        "with fused operations gives other last bits than Python.",
+        "`-ffp-contract=off` prevents fused multiply-add, whose last bits would differ from "
+        "Python's.",
         "",
         "## Sizes",
         "",

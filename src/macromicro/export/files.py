@@ -8,16 +8,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from macromicro import __version__
-from macromicro.export import helpers, kinds, words
+from macromicro.export import _helpers, _words, kinds
+from macromicro.export._naming import legal, wrapped
+from macromicro.export._program import Program
+from macromicro.export._routines import Routine
 from macromicro.export.kinds import REAL, Kind, Rows, Several, Struct, empty
-from macromicro.export.naming import legal, wrapped
-from macromicro.export.program import Program
-from macromicro.export.routines import Routine
 from macromicro.export.units import Unit
 
 
 class Table(NamedTuple):
-    """An array of the initial state that the code changes: what becomes of it."""
+    """An array of the initial state that the code changes."""
 
     path: str  # within the state
     kind: Rows
@@ -26,34 +26,15 @@ class Table(NamedTuple):
 
 
 class Written(NamedTuple):
-    """A unit in C.
-
-    Attributes
-    ----------
-    unit : Unit
-        What it is.
-    name : str
-        Of its files and functions.
-    header, code : str
-        NAME.h and NAME.c.
-    entries : tuple[Routine, ...]
-        The functions that its user calls.
-    routines : tuple[Routine, ...]
-        All functions, callees first.
-    program : Program
-        All of it.
-    changed : tuple[Table, ...]
-        Arrays of the state that the code changes, which the caller keeps.
-    """
-
-    unit: Unit
-    name: str
+    unit: Unit  # what it is
+    name: str  # of its files and functions
+    # header, code: NAME.h and NAME.c
     header: str
     code: str
-    entries: tuple[Routine, ...]
-    routines: tuple[Routine, ...]
-    program: Program
-    changed: tuple[Table, ...]
+    entries: tuple[Routine, ...]  # the functions that its user calls
+    routines: tuple[Routine, ...]  # all functions, callees first
+    program: Program  # all of it
+    changed: tuple[Table, ...]  # arrays of the state that the code changes, which the caller keeps
 
     @property
     def store(self) -> bool:
@@ -62,16 +43,6 @@ class Written(NamedTuple):
 
 
 class Writer:
-    """What writes a unit.
-
-    Parameters
-    ----------
-    unit : Unit
-        The unit.
-    single : bool
-        ``float`` instead of ``double``.
-    """
-
     def __init__(self, unit: Unit, single: bool) -> None:
         self.unit, self.program = unit, Program(single)
         self.name = re.sub(r"\W", "_", unit.name).strip("_")
@@ -79,7 +50,6 @@ class Writer:
         self.changed: list[Table] = []
 
     def written(self) -> Written:
-        """The unit's text."""
         program, unit = self.program, self.unit
         entries = []
         for entry in unit.entries:
@@ -105,7 +75,7 @@ class Writer:
             "#include <math.h>",
             "#include <stddef.h>",
             "",
-            *helpers.lines(program.helpers, program.single),
+            *_helpers.lines(program.helpers, program.single),
             *self.tables,
             *given,
             *bodies,
@@ -118,7 +88,7 @@ class Writer:
         )  # fmt: skip
 
     def _used(self, entries: list[Routine]) -> list[Routine]:
-        """Routines that the entries reach: a branch that never runs leaves none behind."""
+        """Routines that the entries reach; those of branches that never run are dropped."""
         by_name = {made.name: made for made in self.program.order}
         todo, found = list(entries), list(entries)
         while todo:
@@ -130,7 +100,7 @@ class Writer:
         return found
 
     def _top(self) -> list[str]:
-        return words.comment(
+        return _words.comment(
             f"{self.unit.title}: {self.unit.name} of macromicro {__version__}, exported.\n"
             "Made by a program: change the Python that it comes from. MIT licence."
         )
@@ -177,7 +147,6 @@ class Writer:
         return ["", *f"const {declared} = {text};".splitlines()]
 
     def _initialiser(self, value: Any, kind: Kind, path: str, depth: int) -> str:
-        """Braces with a line for each field."""
         if isinstance(kind, Rows):
             return self._table(value, kind, path)
         if not isinstance(kind, Struct | Several):
@@ -193,7 +162,6 @@ class Writer:
         return "{\n" + "\n".join(lines) + "\n" + "    " * depth + "}"
 
     def _table(self, value: Any, kind: Rows, name: str) -> str:
-        """A constant array; its name."""
         if 0 in kind.shape:
             return "NULL"
         element = self.program.real if kind.element is REAL else self.program.whole
@@ -209,7 +177,7 @@ class Writer:
         return name
 
     def _begin(self) -> tuple[list[str], list[str]]:
-        """Head and body of the function that gives the state at the start."""
+        """Head and body of the function that sets the initial state."""
         state, program = self.unit.state, self.program
         if state is None:
             return [], []
@@ -221,7 +189,7 @@ class Writer:
         body, before = [], []
         if self.changed:
             head = f"void {self.name}_begin({declared}, {store} *store)"
-            before = ["", *words.comment("The arrays of a state; it points into them."),
+            before = ["", *_words.comment("The arrays of a state; it points into them."),
                       "typedef struct {"]  # fmt: skip
             for each in self.changed:
                 element = program.real if each.kind.element is REAL else program.whole
@@ -229,7 +197,7 @@ class Writer:
                 before.append(f"    {element} {each.name}{sizes};")
                 body += self._filling(each, sizes)
             before.append(f"}} {store};")
-        note = words.comment("The state before the first period.")
+        note = _words.comment("The state before the first period.")
         code = ["", *note, head, "{", f"    *state = ({program.struct(kind)}){plain};", *body, "}"]
         return [*before, "", f"{head};"], code
 
@@ -278,7 +246,6 @@ class Writer:
 
 
 def kind_of(value: Any) -> Kind:
-    """The type of an example, or a type itself."""
     if isinstance(value, kinds.Scalar | Struct | Several | Rows):
         return value
     return kinds.of_value(value)
@@ -296,10 +263,9 @@ def _filled(numbers: list[str]) -> list[str]:
 
 
 def _joined(lines: list[str]) -> str:
-    """Lines as text, no two empty ones in a row."""
+    """Lines as text, without consecutive empty ones."""
     return re.sub(r"\n{3,}", "\n\n", "\n".join(lines)).rstrip() + "\n"
 
 
 def written(unit: Unit, single: bool = False) -> Written:
-    """A unit in C."""
     return Writer(unit, single).written()

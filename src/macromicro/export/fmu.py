@@ -1,4 +1,4 @@
-"""Co-simulation FMUs of exported units: FMI 2.0 and 3.0, sources and a binary, no Python inside."""
+"""Co-simulation FMUs of exported units: FMI 2.0 and 3.0, sources and a binary, without Python."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from xml.sax.saxutils import quoteattr
 
 from macromicro import __version__
 from macromicro.errors import InputError, MacromicroError
+from macromicro.export._model import Model
+from macromicro.export._variables import INPUT, OUTPUT, PARAMETER, Interface, Variable
 from macromicro.export.files import Written
-from macromicro.export.model import Model
-from macromicro.export.variables import INPUT, OUTPUT, PARAMETER, Interface, Variable
 
 VERSIONS = (2, 3)
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden")
@@ -102,7 +102,7 @@ def description(face: Interface, token: str, version: int) -> str:
 
 
 def sources(written: Written, version: int) -> tuple[str, ...]:
-    """Names of what is compiled."""
+    """Names of the compiled files."""
     return (f"fmi{version}.c", "model.c", f"{written.name}.c")
 
 
@@ -117,18 +117,14 @@ def _build_description(written: Written) -> str:
 
 
 def write(written: Written, out: Path, version: int) -> Interface:
-    """Write an FMU.
-
-    Raises `MacromicroError` without a compiler, or where it fails; `InputError` for a unit that
-    gives no numbers.
-    """
+    """Write an FMU; `MacromicroError` where compiling fails."""
     if version not in VERSIONS:
         raise InputError("--fmi", version, "2 or 3")
     compiler = shutil.which("cc")
     machine = (platform.system(), platform.machine())
     if compiler is None or machine != ("Linux", "x86_64"):
         raise MacromicroError(
-            "an FMU has a binary: a C compiler, cc, on Linux x86_64 is needed "
+            "an FMU needs a C compiler, cc, on Linux x86_64 "
             "(Debian, Ubuntu: apt-get install gcc libc6-dev)"
         )
     face = Interface(written)
@@ -150,7 +146,7 @@ def write(written: Written, out: Path, version: int) -> Interface:
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode:
             raise MacromicroError(
-                f"cc does not compile the FMU: {done.stderr.strip().splitlines()[0]}"
+                f"cc failed to compile the FMU: {done.stderr.strip().splitlines()[0]}"
             )
         binary = (Path(folder) / library).read_bytes()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as packed:

@@ -11,7 +11,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Scalar:
-    """A number: real, whole, or a truth value."""
+    """A number: real, integer, or boolean."""
 
     name: str
 
@@ -24,19 +24,17 @@ REAL, WHOLE, TRUTH = Scalar("float"), Scalar("int"), Scalar("bool")
 
 @dataclass(frozen=True)
 class Struct:
-    """A ``NamedTuple``. Under the names that numba's types have, for what `by_type` chooses."""
+    """A ``NamedTuple``, with the attribute names of numba's types, for `by_type`."""
 
     instance_class: Any
     types: tuple[Any, ...]
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """Names of the fields."""
         found: tuple[str, ...] = self.instance_class._fields
         return found
 
     def part(self, name: str) -> Any:
-        """Type of a field."""
         return self.types[self.fields.index(name)]
 
     def __len__(self) -> int:
@@ -48,8 +46,6 @@ class Struct:
 
 @dataclass(frozen=True)
 class Several:
-    """A plain tuple."""
-
     types: tuple[Any, ...]
 
     def __len__(self) -> int:
@@ -64,7 +60,7 @@ class Several:
 
 @dataclass(frozen=True)
 class Rows:
-    """An array; None: a length that the caller alone knows."""
+    """An array; None: a length that only the caller knows."""
 
     element: Scalar
     shape: tuple[int | None, ...]
@@ -77,19 +73,16 @@ Kind = Scalar | Struct | Several | Rows
 
 
 class Unlike(Exception):
-    """What has no type of this language; its text says what it is."""
+    """A value without a type of this language; the text describes it."""
 
 
 def empty(kind: Any) -> bool:
-    """Whether a value of this type holds nothing, as the gains of no law."""
+    """Whether a value of this type holds nothing, such as the gains of no law."""
     return isinstance(kind, Struct | Several) and all(empty(part) for part in kind.types)
 
 
 def of_value(value: Any, hint: Any = None) -> Kind:
-    """The type of an example; an int where a float is annotated is a float.
-
-    Raises `Unlike` for what kernels do not know.
-    """
+    """The type of an example; an int annotated as float is a float. Raises `Unlike`."""
     if isinstance(value, bool | np.bool_):
         return TRUTH
     if isinstance(value, int | np.integer):
@@ -110,10 +103,7 @@ def of_value(value: Any, hint: Any = None) -> Kind:
 
 
 def of_hint(hint: Any) -> Kind:
-    """The type of an annotation.
-
-    Raises `Unlike` for one that does not say it, such as an array of unknown size.
-    """
+    """The type of an annotation; `Unlike` for an incomplete one, such as an array without size."""
     if hint in (float, int, bool):
         return {float: REAL, int: WHOLE, bool: TRUTH}[hint]
     if get_origin(hint) in (Union, types.UnionType):
@@ -124,16 +114,16 @@ def of_hint(hint: Any) -> Kind:
         hints = hints_of(hint)
         return Struct(hint, tuple(of_hint(hints[name]) for name in hint._fields))
     if get_origin(hint) is tuple:
-        raise Unlike("a tuple whose length its annotation does not say")
+        raise Unlike("a tuple whose annotation gives no length")
     if get_origin(hint) is np.ndarray:
-        raise Unlike("an array whose size its annotation does not say")
+        raise Unlike("an array whose annotation gives no size")
     raise Unlike(f"annotated {getattr(hint, '__name__', hint)}")
 
 
-def hints_of(kind: Any) -> dict[str, Any]:
-    """Annotations of a class or function, resolved; none where that fails."""
+def hints_of(kind: Any, noted: bool = False) -> dict[str, Any]:
+    """Resolved annotations of a class or function; none where that fails."""
     try:
-        return get_type_hints(kind)
+        return get_type_hints(kind, include_extras=noted)
     except (NameError, TypeError):
         return {}
 
@@ -158,8 +148,6 @@ def joined(one: Any, other: Any) -> Any:
 
 
 class Field(NamedTuple):
-    """One part of a struct in C."""
-
     name: str
     kind: Any
     words: str

@@ -1,4 +1,4 @@
-"""What a unit of export is: functions under one name, with their parameters and state."""
+"""A unit of export: functions under one name, with their parameters and state."""
 
 from __future__ import annotations
 
@@ -12,53 +12,23 @@ from macromicro.kernel import is_kernel
 
 
 class Entry(NamedTuple):
-    """A function that the user of the exported code calls.
+    """A function that the user of the exported code calls."""
 
-    Attributes
-    ----------
-    name : str
-        In C, behind the unit's.
-    function : Callable
-        The kernel.
-    arguments : tuple[Any, ...]
-        An example of each, or its type.
-    when : str
-        Its occasion, for what is called instead of the others and not in each period; "" otherwise.
-    """
-
-    name: str
-    function: Callable[..., Any]
-    arguments: tuple[Any, ...]
+    name: str  # in C, behind the unit's
+    function: Callable[..., Any]  # the kernel
+    arguments: tuple[Any, ...]  # an example of each, or its type
+    # its occasion, for what is called instead of the others and not in each period; "" otherwise
     when: str = ""
 
 
 class Unit(NamedTuple):
-    """What is exported under one name.
-
-    Attributes
-    ----------
-    name : str
-        Of it.
-    title : str
-        For people.
-    entries : tuple[Entry, ...]
-        What is called, in the order of a period.
-    given : dict[str, Any]
-        Parameters and tables that are written into the code.
-    state : Any
-        At the start; None for what has none, or makes it in a function of its own.
-    period : float
-        Control period for the example, s.
-    memory : tuple[str, ...]
-        Numbers that a function takes and returns anew, where no state holds them.
-    """
-
     name: str
-    title: str
-    entries: tuple[Entry, ...]
-    given: dict[str, Any]
-    state: Any = None
-    period: float = 1e-3
+    title: str  # for people
+    entries: tuple[Entry, ...]  # what is called, in the order of a period
+    given: dict[str, Any]  # parameters and tables that are written into the code
+    state: Any = None  # at the start; None for what has none, or makes it in a function of its own
+    period: float = 1e-3  # control period for the example, s
+    # numbers that a function takes and returns, where no state holds them
     memory: tuple[str, ...] = ()
 
 
@@ -66,7 +36,6 @@ Made = dict[str, Callable[[], Unit]]
 
 
 def law_of(name: str, law: StageLaw, gains: Any, period: float) -> Unit:
-    """A law of one stage, with its gains."""
     sample, target = Sample(0.0, 0.0), Target(0.0, 0.0, 0.0, math.inf)
     gains = outside.given(law, gains)
     memory = law.start(gains, sample)

@@ -1,4 +1,4 @@
-"""Names of columns as files have them: the quantity and its unit."""
+"""Column names as quantity and unit."""
 
 from __future__ import annotations
 
@@ -58,20 +58,6 @@ _BRACKETED = {"in": "inch", "in.": "inch", '"': "inch", "C": "degC", "c": "count
 
 
 def parted(name: str) -> tuple[str, str]:
-    """A column's name as name and unit.
-
-    Parameters
-    ----------
-    name : str
-        "x_mm" or "x [mm]".
-
-    Returns
-    -------
-    name : str
-        "x".
-    unit : str
-        "mm"; "" if it names none.
-    """
     text = name.strip()
     if match := _BRACKETS.fullmatch(text):
         inner = match[4].strip()
@@ -89,18 +75,7 @@ def parted(name: str) -> tuple[str, str]:
 
 
 def spelled(text: str) -> str:
-    """A unit as it is spelled here.
-
-    Parameters
-    ----------
-    text : str
-        As a file has it: "mm", "[mm]", "Volts", "µm", "in".
-
-    Returns
-    -------
-    str
-        "" if it is none.
-    """
+    """A unit in this package's spelling."""
     plain = text.strip()
     if len(plain) > 2 and plain[0] in "[(<" and plain[-1] in "])>":
         plain = plain[1:-1].strip()
@@ -109,18 +84,6 @@ def spelled(text: str) -> str:
 
 
 def known(unit: str) -> bool:
-    """Whether a text is a unit.
-
-    Parameters
-    ----------
-    unit : str
-        Anything.
-
-    Returns
-    -------
-    bool
-        False for "" and for a number alone.
-    """
     if unit in ("", "1", "-"):
         return False
     try:
@@ -131,36 +94,12 @@ def known(unit: str) -> bool:
 
 
 def plain(name: str) -> str:
-    """A name as it is compared with usual ones: one letter as written, for T is not t.
-
-    Parameters
-    ----------
-    name : str
-        Without its unit.
-
-    Returns
-    -------
-    str
-        In lower case if it is longer.
-    """
+    """A name for comparison; single letters keep their case, since T is not t."""
     return name if len(name) == 1 else name.lower()
 
 
 def by_name(columns: Iterable[str], names: Sequence[str]) -> str:
-    """The column that has one of some usual names: as it stands, without its unit, or its group.
-
-    Parameters
-    ----------
-    columns : Iterable[str]
-        Names of columns.
-    names : Sequence[str]
-        As `plain` has them, best first.
-
-    Returns
-    -------
-    str
-        "" where none has.
-    """
+    """The column with one of some usual names: as it is, without its unit, or its group."""
     listed = list(columns)[::-1]
     found = {plain(parted(last(n))[0]): n for n in listed}
     found |= {plain(parted(n)[0]): n for n in listed}
@@ -169,35 +108,11 @@ def by_name(columns: Iterable[str], names: Sequence[str]) -> str:
 
 
 def last(name: str) -> str:
-    """The name within its group or struct.
-
-    Parameters
-    ----------
-    name : str
-        "out.time".
-
-    Returns
-    -------
-    str
-        "time".
-    """
+    """The name within its group or struct."""
     return name.rpartition(".")[2]
 
 
 def units_in(names: list[str]) -> tuple[dict[str, str], dict[str, str]]:
-    """Units that stand in the names of columns.
-
-    Parameters
-    ----------
-    names : list[str]
-        Of the columns.
-
-    Returns
-    -------
-    units : dict[str, str]
-        By name, "" where it says none.
-    reasons : dict[str, str]
-        `IN_NAME` for those that say one.
-    """
+    """Units in column names."""
     units = {name: parted(last(name))[1] for name in names}
     return units, {name: IN_NAME for name, unit in units.items() if unit}

@@ -1,4 +1,4 @@
-"""Any file of measured data as a table of columns, its kind recognised by content, then by name."""
+"""Any measured file as a table; its format is recognised by content, then by name."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
 from macromicro.files.table import Columns, Table
 from macromicro.recording import Recording
 from macromicro.schema.text import printable
@@ -19,61 +19,33 @@ _UNITS = {"1": "", "-": "", "count": "counts"}
 
 
 def is_forc(path: Path) -> bool:
-    """Whether a file begins as the MicroMag format does.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    bool
-        False where it cannot be read, too.
-    """
+    """Whether a file begins like the MicroMag format."""
     return _begin(path).startswith(b"MicroMag")
 
 
 def read(path: Path) -> Table:
-    """The columns of a file of measured data.
-
-    Parameters
-    ----------
-    path : Path
-        A recording, a text of columns, a MAT, HDF5, npz or Parquet file.
-
-    Returns
-    -------
-    Table
-        Columns by name, most of them read when they are asked for.
-
-    Raises
-    ------
-    InputError
-        Names file and line of what cannot be read.
-    """
     begin, where, suffix = _begin(path), printable(path, 300), path.suffix.lower()
     if begin.startswith(_HDF5) or suffix in (".h5", ".hdf5") or begin.startswith(_MATLAB_HDF5):
         return _hdf5(path, where, begin)
     if begin.startswith(_MATLAB) or suffix == ".mat":
-        from macromicro.files import matlab
+        from macromicro.files import _matlab
 
-        return matlab.table(path, where, WHAT)
+        return _matlab.table(path, where, WHAT)
     if begin.startswith(_PARQUET) or suffix in (".parquet", ".npz", ".npy"):
-        from macromicro.files import archives
+        from macromicro.files import _archives
 
-        inner = archives.parquet_table if suffix not in (".npz", ".npy") else archives.numpy_table
+        inner = _archives.parquet_table if suffix not in (".npz", ".npy") else _archives.numpy_table
         return inner(path, where, WHAT)
     if suffix not in _TEXTS:
-        raise InputError(where, f"{printable(suffix)}, a kind that is not known", WHAT)
-    from macromicro.files import delimited
+        raise ProblemError(where, f"the format {printable(suffix)} is not known", f"Name {WHAT}.")
+    from macromicro.files import _delimited
 
-    return delimited.table(path, where)
+    return _delimited.table(path, where)
 
 
 def _hdf5(path: Path, where: str, begin: bytes) -> Table:
-    """A recording, or what another program wrote."""
-    from macromicro.files import hdf5
+    """A recording, or another program's HDF5 file."""
+    from macromicro.files import _hdf5 as hdf5
 
     if not begin.startswith(_MATLAB_HDF5) and hdf5.is_recording(path):
         return _recording(path, where)
@@ -81,12 +53,12 @@ def _hdf5(path: Path, where: str, begin: bytes) -> Table:
 
 
 def _begin(path: Path) -> bytes:
-    """The file's first bytes; InputError where there is no file."""
+    """The file's first bytes; InputError without a file."""
     if not path.is_file():
         if path.is_dir():
-            raise InputError(printable(path, 300), "a directory", f"files: {WHAT}")
-        found = "not a file" if path.exists() else "no such file"
-        raise InputError(printable(path, 300), found, WHAT)
+            raise ProblemError(printable(path, 300), "this is a directory", f"Name a file: {WHAT}.")
+        found = "this is no file" if path.exists() else "no such file"
+        raise ProblemError(printable(path, 300), found, f"Name {WHAT}.")
     with path.open("rb") as file:
         return file.read(32)
 

@@ -1,4 +1,4 @@
-"""Any file of measured data as a recording, for commands that draw and compare."""
+"""Any measured file as a recording, for plots and comparisons."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.columns import Column
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
 from macromicro.files.naming import parted
 from macromicro.files.reading import read
 from macromicro.files.table import Table
@@ -23,27 +23,8 @@ _ODD = re.compile(r"[^A-Za-z0-9_]+")
 
 
 def recording(path: Path, columns: Sequence[str] = ()) -> Recording:
-    """A recording of this package, or another file's columns over time as one.
-
-    Names lose their units and what is no letter or digit; times become s.
-
-    Parameters
-    ----------
-    path : Path
-        Any file that `reading.read` reads.
-    columns : Sequence[str], optional
-        Columns that are needed, as a recording would call them; by default all of numbers.
-
-    Returns
-    -------
-    Recording
-        With the column `t`.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or has no column of times.
-    """
+    """A recording of this package, or another file's columns over time as one."""
+    # Names lose units and special characters; times become s.
     if _own(path):
         return Recording.load(path)
     table = read(path)
@@ -65,48 +46,23 @@ def recording(path: Path, columns: Sequence[str] = ()) -> Recording:
     dt = float(np.median(steps)) if len(steps) else 1.0
     if not dt > 0.0:
         where = f"{table.file}, {printable(time)}"
-        raise InputError(where, "times that do not increase", "times in order")
+        raise ProblemError(where, "the times do not increase", "Sort the rows by time.")
     made = [Column(TIME, "s", "time"), *(Column(names[n], table.units[n] or "-", n) for n in kept)]
     return Recording.from_arrays(made, [t, *(found[n] for n in kept)], dt, {"file": path.name})
 
 
 def timed(table: Table) -> str:
-    """The column that holds times.
-
-    Parameters
-    ----------
-    table : Table
-        Of a file.
-
-    Returns
-    -------
-    str
-        Its name.
-
-    Raises
-    ------
-    InputError
-        There is none; lists the columns.
-    """
+    """The column of times."""
     if name := table.times():
         return name
     listed = ", ".join(printable(name) for name in table.columns)
-    raise InputError(table.file, "no column of times", f"one called t or time; there are {listed}")
+    raise ProblemError(
+        table.file, "there is no column of times", f"Call one t or time; there are {listed}."
+    )
 
 
 def called(table: Table) -> dict[str, str]:
-    """What a recording calls the columns of a file.
-
-    Parameters
-    ----------
-    table : Table
-        Of a file.
-
-    Returns
-    -------
-    dict[str, str]
-        A name of letters, digits and _, by the file's; no two the same.
-    """
+    """Recording names of a file's columns."""
     names: dict[str, str] = {}
     for name in table.columns:
         bare = parted(name)[0] if table.units.get(name) else name
@@ -120,7 +76,7 @@ def called(table: Table) -> dict[str, str]:
 
 
 def _own(path: Path) -> bool:
-    """Whether a file is for `Recording.load` to read, or to refuse."""
+    """Whether `Recording.load` handles a file."""
     if not path.is_file():
         return True
     with path.open("rb") as file:
@@ -133,6 +89,6 @@ def _own(path: Path) -> bool:
 
 
 def _numbers(table: Table, names: list[str]) -> tuple[dict[str, Array], list[str]]:
-    """Those of some columns that hold numbers; words are left out, a time must not be words."""
+    """Numeric columns among some; text is left out, except a time, which must be numeric."""
     kept = [name for name in names if name not in table.doubtful and name not in table.words]
     return table.several(kept), kept

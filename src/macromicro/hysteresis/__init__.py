@@ -1,16 +1,8 @@
-"""Hysteresis: Preisach (Section 2.4.1), an Everett table and a stack of reversals; play operators.
+"""Hysteresis models: Preisach (Section 2.4.1) and Prandtl-Ishlinskii, forward and inverse.
 
-Relays are weighted by their thresholds; the output is the fraction of the weight that is
-up, 0 to 1. `everett` holds the weights, `memory` the past.
-
-In the units of measured data: `FodTable` is made from first-order curves, `Preisach` is
-the model of a table, forward and inverse. `diagnostics` measures how far a recording is from
-any Preisach model. Files and pictures are imported from their own modules, because models
-and controllers import this package and open none: `forc` (MicroMag), `table_files` (HDF5,
-CSV), `pictures`.
-
-`prandtl` is the other model, for loops without saturation such as a piezo's, with its exact
-inverse (`prandtl_inverse`) and its fit to any recording (`prandtl_fit`).
+`FodTable` and `Preisach` work in the units of the data; `everett` and `memory` are the kernels,
+with the output from 0 to 1. `prandtl` is for loops without saturation, as of a piezo. Files and
+pictures (`forc`, `table_files`, `pictures`) are imported from their modules.
 """
 
 from macromicro.hysteresis.curves import CurveWarning

@@ -1,9 +1,7 @@
-"""Measured first-order curves: checked, put in order, and turned into one convention.
+"""Measured first-order curves: checked, sorted, and in one convention (Section 2.4.1, Figure 2.19).
 
-A first-order descending curve starts on the rising branch, at its reversal, and is
-measured while the input falls (Section 2.4.1, Figure 2.19). An ascending one starts on
-the falling branch and is measured while the input rises; with u -> -u and f -> -f it is a
-descending curve of the same model. Everything below works on descending curves.
+Descending curves start on the rising branch at the reversal; ascending ones become descending with
+u -> -u and f -> -f.
 """
 
 from __future__ import annotations
@@ -17,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 
 Kind = Literal["descending", "ascending"]
 KINDS = ("descending", "ascending")
@@ -59,18 +57,7 @@ class Curve(NamedTuple):
 
 
 def direction(u: Array) -> float:
-    """Rank correlation of the input with time.
-
-    Parameters
-    ----------
-    u : ndarray, shape (m,)
-        Input.
-
-    Returns
-    -------
-    float
-        1 for a rise, -1 for a fall, 0 for neither.
-    """
+    """Rank correlation of the input with time."""
     if u.size < 2 or np.ptp(u) == 0.0:
         return 0.0
     _, inverse, counts = np.unique(u, return_inverse=True, return_counts=True)
@@ -79,30 +66,7 @@ def direction(u: Array) -> float:
 
 
 def tidy(curves: Iterable[tuple[npt.ArrayLike, npt.ArrayLike]], kind: str) -> list[Curve]:
-    """The usable curves as descending ones, by rising reversal.
-
-    Left out, with a warning that names the curve: rows with NaN or infinity, rows before the
-    reversal, curves of fewer than three different inputs. Rows out of order are sorted, with a
-    warning unless it is only noise of the input.
-
-    Parameters
-    ----------
-    curves : Iterable[tuple[npt.ArrayLike, npt.ArrayLike]]
-        Pairs of input and output, shape (m,) each, in any order; m may differ from curve to curve.
-    kind : str
-        "descending" or "ascending"; the latter are turned by u -> -u, f -> -f.
-
-    Returns
-    -------
-    list[Curve]
-        At least two.
-
-    Raises
-    ------
-    InputError
-        An unknown kind, unequal lengths, text, a constant input or output, curves that run the
-        other way (mixed kinds, or no reversal at all), fewer than two usable curves.
-    """
+    """Usable curves as descending ones, by rising reversal; warns of what is left out."""
     if kind not in KINDS:
         raise InputError("first-order curves, kind", kind, "'descending' or 'ascending'")
     sign = 1.0 if kind == "descending" else -1.0
@@ -131,17 +95,21 @@ def _one(
         u, f = u[good], f[good]
     different = np.unique(u).size
     if u.size >= 3 and different == 1:
-        raise InputError(f"{where}, input", f"constant at {sign * u[0]:g}", "an input that moves")
+        raise ProblemError(
+            f"{where}, input",
+            f"the input is constant at {sign * u[0]:g}",
+            "Record an input that moves.",
+        )
     if different < 2:
         _warn(DroppedCurveWarning, f"{where}: only {different} different inputs; left out")
         return None
     trend = direction(u)
     if trend > 0.9:
         way, first = ("rises", "highest") if sign > 0.0 else ("falls", "lowest")
-        raise InputError(
+        raise ProblemError(
             where,
-            f"the input {way} all the way: no reversal at its start",
-            f"{kind} curves, the {first} input first (or kind={KINDS[sign > 0.0]!r})",
+            f"the input {way} throughout, without a reversal at its start",
+            f"Give {kind} curves, the {first} input first, or kind={KINDS[sign > 0.0]!r}.",
         )
     top = int(np.argmax(u))
     if trend > -0.9 and top >= 2 and direction(u[: top + 1]) > 0.9 and direction(u[top:]) < -0.9:
@@ -154,34 +122,17 @@ def _one(
 
 
 def _numbers(where: str, pair: tuple[npt.ArrayLike, npt.ArrayLike]) -> tuple[Array, Array]:
-    """The pair as two vectors of float64 of one length."""
     accepted = "a pair (u, f) of two equally long lists of numbers"
     try:
         u, f = (np.asarray(column, dtype=np.float64) for column in pair)
     except (TypeError, ValueError):
-        raise InputError(where, "not numbers", accepted) from None
+        raise ProblemError(where, "the values are not numbers", f"Give {accepted}.") from None
     if u.ndim != 1 or u.shape != f.shape:
         raise InputError(where, f"shapes {u.shape} and {f.shape}", accepted)
     return u, f
 
 
 def averaged(u: Array, f: Array, width: float) -> tuple[Array, Array]:
-    """Means of input and output over neighbours.
-
-    Parameters
-    ----------
-    u, f : ndarray, shape (m,)
-        Input and output, in any order.
-    width : float
-        Neighbours less than this apart are averaged, unit of `u`.
-
-    Returns
-    -------
-    u : ndarray, shape (k,)
-        Rising, all different; both ends stay where they are.
-    f : ndarray, shape (k,)
-        The means.
-    """
     order = np.argsort(u, kind="stable")
     u, f = u[order], f[order]
     bins = np.floor((u - u[0]) / width).astype(np.int64) if math.isfinite(width) else 0 * order

@@ -1,9 +1,4 @@
-"""How far measured data are from any Preisach model: wiping-out and congruency.
-
-A system is a Preisach model if and only if larger extremes wipe out smaller ones and all
-minor loops between the same two inputs are congruent (Section 2.4.1). Both can be
-looked for in one recording of input and output; no table is needed.
-"""
+"""Deviation of measured data from any Preisach model: wiping-out and congruency (Section 2.4.1)."""
 
 from __future__ import annotations
 
@@ -13,52 +8,29 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 
 SHARES = np.linspace(0.0, 1.0, 21)
 
 
 class Deviation(NamedTuple):
-    """Gaps as shares of the output's range; what a Preisach model would have as 0.
+    """Gaps as shares of the output's range; what a Preisach model would have as 0."""
 
-    Attributes
-    ----------
-    rms : float
-        RMS of the gaps.
-    largest : float
-        Largest size of a gap.
-    gaps : ndarray, shape (k,)
-        Signed for wiping-out, sizes for congruency.
-    samples : ndarray, shape (k, 2)
-        Where in the recording each comes from: the corner and the return to it, or the two
-        reversals that are compared.
-    """
-
-    rms: float
-    largest: float
-    gaps: Array
+    rms: float  #: RMS of the gaps
+    largest: float  #: largest size of a gap
+    gaps: Array  #: signed for wiping-out, sizes for congruency
+    #: where in the recording each comes from: the corner and the return to it, or the two reversals
+    #: that are compared
     samples: npt.NDArray[np.int64]
 
 
 class Branch(NamedTuple):
-    """A branch from one reversal to where it meets an older corner, or to the next reversal.
+    """A branch from one reversal to where it meets an older corner, or to the next reversal."""
 
-    Attributes
-    ----------
-    start : int
-        Sample of its reversal.
-    end : int
-        Sample of the next reversal.
-    rising : bool
-        Whether the input rises.
-    limit : float
-        Input up to which the branch depends on its own reversal only.
-    """
-
-    start: int
-    end: int
+    start: int  #: sample of its reversal
+    end: int  #: sample of the next reversal
     rising: bool
-    limit: float
+    limit: float  #: input up to which the branch depends on its own reversal only
 
 
 def reversals(u: npt.ArrayLike, swing: float) -> npt.NDArray[np.int64]:
@@ -75,6 +47,12 @@ def reversals(u: npt.ArrayLike, swing: float) -> npt.NDArray[np.int64]:
     -------
     ndarray, shape (k,)
         Indices of `u`.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis.diagnostics import reversals
+    >>> reversals([0.0, 4.0, 2.0, 3.0, 1.0, 5.0], swing=1.5).tolist()  # 2 to 3 is too small
+    [1, 4]
     """
     inputs = np.asarray(u, dtype=np.float64).tolist()
     turns: list[int] = []
@@ -117,7 +95,17 @@ def wiping_out(u: npt.ArrayLike, f: npt.ArrayLike, swing: float | None = None) -
     Raises
     ------
     InputError
-        NaN, a constant input or output, unequal lengths, or no minor loop that closes.
+        Unequal lengths, or a bad `swing`.
+    ProblemError
+        NaN, a constant input or output, or no minor loop that closes.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis import wiping_out
+    >>> u = [0.0, 4.0, 2.0, 4.0, 5.0]  # V; a minor loop leaves 4 V and comes back to it
+    >>> f = [0.0, 8.0, 5.0, 7.8, 10.0]  # um; an ideal model would be back at 8.0 um
+    >>> round(wiping_out(u, f).largest, 3)
+    0.02
     """
     inputs, outputs, band = _record(u, f, swing)
     gaps, samples = [], []
@@ -136,7 +124,9 @@ def wiping_out(u: npt.ArrayLike, f: npt.ArrayLike, swing: float | None = None) -
                 samples.append((corner, back))
             del stack[-2:]
     if not gaps:
-        raise InputError("recording, wiping-out", "no minor loop closes", "at least one that does")
+        raise ProblemError(
+            "recording, wiping-out", "no minor loop closes", "Record at least one that does."
+        )
     return _deviation(gaps, samples, outputs)
 
 
@@ -166,7 +156,17 @@ def congruency(
     Raises
     ------
     InputError
-        As for `wiping_out`, and when no two branches can be compared.
+        As for `wiping_out`.
+    ProblemError
+        As for `wiping_out`, or no two branches can be compared.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis import congruency
+    >>> u = [0.0, 4.0, 2.0, 4.0, 5.0, 2.0, 4.0, 6.0]  # V; two branches rise from 2 V
+    >>> f = [0.0, 7.0, 4.0, 7.0, 8.5, 4.5, 7.7, 10.0]  # um; up to 4 V by 3.0 um and by 3.2 um
+    >>> round(congruency(u, f).largest, 3)
+    0.02
     """
     inputs, outputs, band = _record(u, f, swing)
     near = 0.25 * band if tolerance is None else tolerance
@@ -187,27 +187,34 @@ def congruency(
             gaps.append(float(np.max(np.abs(shapes[0] - shapes[1]))))
             samples.append((other.start, one.start))
     if not gaps:
-        raise InputError(
-            "recording, congruency", "no two branches from equal inputs", "at least two of them"
+        raise ProblemError(
+            "recording, congruency",
+            "no two branches start at equal inputs",
+            "Record at least two that do.",
         )
     return _deviation(gaps, samples, outputs)
 
 
 def _record(u: npt.ArrayLike, f: npt.ArrayLike, swing: float | None) -> tuple[Array, Array, float]:
-    """Input, output and the least swing, checked."""
     try:
         inputs, outputs = np.asarray(u, dtype=np.float64), np.asarray(f, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InputError("recording", "not numbers", "two lists of numbers") from None
+        raise ProblemError(
+            "recording", "the values are not numbers", "Give two lists of numbers."
+        ) from None
     if inputs.ndim != 1 or inputs.shape != outputs.shape or inputs.size < 3:
         found = f"shapes {inputs.shape} and {outputs.shape}"
         raise InputError("recording", found, "input and output, equally long, 3 samples or more")
     if not (np.isfinite(inputs).all() and np.isfinite(outputs).all()):
         bad = int(np.argmin(np.isfinite(inputs) & np.isfinite(outputs)))
-        raise InputError("recording", f"not finite at sample {bad}", "finite numbers")
+        raise ProblemError(
+            "recording", f"the value at sample {bad} is not finite", "Remove or repair it."
+        )
     extent = float(np.ptp(inputs))
     if extent == 0.0 or np.ptp(outputs) == 0.0:
-        raise InputError("recording", "constant", "an input and an output that change")
+        raise ProblemError(
+            "recording", "input or output is constant", "Record an input and an output that change."
+        )
     band = 0.01 * extent if swing is None else float(swing)
     if not 0.0 < band < extent:
         raise InputError("recording, swing", swing, f"above 0, below the range {extent:g}")
@@ -215,14 +222,13 @@ def _record(u: npt.ArrayLike, f: npt.ArrayLike, swing: float | None) -> tuple[Ar
 
 
 def _pieces(turns: list[int], size: int) -> list[tuple[int, int]]:
-    """From each reversal to the next, and from the last one to the end."""
     if not turns:
         return []
     return list(zip(turns, [*turns[1:], size - 1], strict=True))
 
 
 def _branches(inputs: Array, turns: list[int]) -> list[Branch]:
-    """The branches with the input up to which each depends on its own reversal only."""
+    """Branches with the input up to which each depends on its own reversal only."""
     branches: list[Branch] = []
     stack: list[int] = []
     for start, end in _pieces(turns, inputs.size):

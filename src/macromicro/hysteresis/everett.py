@@ -1,9 +1,8 @@
-"""The Everett table: how much of the relays' weight a falling input releases.
+"""The Everett table: weight of the relays that a falling input releases.
 
-``E(alpha, beta)`` is the weight of the triangle T(alpha, beta) of (2.8): of all relays
-that switch up at or below `alpha` and down at or above `beta`. The whole plane weighs 1.
-In terms of the first-order descending curves of Section 2.4.1, with the output counted
-from 0 (all relays down) to 1 (all up),
+``E(alpha, beta)`` is the weight of the triangle T(alpha, beta) of (2.8): relays that switch up at
+or below `alpha` and down at or above `beta`; the whole plane weighs 1. For the first-order
+descending curves of Section 2.4.1, outputs from 0 to 1,
 
     f_M = E(M, lo)    and    f_{M,m} = f_M - E(M, m).
 """
@@ -17,18 +16,16 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.kernel import kernel
 
 
 class Everett(NamedTuple):
     """A table of E on the uniform grid ``u_i = lo + i * step``, ``i = 0 .. n - 1``.
 
-    ``values[i, j]`` is ``E(u_i, u_j)``, shape (n, n), float64, C order: 0 where i <= j,
-    not decreasing in i, not increasing in j, 1 at ``[n - 1, 0]``. `lo` and `step` have
-    the unit of the input. Between grid lines `lookup` takes a relay density that is
-    constant in each square cell; the weight of a cell on the diagonal lies on the
-    diagonal itself, as relays of zero width.
+    ``values[i, j]`` is ``E(u_i, u_j)``, shape (n, n), float64, C order: 0 where i <= j, not
+    decreasing in i, not increasing in j, 1 at ``[n - 1, 0]``. The relay density is constant in each
+    square cell; diagonal cells are relays of zero width.
     """
 
     lo: float
@@ -44,7 +41,7 @@ def lookup(table: Everett, alpha: float, beta: float) -> float:
     Parameters
     ----------
     table : Everett
-        The table.
+        Of an input's range, as `from_density` makes it.
     alpha, beta : float
         Up and down threshold, unit of the input; clamped to the grid.
 
@@ -52,6 +49,14 @@ def lookup(table: Everett, alpha: float, beta: float) -> float:
     -------
     float
         Weight, 0 to 1; 0 where ``alpha <= beta`` or one is NaN.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.hysteresis import from_density, lookup
+    >>> table = from_density(lambda alpha, beta: np.ones_like(alpha), lo=0.0, step=1.0, n=11)
+    >>> round(lookup(table, 8.0, 2.0), 6)  # of a uniform density: (8 - 2)^2 / 10^2
+    0.36
     """
     if not alpha > beta:
         return 0.0
@@ -99,8 +104,17 @@ def from_density(
     Raises
     ------
     InputError
-        A grid of no extent, a wrong shape, a negative or non-finite weight, a weight above the
-        diagonal, or no weight at all.
+        A grid of no extent, a wrong shape, or no weight at all.
+    ProblemError
+        A negative or non-finite weight, or one above the diagonal.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.hysteresis import Preisach, from_density
+    >>> table = from_density(lambda alpha, beta: np.ones_like(alpha), lo=0.0, step=1.0, n=11)
+    >>> Preisach(table).run([8.0, 2.0]).round(6).tolist()
+    [0.64, 0.28]
     """
     if n < 2:
         raise InputError("relay density, n", n, "at least 2 grid points")
@@ -120,9 +134,15 @@ def from_density(
         if weights.shape != (cells, cells):
             raise InputError("cell weights, shape", weights.shape, f"{(cells, cells)}")
         if np.any(np.triu(weights, 1) != 0.0):
-            raise InputError("cell weights", "weight at alpha < beta", "zero where row < column")
+            raise ProblemError(
+                "cell weights", "there is weight at alpha < beta", "Set it to 0 where row < column."
+            )
     if not np.all(np.isfinite(weights)) or np.any(weights < 0.0):
-        raise InputError("relay density", "negative or not finite", "finite weights of at least 0")
+        raise ProblemError(
+            "relay density",
+            "a weight is negative or not finite",
+            "Give finite weights of at least 0.",
+        )
     values = np.zeros((n, n))
     # Summed over the rows below alpha, then over the columns above beta.
     values[1:, :-1] = np.cumsum(np.cumsum(weights, axis=0)[:, ::-1], axis=1)[:, ::-1]

@@ -1,10 +1,8 @@
 """First-order reversal curves in the MicroMag text format (vibrating-sample magnetometers).
 
-A title line, settings as ``name = value``, then blocks of ``field,moment`` lines with
-empty lines between them, then a closing line. Each block of several points is an
-ascending curve from its reversal field on; blocks of one point are measurements at a
-calibration field, taken between the curves to follow the drift. Where every second block,
-the first one too, is such a measurement, the others are curves, however short.
+A title, ``name = value`` settings, blocks of ``field,moment`` lines separated by empty lines, a
+closing line. Blocks of several points are ascending curves; blocks of one point are drift
+calibrations, as is every second block if the first one and its alternates have one point.
 """
 
 from __future__ import annotations
@@ -30,25 +28,16 @@ class CutFileWarning(CurveWarning):
 
 
 class ForcFile(NamedTuple):
-    """What the file holds, in its own units (`settings["Units of measure"]`: cgs or SI).
+    """What the file holds, in its own units (`settings["Units of measure"]`: cgs or SI)."""
 
-    Attributes
-    ----------
-    curves : list[tuple[Array, Array]]
-        Ascending (field, moment) pairs for ``FodTable.from_curves(..., kind="ascending")``.
-    calibration : ndarray, shape (k, 2)
-        Field and moment before each curve; k may be 0.
-    settings : dict[str, str]
-        The header's names and values as text.
-    """
-
+    #: ascending (field, moment) pairs for ``FodTable.from_curves(..., kind="ascending")``
     curves: list[tuple[Array, Array]]
-    calibration: Array
-    settings: dict[str, str]
+    calibration: Array  #: field and moment before each curve; k may be 0
+    settings: dict[str, str]  #: the header's names and values as text
 
 
 def read_forc(path: str | Path, *, drift: bool = False) -> ForcFile:
-    """Read a MicroMag file of first-order reversal curves.
+    r"""Read a MicroMag file of first-order reversal curves.
 
     Warns when the closing line is missing or the number of points is not the header's.
 
@@ -69,6 +58,17 @@ def read_forc(path: str | Path, *, drift: bool = False) -> ForcFile:
     InputError
         Names file and line: a file of another kind, a line that is not two numbers, fewer than two
         curves, or drift without one calibration per curve.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from macromicro.hysteresis.forc import read_forc
+    >>> with TemporaryDirectory() as folder:
+    ...     text = "MicroMag\nNData = 4\n0,1\n1,3\n\n-1,-1\n1,3\nMicroMag Data File ends\n"
+    ...     written = Path(folder, "made.txt").write_text(text)
+    ...     [u.tolist() for u, f in read_forc(Path(folder, "made.txt")).curves]
+    [[0.0, 1.0], [-1.0, 1.0]]
     """
     file = Path(path)
     where = printable(file, 300)
@@ -138,7 +138,7 @@ def _parted(blocks: list[Array]) -> tuple[list[Array], list[Array]]:
 def _without_drift(
     curves: list[tuple[Array, Array]], calibration: Array, where: str
 ) -> list[tuple[Array, Array]]:
-    """The curves, each scaled by the calibration before it."""
+    """Curves scaled by the calibrations before them."""
     if len(calibration) != len(curves):
         found = f"{len(calibration)} calibrations for {len(curves)} curves"
         raise InputError(f"{where}, drift", found, "one calibration before each curve")

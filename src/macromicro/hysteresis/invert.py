@@ -1,15 +1,15 @@
-"""The way back: which input brings the output to a target, solved cell by cell.
+"""Inverse of the table: the input for a target output."""
 
-Along a branch of (2.11) only one argument of E changes, and within a cell of the table E
-is linear in it. So the branch is a polygon with its corners on the grid lines, and the
-input for a target is found on one straight piece of it, without iteration.
-"""
+# Along a branch of (2.11) one argument of E changes, and within a cell E is linear in it. The
+# branch is a polygon, so the input is found on one straight piece without iteration.
 
 from __future__ import annotations
 
 import math
+from typing import Annotated
 
 from macromicro.arrays import Array
+from macromicro.columns import Meaning
 from macromicro.hysteresis.everett import Everett, lookup
 from macromicro.hysteresis.memory import AT_DOWN, AT_UP, DOWN, UP, Memory, advance
 from macromicro.kernel import kernel
@@ -19,27 +19,10 @@ NEAR = 1e-15
 
 
 @kernel
-def invert(table: Everett, memory: Memory, target: float) -> float:
-    """The input that brings the output to `target` in one move from the present state.
-
-    First the corners are passed that the move wipes out, then the grid lines up to the piece that
-    holds the target.
-
-    Parameters
-    ----------
-    table : Everett
-        Relay weights of the model.
-    memory : Memory
-        The present state; not changed. Its stack must not be full.
-    target : float
-        Output, 0 to 1.
-
-    Returns
-    -------
-    float
-        Unit of the input. Beyond the saturations: the input of the saturation; for NaN the present
-        input.
-    """
+def invert(
+    table: Everett, memory: Memory, target: Annotated[float, Meaning("output, 0 to 1")]
+) -> Annotated[float, Meaning("input; that of the saturation beyond it")]:
+    """The input that brings the output to `target` in one move from the present state."""
     k = memory.pairs
     now = float(memory.corners[k, AT_DOWN])
     if target > now + NEAR:
@@ -85,7 +68,6 @@ def invert(table: Everett, memory: Memory, target: float) -> float:
 
 @kernel
 def _between(start: float, end: float, here: float, there: float, target: float) -> float:
-    """The input between `start` and `end` at which the straight piece meets the target."""
     if there == here:
         return start
     share = min(max((target - here) / (there - here), 0.0), 1.0)
@@ -93,25 +75,10 @@ def _between(start: float, end: float, here: float, there: float, target: float)
 
 
 @kernel
-def maximum_for(table: Everett, u: float, target: float) -> float:
-    """The maximum M from which a fall to `u` ends at `target`: E(M, lo) - E(M, u) = target.
-
-    The history is: negative saturation, rise to M, fall to `u`.
-
-    Parameters
-    ----------
-    table : Everett
-        Relay weights of the model.
-    u : float
-        Input at the end, clamped to the table.
-    target : float
-        Output, 0 to 1.
-
-    Returns
-    -------
-    float
-        Unit of the input; NaN if no M reaches the target.
-    """
+def maximum_for(
+    table: Everett, u: float, target: Annotated[float, Meaning("output, 0 to 1")]
+) -> Annotated[float, Meaning("input; NaN if no maximum reaches the target")]:
+    """The maximum M from which a fall to `u` ends at `target`: E(M, lo) - E(M, u) = target."""
     hi = table.lo + (table.n - 1) * table.step
     start = min(max(u, table.lo), hi)
     here = lookup(table, start, table.lo)
@@ -139,30 +106,7 @@ def follow(
     scale: float,
     offset: float,
 ) -> tuple[Memory, int]:
-    """Outputs along inputs, from one sample on; stops before a full stack.
-
-    Parameters
-    ----------
-    table : Everett
-        Relay weights of the model.
-    memory : Memory
-        State at the start; its array is changed.
-    inputs : ndarray, shape (m,)
-        Unit of the input.
-    outputs : ndarray, shape (m,)
-        Written here: ``f * scale + offset``.
-    first : int
-        Sample to begin with.
-    scale, offset : float
-        From an output of 0 to 1 to the unit of `outputs`.
-
-    Returns
-    -------
-    memory : Memory
-        The state at the end.
-    done : int
-        The first sample that is not done.
-    """
+    """Outputs along inputs from one sample on; stops before a full stack."""
     for t in range(first, inputs.shape[0]):
         if memory.pairs >= memory.corners.shape[0] - 1:
             return memory, t
@@ -175,30 +119,7 @@ def follow(
 def follow_inverse(
     table: Everett, memory: Memory, targets: Array, inputs: Array, outputs: Array, first: int
 ) -> tuple[Memory, int]:
-    """The input for each target in turn, and the output that it gives; stops before a full stack.
-
-    Parameters
-    ----------
-    table : Everett
-        Relay weights of the model.
-    memory : Memory
-        State at the start; its array is changed.
-    targets : ndarray, shape (m,)
-        Outputs, 0 to 1.
-    inputs : ndarray, shape (m,)
-        Written here, unit of the input.
-    outputs : ndarray, shape (m,)
-        Written here, 0 to 1.
-    first : int
-        Sample to begin with.
-
-    Returns
-    -------
-    memory : Memory
-        The state at the end.
-    done : int
-        The first sample that is not done.
-    """
+    """Inputs for targets and their outputs; stops before a full stack."""
     for t in range(first, targets.shape[0]):
         if memory.pairs >= memory.corners.shape[0] - 1:
             return memory, t

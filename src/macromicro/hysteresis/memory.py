@@ -1,34 +1,27 @@
-"""The memory of a Preisach hysteresis: the input's reversals that still matter.
+"""Memory of a Preisach hysteresis: the reversals of the input that still matter.
 
-The corners (M_k, m_k) of Figure 2.17 are kept in a stack with M_1 > M_2 > ... and
-m_1 < m_2 < ... ; the last pair ends at the present input: m_n = u, and after a rise
-M_n = m_n = u. With the table E of `everett`, m_0 = lo, and the output counted from 0
-(all relays down) to 1 (all up), (2.11) becomes
+With a stack of corners (M_k, m_k) (Figure 2.17), M falling and m rising, m_0 = lo, the last pair at
+the present input, and outputs from 0 to 1, (2.11) becomes
 
-    f = sum over k of E(M_k, m_(k-1)) - E(M_k, m_k),
+    f = sum over k of E(M_k, m_(k-1)) - E(M_k, m_k).
 
-because f_{M,m} = f_M - E(M, m). The running sums are kept, so that a step looks up one
-value of E and a wiped-out corner (a larger maximum or a smaller minimum) is just popped.
-A sum always starts from the bottom of the stack, so it does not drift.
-
-Inputs beyond the table count as its ends, which are the saturations. A NaN is ignored:
-memory and output stay as they are.
-
-A full stack: the innermost loop, which is the narrowest, loses its width. The input then
-rises back along the descending curve that it came down, up to the corner that it left,
-where the true curve meets it again. The output stays continuous, monotone and within 0
-and 1, is wrong by at most the weight E(M_n, m_n) of that loop, and is exact again as soon
-as the loop is wiped out.
+Inputs beyond the table count as its ends; a NaN is ignored. With a full stack the innermost loop
+loses its width: the output stays continuous, monotone and within 0 and 1, is wrong by at most
+E(M_n, m_n), and is exact again once the loop is wiped out.
 """
+
+# Running sums from the bottom of the stack are kept, so a step needs one value of E, a wiped-out
+# corner is popped, and no error accumulates.
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.columns import Meaning
 from macromicro.errors import InputError
 from macromicro.hysteresis.everett import Everett, lookup
 from macromicro.kernel import kernel
@@ -39,28 +32,18 @@ UP, DOWN, AT_UP, AT_DOWN = 0, 1, 2, 3
 
 
 class Memory(NamedTuple):
-    """The corners and the output at each of them. `advance` writes into the array.
+    """The corners and the output at each of them. `advance` writes into the array."""
 
-    Attributes
-    ----------
-    corners : ndarray, shape (depth + 1, 4)
-        Row k holds M_k, m_k (unit of the input), the output when the input reached M_k and the
-        output at m_k (0 to 1). Row 0 is negative saturation. One array, because compiled code
-        passes one at less cost than four.
-    pairs : int
-        Rows in use beside row 0, at least 1.
-    u : float
-        Present input, clamped to the table.
-    """
-
-    corners: Array
-    pairs: int
-    u: float
+    # Row 0 is negative saturation. One array, because compiled code passes one at less cost than
+    # four.
+    corners: Annotated[Array, Meaning("row k: M_k, m_k, output at M_k, output at m_k")]
+    pairs: Annotated[int, Meaning("rows in use beside row 0, at least 1")]
+    u: Annotated[float, Meaning("present input, clamped to the table")]
 
 
 @kernel
 def _reached(table: Everett, memory: Memory, u: float) -> float:
-    """The input that counts: `u` clamped to the table, the present input for NaN."""
+    """`u` clamped to the table, or the present input for NaN."""
     if math.isnan(u):
         return memory.u
     return min(max(u, table.lo), table.lo + (table.n - 1) * table.step)
@@ -75,17 +58,13 @@ def _reached(table: Everett, memory: Memory, u: float) -> float:
 
 
 @kernel
-def peek(table: Everett, memory: Memory, u: float) -> float:
+def peek(table: Everett, memory: Memory, u: float) -> Annotated[float, Meaning("output, 0 to 1")]:
     """Output if the input moved straight from its present value to `u` (2.11).
-
-    Time is constant but for the corners that the move would wipe out.
 
     Parameters
     ----------
-    table : Everett
-        Relay weights of the model.
-    memory : Memory
-        The present state; not changed.
+    table, memory : Everett, Memory
+        Relay weights, and the present state, which is not changed.
     u : float
         Unit of the input.
 
@@ -93,6 +72,14 @@ def peek(table: Everett, memory: Memory, u: float) -> float:
     -------
     float
         0 to 1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.hysteresis import fresh, from_density, peek
+    >>> table = from_density(lambda alpha, beta: np.ones_like(alpha), lo=0.0, step=1.0, n=11)
+    >>> round(peek(table, fresh(table, u=8.0), 2.0), 6)
+    0.28
     """
     v = _reached(table, memory, u)
     k = memory.pairs
@@ -116,17 +103,18 @@ def peek(table: Everett, memory: Memory, u: float) -> float:
 
 
 @kernel
-def advance(table: Everett, memory: Memory, u: float) -> tuple[Memory, float]:
-    """Move the input straight to `u` (2.11).
-
-    Amortised constant time: each corner is pushed once and popped once.
+def advance(
+    table: Everett, memory: Memory, u: Annotated[float, Meaning("input; NaN moves nothing")]
+) -> tuple[
+    Annotated[Memory, Meaning(name="memory")], Annotated[float, Meaning("output, 0 to 1", name="f")]
+]:
+    """Move the input straight to `u` (2.11), in amortised constant time.
 
     Parameters
     ----------
-    table : Everett
-        Relay weights of the model.
-    memory : Memory
-        The present state. Its array is changed in place, so it must not be used again.
+    table, memory : Everett, Memory
+        Relay weights, and the present state; its array is changed in place, so it must not be used
+        again.
     u : float
         Unit of the input; NaN moves nothing.
 
@@ -136,6 +124,15 @@ def advance(table: Everett, memory: Memory, u: float) -> tuple[Memory, float]:
         The state after the move.
     f : float
         The output, 0 to 1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.hysteresis import advance, fresh, from_density
+    >>> table = from_density(lambda alpha, beta: np.ones_like(alpha), lo=0.0, step=1.0, n=11)
+    >>> memory, f = advance(table, fresh(table, u=8.0), 2.0)
+    >>> memory.u, round(f, 6)
+    (2.0, 0.28)
     """
     # Rows of the stack, for inputs 0 -> 8 -> 2 -> 6 -> 3 -> u: (8, 2), (6, 3), nested intervals.
     # A rise to u = 5 stays inside the last one and opens (5, 5): f = f(3) + E(5, 3). One to u = 7
@@ -182,10 +179,8 @@ def fresh(table: Everett, u: float, depth: int = DEPTH) -> Memory:
     ----------
     table : Everett
         Relay weights of the model.
-    u : float
-        Input, clamped to the table.
-    depth : int, optional
-        Number of pairs that it can hold.
+    u, depth : float, int, optional
+        Input, clamped to the table, and the number of pairs that the stack can hold.
 
     Returns
     -------
@@ -196,6 +191,15 @@ def fresh(table: Everett, u: float, depth: int = DEPTH) -> Memory:
     ------
     InputError
         `u` is NaN, or `depth` is below 1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.hysteresis import fresh, from_density
+    >>> table = from_density(lambda alpha, beta: np.ones_like(alpha), lo=0.0, step=1.0, n=11)
+    >>> memory = fresh(table, u=12.0)  # above the table
+    >>> memory.pairs, memory.u
+    (1, 10.0)
     """
     if depth < 1:
         raise InputError("hysteresis memory, depth", depth, "at least 1 pair of reversals")

@@ -1,8 +1,4 @@
-"""Pictures of a Preisach model: the plane with its staircase, the density, the curves.
-
-Each function returns a matplotlib `Figure` that belongs to no window; `figure.savefig`
-writes it.
-"""
+"""Figures of a Preisach model: the plane with its staircase, the density, the curves."""
 
 from __future__ import annotations
 
@@ -20,23 +16,7 @@ if TYPE_CHECKING:
 
 
 def staircase(model: Preisach) -> tuple[Array, Array]:
-    """The staircase L(t) of the Preisach plane: from the left side of the triangle to the diagonal
-    at u.
-
-    Links are horizontal and vertical in turn, a corner at each (m_k, M_k) (Figure 2.17).
-
-    Parameters
-    ----------
-    model : Preisach
-        In its present state.
-
-    Returns
-    -------
-    beta : ndarray, shape (k,)
-        Down thresholds, unit of the input.
-    alpha : ndarray, shape (k,)
-        Up thresholds, unit of the input.
-    """
+    """The staircase L(t) of the Preisach plane, left side to diagonal (Figure 2.17)."""
     beta, alpha = [model.table.lo], []
     for top, low in model.corners.tolist():
         alpha.extend([top, top])
@@ -45,20 +25,6 @@ def staircase(model: Preisach) -> tuple[Array, Array]:
 
 
 def draw_plane(model: Preisach, unit: str = "") -> Figure:
-    """The Preisach plane with S+ and S- and the staircase between (Figures 2.12-2.18).
-
-    Parameters
-    ----------
-    model : Preisach
-        In its present state.
-    unit : str, optional
-        Unit of the input, for the labels.
-
-    Returns
-    -------
-    Figure
-        Belongs to no window.
-    """
     figure, axes = _figure(f"Preisach plane at u = {model.u:g} {unit}".rstrip())
     lo, hi = model.table.lo, model.table.hi
     beta, alpha = staircase(model)
@@ -80,20 +46,6 @@ def draw_plane(model: Preisach, unit: str = "") -> Figure:
 
 
 def draw_density(table: FodTable, unit: str = "") -> Figure:
-    """The relay density over the plane; negative weight, which no relay has, in red.
-
-    Parameters
-    ----------
-    table : FodTable
-        Whose density is drawn.
-    unit : str, optional
-        Unit of the input, for the labels.
-
-    Returns
-    -------
-    Figure
-        Belongs to no window.
-    """
     figure, axes = _figure("Preisach density")
     density = np.sign(table.span) * table.density
     sizes = np.abs(density[np.isfinite(density)])
@@ -108,22 +60,6 @@ def draw_density(table: FodTable, unit: str = "") -> Figure:
 
 
 def draw_curves(table: FodTable, u_unit: str = "", f_unit: str = "", most: int = 25) -> Figure:
-    """The table's first-order curves and major loop, over the raw curves (Figure 5.7).
-
-    Parameters
-    ----------
-    table : FodTable
-        Without raw curves, the curves from evenly chosen grid lines are drawn.
-    u_unit, f_unit : str, optional
-        Units of input and output, for the labels.
-    most : int, optional
-        Of more raw curves than this, evenly chosen ones are drawn.
-
-    Returns
-    -------
-    Figure
-        Belongs to no window.
-    """
     figure, axes = _figure(f"First-order {table.kind} curves")
     raw = table.raw
     chosen = [raw[k] for k in _evenly(len(raw), most)]

@@ -1,13 +1,10 @@
 """The Prandtl-Ishlinskii operator: a weighted sum of play operators (Kuhnen 2003).
 
-A play of threshold r is a slot of width 2 r that the input u carries along:
+    y = max(u - r, min(u + r, y)),        f = offset + sum over i of w_i y_i
 
-    y = max(u - r, min(u + r, y)),        f = offset + sum over i of w_i y_i.
-
-It is the model of piezo stages: loops without saturation, of one shape at all places of the
-range. With r_0 = 0, w_0 > 0 and the other weights at least 0 it can be inverted in closed form
-(`prandtl_inverse`). A loop that widens with the rate has thresholds that grow with it, r_i +
-widening |du/dt| (Al Janaideh, Su and Rakheja 2009; linear as in Al Janaideh and Krejci 2013).
+With r_0 = 0, w_0 > 0 and the other weights at least 0 it has a closed-form inverse
+(`prandtl_inverse`). With the rate, thresholds grow to r_i + widening |du/dt| (Al Janaideh, Su and
+Rakheja 2009).
 
 K. Kuhnen, "Modeling, identification and compensation of complex hysteretic nonlinearities: a
 modified Prandtl-Ishlinskii approach", European Journal of Control 9 (2003) 407-418.
@@ -16,13 +13,14 @@ modified Prandtl-Ishlinskii approach", European Journal of Control 9 (2003) 407-
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.columns import Meaning
+from macromicro.errors import InputError, ProblemError
 from macromicro.kernel import compiled, kernel
 
 MOST_PLAYS = 200
@@ -31,39 +29,21 @@ WORTH_COMPILING = 2000
 
 
 class Prandtl(NamedTuple):
-    """Thresholds and weights.
+    """Thresholds and weights."""
 
-    Attributes
-    ----------
-    thresholds : ndarray, shape (n,)
-        r_i, rising from 0, unit of the input.
-    weights : ndarray, shape (n,)
-        w_i, output per input.
-    offset : float
-        Output when every play stands at 0.
-    widening : float
-        Growth of all thresholds but r_0 with the rate of the input, s.
-    """
-
-    thresholds: Array
-    weights: Array
-    offset: float
-    widening: float
+    thresholds: Annotated[Array, Meaning("r_i, rising from 0, unit of the input")]
+    weights: Annotated[Array, Meaning("w_i, output per input")]
+    offset: Annotated[float, Meaning("output when every play stands at 0")]
+    widening: Annotated[
+        float, Meaning("growth of all thresholds but r_0 with the rate of the input", "s")
+    ]
 
 
 class Plays(NamedTuple):
-    """Where each play stands. `advance` writes into the array.
+    """Where each play stands. `advance` writes into the array."""
 
-    Attributes
-    ----------
-    y : ndarray, shape (n,)
-        Unit of the input.
-    u : float
-        Present input.
-    """
-
-    y: Array
-    u: float
+    y: Annotated[Array, Meaning("unit of the input")]
+    u: Annotated[float, Meaning("present input")]
 
 
 def operator(
@@ -94,12 +74,25 @@ def operator(
     ------
     InputError
         Unequal lengths, thresholds that do not rise from 0, a weight below 0, no reversible part.
+    ProblemError
+        Values that are not numbers.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis import prandtl
+    >>> p = prandtl.operator(thresholds=[0.0, 10.0], weights=[0.02, 0.01])  # V, and um/V
+    >>> prandtl.run(p, [100.0, 0.0]).round(6).tolist()  # um; the second play lags by 10 V
+    [2.9, 0.1]
     """
     where = "Prandtl-Ishlinskii"
     try:
         r, w = (np.array(v, dtype=np.float64, ndmin=1) for v in (thresholds, weights))
     except (TypeError, ValueError):
-        raise InputError(f"{where}, thresholds and weights", "not numbers", "numbers") from None
+        raise ProblemError(
+            f"{where}, thresholds and weights",
+            "the values are not numbers",
+            "Give lists of numbers.",
+        ) from None
     if r.ndim != 1 or r.shape != w.shape or not 1 <= r.size <= MOST_PLAYS:
         accepted = f"as many weights as thresholds, 1 to {MOST_PLAYS}"
         raise InputError(f"{where}, shapes", f"{r.shape} and {w.shape}", accepted)
@@ -120,10 +113,8 @@ def relaxed(p: Prandtl, u: float = 0.0) -> Plays:
 
     Parameters
     ----------
-    p : Prandtl
-        The operator.
-    u : float, optional
-        Unit of the input.
+    p, u : Prandtl, float, optional
+        The operator, and an input.
 
     Returns
     -------
@@ -134,6 +125,13 @@ def relaxed(p: Prandtl, u: float = 0.0) -> Plays:
     ------
     InputError
         `u` is not finite.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis import prandtl
+    >>> p = prandtl.operator(thresholds=[0.0, 10.0], weights=[0.02, 0.01])
+    >>> prandtl.relaxed(p, u=50.0).y.tolist()
+    [50.0, 50.0]
     """
     if not math.isfinite(u):
         raise InputError("Prandtl-Ishlinskii, input", u, "a finite number")
@@ -146,36 +144,45 @@ def play(r: float, u: float, y: float) -> float:
 
     Parameters
     ----------
-    r : float
-        Half the width of the slot, unit of the input.
-    u : float
-        Input.
-    y : float
-        Where the play stood.
+    r, u, y : float
+        Half the width of the slot, the input, and the play's position before.
 
     Returns
     -------
     float
         Unit of the input.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis.prandtl import play
+    >>> play(r=10.0, u=100.0, y=0.0)
+    90.0
+    >>> play(r=10.0, u=95.0, y=90.0)  # within the slot
+    90.0
     """
     return max(u - r, min(u + r, y))
 
 
 @kernel
-def output(p: Prandtl, s: Plays) -> float:
-    """The operator's output where its plays stand.
+def output(p: Prandtl, s: Plays) -> Annotated[float, Meaning("output")]:
+    """The operator's output for the position of its plays.
 
     Parameters
     ----------
-    p : Prandtl
-        The operator.
-    s : Plays
-        Its state.
+    p, s : Prandtl, Plays
+        The operator and its state.
 
     Returns
     -------
     float
         Unit of the output.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis import prandtl
+    >>> p = prandtl.operator(thresholds=[0.0, 10.0], weights=[0.02, 0.01])
+    >>> prandtl.output(p, prandtl.relaxed(p, u=50.0))
+    1.5
     """
     f = p.offset
     for i in range(p.thresholds.shape[0]):
@@ -184,19 +191,22 @@ def output(p: Prandtl, s: Plays) -> float:
 
 
 @kernel
-def advance(p: Prandtl, s: Plays, u: float, rate: float) -> tuple[Plays, float]:
+def advance(
+    p: Prandtl,
+    s: Plays,
+    u: Annotated[float, Meaning("input; NaN moves nothing")],
+    rate: Annotated[float, Meaning("rate of the input; 0: no widening")],
+) -> tuple[Annotated[Plays, Meaning(name="s")], Annotated[float, Meaning("output", name="f")]]:
     """Move the input straight to `u`.
 
     Parameters
     ----------
-    p : Prandtl
-        The operator.
-    s : Plays
-        The present state. Its array is changed in place, so it must not be used again.
+    p, s : Prandtl, Plays
+        The operator and its state, whose array is changed in place, so it must not be used again.
     u : float
         Unit of the input; NaN moves nothing.
     rate : float
-        Rate of the input, per second; its sign does not matter. 0: no widening.
+        Rate of the input, per second, of either sign; 0: no widening.
 
     Returns
     -------
@@ -204,6 +214,14 @@ def advance(p: Prandtl, s: Plays, u: float, rate: float) -> tuple[Plays, float]:
         The state after the move.
     f : float
         The output.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis import prandtl
+    >>> p = prandtl.operator(thresholds=[0.0, 10.0], weights=[0.02, 0.01])
+    >>> s, f = prandtl.advance(p, prandtl.relaxed(p), u=100.0, rate=0.0)
+    >>> s.y.tolist(), round(f, 6)
+    ([100.0, 90.0], 2.9)
     """
     if math.isnan(u):
         return s, output(p, s)
@@ -221,14 +239,12 @@ def follow(p: Prandtl, s: Plays, inputs: Array, dt: float, outputs: Array) -> Pl
 
     Parameters
     ----------
-    p : Prandtl
-        The operator.
-    s : Plays
-        The state before; its array is changed in place.
+    p, s : Prandtl, Plays
+        The operator, and the state before; its array is changed in place.
     inputs : ndarray, shape (m,)
         Unit of the input.
     dt : float
-        From one input to the next, s; infinity for the rate-independent operator.
+        Sample time, s; infinity for the rate-independent operator.
     outputs : ndarray, shape (m,)
         Written into.
 
@@ -236,6 +252,16 @@ def follow(p: Prandtl, s: Plays, inputs: Array, dt: float, outputs: Array) -> Pl
     -------
     Plays
         The state after the last input.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.hysteresis import prandtl
+    >>> p = prandtl.operator(thresholds=[0.0, 10.0], weights=[0.02, 0.01])
+    >>> outputs = np.empty(2)
+    >>> s = prandtl.follow(p, prandtl.relaxed(p), np.array([100.0, 0.0]), np.inf, outputs)
+    >>> outputs.round(6).tolist()
+    [2.9, 0.1]
     """
     for k in range(inputs.shape[0]):
         u = float(inputs[k])
@@ -251,19 +277,24 @@ def run(
 
     Parameters
     ----------
-    p : Prandtl
-        The operator.
-    inputs : array_like, shape (m,)
-        Unit of the input.
+    p, inputs : Prandtl, array_like, shape (m,)
+        The operator and its input.
     start : Plays | None, optional
-        State before the first input, which stays as it is; None for `relaxed` at 0.
+        State before the first input, not changed; None for `relaxed` at 0.
     dt : float, optional
-        From one input to the next, s; infinity for the rate-independent operator.
+        Sample time, s; infinity for the rate-independent operator.
 
     Returns
     -------
     ndarray, shape (m,)
         Unit of the output.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis import prandtl
+    >>> p = prandtl.operator(thresholds=[0.0, 10.0], weights=[0.02, 0.01])
+    >>> prandtl.run(p, [100.0, 0.0, 100.0]).round(6).tolist()
+    [2.9, 0.1, 2.9]
     """
     along = np.ascontiguousarray(inputs, dtype=np.float64)
     outputs = np.empty_like(along)

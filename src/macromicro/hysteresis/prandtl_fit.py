@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis.prandtl import MOST_PLAYS, Prandtl, operator
 
 PLAYS = 16
@@ -18,67 +18,63 @@ _NEAR = 0.5
 
 
 class PrandtlFit(NamedTuple):
-    """An operator and how it fits.
+    """An operator and how it fits."""
 
-    Attributes
-    ----------
-    operator : Prandtl
-        Rate-independent.
-    outputs : ndarray, shape (n,)
-        What it gives along the recording's input.
-    known : int
-        First sample that counts: before it the output depends on a past that was not recorded.
-    fitted : int
-        First sample that was not fitted to.
-    rms : float
-        Residual from `known` to `fitted`, unit of the output.
-    held_rms : float
-        Residual from `fitted` on.
-    """
-
-    operator: Prandtl
-    outputs: Array
+    operator: Prandtl  #: rate-independent
+    outputs: Array  #: model output along the recording's input
+    #: first sample that counts: before it the output depends on a past that was not recorded
     known: int
-    fitted: int
-    rms: float
-    held_rms: float
+    fitted: int  #: first sample that was not fitted to
+    rms: float  #: residual from `known` to `fitted`, unit of the output
+    held_rms: float  #: residual from `fitted` on
 
 
 def spaced(u: npt.ArrayLike, plays: int = PLAYS) -> Array:
     """Thresholds at equal steps from 0 to below half the input's range.
 
-    A play of half the range or more never moves while the input stays within it.
+    A play of half the range or more never moves.
 
     Parameters
     ----------
     u : array_like, shape (n,)
         Input.
     plays : int, optional
-        How many, the one without a threshold included.
+        Number, including the one without a threshold.
 
     Returns
     -------
     ndarray, shape (plays,)
         Unit of the input.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis.prandtl_fit import spaced
+    >>> spaced([0.0, 100.0, 20.0], plays=5).tolist()  # V
+    [0.0, 10.0, 20.0, 30.0, 40.0]
     """
     extent = float(np.ptp(np.asarray(u, dtype=np.float64)))
     return np.asarray(0.5 * extent * np.arange(plays) / plays, dtype=np.float64)
 
 
 def moved(u: Array, thresholds: Array) -> Array:
-    """Where plays stand along an input that begins with no past.
+    """Positions of plays along an input without past.
 
     Parameters
     ----------
-    u : ndarray, shape (n,)
-        Input.
-    thresholds : ndarray, shape (k,)
-        Unit of the input.
+    u, thresholds : ndarray, shapes (n,) and (k,)
+        Input, and thresholds in its unit.
 
     Returns
     -------
     ndarray, shape (n, k)
         Unit of the input.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.hysteresis.prandtl_fit import moved
+    >>> moved(np.array([0.0, 100.0, 50.0]), np.array([0.0, 10.0])).tolist()
+    [[0.0, 0.0], [100.0, 90.0], [50.0, 60.0]]
     """
     low, high = u[:, None] - thresholds, u[:, None] + thresholds
     y = np.empty_like(low)
@@ -113,6 +109,15 @@ def fit(
     InputError
         An option outside its range, unequal lengths, NaN, a constant input, an input that never
         comes back from an end of its range, or an output that does not follow the input.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.hysteresis import prandtl, prandtl_fit
+    >>> u = 50.0 - 50.0 * np.cos(np.linspace(0.0, 20.0, 401))  # V
+    >>> made = prandtl.operator(thresholds=[0.0, 12.5, 25.0, 37.5], weights=[2.0, 0.5, 0.3, 0.2])
+    >>> prandtl_fit.fit(u, prandtl.run(made, u), plays=4).operator.weights.round(3).tolist()
+    [2.0, 0.5, 0.3, 0.2]
     """
     inputs, outputs = _checked(u, f, plays, held_out)
     y = moved(inputs, spaced(inputs, plays))
@@ -140,9 +145,18 @@ def weighted(inputs: Array, outputs: Array, y: Array, plays: int, held_out: floa
 
     Raises
     ------
-    InputError
-        An input that never comes back from an end of its range, or an output that does not follow
-        it.
+    ProblemError
+        An input that never returns from an end of its range, or an output that does not follow.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.hysteresis.prandtl_fit import moved, spaced, weighted
+    >>> u = 50.0 - 50.0 * np.cos(np.linspace(0.0, 20.0, 401))
+    >>> y = moved(u, spaced(u, plays=2))
+    >>> found = weighted(u, y @ [2.0, 0.5] + 1.0, y, plays=2, held_out=0.3).operator
+    >>> found.weights.round(6).tolist(), round(found.offset, 6)
+    ([2.0, 0.5], 1.0)
     """
     from scipy.optimize import nnls
 
@@ -150,9 +164,11 @@ def weighted(inputs: Array, outputs: Array, y: Array, plays: int, held_out: floa
     known = _known(inputs, plays)
     fitted = known + round((1.0 - held_out) * (n - known))
     if fitted - known < 2 * plays or float(np.ptp(inputs[known:fitted])) < 0.1 * np.ptp(inputs):
-        found = f"{fitted - known} samples to fit after the first full stroke"
-        accepted = f"an input that goes to both ends of its range and back, {2 * plays} samples"
-        raise InputError("recording, input", found, f"{accepted} or more")
+        raise ProblemError(
+            "recording, input",
+            f"only {fitted - known} samples remain to fit after the first full stroke",
+            f"Move the input to both ends of its range and back, {2 * plays} samples or more.",
+        )
     thresholds = spaced(inputs, plays)
     # Two more columns, for an offset of either sign. The triangle of the orthogonal factors has
     # the same solution and a row a play instead of a row a sample.
@@ -163,10 +179,11 @@ def weighted(inputs: Array, outputs: Array, y: Array, plays: int, held_out: floa
     found, _ = nnls(r, q.T @ outputs[known:fitted], maxiter=100 * columns.shape[1])
     weights, offset = found[:plays] / scale, float(found[plays] - found[plays + 1])
     if not weights[0] > 0.0:
-        raise InputError(
-            "recording, output", "no part that follows the input at once", "an output that rises "
-            "whenever the input rises (turn the sign of one of them)",
-        )  # fmt: skip
+        raise ProblemError(
+            "recording, output",
+            "no part of the output follows the input at once",
+            "Turn the sign of one of them, so that both rise together.",
+        )
     found_operator = operator(thresholds, weights, offset)
     predicted = offset + y @ weights
     error = predicted - outputs
@@ -186,7 +203,6 @@ def _known(u: Array, plays: int) -> int:
 def _checked(
     u: npt.ArrayLike, f: npt.ArrayLike, plays: int, held_out: float
 ) -> tuple[Array, Array]:
-    """Input and output as vectors of one length; options within their range."""
     if not 2 <= plays <= MOST_PLAYS:
         raise InputError("Prandtl-Ishlinskii, plays", plays, f"2 to {MOST_PLAYS}")
     if not 0.0 <= held_out <= 0.9:
@@ -196,7 +212,11 @@ def _checked(
         found = f"shapes {inputs.shape} and {outputs.shape}"
         raise InputError("recording", found, "two equally long lists of numbers, 4 or more")
     if not (np.all(np.isfinite(inputs)) and np.all(np.isfinite(outputs))):
-        raise InputError("recording", "NaN or infinity", "finite numbers")
+        raise ProblemError("recording", "a value is NaN or infinite", "Remove or repair it.")
     if np.ptp(inputs) == 0.0:
-        raise InputError("recording, input", f"constant at {inputs[0]:g}", "an input that moves")
+        raise ProblemError(
+            "recording, input",
+            f"the input is constant at {inputs[0]:g}",
+            "Record an input that moves.",
+        )
     return inputs, outputs

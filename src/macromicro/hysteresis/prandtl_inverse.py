@@ -1,9 +1,4 @@
-"""The inverse of a rate-independent Prandtl-Ishlinskii operator, which is one itself.
-
-On the first rising branch the output is a polygon over the input with corners at the
-thresholds. Its mirror image about the diagonal is the first rising branch of the inverse, which
-has as many plays (Kuhnen 2003).
-"""
+"""Inverse of a rate-independent Prandtl-Ishlinskii operator: the mirrored branch (Kuhnen 2003)."""
 
 from __future__ import annotations
 
@@ -15,8 +10,8 @@ from macromicro.hysteresis.prandtl import Plays, Prandtl
 def inverse(p: Prandtl) -> Prandtl:
     """The operator that undoes another one.
 
-    Its input is the other's output less its offset. Its weights beside the first are
-    0 or below, because a compensator must lead where the stage lags.
+    Its input is the other's output less its offset. Weights beside the first are 0 or below, since
+    a compensator must lead where the stage lags.
 
     Parameters
     ----------
@@ -27,6 +22,14 @@ def inverse(p: Prandtl) -> Prandtl:
     -------
     Prandtl
         Thresholds in the unit of the output, weights input per output, no offset.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis import prandtl
+    >>> from macromicro.hysteresis.prandtl_inverse import inverse
+    >>> p = prandtl.operator(thresholds=[0.0, 10.0], weights=[0.02, 0.01])  # V to um
+    >>> prandtl.run(inverse(p), prandtl.run(p, [100.0, 30.0])).round(6).tolist()  # V
+    [100.0, 30.0]
     """
     total = np.cumsum(p.weights)
     # r'_i = sum over j <= i of w_j (r_i - r_j).
@@ -43,15 +46,22 @@ def undone(p: Prandtl, s: Plays) -> Plays:
 
     Parameters
     ----------
-    p : Prandtl
-        The operator, not its inverse.
-    s : Plays
-        Its state.
+    p, s : Prandtl, Plays
+        The operator (not its inverse) and its state.
 
     Returns
     -------
     Plays
         State of `inverse(p)`; its array is its own.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis import prandtl
+    >>> from macromicro.hysteresis.prandtl_inverse import inverse, undone
+    >>> p = prandtl.operator(thresholds=[0.0, 10.0], weights=[0.02, 0.01])
+    >>> start = undone(p, prandtl.relaxed(p, u=50.0))  # both begin at 50 V
+    >>> prandtl.run(inverse(p), [1.5], start).round(6).tolist()  # 1.5 um belong to 50 V
+    [50.0]
     """
     # y'_i = sum over j <= i of w_j y_i + sum over j > i of w_j y_j.
     below = np.cumsum(p.weights)

@@ -12,39 +12,17 @@ from macromicro.hysteresis.prandtl import Prandtl, operator
 
 
 class Loop(NamedTuple):
-    """A cycle from one end of a span of the input to the other and back, slowly.
+    """A slow cycle from one end of an input span to the other and back."""
 
-    Attributes
-    ----------
-    stroke : float
-        From end to end, unit of the output.
-    width : float
-        Between both branches in the middle of the span, unit of the output.
-    """
-
-    stroke: float
-    width: float
+    stroke: float  # from end to end, unit of the output
+    width: float  # between both branches in the middle of the span, unit of the output
 
 
 def measured(thresholds: Array, weights: Array, span: float) -> Loop:
     """The loop over a span, wherever it lies.
 
-    Between the ends -A and A a play of threshold r < A moves by 2 (A - r), and its two branches
-    are 2 min(r, A - r) apart in the middle.
-
-    Parameters
-    ----------
-    thresholds : ndarray, shape (n,)
-        Unit of the input.
-    weights : ndarray, shape (n,)
-        Output per input.
-    span : float
-        2 A, unit of the input.
-
-    Returns
-    -------
-    Loop
-        Unit of the output.
+    Between the ends -A and A a play of threshold r < A moves by 2 (A - r), and its two branches are
+    2 min(r, A - r) apart in the middle.
     """
     left = np.maximum(0.5 * span - thresholds, 0.0)
     stroke = float(np.sum(2.0 * weights * left))
@@ -52,33 +30,7 @@ def measured(thresholds: Array, weights: Array, span: float) -> Loop:
 
 
 def shaped(loop: Loop, span: float, spread: float, plays: int, widening: float = 0.0) -> Prandtl:
-    """The operator with a given loop and weights w_0 and b exp(-r / (spread span)).
-
-    Thresholds stand at equal steps from 0 to below half the span.
-
-    Parameters
-    ----------
-    loop : Loop
-        Stroke and width over the span.
-    span : float
-        Unit of the input.
-    spread : float
-        Share of the span over which the weights fall to 1/e.
-    plays : int
-        How many, the one without a threshold included.
-    widening : float, optional
-        Of the thresholds with the rate, s.
-
-    Returns
-    -------
-    Prandtl
-        No offset.
-
-    Raises
-    ------
-    InputError
-        A loop too wide for that shape: nothing would be left that follows at once.
-    """
+    """The operator with a given loop and weights w_0 and b exp(-r / (spread span))."""
     r = 0.5 * span * np.arange(plays) / plays
     shape = np.exp(-r / (spread * span))
     shape[0] = 0.0

@@ -1,12 +1,9 @@
-"""A loop that depends on how fast it is run through: play operators that widen, and a lag behind.
+"""A rate-dependent loop: play operators that widen, followed by a lag.
 
     f = offset + sum over i of w_i y_i,   y_i a play of threshold r_i + widening |du/dt|,
     lag df'/dt + f' = f
 
-Widening makes the loop wider with the rate (Al Janaideh, Su and Rakheja 2009), the lag, a
-relaxation of first order, turns and narrows it (Mayergoyz, Mathematical Models of Hysteresis,
-section 2.7, has the like for Preisach). Both are searched, the weights follow from each pair by
-least squares.
+Al Janaideh, Su and Rakheja 2009; Mayergoyz, Mathematical Models of Hysteresis, section 2.7.
 """
 
 from __future__ import annotations
@@ -32,25 +29,13 @@ _BETTER = 0.02  # by this part what is held out must be predicted better
 
 
 class RateFit(NamedTuple):
-    """What `fit` found.
-
-    Attributes
-    ----------
-    fit : PrandtlFit
-        The operator, with its widening, and its outputs behind the lag.
-    lag : float
-        s.
-    still : PrandtlFit
-        The same without rate dependence.
-    """
-
-    fit: PrandtlFit
-    lag: float
-    still: PrandtlFit
+    fit: PrandtlFit  # the operator, with its widening, and its outputs behind the lag
+    lag: float  # s
+    still: PrandtlFit  # the same without rate dependence
 
     @property
     def better(self) -> bool:
-        """Whether it predicts what was held out at least 2 % better than without."""
+        """Whether it predicts held-out data at least 2 % better than without."""
         return self.fit.held_rms < (1.0 - _BETTER) * self.still.held_rms
 
 
@@ -58,23 +43,7 @@ class RateFit(NamedTuple):
 def widened(
     u: Array, thresholds: Array, widening: float, keep: float, dt: float, out: Array
 ) -> None:
-    """Where plays that widen stand, behind the lag, along an input that begins with no past.
-
-    Parameters
-    ----------
-    u : ndarray, shape (n,)
-        Input.
-    thresholds : ndarray, shape (k,)
-        Unit of the input, the first one 0.
-    widening : float
-        s.
-    keep : float
-        Share of the past that the lag leaves after a sample, exp(-dt / lag).
-    dt : float
-        Sample time, s.
-    out : ndarray, shape (n, k)
-        Written into.
-    """
+    """Widening plays behind the lag, along an input without past."""
     for i in range(len(thresholds)):
         y = u[0]
         late = u[0]
@@ -91,29 +60,7 @@ def widened(
 def fit(
     u: npt.ArrayLike, f: npt.ArrayLike, dt: float, plays: int = PLAYS, held_out: float = 0.3
 ) -> RateFit:
-    """Weights, widening and lag that fit a recording.
-
-    Parameters
-    ----------
-    u, f : array_like, shape (n,)
-        Input and output over time.
-    dt : float
-        Sample time, s.
-    plays : int, optional
-        How many, 2 to 200.
-    held_out : float, optional
-        Share of the recording, at its end, that is predicted and not fitted to.
-
-    Returns
-    -------
-    RateFit
-        With the fit without rate dependence beside it.
-
-    Raises
-    ------
-    InputError
-        As `prandtl_fit.fit`; a sample time that is not above 0.
-    """
+    """Weights, widening and lag of a recording."""
     from scipy.optimize import minimize
 
     if not (dt > 0.0 and math.isfinite(dt)):
@@ -136,7 +83,7 @@ def fit(
         return widening, lag
 
     def missed(log: Array) -> float:
-        """RMS over some of the samples, enough to find the two by."""
+        """RMS over some of the samples, for the search."""
         moved(log)
         rows = y[thin][still.known // (thin.step or 1) + 1 :]
         left = outputs[thin][still.known // (thin.step or 1) + 1 :]
@@ -159,7 +106,7 @@ def _kept(dt: float, lag: float) -> float:
 
 
 def _from(log: Array, widest: float, longest: float) -> tuple[float, float]:
-    """Widening and lag of a point of the search, none below a thousandth of what they may be."""
+    """Widening and lag of a search point, none below a thousandth of its maximum."""
     found = []
     for value, most in zip(log, (widest, longest), strict=True):
         size = most * math.exp(min(float(value), 0.0))
@@ -168,24 +115,7 @@ def _from(log: Array, widest: float, longest: float) -> tuple[float, float]:
 
 
 def run(p: prandtl.Prandtl, lag: float, inputs: npt.ArrayLike, dt: float) -> Array:
-    """Outputs along inputs that begin with no past.
-
-    Parameters
-    ----------
-    p : Prandtl
-        The operator.
-    lag : float
-        s.
-    inputs : array_like, shape (n,)
-        Unit of the input.
-    dt : float
-        Sample time, s.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Unit of the output.
-    """
+    """Outputs along inputs without past."""
     u = np.ascontiguousarray(inputs, np.float64)
     y = np.empty((len(u), len(p.thresholds)))
     compiled(widened)(u, p.thresholds, p.widening, _kept(dt, lag), dt, y)

@@ -1,4 +1,4 @@
-"""The Preisach model (2.11) of a table, in the user's units: forward, and back again."""
+"""The Preisach model (2.11) of a table, in the user's units: forward and inverse."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
+from macromicro.hysteresis._live import as_rows, flat, live_advance
 from macromicro.hysteresis.everett import Everett
 from macromicro.hysteresis.invert import follow, follow_inverse, invert, maximum_for
-from macromicro.hysteresis.live import as_rows, flat, live_advance
 from macromicro.hysteresis.memory import AT_DOWN, DOWN, UP, Memory, peek
 from macromicro.hysteresis.shape import cells
 from macromicro.hysteresis.table import FodTable
@@ -25,28 +25,18 @@ WORTH_COMPILING = 2000
 
 
 class Inverse(NamedTuple):
-    """The input for a target.
+    """The input for a target."""
 
-    Attributes
-    ----------
-    u : float
-        Unit of the input.
-    f : float
-        The output that it gives.
-    error : float
-        Output less target.
-    """
-
-    u: float
-    f: float
-    error: float
+    u: float  #: unit of the input
+    f: float  #: the output that it gives
+    error: float  #: output less target
 
 
 class Preisach:
     """A hysteretic element with the density of `table` and a memory of its input's past (2.11).
 
     Starts in negative saturation at the table's lowest input. Inputs beyond the table count as its
-    ends. The stack of reversals grows as the input needs it.
+    ends.
 
     Parameters
     ----------
@@ -57,6 +47,15 @@ class Preisach:
     ------
     InputError
         `table` is neither a `FodTable` nor an `Everett` table.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.hysteresis import Preisach, from_density
+    >>> table = from_density(lambda alpha, beta: np.ones_like(alpha), lo=0.0, step=1.0, n=11)
+    >>> element = Preisach(table)
+    >>> [round(element.step(u), 6) for u in (8.0, 2.0)]
+    [0.64, 0.28]
     """
 
     def __init__(self, table: FodTable | Everett) -> None:
@@ -81,20 +80,18 @@ class Preisach:
         self.reset()
 
     def _hold(self, corners: Array) -> None:
-        """Use `corners` as the stack, row 0 in negative saturation."""
         corners[0] = (math.inf, -math.inf, self._base, self._base)
         self._corners = corners
         self._stack = flat(corners)
         self._full = corners.shape[0] - 1
 
     def _grow(self) -> None:
-        """A stack of twice the size with the same corners in it."""
         larger = np.zeros((2 * self._full + 1, 4))
         larger[: self._full + 1] = self._corners
         self._hold(larger)
 
     def _memory(self) -> Memory:
-        """The state for the kernels, with room in the stack for one more move."""
+        """The state for the kernels, with room for one more move."""
         if self._pairs >= self._full:
             self._grow()
         return Memory(self._corners, self._pairs, self._u)
@@ -112,10 +109,9 @@ class Preisach:
     def reset(self, start: Start = "negative") -> None:
         """Forget the past: both saturations, or the demagnetised state at mid-input.
 
-        The demagnetised state is that after a decaying swing about the middle of the table, grid
-        line by grid line, with as many relays up as down on either side of the anti-diagonal of the
-        Preisach plane. For a swing about another input, give the table `limits` that are symmetric
-        about it.
+        The demagnetised state follows a decaying swing about the middle of the table, with as many
+        relays up as down on either side of the anti-diagonal of the Preisach plane. For a swing
+        about another input, give the table `limits` that are symmetric about it.
 
         Parameters
         ----------
@@ -220,8 +216,6 @@ class Preisach:
     def inverse(self, target: float) -> Inverse:
         """The input that brings the output to `target` in one move from the present state.
 
-        Solved on the table's cells (see `invert`); the state stays as it is.
-
         Parameters
         ----------
         target : float
@@ -230,8 +224,7 @@ class Preisach:
         Returns
         -------
         Inverse
-            The error is rounding where the target is reachable, and the distance to the saturation
-            where it is not.
+            The error is rounding where the target is reachable, else the distance to saturation.
 
         Raises
         ------
@@ -245,8 +238,7 @@ class Preisach:
         return Inverse(u, f, f - target)
 
     def run_inverse(self, targets: npt.ArrayLike) -> tuple[Array, Array]:
-        """Inputs that lead the output through targets: each is found as by `inverse` and then
-        applied.
+        """Inputs that lead the output through targets, each found as by `inverse` and then applied.
 
         Parameters
         ----------
@@ -255,10 +247,8 @@ class Preisach:
 
         Returns
         -------
-        inputs : ndarray, shape (m,)
-            Unit of the table's input.
-        outputs : ndarray, shape (m,)
-            What they give, unit of the table's output.
+        inputs, outputs : ndarray, shape (m,)
+            In the units of the table.
 
         Raises
         ------
@@ -277,14 +267,10 @@ class Preisach:
     def initialise_at(self, u: float, f: float) -> None:
         """Take a state with a given input and output: on a first-order descending curve.
 
-        Many pasts lead there; this one rose from negative saturation to a single maximum.
-
         Parameters
         ----------
-        u : float
-            Unit of the table's input.
-        f : float
-            Unit of the table's output.
+        u, f : float
+            Input and output, in the units of the table.
 
         Raises
         ------
@@ -332,7 +318,9 @@ class Preisach:
             maxima = _vector(where, state["maxima"])
             minima = _vector(where, state["minima"])
         except (KeyError, TypeError):
-            raise InputError(where, "no maxima and minima", "a state that was saved") from None
+            raise ProblemError(
+                where, "maxima or minima are missing", "Give a state that was saved."
+            ) from None
         nested = (
             maxima.size == minima.size >= 1
             and np.all(np.diff(maxima) < 0.0)
@@ -342,8 +330,11 @@ class Preisach:
             and minima[0] >= self.table.lo
         )
         if not nested:
-            accepted = "equally many, maxima falling, minima rising, within the table"
-            raise InputError(where, "corners out of order", accepted)
+            raise ProblemError(
+                where,
+                "the corners are out of order",
+                "Give equally many, maxima falling, minima rising, within the table.",
+            )
         self.reset()
         for top, low in zip(maxima.tolist(), minima.tolist(), strict=True):
             self.step(top)
@@ -363,25 +354,9 @@ class Preisach:
 
 
 def demagnetising(lo: float, step: float, n: int) -> list[float]:
-    """Turning points of a swing that decays by one grid step per turn to the middle.
-
-    Maxima lie on grid lines, minima half way between them, so that the cells on the anti-diagonal
-    are left half up: no direction is favoured.
-
-    Parameters
-    ----------
-    lo : float
-        Lowest input.
-    step : float
-        From grid line to grid line, unit of the input.
-    n : int
-        Number of grid lines.
-
-    Returns
-    -------
-    list[float]
-        Maxima and minima in turn, unit of the input.
-    """
+    """Turning points of a swing that decays by one grid step per turn to the middle."""
+    # Maxima lie on grid lines, minima half way between, so cells on the anti-diagonal are left half
+    # up: no direction is favoured.
     turns: list[float] = []
     for k in range(n):
         top, low = lo + (n - 1 - k) * step, lo + (k + 0.5) * step
@@ -395,7 +370,6 @@ def demagnetising(lo: float, step: float, n: int) -> list[float]:
 
 
 def _vector(where: str, values: npt.ArrayLike) -> Array:
-    """`values` as a contiguous vector of float64 without NaN."""
     try:
         vector = np.asarray(values, dtype=np.float64, order="C")
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""Tables that obey a law: monotone ones, and ones without negative relays."""
+"""Constrained tables: monotone ones, and ones without negative relays."""
 
 from __future__ import annotations
 
@@ -14,18 +14,6 @@ _WEIGHED = (20, 60, 150)  # after these rounds the weight is adjusted
 
 
 def solver(matrix: Any) -> Any:
-    """A factorised matrix.
-
-    Parameters
-    ----------
-    matrix : Any
-        Sparse, symmetric, positive definite, shape (m, m).
-
-    Returns
-    -------
-    Any
-        A function that solves ``matrix @ x = b`` for b of shape (m,).
-    """
     from scipy.sparse.linalg import splu
 
     options = {"SymmetricMode": True}
@@ -44,33 +32,7 @@ def bounded(
     rho: float,
     rounds: int = ROUNDS,
 ) -> Array:
-    """Minimiser of x'Hx/2 - r'x under Bx + b >= 0, by alternating directions (ADMM).
-
-    x solves the problem with a copy z of Bx + b held near it, z is the copy without its negative
-    part, and the multipliers add up what they differ by.
-
-    Parameters
-    ----------
-    matrix : Any
-        H, sparse, symmetric, positive definite, shape (m, m).
-    right : ndarray, shape (m,)
-        r.
-    bound : Any
-        B, sparse, shape (k, m).
-    offset : ndarray, shape (k,)
-        b.
-    scale : float
-        Usual size of Bx + b; the bound is met to a ten-thousandth of it, or as far as `rounds` go.
-    rho : float
-        Weight that holds z to Bx + b at first; it is adjusted, only the speed depends on it.
-    rounds : int, optional
-        Of the iteration, at most.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        x.
-    """
+    """Minimiser of x'Hx/2 - r'x under Bx + b >= 0, by alternating directions (ADMM)."""
     # From the solution without bounds: what the bounds do not touch is right at once.
     z = np.maximum(bound @ solver(matrix)(right) + offset, 0.0)
     solve = solver(matrix + rho * (bound.T @ bound))
@@ -94,24 +56,13 @@ def bounded(
 
 
 def _factor(primal: float, change: float) -> float:
-    """By how much the weight should rise: both errors are to shrink alike, roughly."""
+    """Change of the weight that balances both errors."""
     ratio = primal / change if change > 0.0 else np.inf
     return 1.0 if 0.1 < ratio < 10.0 else float(min(max(ratio**0.5, 0.1), 10.0))
 
 
 def monotone_hull(values: Array) -> Array:
-    """The least table above another that is monotone, cut to its first column and last row.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n, n)
-        E, 0 on and above the diagonal.
-
-    Returns
-    -------
-    ndarray, shape (n, n)
-        Not decreasing in the row, not increasing in the column.
-    """
+    """The least monotone table above another, with its first column and last row."""
     column, row = values[:, :1].copy(), values[-1:, :].copy()
     hull = np.maximum.accumulate(np.maximum(values, 0.0), axis=0)
     hull = np.maximum.accumulate(hull[:, ::-1], axis=1)[:, ::-1]
@@ -119,21 +70,9 @@ def monotone_hull(values: Array) -> Array:
 
 
 def nonnegative_hull(values: Array) -> Array:
-    """A table without negative cells, with the first column and last row of another.
-
-    Negative cells are emptied; rows and columns are then scaled in turn until they weigh what the
-    two branches of the major loop say, to rounding where such a table exists.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n, n)
-        E, 0 on and above the diagonal.
-
-    Returns
-    -------
-    ndarray, shape (n, n)
-        All cells weigh 0 or more.
-    """
+    """A table without negative cells, with the first column and last row of another."""
+    # Negative cells are emptied; rows and columns are then scaled in turn until they match the
+    # major loop.
     weights = np.maximum(cells(values), 0.0)
     rows, columns = np.diff(values[:, 0]), -np.diff(values[-1])
     # No row or column that must weigh something is left without any cell to scale.
@@ -154,16 +93,5 @@ def _ratio(target: Array, found: Array) -> Array:
 
 
 def cells(values: Array) -> Array:
-    """Weights of the cells; the inverse of the double sum.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n, n)
-        E, 0 on and above the diagonal.
-
-    Returns
-    -------
-    ndarray, shape (n - 1, n - 1)
-        Row by alpha, column by beta; 0 above the diagonal.
-    """
+    """Weights of the cells; the inverse of the double sum."""
     return np.tril(values[1:, :-1] - values[:-1, :-1] - values[1:, 1:] + values[:-1, 1:])

@@ -12,8 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
-from macromicro.hysteresis.between import along_output
+from macromicro.errors import InputError, ProblemError
+from macromicro.hysteresis._between import along_output
+from macromicro.hysteresis._fit import branches, fitted
+from macromicro.hysteresis._stencils import Grid, numbered, readings
 from macromicro.hysteresis.curves import (
     KINDS,
     ClockwiseWarning,
@@ -23,9 +25,7 @@ from macromicro.hysteresis.curves import (
     tidy,
 )
 from macromicro.hysteresis.everett import Everett
-from macromicro.hysteresis.fit import branches, fitted
 from macromicro.hysteresis.shape import ROUNDS, cells
-from macromicro.hysteresis.stencils import Grid, numbered, readings
 
 Shape = Literal["free", "monotone", "nonnegative"]
 SHAPES = ("free", "monotone", "nonnegative")
@@ -36,70 +36,49 @@ MOST_NODES = 801
 
 
 class Misfit(NamedTuple):
-    """How far a table is from curves.
+    """How far a table is from curves."""
 
-    Attributes
-    ----------
-    rms : float
-        Unit of the output.
-    largest : float
-        Unit of the output.
-    points : int
-        How many were compared.
-    """
-
-    rms: float
-    largest: float
-    points: int
+    rms: float  #: unit of the output
+    largest: float  #: unit of the output
+    points: int  #: number compared
 
 
 @dataclass(frozen=True, eq=False)
 class FodTable:
-    """E on a uniform grid, in the unit of the output: what the Preisach model needs.
+    """E on a uniform grid, in the unit of the output, for the Preisach model.
 
     ``values[i, j]`` is ``E(u_i, u_j) = f_M - f_{M,m}`` for M = u_i, m = u_j (2.8), with ``u_i = lo
-    + i * step``. Between grid lines the relay density is constant in each cell, and cells on the
-    diagonal are relays of zero width (as in `Everett`).
+    + i * step``; cells as in `Everett`.
 
-    Attributes
-    ----------
-    lo : float
-        Lowest input of the grid.
-    step : float
-        From grid line to grid line, unit of the input.
-    values : ndarray, shape (n, n)
-        Unit of the output; 0 for i <= j.
-    f_low : float
-        Output in negative saturation.
-    kind : Kind
-        Which curves it was made from.
-    raw : tuple[tuple[Array, Array], ...]
-        The curves that it was made from as they came, pairs of shape (m,).
-    shape : Shape
-        The law that it obeys, as for `from_curves`.
-    smooth : float
-        As for `from_curves`, grid steps.
-    between : Between
-        As for `from_curves`.
+    Examples
+    --------
+    >>> from macromicro.hysteresis import FodTable, Preisach
+    >>> outer = [10.0, 5.0, 0.0], [8.0, 6.0, 0.0]  # V and um, from the reversal on
+    >>> inner = [5.0, 2.5, 0.0], [3.0, 2.0, 0.0]
+    >>> table = FodTable.from_curves([outer, inner], nodes=21)
+    >>> Preisach(table).run([5.0, 10.0, 5.0]).round(3).tolist()  # um
+    [3.0, 8.0, 6.0]
     """
 
-    lo: float
-    step: float
-    values: Array
-    f_low: float
-    kind: Kind = "descending"
+    lo: float  #: lowest input of the grid
+    step: float  #: from grid line to grid line, unit of the input
+    values: Array  #: unit of the output; 0 for i <= j
+    f_low: float  #: output in negative saturation
+    kind: Kind = "descending"  #: source curves
+    #: the curves that it was made from as they came, pairs of shape (m,)
     raw: tuple[tuple[Array, Array], ...] = field(default=(), repr=False)
-    shape: Shape = "free"
-    smooth: float = 0.0
-    between: Between = "input"
+    shape: Shape = "free"  #: the law that it obeys, as for `from_curves`
+    smooth: float = 0.0  #: as for `from_curves`, grid steps
+    between: Between = "input"  #: as for `from_curves`
 
     def __post_init__(self) -> None:
-        """Refuse what is no table at all."""
         n = math.isqrt(self.values.size)
         if n < 2 or self.values.shape != (n, n) or not np.isfinite(self.values).all():
             raise InputError("table, values", self.values.shape, "finite numbers, shape (n, n)")
         if np.any(np.triu(self.values) != 0.0):
-            raise InputError("table, values", "not 0 on or above the diagonal", "0 there")
+            raise ProblemError(
+                "table, values", "the values on or above the diagonal are not 0", "Set them to 0."
+            )
         if not (math.isfinite(self.lo) and math.isfinite(self.step) and self.step > 0.0):
             raise InputError("table, grid", (self.lo, self.step), "a finite lo, a step above 0")
         if not math.isfinite(self.f_low) or self.span == 0.0:
@@ -161,7 +140,9 @@ class FodTable:
         Raises
         ------
         InputError
-            The curves or an option are not accepted, or both ends have the same output.
+            The curves or an option are not accepted.
+        ProblemError
+            Both ends have the same output.
         """
         raw = tuple((np.array(u), np.array(f)) for u, f in _pairs(curves))
         _check(kind, shape, smooth, nodes, between)
@@ -174,13 +155,17 @@ class FodTable:
         low, span = float(rising[0]), float(rising[-1] - rising[0])
         extent = float(np.ptp(np.concatenate([curve.f for curve in used])))
         if span < 1e-3 * extent:
-            raise InputError("first-order curves", "equal outputs at both ends", "two saturations")
+            raise ProblemError(
+                "first-order curves",
+                "the output is equal at both ends",
+                "Record curves between two different saturations.",
+            )
         if abs(gap) > 0.02 * extent:
             share = 100.0 * abs(gap) / extent
-            message = f"branches end {share:.1f} % of the range apart; difference shared out"
+            message = f"branches end {share:.1f} % of the range apart; difference distributed"
             warnings.warn(message, ClosureWarning, stacklevel=2)
         if float(np.sum(falling - rising)) < 0.0:
-            message = "the loop runs clockwise: is the kind right?"
+            message = "the loop runs clockwise. Check the kind"
             warnings.warn(message, ClockwiseWarning, stacklevel=2)
         scaled = [Curve(curve.u, (curve.f - low) / span) for curve in used]
         loop = ((rising - low) / span, (falling - low) / span)
@@ -249,19 +234,16 @@ class FodTable:
     def density(self) -> Array:
         """mu in the cells [unit of output per square of the input's], (n - 1, n - 1).
 
-        Row by alpha, column by beta, NaN above the diagonal; the cells on the diagonal
-        are triangles of half the area. A density is what (2.2) integrates, with relays
-        counted from 0 to 1: half of it is the mu of relays of -1 and 1.
+        Row by alpha, column by beta, NaN above the diagonal, whose cells are triangles of half the
+        area. (2.2) integrates it with relays from 0 to 1; half of it is the mu of relays of -1 and
+        1.
         """
         area = self.step**2 * (1.0 - 0.5 * np.eye(self.n - 1))
         return np.where(np.tri(self.n - 1, dtype=bool), cells(self.values) / area, np.nan)
 
     @property
     def negative_share(self) -> float:
-        """Weight of the relays with the wrong sign, as a share of all weights' sizes.
-
-        0 for data that a Preisach model with a density of at least 0 explains exactly.
-        """
+        """Share of the relays' weight that has the wrong sign; 0 for an ideal Preisach model."""
         weights = cells(self.values) / self.span
         return float(-np.minimum(weights, 0.0).sum() / np.abs(weights).sum())
 
@@ -275,13 +257,15 @@ class FodTable:
 
         Raises
         ------
-        InputError
+        ProblemError
             A branch would turn back.
         """
         values = self.values / self.span
         slopes = np.concatenate([np.diff(values, axis=0).ravel(), -np.diff(values, axis=1).ravel()])
         if np.min(slopes) < -1e-12:
-            raise InputError("table", "not monotone", "a table made with shape='monotone'")
+            raise ProblemError(
+                "table", "the table is not monotone", "Make it with shape='monotone'."
+            )
         return Everett(self.lo, self.step, self.n, values)
 
     def curve(self, start: float, inputs: npt.ArrayLike, kind: Kind | None = None) -> Array:
@@ -347,7 +331,6 @@ class FodTable:
 def _pairs(
     curves: Iterable[tuple[npt.ArrayLike, npt.ArrayLike]],
 ) -> list[tuple[npt.ArrayLike, npt.ArrayLike]]:
-    """The curves as a list of pairs."""
     listed = list(curves)
     for k, pair in enumerate(listed):
         if not isinstance(pair, tuple | list) or len(pair) != 2:
@@ -356,7 +339,6 @@ def _pairs(
 
 
 def _check(kind: str, shape: str, smooth: float, nodes: int, between: str = "input") -> None:
-    """Refuse options outside their range."""
     if kind not in KINDS:
         raise InputError("first-order curves, kind", kind, "'descending' or 'ascending'")
     if shape not in SHAPES:
@@ -370,7 +352,7 @@ def _check(kind: str, shape: str, smooth: float, nodes: int, between: str = "inp
 
 
 def _grid(curves: list[Curve], sign: float, nodes: int, limits: tuple[float, float] | None) -> Grid:
-    """The grid over the data, or over `limits` (in the user's direction) that hold them."""
+    """The grid over the data, or over `limits` in the user's direction."""
     lo = min(float(curve.u[-1]) for curve in curves)
     hi = max(float(curve.u[0]) for curve in curves)
     if limits is not None:

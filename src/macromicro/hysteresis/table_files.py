@@ -1,11 +1,9 @@
-"""Tables of first-order curves on disk: HDF5 with the raw curves, or CSV to look at.
+"""Tables of first-order curves on disk: HDF5 with the raw curves, or CSV.
 
-HDF5: dataset `values` (n, n), dataset `inputs` (n,), attributes `format`, `lo`, `step`,
-`f_low`, `kind`, `shape`, `smooth`, `between`, and the raw curves as `raw/0000`, `raw/0001`, ...,
-shape (m, 2) each.
-
-CSV: the lookup table of Figure 5.8. First row the inputs m_j, first column the inputs
-M_i, in between f_{M,m}, empty for m > M. A comment line above names grid and kind.
+HDF5: datasets `values` (n, n) and `inputs` (n,), attributes `format`, `lo`, `step`, `f_low`,
+`kind`, `shape`, `smooth`, `between`, raw curves `raw/0000`, ..., shape (m, 2). CSV: Figure 5.8 with
+the inputs m_j in the first row, M_i in the first column, f_{M,m} between, empty for m > M; a
+comment line with grid and kind above.
 """
 
 from __future__ import annotations
@@ -19,9 +17,9 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis.table import MOST_NODES, FodTable
-from macromicro.schema.text import printable, read_text
+from macromicro.schema.text import printable, read_text, write_text
 
 FORMAT = "macromicro first-order curves 1"
 _WHAT = "a table of first-order curves (.h5, .hdf5 or .csv)"
@@ -42,22 +40,38 @@ def save_table(table: FodTable, path: str | Path) -> None:
     Raises
     ------
     InputError
-        Another ending, or a place that cannot be written.
+        Another ending.
+    ProblemError
+        The file cannot be written.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from macromicro.hysteresis import FodTable, from_density
+    >>> from macromicro.hysteresis.table_files import load_table, save_table
+    >>> table = FodTable.from_everett(from_density([[1.0, 0.0], [1.0, 1.0]], lo=0.0, step=5.0, n=3))
+    >>> with TemporaryDirectory() as folder:
+    ...     save_table(table, f"{folder}/curves.h5")
+    ...     load_table(f"{folder}/curves.h5").hi
+    10.0
     """
     file = Path(path)
     ending = _ending(file)
     try:
         if ending == ".csv":
-            file.write_text(_csv_text(table), encoding="utf-8")
+            write_text(file, _csv_text(table))
         else:
             _write_hdf5(table, file)
     except OSError as error:
-        found = error.strerror or "cannot be written"
-        raise InputError(printable(file, 300), found, "a file that can be written") from None
+        raise ProblemError(
+            printable(file, 300),
+            f"the file cannot be written: {error.strerror or error}",
+            "Choose another place.",
+        ) from None
 
 
 def load_table(path: str | Path) -> FodTable:
-    """Read what `save_table` wrote, or a CSV table in its layout made elsewhere.
+    r"""Read what `save_table` wrote, or a CSV table in its layout made elsewhere.
 
     Parameters
     ----------
@@ -72,14 +86,25 @@ def load_table(path: str | Path) -> FodTable:
     Raises
     ------
     InputError
-        Names the file, the line of a CSV, and what is wrong there.
+        Names the file, the line of a CSV, and the error.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from macromicro.hysteresis.table_files import load_table
+    >>> with TemporaryDirectory() as folder:
+    ...     text = "M,0,5,10\n0,0,,\n5,0,3,\n10,0,6,8\n"  # heading and first column in V, else um
+    ...     written = Path(folder, "curves.csv").write_text(text)
+    ...     load_table(Path(folder, "curves.csv")).major_loop[2].tolist()  # the falling branch
+    [0.0, 6.0, 8.0]
     """
     file = Path(path)
     return _read_csv(file) if _ending(file) == ".csv" else _read_hdf5(file)
 
 
 def read_curves(path: str | Path) -> list[tuple[Array, Array]]:
-    """First-order curves from a CSV file of three columns: curve, input, output.
+    r"""First-order curves from a CSV file of three columns: curve, input, output.
 
     Rows of one curve share the name in the first column and need not stand together. A first row
     without numbers is taken as the heading. Empty cells and "nan" become NaN, which
@@ -98,7 +123,19 @@ def read_curves(path: str | Path) -> list[tuple[Array, Array]]:
     Raises
     ------
     InputError
-        Names file and line of what is not accepted.
+        A line that is not accepted.
+    ProblemError
+        A file without rows.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from macromicro.hysteresis.table_files import read_curves
+    >>> with TemporaryDirectory() as folder:
+    ...     written = Path(folder, "all.csv").write_text("1,10,8\n1,0,0\n2,5,3\n2,0,0\n")
+    ...     [u.tolist() for u, f in read_curves(Path(folder, "all.csv"))]
+    [[10.0, 0.0], [5.0, 0.0]]
     """
     file = Path(path)
     where = printable(file, 300)
@@ -117,7 +154,7 @@ def read_curves(path: str | Path) -> list[tuple[Array, Array]]:
             shown = printable(",".join(row))
             raise InputError(f"{where}, line {number}", shown, "curve, input, output") from None
     if not found:
-        raise InputError(where, "no rows", "rows of curve, input, output")
+        raise ProblemError(where, "the file has no rows", "Give rows of curve, input, output.")
     arrays = [np.array(points) for points in found.values()]
     return [(points[:, 0].copy(), points[:, 1].copy()) for points in arrays]
 
@@ -147,7 +184,7 @@ def _read_hdf5(file: Path) -> FodTable:
 
     where = printable(file, 300)
     if not file.is_file():
-        raise InputError(where, "no such file", _WHAT)
+        raise ProblemError(where, "no such file", f"Name {_WHAT}.")
     try:
         with h5py.File(file, "r") as store:
             said = store.attrs.get("format", "no format")
@@ -161,9 +198,13 @@ def _read_hdf5(file: Path) -> FodTable:
                 raise KeyError(f"no attribute {missing[0]}")
             values = np.asarray(store["values"], dtype=np.float64)
     except (OSError, KeyError, TypeError, ValueError) as error:
-        raise InputError(where, printable(error, 120), _WHAT) from None
+        raise ProblemError(
+            where, f"the file cannot be read: {printable(error, 120)}", f"Name {_WHAT}."
+        ) from None
     if any(points.ndim != 2 or points.shape[1] != 2 for points in raw):
-        raise InputError(f"{where}, raw", "another shape", "curves of shape (m, 2)")
+        raise ProblemError(
+            f"{where}, raw", "a curve has another shape than (m, 2)", "Save the table again."
+        )
     return FodTable(
         float(kept["lo"]),
         float(kept["step"]),
@@ -178,7 +219,6 @@ def _read_hdf5(file: Path) -> FodTable:
 
 
 def _csv_text(table: FodTable) -> str:
-    """The table as text; every number so that it reads back as itself."""
     settings = ",".join(f"{name}={getattr(table, name)}" for name in _ATTRIBUTES)
     lines = [f"# {FORMAT},{settings}"]
     grid = table.grid.tolist()
@@ -209,11 +249,13 @@ def _read_csv(file: Path) -> FodTable:
         line = f"{where}, row {i + 1}"
         first_order[i, : i + 1] = _numbers(row[1 : i + 2], line)
         if any(cell.strip() for cell in row[i + 2 :]):
-            raise InputError(line, "a value for m > M", "nothing there")
+            raise ProblemError(line, "there is a value for m > M", "Leave these cells empty.")
         if abs(_numbers(row[:1], line)[0] - grid[i]) > 1e-6 * abs(step):
             raise InputError(line, row[0], f"M = {grid[i]:g}, as in the heading")
     if not (step > 0.0 and np.all(np.abs(np.diff(grid) - step) < 1e-6 * step)):
-        raise InputError(f"{where}, inputs", "uneven or falling", "inputs at equal steps, rising")
+        raise ProblemError(
+            f"{where}, inputs", "the inputs do not rise in equal steps", "Resample the table."
+        )
     below = np.tri(n, k=-1, dtype=bool)
     values = np.where(below, np.diag(first_order)[:, None] - first_order, 0.0)
     return FodTable(
@@ -230,7 +272,6 @@ def _read_csv(file: Path) -> FodTable:
 
 
 def _numbers(cells: list[str], where: str) -> npt.NDArray[np.float64]:
-    """The cells as finite numbers."""
     for cell in cells:
         try:
             good = math.isfinite(float(cell))
@@ -242,7 +283,7 @@ def _numbers(cells: list[str], where: str) -> npt.NDArray[np.float64]:
 
 
 def _number(settings: dict[str, str], name: str, default: float) -> float:
-    """A setting of the comment line that agrees with what the table says."""
+    """A setting of the comment line, checked against the table."""
     try:
         value = float(settings[name])
     except (KeyError, ValueError):

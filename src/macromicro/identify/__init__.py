@@ -1,7 +1,4 @@
-"""Identification from recordings. It reads what a rig shows, never the bench's parameters.
-
-The names below are loaded when they are first used.
-"""
+"""Identification from recordings only; the bench's parameters are never read."""
 
 from typing import TYPE_CHECKING
 
@@ -37,6 +34,9 @@ if TYPE_CHECKING:
     from macromicro.identify.notices import RestWarning as RestWarning
     from macromicro.identify.notices import SaturationWarning as SaturationWarning
     from macromicro.identify.notices import UnstableWarning as UnstableWarning
+    from macromicro.identify.play_operators import Loop as Loop
+    from macromicro.identify.play_operators import load_plays as load_plays
+    from macromicro.identify.play_operators import plays as plays
     from macromicro.identify.records import average_runs as average_runs
     from macromicro.identify.records import differentiated as differentiated
     from macromicro.identify.records import integrated as integrated
@@ -57,6 +57,7 @@ _HOMES = {
     "Filtering": "driven",
     "KINDS": "kinds",
     "LinearFit": "linear_fit",
+    "Loop": "play_operators",
     "Result": "result",
     "ResampledWarning": "notices",
     "RestWarning": "notices",
@@ -78,9 +79,11 @@ _HOMES = {
     "gls": "equation_error",
     "integrated": "records",
     "least_squares": "equation_error",
+    "load_plays": "play_operators",
     "lowpassed": "records",
     "mls": "iterated",
     "output_error": "simulation_error",
+    "plays": "play_operators",
     "simulate": "axis",
     "sriv": "iterated",
 }

@@ -1,13 +1,11 @@
-"""A motor-driven axis: mass, viscous and Coulomb friction, free run of the equation of motion.
+"""A motor-driven axis: mass, friction and a free simulation of the equation of motion.
 
     M dv/dt = F - (Fv + s Fa) v - s (Fc + Fs exp(-(v/vs)^2)) - F0 - A sin x - B cos x,
     s = sgn v,  dx/dt = v
 
-F = gain u is the drive's force. At rest friction balances any force up to Fc + Fs. For a
-rotary axis read inertia, torque and angle; A and B are gravity on its eccentric load, which
-hangs at -atan2(B, A). F0 and a Coulomb level that depends on the
-direction are one and the same while the axis slides (both are a constant force per
-direction), so asymmetry is in the viscous part only.
+F = gain u is the drive's force. For a rotary axis read inertia, torque and angle; A and B are
+gravity on its eccentric load, which hangs at -atan2(B, A). Asymmetry is in the viscous part only:
+while the axis slides, F0 and a Coulomb level that depends on the direction cannot be told apart.
 """
 
 from __future__ import annotations
@@ -25,73 +23,31 @@ _SERIES = 1e-4  # of a time constant: below it a step is a series
 
 
 class Axis(NamedTuple):
-    """Parameters of the equation above, in the units of force, position and second (N and m here).
+    """Parameters of the equation above, in the units of force, position and second (N, m)."""
 
-    Attributes
-    ----------
-    mass : float
-        M, N s2/m = kg.
-    viscous : float
-        Fv, N s/m.
-    coulomb : float
-        Fc, N.
-    offset : float
-        F0, N.
-    asymmetry : float
-        Fa, N s/m: viscous friction is Fv + Fa forwards, Fv - Fa backwards.
-    stribeck : float
-        Fs, N.
-    stribeck_speed : float
-        vs, m/s.
-    lag : float
-        Time by which the force acts late, s.
-    limit : float
-        Greatest force that the drive's current gives, N. At a speed the drive can be asked for as
-        much more as back-EMF takes there, `back` Fv v, before it comes to that.
-    back : float
-        Part of Fv that is back-EMF, from 0 to 1; no other than a limited force shows it.
-    sine, cosine : float
-        A and B, N m; 0 of an axis that slides, or whose load is balanced.
-    """
-
-    mass: float
-    viscous: float
-    coulomb: float = 0.0
-    offset: float = 0.0
-    asymmetry: float = 0.0
-    stribeck: float = 0.0
-    stribeck_speed: float = 1.0
-    lag: float = 0.0
+    mass: float  #: M, N s2/m = kg
+    viscous: float  #: fv, N s/m
+    coulomb: float = 0.0  #: fc, N
+    offset: float = 0.0  #: F0, N
+    asymmetry: float = 0.0  #: fa, N s/m: viscous friction is Fv + Fa forwards, Fv - Fa backwards
+    stribeck: float = 0.0  #: fs, N
+    stribeck_speed: float = 1.0  #: vs, m/s
+    lag: float = 0.0  #: time by which the force acts late, s
+    #: greatest force that the drive's current gives, N. At a speed the drive can be asked for as
+    #: much more as back-EMF takes there, `back` Fv v, before it comes to that
     limit: float = math.inf
+    #: part of Fv that is back-EMF, from 0 to 1; no other than a limited force shows it
     back: float = 1.0
-    sine: float = 0.0
-    cosine: float = 0.0
+    sine: float = 0.0  #: A and B, N m
+    cosine: float = 0.0  #: 0 of an axis that slides, or whose load is balanced
 
 
 @kernel
 def decay(p: Axis, direction: float, h: float) -> tuple[float, float, float]:
-    """How an axis slides in one direction while the force is held.
+    """Coefficients of a slide in one direction under a held force.
 
-    The new speed is ``keep * speed + push * force``, the distance gone ``mass * push * speed +
-    carry * force``; with c the viscous friction, 1 - e^(-c h/M) = c push and c carry = h - M push.
-
-    Parameters
-    ----------
-    p : Axis
-        Parameters of the axis.
-    direction : float
-        1 or -1.
-    h : float
-        Time, s.
-
-    Returns
-    -------
-    keep : float
-        Share of the speed that is left.
-    push : float
-        Speed per force, m/s/N.
-    carry : float
-        Distance per force, m/N.
+    The new speed is ``keep * speed + push * force``, the distance ``mass * push * speed + carry *
+    force``; with c the viscous friction, 1 - e^(-c h/M) = c push and c carry = h - M push.
     """
     c = p.viscous + direction * p.asymmetry
     z = c * h / p.mass
@@ -106,22 +62,7 @@ def decay(p: Axis, direction: float, h: float) -> tuple[float, float, float]:
 
 @kernel
 def stopping(p: Axis, v: float, net: float) -> float:
-    """The time in which a held force brings the axis to rest.
-
-    Parameters
-    ----------
-    p : Axis
-        Parameters of the axis.
-    v : float
-        Speed, m/s.
-    net : float
-        Force with friction's level, against the speed and other than 0, N.
-
-    Returns
-    -------
-    float
-        s; M/c ln(1 - c v / net).
-    """
+    """Time in which a held force brings the axis to rest."""
     c = p.viscous + (p.asymmetry if v > 0.0 else -p.asymmetry)
     z = -c * v / net
     return -p.mass * v / net * (math.log1p(z) / z if z > 1e-12 else 1.0)
@@ -129,22 +70,7 @@ def stopping(p: Axis, v: float, net: float) -> float:
 
 @kernel
 def breakaway(most: float, fades: float, v: float) -> float:
-    """Stribeck's friction: what a slow axis has beside Coulomb's, Fs exp(-(v/vs)^2).
-
-    Parameters
-    ----------
-    most : float
-        Fs, at rest, N.
-    fades : float
-        vs, m/s; not 0 where there is such friction.
-    v : float
-        Speed, m/s.
-
-    Returns
-    -------
-    float
-        N.
-    """
+    """Stribeck friction in excess of Coulomb friction, Fs exp(-(v/vs)^2)."""
     if most == 0.0:
         return 0.0
     ratio = v / fades
@@ -153,49 +79,16 @@ def breakaway(most: float, fades: float, v: float) -> float:
 
 @kernel
 def level(p: Axis, v: float) -> float:
-    """Friction that does not grow with the speed: Coulomb's and Stribeck's.
-
-    Parameters
-    ----------
-    p : Axis
-        Parameters of the axis.
-    v : float
-        Speed, m/s.
-
-    Returns
-    -------
-    float
-        N, from 0.
-    """
+    """Coulomb and Stribeck friction at a speed."""
     return p.coulomb + breakaway(p.stribeck, p.stribeck_speed, v)
 
 
 @kernel
 def step(p: Axis, v: float, pull: float, h: float) -> tuple[float, float]:
-    """New speed and distance after a time under a held force.
-
-    Exact while the axis slides in one direction (Stribeck's level taken at the mean of the first
-    and the last speed). A reversal is split at the moment of zero speed, so that the result is
-    continuous in the parameters.
-
-    Parameters
-    ----------
-    p : Axis
-        Parameters of the axis.
-    v : float
-        Speed, m/s.
-    pull : float
-        Force less what pulls beside friction, N.
-    h : float
-        Time, s.
-
-    Returns
-    -------
-    v : float
-        New speed, m/s.
-    moved : float
-        Distance, m.
-    """
+    """New speed and distance after a time under a held force."""
+    # Exact while the axis slides in one direction (Stribeck's level at the mean of the first and
+    # the last speed). A reversal is split at zero speed, so the result is continuous in the
+    # parameters.
     moved = 0.0
     if v != 0.0:
         side = 1.0 if v > 0.0 else -1.0
@@ -226,48 +119,14 @@ def step(p: Axis, v: float, pull: float, h: float) -> tuple[float, float]:
 
 @kernel
 def given(p: Axis, force: float, v: float) -> float:
-    """What the drive gives of a force that is asked for: its current and back-EMF limit it.
-
-    Parameters
-    ----------
-    p : Axis
-        Parameters of the axis.
-    force : float
-        Asked for, N.
-    v : float
-        Speed, m/s.
-
-    Returns
-    -------
-    float
-        N.
-    """
+    """Force of the drive within its limits of current and back-EMF."""
     emf = p.back * p.viscous * v
     return min(max(force, emf - p.limit), emf + p.limit)
 
 
 @kernel
 def acting(p: Axis, force: float, x: float, v: float, h: float) -> float:
-    """What of a force that is asked for is left for friction and acceleration.
-
-    Parameters
-    ----------
-    p : Axis
-        Parameters of the axis.
-    force : float
-        Asked for, N.
-    x : float
-        Position, m, or rad.
-    v : float
-        Speed, m/s.
-    h : float
-        Time that is to come, s: gravity acts as in the middle of it.
-
-    Returns
-    -------
-    float
-        N.
-    """
+    """Drive force less the load's, before friction and acceleration."""
     pull = given(p, force, v) - p.offset
     if p.sine == 0.0 and p.cosine == 0.0:
         return pull
@@ -277,23 +136,7 @@ def acting(p: Axis, force: float, x: float, v: float, h: float) -> float:
 
 @kernel
 def free_run(p: Axis, force: Array, x: float, v: float, h: float, out: Array) -> None:
-    """Positions from a state under a force, as a kernel.
-
-    Parameters
-    ----------
-    p : Axis
-        Parameters of the axis.
-    force : ndarray, shape (n,)
-        N, held for `h` each.
-    x : float
-        Position at the start, m.
-    v : float
-        Speed at the start, m/s.
-    h : float
-        Sample time, s.
-    out : ndarray, shape (n,)
-        Positions are written here, m.
-    """
+    """Positions from a state under a force, as a kernel."""
     for k in range(len(out)):
         out[k] = x
         v, gone = step(p, v, acting(p, force[k], x, v, h), h)
@@ -301,22 +144,7 @@ def free_run(p: Axis, force: Array, x: float, v: float, h: float, out: Array) ->
 
 
 def late(force: Array, samples: float) -> Array:
-    """A held input some time later, also by parts of a sample.
-
-    What acts within one sample is the mean of the two values that fall into it.
-
-    Parameters
-    ----------
-    force : ndarray, shape (n,)
-        Held for a sample each.
-    samples : float
-        By how many samples it is late, from 0.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        With the first value of `force` before it.
-    """
+    """A held input delayed by a time, which may be a fraction of a sample."""
     if samples == 0.0:
         return force
     samples = min(samples, float(len(force)))  # later, nothing of it is seen
@@ -347,6 +175,14 @@ def simulate(p: Axis, force: npt.ArrayLike, dt: float, x: float = 0.0, v: float 
     -------
     ndarray, shape (n,)
         Positions at the start of each sample, m.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.identify import Axis, simulate
+    >>> axis = Axis(mass=2.0, viscous=0.0, coulomb=1.0)  # kg, N s/m, N
+    >>> simulate(axis, np.full(5, 5.0), dt=0.5)  # m, under 5 N
+    array([0.  , 0.25, 1.  , 2.25, 4.  ])
     """
     pull = np.ascontiguousarray(force, dtype=np.float64)
     pull = late(pull, p.lag / dt)

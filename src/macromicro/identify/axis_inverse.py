@@ -2,15 +2,13 @@
 
     F = M a + Fv v + Fc sgn v + F0 (+ Fa |v|) (+ Fs exp(-(v/vs)^2) sgn v) (+ A sin x + B cos x)
 
-After M. Gautier and A. Janot: speed and acceleration are central differences of the
-position behind a zero-phase Butterworth filter; all columns and the force then pass
-the same low-pass and are decimated, which keeps least squares free of bias.
-
-The force is held from sample to sample. The equation is therefore taken in its mean over the
-sample before and the one after, the earlier and the later time weighted less: there the mean of
-the acceleration is the second difference of the position, whatever the force did, and the mean
-of the force is that of its two held values.
+After M. Gautier and A. Janot: central differences behind a zero-phase Butterworth filter; columns
+and force pass the same low-pass and are decimated.
 """
+
+# The force is held from sample to sample. The equation is therefore averaged with a triangular
+# weight over the sample before and the one after: the mean acceleration is then exactly the second
+# difference of the position, and the mean force that of its two held values.
 
 from __future__ import annotations
 
@@ -24,13 +22,13 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.identify import coverage
+from macromicro.identify._ripple import Ripple
+from macromicro.identify._spread import robust_covariance
+from macromicro.identify._triangle import triangle
 from macromicro.identify.axis import Axis, late
-from macromicro.identify.ripple import Ripple
 from macromicro.identify.runs import Run
-from macromicro.identify.spread import robust_covariance
-from macromicro.identify.triangle import triangle
 
 # Parameters of each structure, from the poorest to the richest.
 STRUCTURES: dict[str, tuple[str, ...]] = {
@@ -64,38 +62,19 @@ HELD = 0.5  # samples by which the mean of a held force is late
 
 @dataclass(frozen=True)
 class Estimate:
-    """Parameters by one method.
+    """Parameters by one method."""
 
-    Attributes
-    ----------
-    axis : Axis
-        All parameters.
-    names : tuple[str, ...]
-        The free ones.
-    covariance : ndarray, shape (p, p)
-        Covariance of these, in their order.
-    rms : float
-        Error of the force (inverse dynamics) or of the position (output error).
-    percent : float
-        The same as 100 |error| / |measured|, for positions about their mean.
-    draws : ndarray, shape (n, p), or None
-        Errors as rounding of the positions to counts makes them, or a force that repeats along the
-        way; None where errors are normal.
-    sensed : bool
-        Whether noise of the positions, white or rounding, is all that moved the parameters.
-    repeats : Ripple or None
-        A force that repeats along the way and is not in the model, where the residuals show one.
-    searched : bool
-        Whether it was sought.
-    """
-
-    axis: Axis
-    names: tuple[str, ...]
-    covariance: Array
-    rms: float
-    percent: float
+    axis: Axis  #: all parameters
+    names: tuple[str, ...]  #: the free ones
+    covariance: Array  #: covariance of these, in their order
+    rms: float  #: error of the force (inverse dynamics) or of the position (output error)
+    percent: float  #: the same as 100 |error| / |measured|, for positions about their mean
+    #: errors as rounding of the positions to counts makes them, or a force that repeats along the
+    #: way; None where errors are normal
     draws: Array | None = None
+    #: whether noise of the positions, white or rounding, is all that moved the parameters
     sensed: bool = False
+    #: A force that repeats along the way and is not in the model, where the residuals show one
     repeats: Ripple | None = None
     searched: bool = False
 
@@ -120,99 +99,33 @@ class Estimate:
 
 
 class Rows(NamedTuple):
-    """One record, ready for inverse dynamics.
-
-    Attributes
-    ----------
-    run : Run
-        As measured.
-    force : ndarray, shape (n,)
-        Gain times u, held from each sample to the next.
-    v : ndarray, shape (n,)
-        Filtered speed.
-    a : ndarray, shape (n,)
-        Filtered acceleration.
-    still : npt.NDArray[np.bool_]
-        Where the axis stands, its speed under 1 % of the record's greatest, shape (n,).
-    factor : int
-        Decimation to come.
-    corner : float
-        Cut-off of the low-pass that speed and acceleration have passed, Hz; infinite for none.
-    thin : int
-        Measured samples of which each is the mean (`axis_thin`).
-    eccentric : bool
-        Whether gravity pulls at an eccentric load, which turns.
-    """
-
-    run: Run
-    force: Array
-    v: Array
-    a: Array
+    run: Run  # as measured
+    force: Array  # gain times u, held from each sample to the next
+    v: Array  # filtered speed
+    a: Array  # filtered acceleration
+    # where the axis stands, its speed under 1 % of the record's greatest, shape (n,)
     still: npt.NDArray[np.bool_]
-    factor: int
+    factor: int  # decimation to come
+    # cut-off of the low-pass that speed and acceleration have passed, Hz; infinite for none
     corner: float = math.inf
-    thin: int = 1
-    eccentric: bool = False
+    thin: int = 1  # measured samples of which each is the mean (`axis_thin`)
+    eccentric: bool = False  # eccentric load of a rotary axis
 
 
 def parameters(rows: list[Rows], structure: str) -> tuple[str, ...]:
-    """What is free in a structure, for these records.
-
-    Parameters
-    ----------
-    rows : list[Rows]
-        The records.
-    structure : str
-        A key of `STRUCTURES`.
-
-    Returns
-    -------
-    tuple[str, ...]
-        Names of parameters, that which is not linear at the end.
-    """
     named = STRUCTURES[structure] + (ECCENTRIC if any(r.eccentric for r in rows) else ())
     return (*linear(named), *(n for n in named if n == SPEED))
 
 
 def linear(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Those parameters that the force is linear in: all but Stribeck's speed.
-
-    Parameters
-    ----------
-    names : tuple[str, ...]
-        Of parameters.
-
-    Returns
-    -------
-    tuple[str, ...]
-        In their order.
-    """
+    """Parameters that the force is linear in: all but Stribeck's speed."""
     return tuple(n for n in names if n != SPEED)
 
 
 def differences(
     run: Run, force: Array, cutoff: float, factor: int, *, eccentric: bool = False
 ) -> Rows:
-    """Speed and acceleration of a run behind a zero-phase low-pass: central differences.
-
-    Parameters
-    ----------
-    run : Run
-        Evenly sampled.
-    force : ndarray, shape (n,)
-        Force of the drive.
-    cutoff : float
-        Cut-off frequency, Hz.
-    factor : int
-        Decimation to come.
-    eccentric : bool, optional
-        Whether gravity pulls at an eccentric load.
-
-    Returns
-    -------
-    Rows
-        With speed in units of x/s, acceleration in x/s2.
-    """
+    """Speed and acceleration of a run: central differences behind a zero-phase low-pass."""
     smooth = smoothed(run.x, cutoff, run.dt)
     v, a = means(smooth, run.dt)
     still = np.abs(v) < _STILL * np.abs(v).max()
@@ -220,22 +133,7 @@ def differences(
 
 
 def smoothed(signals: Array, corner: float, dt: float) -> Array:
-    """Signals, one a column, behind the zero-phase low-pass; as they are for an infinite corner.
-
-    Parameters
-    ----------
-    signals : ndarray, shape (n, ...)
-        Evenly sampled.
-    corner : float
-        Cut-off, Hz.
-    dt : float
-        Sample time, s.
-
-    Returns
-    -------
-    ndarray
-        Of the same shape.
-    """
+    """Columns behind the zero-phase low-pass; unchanged for an infinite corner."""
     if math.isinf(corner):
         return signals
     from scipy.signal import sosfiltfilt
@@ -245,31 +143,15 @@ def smoothed(signals: Array, corner: float, dt: float) -> Array:
 
 @lru_cache(maxsize=8)
 def _sections(corner: float) -> Array:
-    """The low-pass of fourth order; `corner` in half the samples' rate."""
+    """Low-pass of fourth order; `corner` in half the sampling rate."""
     from scipy.signal import butter
 
     return np.asarray(butter(4, corner, output="sos"))
 
 
 def means(x: Array, dt: float) -> tuple[Array, Array]:
-    """Speed and acceleration in their mean over the sample before and the one after.
-
-    Weighted by a triangle: the acceleration exactly, the speed to the fourth order of the sample
-    time. The two samples at either end are plain differences.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Positions.
-    dt : float
-        Sample time, s.
-
-    Returns
-    -------
-    v : ndarray, shape (n,)
-        Units of x/s.
-    a : ndarray, shape (n,)
-        Units of x/s2.
+    """Triangular means of speed (fourth order) and acceleration (exact); plain differences at the
+    ends.
     """
     v = np.gradient(x, dt)
     a = np.gradient(v, dt)
@@ -282,27 +164,9 @@ def means(x: Array, dt: float) -> tuple[Array, Array]:
 def columns(
     rows: Rows, names: tuple[str, ...], stribeck_speed: float, *, forced: bool = True
 ) -> Array:
-    """The regressors, and the mean of the held force last, filtered and decimated alike.
-
-    Rows around which the axis stands for half the time or more are left out: friction at rest
-    balances any force, which no regressor says. A mere reversal stays in.
-
-    Parameters
-    ----------
-    rows : Rows
-        One record.
-    names : tuple[str, ...]
-        Parameters; of Stribeck's speed it is what it changes of a unit of breakaway.
-    stribeck_speed : float
-        Units of x/s.
-    forced : bool, optional
-        Whether the force is asked for.
-
-    Returns
-    -------
-    ndarray, shape (m, p + 1)
-        One column per regressor, then the force.
-    """
+    """The regressors with the force as the last column, filtered and decimated alike."""
+    # Rows around which the axis stands for half the time or more are left out, since friction at
+    # rest balances any force. A mere reversal stays in.
     asked = [n for n in names if n in _TERMS]
     rough = [n not in SMOOTH for n in asked]
 
@@ -316,7 +180,6 @@ def columns(
 
 
 def _fading(rows: Rows, speed: float) -> Array:
-    """Breakaway of 1 that fades with the speed."""
     return np.asarray(_signs(rows) * np.exp(-((rows.v / speed) ** 2)))
 
 
@@ -335,22 +198,7 @@ _TERMS: dict[str, Callable[[Rows, float], Array]] = {
 
 
 def evened(rows: Rows, signals: Iterable[Array], rough: Sequence[bool]) -> Array:
-    """A table of forces behind the same low-pass, decimated, without rows that stand.
-
-    Parameters
-    ----------
-    rows : Rows
-        The record that they are of.
-    signals : Iterable[ndarray]
-        One for each column, shape (n,).
-    rough : Sequence[bool]
-        Whether each has not passed the low-pass of the position.
-
-    Returns
-    -------
-    ndarray, shape (m, p)
-        Filtered and decimated alike.
-    """
+    """Columns behind the same low-pass, decimated, without rows at rest."""
     moves = ~_standing(rows.still, rows.factor)
     kept = np.empty((int(moves.sum()), len(rough)))
     for k, (signal, is_rough) in enumerate(zip(signals, rough, strict=True)):
@@ -360,24 +208,7 @@ def evened(rows: Rows, signals: Iterable[Array], rough: Sequence[bool]) -> Array
 
 
 def stacked(rows: Sequence[Rows], made: Callable[[Rows], Array]) -> tuple[Array, list[int]]:
-    """Tables of all records in a row.
-
-    Each is copied into its place as soon as it is made: together they may be long.
-
-    Parameters
-    ----------
-    rows : Sequence[Rows]
-        The records.
-    made : Callable[[Rows], ndarray]
-        The table of one, shape (m, p), by `columns` or `evened`.
-
-    Returns
-    -------
-    table : ndarray, shape (n, p)
-        All rows.
-    lengths : list[int]
-        Rows of each record.
-    """
+    """Tables of all records, each copied into place as soon as it is made to save memory."""
     first = made(rows[0])
     lengths = [len(first)]
     if len(rows) == 1:
@@ -392,13 +223,12 @@ def stacked(rows: Sequence[Rows], made: Callable[[Rows], Array]) -> tuple[Array,
 
 
 def _most(rows: Rows) -> int:
-    """Rows of a table of a record that never stands."""
     n, factor = len(rows.v), rows.factor
     return n if factor == 1 else len(range(10 * factor, n - 10 * factor, factor))
 
 
 def _signs(rows: Rows) -> Array:
-    """The sign of the speed; of means, its mean where the motion turns within them."""
+    """Sign of the speed, averaged where the motion turns within a block."""
     if rows.thin == 1:
         return np.sign(rows.v)
     turn = np.abs(rows.a) * rows.run.dt  # the speed changes so much to either side
@@ -407,7 +237,7 @@ def _signs(rows: Rows) -> Array:
 
 
 def _decimated(column: Array, factor: int) -> Array:
-    """Every `factor`-th value behind a zero-phase low-pass; the filter's ends are cut off."""
+    """Every `factor`-th value behind a zero-phase low-pass, without the filter's ends."""
     if factor == 1:
         return column
     from scipy.signal import oaconvolve
@@ -417,14 +247,13 @@ def _decimated(column: Array, factor: int) -> Array:
 
 @lru_cache(maxsize=8)
 def _taps(factor: int) -> Array:
-    """The low-pass of a decimation."""
     from scipy.signal import firwin
 
     return np.asarray(firwin(20 * factor + 1, 0.8 / factor))
 
 
 def _standing(still: npt.NDArray[np.bool_], factor: int) -> npt.NDArray[np.bool_]:
-    """For each decimated row, whether half or more of the `factor` samples to each side stand."""
+    """Decimated rows with half or more of the `factor` samples to each side at rest."""
     if factor == 1:
         return still
     half = 10 * factor
@@ -434,15 +263,13 @@ def _standing(still: npt.NDArray[np.bool_], factor: int) -> npt.NDArray[np.bool_
 
 
 class _Solved(NamedTuple):
-    """Least squares, its regressors and what they miss, and the rows of each record."""
-
     estimate: Estimate
     left: Array
     missed: Array
     lengths: list[int]
 
     def told(self, rows: list[Rows]) -> Estimate:
-        """With its covariance, to first order by Stribeck's speed, too."""
+        """The estimate with its covariance, to first order including Stribeck's speed."""
         found, table = self.estimate, self.left
         if SPEED in found.names:
             table = np.c_[table, by_speed(rows, found)]
@@ -451,47 +278,13 @@ class _Solved(NamedTuple):
 
 
 def by_speed(rows: list[Rows], estimate: Estimate) -> Array:
-    """What Stribeck's speed changes of the force.
-
-    Parameters
-    ----------
-    rows : list[Rows]
-        The records.
-    estimate : Estimate
-        The axis.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        Decimated, all records in a row.
-    """
     p = estimate.axis
     table, _ = stacked(rows, lambda r: columns(r, (SPEED,), p.stribeck_speed, forced=False))
     return np.asarray(p.stribeck * table[:, 0])
 
 
 def fitted(rows: list[Rows], structure: str, *, told: bool = True) -> Estimate:
-    """Least squares over all records; Stribeck's speed by search, plausible results first.
-
-    Parameters
-    ----------
-    rows : list[Rows]
-        The records.
-    structure : str
-        A key of `STRUCTURES`.
-    told : bool, optional
-        Whether standard errors are found, which takes longer than the rest; else they are NaN.
-
-    Returns
-    -------
-    Estimate
-        Its `rms` is that of the force.
-
-    Raises
-    ------
-    InputError
-        The motion does not determine the parameters.
-    """
+    """Least squares over all records; Stribeck's speed by search, plausible results first."""
     names = parameters(rows, structure)
     top = max(float(np.abs(r.v).max()) for r in rows)
     speeds = _SPEEDS * top if SPEED in names else [top]
@@ -520,7 +313,7 @@ def fitted(rows: list[Rows], structure: str, *, told: bool = True) -> Estimate:
 
 
 def _nearer(rows: list[Rows], steady: tuple[Array, list[int]], found: _Solved) -> _Solved:
-    """Stribeck's speed between those that were tried, by Gauss-Newton steps."""
+    """Stribeck's speed between the grid values, by Gauss-Newton steps."""
     for _ in range(_STEPS):
         made = found.estimate
         speed, slope = made.axis.stribeck_speed, by_speed(rows, made)
@@ -546,7 +339,7 @@ def _nearer(rows: list[Rows], steady: tuple[Array, list[int]], found: _Solved) -
 def _linear(
     rows: list[Rows], steady: tuple[Array, list[int]], names: tuple[str, ...], speed: float
 ) -> _Solved:
-    """Least squares with Stribeck's speed held; `steady`: all other columns, rows per record."""
+    """Least squares at a fixed Stribeck speed; `steady` holds the other columns."""
     (table, lengths), each = steady, linear(names)
     if "stribeck" in names:
         added, _ = stacked(rows, lambda r: columns(r, ("stribeck",), speed, forced=False))
@@ -556,10 +349,11 @@ def _linear(
     scale = np.linalg.norm(square[:, :p], axis=0)
     even = square[:, :p] / np.where(scale > 0.0, scale, 1.0)
     if (scale == 0.0).any() or len(table) < p or np.linalg.cond(even) > 1e8:
-        raise InputError(
+        raise ProblemError(
             "record",
-            f"the motion does not determine all parameters; {_together(even, scale, each)}",
-            "accelerated motion in both directions at several speeds, or a simpler structure",
+            f"the motion does not determine all parameters ({_together(even, scale, each)})",
+            "Record accelerated motion in both directions at several speeds, or choose a simpler "
+            "structure.",
         )
     parts = np.linalg.lstsq(even, square[:, p], rcond=None)[0]
     parts[np.abs(parts) <= _ROUNDING * np.linalg.norm(square[:, p])] = 0.0
@@ -575,7 +369,7 @@ def _linear(
 
 
 def _together(even: Array, scale: Array, names: tuple[str, ...]) -> str:
-    """Which parameters regressors, of length 1 each, do not tell apart, or do not show at all."""
+    """Parameters that the unit regressors cannot separate, or do not show at all."""
     unseen = [n for n, s in zip(names, scale, strict=True) if s == 0.0]
     if unseen:
         return f"not seen: {', '.join(unseen)}"
@@ -585,37 +379,12 @@ def _together(even: Array, scale: Array, names: tuple[str, ...]) -> str:
 
 
 def plausible(estimate: Estimate) -> bool:
-    """Whether no mass or friction came out negative.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        By any method.
-
-    Returns
-    -------
-    bool
-        False if one did.
-    """
     p = estimate.axis
     return p.mass > 0.0 and p.viscous >= abs(p.asymmetry) and min(p.coulomb, p.stribeck) >= 0.0
 
 
 def corrected(found: Estimate, own: Array) -> Estimate:
-    """An estimate less what its method makes of a free run of the axis that was found.
-
-    Parameters
-    ----------
-    found : Estimate
-        By a method.
-    own : ndarray, shape (p,)
-        What the same method makes of that free run, in the order of its names.
-
-    Returns
-    -------
-    Estimate
-        As it was where no axis has these values.
-    """
+    """The estimate less its bias on a free simulation of the identified axis."""
     values = found.values - (own - found.values)
     other = replace(found, axis=found.axis._replace(**dict(zip(found.names, values, strict=True))))
     sound = plausible(other) and (SPEED not in found.names or other.axis.stribeck_speed > 0.0)
@@ -623,39 +392,11 @@ def corrected(found: Estimate, own: Array) -> Estimate:
 
 
 def force_residuals(rows: list[Rows], estimate: Estimate) -> list[Array]:
-    """Measured less predicted force, decimated.
-
-    Parameters
-    ----------
-    rows : list[Rows]
-        The records.
-    estimate : Estimate
-        Whose force is predicted.
-
-    Returns
-    -------
-    list[Array]
-        Arrays of shape (m,), one per record.
-    """
     theta = np.array([getattr(estimate.axis, n) for n in linear(estimate.names)])
     return [table[:, -1] - table[:, :-1] @ theta for table in _tables(rows, estimate)]
 
 
 def regressors(rows: list[Rows], estimate: Estimate) -> list[Array]:
-    """What each parameter of an estimate adds to the force, decimated.
-
-    Parameters
-    ----------
-    rows : list[Rows]
-        The records.
-    estimate : Estimate
-        Whose parameters; Stribeck's speed has no regressor.
-
-    Returns
-    -------
-    list[Array]
-        Arrays of shape (m, p), one per record.
-    """
     return _tables(rows, estimate, forced=False)
 
 

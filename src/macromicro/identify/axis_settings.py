@@ -1,15 +1,15 @@
-"""An identified axis as settings of the machine `axis`, which `run`, `tune` and `robust` take.
+"""An identified axis as settings of the machine `axis`, for `run`, `tune` and `robust`."""
 
-What was identified is a force per volt, a mass, frictions and a lag; motor and amplifier are not
-known one by one. A linear motor with a force constant of k N/A on a resistance of k / g ohm gives g
-newtons per volt, and its back-EMF is a viscous friction of k g N s/m. With k g the identified
-viscous slope, effort and motion are those of the model, whatever part of it is back-EMF in truth;
-where a limited force has shown that part, the rest is friction.
-"""
+# Motor and amplifier are not identified one by one. A linear motor of k N/A on k / g ohm gives g
+# N/V with a back-EMF friction of k g N s/m. With k g the identified viscous slope, effort and
+# motion equal the model's for any share of back-EMF; if a force limit shows that share, the rest is
+# friction.
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 from macromicro.identify.axis import Axis
@@ -22,78 +22,55 @@ _LEAST = 1e-3  # N/A, where no viscous slope was found
 _QUICK = 1e-5  # s, least rise of the current
 _SPARE = 0.02  # of the travel, between its ends and the stops
 _NEAR = 1e-5  # of the travel: what counts as arrived, where counts are finer
+_RANGE, _TAKEN = "range of the records, not the machine's limit", "assumed, not identified"
+SOURCES = {
+    **dict.fromkeys(
+        ("amplifier.full_scale", "amplifier.supply", "load.stop_low", "load.stop_high",
+         "travel.low", "travel.high"),
+        _RANGE,
+    ),
+    **dict.fromkeys(
+        ("amplifier.mode", "amplifier.gain", "amplifier.current", "drive.kind", "drive.ratio",
+         "drive.inertia", "encoder.at", "encoder.rate", "motor.force", "motor.constant",
+         "motor.resistance", "motor.inductance", "motor.inertia", "friction.ripple",
+         "arrival.tolerance"),
+        _TAKEN,
+    ),
+    **dict.fromkeys(
+        ("load.mass", "load.inertia", "load.incline", "load.unbalance", "load.hangs",
+         "friction.coulomb", "friction.viscous"),
+        "identified",
+    ),
+    "friction.stribeck": "identified, or 0 where the structure has none",
+    "friction.stribeck_speed": "identified with it",
+    "encoder.pitch": "smallest step in the records",
+    "timing.period": "of the records",
+    "timing.delay": "identified with --delay fit, else as given",
+}  # fmt: skip
 _COUNTED = 10.0  # the counter is so many times faster than the fastest that was seen
 
 
 class Around(NamedTuple):
-    """What is known of an axis beside its model.
-
-    Attributes
-    ----------
-    gain : float
-        Force per effort, N/V; 1 where one newton stands for one volt.
-    effort : float
-        Largest effort, V.
-    pitch : float
-        Way per count, m.
-    period : float
-        Control period, s.
-    travel : float
-        From its low end, which becomes 0, to its high end, m.
-    speed : float
-        Greatest speed that was seen, m/s.
-    ripple : float
-        Greatest change of the friction along the travel, N.
-    """
-
-    gain: float
-    effort: float
-    pitch: float
-    period: float
-    travel: float
-    speed: float
-    ripple: float = 0.0
+    gain: float  # force per effort, N/V; 1 where one newton stands for one volt
+    effort: float  # largest effort, V
+    pitch: float  # way per count, m
+    period: float  # control period, s
+    travel: float  # from its low end, which becomes 0, to its high end, m
+    speed: float  # greatest speed that was seen, m/s
+    ripple: float = 0.0  # greatest change of the friction along the travel, N
 
 
 class Drive(NamedTuple):
-    """What is known of a drive that gives.
+    """What is known of a compliant drive train."""
 
-    Attributes
-    ----------
-    rotor : float
-        The motor's part of all that moves.
-    frequency : float
-        Of the load on it, the motor held, Hz.
-    damping : float
-        Ratio, of that.
-    at : str
-        Where the encoder is: "motor" or "load".
-    notch : float
-        Middle of the effort's notch, Hz; 0: none.
-    """
-
-    rotor: float
-    frequency: float
-    damping: float
-    at: str
-    notch: float = 0.0
+    rotor: float  # the motor's part of all that moves
+    frequency: float  # of the load on it, the motor held, Hz
+    damping: float  # ratio, of that
+    at: str  # where the encoder is: "motor" or "load"
+    notch: float = 0.0  # middle of the effort's notch, Hz; 0: none
 
 
 def values(axis: Axis, around: Around) -> dict[str, str]:
-    """Settings of the machine by their paths.
-
-    Parameters
-    ----------
-    axis : Axis
-        Parameters in N, m and s; its lag is all by which efforts act late.
-    around : Around
-        What is known beside.
-
-    Returns
-    -------
-    dict[str, str]
-        Path to a TOML value with its unit.
-    """
     gain, effort = around.gain, around.effort
     k = max(axis.back * axis.viscous / gain, _LEAST)
     spare = max(_SPARE * around.travel, 10.0 * around.pitch)
@@ -109,7 +86,7 @@ def values(axis: Axis, around: Around) -> dict[str, str]:
         "motor.resistance": (k / gain, "ohm"),
         "motor.inductance": (k / gain * rise, "H"),
         "load.mass": (axis.mass, "kg"),
-        "load.incline": (_incline(axis.offset, axis.mass), "rad"),
+        "load.incline": (incline(axis.offset, axis.mass), "rad"),
         "load.stop_low": (-spare, "m"),
         "load.stop_high": (around.travel + spare, "m"),
         "friction.coulomb": (axis.coulomb, "N"),
@@ -135,23 +112,7 @@ def values(axis: Axis, around: Around) -> dict[str, str]:
 
 
 def limber(settings: dict[str, str], drive: Drive) -> dict[str, str]:
-    """The same with a drive between motor and load: a belt on a pulley of 1 m, whose turn is the
-    way.
-
-    What arrives within the drive's vibration follows from its rule, so no tolerance is named.
-
-    Parameters
-    ----------
-    settings : dict[str, str]
-        From `values`.
-    drive : Drive
-        What was found of it.
-
-    Returns
-    -------
-    dict[str, str]
-        Path to a TOML value.
-    """
+    """Settings with a compliant drive train: a belt on a pulley of 1 m."""
 
     def number(path: str) -> float:
         return float(settings[path].strip('"').split()[0])
@@ -179,21 +140,7 @@ def limber(settings: dict[str, str], drive: Drive) -> dict[str, str]:
 
 
 def turned(settings: dict[str, str], load: Eccentric = BALANCED) -> dict[str, str]:
-    """The same of the machine `rotary`: a motor of constant k N m/A without a gear, whose inertia
-    is part of the load's.
-
-    Parameters
-    ----------
-    settings : dict[str, str]
-        From `values`, in which 1 m stands for 1 rad.
-    load : Eccentric, optional
-        What gravity pulls at; its angle from the machine's 0.
-
-    Returns
-    -------
-    dict[str, str]
-        Path to a TOML value with its unit.
-    """
+    """Settings of the machine `rotary`: a motor of k N m/A without gear or inertia."""
     named = {"motor.force": "motor.constant", "load.mass": "load.inertia"}
     found = {"motor.inertia": '"0 kg*m^2"', "drive.ratio": "1.0", "drive.inertia": '"0 kg*m^2"'}
     for path, value in settings.items():
@@ -212,49 +159,28 @@ def turned(settings: dict[str, str], load: Eccentric = BALANCED) -> dict[str, st
 
 
 def endless(settings: dict[str, str]) -> dict[str, str]:
-    """The same of one that turns on: no stop ends its way.
-
-    Parameters
-    ----------
-    settings : dict[str, str]
-        From `turned`.
-
-    Returns
-    -------
-    dict[str, str]
-        Path to a TOML value; its targets stay where they were.
-    """
     made = {path: value for path, value in settings.items() if not path.startswith("load.stop_")}
     return {**made, "load.ends": '"none"'}
 
 
-def _incline(offset: float, mass: float) -> float:
-    """The incline whose weight along the way is a constant force, as far as the mass has it."""
+def incline(offset: float, mass: float) -> float:
+    """Report the incline at which the weight explains a constant force."""
     return math.asin(min(max(offset / (mass * GRAVITY), -0.99), 0.99))
 
 
-def as_toml(settings: dict[str, str], head: str, machine: str = "axis") -> str:
-    """A machine's file.
-
-    Parameters
-    ----------
-    settings : dict[str, str]
-        From `values`.
-    head : str
-        First lines, as a comment.
-    machine : str, optional
-        Its kind.
-
-    Returns
-    -------
-    str
-        TOML.
-    """
+def as_toml(
+    settings: dict[str, str],
+    head: str,
+    machine: str = "axis",
+    notes: Mapping[str, str] = MappingProxyType({}),
+) -> str:
     tables: dict[str, list[str]] = {}
     for path, value in settings.items():
         table, _, name = path.rpartition(".")
-        tables.setdefault(table, []).append(f"{name} = {value}")
+        note = f"  # {notes[path]}" if path in notes else ""
+        tables.setdefault(table, []).append(f"{name} = {value}{note}")
     lines = [*(f"# {line}".rstrip() for line in head.splitlines()), "", f'machine = "{machine}"']
+    lines += tables.pop("", [])
     for table, own in tables.items():
         lines += ["", f"[{table}]", *own]
     return "\n".join(lines) + "\n"

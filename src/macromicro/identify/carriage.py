@@ -1,15 +1,13 @@
-"""A carriage for terminal control: drive, friction and delay from whole counts, swing from a laser.
+"""A carriage for terminal control: drive, friction and delay from counts, swing from a laser.
 
-Over strokes from rest to rest the law's own estimator says how probable each count is, given
-those before; the parameters are those that make all counts likeliest (prediction error method by
-maximum likelihood: Ljung, System Identification, 1999, Chapter 7) and, where a laser saw the
-platform come to rest, its readings of the swing. So friction that changes along the rod, which
-the estimator follows, is no error of the model. The swing's standard errors take strokes of one
-effort and length as one observation (a "sandwich": Liang and Zeger, 1986). The probability of whole
-counts is too rough a function of drive and friction for curvatures that mean something: of those
-the values are told that each record alone gives. Where nudges show how a carriage that stands
-gives, the swing is that of one that does not (`carriage_give`).
+Prediction error method by maximum likelihood (Ljung, System Identification, 1999, Chapter 7).
 """
+
+# The law's estimator gives the probability of each count in strokes from rest to rest; it also
+# follows friction that changes along the rod. Standard errors of the swing take strokes of one
+# effort and length as one observation (Liang and Zeger 1986). The likelihood of whole counts is too
+# rough for curvatures, so the values of each record alone are reported for drive and friction.
+# Nudges at rest correct the swing for the carriage's compliance (`carriage_give`).
 
 from __future__ import annotations
 
@@ -24,9 +22,9 @@ from macromicro.arrays import Array
 from macromicro.control.terminal import estimate, model
 from macromicro.control.terminal.estimate import Belief
 from macromicro.control.terminal.model import Motion, Terminal
-from macromicro.errors import InputError
-from macromicro.identify import carriage_give, witnesses
-from macromicro.identify.carriage_give import Give, Nudged
+from macromicro.errors import InputError, ProblemError
+from macromicro.identify import _carriage_give, witnesses
+from macromicro.identify._carriage_give import Give, Nudged
 from macromicro.kernel import compiled, kernel
 
 RIGID = ("push", "drag", "coulomb", "breakaway", "fade", "delay", "unknown")
@@ -49,77 +47,35 @@ Parts = list[tuple[float, float]]  # standard errors that add up, and their degr
 
 
 class Record(NamedTuple):
-    """Strokes in open loop, from rest to rest.
-
-    Attributes
-    ----------
-    u : ndarray, shape (n,)
-        Efforts sent, V.
-    counts : ndarray, shape (n,)
-        Of the encoder.
-    laser : ndarray, shape (n,)
-        Platform, m; empty: not measured.
-    strokes : tuple[tuple[int, int, int], ...]
-        Of each: its rows [a, b), and the row from which the laser shows the swing alone (b:
-        nowhere).
-    nudges : tuple[tuple[int, int], ...], optional
-        Rows [a, b) of efforts far below those that move it.
-    """
-
-    u: Array
-    counts: Array
-    laser: Array
+    u: Array  # efforts sent, V
+    counts: Array  # of the encoder
+    laser: Array  # platform, m; empty: not measured
+    # of each: its rows [a, b), and the row from which the laser shows the swing alone (b: nowhere)
     strokes: tuple[tuple[int, int, int], ...]
-    nudges: tuple[tuple[int, int], ...] = ()
+    nudges: tuple[tuple[int, int], ...] = ()  # rows [a, b) of efforts far below those that move it
 
 
 class CarriageFit(NamedTuple):
-    """What `carriage` found.
-
-    Attributes
-    ----------
-    model : Terminal
-        The law's parameters; those that a recording does not tell keep their defaults.
-    std : dict[str, float]
-        Standard errors of those that the laser tells, in their units.
-    freedom : dict[str, float]
-        Degrees of freedom of these: a few strokes tell the most of a swing (`witnesses`).
-    apart : dict[str, tuple[float, float]]
-        Of the others: the least and the greatest of the values that each record alone gives; empty
-        for one record.
-    surprise : float
-        Of a count: mean of minus the logarithm of its probability given those before.
-    swing_rms : float
-        Of the swing by the laser, m; NaN without one.
-    records : tuple[Record, ...]
-        What was fitted to.
-    motion : tuple[Array, ...]
-        Of each record by the law's estimator, as `followed` gives it.
-    dt : float
-        Sample time, s.
-    give : Give | None, optional
-        Of a carriage that stands; None: no laser saw nudges, and the swing is that of one that
-        gives.
-    """
-
+    # the law's parameters; those that a recording does not tell keep their defaults
     model: Terminal
-    std: dict[str, float]
+    std: dict[str, float]  # standard errors of those that the laser tells, in their units
+    # degrees of freedom of these: a few strokes tell the most of a swing (`witnesses`)
     freedom: dict[str, float]
+    # of the others: the least and the greatest of the values that each record alone gives; empty
+    # for one record
     apart: dict[str, tuple[float, float]]
-    surprise: float
-    swing_rms: float
+    surprise: float  # of a count: mean of minus the logarithm of its probability given those before
+    swing_rms: float  # of the swing by the laser, m; NaN without one
     records: tuple[Record, ...]
-    motion: tuple[Array, ...]
-    dt: float
+    motion: tuple[Array, ...]  # of each record by the law's estimator, as `followed` gives it
+    dt: float  # sample time, s
+    # of a carriage that stands; None: no laser saw nudges, and the swing is that of one that gives
     give: Give | None = None
 
 
 @kernel
 def _log_probability(p: Terminal, b: Belief, reading: float) -> float:
-    """Logarithm of the probability that a count is read, from the belief before it.
-
-    One in `_ODD` counts may be anything near: one that flickers at an edge says nothing.
-    """
+    """Log-probability of a count given the belief; one in `_ODD` may be an outlier."""
     low, high = reading - b.motion.x, reading + p.pitch - b.motion.x
     beyond = max(low, -high, 0.0) / p.pitch
     return math.log(max(estimate.likely(p, b, reading), 0.0) + math.exp(-beyond) / _ODD)
@@ -127,7 +83,7 @@ def _log_probability(p: Terminal, b: Belief, reading: float) -> float:
 
 @kernel
 def _follow(p: Terminal, u: Array, counts: Array, out: Array, dt: float) -> None:
-    """The law's estimator over a record: place, speed, swing, friction, log-probability."""
+    """The law's estimator over a record: position, speed, swing, friction, log-probability."""
     late = int(p.delay / dt)
     part = p.delay - late * dt
     b = estimate.standing(p, counts[0] * p.pitch, 0.0)
@@ -146,47 +102,13 @@ def _follow(p: Terminal, u: Array, counts: Array, out: Array, dt: float) -> None
 
 
 def followed(p: Terminal, r: Record, dt: float) -> Array:
-    """The law's estimator over a record.
-
-    Parameters
-    ----------
-    p : Terminal
-        The law's model.
-    r : Record
-        The record.
-    dt : float
-        Sample time, s.
-
-    Returns
-    -------
-    ndarray, shape (5, n)
-        Place (m), speed (m/s), deflection of the swing (m), excess friction (V), and minus the
-        logarithm of the probability of each count, given those before.
-    """
     out = np.empty((5, len(r.u)))
     compiled(_follow)(p, r.u, r.counts, out, dt)
     return out
 
 
 def cut(t: Array, u: Array, counts: Array, laser: Array | None = None) -> Record:
-    """A record with its strokes: each from an effort after rest to the next one.
-
-    Parameters
-    ----------
-    t : ndarray, shape (n,)
-        s, even.
-    u : ndarray, shape (n,)
-        V.
-    counts : ndarray, shape (n,)
-        Of the encoder.
-    laser : ndarray, shape (n,) or None
-        m.
-
-    Returns
-    -------
-    Record
-        Its strokes moved by a count or more, and stood still before.
-    """
+    """A record cut into strokes, each from an effort after rest to the next one."""
     dt = float(t[1] - t[0])
     rest = max(round(_BEFORE / dt), 1)
     moving = (u != 0.0) | (np.diff(counts, prepend=counts[0]) != 0.0)
@@ -216,26 +138,6 @@ def cut(t: Array, u: Array, counts: Array, laser: Array | None = None) -> Record
 
 
 def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
-    """The law's model from strokes in open loop.
-
-    Parameters
-    ----------
-    records : Sequence
-        One or more of (t, u, counts) or (t, u, counts, laser): s, V, counts, m; even samples of
-        one sample time.
-    pitch : float
-        Travel per count, m.
-
-    Returns
-    -------
-    CarriageFit
-        Parameters and their standard errors.
-
-    Raises
-    ------
-    InputError
-        Too few strokes, or they do not tell the parameters.
-    """
     dt = float(records[0][0][1] - records[0][0][0])
     rows = [cut(*r) for r in records]
     ways = [r.counts[b - 1] - r.counts[a] for r in rows for a, b, _ in r.strokes]
@@ -243,7 +145,9 @@ def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
         accepted = f"{FEWEST} strokes or more, each after {_BEFORE:g} s at rest without effort"
         raise InputError("recordings", f"{len(ways)} strokes", accepted)
     if not (min(ways) < 0.0 < max(ways)):
-        raise InputError("recordings", "strokes in one direction", "strokes both ways")
+        raise ProblemError(
+            "recordings", "all strokes go in one direction", "Record strokes in both directions."
+        )
     p = _free(_guess(rows, dt, pitch), rows, dt)
     parts: dict[str, Parts] = {}
     left = math.nan
@@ -267,9 +171,9 @@ def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
     if give is not None:
         push, delay = (0.5 * (apart[n][1] - apart[n][0]) if apart else 0.0 for n in _WITH)
         # One delay stands for those of the efforts' hold, of a computer and of a winding.
-        more = carriage_give.unsure(p, give, push, math.hypot(delay, dt / math.sqrt(12.0)))
+        more = _carriage_give.unsure(p, give, push, math.hypot(delay, dt / math.sqrt(12.0)))
         parts = {name: [*each, (more[name], between)] for name, each in parts.items()}
-        p = carriage_give.stiff(p, give)
+        p = _carriage_give.stiff(p, give)
     p = p._replace(wary=Terminal().wary)
     std = {name: math.hypot(*(error for error, _ in each)) for name, each in parts.items()}
     free = {name: witnesses.freedom(each) for name, each in parts.items()}
@@ -277,7 +181,7 @@ def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
 
 
 def _guess(rows: Sequence[Record], dt: float, pitch: float) -> Terminal:
-    """Where the search begins: orders of magnitude from the strokes."""
+    """Orders of magnitude from the strokes, to start the search."""
     tops = [float(np.abs(r.u[a:b]).max()) for r in rows for a, b, _ in r.strokes]
     apart = max(round(0.01 / dt), 1)
     speed = max(float(np.abs(r.counts[apart:] - r.counts[:-apart]).max()) for r in rows)
@@ -299,7 +203,7 @@ def _guess(rows: Sequence[Record], dt: float, pitch: float) -> Terminal:
 
 @kernel
 def _run(p: Terminal, u: Array, out: Array, dt: float) -> None:
-    """Place of the model from rest under efforts, without looking at counts."""
+    """Position of the model from rest, without using counts."""
     late = int(p.delay / dt)
     part = p.delay - late * dt
     m = Motion(0.0, 0.0, 0.0, 0.0)
@@ -310,22 +214,7 @@ def _run(p: Terminal, u: Array, out: Array, dt: float) -> None:
 
 
 def free_run(p: Terminal, r: Record, dt: float) -> Array:
-    """Counts by the model, without looking at them but where each stroke begins.
-
-    Parameters
-    ----------
-    p : Terminal
-        The law's model.
-    r : Record
-        The record.
-    dt : float
-        Sample time, s.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In counts; what was measured before the first stroke and after each one's last row.
-    """
+    """Counts by the model, using the record only where each stroke begins."""
     out = r.counts.copy()
     for a, b, _ in r.strokes:
         x = np.empty(b - a)
@@ -335,7 +224,7 @@ def free_run(p: Terminal, r: Record, dt: float) -> Array:
 
 
 def _free(p: Terminal, rows: Sequence[Record], dt: float) -> Terminal:
-    """Acceleration, drag and friction whose free runs are nearest: near enough to begin at."""
+    """Acceleration, drag and friction with the nearest free simulation, to start from."""
     from scipy.optimize import least_squares
 
     at = np.array([p.push, p.drag, p.coulomb])
@@ -355,22 +244,21 @@ def _free(p: Terminal, rows: Sequence[Record], dt: float) -> Terminal:
 
 
 def _give(p: Terminal, rows: Sequence[Record], dt: float) -> Give | None:
-    """What nudges before a laser show; None where there are too few."""
+    """Compliance at rest from nudges before a laser; None where there are too few."""
     seen = [Nudged(r.u[a:b], r.laser[a:b]) for r in rows if len(r.laser) for a, b in r.nudges]
     if sum(len(r.u) for r in seen) * dt < _FEW:
         return None
-    give = carriage_give.found(p, seen, dt)
+    give = _carriage_give.found(p, seen, dt)
     return give if give.carriage.way > 0.0 else None
 
 
 def _windows(rows: Sequence[Record]) -> list[tuple[int, int, int]]:
-    """Record and rows [a, b) in which the laser shows the swing alone, of each stroke."""
+    """Record and rows [a, b) of each stroke in which the laser shows the swing alone."""
     return [(k, a, b) for k, r in enumerate(rows) for _, b, a in r.strokes if a < b]
 
 
 def _together(rows: Sequence[Record], each: Array) -> Array:
-    """What the windows tell, summed over strokes of one effort and length, either way: what the
-    model leaves out is alike in them, so they are one witness. Where these are too few, each."""
+    """Scores summed over strokes of one effort and length, which share the model error."""
     kinds: dict[tuple[float, int], Array] = {}
     pulses = [r.u[a:b] for r in rows for a, b, still in r.strokes if still < b]
     for u, one in zip(pulses, each, strict=True):
@@ -380,14 +268,13 @@ def _together(rows: Sequence[Record], each: Array) -> Array:
 
 
 def _steadied(y: Array) -> Array:
-    """Without its mean and slope: where the laser's zero is, and its drift."""
+    """Without mean and slope: the laser's zero and drift."""
     k = np.linspace(-1.0, 1.0, len(y))
     return np.asarray(y - y.mean() - k * float(k @ y / (k @ k)))
 
 
 def _ringing(rows: Sequence[Record], dt: float) -> tuple[dict[str, float], dict[str, Parts]]:
-    """Frequency (Hz) and decay (1/s) common to all swings, amplitude and phase free in each; with
-    standard errors and their degrees of freedom."""
+    """Frequency (Hz) and decay (1/s) common to all swings, with errors and degrees of freedom."""
     from scipy.optimize import least_squares
 
     # In um: the search ends by absolute sizes.
@@ -433,10 +320,7 @@ def _ringing(rows: Sequence[Record], dt: float) -> tuple[dict[str, float], dict[
 
 
 def _shared(p: Terminal, rows: Sequence[Record], dt: float) -> tuple[float, Parts, float]:
-    """Share of the swing that the laser sees of what the model's motion excites.
-
-    With its standard error and degrees of freedom, and the RMS (m) of what is left.
-    """
+    """Share of the swing seen by the laser, its error, degrees of freedom and residual RMS (m)."""
     swung = [followed(p, r, dt)[2] for r in rows]
     pairs = [
         (_steadied(rows[k].laser[a:b]), _steadied(swung[k][a:b])) for k, a, b in _windows(rows)
@@ -455,8 +339,7 @@ def _shared(p: Terminal, rows: Sequence[Record], dt: float) -> tuple[float, Part
 def _driven(
     p: Terminal, rows: Sequence[Record], dt: float, apart: dict[str, tuple[float, float]]
 ) -> list[float]:
-    """What drive and friction do to the share, of which the records differ by so much: half of
-    the difference, one by one."""
+    """Effect on the share of half the difference between records, for drive and friction."""
     found = []
     for name, ends in apart.items():
         low, high = (_shared(p._replace(**{name: v}), rows, dt)[0] for v in ends)
@@ -465,7 +348,7 @@ def _driven(
 
 
 def _surprises(p: Terminal, rows: Sequence[Record], dt: float) -> Array:
-    """Of each stroke: minus the logarithm of the probability of its counts."""
+    """Negative log-likelihood of the counts of each stroke."""
     every = [followed(p, r, dt)[4] for r in rows]
     return np.array(
         [float(m[a:b].sum()) for m, r in zip(every, rows, strict=True) for a, b, _ in r.strokes]
@@ -480,10 +363,7 @@ def _scaled(p: Terminal, z: Array) -> Terminal:
 def _likeliest(
     p: Terminal, rows: Sequence[Record], dt: float, sizes: Sequence[float] = _SIZES
 ) -> Terminal:
-    """The parameters of `RIGID` that make the counts likeliest, on the scale of logarithms.
-
-    The probability of whole counts is not smooth in them, so no derivatives are taken.
-    """
+    """Maximum likelihood of `RIGID` in logarithms, without derivatives: counts are not smooth."""
     from scipy.optimize import minimize
 
     n = len(RIGID)

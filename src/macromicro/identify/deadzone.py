@@ -1,7 +1,4 @@
-"""Dead zone of an axis under Coulomb friction (Section 4.2.3).
-
-From runs in open loop, each with one constant voltage, of both directions.
-"""
+"""Dead zone of an axis under Coulomb friction (Section 4.2.3), from runs at constant voltage."""
 
 from __future__ import annotations
 
@@ -12,67 +9,34 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.runs import Run, as_run
 from macromicro.recording import Recording
 
 
 class Trial(NamedTuple):
-    """What became of one run.
+    """What became of one run."""
 
-    Attributes
-    ----------
-    volts : float
-        V, signed.
-    start : float
-        counts.
-    end : float
-        counts.
-    pause : float
-        The longest time without a new count before the end of the travel, s.
-    uninterrupted : bool
-        Whether it never paused for longer than was allowed.
-    arrived : bool
-        Whether the record lasted until the end of the travel.
-    """
-
-    volts: float
-    start: float
-    end: float
-    pause: float
-    uninterrupted: bool
-    arrived: bool
+    volts: float  #: V, signed
+    start: float  #: counts
+    end: float  #: counts
+    pause: float  #: the longest time without a new count before the end of the travel, s
+    uninterrupted: bool  #: no pause longer than allowed
+    arrived: bool  #: the record reached the end of the travel
 
 
 class DeadZone(NamedTuple):
-    """The lowest voltages with uninterrupted motion.
+    """The lowest voltages with uninterrupted motion."""
 
-    Attributes
-    ----------
-    positive : float
-        V.
-    negative : float
-        V, as a magnitude.
-    width : float
-        The greater of both, V: what a dead-zone inverse adds.
-    trials : tuple[Trial, ...]
-        Every run.
-    volts : ndarray, shape (k,)
-        V, signed, ascending.
-    places : ndarray, shape (m,)
-        Centres of bins, counts.
-    speeds : ndarray, shape (k, m)
-        Mean speed there, counts/s (nan: never visited): where friction is greater the speed is
-        lower, as in Figure 4.8.
-    """
-
-    positive: float
-    negative: float
-    width: float
-    trials: tuple[Trial, ...]
-    volts: Array
-    places: Array
+    positive: float  #: V
+    negative: float  #: V, as a magnitude
+    width: float  #: the greater of both, V: what a dead-zone inverse adds
+    trials: tuple[Trial, ...]  #: every run
+    volts: Array  #: V, signed, ascending
+    places: Array  #: centres of bins, counts
+    #: mean speed there, counts/s (nan: never visited): where friction is greater the speed is
+    #: lower, as in Figure 4.8
     speeds: Array
 
     def thresholds(self, direction: int) -> tuple[Array, Array]:
@@ -108,31 +72,42 @@ def dead_zone(
 ) -> DeadZone:
     """Lowest voltage that gives uninterrupted motion from every start (Section 4.2.3, Figure 4.8).
 
-    A voltage passes when all runs at it and at every higher voltage of its direction were
-    uninterrupted. What even the run that starts soonest waits for its first count is the rig's
-    delay, and no interruption. Warns when the lowest one tried already passes.
+    A voltage passes if all runs at it and at every higher voltage of its direction were
+    uninterrupted. The shortest wait for a first count is the rig's delay, and no interruption.
+    Warns when the lowest voltage tried already passes.
 
     Parameters
     ----------
     recordings : Sequence[Recording | tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike]]
         Runs (t (s), u (V), x (counts)), or `Recording`s with the columns t, motor and
-        macro_position, each at a constant voltage, from one or several starts.
+        macro_position, each at a constant voltage.
     travel : tuple[float, float] | None, optional
-        Range (counts) over which motion counts, by default what all runs cover together.
+        Range (counts) that is judged, by default that of all runs together.
     pause : float, optional
-        A longer time without a new count is an interruption, s.
+        Longest time without a new count that is no interruption, s.
     bins : int, optional
-        Number of places of the speed map.
+        Number of positions in the speed map.
 
     Returns
     -------
     DeadZone
-        Thresholds, and the mean speed by voltage and place.
+        Thresholds, and the mean speed by voltage and position.
 
     Raises
     ------
     InputError
         A direction is missing, a voltage varies, or none passes.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.identify import dead_zone
+    >>> t = np.arange(0.0, 2.0, 0.01)
+    >>> speeds = {-0.6: -100.0, -0.4: 0.0, 0.5: 0.0, 0.7: 200.0}  # V, counts/s
+    >>> runs = [(t, 0.0 * t + volts, np.floor(v * t)) for volts, v in speeds.items()]
+    >>> zone = dead_zone(runs)
+    >>> zone.positive, zone.negative, zone.width  # V
+    (0.7, 0.6, 0.7)
     """
     runs = constant(recordings)
     both_ways(runs)
@@ -146,71 +121,19 @@ def dead_zone(
 
 
 def covered(runs: Sequence[Run], travel: tuple[float, float] | None) -> tuple[float, float]:
-    """The range over which motion counts.
-
-    Parameters
-    ----------
-    runs : Sequence[Run]
-        Runs.
-    travel : tuple[float, float] | None
-        As asked for; None: what all runs cover together.
-
-    Returns
-    -------
-    tuple[float, float]
-        Lowest and highest place.
-
-    Raises
-    ------
-    InputError
-        It is none.
-    """
     low, high = travel or (min(float(r.x.min()) for r in runs), max(float(r.x.max()) for r in runs))
     if not high > low:
-        raise InputError("travel", (low, high), "low below high: runs that move")
+        raise InputError("travel", (low, high), "a range with low < high, or runs that move")
     return low, high
 
 
 def tried(runs: Sequence[Run], travel: tuple[float, float], pause: float) -> tuple[Trial, ...]:
-    """What became of each run of one constant voltage.
-
-    Parameters
-    ----------
-    runs : Sequence[Run]
-        Runs; what even the one that starts soonest waits for its first count is the rig's delay.
-    travel : tuple[float, float]
-        Range over which motion counts.
-    pause : float
-        A longer time without a new count is an interruption, s.
-
-    Returns
-    -------
-    tuple[Trial, ...]
-        One each.
-    """
     ways = [_under_way(r, *travel) for r in runs]
     delay = min((_marks(r, way)[1] - 1) * r.dt for r, way in zip(runs, ways, strict=True))
     return tuple(_trial(r, way, pause, travel, delay) for r, way in zip(runs, ways, strict=True))
 
 
 def constant(recordings: Sequence[Any]) -> list[Run]:
-    """Checked runs with one voltage each, other than zero.
-
-    Parameters
-    ----------
-    recordings : Sequence[Any]
-        As for `dead_zone`.
-
-    Returns
-    -------
-    list[Run]
-        As many.
-
-    Raises
-    ------
-    InputError
-        A voltage varies, or is 0.
-    """
     runs = []
     for i, item in enumerate(recordings):
         run = as_run(item, f"recordings[{i}]")
@@ -222,31 +145,23 @@ def constant(recordings: Sequence[Any]) -> list[Run]:
 
 
 def both_ways(runs: Sequence[Run]) -> None:
-    """Refuse runs of one direction alone.
-
-    Parameters
-    ----------
-    runs : Sequence[Run]
-        Runs of one voltage each.
-
-    Raises
-    ------
-    InputError
-        A direction is missing.
-    """
     for sign, name in ((1.0, "positive"), (-1.0, "negative")):
         if not any(r.u[0] * sign > 0.0 for r in runs):
-            raise InputError("recordings", f"no {name} voltage", "runs in both directions")
+            raise ProblemError(
+                "recordings",
+                f"there is no run at a {name} voltage",
+                "Record runs in both directions.",
+            )
 
 
 def _under_way(run: Run, low: float, high: float) -> int:
-    """Number of samples up to the first at the end of the travel."""
+    """Number of samples up to the end of the travel."""
     there = run.x >= high if run.u[0] > 0.0 else run.x <= low
     return int(there.argmax()) + 1 if there.any() else len(run.x)
 
 
 def _marks(run: Run, way: int) -> npt.NDArray[np.intp]:
-    """Samples with a new count on the way, between the first and the last."""
+    """Samples with a new count in the direction, between the first and the last."""
     ahead = np.maximum.accumulate(np.sign(run.u[0]) * run.x[:way])
     return np.concatenate([[0], np.flatnonzero(np.diff(ahead) > 0.0) + 1, [way - 1]])
 
@@ -254,7 +169,7 @@ def _marks(run: Run, way: int) -> npt.NDArray[np.intp]:
 def _trial(
     run: Run, way: int, pause: float, travel: tuple[float, float], delay: float = 0.0
 ) -> Trial:
-    """`delay`: what even the quickest run waits at its start, s; no pause of this one."""
+    """Outcome of a run; `delay` is the start-up wait of the quickest run, s."""
     direction, marks = np.sign(run.u[0]), _marks(run, way)
     waits = np.diff(marks) * run.dt
     waits[0] -= delay
@@ -265,7 +180,7 @@ def _trial(
 
 
 def _lowest(trials: Sequence[Trial], direction: float) -> float:
-    """The lowest voltage from which on all trials of a direction were uninterrupted."""
+    """The lowest voltage above which all trials of a direction were uninterrupted."""
     mine = [t for t in trials if t.volts * direction > 0.0]
     levels = sorted({abs(t.volts) for t in mine}, reverse=True)
     passed = np.nan
@@ -274,8 +189,11 @@ def _lowest(trials: Sequence[Trial], direction: float) -> float:
             break
         passed = level
     if np.isnan(passed):
-        found = f"motion interrupted even at {levels[0] * direction:g} V"
-        raise InputError("recordings", found, "runs at higher voltages too")
+        raise ProblemError(
+            "recordings",
+            f"the motion is interrupted even at {levels[0] * direction:g} V",
+            "Record runs at higher voltages as well.",
+        )
     if passed == levels[-1]:
         notice(
             DataWarning,
@@ -287,13 +205,13 @@ def _lowest(trials: Sequence[Trial], direction: float) -> float:
         notice(
             DataWarning,
             f"{short} runs at {passed * direction:g} V ended before the end of the travel; "
-            "taken as uninterrupted all the way",
+            "assumed to be uninterrupted",
         )
     return passed
 
 
 def _map(runs: list[Run], ways: list[int], edges: Array) -> tuple[Array, Array, Array]:
-    """Voltages, bin centres and mean speeds [voltages, bins], net travel over time spent."""
+    """Voltages, bin centres and mean speeds [voltages, bins]: net travel over time."""
     volts = np.unique([r.u[0] for r in runs])
     count = len(edges) - 1
     time, gone = np.zeros((2, len(volts), count))

@@ -1,7 +1,4 @@
-"""Voltage that is left beyond the dead zone of an axis, (4.5) to (4.8) (Section 4.2.5).
-
-From runs in open loop, each with one constant voltage, of both directions.
-"""
+"""Voltage beyond the dead zone of an axis, (4.5) to (4.8) (Section 4.2.5)."""
 
 from __future__ import annotations
 
@@ -18,56 +15,27 @@ from macromicro.recording import Recording
 
 
 class Side(NamedTuple):
-    """(4.5) for one direction.
+    """(4.5) for one direction."""
 
-    Attributes
-    ----------
-    a0 : float
-        V.
-    delta : float
-        Dimensionless.
-    a0_std : float
-        Standard error, V; nan for two points.
-    delta_std : float
-        Standard error; nan for two points.
-    volts : ndarray, shape (k,)
-        Voltages that it was fitted to, beyond the dead zone, as magnitudes, V.
-    speeds : ndarray, shape (k,)
-        Steady speeds, as magnitudes, counts/s.
-    """
-
-    a0: float
-    delta: float
-    a0_std: float
-    delta_std: float
-    volts: Array
-    speeds: Array
+    a0: float  #: V
+    delta: float  #: dimensionless
+    a0_std: float  #: standard error, V; nan for two points
+    delta_std: float  #: standard error; nan for two points
+    volts: Array  #: voltages that it was fitted to, beyond the dead zone, as magnitudes, V
+    speeds: Array  #: steady speeds, as magnitudes, counts/s
 
 
 class DiscontinuousDeadZone(NamedTuple):
     """(4.5), Vout = (a0 + delta |V|) sgn V, per direction and for both together.
 
     V is the voltage before the dead-zone inverse, which adds `width`.
-
-    Attributes
-    ----------
-    positive : Side
-        Forwards.
-    negative : Side
-        Backwards.
-    both : Side
-        Both directions together.
-    width : float
-        V.
-    gain : float
-        Static gain b / (1 + a) of the linear model, counts/s/V.
     """
 
-    positive: Side
-    negative: Side
-    both: Side
-    width: float
-    gain: float
+    positive: Side  #: forwards
+    negative: Side  #: backwards
+    both: Side  #: both directions together
+    width: float  #: V
+    gain: float  #: static gain b / (1 + a) of the linear model, counts/s/V
 
     def output(self, volts: float) -> float:
         """Vout of (4.5), by the side of its sign.
@@ -110,31 +78,41 @@ def discontinuous_dead_zone(
 ) -> DiscontinuousDeadZone:
     """a0 and delta of (4.5) from steady speeds, per direction (Section 4.2.5, (4.6)-(4.8)).
 
-    The speed of a run is the slope of a line through its last part; runs of one voltage are
-    averaged. speed / gain = a0 + delta V by least squares. The thesis has a0 0.364 V and delta
-    0.636 from 0.1 V and 1 V.
+    speed / gain = a0 + delta V by least squares, with the slope of the last part of each run,
+    averaged over runs of one voltage. The thesis has a0 0.364 V and delta 0.636 from 0.1 V and 1 V.
 
     Parameters
     ----------
     recordings : Sequence[Recording | tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike]]
-        As for `dead_zone`, each at a constant voltage u beyond `width`, so that V = |u| - width;
-        two voltages or more per direction.
+        As for `dead_zone`, each at a constant voltage u beyond `width`, V = |u| - width; two
+        voltages or more per direction.
     gain : float
         Static gain of the linear model, `LinearFit.gain`, counts/s/V.
     width : float
-        What the dead-zone inverse adds, V.
+        Width of the dead-zone inverse, V.
     steady : float, optional
         Last part of a run, 0 to 1, in which its speed is steady.
 
     Returns
     -------
     DiscontinuousDeadZone
-        Both directions, and both together.
+        Each direction, and both together.
 
     Raises
     ------
     InputError
         An option is not accepted, or the data are unusable.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.identify import discontinuous_dead_zone
+    >>> t = np.arange(0.0, 2.0, 0.01)
+    >>> speeds = {-1.0: -600.0, -0.5: -350.0, 0.5: 350.0, 1.0: 600.0}  # V beyond 0.5 V
+    >>> runs = [(t, 0.0 * t + volts + 0.5 * np.sign(volts), v * t) for volts, v in speeds.items()]
+    >>> zone = discontinuous_dead_zone(runs, gain=1000.0, width=0.5)  # counts/s/V, V
+    >>> round(zone.both.a0, 3), round(zone.both.delta, 3)  # V, 1
+    (0.1, 0.5)
     """
     if not (np.isfinite(gain) and gain > 0.0):
         raise InputError("gain", gain, "a finite number above zero")

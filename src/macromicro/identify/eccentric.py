@@ -1,4 +1,4 @@
-"""An eccentric load that turns, as people know it: how hard gravity pulls, and where it hangs."""
+"""Eccentric load of a rotary axis: its torque, and the angle at which it hangs."""
 
 from __future__ import annotations
 
@@ -16,39 +16,17 @@ NAMES = ("unbalance", "hangs")
 
 
 class Eccentric(NamedTuple):
-    """A torque of unbalance sin(x - hangs) towards lower angles.
+    """A torque of unbalance sin(x - hangs) towards lower angles."""
 
-    Attributes
-    ----------
-    unbalance : float
-        Greatest torque, N m.
-    hangs : float
-        Angle at which the load hangs, rad, from -pi to pi.
-    """
-
-    unbalance: float
-    hangs: float
+    unbalance: float  # greatest torque, N m
+    hangs: float  # angle at which the load hangs, rad, from -pi to pi
 
 
 def of(axis: Axis) -> Eccentric:
-    """What its sine and cosine are together.
-
-    Parameters
-    ----------
-    axis : Axis
-        The parameters.
-
-    Returns
-    -------
-    Eccentric
-        Without a torque it hangs at 0.
-    """
     return Eccentric(math.hypot(axis.sine, axis.cosine), math.atan2(-axis.cosine, axis.sine))
 
 
 class Known(Protocol):
-    """What is known of an axis by any method."""
-
     @property
     def names(self) -> tuple[str, ...]:
         """What was fitted."""
@@ -63,20 +41,6 @@ class Known(Protocol):
 
 
 def told(found: Known) -> tuple[Array, Array]:
-    """Unbalance and angle of an estimate, and their standard errors to first order.
-
-    Parameters
-    ----------
-    found : Known
-        By any method.
-
-    Returns
-    -------
-    values : ndarray, shape (0,) or (2,)
-        As in `NAMES`; none of an estimate without them.
-    std : ndarray, shape (0,) or (2,)
-        Of these.
-    """
     table = slopes(found)
     if not len(table):
         return np.empty(0), np.empty(0)
@@ -84,18 +48,6 @@ def told(found: Known) -> tuple[Array, Array]:
 
 
 def slopes(found: Known) -> Array:
-    """Of unbalance and angle by what was fitted.
-
-    Parameters
-    ----------
-    found : Known
-        By any method.
-
-    Returns
-    -------
-    ndarray, shape (0, p) or (2, p)
-        NaN where the load is none.
-    """
     if not set(ECCENTRIC) <= set(found.names):
         return np.empty((0, len(found.names)))
     a, b = found.axis.sine, found.axis.cosine

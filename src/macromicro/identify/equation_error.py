@@ -37,14 +37,13 @@ def least_squares(
 ) -> LinearFit:
     """B = (U'U)^-1 U'Y (Section 4.1.1): y[k] = -a1 y[k-1] - ... + b1 u[k-delay] + ... + e[k].
 
-    Consistent only when e is white; otherwise its errors are withheld. Noise added to the output
-    biases it: on speeds from differentiated encoder counts b comes out several times too large
-    (`mls` does not).
+    Consistent only for white e; otherwise its errors are withheld. Output noise biases it: on
+    speeds from differentiated encoder counts b is several times too large (`mls` avoids this).
 
     Parameters
     ----------
     u, y : array_like
-        Input and output, shape (n,), or lists of such arrays, one per record, which are stacked.
+        Input and output, shape (n,), or lists of such arrays, one per record.
     na, nb : int
         Numbers of coefficients a and b.
     dt : float
@@ -65,6 +64,16 @@ def least_squares(
     ------
     InputError
         An option is not accepted, or the data are unusable.
+
+    Examples
+    --------
+    >>> from scipy.signal import lfilter
+    >>> from macromicro.identify import least_squares
+    >>> u = [1.0, -1.0, 1.0, 1.0] * 20  # V, every 10 ms
+    >>> y = lfilter([0.0, 0.2], [1.0, -0.9], u)  # y[k] = 0.9 y[k-1] + 0.2 u[k-1]
+    >>> fit = least_squares(u, y, na=1, nb=1, dt=0.01)
+    >>> fit.a.round(6), fit.b.round(6)
+    (array([-0.9]), array([0.2]))
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
     solution = plain(task)
@@ -85,23 +94,14 @@ def gls(
 ) -> LinearFit:
     """Generalised least squares (Clarke, 1967): A y = B u + e / D, D of order `noise_order`.
 
-    Least squares; D is fitted to its residuals as an autoregression; input and output are filtered
-    by D; repeated until the parameters settle. Noise added to the output itself is e A, not e / D:
-    a high order approximates it, and `box_jenkins` treats it exactly. A record is judged from
-    sample `noise_order` on, for noise does not begin with it. Errors are withheld where e is not
-    white.
+    Least squares with D as an autoregression of the residuals, by which input and output are
+    filtered, until the parameters settle. Output noise is e A, not e / D: a high order approximates
+    it, and `box_jenkins` treats it exactly. Samples before `noise_order` are not judged. Errors are
+    withheld where e is not white.
 
     Parameters
     ----------
-    u, y : array_like
-        Input and output, as for `least_squares`.
-    na, nb : int
-        Numbers of coefficients a and b.
-    dt : float
-        Sample time, s.
-    delay : int, optional
-        Samples from u to y.
-    weights : Signals | None, optional
+    u, y, na, nb, dt, delay, weights
         As for `least_squares`.
     noise_order : int, optional
         Order of D, 1 to 50.
@@ -117,6 +117,17 @@ def gls(
     ------
     InputError
         An option is not accepted, or the data are unusable.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy.signal import lfilter
+    >>> from macromicro.identify import gls
+    >>> u, e = np.sign(np.random.default_rng(0).standard_normal((2, 2000)))
+    >>> y = lfilter([0.0, 0.2], [1.0, -0.9], u) + lfilter([0.01], [1.0, -1.4, 0.45], e)
+    >>> fit = gls(u, y, na=1, nb=1, dt=0.01, noise_order=1)  # noise e / (A D), D = 1 - 0.5 z^-1
+    >>> fit.a.round(2), fit.b.round(2), fit.noise.round(1)
+    (array([-0.9]), array([0.2]), array([-0.5]))
     """
     if not isinstance(noise_order, int) or not 1 <= noise_order <= 50:
         raise InputError("noise_order", noise_order, "a whole number from 1 to 50")

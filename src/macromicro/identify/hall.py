@@ -1,8 +1,6 @@
-"""Hall calibration (Section 3.2.3, Figure 3.9): sensor volts against the laser's position.
+"""Hall calibration (Section 3.2.3, Figure 3.9): sensor volts against the laser's position."""
 
-CTRL ramps slowly up and down; readings of both directions are averaged, which cancels
-the sensor's lag, and made monotone.
-"""
+# Slow ramps of CTRL up and down are averaged, which cancels the sensor's lag, and made monotone.
 
 from __future__ import annotations
 
@@ -13,35 +11,20 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.control.calibration import Calibration
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 
 
 class HallFit(NamedTuple):
-    """A calibration with its uncertainty, at the table's voltages, NaN beyond the runs.
+    """A calibration with its uncertainty; NaN beyond the runs."""
 
-    Attributes
-    ----------
-    calibration : Calibration
-        The table.
-    volts : ndarray, shape (points,)
-        V.
-    std : ndarray, shape (points,)
-        Standard deviation of one run from the mean of all, m.
-    error : ndarray, shape (points,)
-        That of the mean, m.
-    between : ndarray, shape (points,)
-        Half the difference between the mean of the rising and that of the falling runs, which is
-        lag, m.
-    runs : int
-        Their number.
-    """
-
-    calibration: Calibration
-    volts: Array
-    std: Array
-    error: Array
+    calibration: Calibration  # the table
+    volts: Array  # V
+    std: Array  # standard deviation of one run from the mean of all, m
+    error: Array  # that of the mean, m
+    # half the difference between the mean of the rising and that of the falling runs, which is
+    # lag, m
     between: Array
-    runs: int
+    runs: int  # their number
 
 
 def calibrate(
@@ -49,19 +32,18 @@ def calibrate(
 ) -> Calibration:
     """Table of position over Hall voltage (Section 3.2.3, Figure 3.9).
 
-    In each run a straight line is fitted around every grid voltage (half a grid step to both sides,
-    two steps where the sensor moved fast); runs are averaged, gaps at the ends are extended with
-    the last slope.
+    Lines are fitted around every grid voltage (half a grid step to both sides, two steps where the
+    sensor moved fast) and averaged over runs; the ends continue with the last slope.
 
     Parameters
     ----------
     runs : Sequence[tuple[Array, Array]]
-        Pairs of Hall voltage (V) and laser position (m), shape (n,) each. Each run goes one way
-        only; runs of both directions should be given in equal number.
+        Pairs of Hall voltage (V) and laser position (m), shape (n,) each. Each run goes one way;
+        give as many in either direction.
     low, high : float, optional
         Voltages of the table's ends, V.
     points : int, optional
-        Number of the table's voltages.
+        Number of voltages in the table.
 
     Returns
     -------
@@ -72,6 +54,16 @@ def calibrate(
     ------
     InputError
         The runs cover less than half of the range.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.identify import calibrate
+    >>> volts = np.linspace(0.0, 5.0, 2001)
+    >>> up, down = 1e-3 * volts, 1e-3 * volts + 2e-5  # m; the sensor lags by 10 um either way
+    >>> table = calibrate([(volts, up), (volts[::-1], down[::-1])], points=6)
+    >>> table.position.round(6)  # m at 0, 1, ... 5 V
+    array([1.00e-05, 1.01e-03, 2.01e-03, 3.01e-03, 4.01e-03, 5.01e-03])
     """
     grid = np.linspace(low, high, points)
     return _averaged(grid, _tables(runs, grid))
@@ -80,27 +72,6 @@ def calibrate(
 def calibrated(
     runs: Sequence[tuple[Array, Array]], low: float = 0.0, high: float = 5.0, points: int = 126
 ) -> HallFit:
-    """`calibrate`, and how far the runs agree.
-
-    Parameters
-    ----------
-    runs : Sequence[tuple[Array, Array]]
-        As for `calibrate`, two or more.
-    low, high : float, optional
-        Voltages of the table's ends, V.
-    points : int, optional
-        Number of the table's voltages.
-
-    Returns
-    -------
-    HallFit
-        The table with its uncertainty.
-
-    Raises
-    ------
-    InputError
-        Fewer than two runs, or as for `calibrate`.
-    """
     if len(runs) < 2:
         raise InputError("Hall calibration", f"{len(runs)} runs", "two runs or more")
     grid = np.linspace(low, high, points)
@@ -115,8 +86,7 @@ def calibrated(
 
 
 def _tables(runs: Sequence[tuple[Array, Array]], grid: Array) -> Array:
-    """Position [m] at the grid's voltages by each run, shape (runs, points), NaN where the
-    run has too few readings."""
+    """Position [m] at the grid's voltages, (runs, points); NaN with too few readings."""
     step = grid[1] - grid[0]
     tables = np.full((len(runs), len(grid)), np.nan)
     for row, (hall, laser) in enumerate(runs):
@@ -134,15 +104,15 @@ def _tables(runs: Sequence[tuple[Array, Array]], grid: Array) -> Array:
 
 
 def _averaged(grid: Array, tables: Array) -> Calibration:
-    """The mean of the runs' tables, extended at the ends and made monotone."""
+    """Mean of the runs' tables, extended at the ends and made monotone."""
     points, step = len(grid), grid[1] - grid[0]
     with np.errstate(invalid="ignore"):
         seen = np.isfinite(tables).all(axis=0)
     if seen.sum() < points // 2:
-        raise InputError(
+        raise ProblemError(
             "Hall calibration",
-            f"{seen.sum()} of {points} voltages covered",
-            "runs in both directions over at least half of the sensor's range",
+            f"only {seen.sum()} of {points} voltages are covered",
+            "Record runs in both directions over at least half of the sensor's range.",
         )
     mean = np.full(points, np.nan)
     mean[seen] = tables[:, seen].mean(axis=0)

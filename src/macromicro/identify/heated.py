@@ -1,9 +1,8 @@
-"""What the law `inverse` needs, from heatings in open loop and the kiln's table.
+"""The model of the law `inverse`, from open-loop heatings and the kiln's table."""
 
-Driver, heat, latent heat and stress by `stressed.fit`. The driver's lag shows in the first moments
-after CTRL has changed, in how the speed changes, where the table's own error is left out.
-The lag of the position's sensor is that by which its voltage follows the laser.
-"""
+# Driver, heat, latent heat and stress by `stressed.fit`. The driver's lag is found from the change
+# of speed just after a change of CTRL, where the table's error cancels; the sensor's lag from its
+# voltage against the laser.
 
 from __future__ import annotations
 
@@ -17,7 +16,7 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.control.inverse import model
 from macromicro.control.inverse.model import Inverse
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify import stressed
 from macromicro.identify.actuator import AMBIENT
@@ -34,46 +33,13 @@ _DEGREE = 9
 
 
 class HeatedFit(NamedTuple):
-    """An actuator as found.
-
-    Attributes
-    ----------
-    fit : StressedFit
-        Driver, heat, relays.
-    sensor : float
-        Lag of the position's sensor, s; NaN where no record has one.
-    gains : Inverse
-        Of the law, with the default speed.
-    """
-
-    fit: StressedFit
-    sensor: float
-    gains: Inverse
+    fit: StressedFit  # driver, heat, relays
+    sensor: float  # lag of the position's sensor, s; NaN where no record has one
+    gains: Inverse  # of the law, with the default speed
 
 
 def found(table: FodTable, records: Sequence[Recording], ambient: float = AMBIENT) -> HeatedFit:
-    """The law's model.
-
-    Parameters
-    ----------
-    table : FodTable
-        From the kiln: deg C to mm.
-    records : Sequence[Recording]
-        Columns t, ctrl, laser, and contract and hall_voltage perhaps; two or more, each from cold.
-        Some with ten samples or more in the shortest hold of CTRL.
-    ambient : float, optional
-        Room temperature, deg C.
-
-    Returns
-    -------
-    HeatedFit
-        With standard errors in its fit.
-
-    Raises
-    ------
-    InputError
-        Fewer than two records, too few voltages, or none quick enough to tell a lag.
-    """
+    """The law's model; `ambient` in deg C."""
     held = shortest(records)
     quick = [r for r in records if r.dt <= _QUICK * held * (1.0 + 1e-9)]
     if not quick:
@@ -89,45 +55,14 @@ def found(table: FodTable, records: Sequence[Recording], ambient: float = AMBIEN
 
 
 def shortest(records: Sequence[Recording]) -> float:
-    """The shortest time for which CTRL stays between two changes.
-
-    Parameters
-    ----------
-    records : Sequence[Recording]
-        Columns ctrl.
-
-    Returns
-    -------
-    float
-        s; infinite where it changes once at most in each.
-    """
     edges = [(np.flatnonzero(np.diff(signal(r["ctrl"], "ctrl"))), r.dt) for r in records]
     return min((float(np.diff(at).min()) * dt for at, dt in edges if len(at) > 1), default=math.inf)
 
 
 def driver_lag(model: Stressed, records: Sequence[Recording]) -> float:
-    """The lag with which heat follows CTRL, beside the period by which the D/A is late.
-
-    Seen within a short time after each change, as long as the lag or longer; of a lag that is
-    longer than it, twice the time is looked at, up to the shortest hold of CTRL.
-
-    Parameters
-    ----------
-    model : Stressed
-        As fitted, whatever its lag.
-    records : Sequence[Recording]
-        Columns t, ctrl and laser, contract perhaps.
-
-    Returns
-    -------
-    float
-        s.
-
-    Raises
-    ------
-    InputError
-        CTRL changes in none of them.
-    """
+    """Lag of the heat behind CTRL, beyond the D/A's period."""
+    # Searched in a short time after each change; for a longer lag in twice that time, up to the
+    # shortest hold of CTRL.
     early, held = _EARLY * min(r.dt for r in records), shortest(records)
     while True:
         lag = _seen_within(model, records, early)
@@ -137,10 +72,12 @@ def driver_lag(model: Stressed, records: Sequence[Recording]) -> float:
 
 
 def _seen_within(model: Stressed, records: Sequence[Recording], early: float) -> float:
-    """`driver_lag` by what shows so soon after a change [s]."""
+    """`driver_lag` from so many seconds after each change."""
     runs = [_Changes(*_changes(r, early)) for r in records]
     if not any(len(run.at) for run in runs):
-        raise InputError("records, ctrl", "no change of CTRL", "steps from one level to another")
+        raise ProblemError(
+            "records, ctrl", "CTRL never changes", "Record steps from one level to another."
+        )
 
     def left(lag: float) -> float:
         total, count = 0.0, 0
@@ -157,7 +94,6 @@ def _seen_within(model: Stressed, records: Sequence[Recording], early: float) ->
 
 
 def _least(cost: Callable[[float], float], most: float) -> float:
-    """The lag up to `most` [s] of least cost."""
     from scipy.optimize import minimize_scalar
 
     how = {"xatol": 2e-4 * most}
@@ -165,8 +101,7 @@ def _least(cost: Callable[[float], float], most: float) -> float:
 
 
 class _Changes(NamedTuple):
-    """CTRL as it acts [V], share of time that is cut, places [mm]; samples soon after a change,
-    and for each the sample of the change."""
+    """CTRL [V], share of cut time, positions [mm], and samples after a change."""
 
     ctrl: Array
     cut: Array
@@ -190,21 +125,7 @@ def _changes(
 
 
 def sensor_lag(records: Sequence[Recording]) -> float:
-    """The lag by which a voltage follows the laser's place.
-
-    Through a first-order lag of the right length the laser says the voltage best, by one smooth
-    curve for all ways.
-
-    Parameters
-    ----------
-    records : Sequence[Recording]
-        Columns laser and hall_voltage, of one period.
-
-    Returns
-    -------
-    float
-        s.
-    """
+    """Lag of a sensor's voltage behind the laser: the one with the smoothest relation."""
     places = [signal(r["laser"], "laser") for r in records]
     volts = np.concatenate([signal(r["hall_voltage"], "hall_voltage") for r in records])
     low, high = min(p.min() for p in places), max(p.max() for p in places)
@@ -227,7 +148,7 @@ def sensor_lag(records: Sequence[Recording]) -> float:
 
 
 def _lagged(x: Array, lag: float, dt: float) -> Array:
-    """A first-order lag of a course that is straight between its samples."""
+    """A first-order lag of a signal that is linear between samples."""
     from scipy.signal import lfilter, lfilter_zi
 
     if lag < 1e-6:

@@ -1,12 +1,11 @@
-"""Methods that filter by their own last result: Steiglitz-McBride, the "modified least squares" of
-Figure 4.2, and SRIV."""
+"""Steiglitz-McBride ("modified least squares" of Figure 4.2) and SRIV."""
 
 from __future__ import annotations
 
+from macromicro.identify._refined import instrumental, steiglitz_mcbride
 from macromicro.identify.linear_fit import LinearFit, exact, withheld
 from macromicro.identify.noise_model import compared
 from macromicro.identify.records import Signals
-from macromicro.identify.refined import instrumental, steiglitz_mcbride
 from macromicro.identify.regression import Start, finished, prepared
 
 
@@ -23,25 +22,15 @@ def mls(
 ) -> LinearFit:
     """Modified least squares (Section 4.1.1, Figure 4.2), read as Steiglitz-McBride (1965).
 
-    Least squares; input and output are filtered by 1 / A; repeated until the parameters settle. At
-    the end the residual is y - (B / A) u, the output's own noise. The flow chart is lost; this
-    reading fits its text ("an additional loop filters bias noise"). Exact for white output noise,
-    slightly biased for coloured noise, where its errors are withheld. They are, too, of an order
-    above 1, where it is not the minimum of its residuals (Stoica and Soderstrom, 1981).
+    Least squares with input and output filtered by 1 / A until the parameters settle; the residual
+    is y - (B / A) u, the output noise. The flow chart is lost; this reading fits its text ("an
+    additional loop filters bias noise"). Exact for white output noise. Errors are withheld for
+    coloured noise, and above order 1, where the result is not the minimum of its residuals (Stoica
+    and Soderstrom, 1981).
 
     Parameters
     ----------
-    u, y : array_like
-        Input and output, as for `least_squares`.
-    na, nb : int
-        Numbers of coefficients a and b.
-    dt : float
-        Sample time, s.
-    delay : int, optional
-        Samples from u to y.
-    weights : Signals | None, optional
-        As for `least_squares`.
-    start : Start, optional
+    u, y, na, nb, dt, delay, weights, start
         As for `least_squares`.
 
     Returns
@@ -53,6 +42,17 @@ def mls(
     ------
     InputError
         An option is not accepted, or the data are unusable.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy.signal import lfilter
+    >>> from macromicro.identify import mls
+    >>> u, noise = np.random.default_rng(0).standard_normal((2, 2000))
+    >>> y = lfilter([0.0, 0.2], [1.0, -0.9], u) + 0.1 * noise  # white noise of the sensor
+    >>> fit = mls(u, y, na=1, nb=1, dt=0.01)
+    >>> fit.a.round(2), fit.b.round(2)
+    (array([-0.9]), array([0.2]))
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
     solution, count, done = steiglitz_mcbride(task)
@@ -76,23 +76,12 @@ def sriv(
 ) -> LinearFit:
     """Simplified refined instrumental variables (Young and Jakeman, 1979), starting from `mls`.
 
-    As `mls`, but the regressors are correlated with those of the model's own noise-free output (the
-    instruments), which removes the bias under any noise that the input did not cause. Errors are
-    drawn, or withheld, as those of `output_error`.
+    The instruments are the regressors of the model's noise-free output, which removes the bias
+    under any noise that is independent of the input. Errors as for `output_error`.
 
     Parameters
     ----------
-    u, y : array_like
-        Input and output, as for `least_squares`.
-    na, nb : int
-        Numbers of coefficients a and b.
-    dt : float
-        Sample time, s.
-    delay : int, optional
-        Samples from u to y.
-    weights : Signals | None, optional
-        As for `least_squares`.
-    start : Start, optional
+    u, y, na, nb, dt, delay, weights, start
         As for `least_squares`.
 
     Returns
@@ -104,6 +93,17 @@ def sriv(
     ------
     InputError
         An option is not accepted, or the data are unusable.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy.signal import lfilter
+    >>> from macromicro.identify import sriv
+    >>> u, e = np.random.default_rng(0).standard_normal((2, 2000))
+    >>> y = lfilter([0.0, 0.2], [1.0, -0.9], u) + lfilter([0.1], [1.0, -0.5], e)  # coloured noise
+    >>> fit = sriv(u, y, na=1, nb=1, dt=0.01)
+    >>> fit.a.round(2), fit.b.round(2)
+    (array([-0.9]), array([0.2]))
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
     solution, count, done = instrumental(task)

@@ -1,8 +1,4 @@
-"""Hysteresis from the kiln's recordings (Section 5.2.1, Figures 5.4 to 5.9).
-
-Spikes are taken out, noise averaged, heating cycles cut into first-order descending
-curves, and the curves made into the table of (5.1). Temperatures in degC, positions in mm.
-"""
+"""Hysteresis from the kiln's recordings (Section 5.2.1, Figures 5.4 to 5.9), in degC and mm."""
 
 from __future__ import annotations
 
@@ -28,44 +24,13 @@ _COLD, _ABOVE = 35.0, 4.0  # degC, and K above the coldest of a record: cold eno
 
 
 class Profile(NamedTuple):
-    """A cleaned record.
-
-    Attributes
-    ----------
-    t : ndarray, shape (n,)
-        s.
-    temperature : ndarray, shape (n,)
-        deg C.
-    position : ndarray, shape (n,)
-        mm.
-    """
-
-    t: Array
-    temperature: Array
-    position: Array
+    t: Array  # s
+    temperature: Array  # deg C
+    position: Array  # mm
 
 
 def cleaned(recording: Recording, noise: float = NOISE_S) -> Profile:
-    """Time, temperature without spikes and noise, and position of a kiln recording.
-
-    Parameters
-    ----------
-    recording : Recording
-        Recording with the columns t, thermocouple and position.
-    noise : float, optional
-        Window of the parabola that is fitted to the temperature around each sample, s; 0 leaves the
-        noise in.
-
-    Returns
-    -------
-    Profile
-        s, deg C and mm.
-
-    Raises
-    ------
-    InputError
-        A column is missing or unusable.
-    """
+    """Time, temperature without spikes and noise, and position of a kiln recording."""
     t = signal(recording["t"], "t")
     temperature = without_spikes(t, recording["thermocouple"]).values
     samples = int(noise / recording.dt) | 1
@@ -77,25 +42,7 @@ def cleaned(recording: Recording, noise: float = NOISE_S) -> Profile:
 
 
 def turning_points(values: npt.ArrayLike, least: float = LEAST_LEG) -> list[int]:
-    """Indices of the extremes between legs of some size; first and last sample too.
-
-    Parameters
-    ----------
-    values : array_like, shape (n,)
-        The record.
-    least : float, optional
-        Size of the smallest leg, unit of `values`.
-
-    Returns
-    -------
-    list[int]
-        Ascending.
-
-    Raises
-    ------
-    InputError
-        Fewer than two values, values that are not finite, or `least` not above 0.
-    """
+    """Indices of extremes between legs of some size, with the first and last sample."""
     y = signal(values, "values")
     if len(y) < 2 or not least > 0.0:
         raise InputError("turning points", f"{len(y)} values, {least}", "2 or more, and above 0")
@@ -120,29 +67,7 @@ def turning_points(values: npt.ArrayLike, least: float = LEAST_LEG) -> list[int]
 def first_order_curves(
     profile: Profile, cold: float, width: float = 0.4
 ) -> list[tuple[Array, Array]]:
-    """The cooling branches of Figure 5.7, each from its maximum to the end of its fall.
-
-    Only falls that follow a rise from `cold` or less count: others are minor loops.
-
-    Parameters
-    ----------
-    profile : Profile
-        A cleaned record.
-    cold : float
-        Temperature of a cold actuator, deg C.
-    width : float, optional
-        Points are means over windows of at most this width, K.
-
-    Returns
-    -------
-    list[tuple[Array, Array]]
-        Pairs of temperature (deg C) and position (mm), shape (m,) each.
-
-    Raises
-    ------
-    InputError
-        Fewer than two such branches.
-    """
+    """The cooling branches of Figure 5.7 that follow a rise from `cold` (deg C) or less."""
     points = turning_points(profile.temperature)
     curves = []
     for before, top, end in zip(points, points[1:], points[2:], strict=False):
@@ -166,32 +91,7 @@ def fod_table(
     shape: Shape = "nonnegative",
     smooth: float = 1.0,
 ) -> FodTable:
-    """The table of Figure 5.8 from recordings of heating cycles with falling maxima.
-
-    Parameters
-    ----------
-    recordings : Sequence[Recording]
-        Recordings with the columns t, thermocouple and position.
-    cold : float | None, optional
-        A curve counts after a rise from this temperature or less, deg C; None: 35 deg C, or of a
-        record in a warmer room 4 K above the coldest that it shows.
-    nodes : int, optional
-        Grid points per axis.
-    shape : Shape, optional
-        As for ``FodTable.from_curves``.
-    smooth : float, optional
-        As for ``FodTable.from_curves``, grid steps.
-
-    Returns
-    -------
-    FodTable
-        deg C to mm.
-
-    Raises
-    ------
-    InputError
-        The recordings or the curves are unusable.
-    """
+    """The table of Figure 5.8 from heating cycles with falling maxima; `cold` in deg C."""
     records = [cleaned(r) for r in recordings]
     least = [
         max(_COLD, float(r.temperature.min()) + _ABOVE) if cold is None else cold for r in records
@@ -201,46 +101,13 @@ def fod_table(
 
 
 class Prediction(NamedTuple):
-    """A new profile against the model.
-
-    Attributes
-    ----------
-    profile : Profile
-        As measured, cleaned.
-    model : ndarray, shape (n,)
-        Position by the model, mm.
-    rms : float
-        mm.
-    share : float
-        The RMS error as a share of the table's stroke (S2).
-    """
-
-    profile: Profile
-    model: Array
-    rms: float
-    share: float
+    profile: Profile  # as measured, cleaned
+    model: Array  # position by the model, mm
+    rms: float  # mm
+    share: float  # the RMS error as a share of the table's stroke (S2)
 
 
 def predicted(table: FodTable, recording: Recording) -> Prediction:
-    """Position by (5.1) along a recording's temperature, from negative saturation on.
-
-    Parameters
-    ----------
-    table : FodTable
-        deg C to mm.
-    recording : Recording
-        Recording with the columns t, thermocouple and position.
-
-    Returns
-    -------
-    Prediction
-        The model's position beside the measured one.
-
-    Raises
-    ------
-    InputError
-        A column is missing or unusable.
-    """
     profile = cleaned(recording)
     model = Preisach(table)
     x = model.run(profile.temperature)

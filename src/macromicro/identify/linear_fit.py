@@ -1,4 +1,4 @@
-"""LinearFit: what a linear identification returns, with the means to judge it."""
+"""LinearFit: the result of a linear identification, with its validation."""
 
 from __future__ import annotations
 
@@ -17,84 +17,40 @@ Complex = npt.NDArray[np.complex128]
 
 
 class Whiteness(NamedTuple):
-    """Ljung-Box test of residuals: Q = n (n+2) sum r_k^2 / (n-k), chi-square when white.
+    """Ljung-Box test of residuals: Q = n (n+2) sum r_k^2 / (n-k), chi-square when white."""
 
-    Attributes
-    ----------
-    autocorrelation : ndarray, shape (lags,)
-        r_1 ... r_lags.
-    statistic : float
-        Q.
-    p_value : float
-        Chance of so large a Q from white residuals.
-    white : bool
-        Whether `p_value` is at least 1 %.
-    """
-
-    autocorrelation: Array
-    statistic: float
-    p_value: float
-    white: bool
+    autocorrelation: Array  #: r_1 ... r_lags
+    statistic: float  #: Q
+    p_value: float  #: chance of so large a Q from white residuals
+    white: bool  #: `p_value` is at least 1 %
 
 
 @dataclass(frozen=True)
 class LinearFit:
-    """y = (b1 z^-1 + b2 z^-2 + ...) / (1 + a1 z^-1 + ...) u, delayed by `delay` - 1 more.
+    """y = (b1 z^-1 + b2 z^-2 + ...) / (1 + a1 z^-1 + ...) u, delayed by `delay` - 1 more."""
 
-    Attributes
-    ----------
-    method : str
-        Name of the function that found it.
-    a : ndarray, shape (na,)
-        Without the leading 1: (4.3), b / (z + a), has a = [-0.95833].
-    b : ndarray, shape (nb,)
-        Unit of y per unit of u; (4.3) has [165.72].
-    dt : float
-        Sample time, s.
-    delay : int
-        Samples from u to y.
-    covariance : ndarray, shape (na + nb, na + nb)
-        In the order a, b; allows for coloured residuals.
-    residuals : tuple[Array, ...]
-        An array per record, the method's own: one-step errors of least_squares and gls, free-run
-        errors of the others.
-    free_run : tuple[Array, ...]
-        An array per record.
-    fit : float
-        Percent, 100 (1 - |y - free run| / |y - mean y|).
-    whiteness : Whiteness
-        Test of the residuals.
-    iterations : int
-        Iterations of the method; 1 where it needs none.
-    converged : bool
-        Whether they settled.
-    noise : ndarray, shape (noise_order,)
-        d1, d2, ... of `gls`; empty for the others.
-    starts : dict[str, float]
-        Of `output_error`: the free-run fit in percent that the search reached from each beginning;
-        empty for the others.
-    doubt : str
-        Why `covariance` is withheld, all NaN; empty where it is told.
-    draws : ndarray, shape (n, na + nb), or None
-        Errors of a and b as drawn, where a force that repeats along the way or rounding to counts
-        makes them other than normal.
-    """
-
-    method: str
-    a: Array
-    b: Array
-    dt: float
-    delay: int
-    covariance: Array
+    method: str  #: name of the function that found it
+    a: Array  #: without the leading 1: (4.3), b / (z + a), has a = [-0.95833]
+    b: Array  #: unit of y per unit of u; (4.3) has [165.72]
+    dt: float  #: sample time, s
+    delay: int  #: samples from u to y
+    covariance: Array  #: in the order a, b; allows for coloured residuals
+    #: an array per record, the method's own: one-step errors of least_squares and gls, free-run
+    #: errors of the others
     residuals: tuple[Array, ...]
-    free_run: tuple[Array, ...]
-    fit: float
-    whiteness: Whiteness
-    iterations: int = 1
-    converged: bool = True
+    free_run: tuple[Array, ...]  #: an array per record
+    fit: float  #: percent, 100 (1 - |y - free run| / |y - mean y|)
+    whiteness: Whiteness  #: test of the residuals
+    iterations: int = 1  #: iterations of the method; 1 where it needs none
+    converged: bool = True  #: of the iterations
+    #: d1, d2, ... of `gls`; empty for the others
     noise: Array = field(default_factory=lambda: np.zeros(0))
+    #: of `output_error`: the free-run fit in percent that the search reached from each beginning;
+    #: empty for the others
     starts: dict[str, float] = field(default_factory=dict)
-    doubt: str = ""
+    doubt: str = ""  #: why `covariance` is withheld, all NaN; empty where it is told
+    #: errors of a and b as drawn, where a force that repeats along the way or rounding to counts
+    #: makes them other than normal
     draws: Array | None = None
 
     @property
@@ -115,7 +71,8 @@ class LinearFit:
 
     @property
     def pole_slopes(self) -> Complex:
-        """Of the continuous poles by a and b, shape (na, na + nb); infinite for a double pole.
+        """Derivatives of the continuous poles by a and b, (na, na + nb); infinite for a double
+        pole.
 
         A(p) = 0 gives dp / da_k = -p^(na - k) / A'(p), and ds = dp / (p dt).
         """
@@ -149,13 +106,13 @@ class LinearFit:
 
     @property
     def _gain_slopes(self) -> Array:
-        """Of the static gain by a and b, shape (1, na + nb)."""
+        """Derivative of the static gain by a and b, shape (1, na + nb)."""
         rest = 1.0 + self.a.sum()
         slopes = np.r_[np.full(len(self.a), -self.gain), np.ones(len(self.b))] / rest
         return np.asarray(slopes[None])
 
     def simulate(self, u: npt.ArrayLike) -> Array:
-        """Free run from rest.
+        """Free simulation from rest.
 
         Parameters
         ----------
@@ -173,8 +130,7 @@ class LinearFit:
         return np.asarray(lfilter(top, np.r_[1.0, self.a], np.asarray(u, np.float64)))
 
     def with_integrator(self) -> tuple[Array, Array]:
-        """(4.4): the model times dt z^-1 / (1 - z^-1), position in place of speed; its delay is
-        `delay` + 1.
+        """(4.4): the model times dt z^-1 / (1 - z^-1), for positions; its delay is `delay` + 1.
 
         Returns
         -------
@@ -198,59 +154,18 @@ class LinearFit:
 
 
 def withheld(fit: LinearFit, doubt: str) -> LinearFit:
-    """A fit without standard errors.
-
-    Parameters
-    ----------
-    fit : LinearFit
-        With errors.
-    doubt : str
-        Why they do not hold.
-
-    Returns
-    -------
-    LinearFit
-        Its covariance all NaN.
-    """
     unknown = np.full_like(fit.covariance, np.nan)
     return replace(fit, covariance=unknown, doubt=doubt, draws=None)
 
 
 def exact(fit: LinearFit) -> bool:
-    """Whether residuals are no more than rounding of the output.
-
-    Parameters
-    ----------
-    fit : LinearFit
-        A fit.
-
-    Returns
-    -------
-    bool
-        RMS below 1e-9 of the free run's.
-    """
     left = sum(float(e @ e) for e in fit.residuals)
     with np.errstate(over="ignore", invalid="ignore"):
         return bool(left <= _ROUNDING**2 * sum(float(y @ y) for y in fit.free_run))
 
 
 def whiteness(residuals: tuple[Array, ...], parameters: int, lags: int = 20) -> Whiteness:
-    """Ljung-Box test over records, the sums of each record's own lags.
-
-    Parameters
-    ----------
-    residuals : tuple[Array, ...]
-        Shape (n,) per record.
-    parameters : int
-        Number of fitted ones, taken off the degrees of freedom.
-    lags : int, optional
-        The most that are looked at; fewer for short records.
-
-    Returns
-    -------
-    Whiteness
-        Statistic and verdict.
-    """
+    """Ljung-Box test over records, with each record's own lags."""
     from scipy.special import chdtrc
 
     n = sum(len(e) for e in residuals)
@@ -266,20 +181,7 @@ def whiteness(residuals: tuple[Array, ...], parameters: int, lags: int = 20) -> 
 
 
 def percent(outputs: list[Array], runs: tuple[Array, ...]) -> float:
-    """Free-run fit over all records, each about its own mean.
-
-    Parameters
-    ----------
-    outputs : list[Array]
-        y, shape (n,) per record.
-    runs : tuple[Array, ...]
-        Free runs, likewise.
-
-    Returns
-    -------
-    float
-        Percent; 100 is perfect, NaN for constant outputs.
-    """
+    """Free-simulation fit over all records, each about its own mean."""
     missed = sum(float(((y - f) ** 2).sum()) for y, f in zip(outputs, runs, strict=True))
     spread = sum(float(((y - y.mean()) ** 2).sum()) for y in outputs)
     return 100.0 * (1.0 - (missed / spread) ** 0.5) if spread > 0.0 else float("nan")

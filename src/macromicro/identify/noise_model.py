@@ -1,4 +1,4 @@
-"""Box-Jenkins: output error whose noise has a colour of its own, found beside the model."""
+"""Box-Jenkins: output error with a noise model."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.identify import linear_draws
+from macromicro.identify import _linear_draws
+from macromicro.identify._descent import WHITE, begins, linearised, searched
+from macromicro.identify._spread import autoregression, by_chance, clustered, covering
 from macromicro.identify.coverage import Drawn
-from macromicro.identify.descent import WHITE, begins, linearised, searched
 from macromicro.identify.linear_fit import LinearFit, exact, withheld
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.records import Record, Signals
@@ -26,7 +27,6 @@ from macromicro.identify.regression import (
     settled,
     whitened,
 )
-from macromicro.identify.spread import autoregression, by_chance, clustered, covering
 
 _ROUNDS = 20
 _PART = 0.01  # of a standard error: rounds have settled when no parameter moves by more
@@ -37,7 +37,7 @@ _FREE = ("sriv", "output_error")  # unbiased whatever the colour of the noise
 # them what is far off by chance would not be told, and intervals of the rest would hold all.
 _APART = 3.3
 _BENT = 0.125  # at the ends of a 95 % interval runs are then off by a quarter of what moves them
-_NO_NOISE = "what the model leaves, such as cogging, is no noise"
+_NO_NOISE = "the residual, such as cogging, is no noise"
 
 
 def box_jenkins(
@@ -53,27 +53,16 @@ def box_jenkins(
 ) -> LinearFit:
     """y = (B / A) u + e / D with e white: a model of the machine and one of the noise.
 
-    D is fitted to what the free run misses, as an autoregression of the order, at most 30, that
-    Akaike's criterion prefers; then A and B minimise the sum of squares of D (y - (B / A) u); and
-    so on until they settle. That is the prediction-error method for Box-Jenkins models whose noise
-    is autoregressive (Ljung, System Identification, sections 4.2 and 7.2; Young and Jakeman, 1979,
-    by instruments), and of least variance for any noise that the input did not cause. Errors are
-    those by the model, or where stretches of the record scatter by more than chance, by these;
-    where rounding to counts is all that is left, they are drawn. They are withheld under cogging.
+    D is an autoregression of the residual, of the order (at most 30) that Akaike's criterion
+    prefers; A and B minimise D (y - (B / A) u); repeated until they settle. This is the prediction-
+    error method for Box-Jenkins models with autoregressive noise (Ljung, System Identification,
+    sections 4.2 and 7.2; Young and Jakeman, 1979), of least variance for noise independent of the
+    input. Errors are those by the model, or by the scatter of stretches of the record if that is
+    larger; drawn where rounding to counts is the only residual; withheld under cogging.
 
     Parameters
     ----------
-    u, y : array_like
-        Input and output, as for `least_squares`.
-    na, nb : int
-        Numbers of coefficients a and b.
-    dt : float
-        Sample time, s.
-    delay : int, optional
-        Samples from u to y.
-    weights : Signals | None, optional
-        As for `least_squares`.
-    start : Start, optional
+    u, y, na, nb, dt, delay, weights, start
         As for `least_squares`.
 
     Returns
@@ -85,43 +74,34 @@ def box_jenkins(
     ------
     InputError
         An option is not accepted, or the data are unusable.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy.signal import lfilter
+    >>> from macromicro.identify import box_jenkins
+    >>> u, e = np.random.default_rng(0).standard_normal((2, 2000))
+    >>> y = lfilter([0.0, 0.2], [1.0, -0.9], u) + lfilter([0.1], [1.0, -0.5], e)  # D = 1 - 0.5 z^-1
+    >>> fit = box_jenkins(u, y, na=1, nb=1, dt=0.01)
+    >>> fit.a.round(2), fit.b.round(2), fit.noise.round(1)
+    (array([-0.9]), array([0.2]), array([-0.5]))
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
     (first, _, _), _ = searched(task, begins(task))
     fit, theta = fitted(task, first)
     if exact(fit):
         return fit
-    rounded = linear_draws.rounding(task, theta, coloured=True)
+    rounded = _linear_draws.rounding(task, theta, coloured=True)
     if rounded is not None:
         return _drawn(task, fit, rounded)
     # Where little of what it leaves repeats, output error may show it.
-    if not fit.doubt and any(linear_draws.cogging(task, at) for at in (theta, first.theta)):
+    if not fit.doubt and any(_linear_draws.cogging(task, at) for at in (theta, first.theta)):
         return withheld(fit, f"{_NO_NOISE}: a force that repeats along the way")
     return fit
 
 
 def fitted(task: Task, first: Solution) -> tuple[LinearFit, Array]:
-    """The fit of `box_jenkins` from a solution of output error on, what it leaves taken for noise.
-
-    Parameters
-    ----------
-    task : Task
-        Records and orders.
-    first : Solution
-        Where it begins; other methods' results are tried as well.
-
-    Returns
-    -------
-    fit : LinearFit
-        With errors, or without where what is left is no autoregression.
-    theta : ndarray, shape (p,)
-        Its parameters and initial states.
-
-    Raises
-    ------
-    InputError
-        The data do not determine the parameters.
-    """
+    """The fit of `box_jenkins` from a solution of output error, its residual treated as noise."""
     solution, noise, count, done = first, WHITE, 0, False
     while not done and count < _ROUNDS:
         count += 1
@@ -138,33 +118,18 @@ def fitted(task: Task, first: Solution) -> tuple[LinearFit, Array]:
 
 
 def _drawn(task: Task, fit: LinearFit, told: Drawn) -> LinearFit:
-    """A fit with the errors of draws."""
     size = task.size
     return replace(fit, covariance=told.covariance[:size, :size], draws=told.draws[:, :size])
 
 
 def coloured(task: Task, theta: Array) -> Array:
-    """d1, d2, ... of the noise that a model leaves in the output.
-
-    Parameters
-    ----------
-    task : Task
-        Records and orders.
-    theta : ndarray, shape (p,)
-        The model.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        Empty for white noise.
-    """
+    """d1, d2, ... of a model's output noise."""
     runs = free_runs(task, theta)
     left = [(r.y - run) * (r.w > 0.0) for r, run in zip(task.data, runs, strict=True)]
     return autoregression(left)[0]
 
 
 def _through(task: Task, noise: Array) -> Task:
-    """The task with inputs and outputs through D, to begin searches by."""
     u = per_record(task, whitened(task, noise, np.concatenate([r.u for r in task.data])))
     y = per_record(task, whitened(task, noise, np.concatenate([r.y for r in task.data])))
     parts = zip(u, y, task.data, strict=True)
@@ -172,8 +137,8 @@ def _through(task: Task, noise: Array) -> Task:
 
 
 def _widened(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
-    """Errors by stretches of the record where they are larger than by chance: a disturbance that
-    depends on the motion is no noise, and residuals of it may be white all the same."""
+    """Errors by stretches of the record where these are larger than by chance."""
+    # A disturbance that depends on the motion is no noise, even if its residuals are white.
     n, p = solution.psi.shape
     length = max(n // _STRETCHES, 1)
     if n < 4 * p * length:
@@ -190,28 +155,11 @@ def _widened(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
 
 
 def compared(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
-    """A fit with its errors where they hold: what the method supposes, and `box_jenkins`, agree.
-
-    `least_squares`, `gls` and `mls` suppose white residuals. Of the others there is no question
-    where the residuals are white, or where cogging or rounding, which are drawn anew, made them;
-    where noise is coloured, the nearest free run may be that of a slow pole which a zero nearly
-    cancels, and which follows the noise. Errors are to first order, and told where they are small
-    enough for that (`bent`).
-
-    Parameters
-    ----------
-    task : Task
-        Records and orders.
-    solution : Solution
-        What the method found.
-    fit : LinearFit
-        Of it, with errors.
-
-    Returns
-    -------
-    LinearFit
-        With errors, or without.
-    """
+    """A fit with its errors where they are valid: the method and `box_jenkins` agree."""
+    # `least_squares`, `gls` and `mls` assume white residuals. The others are valid with white
+    # residuals, or with redrawn cogging or rounding; with coloured noise a slow pole nearly
+    # cancelled by a zero may follow the noise. Errors are to first order, so they must be small
+    # enough (`bent`).
     free, white = fit.method in _FREE, fit.whiteness.white
     if exact(fit):
         return fit
@@ -241,34 +189,19 @@ def compared(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
 
 
 def _redrawn(task: Task, theta: Array, *, white: bool) -> Drawn | None:
-    """Errors by draws where what is left is no noise: white residuals show no cogging."""
-    rounded = linear_draws.rounding(task, theta)
+    """Errors by draws where the residual is no noise; white residuals show no cogging."""
+    rounded = _linear_draws.rounding(task, theta)
     if rounded is not None or white:
         return rounded
-    cogs = linear_draws.cogging(task, theta)
-    return linear_draws.cogged(task, theta, cogs) if cogs else None
+    cogs = _linear_draws.cogging(task, theta)
+    return _linear_draws.cogged(task, theta, cogs) if cogs else None
 
 
 def bent(task: Task, theta: Array, spread: Array) -> float:
-    """How far free runs are from proportional to errors of the parameters.
+    """Nonlinearity of free simulations within one standard error.
 
-    |y(+) + y(-) - 2 y| / |y(+) - y(-)|, where y(+) and y(-) are free runs of parameters that are
-    off by a standard error in both senses, in the worst of the directions in which errors are
-    independent (D. Bates, D. Watts, J. Royal Statistical Society B 42, 1980, p. 1).
-
-    Parameters
-    ----------
-    task : Task
-        Records and orders.
-    theta : ndarray, shape (p,)
-        What was found.
-    spread : ndarray, shape (na + nb, na + nb)
-        Covariance of a and b.
-
-    Returns
-    -------
-    float
-        0 for a model that is linear in its parameters; infinite where one of the runs overflows.
+    |y(+) + y(-) - 2 y| / |y(+) - y(-)| in the worst independent direction (D. Bates, D. Watts, J.
+    Royal Statistical Society B 42, 1980, p. 1).
     """
     size = np.sqrt(np.diag(spread))
     size[size == 0.0] = 1.0

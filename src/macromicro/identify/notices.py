@@ -1,4 +1,4 @@
-"""Named warnings of identification: each says what was found and what was done about it."""
+"""Named warnings of identification: the finding and the action taken."""
 
 from __future__ import annotations
 
@@ -30,13 +30,4 @@ class UnstableWarning(DataWarning):
 
 
 def notice(kind: type[DataWarning], message: str) -> None:
-    """Warn with the caller's caller named as the place.
-
-    Parameters
-    ----------
-    kind : type[DataWarning]
-        Class of the warning.
-    message : str
-        What was found and done.
-    """
     warnings.warn(message, kind, stacklevel=3)

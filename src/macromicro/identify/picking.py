@@ -1,8 +1,7 @@
-"""The columns that a procedure needs, by role, out of what a file holds.
+"""Columns by role from a file, with units converted."""
 
-Units are converted, rows that are not finite left out with a warning, saturated sensors
-found, and records cut where the column `run` changes.
-"""
+# Rows that are not finite are left out with a warning, saturated sensors found, and records cut
+# where the column `run` changes.
 
 from __future__ import annotations
 
@@ -13,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.files.naming import TIMES, by_name, last, parted
 from macromicro.files.table import Table
 from macromicro.identify.notices import DataWarning, SaturationWarning, notice
@@ -25,55 +24,25 @@ class MissingRowsWarning(DataWarning):
 
 
 class UnitWarning(DataWarning):
-    """A column names no unit; the usual one was taken."""
+    """A column without a unit; the usual one was assumed."""
 
 
 class Role(NamedTuple):
-    """A column that a procedure needs.
-
-    Attributes
-    ----------
-    name : str
-        Short, such as "u".
-    meaning : str
-        Meaning in words.
-    names : tuple[str, ...]
-        Column names that are taken for it, best first, as `naming.plain` has them.
-    units : tuple[str, ...]
-        It is converted to the first that fits; without units it stays as it is.
-    optional : bool
-        Whether it may be missing.
-    """
-
-    name: str
-    meaning: str
+    name: str  # short, such as "u"
+    meaning: str  # meaning in words
+    # column names that are taken for it, best first, as `naming.plain` has them
     names: tuple[str, ...]
+    # it is converted to the first that fits; without units it stays as it is
     units: tuple[str, ...] = ()
     optional: bool = False
 
 
 class Picked(NamedTuple):
-    """Columns by role.
-
-    Attributes
-    ----------
-    file : str
-        Name, for messages.
-    values : dict[str, Array]
-        Shape (n,) by role, finite.
-    units : dict[str, str]
-        By role.
-    names : dict[str, str]
-        Names in the file, by role.
-    constants : dict[str, float]
-        Constants of the file, by name.
-    """
-
-    file: str
-    values: dict[str, Array]
-    units: dict[str, str]
-    names: dict[str, str]
-    constants: dict[str, float]
+    file: str  # name, for messages
+    values: dict[str, Array]  # shape (n,) by role, finite
+    units: dict[str, str]  # by role
+    names: dict[str, str]  # names in the file, by role
+    constants: dict[str, float]  # constants of the file, by name
 
 
 # Of a temperature: the size of a degree and its zero, which differences do not have.
@@ -83,23 +52,6 @@ RUN = Role("run", "which run a row belongs to", ("run", "record", "trial"), opti
 
 
 def chosen(pairs: Sequence[str]) -> dict[str, str]:
-    """What ``--columns`` says.
-
-    Parameters
-    ----------
-    pairs : Sequence[str]
-        Texts like "x=pos,u=volts".
-
-    Returns
-    -------
-    dict[str, str]
-        Role to column.
-
-    Raises
-    ------
-    InputError
-        A part is no name=column.
-    """
     found: dict[str, str] = {}
     for pair in (part for text in pairs for part in text.split(",") if part.strip()):
         role, _, column = (piece.strip() for piece in pair.partition("="))
@@ -111,28 +63,6 @@ def chosen(pairs: Sequence[str]) -> dict[str, str]:
 
 
 def pick(table: Table, roles: Sequence[Role], requested: Mapping[str, str]) -> Picked:
-    """The columns for some roles. Warns of rows left out.
-
-    Parameters
-    ----------
-    table : Table
-        What a file holds.
-    roles : Sequence[Role]
-        What is needed.
-    requested : Mapping[str, str]
-        Role to column, "column:unit" where the file names none.
-
-    Returns
-    -------
-    Picked
-        Finite, of one length, converted.
-
-    Raises
-    ------
-    InputError
-        A column is missing (lists the file's columns), of another length, or in a unit of another
-        kind.
-    """
     names = ", ".join(r.name for r in roles)
     for role_name in requested:
         if role_name not in {r.name for r in roles}:
@@ -156,25 +86,16 @@ def pick(table: Table, roles: Sequence[Role], requested: Mapping[str, str]) -> P
         named[role.name] = name
     lengths = {role: len(v) for role, v in found.items()}
     if len(set(lengths.values())) > 1:
-        raise InputError(table.file, f"columns of {lengths} rows", "columns of one length")
+        raise ProblemError(
+            table.file,
+            f"the columns differ in length ({lengths} rows)",
+            "Choose columns of one length.",
+        )
     return Picked(table.file, _finite(table.file, found), units, named, table.constants)
 
 
 def matched(table: Table, roles: Sequence[Role]) -> dict[str, str]:
-    """The columns whose names say what they are; reads nothing.
-
-    Parameters
-    ----------
-    table : Table
-        What a file holds.
-    roles : Sequence[Role]
-        What is needed.
-
-    Returns
-    -------
-    dict[str, str]
-        Column by role, of those that are found.
-    """
+    """Columns recognised by name; reads nothing."""
     found: dict[str, str] = {}
     for role in roles:
         name, _ = _column(table, role._replace(optional=True), None, found.values())
@@ -186,7 +107,7 @@ def matched(table: Table, roles: Sequence[Role]) -> dict[str, str]:
 def _column(
     table: Table, role: Role, requested: str | None, used: Collection[str] = ()
 ) -> tuple[str, str]:
-    """Name and unit of the column for a role; no name for an optional one that is not there."""
+    """Name and unit of the column for a role; no name for a missing optional one."""
     if requested is not None:
         name, mark, unit = requested.rpartition(":")
         if not mark or requested in table.columns:
@@ -197,27 +118,35 @@ def _column(
         if len(near) == 1:
             return near[0], unit or table.units[near[0]]
         raise InputError(f"{table.file}, --columns {role.name}", printable(name), _listed(table))
-    found = by_name([n for n in table.columns if n not in used], role.names)
+    numbers = [n for n in table.columns if n not in (*used, *table.words, *table.doubtful)]
+    found = by_name(numbers, role.names) or by_name(
+        [n for n in table.columns if n not in used], role.names
+    )
     if not found and role.names == TIMES:
         found = table.times(used)
     if found:
         return found, table.units[found]
     if role.optional:
         return "", ""
-    raise InputError(
+    raise ProblemError(
         table.file,
-        f"no column for {role.name} ({role.meaning})",
-        f"{_listed(table)}; name it with --columns {role.name}=COLUMN"
-        + (f"; {table.note}" if table.note else ""),
+        f"there is no column for {role.name} ({role.meaning})",
+        f"Name one with --columns {role.name}=COLUMN. Columns: {_names(table)}. "
+        "`macromicro look` suggests columns by their data."
+        + (f" Note: {table.note}." if table.note else ""),
     )
 
 
 def _listed(table: Table) -> str:
-    return "one of its columns: " + ", ".join(printable(n) for n in table.columns)
+    return f"one of its columns: {_names(table)}"
+
+
+def _names(table: Table) -> str:
+    return ", ".join(printable(name) for name in table.columns)
 
 
 def _converted(table: Table, role: Role, name: str, unit: str, values: Array) -> tuple[Array, str]:
-    """The column in the first of the role's units that its own unit converts to."""
+    """The column in the first unit of the role that its own converts to."""
     from macromicro.units import convert
 
     if not role.units:
@@ -226,7 +155,7 @@ def _converted(table: Table, role: Role, name: str, unit: str, values: Array) ->
         if len(role.units) > 1:
             return values, ""
         if role.units[0] != "s":
-            text = f"{table.file}: {printable(name)} names no unit; taken as {role.units[0]}"
+            text = f"{table.file}: {printable(name)} has no unit; taken as {role.units[0]}"
             notice(UnitWarning, text)
         return values, role.units[0]
     if "degC" in role.units and unit in DEGREES:
@@ -245,31 +174,21 @@ def _converted(table: Table, role: Role, name: str, unit: str, values: Array) ->
 
 
 def _finite(file: str, found: dict[str, Array]) -> dict[str, Array]:
-    """The rows in which every column is a finite number."""
     good = np.logical_and.reduce([np.isfinite(v) for v in found.values()])
     bad = np.flatnonzero(~good)
     if not len(bad):
         return found
     if len(bad) == len(good):
-        raise InputError(file, "no row without missing numbers", "rows of finite numbers")
+        raise ProblemError(
+            file, "every row has a missing number", "Repair these columns or choose others."
+        )
     text = f"{file}: {len(bad)} of {len(good)} rows not finite, the first is row {bad[0] + 1}"
     notice(MissingRowsWarning, f"{text}; left out")
     return {role: v[good] for role, v in found.items()}
 
 
 def runs(picked: Picked) -> list[dict[str, Array]]:
-    """The columns cut where the role "run" changes; all in one where there is none.
-
-    Parameters
-    ----------
-    picked : Picked
-        Columns by role.
-
-    Returns
-    -------
-    list[dict[str, Array]]
-        Shape (n,) by role, for each run.
-    """
+    """Columns cut where the role "run" changes."""
     values = dict(picked.values)
     if "run" not in values:
         return [values]
@@ -279,32 +198,10 @@ def runs(picked: Picked) -> list[dict[str, Array]]:
 
 
 def railed(values: Array, where: str, done: str = "nothing was changed") -> npt.NDArray[np.bool_]:
-    """Where a sensor stays at an extreme of its record, as one at the end of its range does.
-
-    An extreme is taken for the end of the range when the signal changes from sample to sample
-    elsewhere, yet repeats the extreme for runs of 5 or more, 1 % of the record in all, and comes
-    and goes at its usual pace: an axis at rest does so slowly, and rests in other places too. Warns
-    (`SaturationWarning`).
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        The record.
-    where : str
-        File and column, for messages.
-    done : str, optional
-        What was done about it, for the warning.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
-        True at an end of the range.
-
-    Raises
-    ------
-    InputError
-        That is more than half of the record.
-    """
+    """Samples at which a sensor saturates (`SaturationWarning`)."""
+    # The signal changes from sample to sample elsewhere, yet repeats its extreme in runs of 5 or
+    # more, 1 % of the record in all, and enters and leaves at its usual pace; an axis at rest does
+    # so slowly, and rests in other places too.
     ends = np.zeros(len(values), dtype=np.bool_)
     if len(values) < 20:
         return ends
@@ -333,13 +230,12 @@ def railed(values: Array, where: str, done: str = "nothing was changed") -> npt.
             f"of a saturated sensor do; {done}",
         )
     if ends.mean() > 0.5:
-        found = f"saturated in {int(ends.sum())} of {len(ends)} samples"
-        raise InputError(where, found, "a record within the sensor's range")
+        found = f"the sensor is saturated in {int(ends.sum())} of {len(ends)} samples"
+        raise ProblemError(where, found, "Record within the sensor's range.")
     return ends
 
 
 def _held(same: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Samples in runs of 5 or more, from where neighbours belong to one run."""
     run = np.convolve(same, np.ones(4), "valid") == 4.0
     held = np.zeros(len(same) + 1, dtype=np.bool_)
     for k in range(5):

@@ -1,22 +1,20 @@
-"""An axis whose friction is elastic before it slides, at a level that depends on the place.
+"""An axis whose friction is elastic before it slides, at a level that depends on the position.
 
     M dv/dt = F - (Fv + s Fa) v - (f + tau df/dt) - F0,   f = f1 + ... + fn,   dx/dt = v
     g(v, x) = Fc(x) + Fs exp(-(v/vs)^2),   s = sgn v
 
-LuGre (Canudas de Wit, Olsson, Astrom, Lischinsky, A new model for control of systems with
-friction, IEEE Transactions on Automatic Control 40 (1995) 419), in its bristle's force
-f = sigma0 z, with tau = sigma1 / sigma0:
+LuGre (Canudas de Wit et al., IEEE Trans. Automatic Control 40 (1995) 419), f = sigma0 z and tau =
+sigma1 / sigma0:
 
     df/dt = sigma0 (v - |v| f / g)
 
-GMS (Al-Bender, Lampaert, Swevers, The generalized Maxwell-slip model, IEEE Transactions on
-Automatic Control 50 (2005) 1883), n elements in parallel that stick or slide, a slipping one at its
-level at once (the paper's C without bound):
+GMS (Al-Bender et al., IEEE Trans. Automatic Control 50 (2005) 1883), n elements in parallel that
+stick or slide, a slipping one at its level at once (the paper's C without bound):
 
     dfi/dt = ki v   while  |fi| < ai g,   k1 + ... + kn = sigma0,   a1 + ... + an = 1
 
-where an element slips after ri times a common way, so that ki goes with ai / ri.
-Fc(x) goes linearly between nodes at equal distances.
+An element slips after ri times a common displacement, so ki is proportional to ai / ri. Fc(x) is
+linear between equidistant nodes.
 """
 
 from __future__ import annotations
@@ -27,8 +25,8 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
+from macromicro.identify._axis_pieces import Index, laid
 from macromicro.identify.axis import breakaway, late
-from macromicro.identify.axis_pieces import Index, laid
 from macromicro.kernel import compiled, kernel
 
 FRICTIONS = ("lugre", "gms")
@@ -37,76 +35,30 @@ STEPS = 4  # within a sample
 
 
 class Presliding(NamedTuple):
-    """Parameters of the equations above, in the units of force, position and second (N, m here).
+    """Parameters of the equations above, in the units of force, position and second (N, m here)."""
 
-    Attributes
-    ----------
-    mass : float
-        M, N s2/m = kg.
-    viscous : float
-        Fv, N s/m.
-    offset : float
-        F0, N.
-    asymmetry : float
-        Fa, N s/m.
-    stribeck : float
-        Fs, N.
-    stribeck_speed : float
-        vs, m/s.
-    stiffness : float
-        sigma0, N/m: of all that sticks.
-    settling : float
-        tau = sigma1 / sigma0, s.
-    shares : ndarray, shape (n,)
-        ai of GMS; empty: LuGre.
-    levels : ndarray, shape (k,)
-        Fc at the nodes, N.
-    low : float
-        Place of the first node, m.
-    high : float
-        Place of the last node, m; one node: anywhere.
-    lag : float
-        Time by which the force acts late, s.
-    """
-
-    mass: float
-    viscous: float
-    offset: float
-    asymmetry: float
-    stribeck: float
-    stribeck_speed: float
-    stiffness: float
-    settling: float
-    shares: Array
-    levels: Array
-    low: float
-    high: float
-    lag: float = 0.0
+    mass: float  # M, N s2/m = kg
+    viscous: float  # fv, N s/m
+    offset: float  # F0, N
+    asymmetry: float  # fa, N s/m
+    stribeck: float  # fs, N
+    stribeck_speed: float  # vs, m/s
+    stiffness: float  # sigma0, N/m: of all that sticks
+    settling: float  # tau = sigma1 / sigma0, s
+    shares: Array  # ai of GMS; empty: LuGre
+    levels: Array  # fc at the nodes, N
+    low: float  # place of the first node, m
+    high: float  # place of the last node, m; one node: anywhere
+    lag: float = 0.0  # time by which the force acts late, s
 
     @property
     def coulomb(self) -> float:
-        """Mean of Fc over the nodes, N."""
         return float(np.mean(self.levels))
 
 
 @kernel
 def level(p: Presliding, x: float, v: float) -> float:
-    """g(v, x): what friction comes to while the axis slides.
-
-    Parameters
-    ----------
-    p : Presliding
-        Parameters of the axis.
-    x : float
-        Position, m.
-    v : float
-        Speed, m/s.
-
-    Returns
-    -------
-    float
-        N.
-    """
+    """g(v, x): friction while the axis slides."""
     last = len(p.levels) - 1
     found = p.levels[0]
     if last > 0:
@@ -118,20 +70,7 @@ def level(p: Presliding, x: float, v: float) -> float:
 
 @kernel
 def stiff(p: Presliding, k: int) -> float:
-    """ki of one element of GMS; all together have `stiffness`.
-
-    Parameters
-    ----------
-    p : Presliding
-        Parameters of the axis.
-    k : int
-        Which.
-
-    Returns
-    -------
-    float
-        N/m.
-    """
+    """ki of one element of GMS; their sum is `stiffness`."""
     total = 0.0
     for i in range(len(p.shares)):
         total += p.shares[i] / REACHES[i]
@@ -140,28 +79,7 @@ def stiff(p: Presliding, k: int) -> float:
 
 @kernel
 def give(p: Presliding, f: Array, k: int, g: float, v: float, h: float) -> float:
-    """Stiffness of one element over a step: 0 for one that slips, less for one that will.
-
-    Parameters
-    ----------
-    p : Presliding
-        Parameters of the axis.
-    f : ndarray, shape (n,)
-        Force of each element, N; of LuGre one.
-    k : int
-        Which.
-    g : float
-        Level of the friction, N.
-    v : float
-        Speed, m/s.
-    h : float
-        Length of the step, s.
-
-    Returns
-    -------
-    float
-        df/dx, N/m.
-    """
+    """Mean stiffness of an element over a step: 0 while it slips, less if it is about to."""
     side = 1.0 if v >= 0.0 else -1.0
     if len(p.shares) == 0:
         return float(p.stiffness * (1.0 - min(side * f[0] / g, 1.0)))
@@ -174,26 +92,7 @@ def give(p: Presliding, f: Array, k: int, g: float, v: float, h: float) -> float
 
 @kernel
 def slid(p: Presliding, f: Array, g: float, v: float, h: float) -> float:
-    """Forces of the elements after a step at a held speed, in place.
-
-    Parameters
-    ----------
-    p : Presliding
-        Parameters of the axis.
-    f : ndarray, shape (n,)
-        Force of each, N; overwritten.
-    g : float
-        Level of the friction, N.
-    v : float
-        Speed, m/s.
-    h : float
-        Length of the step, s.
-
-    Returns
-    -------
-    float
-        Their sum, N.
-    """
+    """Forces of the elements after a step at constant speed, in place."""
     if len(p.shares) == 0:
         # The rate of slip is taken implicitly: f relaxes to the level for any step.
         f[0] = (f[0] + p.stiffness * h * v) / (1.0 + p.stiffness * h * abs(v) / g)
@@ -208,33 +107,9 @@ def slid(p: Presliding, f: Array, g: float, v: float, h: float) -> float:
 
 @kernel
 def step(p: Presliding, f: Array, x: float, v: float, pull: float, h: float) -> tuple[float, float]:
-    """New speed and distance after a time under a held force; `f` is overwritten.
-
-    The speed first, by the friction before it, its damping and the viscous part taken implicitly,
-    then the friction by the new speed: a stuck mass swings as long as its damping lets it.
-
-    Parameters
-    ----------
-    p : Presliding
-        Parameters of the axis.
-    f : ndarray, shape (n,)
-        Force of each element, N.
-    x : float
-        Position, m.
-    v : float
-        Speed, m/s.
-    pull : float
-        Force less offset, N.
-    h : float
-        Time, s.
-
-    Returns
-    -------
-    v : float
-        New speed, m/s.
-    moved : float
-        Distance, m.
-    """
+    """New speed and distance after a time under a held force; `f` is overwritten."""
+    # First the speed, with damping and viscous friction implicit, then the friction at the new
+    # speed: a stuck mass oscillates as long as its damping lets it.
     part = h / STEPS
     moved = 0.0
     for _ in range(STEPS):
@@ -253,21 +128,7 @@ def step(p: Presliding, f: Array, x: float, v: float, pull: float, h: float) -> 
 
 @kernel
 def begin(p: Presliding, f: Array, x: float, v: float, pull: float) -> None:
-    """Forces of the elements at the start of a run, in place: sliding, or at rest in balance.
-
-    Parameters
-    ----------
-    p : Presliding
-        Parameters of the axis.
-    f : ndarray, shape (n,)
-        Is written.
-    x : float
-        Position, m.
-    v : float
-        Speed, m/s.
-    pull : float
-        Force less offset, N.
-    """
+    """Initial forces of the elements, in place: sliding, or at rest in balance."""
     g = max(level(p, x, v), 1e-12)
     total = min(max(pull, -g), g)
     if v != 0.0:
@@ -287,25 +148,7 @@ def restarted(
     f: Array,
     out: Array,
 ) -> None:
-    """Positions under a force, from a new state at the start of each piece, as a kernel.
-
-    Parameters
-    ----------
-    p : Presliding
-        Parameters of the axis.
-    force : ndarray, shape (n,)
-        N, held for `h` each.
-    starts : ndarray, shape (k,)
-        First sample of each piece.
-    at, speeds : ndarray, shape (k,)
-        Position and speed there, m and m/s.
-    h : float
-        Sample time, s.
-    f : ndarray, shape (n,)
-        Room for the forces of the elements.
-    out : ndarray, shape (n,)
-        Positions are written here, m.
-    """
+    """Positions under a force, from a new state at the start of each piece, as a kernel."""
     piece = 0
     x = 0.0
     v = 0.0
@@ -334,25 +177,5 @@ def _laid(
 def simulate(
     p: Presliding, force: npt.ArrayLike, dt: float, x: float = 0.0, v: float = 0.0
 ) -> Array:
-    """Free run: positions under a force.
-
-    Parameters
-    ----------
-    p : Presliding
-        Parameters of the axis.
-    force : array_like, shape (n,)
-        N, held for `dt` each; it acts `lag` later.
-    dt : float
-        Sample time, s.
-    x : float, optional
-        Position at the start, m.
-    v : float, optional
-        Speed at the start, m/s; 0: at rest, friction in balance with the force.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Positions at the start of each sample, m.
-    """
     pull = np.ascontiguousarray(force, dtype=np.float64)
     return laid(p, pull, np.zeros(1, np.int64), np.array([float(x)]), np.array([float(v)]), dt)

@@ -1,8 +1,4 @@
-"""Output error for an axis with elastic friction that depends on the place: `presliding_drive`.
-
-From the axis whose friction is rigid (`drive`), what `presliding_choice` takes is fitted to whole
-records, or to the pieces that rigid friction is fitted to.
-"""
+"""Output error with elastic friction that depends on the position: `presliding_drive`."""
 
 from __future__ import annotations
 
@@ -14,18 +10,12 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import axis_noise, axis_spread, axis_thin, coverage
-from macromicro.identify.axis import late
-from macromicro.identify.axis_fit import drive, rows_of, runs_of
-from macromicro.identify.axis_inverse import Estimate, Rows
-from macromicro.identify.axis_refine import begun, noisy, piece
-from macromicro.identify.central import central
-from macromicro.identify.driven import Driven
-from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
-from macromicro.identify.presliding import FRICTIONS, Presliding, simulate
-from macromicro.identify.presliding_choice import NODES, asked_for, chosen, named
-from macromicro.identify.presliding_force import disturbed
-from macromicro.identify.presliding_search import (
+from macromicro.identify import _axis_noise, _axis_spread, _axis_thin, coverage
+from macromicro.identify._axis_refine import begun, noisy, piece
+from macromicro.identify._central import central
+from macromicro.identify._presliding_choice import NODES, asked_for, chosen, named
+from macromicro.identify._presliding_force import disturbed
+from macromicro.identify._presliding_search import (
     Problem,
     Shape,
     bounds,
@@ -34,7 +24,13 @@ from macromicro.identify.presliding_search import (
     problem_of,
     searched,
 )
-from macromicro.identify.ripple import Ripple
+from macromicro.identify._ripple import Ripple
+from macromicro.identify.axis import late
+from macromicro.identify.axis_fit import drive, rows_of, runs_of
+from macromicro.identify.axis_inverse import Estimate, Rows
+from macromicro.identify.driven import Driven
+from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
+from macromicro.identify.presliding import FRICTIONS, Presliding, simulate
 
 _ELASTIC = ("stiffness", "settling", "share")
 _POSITIVE = ("stiffness", "settling", "stribeck_speed")  # uncertain by tens of percent
@@ -44,77 +40,28 @@ _MOST = 60_000  # samples; of longer records evenly spread parts are fitted
 
 @dataclass(frozen=True)
 class PreslidingFit:
-    """What `presliding_drive` found; x is the unit of position, and force is `gain` times u.
+    """Result of `presliding_drive`; x is the unit of position, and force is `gain` times u."""
 
-    Attributes
-    ----------
-    friction : str
-        "lugre" or "gms".
-    model : Presliding
-        The axis.
-    names : tuple[str, ...]
-        Its parameters, one by one: scalars, then `share k` and `level k`.
-    values : ndarray, shape (p,)
-        Of these.
-    std : ndarray, shape (p,)
-        Standard errors; NaN for what the record does not show.
-    factors : ndarray, shape (2, p)
-        Coverage factors (`coverage.factors`) of these.
-    judged : dict[str, float]
-        RMS of free runs over held-out pieces of a typical piece, by what was tried.
-    reasons : dict[str, str]
-        Why each one but the last was not taken.
-    taken : str
-        Key of what was taken.
-    rms : float
-        Of the free run over all records, unit of x.
-    free_run : tuple[Array, ...]
-        Positions of the axis over each whole record, from its measured start.
-    residuals : tuple[Array, ...]
-        Measured position less free run.
-    gain : float
-        Force per unit of u.
-    delay : int
-        Samples by which u acts late.
-    repeats : Ripple or None
-        A force that repeats along the way and is not in the model, where there is one.
-    """
-
-    friction: str
-    model: Presliding
-    names: tuple[str, ...]
+    friction: str  # "lugre" or "gms"
+    model: Presliding  # the axis
+    names: tuple[str, ...]  # its parameters, one by one: scalars, then `share k` and `level k`
     values: Array
-    std: Array
-    factors: Array
+    std: Array  # standard errors; NaN for what the record does not show
+    factors: Array  # coverage factors (`coverage.factors`) of these
+    # RMS of free runs over held-out pieces of a typical piece, by what was tried
     judged: dict[str, float]
-    reasons: dict[str, str]
-    taken: str
-    rms: float
+    reasons: dict[str, str]  # why each one but the last was not taken
+    taken: str  # key of what was taken
+    rms: float  # of the free run over all records, unit of x
+    # positions of the axis over each whole record, from its measured start
     free_run: tuple[Array, ...]
-    residuals: tuple[Array, ...]
-    gain: float
-    delay: int
+    residuals: tuple[Array, ...]  # measured position less free run
+    gain: float  # force per unit of u
+    delay: int  # samples by which u acts late
+    # A force that repeats along the way and is not in the model, where there is one
     repeats: Ripple | None = None
 
     def simulate(self, u: npt.ArrayLike, dt: float, x: float = 0.0, v: float = 0.0) -> Array:
-        """Free run of the axis.
-
-        Parameters
-        ----------
-        u : array_like, shape (n,)
-            Input; `gain` and `delay` are applied.
-        dt : float
-            Sample time, s.
-        x : float, optional
-            Position at the start.
-        v : float, optional
-            Speed at the start, per second.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            Positions.
-        """
         push = late(np.asarray(u, np.float64), self.delay) * self.gain
         return simulate(self.model, push, dt, x, v)
 
@@ -130,39 +77,7 @@ def presliding_drive(
     limit: float | None = None,
     delay: int = 0,
 ) -> PreslidingFit:
-    """Parameters of an axis with LuGre or Maxwell-slip friction (`macromicro.identify.presliding`).
-
-    The measured position must be fine enough to show how the axis gives before it slides.
-
-    Parameters
-    ----------
-    t : array_like or sequence of array_like
-        Times, s, one array per record. So for `u` and `x`.
-    u : array_like or sequence of array_like
-        Drive voltage, or force with gain 1.
-    x : array_like or sequence of array_like
-        Position.
-    friction : str, optional
-        "lugre" or "gms".
-    along : int | None, optional
-        Nodes of the Coulomb level along the travel; None: as pieces held out ask for.
-    gain : float, optional
-        Force per unit of u.
-    limit : float | None, optional
-        The drive saturates there.
-    delay : int, optional
-        Samples by which u acts late.
-
-    Returns
-    -------
-    PreslidingFit
-        Parameters with standard errors, and what was tried.
-
-    Raises
-    ------
-    InputError
-        An option is not accepted, or the data are unusable.
-    """
+    """Parameters of an axis with LuGre or Maxwell-slip friction, from presliding motion."""
     if friction not in FRICTIONS:
         raise InputError("structure", friction, ", ".join(FRICTIONS))
     if along is not None and not 1 <= along <= NODES[-1]:
@@ -173,7 +88,7 @@ def presliding_drive(
     records, driven = runs_of(t, u, x), Driven(gain, limit, delay)
     fitted = records
     if sum(len(r.t) for r in records) > _MOST:
-        fitted = axis_thin.stretches(records, _MOST // 5000, 5000)
+        fitted = _axis_thin.stretches(records, _MOST // 5000, 5000)
     rows = rows_of(fitted, driven)
     problem = problem_of(rows, rigid.refined)
     z, shape, judged, reasons = chosen(problem, friction, along)
@@ -224,22 +139,6 @@ def presliding_drive(
 
 
 def told(model: Presliding, shape: Shape) -> tuple[tuple[str, ...], Array]:
-    """Parameters one by one, in the user's units.
-
-    Parameters
-    ----------
-    model : Presliding
-        The axis.
-    shape : Shape
-        Which parameters were found.
-
-    Returns
-    -------
-    names : tuple[str, ...]
-        Scalars, then `share k` and `level k`.
-    values : ndarray, shape (p,)
-        Of these.
-    """
     names = list(shape.names)
     values = [float(getattr(model, n)) for n in names]
     for k, share in enumerate(model.shares, 1):
@@ -253,8 +152,7 @@ def told(model: Presliding, shape: Shape) -> tuple[tuple[str, ...], Array]:
 def _spread(
     problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse: Estimate
 ) -> tuple[Array, Array, Ripple | None]:
-    """Standard errors, NaN where a parameter ended at its bound, their coverage factors, and the
-    force that repeats along the way."""
+    """Standard errors (NaN at a bound), coverage factors and the periodic force."""
     low, high, scale = bounds(z, shape)
     model = problem.model(z, shape)
     missed = problem.missed(z, shape)
@@ -262,10 +160,10 @@ def _spread(
     # Along elastic friction's way forces show as they are, but nothing of short pieces.
     forces, taken, repeats = disturbed(problem, z, shape, missed)
     if forces:
-        noise = axis_noise.noise(rows, model, forces, taken)._replace(repeats=repeats)
+        noise = _axis_noise.noise(rows, model, forces, taken)._replace(repeats=repeats)
     else:
-        noise = axis_noise.disturbance(rows, inverse)
-    found = axis_spread.covariance(
+        noise = _axis_noise.disturbance(rows, inverse)
+    found = _axis_spread.covariance(
         problem.pieces, model, problem.slopes(z, shape), np.concatenate(missed), noise
     )
 
@@ -281,8 +179,8 @@ def _spread(
     if bound:
         notice(
             DataWarning,
-            f"elastic friction: {', '.join(bound)} at the end of what is allowed: the record does "
-            "not show how much there is, and no standard error is told for it",
+            f"elastic friction: {', '.join(bound)} at a bound: the record does not determine "
+            "it, so it has no standard error",
         )
     std[[names.index(n) for n in bound]] = np.nan
     draws = None if found.draws is None else found.draws @ turn.T

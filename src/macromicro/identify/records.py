@@ -1,7 +1,6 @@
 """Records of input and output, checked, averaged and filtered before a linear fit.
 
-A record is a pair of arrays u[n], y[n] sampled every `dt` seconds. Units are the
-caller's: with u in V and y in counts/s the gain of a fit is in counts/s/V.
+Arrays u[n], y[n] every `dt` seconds, in the caller's units.
 """
 
 from __future__ import annotations
@@ -13,50 +12,19 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.identify.notices import SaturationWarning, notice
 
 Signals = npt.ArrayLike | Sequence[npt.ArrayLike]
 
 
 class Record(NamedTuple):
-    """One checked record.
-
-    Attributes
-    ----------
-    u : ndarray, shape (n,)
-        Input.
-    y : ndarray, shape (n,)
-        Output.
-    w : ndarray, shape (n,)
-        Weights of the samples.
-    """
-
-    u: Array
-    y: Array
-    w: Array
+    u: Array  # input
+    y: Array  # output
+    w: Array  # weights of the samples
 
 
 def signal(values: Any, where: str) -> Array:
-    """Values as finite floats.
-
-    Parameters
-    ----------
-    values : array_like, shape (n,)
-        Anything that may be an array.
-    where : str
-        Name, for messages.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        float64.
-
-    Raises
-    ------
-    InputError
-        Not an array of one dimension; or names the first row that is not finite.
-    """
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
@@ -71,7 +39,6 @@ def signal(values: Any, where: str) -> Array:
 
 
 def _listed(values: Any) -> list[Any]:
-    """One array, or a list of arrays, as a list of arrays."""
     if isinstance(values, np.ndarray):
         return [values]
     items = list(values) if isinstance(values, Iterable) else [values]
@@ -79,29 +46,7 @@ def _listed(values: Any) -> list[Any]:
 
 
 def records(u: Signals, y: Signals, weights: Signals | None, least: int) -> list[Record]:
-    """Checked records from one pair of arrays or from two equally long lists of arrays.
-
-    Warns (`SaturationWarning`) where an input sits at its extreme as a saturated one does.
-
-    Parameters
-    ----------
-    u, y : array_like
-        Input and output, shape (n,), or lists of such.
-    weights : Signals | None
-        As `y`: zero or more, default 1; they multiply the squared residual of their sample.
-    least : int
-        Fewest samples of a record.
-
-    Returns
-    -------
-    list[Record]
-        One per pair.
-
-    Raises
-    ------
-    InputError
-        Missing, unequal, non-finite, constant-zero or too short arrays.
-    """
+    """Checked records from arrays or lists of arrays; warns of saturated inputs."""
     inputs, outputs = _listed(u), _listed(y)
     loads = [None] * len(inputs) if weights is None else _listed(weights)
     if not inputs or len(inputs) != len(outputs) or len(loads) != len(inputs):
@@ -122,30 +67,16 @@ def records(u: Signals, y: Signals, weights: Signals | None, least: int) -> list
         flag_saturation(uu, f"u{at}")
         done.append(Record(uu, yy, ww))
     if not any(np.ptp(r.u) or r.u[0] for r in done):
-        raise InputError("u", "zero throughout", "an input that moves the machine")
+        raise ProblemError(
+            "u", "the input is zero throughout", "Record an input that moves the machine."
+        )
     return done
 
 
 def flag_saturation(u: Array, where: str, limit: float | None = None) -> Array:
-    """An input as the machine got it.
-
-    Without a limit, a signal that changes from sample to sample but stays at its greatest magnitude
-    for runs of 3 or more, 1 % of the record in all, is reported and left as it is.
-
-    Parameters
-    ----------
-    u : ndarray, shape (n,)
-        Input.
-    where : str
-        Name, for the warning.
-    limit : float | None, optional
-        It is clipped to +-`limit`, with a warning.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        `u`, clipped where a limit is given.
-    """
+    """The input within a limit, or as it is with a warning of saturation."""
+    # Saturated: it changes from sample to sample but stays at its greatest magnitude for runs of 3
+    # or more, 1 % of the record in all.
     size = np.abs(u)
     if limit is not None:
         over = int((size > limit * (1.0 + 1e-9)).sum())
@@ -193,10 +124,20 @@ def average_runs(runs: Sequence[tuple[npt.ArrayLike, npt.ArrayLike]]) -> tuple[A
     Raises
     ------
     InputError
-        No run, or one of unequal or non-finite arrays.
+        A run of unequal or non-finite arrays.
+    ProblemError
+        There is no run.
+
+    Examples
+    --------
+    >>> from macromicro.identify import average_runs
+    >>> there, back = [100.0, 104.0, 112.0], [300.0, 294.0, 286.0]  # counts, at 1 V and at -1 V
+    >>> u, x = average_runs([([1.0, 1.0, 1.0], there), ([-1.0, -1.0, -1.0], back)])
+    >>> x
+    array([ 0.,  5., 13.])
     """
     if not runs:
-        raise InputError("runs", "none", "one run or more of (input, position)")
+        raise ProblemError("runs", "there is no run", "Give one or more of (input, position).")
     pairs = [
         (signal(u, f"runs[{i}].u"), signal(x, f"runs[{i}].x")) for i, (u, x) in enumerate(runs)
     ]
@@ -237,6 +178,13 @@ def differentiated(u: npt.ArrayLike, x: npt.ArrayLike, dt: float) -> tuple[Array
     ------
     InputError
         Unequal or too short arrays, or `dt` not above zero.
+
+    Examples
+    --------
+    >>> from macromicro.identify import differentiated
+    >>> u, speed = differentiated([1.0, 1.0, 0.0], [0.0, 2.0, 5.0], dt=0.5)  # V, counts
+    >>> speed  # counts/s
+    array([4., 6.])
     """
     place, push = signal(x, "x"), signal(u, "u")
     if len(place) != len(push) or len(place) < 2 or not dt > 0.0:
@@ -269,6 +217,13 @@ def integrated(u: npt.ArrayLike, y: npt.ArrayLike, dt: float) -> tuple[Array, Ar
     ------
     InputError
         A signal is not finite.
+
+    Examples
+    --------
+    >>> from macromicro.identify import integrated
+    >>> u, y = integrated([1.0, 1.0, 0.0], [0.0, 2.0, 4.0], dt=0.5)
+    >>> u, y
+    (array([0.5, 1. , 1. ]), array([0., 1., 3.]))
     """
     return np.cumsum(signal(u, "u")) * dt, np.cumsum(signal(y, "y")) * dt
 
@@ -302,6 +257,16 @@ def lowpassed(
     ------
     InputError
         `cutoff` is not below half the sampling rate, or a signal is not finite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.identify import lowpassed
+    >>> t = 1e-3 * np.arange(2000)
+    >>> slow, fast = np.sin(2.0 * np.pi * 2.0 * t), np.sin(2.0 * np.pi * 200.0 * t)
+    >>> u, y = lowpassed(slow, fast, dt=1e-3, cutoff=20.0)
+    >>> np.round([np.ptp(u[1000:]), np.ptp(y[1000:])], 2)  # 2 Hz passes, 200 Hz does not
+    array([2.  , 0.01])
     """
     from scipy.signal import butter, sosfilt
 

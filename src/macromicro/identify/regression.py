@@ -1,8 +1,7 @@
-"""What the linear methods share: regressors, the weighted solution, the finished fit.
+"""Common parts of the linear methods, all for A(z) y = B(z) u + C(z) d, d an impulse at the first
+sample.
 
-Every method works on A(z) y = B(z) u + C(z) d, where d is an impulse at a record's
-first sample. C carries the record's initial state (start="free"); it is empty for a
-record that starts at rest.
+C carries the initial state (start="free"); it is empty for a record that starts at rest.
 """
 
 from __future__ import annotations
@@ -13,12 +12,12 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
+from macromicro.identify._spread import robust_covariance
+from macromicro.identify._triangle import triangle
 from macromicro.identify.linear_fit import LinearFit, percent, whiteness
 from macromicro.identify.notices import ConvergenceWarning, RestWarning, UnstableWarning, notice
 from macromicro.identify.records import Record, Signals, records
-from macromicro.identify.spread import robust_covariance
-from macromicro.identify.triangle import triangle
 
 Start = Literal["rest", "free"]
 
@@ -28,63 +27,32 @@ _SPARE = 10
 
 
 class Task(NamedTuple):
-    """What to fit: checked records and the orders of the model.
-
-    Attributes
-    ----------
-    data : list[Record]
-        The records.
-    na : int
-        Coefficients a.
-    nb : int
-        Coefficients b.
-    dt : float
-        Sample time, s.
-    delay : int
-        Samples from u to y.
-    starts : int
-        Initial-state terms per record, 0 for records that start at rest.
-    """
+    """Checked records and the orders of the model."""
 
     data: list[Record]
-    na: int
-    nb: int
-    dt: float
-    delay: int
-    starts: int
+    na: int  # coefficients a
+    nb: int  # coefficients b
+    dt: float  # sample time, s
+    delay: int  # samples from u to y
+    starts: int  # initial-state terms per record, 0 for records that start at rest
 
     @property
     def size(self) -> int:
-        """Number of model parameters, na + nb."""
         return self.na + self.nb
 
     @property
     def weights(self) -> Array:
-        """All weights, records stacked."""
         return np.concatenate([r.w for r in self.data])
 
     @property
     def roots(self) -> Array:
-        """Square roots of all weights, records stacked."""
         return np.asarray(np.sqrt(self.weights))
 
 
 class Solution(NamedTuple):
-    """What a linear method found, records stacked.
-
-    Attributes
-    ----------
-    theta : ndarray, shape (p,)
-        a, b, then initial states.
-    psi : ndarray, shape (n, p)
-        Regressors, or instruments.
-    residual : ndarray, shape (n,)
-        The method's errors.
-    """
-
-    theta: Array
-    psi: Array
-    residual: Array
+    theta: Array  # a, b, then initial states
+    psi: Array  # regressors, or instruments
+    residual: Array  # the method's errors
 
 
 def prepared(
@@ -95,31 +63,6 @@ def prepared(
     weights: Signals | None,
     start: Start,
 ) -> Task:
-    """A checked task.
-
-    Parameters
-    ----------
-    u, y : array_like
-        Input and output, shape (n,), or lists of such.
-    orders : tuple[int, int, int]
-        na, nb and delay.
-    dt : float
-        Sample time, s.
-    weights : Signals | None
-        As `y`, or None.
-    start : Start
-        "rest" or "free".
-
-    Returns
-    -------
-    Task
-        Records and orders.
-
-    Raises
-    ------
-    InputError
-        An option is not accepted, or the data are unusable.
-    """
     na, nb, delay = orders
     for name, value, least in (("na", na, 0), ("nb", nb, 1), ("delay", delay, 0)):
         if not isinstance(value, int | np.integer) or not least <= value <= 50:
@@ -131,87 +74,34 @@ def prepared(
     data = records(u, y, weights, least=2 * (na + nb) + delay + _SPARE)
     starts = max(na, nb + delay - 1) if start == "free" else 0
     if starts and not any(np.ptp(r.u) for r in data):
-        raise InputError(
-            "u", "constant", 'an input that changes; start="rest" for a step from rest'
+        raise ProblemError(
+            "u",
+            "the input is constant",
+            'Record one that changes, or use start="rest" for a step from rest.',
         )
     return Task(data, int(na), int(nb), float(dt), int(delay), int(starts))
 
 
 def delayed(x: Array, k: int) -> Array:
-    """A signal, some samples later, zeros before it.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        The signal.
-    k : int
-        Samples.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        z^-k x.
-    """
+    """A signal delayed by samples, zeros before it."""
     return x if k == 0 else np.concatenate([np.zeros(min(k, len(x))), x[:-k]])
 
 
 def filtered(a: Array, x: Array) -> Array:
-    """x / A(z) from a zero state.
-
-    Parameters
-    ----------
-    a : ndarray, shape (na,)
-        Without the leading 1.
-    x : ndarray, shape (n,)
-        The signal.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Filtered.
-    """
+    """x / A(z) from a zero state."""
     from scipy.signal import lfilter
 
     return np.asarray(lfilter([1.0], np.concatenate([[1.0], a]), x))
 
 
 def impulse(n: int) -> Array:
-    """1, 0, 0, ...
-
-    Parameters
-    ----------
-    n : int
-        Length.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        The impulse.
-    """
     d = np.zeros(n)
     d[0] = 1.0
     return d
 
 
 def regressors(task: Task, inputs: Sequence[Array], outputs: Sequence[Array], a: Array) -> Array:
-    """Matrix of -y[k-i], u[k-j] and d[k-l], all through 1/A.
-
-    Rows of all records are stacked; each record has its own initial-state columns.
-
-    Parameters
-    ----------
-    task : Task
-        Orders.
-    inputs, outputs : Sequence[Array]
-        Shape (n,) per record.
-    a : ndarray, shape (na,)
-        Coefficients of the filter, without the leading 1; empty for no filter.
-
-    Returns
-    -------
-    ndarray, shape (n, p)
-        p = na + nb + initial states.
-    """
+    """Matrix of -y[k-i], u[k-j] and d[k-l], all through 1/A; initial-state columns per record."""
     total = sum(len(x) for x in inputs)
     matrix = np.zeros((total, task.size + task.starts * len(inputs)))
     row = 0
@@ -231,32 +121,12 @@ def regressors(task: Task, inputs: Sequence[Array], outputs: Sequence[Array], a:
 
 
 def solved(psi: Array, phi: Array, target: Array, roots: Array) -> Array:
-    """theta of psi' W (target - phi theta) = 0; psi is phi for least squares.
-
-    Columns are scaled first, so that units do not matter.
-
-    Parameters
-    ----------
-    psi, phi : ndarray, shape (n, p)
-        Instruments and regressors.
-    target : ndarray, shape (n,)
-        What the regressors are to give.
-    roots : ndarray, shape (n,)
-        Square roots of the weights W.
-
-    Returns
-    -------
-    ndarray, shape (p,)
-        theta.
-
-    Raises
-    ------
-    InputError
-        The data do not determine the parameters.
-    """
+    """theta of psi' W (target - phi theta) = 0, columns scaled; psi is phi for least squares."""
     scale = np.sqrt(np.einsum("ij,ij->j", phi, phi))
     if (scale == 0.0).any():
-        raise InputError("record", "a signal that is zero throughout", "input and output that move")
+        raise ProblemError(
+            "record", "a signal is zero throughout", "Record an input and an output that change."
+        )
     left, right = psi / scale * roots[:, None], phi / scale * roots[:, None]
     if psi is phi:
         # The triangle of a QR decomposition holds all that the small solution needs.
@@ -269,32 +139,15 @@ def solved(psi: Array, phi: Array, target: Array, roots: Array) -> Array:
         poor = not np.linalg.cond(square) < 1e13
         theta = np.zeros_like(moments) if poor else np.linalg.solve(square, moments)
     if poor:
-        raise InputError(
+        raise ProblemError(
             "record",
             "input and output do not determine all parameters",
-            "an input that changes more often, or a model of lower order",
+            "Record an input that changes more often, or choose a lower order.",
         )
     return np.asarray(theta / scale)
 
 
 def plain(task: Task) -> Solution:
-    """The least-squares solution of a task.
-
-    Parameters
-    ----------
-    task : Task
-        Records and orders.
-
-    Returns
-    -------
-    Solution
-        Parameters, regressors and one-step errors.
-
-    Raises
-    ------
-    InputError
-        The data do not determine the parameters.
-    """
     phi = regressors(task, [r.u for r in task.data], [r.y for r in task.data], np.zeros(0))
     target = np.concatenate([r.y for r in task.data])
     theta = solved(phi, phi, target, task.roots)
@@ -302,18 +155,7 @@ def plain(task: Task) -> Solution:
 
 
 def stable(a: Array) -> Array:
-    """Coefficients with every root outside the unit circle reflected into it.
-
-    Parameters
-    ----------
-    a : ndarray, shape (na,)
-        Without the leading 1.
-
-    Returns
-    -------
-    ndarray, shape (na,)
-        Likewise.
-    """
+    """Coefficients with roots outside the unit circle reflected into it."""
     if not len(a):
         return a
     roots = np.roots(np.concatenate([[1.0], a]))
@@ -325,20 +167,7 @@ def stable(a: Array) -> Array:
 
 
 def free_runs(task: Task, theta: Array) -> list[Array]:
-    """(B u + C d) / A of every record.
-
-    Parameters
-    ----------
-    task : Task
-        Records and orders.
-    theta : ndarray, shape (p,)
-        a, b, then initial states.
-
-    Returns
-    -------
-    list[Array]
-        Shape (n,) per record; not finite where an unstable model overflows.
-    """
+    """(B u + C d) / A of every record."""
     from scipy.signal import lfilter
 
     a = np.concatenate([[1.0], theta[: task.na]])
@@ -355,42 +184,12 @@ def free_runs(task: Task, theta: Array) -> list[Array]:
 
 
 def per_record(task: Task, stacked: Array) -> tuple[Array, ...]:
-    """A stacked array as one array per record.
-
-    Parameters
-    ----------
-    task : Task
-        Records.
-    stacked : ndarray, shape (n, ...)
-        All records in a row.
-
-    Returns
-    -------
-    tuple[Array, ...]
-        Views.
-    """
     ends = np.cumsum([len(r.u) for r in task.data])[:-1]
     return tuple(np.split(stacked, ends))
 
 
 def whitened(task: Task, d: Array, stacked: Array) -> Array:
-    """D(z) x of every record.
-
-    Parameters
-    ----------
-    task : Task
-        Records.
-    d : ndarray, shape (m,)
-        d1, d2, ... of D.
-    stacked : ndarray, shape (n,) or (n, p)
-        All records in a row.
-
-    Returns
-    -------
-    ndarray
-        Likewise. Zero where D reaches past the record's start, for noise does not begin there, and
-        where it reaches a sample of no weight.
-    """
+    """D(z) x of every record."""
     from scipy.signal import lfilter
 
     top, parts = np.concatenate([[1.0], d]), []
@@ -404,20 +203,6 @@ def whitened(task: Task, d: Array, stacked: Array) -> Array:
 
 
 def covariance(task: Task, solution: Solution) -> Array:
-    """Covariance of all parameters, initial states included (`robust_covariance`).
-
-    Parameters
-    ----------
-    task : Task
-        Records.
-    solution : Solution
-        What was found.
-
-    Returns
-    -------
-    ndarray, shape (p, p)
-        In the order of theta.
-    """
     w = task.weights
     ends = np.cumsum([len(r.u) for r in task.data])
     return robust_covariance(solution.psi, solution.residual * w, ends, w)
@@ -426,24 +211,7 @@ def covariance(task: Task, solution: Solution) -> Array:
 def settled(
     task: Task, new: Array, old: Array, solution: Solution, part: float = _TOLERANCE
 ) -> bool:
-    """Whether the model moved by less than a small part of its standard errors.
-
-    Parameters
-    ----------
-    task : Task
-        Records and orders.
-    new, old : ndarray, shape (p,)
-        Parameters after and before an iteration.
-    solution : Solution
-        Solution with the regressors of `new`.
-    part : float, optional
-        Of a standard error.
-
-    Returns
-    -------
-    bool
-        Initial states do not count.
-    """
+    """Whether the model moved by a small part of its standard errors."""
     change = np.abs(new - old)[: task.size]
     power = float(solution.residual @ solution.residual) / len(solution.residual)
     output = sum(float(r.y @ r.y) for r in task.data)
@@ -463,28 +231,6 @@ def finished(
     converged: bool = True,
     noise: Array | None = None,
 ) -> LinearFit:
-    """The `LinearFit` of a solution, warnings included.
-
-    Parameters
-    ----------
-    method : str
-        Name of the function.
-    task : Task
-        Records and orders.
-    solution : Solution
-        What was found.
-    iterations : int, optional
-        How many it took.
-    converged : bool, optional
-        Whether they settled.
-    noise : Array | None, optional
-        d1, d2, ... of `gls`.
-
-    Returns
-    -------
-    LinearFit
-        With covariance, free runs and test of the residuals.
-    """
     theta = solution.theta
     runs = tuple(free_runs(task, theta))
     outputs = [r.y for r in task.data]
@@ -522,7 +268,7 @@ def finished(
 
 
 def _check_rest(method: str, task: Task, residuals: tuple[Array, ...]) -> None:
-    """Warn of records whose first output is far from zero, the state at rest."""
+    """Warn of records whose first output is far from the rest state, zero."""
     for i, (record, e) in enumerate(zip(task.data, residuals, strict=True)):
         usual = float(np.sqrt(np.mean(e[1:] ** 2)))
         most = float(np.abs(record.y).max())

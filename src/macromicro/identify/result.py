@@ -1,4 +1,4 @@
-"""What an identification gives a person: lines with uncertainties, pictures, a model file."""
+"""Result of an identification: lines with uncertainties, figures, a model file."""
 
 from __future__ import annotations
 
@@ -14,13 +14,20 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import macromicro
 from macromicro.drawing import files as drawings
 from macromicro.identify.coverage import NORMAL, is_normal
-from macromicro.schema.text import plain
+from macromicro.schema.text import plain, write_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.console import Console
 
 RESULT, MODEL = "result.json", "model.toml"
+FIGURES = (
+    *("free_run", "residuals", "thresholds", "speeds", "curves", "density", "gain", "calibration"),
+    *("friction", "last", "heat", "branches", "along"),
+)
+TABLES = ("hall_calibration.csv", "table.h5", "table.csv", "stress_map.csv")
+# All that an identification of any kind may write: of an earlier one in a folder nothing may stay.
+NAMES = (RESULT, MODEL, *drawings.names(FIGURES), *TABLES)
 _PLAIN, _DIGITS = (-5, 7), 10  # powers of ten that are written out; the most digits of others
 WIDE = 120  # characters, where no terminal says how wide it is
 _COLUMNS = ("name", "value", "+-", "95 % +-", "unit", "note")
@@ -29,29 +36,14 @@ _ALWAYS = ("name", "value", "+-", "unit")
 
 
 class Line(NamedTuple):
-    """One quantity of a result.
+    """One quantity of a result."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the quantity.
-    value : float
-        In `unit`.
-    error : float
-        Its standard error, NaN where there is none.
-    unit : str
-        As text; "" for none.
-    note : str
-        What it is, in words.
-    factor : float
-        Coverage factor: half of the 95 % interval, in standard errors (`coverage`).
-    """
-
-    name: str
-    value: float
-    error: float = math.nan
-    unit: str = ""
-    note: str = ""
+    name: str  #: name of the quantity
+    value: float  #: in `unit`
+    error: float = math.nan  #: standard error, NaN for none
+    unit: str = ""  #: as text; "" for none
+    note: str = ""  #: meaning
+    #: coverage factor: half of the 95 % interval, in standard errors (`coverage`)
     factor: float = NORMAL[1]
 
     @property
@@ -62,46 +54,22 @@ class Line(NamedTuple):
 
 @dataclass
 class Result:
-    """What one identification found.
+    """What one identification found."""
 
-    Attributes
-    ----------
-    kind : str
-        One of `KINDS`.
-    title : str
-        Title in words.
-    model : Any
-        The fitted object: an `Axis`, a `LinearFit`, a `DeadZone`, a `FodTable`, heating and
-        cooling, a `Calibration`.
-    lines : list[Line]
-        Its quantities with standard errors.
-    remarks : list[tuple[str, str]]
-        Fit and whatever else fits no line, as (name, text).
-    toml : str
-        What `to_toml` gives.
-    draw : Callable[[], dict[str, Figure]]
-        What `plot` calls.
-    data : dict[str, Any]
-        More for result.json.
-    extra : dict[str, Callable[[Path], None]]
-        What `save` writes more: file name to a function that takes the path.
-    files : tuple[str, ...]
-        Names of those read.
-    warnings : tuple[str, ...]
-        What was noticed in the data.
-    """
-
-    kind: str
-    title: str
+    kind: str  #: one of `KINDS`
+    title: str  #: title in words
+    #: the fitted object: an `Axis`, a `LinearFit`, a `DeadZone`, a `FodTable`, heating and cooling,
+    #: a `Calibration`
     model: Any
-    lines: list[Line]
-    remarks: list[tuple[str, str]]
-    toml: str
-    draw: Callable[[], dict[str, Figure]]
-    data: dict[str, Any] = field(default_factory=dict)
+    lines: list[Line]  #: quantities with standard errors
+    remarks: list[tuple[str, str]]  #: fit and whatever else fits no line, as (name, text)
+    toml: str  #: text of `to_toml`
+    draw: Callable[[], dict[str, Figure]]  #: called by `plot`
+    data: dict[str, Any] = field(default_factory=dict)  #: more for result.json
+    #: what `save` writes more: file name to a function that takes the path
     extra: dict[str, Callable[[Path], None]] = field(default_factory=dict)
-    files: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()  #: names of those read
+    warnings: tuple[str, ...] = ()  #: about the data
 
     @property
     def uncertainty(self) -> dict[str, float]:
@@ -170,11 +138,13 @@ class Result:
         kinds = drawings.formats(figures, "figures")
         place = Path(folder)
         place.mkdir(parents=True, exist_ok=True)
-        (place / RESULT).write_text(self.to_json(), encoding="utf-8")
-        (place / MODEL).write_text(self.to_toml(), encoding="utf-8")
+        write_text(place / RESULT, self.to_json())
+        write_text(place / MODEL, self.to_toml())
         for name, figure in self.plot().items():
+            assert name in FIGURES, name
             drawings.save(figure, place, name, kinds)
         for name, write in self.extra.items():
+            assert name in TABLES, name
             write(place / name)
 
     def show(self, console: Console | None = None) -> None:
@@ -210,7 +180,6 @@ class Result:
             console.print(Text(f"{name}: {text}"), soft_wrap=True)
 
     def __str__(self) -> str:
-        """What `show` prints."""
         from rich.console import Console
 
         text = StringIO()
@@ -223,8 +192,7 @@ class Result:
 
 
 def _cells(line: Line) -> tuple[str, ...]:
-    """A line of the table. Half of the 95 % interval stands there where it is not twice the error:
-    where errors are not normal, or few tell them."""
+    """A line of the table; half of the 95 % interval if it is not twice the error."""
     value, error = rounded(line.value, line.error)
     half = "" if not error or is_normal(line.factor) else rounded(line.value, line.half)[1]
     return line.name, value, error, half, line.unit, line.note
@@ -248,6 +216,14 @@ def rounded(value: float, error: float = math.nan) -> tuple[str, str]:
         "-" for NaN.
     error : str
         "" where there is none.
+
+    Examples
+    --------
+    >>> from macromicro.identify.result import rounded
+    >>> rounded(14.02863, 0.0312)
+    ('14.029', '0.031')
+    >>> rounded(14.02863)
+    ('14.029', '')
     """
     if not math.isfinite(value):
         return ("-" if math.isnan(value) else str(value)), ""

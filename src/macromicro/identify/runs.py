@@ -1,4 +1,4 @@
-"""Run: one measurement of an axis, checked: time, voltage (or force) and position."""
+"""Run: one checked measurement of an axis: time, voltage (or force) and position."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.identify.notices import ResampledWarning, notice
 from macromicro.identify.records import signal
 from macromicro.recording import Recording
@@ -19,19 +19,18 @@ _GAP = 5.0  # a time step of this many medians is a gap
 class Run(NamedTuple):
     """One measurement of an axis.
 
-    Attributes
-    ----------
-    t : ndarray, shape (n,)
-        s, evenly spaced.
-    u : ndarray, shape (n,)
-        Voltage or force, the caller's unit.
-    x : ndarray, shape (n,)
-        Position, the caller's unit.
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.identify import Run
+    >>> t = np.linspace(0.0, 1.0, 101)
+    >>> Run(t, u=0.0 * t + 1.5, x=20.0 * t).dt  # s
+    0.01
     """
 
-    t: Array
-    u: Array
-    x: Array
+    t: Array  #: s, evenly spaced
+    u: Array  #: voltage or force, the caller's unit
+    x: Array  #: position, the caller's unit
 
     @property
     def dt(self) -> float:
@@ -81,6 +80,15 @@ def as_run(item: Any, where: str) -> Run:
     ------
     InputError
         `item` is neither, or unusable.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.identify.runs import as_run
+    >>> t = np.linspace(0.0, 1.0, 101)
+    >>> run = as_run((t, 0.0 * t + 1.5, 20.0 * t), "recordings[0]")
+    >>> len(run.t), run.dt  # s
+    (101, 0.01)
     """
     if isinstance(item, Recording):
         return Run.of(item)
@@ -115,12 +123,23 @@ def checked(t: Any, u: Any, x: Any, where: str = "run", least: int = 20) -> Run:
     Raises
     ------
     InputError
-        Missing or unequal arrays, rows that are not finite, time that does not increase or has
-        gaps, too few samples.
+        Unequal or non-finite arrays, time that does not increase, or too few samples.
+    ProblemError
+        A missing array, or a gap in the time.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.identify.runs import checked
+    >>> t = np.linspace(0.0, 1.0, 101)
+    >>> checked(t, 0.0 * t + 1.5, 20.0 * t).dt  # s
+    0.01
     """
     for name, values in (("t", t), ("u", u), ("x", x)):
         if values is None:
-            raise InputError(f"{where}.{name}", "missing", "an array of numbers")
+            raise ProblemError(
+                f"{where}.{name}", "the array is missing", "Give an array of numbers."
+            )
     tt, uu, xx = (signal(v, f"{where}.{n}") for v, n in ((t, "t"), (u, "u"), (x, "x")))
     if not len(tt) == len(uu) == len(xx):
         found = f"lengths {len(tt)}, {len(uu)}, {len(xx)}"
@@ -131,7 +150,7 @@ def checked(t: Any, u: Any, x: Any, where: str = "run", least: int = 20) -> Run:
 
 
 def _even(t: Array, u: Array, x: Array, where: str) -> tuple[Array, Array, Array]:
-    """The same on an even time grid."""
+    """The run on an even time grid."""
     steps = np.diff(t)
     if steps.min() <= 0.0:
         row = int(steps.argmin()) + 1
@@ -141,8 +160,11 @@ def _even(t: Array, u: Array, x: Array, where: str) -> tuple[Array, Array, Array
     row, shortest, longest = int(steps.argmax()), float(steps.min()), float(steps.max())
     usual = float(np.median(steps, overwrite_input=True))  # no copy: records may be long
     if longest > _GAP * usual:
-        found = f"a gap of {longest:g} s after {t[row]:g} s, usual step {usual:g} s"
-        raise InputError(f"{where}.t", found, "one record without gaps; cut it there")
+        raise ProblemError(
+            f"{where}.t",
+            f"there is a gap of {longest:g} s after {t[row]:g} s (usual step {usual:g} s)",
+            "Cut the record there.",
+        )
     if max(longest - usual, usual - shortest) <= _EVEN * usual:
         return t, u, x
     grid = np.linspace(t[0], t[-1], round((t[-1] - t[0]) / usual) + 1)

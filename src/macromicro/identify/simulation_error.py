@@ -1,4 +1,4 @@
-"""Output error: the model whose free run is nearest to the measured output."""
+"""Output error: the model whose free simulation is nearest to the record."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from macromicro.identify.descent import begins, searched
+from macromicro.identify._descent import begins, searched
 from macromicro.identify.linear_fit import LinearFit, percent
 from macromicro.identify.noise_model import compared
 from macromicro.identify.records import Signals
@@ -26,26 +26,15 @@ def output_error(
 ) -> LinearFit:
     """Minimiser of sum w (y - (B / A) u)^2, by Levenberg-Marquardt with exact gradients.
 
-    Consistent under any noise that the input did not cause, and of least variance when that noise
-    is white (Ljung, System Identification, chapter 7). The sum has other minima, so the search is
-    made from the results of `mls`, `sriv` and `least_squares`, and from the model of first order;
-    the least of their ends is taken, and `starts` tells them all. Errors under cogging and in
-    counts are drawn; they are withheld where `box_jenkins` does not agree, or where they are too
-    large to be told to first order.
+    Consistent for noise independent of the input, and of least variance if it is white (Ljung,
+    System Identification, chapter 7). Searches start at the results of `mls`, `sriv`,
+    `least_squares` and a first-order model; the best end is taken, and `starts` lists them all.
+    Errors are drawn under cogging and in counts, and withheld where `box_jenkins` disagrees or they
+    are too large for first order.
 
     Parameters
     ----------
-    u, y : array_like
-        Input and output, as for `least_squares`.
-    na, nb : int
-        Numbers of coefficients a and b.
-    dt : float
-        Sample time, s.
-    delay : int, optional
-        Samples from u to y.
-    weights : Signals | None, optional
-        As for `least_squares`.
-    start : Start, optional
+    u, y, na, nb, dt, delay, weights, start
         As for `least_squares`.
 
     Returns
@@ -57,6 +46,17 @@ def output_error(
     ------
     InputError
         An option is not accepted, or the data are unusable.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy.signal import lfilter
+    >>> from macromicro.identify import output_error
+    >>> u, noise = np.random.default_rng(0).standard_normal((2, 2000))
+    >>> y = lfilter([0.0, 0.2], [1.0, -0.9], u) + 0.1 * noise  # white noise of the sensor
+    >>> fit = output_error(u, y, na=1, nb=1, dt=0.01)
+    >>> fit.a.round(2), fit.b.round(2)
+    (array([-0.9]), array([0.2]))
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
     (solution, count, done), ends = searched(task, begins(task))

@@ -1,9 +1,7 @@
-"""Interference off a thermocouple's record (Figures 5.4 to 5.6), and averaging.
+"""Spike removal for thermocouples (Figures 5.4 to 5.6), and averaging."""
 
-A spike begins and ends with a jump. Where the slope is larger than the kiln can make it,
-a window is placed, and the record inside it becomes a straight line. The rest, turning
-points above all, is left as it is: that is why this beats a wide median filter.
-"""
+# A spike begins and ends with a slope that the kiln cannot produce; a window around it becomes a
+# straight line. The rest, turning points above all, is unchanged, unlike with a wide median filter.
 
 from __future__ import annotations
 
@@ -13,28 +11,16 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.identify.records import signal
 
 Index = npt.NDArray[np.intp]
 
 
 class Smoothed(NamedTuple):
-    """A record without spikes.
-
-    Attributes
-    ----------
-    values : ndarray, shape (n,)
-        The record.
-    replaced : npt.NDArray[np.bool_]
-        Which samples are new, shape (n,).
-    spikes : int
-        Number of windows.
-    """
-
-    values: Array
-    replaced: npt.NDArray[np.bool_]
-    spikes: int
+    values: Array  # the record
+    replaced: npt.NDArray[np.bool_]  # replaced samples, shape (n,)
+    spikes: int  # number of windows
 
 
 def without_spikes(
@@ -44,44 +30,16 @@ def without_spikes(
     window: float = 0.6,
     longest: float = 15.0,
 ) -> Smoothed:
-    """The smoothing function of Figure 5.4: slope, window, straight line.
-
-    A step from one sample to the next that is too steep is a jump; a window is placed around it.
-    The first later jump after which the record is back, nearer to where it was before than to the
-    spike, ends the spike: all between the two goes as well. Each window becomes the straight line
-    between the means of the three good samples on its two sides; at an end of the record it becomes
-    the mean of the other side.
-
-    Parameters
-    ----------
-    t : array_like, shape (n,)
-        Times, s.
-    values : array_like, shape (n,)
-        Values, deg C.
-    steepest : float, optional
-        Slope beyond which a step is a jump, K/s.
-    window : float, optional
-        To either side of a jump, s.
-    longest : float, optional
-        Duration of the longest spike, s.
-
-    Returns
-    -------
-    Smoothed
-        The record, and what was replaced.
-
-    Raises
-    ------
-    InputError
-        Unequal lengths, times that do not rise, fewer than five samples, or a record of which more
-        than half would go.
-    """
+    """The smoothing function of Figure 5.4: slope, window, straight line; `values` in deg C."""
+    # A window surrounds each too steep step. The first later jump after which the record is nearer
+    # to its earlier value than to the spike ends the spike. The line joins the means of three good
+    # samples on both sides; at an end of the record it is the mean of the other side.
     time, y = signal(t, "t"), signal(values, "temperature")
     if len(time) != len(y) or len(y) < 5:
         found = f"{len(time)} times, {len(y)} temperatures"
         raise InputError("record", found, "as many of each, 5 or more")
     if np.any(np.diff(time) <= 0.0):
-        raise InputError("t", "does not rise", "times in rising order")
+        raise ProblemError("t", "the times do not increase", "Sort the rows by time.")
     jumps = np.flatnonzero(np.abs(np.diff(y) / np.diff(time)) > steepest)
     bad = np.zeros(len(y), dtype=bool)
     k = 0
@@ -92,7 +50,9 @@ def without_spikes(
         k = last + 1
     if bad.mean() > 0.5:
         found = f"{100 * bad.mean():.0f} % of the record is steeper than {steepest:g} per second"
-        raise InputError("temperature", found, "a record whose spikes are rare")
+        raise ProblemError(
+            "temperature", found, "Repair the record; only rare spikes can be removed."
+        )
     starts = np.flatnonzero(np.diff(bad.astype(np.int8), prepend=0) == 1)
     ends = np.flatnonzero(np.diff(bad.astype(np.int8), append=0) == -1) + 1
     good = np.flatnonzero(~bad)
@@ -106,7 +66,7 @@ def without_spikes(
 
 
 def _return(time: Array, y: Array, jumps: Index, k: int, longest: float) -> int:
-    """Number of the jump that ends the spike which jump `k` begins; `k` itself if none does."""
+    """Number of the jump that ends a spike; `k` itself if none does."""
     before = y[jumps[k]]
     height = y[jumps[k] + 1] - before
     for later in range(k + 1, len(jumps)):
@@ -120,32 +80,7 @@ def _return(time: Array, y: Array, jumps: Index, k: int, longest: float) -> int:
 def window_means(
     u: npt.ArrayLike, x: npt.ArrayLike, samples: int, width: float = np.inf
 ) -> tuple[Array, Array]:
-    """Means of neighbours (Figure 5.6, diamonds): less noise and fewer points.
-
-    A window closes after `samples` samples, or as soon as `u` spans more than `width` in it, so
-    that steep places keep their points.
-
-    Parameters
-    ----------
-    u, x : array_like, shape (n,)
-        Input and output.
-    samples : int
-        The most in a window.
-    width : float, optional
-        The most that `u` may span in a window.
-
-    Returns
-    -------
-    u : ndarray, shape (windows,)
-        Means.
-    x : ndarray, shape (windows,)
-        Means.
-
-    Raises
-    ------
-    InputError
-        Unequal lengths, fewer than one sample, or a width not above 0.
-    """
+    """Means of neighbours (Figure 5.6), over `samples` samples or a span of `width` in `u`."""
     uu, xx = signal(u, "u"), signal(x, "x")
     if len(uu) != len(xx) or samples < 1 or not width > 0.0:
         found = f"{len(uu)} and {len(xx)} values, {samples} samples, width {width}"

@@ -1,12 +1,11 @@
-"""A mass on a spring, or none, behind a drive with a dead zone, or none: its free run.
+"""A mass with optional spring, behind a drive with optional dead zone: its free simulation.
 
     M dv/dt = D(F) - k x - (Fv + s Fa) v - s Fc - F0,  s = sgn v,  dx/dt = v
     D(F) = F - d sgn F for |F| > d, else 0
 
-F = gain u is the drive's force, zero for a free decay. F0 holds preload: with a spring its rest is
-at -F0 / k. At rest friction balances any force up to Fc. Between reversals the equation is linear,
-so a step is its exact solution (L. Meirovitch, Fundamentals of Vibrations, sections 2.2 and 2.3),
-and a reversal is split at the moment of zero speed.
+F = gain u is the drive's force, zero for a free decay; with a spring, rest is at -F0 / k. A step is
+the exact linear solution (L. Meirovitch, Fundamentals of Vibrations, sections 2.2 and 2.3), split
+at reversals.
 """
 
 from __future__ import annotations
@@ -26,33 +25,15 @@ _PIECES = 8  # reversals within one step
 
 
 class Sprung(NamedTuple):
-    """Parameters of the equation above, in the units of force, position and second (N and m here).
+    """Parameters of the equation above, in the units of force, position and second (N, m)."""
 
-    Attributes
-    ----------
-    mass : float
-        M, kg.
-    viscous : float
-        Fv, N s/m.
-    coulomb : float
-        Fc, N.
-    offset : float
-        F0, N: a constant force, or a spring's preload.
-    asymmetry : float
-        Fa, N s/m: viscous friction is Fv + Fa forwards, Fv - Fa backwards.
-    spring : float
-        k, N/m.
-    dead_zone : float
-        d, N: what the drive needs before it gives any force.
-    """
-
-    mass: float
-    viscous: float
-    coulomb: float = 0.0
-    offset: float = 0.0
-    asymmetry: float = 0.0
-    spring: float = 0.0
-    dead_zone: float = 0.0
+    mass: float  # M, kg
+    viscous: float  # fv, N s/m
+    coulomb: float = 0.0  # fc, N
+    offset: float = 0.0  # F0, N: a constant force, or a spring's preload
+    asymmetry: float = 0.0  # fa, N s/m: viscous friction is Fv + Fa forwards, Fv - Fa backwards
+    spring: float = 0.0  # k, N/m
+    dead_zone: float = 0.0  # d, N: what the drive needs before it gives any force
 
     @property
     def frequency(self) -> float:
@@ -69,20 +50,7 @@ class Sprung(NamedTuple):
 
 @kernel
 def passed(p: Sprung, force: float) -> float:
-    """What the drive's dead zone leaves of a force.
-
-    Parameters
-    ----------
-    p : Sprung
-        Parameters.
-    force : float
-        N.
-
-    Returns
-    -------
-    float
-        D(F), N.
-    """
+    """Force beyond the drive's dead zone."""
     if force > p.dead_zone:
         return force - p.dead_zone
     if force < -p.dead_zone:
@@ -92,31 +60,11 @@ def passed(p: Sprung, force: float) -> float:
 
 @kernel
 def slide(p: Sprung, x: float, v: float, pull: float, h: float) -> tuple[float, float]:
-    """State after a time in which the direction stays: the linear equation's exact solution.
+    """State after a time in one direction: the exact solution.
 
-    With A = (pull - k x) / M, a = c / 2 M, w^2 = k / M and e = exp(-a h):
-    v(h) = e (S A + (C - a S) v), x(h) = x + A (1 - e (C + a S)) / w^2 + e S v, where C and S are
-    cos wd h and sin wd h / wd, or cosh and sinh where it is overdamped.
-
-    Parameters
-    ----------
-    p : Sprung
-        Parameters; `viscous` is that of this direction.
-    x : float
-        Position, m.
-    v : float
-        Speed, m/s.
-    pull : float
-        Force less friction and offset, N.
-    h : float
-        Time, s.
-
-    Returns
-    -------
-    x : float
-        m.
-    v : float
-        m/s.
+    With A = (pull - k x) / M, a = c / 2 M, w^2 = k / M and e = exp(-a h): v(h) = e (S A + (C - a S)
+    v), x(h) = x + A (1 - e (C + a S)) / w^2 + e S v, where C and S are cos wd h and sin wd h / wd,
+    or cosh and sinh where it is overdamped.
     """
     a = 0.5 * p.viscous / p.mass
     w2 = p.spring / p.mass
@@ -142,28 +90,7 @@ def slide(p: Sprung, x: float, v: float, pull: float, h: float) -> tuple[float, 
 
 @kernel
 def step(p: Sprung, x: float, v: float, force: float, h: float) -> tuple[float, float]:
-    """New position and speed after a time under a held force.
-
-    Parameters
-    ----------
-    p : Sprung
-        Parameters.
-    x : float
-        Position, m.
-    v : float
-        Speed, m/s.
-    force : float
-        Of the drive, N.
-    h : float
-        Time, s.
-
-    Returns
-    -------
-    x : float
-        m.
-    v : float
-        m/s.
-    """
+    """New position and speed after a time under a held force."""
     pull = passed(p, force) - p.offset
     for _ in range(_PIECES):
         if v > 0.0:
@@ -200,23 +127,7 @@ def step(p: Sprung, x: float, v: float, force: float, h: float) -> tuple[float, 
 
 @kernel
 def free_run(p: Sprung, force: Array, x: float, v: float, h: float, out: Array) -> None:
-    """Positions and speeds from a state under a force, as a kernel.
-
-    Parameters
-    ----------
-    p : Sprung
-        Parameters.
-    force : ndarray, shape (n,)
-        N, held for `h` each.
-    x : float
-        Position at the start, m.
-    v : float
-        Speed at the start, m/s.
-    h : float
-        Sample time, s.
-    out : ndarray, shape (2, n)
-        Positions, m, and speeds, m/s, are written here.
-    """
+    """Positions and speeds from a state under a force, as a kernel."""
     for k in range(len(force)):
         out[0, k] = x
         out[1, k] = v
@@ -226,30 +137,7 @@ def free_run(p: Sprung, force: Array, x: float, v: float, h: float, out: Array) 
 def simulate(
     p: Sprung, force: npt.ArrayLike, dt: float, x: float = 0.0, v: float = 0.0, lag: float = 0.0
 ) -> tuple[Array, Array]:
-    """Free run: positions and speeds under a force.
-
-    Parameters
-    ----------
-    p : Sprung
-        Parameters.
-    force : array_like, shape (n,)
-        N, held for `dt` each; zeros for a free decay.
-    dt : float
-        Sample time, s.
-    x : float, optional
-        Position at the start, m.
-    v : float, optional
-        Speed at the start, m/s.
-    lag : float, optional
-        Time by which the force acts late, s.
-
-    Returns
-    -------
-    x : ndarray, shape (n,)
-        Positions at the start of each sample, m.
-    v : ndarray, shape (n,)
-        Speeds there, m/s.
-    """
+    """Free simulation: positions and speeds under a force."""
     push = late(np.ascontiguousarray(force, dtype=np.float64), lag / dt)
     out = np.empty((2, len(push)))
     plain = Sprung(*(float(value) for value in p))

@@ -1,4 +1,4 @@
-"""A sprung, coasting or dead-zoned drive from its records, by output error: `sprung_drive`."""
+"""A sprung, coasting or dead-zoned drive by output error: `sprung_drive`."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
-from macromicro.identify import coverage, sprung_doubts, sprung_start
-from macromicro.identify.ripple import Ripple
+from macromicro.errors import InputError, ProblemError
+from macromicro.identify import _sprung_doubts, _sprung_start, coverage
+from macromicro.identify._ripple import Ripple
+from macromicro.identify._sprung_search import FRICTIONS, Model, first, judged, moving, searched
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung import Sprung, simulate
-from macromicro.identify.sprung_search import FRICTIONS, Model, first, judged, moving, searched
 
 _HELD_OUT = 0.3
 _BETTER = 0.02  # a richer friction must lower the held-out error by this part
@@ -24,91 +24,45 @@ _SAME = 1e-3  # of the least error: searches that end so near are at one minimum
 
 @dataclass(frozen=True)
 class SprungFit:
-    """What `sprung_drive` found.
-
-    Attributes
-    ----------
-    model : Model
-        What was asked, with the friction that was chosen.
-    axis : Sprung
-        Parameters; of a free motion per mass, whose `mass` is 1.
-    names : tuple[str, ...]
-        The free ones.
-    covariance : ndarray, shape (p, p)
-        Covariance of these.
-    starts : tuple[tuple[float, float], ...]
-        Position and speed at the start of each record, found with the parameters.
-    free_run : tuple[Array, ...]
-        The output by the model, an array per record.
-    residuals : tuple[Array, ...]
-        Measured less free run.
-    holdout : dict[str, float]
-        RMS of each friction over the last parts, by a fit to the first ones; empty where one was
-        asked for.
-    ends : tuple[float, ...]
-        RMS where each search ended, least first.
-    gain : float
-        Force per unit of u.
-    lag : float
-        Time by which u acts late, s.
-    draws : ndarray, shape (n, p), or None
-        Errors of the parameters as drawn, where a force that repeats along the way or rounding to
-        counts makes them other than normal.
-    repeats : Ripple or None
-        A force that repeats along the way and is not in the model, where the residuals show one.
-    """
-
-    model: Model
-    axis: Sprung
-    names: tuple[str, ...]
-    covariance: Array
+    model: Model  # with the chosen friction
+    axis: Sprung  # parameters; of a free motion per mass, whose `mass` is 1
+    names: tuple[str, ...]  # the free ones
+    covariance: Array  # covariance of these
+    # position and speed at the start of each record, found with the parameters
     starts: tuple[tuple[float, float], ...]
-    free_run: tuple[Array, ...]
-    residuals: tuple[Array, ...]
+    free_run: tuple[Array, ...]  # the output by the model, an array per record
+    residuals: tuple[Array, ...]  # measured less free run
+    # RMS of each friction over the last parts, by a fit to the first ones; empty where one was
+    # asked for
     holdout: dict[str, float]
-    ends: tuple[float, ...]
-    gain: float
-    lag: float
+    ends: tuple[float, ...]  # RMS where each search ended, least first
+    gain: float  # force per unit of u
+    lag: float  # time by which u acts late, s
+    # errors of the parameters as drawn, where a force that repeats along the way or rounding to
+    # counts makes them other than normal
     draws: Array | None = None
+    # A force that repeats along the way and is not in the model, where the residuals show one
     repeats: Ripple | None = None
 
     @property
     def values(self) -> Array:
-        """The free parameters, in the order of `names`."""
         return np.array([getattr(self.axis, name) for name in self.names])
 
     @property
     def std(self) -> Array:
-        """Standard errors, in the order of `names`."""
         return np.sqrt(np.diag(self.covariance))
 
     @property
     def rms(self) -> float:
-        """RMS error of the free run over all records."""
         return float(np.sqrt(np.mean(np.concatenate(self.residuals) ** 2)))
 
     @property
     def factors(self) -> Array:
-        """Coverage factors (`coverage.factors`) of these, shape (2, p)."""
+        """Coverage factors, shape (2, p)."""
         return coverage.factors(self.draws, np.eye(len(self.names)))
 
     def derived(self, of: str) -> tuple[float, float, Array]:
-        """A property of `Sprung` and its error, by its slopes.
-
-        Parameters
-        ----------
-        of : str
-            "frequency" or "damping".
-
-        Returns
-        -------
-        value : float
-            As there.
-        error : float
-            Standard error, NaN where none is known.
-        factors : ndarray, shape (2,)
-            Its coverage factors.
-        """
+        """A property of `Sprung` and its error, by its slopes."""
         value = float(getattr(self.axis, of))
         slopes = []
         for name, at in zip(self.names, self.values, strict=True):
@@ -120,22 +74,6 @@ class SprungFit:
         return value, error, coverage.factors(self.draws, table)[:, 0]
 
     def simulate(self, u: Any, dt: float, x: float = 0.0, v: float = 0.0) -> Array:
-        """Free run of the output.
-
-        Parameters
-        ----------
-        u : array_like, shape (n,)
-            Input; `gain` and `lag` are applied. Zeros for a free motion.
-        dt : float
-            Sample time, s.
-        x, v : float, optional
-            Position and speed at the start.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            Positions, or speeds where the output is the speed.
-        """
         push = self.gain * np.asarray(u, np.float64)
         return simulate(self.axis, push, dt, x, v, self.lag)[int(self.model.speed)]
 
@@ -151,50 +89,16 @@ def sprung_drive(
     gain: float = 1.0,
     lag: float = 0.0,
 ) -> SprungFit:
-    """Parameters of M dv/dt = D(gain u) - k x - friction(v) - F0 (`macromicro.identify.sprung`).
-
-    Position and speed at the start of each record are found with the parameters; what a free motion
-    holds after it is over is not fitted. Standard errors allow for disturbing forces and for
-    coloured residuals. Warns (`DataWarning`) of searches that end apart and of parameters
-    that the records do not tell apart.
-
-    Parameters
-    ----------
-    records : Sequence[Run]
-        Time, input and output, each evenly sampled; where nothing drives, u is not looked at.
-    driven : bool, optional
-        Whether u drives; else parameters come per mass.
-    speed : bool, optional
-        Whether `x` of the records holds speeds.
-    spring : bool, optional
-        Whether there is a spring.
-    dead_zone : bool, optional
-        Whether the drive has a dead zone.
-    friction : str, optional
-        A key of `FRICTIONS`, or "auto": the poorest from which a richer one is not 2 % better on
-        the last parts of the records, fitted to the first ones.
-    gain : float, optional
-        Force per unit of u.
-    lag : float, optional
-        Time by which u acts late, s.
-
-    Returns
-    -------
-    SprungFit
-        With standard errors.
-
-    Raises
-    ------
-    InputError
-        An option is not accepted, or the records do not determine the parameters.
-    """
+    """Parameters of M dv/dt = D(gain u) - k x - friction(v) - F0 (`macromicro.identify.sprung`)."""
+    # Initial states are fitted; a free motion is fitted only until it is over. Standard errors
+    # allow for disturbing forces and coloured residuals.
     if friction != "auto" and friction not in FRICTIONS:
         raise InputError("structure", friction, f"auto or one of {', '.join(FRICTIONS)}")
     if dead_zone and not driven:
-        raise InputError("dead zone", "no column u", "a drive that can have one")
+        raise ProblemError("dead zone", "there is no column u", "Give the input of the drive.")
     if not spring and not speed and not driven and _turns(records):
-        raise InputError(
-            "record", "a free motion that turns back", "a spring (--spring), or a drive's u"
+        raise ProblemError(
+            "record", "the free motion turns back", "Add --spring, or a column u of a drive."
         )
     whole = [r._replace(u=gain * r.u if driven else np.zeros_like(r.x)) for r in records]
     names = list(FRICTIONS) if friction == "auto" else [friction]
@@ -214,11 +118,13 @@ def sprung_drive(
         least = min(scores.values(), default=np.inf)
         fair = [m for m in models if scores.get(m.friction, np.inf) <= least * (1.0 + _BETTER)]
         if not fair:
-            raise InputError("record", "no friction could be fitted", "a motion that shows it")
+            raise ProblemError(
+                "record", "no friction could be fitted", "Record a motion that shows it."
+            )
         chosen = fair[0]
     ends = searched(kept, chosen, lag)
     best = ends[0]
-    sure = sprung_doubts.covariance(kept, best, chosen.names, lag, speed=speed)
+    sure = _sprung_doubts.covariance(kept, best, chosen.names, lag, speed=speed)
     starts = tuple((float(x), float(v)) for x, v in best.starts)
     free = tuple(
         simulate(best.axis, r.u, r.dt, x, v, lag)[int(speed)]
@@ -244,7 +150,7 @@ def sprung_drive(
 
 
 def _turns(records: Sequence[Run]) -> bool:
-    """Whether a position goes back by more than it shakes."""
+    """Whether a position reverses by more than its noise."""
     for r in records:
         x = r.x
         back = np.maximum.accumulate(x) - x if x[-1] >= x[0] else x - np.minimum.accumulate(x)
@@ -254,38 +160,11 @@ def _turns(records: Sequence[Run]) -> bool:
 
 
 def same(ends: Sequence[float]) -> int:
-    """How many searches ended at the least error.
-
-    Parameters
-    ----------
-    ends : Sequence[float]
-        RMS of each, least first.
-
-    Returns
-    -------
-    int
-        1 or more.
-    """
     return sum(e <= ends[0] * (1.0 + _SAME) for e in ends)
 
 
 def started(fit: SprungFit, run: Run) -> tuple[float, float]:
-    """Position and speed from which the model's free run is nearest to the first part of a record.
-
-    Parameters
-    ----------
-    fit : SprungFit
-        What was found.
-    run : Run
-        A record, its input in units of u.
-
-    Returns
-    -------
-    x : float
-        Position.
-    v : float
-        Speed.
-    """
+    """Initial state with the nearest free simulation over the first part."""
     from scipy.optimize import least_squares
 
     many = len(run.t) // 10
@@ -293,8 +172,8 @@ def started(fit: SprungFit, run: Run) -> tuple[float, float]:
         many = int(1.0 / (fit.axis.frequency * run.dt))
     part = Run(*(column[: min(max(many, 20), len(run.t))] for column in run))
     speed = fit.model.speed
-    begin = sprung_start.start(part, speed)
-    size = np.array(sprung_start.scales([part], speed, 1.0))
+    begin = _sprung_start.start(part, speed)
+    size = np.array(_sprung_start.scales([part], speed, 1.0))
 
     def missed(at: Array) -> Array:
         x, v = at * size

@@ -1,7 +1,6 @@
-"""Fit of the better actuator model (`models.stressed`) to open-loop recordings.
+"""Fit of the improved actuator model (`models.stressed`) to open-loop recordings.
 
-Everything is fitted at once, to positions only: the free runs of the model against the
-laser, by non-linear least squares. The hysteresis table comes from the kiln and stays.
+Non-linear least squares of free simulations against the laser; the hysteresis table is fixed.
 """
 
 from __future__ import annotations
@@ -17,13 +16,13 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify import stressed_begin
+from macromicro.identify import _stressed_begin
+from macromicro.identify._free_run_search import Span, ended, nearest, search
+from macromicro.identify._spread import standard_errors
+from macromicro.identify._stressed_begin import NAMES, TIMES
 from macromicro.identify.actuator import AMBIENT, Judgement, hysteresis, judged
-from macromicro.identify.free_run_search import Span, ended, nearest, search
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.records import signal
-from macromicro.identify.spread import standard_errors
-from macromicro.identify.stressed_begin import NAMES, TIMES
 from macromicro.models import stressed
 from macromicro.models.actuator import Hysteresis
 from macromicro.models.heating import Ladder
@@ -45,32 +44,14 @@ _LOGS = [NAMES.index(name) for name in TIMES]
 
 
 class StressedFit(NamedTuple):
-    """The better actuator model as found.
-
-    Attributes
-    ----------
-    model : Stressed
-        Model with the fitted values.
-    values : dict[str, float]
-        By name, heats as "heat 1.5 V" (K).
-    std : dict[str, float]
-        Standard errors, likewise.
-    rms : float
-        Over the samples fitted to, mm.
-    iterations : int
-        Iterations of the search.
-    """
-
-    model: Stressed
-    values: dict[str, float]
-    std: dict[str, float]
-    rms: float
-    iterations: int
+    model: Stressed  # model with the fitted values
+    values: dict[str, float]  # by name, heats as "heat 1.5 V" (K)
+    std: dict[str, float]  # standard errors, likewise
+    rms: float  # over the samples fitted to, mm
+    iterations: int  # iterations of the search
 
 
 class _Known(NamedTuple):
-    """What of a `Stressed` is known before the search."""
-
     volts: Array
     lag: float
     cut_on: float
@@ -80,8 +61,7 @@ class _Known(NamedTuple):
 
 
 class _Run(NamedTuple):
-    """A recording on the model's time grid: ctrl [V], share of time cut, dt [s]; at which
-    grid points to compare with which positions x [mm]."""
+    """A recording on the model's time grid: ctrl [V], share of cut time, dt [s], positions [mm]."""
 
     ctrl: Array
     cut: Array
@@ -91,12 +71,9 @@ class _Run(NamedTuple):
 
 
 def _grid(recording: Recording, scale: float = 1.0) -> _Run:
-    """A time grid that is fine where CTRL has just changed, and the positions to meet.
-
-    2 ms for two seconds after each change, then 10 ms up to ten seconds, then 50 ms; all of it
-    times `scale`, by which the wires are slower than those of the thesis. Comparisons are spread
-    evenly over this grid, so that the fast parts count most.
-    """
+    """Time grid for a recording and the positions to compare."""
+    # 2 ms for two seconds after each change, 10 ms up to ten seconds, then 50 ms, all times `scale`
+    # for slower wires. Comparisons are even on this grid, so fast parts count most.
     t, sent = signal(recording["t"], "t"), signal(recording["ctrl"], "ctrl")
     x = signal(recording["laser"], "laser") * 1e-3
     edges = [0, *(np.flatnonzero(np.diff(sent)) + 1), len(t) - 1]
@@ -117,7 +94,7 @@ def _grid(recording: Recording, scale: float = 1.0) -> _Run:
 
 
 def _cut(recordings: Sequence[Recording], end: float) -> tuple[float, float]:
-    """Positions [mm] at which CONTRACT closed and opened, moved down to what the table reaches."""
+    """Positions [mm] at which CONTRACT closed and opened, limited to the table's range."""
     on, off = [], []
     for r in recordings:
         if "contract" not in r:
@@ -141,46 +118,18 @@ def fit(
     lag: float = 0.0,
     near: StressedFit | None = None,
 ) -> StressedFit:
-    """The better model from open-loop recordings.
-
-    The map from CTRL to heat gets a point at every voltage that is held in one of them. The sum of
-    the resistances is 1: heat is counted as the warming that it leads to. Where `contract` was
-    recorded it is followed, since when it acts to the millisecond cannot be predicted. Searches
-    begin at several warmings and paces, within bounds that table and records give. Warns where
-    the search does not settle, or ends at a bound of a parameter.
-
-    Parameters
-    ----------
-    table : FodTable
-        From the kiln, deg C to mm.
-    recordings : Sequence[Recording]
-        Recordings with the columns t, ctrl, laser, and contract perhaps; two or more. Each must
-        start cold and fully extended.
-    ambient : float, optional
-        Room temperature, deg C.
-    lag : float, optional
-        Lag of the driver, s: too short to be found from such records, and taken as given.
-    near : StressedFit | None, optional
-        A fit of the same records with another lag: the search begins there.
-
-    Returns
-    -------
-    StressedFit
-        Values with standard errors.
-
-    Raises
-    ------
-    InputError
-        Fewer than two recordings, no drive that moves the wires, or too many levels of it.
-    """
+    """The improved model from open-loop recordings; `ambient` in deg C."""
+    # The heat map has a point at each held voltage. The resistances sum to 1, since heat is counted
+    # in K. A recorded `contract` is followed, since its timing to the millisecond cannot be
+    # predicted. Searches begin at several warmings and paces.
     if len(recordings) < 2:
         raise InputError("recordings", len(recordings), "2 open-loop recordings or more")
-    means = stressed_begin.means(table, recordings, ambient)
+    means = _stressed_begin.means(table, recordings, ambient)
     step = 2.0 ** round(math.log2(means.pace / _USUAL))
     runs = [_grid(r, step) for r in recordings]
     places = _cut(recordings, table.f_low + table.span)
     known = _Known(means.volts, lag, *places, ambient, hysteresis(table))
-    span = stressed_begin.span(means)
+    span = _stressed_begin.span(means)
 
     def residual(z: Array, runs: Sequence[_Run] = runs) -> Array:
         p = _with(known, _values(z))
@@ -193,7 +142,7 @@ def fit(
         def rough(z: Array) -> Array:
             return residual(z, coarse)
 
-        begins = nearest(rough, stressed_begin.begins(means), span, _FEW, _BEST)
+        begins = nearest(rough, _stressed_begin.begins(means), span, _FEW, _BEST)
         (begin,) = nearest(rough, begins, span, _MORE, 1)
     else:
         begin = _searched(np.array(list(near.values.values())))
@@ -208,16 +157,16 @@ def fit(
     if at_end := _at_end(names, found.x, span, means.warming):
         notice(
             DataWarning,
-            f"actuator model: {', '.join(at_end)}: at the end of what is searched; the records do "
-            "not determine it, or ask for another model, and its standard error says little",
+            f"actuator model: {', '.join(at_end)}, a bound of the search; the records do not "
+            "determine it, or need another model, and its standard error means little",
         )
     model = _with(known, values)
     if late := _late(model.ladder, means.longest):
         notice(
             DataWarning,
-            f"actuator model: {late} longer than the longest record ({means.longest:.3g} s): what "
-            "warms last is a guess, and so is the scale of heats and resistances; their standard "
-            "errors say little. Hold a level for longer",
+            f"actuator model: {late} longer than the longest record ({means.longest:.3g} s): "
+            "the slowest node is a guess, as is the scale of heats and resistances, and "
+            "their standard errors mean little. Hold a level for longer",
         )
     return StressedFit(
         model,
@@ -229,28 +178,26 @@ def fit(
 
 
 def _values(z: Array) -> Array:
-    """The values that search values stand for."""
     values = z.copy()
     values[_LOGS] = np.exp(values[_LOGS])
     return values
 
 
 def _searched(values: Array) -> Array:
-    """The reverse of `_values`."""
     z = values.copy()
     z[_LOGS] = np.log(z[_LOGS])
     return z
 
 
 def _late(ladder: Ladder, longest: float) -> str:
-    """The time constants that the records are too short for, in words."""
+    """Time constants that the records are too short for, in words."""
     times = {"c2 r2": ladder.c2 * ladder.r2, "c3 r3": ladder.c3 * ladder.r3}
     late = [f"{name} ({value:.3g} s)" for name, value in times.items() if value > longest]
     return f"{' and '.join(late)} {'is' if len(late) == 1 else 'are'}" if late else ""
 
 
 def _at_end(names: Sequence[str], z: Array, span: Span, warming: float) -> list[str]:
-    """The parameters that the search left at a bound, in words; heats by parts of `warming`."""
+    """Parameters at a bound, in words; heats by parts of `warming`."""
     within = span.high - span.low
     within[len(NAMES) :] = warming
     least, most = ended(z, span.low, span.high, within)
@@ -263,7 +210,7 @@ def _at_end(names: Sequence[str], z: Array, span: Span, warming: float) -> list[
 
 
 def _with(known: _Known, theta: Array) -> Stressed:
-    """The model with the fitted values: those of NAMES, then the heats."""
+    """The model with the fitted values: NAMES, then the heats."""
     c1, r1, c2, r2, c3, latent, shift, stiffening = (float(v) for v in theta[: len(NAMES)])
     return Stressed(
         **known._asdict(),
@@ -276,20 +223,7 @@ def _with(known: _Known, theta: Array) -> Stressed:
 
 
 def against(model: Stressed, recording: Recording) -> Judgement:
-    """The model's free run against a recording that starts cold.
-
-    Parameters
-    ----------
-    model : Stressed
-        The better model.
-    recording : Recording
-        Recording with the columns t, ctrl and laser.
-
-    Returns
-    -------
-    Judgement
-        Shares of the stroke.
-    """
+    """The model's free simulation against a recording from cold."""
     t = signal(recording["t"], "t")
     x = signal(recording["laser"], "laser") * 1e-3
     made = stressed.simulate(model, recording["ctrl"], recording.dt)[0]

@@ -9,17 +9,17 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify import counts, coverage, slow_levels
-from macromicro.identify.central import central
+from macromicro.identify import _counts, _slow_levels, coverage
+from macromicro.identify._central import central
+from macromicro.identify._restored import restored
+from macromicro.identify._spread import autoregression, driven, standard_errors
 from macromicro.identify.inference import Doubt, on_cooling, on_heating
 from macromicro.identify.iterated import mls
 from macromicro.identify.linear_fit import LinearFit
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.records import signal
-from macromicro.identify.restored import restored
-from macromicro.identify.spread import autoregression, driven, standard_errors
 from macromicro.models.heating import Ladder, Modes, ladder, step_response
 from macromicro.recording import Recording
 
@@ -29,48 +29,16 @@ _NUDGE = 1e-4  # of the logarithm of a rate or a share, for slopes
 
 
 class StepRecord(NamedTuple):
-    """A step from cold.
-
-    Attributes
-    ----------
-    t : ndarray, shape (n,)
-        s.
-    position : ndarray, shape (n,)
-        mm.
-    rise : ndarray, shape (n,)
-        Temperature above ambient, K.
-    error : ndarray, shape (n,)
-        Its standard error, K; inf where the position shows no temperature.
-    """
-
-    t: Array
-    position: Array
-    rise: Array
-    error: Array
+    t: Array  # s
+    position: Array  # mm
+    rise: Array  # temperature above ambient, K
+    error: Array  # standard error, K; inf where the position shows no temperature
 
 
 def averaged(trials: Sequence[Recording]) -> tuple[Array, Array]:
-    """The mean of trials (solid line of Figure 5.10).
-
-    Parameters
-    ----------
-    trials : Sequence[Recording]
-        Trials with the columns t and laser, of one sample time.
-
-    Returns
-    -------
-    t : ndarray, shape (n,)
-        s.
-    x : ndarray, shape (n,)
-        Mean position by the laser, mm.
-
-    Raises
-    ------
-    InputError
-        No trial, or different sample times.
-    """
+    """Mean of trials (solid line of Figure 5.10), mm."""
     if not trials:
-        raise InputError("trials", "none", "one recording or more")
+        raise ProblemError("trials", "there is no recording", "Give one or more.")
     n = min(len(r) for r in trials)
     if any(r.dt != trials[0].dt for r in trials):
         raise InputError("trials", [r.dt for r in trials], "one sample time")
@@ -81,29 +49,7 @@ def averaged(trials: Sequence[Recording]) -> tuple[Array, Array]:
 def inferred_step(
     table: FodTable, trials: list[Recording], ambient: float, doubt: Doubt | None = None
 ) -> StepRecord:
-    """Figure 5.10b: temperature rise during a step from full extension.
-
-    Parameters
-    ----------
-    table : FodTable
-        From the kiln, deg C to mm.
-    trials : list[Recording]
-        Trials of one voltage.
-    ambient : float
-        Room temperature, deg C.
-    doubt : Doubt | None, optional
-        Standard errors; default `Doubt()`.
-
-    Returns
-    -------
-    StepRecord
-        K, with standard errors.
-
-    Raises
-    ------
-    InputError
-        No trial, or different sample times.
-    """
+    """Figure 5.10b: temperature rise during a step from full extension; `ambient` in deg C."""
     t, x = averaged(trials)
     found = on_heating(table, x, doubt)
     width = found.high - found.low
@@ -112,82 +58,30 @@ def inferred_step(
 
 
 def steady(record: StepRecord, seconds: float = 2.0) -> float:
-    """Mean temperature rise at the end of a step.
-
-    Parameters
-    ----------
-    record : StepRecord
-        The step.
-    seconds : float, optional
-        Over how long, s.
-
-    Returns
-    -------
-    float
-        K.
-
-    Raises
-    ------
-    InputError
-        The position does not show it, at the stop above all.
-    """
+    """Mean temperature rise at the end of a step."""
     last = record.t >= record.t[-1] - seconds
     if not np.isfinite(record.error[last]).all():
-        accepted = "a step that moves the actuator and stays clear of the stop"
-        raise InputError("steady temperature", "position in saturation", accepted)
+        raise ProblemError(
+            "steady temperature",
+            "the position is saturated",
+            "Record a step that moves the actuator and stays clear of the stop.",
+        )
     return float(record.rise[last].mean())
 
 
 class HeatingFit(NamedTuple):
-    """(5.6) as found.
-
-    Attributes
-    ----------
-    modes : Modes
-        Rates (1/s) and shares.
-    std : Modes
-        Their standard errors.
-    ladder : Ladder
-        The same as three nodes.
-    nrmse : float
-        RMS error over the range of the record's temperatures.
-    factors : ndarray, shape (2, 6)
-        Coverage factors (`coverage.factors`) of the modes.
-    """
-
-    modes: Modes
-    std: Modes
-    ladder: Ladder
-    nrmse: float
+    modes: Modes  # Rates (1/s) and shares
+    std: Modes  # their standard errors
+    ladder: Ladder  # the same as three nodes
+    nrmse: float  # RMS error over the range of the record's temperatures
+    # coverage factors (`coverage.factors`) of the modes
     factors: Array = coverage.factors(None, np.eye(6))
 
 
 def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
-    """Third-order dynamics of a step: T / T_d of (5.6) by output error.
-
-    Three modes with shares above 0, which is a ladder of positive elements. Samples spread evenly
-    over the logarithm of time are used, so that the first second counts as much as the last minute;
-    all count alike, since the error that matters is the table's, not the laser's noise.
-
-    Parameters
-    ----------
-    record : StepRecord
-        The step.
-    goal : float
-        T_d, K.
-    points : int, optional
-        Number of samples used.
-
-    Returns
-    -------
-    HeatingFit
-        Modes with standard errors.
-
-    Raises
-    ------
-    InputError
-        Too few usable samples, or `goal` not above 0.
-    """
+    """Third-order dynamics of a step: T / T_d of (5.6) by output error, with positive shares."""
+    # Samples are even in log time, so that the first second counts as much as the last minute, and
+    # have equal weights, since the table's error dominates the laser's noise.
     from scipy.optimize import least_squares
 
     usable = np.flatnonzero(np.isfinite(record.error) & (record.t > 0.0))
@@ -213,12 +107,12 @@ def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
     errors = np.full(len(record.t), np.nan)
     model = step_response(Modes(*theta), record.t[usable])
     errors[usable] = np.asarray(model) - record.rise[usable] / goal
-    step = counts.pitch(record.rise[usable])
+    step = _counts.pitch(record.rise[usable])
     rounded = None
-    if step is not None and counts.explains(errors, step / goal):
+    if step is not None and _counts.explains(errors, step / goal):
         every, solve = ([y + found.fun], [step / goal]), np.linalg.pinv(found.jac)
-        told = counts.redrawn(lambda e: solve @ e, found.jac, *every)
-        rounded = told if counts.alone(found.jac, told.covariance, [y], *every) else None
+        told = _counts.redrawn(lambda e: solve @ e, found.jac, *every)
+        rounded = told if _counts.alone(found.jac, told.covariance, [y], *every) else None
     draws = None
     if rounded is not None:
         spread, least, draws = rounded.covariance, np.zeros(len(theta)), rounded.draws
@@ -236,8 +130,7 @@ def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
 def _by_noise(
     found: Any, usable: npt.NDArray[np.intp], chosen: npt.NDArray[np.intp], r: StepRecord, e: Array
 ) -> Array:
-    """Covariance of the logarithms by what the whole record leaves of a noise; rates and shares
-    have taken part of it (`restored`), most of one as slow as the record (`slow_levels`)."""
+    """Covariance of the logarithms by the residual noise (`restored`, `slow_levels`)."""
 
     def run(theta: Array) -> Array:
         return np.asarray(step_response(Modes(*np.exp(theta)), r.t[usable]))
@@ -250,40 +143,23 @@ def _by_noise(
     every = np.split(left, cuts)
     solve = np.zeros_like(taken.T)
     solve[:, chosen] = np.linalg.pinv(found.jac)
-    if not slow_levels.is_slow(len(usable), autoregression(every)):
+    if not _slow_levels.is_slow(len(usable), autoregression(every)):
         backs = np.split(solve, cuts, axis=1)
         noise = autoregression(np.split(e[usable], cuts))
         return driven([b.T for b in backs], restored(noise, np.split(taken, cuts), backs))
-    return slow_levels.covariance(solve, list(map(len, every)), slow_levels.levels(every, taken))
+    return _slow_levels.covariance(solve, list(map(len, every)), _slow_levels.levels(every, taken))
 
 
 def _least(found: Any) -> Array:
-    """Standard errors as if the residuals at the samples were white."""
+    """Standard errors for white residuals at the samples."""
     free = max(len(found.fun) - found.jac.shape[1], 1)
     return standard_errors(found.jac) * float(np.sqrt(found.fun @ found.fun / free))
 
 
 def heating_mls(record: StepRecord, goal: float, dt: float = 0.1) -> LinearFit:
-    """The same by `mls` of order three, as the thesis did.
-
-    Before the position shows a temperature, a straight line from 0 stands for it: without the
-    step's first samples a numerator of second order cannot be found. One equation error a sample
-    gives the long tail most of the weight; `heating` is the better way.
-
-    Parameters
-    ----------
-    record : StepRecord
-        The step.
-    goal : float
-        T_d, K.
-    dt : float, optional
-        Sample time, s.
-
-    Returns
-    -------
-    LinearFit
-        From T_d to temperature rise.
-    """
+    """(5.6) by `mls` of order three, as in the thesis."""
+    # Before the position shows a temperature, a line from 0 stands in: a second-order numerator
+    # needs the first samples. Equal weights per sample favour the long tail; `heating` is better.
     known = np.isfinite(record.error)
     t = np.arange(record.t[0], record.t[-1], dt)
     y = np.interp(t, np.r_[record.t[0], record.t[known]], np.r_[0.0, record.rise[known]])
@@ -296,34 +172,7 @@ def heating_mls(record: StepRecord, goal: float, dt: float = 0.1) -> LinearFit:
 def needed_goal(
     table: FodTable, fit: Modes, t: Array, x: Array, ambient: float, level: float
 ) -> float:
-    """T_d with which the heating model passes a position when the record does: the tuning of (5.8)
-    above 1.6 V.
-
-    Parameters
-    ----------
-    table : FodTable
-        From the kiln, deg C to mm.
-    fit : Modes
-        (5.6).
-    t : ndarray, shape (n,)
-        Times, s.
-    x : ndarray, shape (n,)
-        Position, mm.
-    ambient : float
-        Room temperature, deg C.
-    level : float
-        Position, mm.
-
-    Returns
-    -------
-    float
-        K.
-
-    Raises
-    ------
-    InputError
-        The record does not pass `level`.
-    """
+    """T_d with which the model passes `level` (mm) when the record does (tuning of (5.8))."""
     past = np.flatnonzero(x >= level)
     if not len(past) or past[0] == 0:
         raise InputError("heating step", f"{x.max():.4g} mm", f"a step that passes {level:.4g} mm")
@@ -332,55 +181,23 @@ def needed_goal(
 
 
 class CoolingFit(NamedTuple):
-    """(5.9) as found.
-
-    Attributes
-    ----------
-    time : float
-        Until 63 % of the fall is done, s.
-    fitted : float
-        Time constant by least squares, s.
-    nrmse : float
-        RMS error of that exponential, over the range of the fall.
-    peak : float
-        Where the fall began, deg C.
-    """
-
-    time: float
-    fitted: float
-    nrmse: float
-    peak: float
+    time: float  # Until 63 % of the fall is done, s
+    fitted: float  # time constant by least squares, s
+    nrmse: float  # RMS error of that exponential, over the range of the fall
+    peak: float  # start of the fall, deg C
 
 
 def cooling(table: FodTable, trials: Sequence[Recording], ambient: float) -> CoolingFit:
-    """(5.9) from a step that is held and then set to 0 V (Figure 5.16).
-
-    Parameters
-    ----------
-    table : FodTable
-        From the kiln, deg C to mm.
-    trials : Sequence[Recording]
-        Trials of one voltage, with the columns t, ctrl and laser.
-    ambient : float
-        Room temperature, deg C.
-
-    Returns
-    -------
-    CoolingFit
-        Time constant, read off and fitted.
-
-    Raises
-    ------
-    InputError
-        CTRL never falls to zero, or the position does not cover the 63 %.
-    """
+    """(5.9) from a step that is held and then set to 0 V (Figure 5.16); `ambient` in deg C."""
     from scipy.optimize import least_squares
 
     t, x = averaged(trials)
     sent = signal(trials[0]["ctrl"], "ctrl")[: len(t)]
     off = np.flatnonzero((sent[1:] <= 0.0) & (sent[:-1] > 0.0))
     if not len(off):
-        raise InputError("cooling record, ctrl", "never goes to zero", "a step that ends at 0 V")
+        raise ProblemError(
+            "cooling record, ctrl", "CTRL never returns to 0", "Record a step that ends at 0 V."
+        )
     begin = int(off[0]) + 1
     before = t >= t[begin] - 0.05
     peak = float(on_heating(table, [x[before & (t < t[begin])].mean()]).temperature[0])
@@ -390,8 +207,11 @@ def cooling(table: FodTable, trials: Sequence[Recording], ambient: float) -> Coo
     done = np.flatnonzero(rise <= goal)
     usable = (found.slope > 0.0) & (found.high - found.low <= WIDEST_BAND)
     if not len(done) or not usable[: done[0]].mean() > 0.5:
-        accepted = "a fall whose first 63 % show in the position"
-        raise InputError("cooling record", f"peak {peak:.1f} degC", accepted)
+        raise ProblemError(
+            "cooling record",
+            f"the position does not show the first 63 % of the fall from {peak:.1f} degC",
+            "Record a longer fall, clear of the stop.",
+        )
     last = int(done[0])
     tt, yy = time[: last + 1][usable[: last + 1]], rise[: last + 1][usable[: last + 1]]
 

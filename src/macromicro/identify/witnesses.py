@@ -1,10 +1,8 @@
-"""Covariance of least squares by a few witnesses, and how many their number is worth.
+"""Covariance of least squares by a few clusters, and its degrees of freedom."""
 
-What a model leaves out is alike within a witness (a stroke, say), so each counts once. Some tell
-far more of a parameter than others: their residuals are the smaller for it, and a sum of squares
-in which a few are nearly all is worth few degrees of freedom (R. Bell, D. McCaffrey, Bias reduction
-in standard errors for linear regression with multi-stage samples, Survey Methodology, 2002).
-"""
+# The model error is shared within a cluster (a stroke, say), so each counts once. A sum of squares
+# dominated by a few clusters has few degrees of freedom (R. Bell, D. McCaffrey, Bias reduction in
+# standard errors for linear regression with multi-stage samples, Survey Methodology, 2002).
 
 from __future__ import annotations
 
@@ -21,36 +19,11 @@ _FLAT = 1e-12  # of what is told of the best known combination
 
 
 class Told(NamedTuple):
-    """What witnesses tell of the errors.
-
-    Attributes
-    ----------
-    covariance : ndarray, shape (p, p)
-        Of the parameters.
-    freedom : ndarray, shape (p,)
-        Degrees of freedom of their standard errors.
-    """
-
-    covariance: Array
-    freedom: Array
+    covariance: Array  # of the parameters
+    freedom: Array  # degrees of freedom of their standard errors
 
 
 def told(information: Array, scores: Array) -> Told:
-    """Covariance and degrees of freedom of parameters by least squares.
-
-    Parameters
-    ----------
-    information : ndarray, shape (k, p, p)
-        J'J of each witness.
-    scores : ndarray, shape (k, p)
-        J'e of each, e the residuals.
-
-    Returns
-    -------
-    Told
-        The covariance is without bias where what is left out moves a witness as a whole, as much as
-        it moves any other.
-    """
     total = information.sum(axis=0)
     unit = np.sqrt(np.diag(total))
     unit = np.where(unit > 0.0, unit, 1.0)
@@ -73,36 +46,14 @@ def told(information: Array, scores: Array) -> Told:
 
 
 def within(degrees: float) -> float:
-    """Half of a 95 % interval, in standard errors that are worth so many degrees of freedom.
-
-    Parameters
-    ----------
-    degrees : float
-        Infinite of an error that is known.
-
-    Returns
-    -------
-    float
-        Quantile of Student's t.
-    """
+    """Half of a 95 % interval in standard errors, for some degrees of freedom."""
     from scipy.stats import t
 
     return float(t.ppf(0.5 + 0.5 * SHARES[1], degrees))
 
 
 def freedom(parts: Sequence[tuple[float, float]]) -> float:
-    """Degrees of freedom of the root of a sum of squares (Welch 1947, Satterthwaite 1946).
-
-    Parameters
-    ----------
-    parts : Sequence[tuple[float, float]]
-        Standard error and its degrees of freedom, of each.
-
-    Returns
-    -------
-    float
-        Infinite where nothing is uncertain.
-    """
+    """Degrees of freedom of the root of a sum of squares (Welch 1947, Satterthwaite 1946)."""
     total = sum(error**2 for error, _ in parts) ** 2
     lost = sum(error**4 / degrees for error, degrees in parts)
     return total / lost if lost > 0.0 else float("inf")

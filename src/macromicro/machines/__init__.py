@@ -1,1 +1,1 @@
-"""Machines as data and composition: parts with data sheets, one control period for any stage."""
+"""Machines composed of parts with data sheets."""

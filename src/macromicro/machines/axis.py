@@ -39,7 +39,7 @@ TITLE = "one motor-driven axis"
 
 @machine_tree(cascade.LAW, deriving.RULES, feasible.problems)
 class Axis(NamedTuple):
-    """The tree behind ``machine = "axis"``; `DEFAULT` has what is derived filled in."""
+    """Settings of ``machine = "axis"``; `DEFAULT` has derived values filled in."""
 
     amplifier: Amplifier = Amplifier()
     motor: Motor = Motor()
@@ -61,18 +61,6 @@ DEFAULT: Any = settled(Axis())
 
 
 def prepare(tree: Axis) -> axis.Axis:
-    """Runtime parameters of the axis.
-
-    Parameters
-    ----------
-    tree : Axis
-        Settings.
-
-    Returns
-    -------
-    axis.Axis
-        For the kernels of `plant.axis`.
-    """
     drive, moved = tree.drive, tree.load.mass + tree.load.payload
     stiffness = moved * (2.0 * math.pi * drive.frequency) ** 2
     rotor = sheets.turning(tree)
@@ -113,26 +101,6 @@ def _ended(tree: Any) -> Carriage:
 
 @kernel
 def measure(p: axis.Axis, s: axis.State, t: float, noise: Array, k: int) -> Sample:
-    """What the axis shows.
-
-    Parameters
-    ----------
-    p : axis.Axis
-        Runtime parameters.
-    s : axis.State
-        State.
-    t : float
-        Now, s.
-    noise : ndarray, shape (periods, noises)
-        Standard normal draws.
-    k : int
-        Their row.
-
-    Returns
-    -------
-    Sample
-        Position in m.
-    """
     return Sample(t, axis.measured(p, s, noise, k) * p.reading.encoder.pitch)
 
 

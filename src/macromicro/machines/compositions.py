@@ -1,13 +1,13 @@
-"""The machines there are, of whatever family: the thesis' is one of them."""
+"""All machines of every family."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
 
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
+from macromicro.machines import _two_stage
 from macromicro.machines import machine as machines
-from macromicro.machines import two_stage
 from macromicro.machines.composition import ONE, STEP, Composition
 from macromicro.machines.guarding import Watch
 from macromicro.machines.joint import machine as joint
@@ -19,22 +19,11 @@ from macromicro.machines.tree import joined
 from macromicro.schema import config
 from macromicro.schema.text import printable, read_toml
 
-UNNAMED = two_stage.NAME  # of a settings file that names none
+UNNAMED = _two_stage.NAME  # of a settings file that names none
 
 
 def of(machine: Machine) -> Composition:
-    """A machine of one stage as a composition.
-
-    Parameters
-    ----------
-    machine : Machine
-        Shipped, or of another package.
-
-    Returns
-    -------
-    Composition
-        Its stage is called macro in programmes.
-    """
+    """A single-stage machine as a composition."""
 
     def load(path: Path, law: str | None = None) -> Any:
         return machines.load(path, law)[1]
@@ -59,7 +48,7 @@ def of(machine: Machine) -> Composition:
 
 def _both(path: Path, law: str | None = None) -> Any:
     if law is not None:
-        raise InputError("--law", law, joint.LAWS)
+        raise ProblemError("--law", joint.LAWS, joint.SET_LAWS)
     return joint.load(path)[1]
 
 
@@ -77,32 +66,13 @@ XY = Composition(
     as_toml=joint.as_toml,
 )
 COMPOSITIONS: tuple[Composition, ...] = (
-    two_stage.COMPOSITION,
+    _two_stage.COMPOSITION,
     XY,
     *(of(each) for each in machines.MACHINES),
 )
 
 
 def named(name: object, where: str) -> Composition:
-    """The machine of a name.
-
-    Parameters
-    ----------
-    name : object
-        As written: one of `COMPOSITIONS`, or a machine of one stage of another package.
-    where : str
-        File and key, or option, for the message.
-
-    Returns
-    -------
-    Composition
-        The machine.
-
-    Raises
-    ------
-    InputError
-        There is none, with the nearest and all.
-    """
     for each in COMPOSITIONS:
         if each.name == name:
             return each
@@ -110,23 +80,7 @@ def named(name: object, where: str) -> Composition:
 
 
 def chosen(path: Path | None) -> Composition:
-    """The machine that a settings file is for.
-
-    Parameters
-    ----------
-    path : Path | None
-        The file; only its key `machine` is looked at. None: no file.
-
-    Returns
-    -------
-    Composition
-        The two-stage machine where none is named.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or names no machine there is.
-    """
+    """The machine that a settings file is for."""
     if path is None:
         return named(UNNAMED, KEY)
     name = read_toml(path, config.WHAT).get(KEY, UNNAMED)
@@ -134,23 +88,7 @@ def chosen(path: Path | None) -> Composition:
 
 
 def each(path: Path) -> list[tuple[str, Machine, Any]]:
-    """The stages of a machine that works by stages of its own: one, or several on one clock.
-
-    Parameters
-    ----------
-    path : Path
-        A settings file.
-
-    Returns
-    -------
-    list[tuple[str, Machine, Any]]
-        Of each its name, "" where there is one alone; its machine of one stage; its settings.
-
-    Raises
-    ------
-    InputError
-        The file is not accepted, or its stages take turns.
-    """
+    """The stages of a machine: one, or several on one clock."""
     if chosen(path).family != STEP:
         return [("", *machines.load(path))]
     both, settings = joint.load(path)
@@ -158,29 +96,10 @@ def each(path: Path) -> list[tuple[str, Machine, Any]]:
 
 
 def by_default(composition: Composition, law: str | None) -> Any:
-    """A machine's default settings under a law.
-
-    Parameters
-    ----------
-    composition : Composition
-        The machine.
-    law : str | None
-        As ``--law`` names it; None: its own.
-
-    Returns
-    -------
-    Any
-        Settings.
-
-    Raises
-    ------
-    InputError
-        There is no such law, or each of several stages has its own.
-    """
     if law is None:
         return composition.settings
     if composition.family == ONE:
         return joined(composition.settings, law, "--law")
     if composition.family == STEP:
         return _both(Path(), law)
-    return two_stage.by_default(law)
+    return _two_stage.by_default(law)

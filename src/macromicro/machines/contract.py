@@ -1,11 +1,4 @@
-"""Whether a machine of another package keeps what every machine of one stage must keep.
-
-In a test of your own::
-
-    from macromicro.machines import contract
-    def test_my_machine():
-        assert contract.broken(flexure) == []
-"""
+"""Checks that a machine of another package meets the contract of single-stage machines."""
 
 from __future__ import annotations
 
@@ -34,17 +27,17 @@ _LONGEST = 20_000  # periods of a constant effort
 
 
 def check(machine: Machine | Any) -> Iterator[Finding]:
-    """Look at everything that a machine must keep, with its default settings.
+    """Check a machine with its default settings.
 
     Parameters
     ----------
     machine : Machine | Any
-        A machine.
+        What a user's module offers.
 
     Yields
     ------
     Finding
-        One after the other; what needs what failed is left out.
+        Each result; checks that depend on a failed one are skipped.
     """
     if not isinstance(machine, Machine):
         remedy = "a macromicro.machines.machine.Machine (docs/own-machines.md)"
@@ -67,12 +60,12 @@ def check(machine: Machine | Any) -> Iterator[Finding]:
 
 
 def broken(machine: Machine | Any) -> list[str]:
-    """What a machine does not keep, for a test: an empty list if all is well.
+    """The failed checks of a machine, for a test: an empty list if all is well.
 
     Parameters
     ----------
     machine : Machine | Any
-        A machine.
+        What a user's module offers.
 
     Returns
     -------
@@ -204,7 +197,7 @@ def _compiled(machine: Machine) -> str:
 def _moves(machine: Machine) -> str:
     settings = machine.settings
     plan = planning.plan(planning.usual(settings), settings)
-    done = runs.record(under(machine, settings), settings, plan)
+    done = runs.record(under(machine, settings), settings, plan, warn=False)
     if done.outcome.fault is not None:
         fault = done.outcome.fault
         words = f"{fault.message} {fault.evidence}"

@@ -1,7 +1,4 @@
-"""Settings of an axis that nobody has set: each a rule from the tree to its value.
-
-`RULES` lists them so that none depends on a later one.
-"""
+"""Derived settings of an axis: `RULES` in an order in which none depends on a later one."""
 
 from __future__ import annotations
 
@@ -11,9 +8,9 @@ from typing import Any
 
 from macromicro.control.notch import Notch
 from macromicro.machines import loops
+from macromicro.machines._rounding import rounded as _round
 from macromicro.machines.homing import reveal
 from macromicro.machines.parts import LOW_LIMIT, MOTOR, TURN
-from macromicro.machines.rounding import rounded as _round
 from macromicro.machines.sheets import (
     SPARE,
     constant,
@@ -35,7 +32,7 @@ from macromicro.plant.power import CURRENT
 from macromicro.plant.transmission import LINEAR
 
 BESIDE, BEYOND = 0.3, 0.2  # of a flexible mode, encoder on the motor or at the load
-NOTCHED = 0.5  # of it, where a notch takes the resonance out of the effort
+NOTCHED = 0.5  # the same with a notch at the resonance
 STRAYS = 0.05  # of a resonance under a notch: so far beside the notch it may lie
 MARGIN = 0.02  # of the way between the stops that stays free at either end
 FINEST = 50e-6  # s; longest step of the physics
@@ -43,6 +40,7 @@ COUNTED = 0.15  # share of the effort that one count's step may take
 OUTER, OBSERVER = 0.25, 7.0  # position loop and observer, to the velocity loop's bandwidth
 STARTS, LESS = 1.5, 0.8  # of what starts the stage, and of guard.push: guard.lean
 SURGE = 20.0  # times the motor's acceleration, which also blows and stops do not exceed
+LIGHT = 1e-3  # of the greatest effort: guard.push of a stage without friction
 SOON = 0.1  # s, or twice what a free stage needs to move: guard.leant
 LEAP = 3.0  # times the greatest speed that the motor can reach
 ROOM = 0.33  # rad; phase that all delays may take at the velocity loop's bandwidth
@@ -51,7 +49,7 @@ _TRIES = 40
 
 
 def _velocity(tree: Any) -> float:
-    """What the motor can at 0.7 of its supply, what the encoder can count, what the way allows."""
+    """Speed at 0.7 of the motor's supply, within encoder and travel."""
     way = tree.travel.high - tree.travel.low
     # The acceleration takes 0.6 of the force that is left: viscous friction may take 0.3.
     by_force = 0.3 * left(tree) / max(tree.friction.viscous, 1e-12)
@@ -66,18 +64,7 @@ def _acceleration(tree: Any) -> float:
 
 
 def bandwidth(tree: Any) -> float:
-    """Bandwidth of the velocity loop: what delays, flexibility and the encoder allow.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        rad/s.
-    """
+    """Bandwidth of the velocity loop, limited by delays, flexibility and encoder."""
     by_lag = ROOM / lag(tree)
     found = by_lag
     if tree.drive.frequency > 0.0:
@@ -97,8 +84,7 @@ def bandwidth(tree: Any) -> float:
 
 @lru_cache(maxsize=256)
 def _robust(tree: Any, notch: Notch, most: float) -> float:
-    """The greatest bandwidth, at most so much, at which the linear loop stays away from -1; under
-    a notch also where the drive's mode lies somewhat beside it."""
+    """The greatest bandwidth that keeps the modulus margin, also with a notch off its mode."""
     dt = tree.timing.period
     frequency = loops.grid(dt, 1e-6 * most)
     per_speed, w = per_newton(tree) * mass(tree), most
@@ -141,7 +127,7 @@ def _friction_volts(tree: Any) -> float:
 
 
 def _loosen(tree: Any) -> float:
-    """As ahead; none where the motor swings on a flexible drive while its load sticks."""
+    """As ahead; none if the motor oscillates on a flexible drive while the load sticks."""
     return 0.0 if tree.drive.frequency > 0.0 else _friction_volts(tree)
 
 
@@ -168,7 +154,7 @@ def _along(tree: Any, share: float) -> float:
 
 
 def _index(tree: Any) -> float:
-    """Half a turn above the edge that homing takes first; a mark, a little above it."""
+    """Half a turn above the homing edge; a mark a little above it."""
     limit = tree.homing.on.startswith(LOW_LIMIT)
     edge = tree.switches.low if limit else tree.switches.home_place
     if tree.encoder.index_pulse == TURN and tree.drive.kind != LINEAR:
@@ -177,28 +163,16 @@ def _index(tree: Any) -> float:
 
 
 def _following(tree: Any) -> float:
-    """What the position loop lags by at the greatest speed, were nothing fed forward; or 20
-    tolerances."""
+    """The lag of the position loop at maximum speed without feed-forward, or 20 tolerances."""
     slow = tree.motion.velocity / max(tree.controller.position, 1e-9)
     return _round(max(slow, 20.0 * tree.arrival.tolerance))
 
 
 def let_go(tree: Any) -> float:
-    """How closely an axis stops that its friction lets go: it hunts about anything finer.
+    """The finest position error that the axis settles to without hunting.
 
-    What starts it is more than what it takes to slide, by Stribeck's drop. The velocity loop lets
-    that difference go as fast as its gain makes up for, and sees it only a lag later: at best the
-    axis stands half of that way to either side.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        m; 0 without a velocity loop.
+    Breakaway exceeds sliding friction by Stribeck's drop. The velocity loop compensates the
+    difference only a lag later: at best the axis stands half of that distance to either side.
     """
     if tree.controller.velocity <= 0.0:
         return 0.0
@@ -206,8 +180,13 @@ def let_go(tree: Any) -> float:
     return float(0.5 * lag(tree) * speed)
 
 
-def _tolerance(tree: Any) -> float:
-    """What is measured, and what the law can hold against friction."""
+def seen(tree: Any) -> float:
+    """The least error that the encoder shows for certain."""
+    return float(max(4.0 * tree.encoder.pitch, 4.0 * tree.encoder.noise, 1.0e-7))
+
+
+def nearest(tree: Any) -> tuple[tuple[float, str], ...]:
+    """What limits the accuracy of an axis at rest."""
     # Within a slack nothing holds the load that is measured.
     slack = tree.drive.backlash if tree.encoder.at != MOTOR else 0.0
     creep = 0.0
@@ -216,27 +195,45 @@ def _tolerance(tree: Any) -> float:
         p, quarter = tree.controller, 0.25 * tree.arrival.patience
         breaks = per_newton(tree) * (tree.friction.coulomb + tree.friction.stribeck)
         creep = breaks / max(p.velocity * p.integral * p.position * quarter, 1e-12)
-    seen = max(4.0 * tree.encoder.pitch, 4.0 * tree.encoder.noise, 1.0e-7)
-    return _round(max(seen, slack, creep, let_go(tree)))
+    return (
+        (seen(tree), "four counts of the encoder, or four times its noise"),
+        (slack, "the slack of the drive (drive.backlash)"),
+        (
+            creep,
+            f"the slow integral against friction that a mode of {tree.drive.frequency:g} Hz "
+            "(drive.frequency) allows",
+        ),
+        (let_go(tree), "the drop of friction at breakaway (friction.stribeck)"),
+    )
+
+
+def _tolerance(tree: Any) -> float:
+    """Limited by resolution, and by friction under the law."""
+    return _round(max(error for error, _ in nearest(tree)))
 
 
 def _jerk(tree: Any) -> float:
-    """The acceleration changes within the time in which the velocity loop follows, which with a
-    flexible mode is two of its periods at least."""
+    """The jerk that changes the acceleration within the velocity loop's response time."""
     rate = 0.25 * bandwidth(tree)
     if tree.drive.frequency > 0.0:
         rate = min(rate, 0.5 * tree.drive.frequency)
     return _round(tree.motion.acceleration * rate)
 
 
+def _push(tree: Any) -> float:
+    """Twice the holding effort, and a minimum."""
+    holds = max(2.0 * per_newton(tree) * held(tree), LIGHT * tree.guard.effort)
+    return _round(min(holds, 0.95 * tree.guard.effort))
+
+
 def _lean(tree: Any) -> float:
-    """Half as much again as what starts a free stage, and less than what homing pushes with."""
+    """1.5 times the breakaway effort, below the push of homing."""
     starts = STARTS * per_newton(tree) * held(tree)
     return _round(min(starts, LESS * tree.guard.push))
 
 
 def _surge(tree: Any) -> float:
-    """A multiple of what the motor can give the lighter end of its drive."""
+    """A multiple of the acceleration of the drive's lighter end."""
     moved = mass(tree)
     if tree.drive.frequency > 0.0:
         ends = (turning(tree), tree.load.mass + tree.load.payload)
@@ -250,7 +247,7 @@ def _still(tree: Any) -> float:
 
 
 def _against(tree: Any) -> float:
-    """Twice the way in which it brakes from its greatest speed."""
+    """Twice the braking distance from maximum speed."""
     braking = tree.motion.velocity**2 / tree.motion.acceleration
     return _round(braking + 5.0 * tree.guard.still)
 
@@ -300,7 +297,7 @@ RULES: tuple[Rule, ...] = (
     ("switches.leave", lambda t: _round(0.1 * t.motion.velocity)),
     ("encoder.index_place", _index),
     ("amplifier.continuous", lambda t: _round(0.5 * t.amplifier.current)),
-    ("guard.push", lambda t: _round(min(2.0 * per_newton(t) * held(t), 0.95 * t.guard.effort))),
+    ("guard.push", _push),
     ("guard.lean", _lean),
     ("guard.still", _still),
     ("guard.against", _against),

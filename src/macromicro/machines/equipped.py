@@ -1,4 +1,4 @@
-"""An axis with the switches, index pulses and drive lines that its settings name."""
+"""An axis with its switches, index pulses and drive lines."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Any
 from macromicro.arrays import Array
 from macromicro.kernel import kernel
 from macromicro.machines import axis, owned
+from macromicro.machines._wiring import lines, spacing
 from macromicro.machines.parts import CAM
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Kind
-from macromicro.machines.wiring import lines, spacing
 from macromicro.plant import axis as plant
 from macromicro.plant import drive_lines, equipped
 from macromicro.plant.drive_lines import Wiring
@@ -21,18 +21,6 @@ from macromicro.types import ENABLE
 
 
 def kind(tree: Any) -> Kind:
-    """The kernels of an axis.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    Kind
-        `axis.KIND` for one without lines; `plain` with a part in plain Python.
-    """
     there = lines(tree)
     found = _kind(there) if there else axis.KIND
     return found._replace(plain=True) if owned.plain(tree) else found
@@ -56,18 +44,6 @@ def _kind(there: tuple[str, ...]) -> Kind:
 
 
 def prepare(tree: Any) -> equipped.Equipped:
-    """Runtime parameters of an axis with lines.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    equipped.Equipped
-        For the kernels of `plant.equipped`.
-    """
     there, s, amplifier = lines(tree), tree.switches, tree.amplifier
     scatter, width = (s.hysteresis, s.repeatability), math.inf
     cam = s.home_width if s.home == CAM else math.inf
@@ -90,24 +66,4 @@ def prepare(tree: Any) -> equipped.Equipped:
 
 @kernel
 def measure(p: equipped.Equipped, s: equipped.State, t: float, noise: Array, k: int) -> Sample:
-    """What the axis shows.
-
-    Parameters
-    ----------
-    p : equipped.Equipped
-        Runtime parameters.
-    s : equipped.State
-        State.
-    t : float
-        Now, s.
-    noise : ndarray, shape (periods, noises)
-        Standard normal draws.
-    k : int
-        Their row.
-
-    Returns
-    -------
-    Sample
-        Position in m.
-    """
     return Sample(t, equipped.measured(p, s, noise, k) * p.axis.reading.encoder.pitch)

@@ -1,7 +1,6 @@
 """Simulated stages of any machine with faults that can be switched on while they run.
 
-As `rig.faulty`, whose table of faults and board they share; MACROMICRO_MACHINE names the machine's
-settings file, and of two axes `y` has the board's file with ".y" behind its name:
+Example:
 
     export MACROMICRO_FAULTS=/tmp/faults MACROMICRO_MACHINE=examples/machines/printer.toml
     macromicro serve --config $MACROMICRO_MACHINE --rig macromicro.machines.faulty:stage
@@ -17,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
 from macromicro.machines import machine as machines
 from macromicro.machines.joint import machine as joint
 from macromicro.machines.joint.settings import of
@@ -33,22 +32,7 @@ _BRIEF = 1e-3  # s
 
 
 class FaultyStage(CompiledTwin):
-    """The twin of a stage behind faults; without one it is the twin, bit for bit.
-
-    On its board `CARRIAGE` and `STAGE` are what a sensor without noise would show, m; outputs are
-    the motor's.
-
-    Parameters
-    ----------
-    machine : Machine
-        The machine.
-    settings : Any
-        Of it.
-    seed : int, optional
-        Seed of the sensor's noise.
-    cells : ndarray | None, optional
-        The board; None for one in this process' memory.
-    """
+    """The twin of a stage behind faults; its board shows the noiseless sensor in m."""
 
     def __init__(
         self,
@@ -70,7 +54,7 @@ class FaultyStage(CompiledTwin):
 
     @property
     def place(self) -> float:
-        """What a sensor without noise would show, m."""
+        """What a noiseless sensor would show."""
         kept = self._noise.copy()
         self._noise[:] = 0.0
         place = self._measured(self.tick * self.dt)
@@ -78,18 +62,7 @@ class FaultyStage(CompiledTwin):
         return place
 
     def read(self) -> Shown:
-        """Measure now, through the present fault.
-
-        Returns
-        -------
-        Shown
-            Encoder in counts; what there is not, NaN.
-
-        Raises
-        ------
-        OSError
-            The fault is one at which reading fails.
-        """
+        """Measure now, through the present fault (counts)."""
         now, place, injection = self.tick * self.dt, self.place, self._injection
         injection.look(now, place)
         self.cells[faulty.CARRIAGE] = self.cells[faulty.STAGE] = place
@@ -99,7 +72,7 @@ class FaultyStage(CompiledTwin):
         return true._replace(t=injection.time(true.t), encoder=injection.count(true.encoder))
 
     def _force(self, now: float) -> None:
-        """Lines that the fault holds; those that one before held are free again."""
+        """Force lines by the fault; release those of the previous one."""
         fault = self._injection.fault
         for name in self._forced:
             self.injected.pop(name, None)
@@ -118,13 +91,7 @@ class FaultyStage(CompiledTwin):
         return said
 
     def write(self, outputs: Outputs) -> None:
-        """Set the outputs for the coming control period; those that are cut do not get there.
-
-        Parameters
-        ----------
-        outputs : Outputs
-            Of these the motor's, V.
-        """
+        """Set the outputs of the coming period, except those that are cut."""
         motor = outputs.motor
         legal = abs(motor) <= self._most
         self._injection.written(self.tick * self.dt, legal, motor)
@@ -136,65 +103,30 @@ class FaultyStage(CompiledTwin):
             super()._advanced(effort)
 
     def stop(self) -> None:
-        """Set every output to its safe value."""
         self._injection.written(self.tick * self.dt, True, 0.0)
         super().stop()
 
 
 def _file() -> Path:
-    """The settings file that the environment names. Raises InputError."""
     path = os.environ.get(MACHINE)
     if not path:
-        raise InputError(MACHINE, "not set", "the path of the settings file of the machine")
+        raise ProblemError(MACHINE, "not set", "Set it to the path of the machine's settings file.")
     return Path(path)
 
 
 def stage(seed: int) -> FaultyStage:
-    """The stage of the machine of one stage whose settings MACROMICRO_MACHINE names.
-
-    Parameters
-    ----------
-    seed : int
-        Seed of the sensor's noise.
-
-    Returns
-    -------
-    FaultyStage
-        Its board is the file that MACROMICRO_FAULTS names.
-    """
+    """The stage of the settings in MACROMICRO_MACHINE."""
     found, settings = machines.load(_file())
     return FaultyStage(found, settings, seed, faulty.board(os.environ.get(faulty.BOARD)))
 
 
 def x(seed: int) -> FaultyStage:
-    """The first axis of the machine of two axes whose settings MACROMICRO_MACHINE names.
-
-    Parameters
-    ----------
-    seed : int
-        Seed of the sensor's noise.
-
-    Returns
-    -------
-    FaultyStage
-        Its board is the file that MACROMICRO_FAULTS names.
-    """
+    """The first axis of the settings in MACROMICRO_MACHINE."""
     return _axis(0, seed, os.environ.get(faulty.BOARD))
 
 
 def y(seed: int) -> FaultyStage:
-    """The second axis; as `x`.
-
-    Parameters
-    ----------
-    seed : int
-        Seed of the sensor's noise.
-
-    Returns
-    -------
-    FaultyStage
-        Its board is the file that MACROMICRO_FAULTS names, with ".y" behind.
-    """
+    """The second axis."""
     path = os.environ.get(faulty.BOARD)
     return _axis(1, seed, f"{path}.y" if path else None)
 

@@ -1,8 +1,4 @@
-"""What an axis cannot do, said before it runs: rules over its settings, each with its numbers.
-
-As in `macromicro.rules`: (wrong?, path, value, what is accepted and why); paths in braces become
-that parameter's path and value.
-"""
+"""What an axis cannot do: rules over its settings, as in `macromicro.rules`."""
 
 from __future__ import annotations
 
@@ -10,34 +6,22 @@ from collections.abc import Iterator
 from typing import Any
 
 from macromicro import place as places
-from macromicro.machines import feasible_lines, sheets, stability
+from macromicro.machines import _feasible_lines, _stability, sheets
 from macromicro.machines.tree import Checked, Problem
 
 PERIODS = 2.0  # of the loop in a mechanical time constant, at least
 
 
 def problems(tree: Any) -> list[Problem]:
-    """What cannot work together in settings of an axis.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    list[Problem]
-        Path, value, and what is accepted and why, of every rule that is broken.
-    """
     every = (
         *_way(tree),
         *_force(tree),
         *_encoder(tree),
         *_loop(tree),
-        *feasible_lines.checked(tree),
+        *_feasible_lines.checked(tree),
     )
     found = [(path, value, words) for wrong, path, value, words in every if wrong]
-    return found or stability.problems(tree, stability.axis)
+    return found or _stability.problems(tree, _stability.axis)
 
 
 def _way(tree: Any) -> Iterator[Checked]:
@@ -68,7 +52,7 @@ def _way(tree: Any) -> Iterator[Checked]:
 
 
 def _force(tree: Any) -> Iterator[Checked]:
-    """A motor that moves its load."""
+    """A motor that can move its load."""
     most, held, place = sheets.force(tree), sheets.held(tree), places.of(tree)
     newton = place.named("N")
     yield (
@@ -111,7 +95,7 @@ def _force(tree: Any) -> Iterator[Checked]:
 
 
 def _encoder(tree: Any) -> Iterator[Checked]:
-    """Counts that are fine enough, and not too many."""
+    """Counts fine enough, and not too fast."""
     encoder = tree.encoder
     yield (
         encoder.pitch > tree.arrival.tolerance,
@@ -138,7 +122,7 @@ def _encoder(tree: Any) -> Iterator[Checked]:
 
 
 def _loop(tree: Any) -> Iterator[Checked]:
-    """A loop that is quick enough for what it controls."""
+    """A period short enough for the loop."""
     timing, drive = tree.timing, tree.drive
     yield (
         timing.delay > timing.period,
@@ -150,8 +134,8 @@ def _loop(tree: Any) -> Iterator[Checked]:
         drive.backlash > 0.0 and drive.frequency == 0.0,
         "drive.backlash",
         drive.backlash,
-        f"{places.of(tree).told(0.0)}, or a drive.frequency above 0 Hz: slack needs a drive that "
-        "gives",
+        f"{places.of(tree).told(0.0)}, or a drive.frequency above 0 Hz: backlash needs a "
+        "compliant drive",
     )
     if drive.frequency > 0.0:
         slowest = 0.1 / drive.frequency
@@ -196,34 +180,11 @@ def _loop(tree: Any) -> Iterator[Checked]:
 
 
 def bandwidth_set(tree: Any) -> float:
-    """Bandwidth of the velocity loop that the gain makes.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        rad/s.
-    """
     return float(tree.controller.velocity / (sheets.per_newton(tree) * sheets.mass(tree)))
 
 
 def mechanical_pole(tree: Any) -> float:
-    """Pole of the axis between effort and speed.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        rad/s; by friction alone in current mode.
-    """
+    """Pole of the axis between effort and speed."""
     drag = tree.friction.viscous
     if tree.amplifier.mode == "voltage":
         k = sheets.constant(tree)

@@ -1,4 +1,4 @@
-"""What the guard of one stage finds, by number and in words."""
+"""Faults of the single-stage guard in words."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ KEEPS_PLACE = (OK, ILLEGAL, DRIVE, NOT_ENABLED, HOT, OTHER_AXIS)  # else the pos
 
 
 class Text(NamedTuple):
-    """A fault in words; `evidence` may hold {value} and {limit}: of a place in its {unit}."""
+    """A fault in words; `evidence` formats {value} and {limit}, positions in {unit}."""
 
     name: str
     message: str
@@ -24,8 +24,8 @@ class Text(NamedTuple):
 TEXTS = {
     ILLEGAL: Text(
         "illegal effort",
-        "The law asked for an effort that is not a number or out of range.",
-        "it asked for {value:.4g} V where at most {limit:.4g} V are allowed",
+        "The law commanded an effort that is out of range or not a number.",
+        "commanded {value:.4g} V, allowed {limit:.4g} V",
         "Check the law and its gains; guard.effort sets the limit.",
     ),
     SILENT: Text(
@@ -76,7 +76,7 @@ TEXTS = {
         "The stage has run into its lower limit switch.",
         "it tripped with the encoder at {value:.4f} {unit}",
         "Clear the fault, enable and jog or move up: the stage leaves the switch slowly. Then find "
-        "out why it went there: its home, the sign of the encoder, a cut wire of the switch.",
+        "out why it went there: wrong home, sign of the encoder, a cut wire of the switch.",
         True,
     ),
     LIMIT_HIGH: Text(
@@ -84,29 +84,29 @@ TEXTS = {
         "The stage has run into its upper limit switch.",
         "it tripped with the encoder at {value:.4f} {unit}",
         "Clear the fault, enable and jog or move down: the stage leaves the switch slowly. Then "
-        "find out why it went there: its home, the sign of the encoder, a cut wire of the switch.",
+        "find out why it went there: wrong home, sign of the encoder, a cut wire of the switch.",
         True,
     ),
     LIMITS: Text(
         "both limit switches",
         "Both limit switches are tripped at once.",
         "the encoder is at {value:.4f} {unit}",
-        "Check the supply and the wires of the switches: a cut wire trips.",
+        "Check the supply and the wires of the switches: a cut wire trips a switch.",
         True,
     ),
     DRIVE: Text(
         "drive fault",
         "The drive reports a fault.",
         "its fault output is on",
-        "Read what the drive shows itself: too much current, too hot, its supply. Let motor and "
-        "drive cool and free the stage, then clear the fault and enable.",
+        "Check the drive's own display: overcurrent, overheating, supply. Let motor and drive cool "
+        "and free the stage, then clear the fault and enable.",
     ),
     NOT_ENABLED: Text(
         "drive not enabled",
         "The drive is off although its enable line is on.",
         "off {value:.4f} s after it was switched on, allowed {limit:.4f} s",
         "Check the enable wire, the drive's supply and its safe-torque-off inputs; "
-        "amplifier.enable_time says how long it may take.",
+        "amplifier.enable_time sets the limit.",
     ),
     JUMP: Text(
         "position jump",
@@ -133,14 +133,14 @@ TEXTS = {
     ),
     CLOCK: Text(
         "clock wrong",
-        "The rig's time has jumped or stands still.",
+        "The rig's clock has jumped or stopped.",
         "a step of {value:.3f} s between two periods, allowed above 0 and at most {limit:.3f} s",
-        "See what gives the samples their time, or what kept the loop from running so long "
-        "(`macromicro doctor`); guard.clock sets the limit.",
+        "Check the source of the samples' time, and what delayed the loop (`macromicro doctor`); "
+        "guard.clock sets the limit.",
     ),
     HOT: Text(
         "heated too long",
-        "The mean effort is more than the actuator can be heated with.",
+        "The mean effort overheats the actuator.",
         "{value:.3g} V on average, allowed {limit:.3g} V",
         "Let it cool. Check that the stage is free, its sensor works and the target is within its "
         "stroke; guard.heat and guard.heating set the limits.",

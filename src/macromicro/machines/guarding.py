@@ -1,10 +1,11 @@
-"""The guard of one stage: what is out of bounds is switched off, and stays off."""
+"""The guard of one stage: a violation switches it off for good."""
 
 from __future__ import annotations
 
 import math
 from typing import Annotated, NamedTuple
 
+from macromicro.columns import Meaning
 from macromicro.control.arrival import TICK
 from macromicro.control.stage_law import Sample, Target
 from macromicro.kernel import kernel
@@ -36,17 +37,15 @@ STANDS = 20.0  # periods in which a clock that runs shows a later time
 
 
 class Limits(NamedTuple):
-    """What the guard allows."""
-
-    effort: Annotated[float, Par("V", "greatest effort at the D/A", _DERIVED, positive=True)] = 10.0
+    effort: Annotated[float, Par("V", "maximum effort at the D/A", _DERIVED, positive=True)] = 10.0
     low: Annotated[float, Par("m", "soft limit", _DERIVED, shown="mm")] = -0.01
     high: Annotated[float, Par("m", "soft limit", _DERIVED, shown="mm")] = 0.31
-    speed: Annotated[float, Par("m/s", "greatest speed", _DERIVED, positive=True)] = 1.0
+    speed: Annotated[float, Par("m/s", "maximum speed", _DERIVED, positive=True)] = 1.0
     window: Annotated[
         float, Par("s", "time over which the speed is measured", _DERIVED, positive=True)
     ] = 0.01
     error: Annotated[
-        float, Par("m", "greatest following error", _DERIVED, shown="mm", positive=True)
+        float, Par("m", "maximum following error", _DERIVED, shown="mm", positive=True)
     ] = 5.0e-3
     silent: Annotated[
         float, Par("s", "longest time without a new reading", "machine choice", positive=True)
@@ -55,20 +54,21 @@ class Limits(NamedTuple):
         float, Par("V", "effort under which the stage must move", _DERIVED, positive=True)
     ] = 5.0
     stuck: Annotated[
-        float, Par("s", "longest time that it may not", "machine choice", positive=True)
+        float, Par("s", "longest time in which it may stand still", "machine choice", positive=True)
     ] = 0.3
     lean: Annotated[
         float, Par("V", f"effort under which a free stage moves{_NOT}", _DERIVED, lo=0.0)
     ] = 0.0
     leant: Annotated[
-        float, Par("s", "longest time under it without motion", _DERIVED, positive=True)
+        float, Par("s", "longest time under this effort without motion", _DERIVED, positive=True)
     ] = 0.5
     still: Annotated[
-        float, Par("m", "way that counts as no motion", _DERIVED, shown="um", lo=0.0)
+        float,
+        Par("m", "motion below which the stage counts as standing", _DERIVED, shown="um", lo=0.0),
     ] = 0.0
     against: Annotated[
         float,
-        Par("m", f"farthest way against such an effort{_NOT}", _DERIVED, shown="mm", lo=0.0),
+        Par("m", f"longest travel against such an effort{_NOT}", _DERIVED, shown="mm", lo=0.0),
     ] = 0.0
     leap: Annotated[
         float, Par("m/s", f"speed beyond which a reading is wrong{_NOT}", _DERIVED, lo=0.0)
@@ -94,36 +94,33 @@ class Limits(NamedTuple):
 
 
 class Watch(NamedTuple):
-    """State of the guard; times in s, NaN for what has not happened."""
+    """State of the guard; NaN: has not happened."""
 
-    fault: int  # one of the codes; OK: none
-    value: float  # measured at the fault: V, s, m or m/s
-    limit: float  # its limit
-    time: float  # when
-    heard: float  # time of the last reading
-    place: float  # that reading, m
-    since: float  # when the speed's window began
-    there: float  # and where, m
-    pushed: float  # since when it is pushed and stands
-    stood: float  # where, m
-    leaned: float  # since when it stands under an effort that moves a free stage
-    against: float  # way against such an effort, with the effort's sign, m
-    repeated: float  # since when the sensor repeats one value
-    mean: float  # mean effort, V
-    then: float  # time of the last period
-    rate: float  # speed between the last two readings, m/s
-    stopped: float  # periods without a later time
-    missed: float  # 1: a reading failed or was impossible while a fault was latched
+    fault: Annotated[int, Meaning("one of the codes; OK: none")]
+    value: Annotated[float, Meaning("measured at the fault: V, s, m or m/s")]
+    limit: Annotated[float, Meaning("its limit")]
+    time: Annotated[float, Meaning("when")]
+    heard: Annotated[float, Meaning("time of the last reading")]
+    place: Annotated[float, Meaning("that reading", "m")]
+    since: Annotated[float, Meaning("when the speed's window began")]
+    there: Annotated[float, Meaning("and where", "m")]
+    pushed: Annotated[float, Meaning("since when it is pushed and stands")]
+    stood: Annotated[float, Meaning("where", "m")]
+    leaned: Annotated[
+        float, Meaning("since when it stands under an effort that moves a free stage")
+    ]
+    against: Annotated[float, Meaning("travel against such an effort, with the effort's sign", "m")]
+    repeated: Annotated[float, Meaning("since when the sensor repeats one value")]
+    mean: Annotated[float, Meaning("mean effort", "V")]
+    then: Annotated[float, Meaning("time of the last period")]
+    rate: Annotated[float, Meaning("speed between the last two readings", "m/s")]
+    stopped: Annotated[float, Meaning("periods without a later time")]
+    missed: Annotated[
+        float, Meaning("1: a reading failed or was impossible while a fault was latched")
+    ]
 
 
 def fresh() -> Watch:
-    """The guard at the start.
-
-    Returns
-    -------
-    Watch
-        Nothing seen yet, all well.
-    """
     nan = math.nan
     return Watch(
         OK, 0.0, 0.0, 0.0, nan, nan, nan, nan, nan, nan, nan, 0.0, nan, 0.0, nan, 0.0, 0.0, 0.0
@@ -131,19 +128,6 @@ def fresh() -> Watch:
 
 
 def cleared(watch: Watch) -> Watch:
-    """The guard after its fault was cleared.
-
-    Parameters
-    ----------
-    watch : Watch
-        State with the fault.
-
-    Returns
-    -------
-    Watch
-        Heat and the last reading stay: a jump from there is one, and a sensor that is silent or
-        frozen is so at once.
-    """
     return fresh()._replace(
         heard=watch.heard,
         place=watch.place,
@@ -154,58 +138,18 @@ def cleared(watch: Watch) -> Watch:
 
 
 def blind(watch: Watch) -> bool:
-    """Whether the position may be wrong since the fault.
-
-    Parameters
-    ----------
-    watch : Watch
-        State with the fault.
-
-    Returns
-    -------
-    bool
-        False for faults that have nothing to do with motion or its sensor.
-    """
+    """Whether the position may be wrong since the fault."""
     return watch.fault not in KEEPS_PLACE
 
 
 def leaning(watch: Watch) -> float:
-    """For how long the stage has stood under an effort that moves a free stage.
-
-    Parameters
-    ----------
-    watch : Watch
-        State of the guard.
-
-    Returns
-    -------
-    float
-        s; 0 while it moves or is not pushed.
-    """
+    """How long the stage has stood under an effort that moves a free stage."""
     found = watch.then - watch.leaned
     return 0.0 if math.isnan(found) else found
 
 
 @kernel
 def latched(s: Watch, fault: int, value: float, limit: float, t: float) -> Watch:
-    """The guard's state with a fault.
-
-    Parameters
-    ----------
-    s : Watch
-        State.
-    fault : int
-        One of the codes.
-    value, limit : float
-        What was measured, and its limit.
-    t : float
-        Now, s.
-
-    Returns
-    -------
-    Watch
-        The same otherwise.
-    """
     return Watch(
         fault, value, limit, t, s.heard, s.place, s.since, s.there, s.pushed, s.stood,
         s.leaned, s.against, s.repeated, s.mean, s.then, s.rate, s.stopped, s.missed,
@@ -214,20 +158,7 @@ def latched(s: Watch, fault: int, value: float, limit: float, t: float) -> Watch
 
 @kernel
 def slower(p: Limits, speed: float) -> Limits:
-    """Limits with a speed that is at most so much.
-
-    Parameters
-    ----------
-    p : Limits
-        What is allowed.
-    speed : float
-        m/s.
-
-    Returns
-    -------
-    Limits
-        The same otherwise.
-    """
+    """Limits with a lower speed."""
     return Limits(
         p.effort, p.low, p.high, min(p.speed, speed), p.window, p.error, p.silent, p.push,
         p.stuck, p.lean, p.leant, p.still, p.against, p.leap, p.surge, p.clock, p.repeats, p.heat,
@@ -237,7 +168,7 @@ def slower(p: Limits, speed: float) -> Limits:
 
 @kernel
 def _against(p: Limits, before: float, moved: float, effort: float) -> float:
-    """Way against pushes of one sign; none once the stage goes along with one."""
+    """Distance against pushes of one sign, reset by motion along one."""
     if p.lean <= 0.0:
         return 0.0
     if effort >= p.lean and moved <= 0.0:
@@ -249,8 +180,7 @@ def _against(p: Limits, before: float, moved: float, effort: float) -> float:
 
 @kernel
 def _possible(p: Limits, rate: float, h: float) -> float:
-    """How far a reading can be from the one before, a time `h` ago, after a speed `rate`: what can
-    come to that speed, which jitter blurs."""
+    """The greatest plausible change of a reading after a time `h` at a speed `rate`."""
     way = p.leap * h
     if p.surge > 0.0:
         way = min(way, 2.0 * rate * h + p.surge * h * h)
@@ -259,7 +189,7 @@ def _possible(p: Limits, rate: float, h: float) -> float:
 
 @kernel
 def _seen(p: Limits, s: Watch, sample: Sample, effort: float) -> tuple[Watch, float, float]:
-    """The state after a sample, the speed, and by how much the reading leapt."""
+    """The state after a sample, the speed, and the excess of the reading's jump."""
     t, h = sample.t, sample.t - s.then
     stopped = s.stopped + 1.0 if h == 0.0 or math.isnan(t) else 0.0
     then = s.then if math.isnan(t) else t
@@ -303,8 +233,7 @@ def _seen(p: Limits, s: Watch, sample: Sample, effort: float) -> tuple[Watch, fl
 
 @kernel
 def _sensed(p: Limits, s: Watch, leap: float, h: float, t: float) -> tuple[int, float, float]:
-    """Fault of the clock or the position sensor a time `h` after the last period, value and limit:
-    these end trust even while all is off."""
+    """Fault of the clock or the sensor, with value and limit; it ends trust even when disabled."""
     fault, value, limit = OK, 0.0, 0.0
     if h < 0.0 or h > p.clock:
         fault, value, limit = CLOCK, h, p.clock
@@ -323,7 +252,7 @@ def _sensed(p: Limits, s: Watch, leap: float, h: float, t: float) -> tuple[int, 
 def _judged(
     p: Limits, s: Watch, target: Target, effort: float, speed: float
 ) -> tuple[int, float, float]:
-    """Fault of stage or law, value and limit; `s` has seen this period already."""
+    """Fault of stage or law, value and limit; `s` includes this period."""
     error, t = abs(target.position - s.place), s.then
     fault, value, limit = OK, 0.0, 0.0
     if s.place < p.low:
@@ -346,29 +275,16 @@ def _judged(
 
 
 @kernel
-def step(p: Limits, s: Watch, sample: Sample, target: Target, effort: float) -> tuple[Watch, float]:
-    """One control period of the guard.
-
-    Parameters
-    ----------
-    p : Limits
-        What is allowed.
-    s : Watch
-        State.
-    sample : Sample
-        What the stage shows.
-    target : Target
-        Where it is to be.
-    effort : float
-        What the law wants, V.
-
-    Returns
-    -------
-    watch : Watch
-        New state; a fault in it stays.
-    effort : float
-        V: as wanted, or 0.
-    """
+def step(
+    p: Limits,
+    s: Watch,
+    sample: Sample,
+    target: Target,
+    effort: Annotated[float, Meaning("what the law wants", "V")],
+) -> tuple[
+    Annotated[Watch, Meaning(name="watch")],
+    Annotated[float, Meaning("as wanted, or 0", "V", name="effort")],
+]:
     t = sample.t
     if s.fault != OK:
         return off(p, s, sample), 0.0
@@ -385,23 +301,7 @@ def step(p: Limits, s: Watch, sample: Sample, target: Target, effort: float) -> 
 
 @kernel
 def off(p: Limits, s: Watch, sample: Sample) -> Watch:
-    """One control period in which nothing is driven: only the sensor is watched.
-
-    Parameters
-    ----------
-    p : Limits
-        What is allowed.
-    s : Watch
-        State.
-    sample : Sample
-        What the stage shows.
-
-    Returns
-    -------
-    Watch
-        New state. A fault that is latched stays, and `missed` tells whether the sensor failed
-        meanwhile.
-    """
+    """One period without drive: only the sensor is watched."""
     seen, _, leap = _seen(p, s, sample, 0.0)
     fault, value, limit = _sensed(p, seen, leap, sample.t - s.then, sample.t)
     if fault == OK:
@@ -416,20 +316,6 @@ def off(p: Limits, s: Watch, sample: Sample) -> Watch:
 
 
 def describe(watch: Watch, place: Place = LENGTH) -> Fault | None:
-    """The fault of a guard's state.
-
-    Parameters
-    ----------
-    watch : Watch
-        The state.
-    place : Place, optional
-        What the stage's places are counted in.
-
-    Returns
-    -------
-    Fault | None
-        In words; None if all is well.
-    """
     if watch.fault == OK:
         return None
     text = TEXTS[watch.fault]

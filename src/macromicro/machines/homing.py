@@ -1,4 +1,4 @@
-"""How an axis with an incremental encoder finds its place: from its data sheets."""
+"""Homing parameters of an axis, from its data sheets."""
 
 from __future__ import annotations
 
@@ -6,45 +6,33 @@ import math
 from typing import Any
 
 from macromicro.control.live.leading import Seek, Touch
-from macromicro.machines import pace, wiring
+from macromicro.machines import _wiring, pace
 from macromicro.machines.parts import CAM, HOME, INDEX, LOW_LIMIT, START, STOP
 from macromicro.machines.sheets import endless, force, held, lag, mass, per_newton, pulled
 
 SHARE = 0.9  # of the guard's push, under which the stage has to move
-EMF = 0.35  # of the effort, for the back-EMF: kinetic friction takes less than 0.56 of it
+EMF = 0.35  # share of the effort for the back-EMF; kinetic friction takes less than 0.56
 REVEAL, SURELY = 0.05, 4.0  # s at least, and times what a free stage takes to move `still`
 STAND = 0.3  # s; shortest standstill that is taken for the stop
 FAST, SLOW = 0.1, 0.01  # of the greatest speed
-PATIENCE = 5.0  # times what the whole way takes
+PATIENCE = 5.0  # times the duration of the whole travel
 SURE = 4.0  # standard deviations of a switch within which its edge lies
 LINES = {HOME: "home", LOW_LIMIT: "limit_low"}
 BRISK = 10.0  # times the speed of the touch, off a switch and to an index pulse
 
 
 def touch(tree: Any) -> Touch | None:
-    """How an axis finds its place: by what `homing.on` names.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    Touch | None
-        For `control.live.touching`, or `control.live.seeking` of a switch or an index pulse; None:
-        its place counts from where it is switched on.
-    """
+    """Homing as `homing.on` chooses."""
     if tree.homing.on == START:
         return None
     return stop(tree) if tree.homing.on == STOP else _seek(tree)
 
 
 def _seek(tree: Any) -> Touch:
-    """The same effort and lead as to the stop; speeds and ways by the switch."""
+    """Effort and lead as for the stop, speeds and distances by the switch."""
     found, on = stop(tree), tree.homing.on
     away, way = back(tree), _way(tree)
-    apart = wiring.spacing(tree)
+    apart = _wiring.spacing(tree)
     fast, gentle = speed(tree), slow(tree)
     seek = Seek(
         line=LINES.get(on.split("+")[0], ""),
@@ -66,79 +54,33 @@ def _seek(tree: Any) -> Touch:
 
 
 def _way(tree: Any) -> float:
-    """The longest search: from stop to stop, or a turn and a half of what turns on."""
+    """The longest search: stop to stop, or 1.5 turns without ends."""
     if endless(tree):
         return 3.0 * math.pi
     return float(tree.load.stop_high - tree.load.stop_low)
 
 
 def edge(tree: Any) -> float:
-    """Where the switch trips that homing looks for.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        m, on the way down.
-    """
+    """Where the homing switch trips."""
     limit = tree.homing.on.startswith(LOW_LIMIT)
     return float(tree.switches.low if limit else tree.switches.home_place)
 
 
 def pulse(tree: Any) -> float:
-    """The index pulse that names the place: the mark, or the first one above the switch.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        m.
-    """
-    place, apart = float(tree.encoder.index_place), wiring.spacing(tree)
+    """The index pulse of the home position: the mark, or the first above the switch."""
+    place, apart = float(tree.encoder.index_place), _wiring.spacing(tree)
     if apart == 0.0 or tree.homing.on == INDEX:
         return place
     return place + apart * math.ceil((edge(tree) - place) / apart)
 
 
 def margin(tree: Any) -> float:
-    """What the edge of the switch is uncertain by.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        m: its scatter, the way of a period, two counts.
-    """
+    """Uncertainty of the switch's edge."""
     scatter = SURE * tree.switches.repeatability
     return float(scatter + slow(tree) * pace.period(tree) + 2.0 * tree.encoder.pitch)
 
 
 def speed(tree: Any) -> float:
-    """Speed of the search for a switch.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        m/s: as to the stop, and no faster than it can turn within half the way from a limit switch
-        to the stop.
-    """
     fast = stop(tree).speed
     room = tree.switches.low - tree.load.stop_low
     if tree.homing.on.startswith(LOW_LIMIT) and room > 0.0:
@@ -147,59 +89,23 @@ def speed(tree: Any) -> float:
 
 
 def slow(tree: Any) -> float:
-    """Speed of the touch that counts: within a period of the live machine no farther than the
-    switch scatters, or a count.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        m/s.
-    """
+    """Speed of the touch that counts: at most the switch's scatter, or a count, per period."""
     fine = max(tree.switches.repeatability, tree.encoder.pitch) / pace.period(tree)
     return float(min(stop(tree).slow, fine, speed(tree)))
 
 
 def back(tree: Any) -> float:
-    """How far it leaves a switch before it touches it again.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        m, from where it lets go.
-    """
+    """Backing distance before the second touch."""
     rise = min(speed(tree), BRISK * slow(tree))
     turning = rise * rise / tree.motion.acceleration
     return float(SURE * tree.switches.repeatability + turning + 4.0 * tree.encoder.pitch)
 
 
 def stop(tree: Any) -> Touch:
-    """How an axis feels for its lower end stop.
+    """Parameters for finding the lower end stop by touch.
 
-    The effort starts it against friction and weight, and is below what the guard takes for a
-    stage that is stuck. At the speed of the search the back-EMF takes its share of that effort,
-    and what runs into the stop, of stiffness k, pushes it no harder than the motor can:
-    v sqrt(m k). Leaning on the stop the stage stands where that has given way to what friction
-    and weight leave of the effort.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    Touch
-        For `control.live.touching`.
+    The effort moves a free stage and stays below the guard's limit for a stuck one. The impact,
+    with stop stiffness k, must not exceed the motor's force: v sqrt(m k).
     """
     law, load = tree.controller, tree.load
     effort = SHARE * tree.guard.push
@@ -207,7 +113,7 @@ def stop(tree: Any) -> Touch:
     by_emf = EMF * effort / max(law.ahead_velocity, 1e-12)
     by_stop = force(tree) / math.sqrt(mass(tree) * load.stop_stiffness)
     speed = min(FAST * tree.motion.velocity, by_emf, by_stop)
-    # As far ahead as the law needs for the effort, within half of what the guard allows.
+    # The lead that the law needs for the effort, within half of the guard's limit.
     lead = min(0.5 * tree.guard.error, 2.0 * effort / (law.velocity * law.position))
     wound = effort / (law.velocity * law.integral * law.position * lead)
     weighs = pulled(tree, load.stop_low)
@@ -231,19 +137,7 @@ def stop(tree: Any) -> Touch:
 
 
 def reveal(tree: Any) -> float:
-    """Time within which a free stage moves visibly under the guard's `lean`.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        s: at least so long, and a multiple of sqrt(2 m x/F) for the way x that counts as motion and
-        the force F that is left over behind friction and weight.
-    """
+    """Time in which a free stage moves visibly under the guard's `lean`."""
     left = tree.guard.lean / per_newton(tree) - held(tree)
     takes = math.sqrt(2.0 * mass(tree) * tree.guard.still / left) if left > 0.0 else STAND
     return float(max(REVEAL, SURELY * (takes + lag(tree)), 3.0 * pace.period(tree)))

@@ -1,10 +1,11 @@
-"""The lines of a stage under guard: limit switches, fault output and enable line of its drive."""
+"""Guard of a stage's limit switches, drive fault and enable line."""
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
+from macromicro.columns import Meaning
 from macromicro.control.arrival import TICK
 from macromicro.control.stage_law import Sample
 from macromicro.kernel import kernel
@@ -24,125 +25,46 @@ SHARE = 0.1  # of the greatest speed, off a limit switch where no setting says i
 
 
 class Wired(NamedTuple):
-    """What the guard allows beside `Limits`.
+    """Limits of the lines, beside `Limits`."""
 
-    Attributes
-    ----------
-    leave : float
-        Greatest speed while a limit switch is tripped, m/s.
-    rise : float
-        Longest time until the drive is on, s.
-    homing : int
-        1: the lower limit switch is looked for, and is no fault.
-    """
-
-    leave: float = math.inf
-    rise: float = 0.0
-    homing: int = 0
+    leave: Annotated[float, Meaning("greatest speed while a limit switch is tripped", "m/s")] = (
+        math.inf
+    )
+    rise: Annotated[float, Meaning("longest time until the drive is on", "s")] = 0.0
+    homing: Annotated[int, Meaning("1: the lower limit switch is looked for, and is no fault")] = 0
 
 
 class Held(NamedTuple):
-    """State.
-
-    Attributes
-    ----------
-    began : float
-        When it began to watch, s; NaN: it has not.
-    low, high : float
-        1 while the stage still stands on a limit switch that was tripped then.
-    """
-
-    began: float = math.nan
-    low: float = 0.0
-    high: float = 0.0
+    began: Annotated[float, Meaning("when it began to watch, s; NaN: it has not")] = math.nan
+    low: Annotated[
+        float, Meaning("1 while the stage still stands on a limit switch that was tripped then")
+    ] = 0.0
+    high: Annotated[
+        float, Meaning("1 while the stage still stands on a limit switch that was tripped then")
+    ] = 0.0
 
 
 def wired(settings: Any) -> Wired:
-    """What the guard allows, from a machine's settings.
-
-    Parameters
-    ----------
-    settings : Any
-        Of any machine of one stage.
-
-    Returns
-    -------
-    Wired
-        Of a machine without such settings, a tenth of its greatest speed off a switch.
-    """
     return Wired(SLACK * leaving(settings), rise(settings))
 
 
 def leaving(settings: Any) -> float:
-    """Speed at which a stage leaves a tripped limit switch.
-
-    Parameters
-    ----------
-    settings : Any
-        Of any machine of one stage.
-
-    Returns
-    -------
-    float
-        m/s.
-    """
     switches = getattr(settings, "switches", None)
     return float(SHARE * settings.motion.velocity if switches is None else switches.leave)
 
 
 def rise(settings: Any) -> float:
-    """Time from the enable line until the drive gives current.
-
-    Parameters
-    ----------
-    settings : Any
-        Of any machine of one stage.
-
-    Returns
-    -------
-    float
-        s; 0 where no setting says it.
-    """
+    """Time from the enable line until the drive gives current."""
     return float(getattr(getattr(settings, "amplifier", None), "enable_time", 0.0))
 
 
 @kernel
 def none(params: Any, state: Any) -> Lines:
-    """What a stage without lines says.
-
-    Parameters
-    ----------
-    params : Any
-        Of the stage.
-    state : Any
-        Of the stage.
-
-    Returns
-    -------
-    Lines
-        As `types.QUIET`.
-    """
     return Lines(0.0, 0.0, 0.0, math.nan, 0.0, 1.0)
 
 
 @kernel
 def as_it_is(params: Any, state: Any, enable: float) -> Any:
-    """The state of a stage without an enable line.
-
-    Parameters
-    ----------
-    params : Any
-        Of the stage.
-    state : Any
-        Of the stage.
-    enable : float
-        0 or 1.
-
-    Returns
-    -------
-    Any
-        The same state.
-    """
     return state
 
 
@@ -150,67 +72,27 @@ def as_it_is(params: Any, state: Any, enable: float) -> Any:
 def unwatched(
     p: Wired, s: Held, watch: Watch, lines: Lines, sample: Sample, effort: float
 ) -> tuple[Watch, Held, float]:
-    """`step` of a stage without lines.
-
-    Parameters
-    ----------
-    p : Wired
-        What is allowed.
-    s : Held
-        State.
-    watch : Watch
-        State of the guard.
-    lines : Lines
-        What they say.
-    sample : Sample
-        What the stage shows.
-    effort : float
-        What the law wants, V.
-
-    Returns
-    -------
-    watch : Watch
-        As it was.
-    held : Held
-        As it was.
-    effort : float
-        As wanted, V.
-    """
+    """`step` of a stage without lines."""
     return watch, s, effort
 
 
 @kernel
 def step(
-    p: Wired, s: Held, watch: Watch, lines: Lines, sample: Sample, effort: float
-) -> tuple[Watch, Held, float]:
+    p: Wired,
+    s: Held,
+    watch: Watch,
+    lines: Lines,
+    sample: Sample,
+    effort: Annotated[float, Meaning("what the law wants", "V")],
+) -> tuple[
+    Annotated[Watch, Meaning(name="watch")],
+    Annotated[Held, Meaning(name="held")],
+    Annotated[float, Meaning("not towards a tripped limit switch", "V", name="effort")],
+]:
     """One control period of the lines' guard, before that of the stage.
 
-    A limit switch that trips is a fault; one that was tripped when the watch began only stops what
-    pushes towards it, until it lets go.
-
-    Parameters
-    ----------
-    p : Wired
-        What is allowed.
-    s : Held
-        State.
-    watch : Watch
-        State of the guard.
-    lines : Lines
-        What they say.
-    sample : Sample
-        What the stage shows.
-    effort : float
-        What the law wants, V.
-
-    Returns
-    -------
-    watch : Watch
-        With the fault that was found, which stays.
-    held : Held
-        New state.
-    effort : float
-        V: not towards a tripped limit switch.
+    A limit switch that trips is a fault; one that was tripped at the start only blocks motion
+    towards it until it releases.
     """
     if watch.fault != OK:
         return watch, s, 0.0
@@ -246,98 +128,30 @@ def step(
 
 @kernel
 def unbounded(guard: Limits, p: Wired, s: Held) -> Limits:
-    """`bounded` of a stage without lines.
-
-    Parameters
-    ----------
-    guard : Limits
-        Of the settings.
-    p : Wired
-        What is allowed.
-    s : Held
-        State.
-
-    Returns
-    -------
-    Limits
-        The same.
-    """
+    """`bounded` of a stage without lines."""
     return guard
 
 
 @kernel
 def bounded(guard: Limits, p: Wired, s: Held) -> Limits:
-    """The limits of the guard: off a limit switch it is slow.
-
-    Parameters
-    ----------
-    guard : Limits
-        Of the settings.
-    p : Wired
-        What is allowed.
-    s : Held
-        State.
-
-    Returns
-    -------
-    Limits
-        In force now.
-    """
+    """The guard's limits: slow while leaving a limit switch."""
     free = p.homing == 1 or (s.low < 0.5 and s.high < 0.5)
     # Built in any case: those of a stage that turns are of another type.
     return slower(guard, math.inf if free else p.leave)
 
 
 def shown(lines: Lines, there: tuple[str, ...]) -> Lines:
-    """Lines as clients and records have them.
-
-    Parameters
-    ----------
-    lines : Lines
-        As a stage says it.
-    there : tuple[str, ...]
-        Those that there are.
-
-    Returns
-    -------
-    Lines
-        NaN for those that there are not.
-    """
+    """Lines for clients and records."""
     return Lines(
         *(v if n in there else math.nan for n, v in zip(Lines._fields, lines, strict=True))
     )
 
 
 def read(sample: Any, there: tuple[str, ...]) -> Lines:
-    """The lines in a rig's sample.
-
-    Parameters
-    ----------
-    sample : Any
-        Any ``NamedTuple`` with fields of these names.
-    there : tuple[str, ...]
-        The rig's channels.
-
-    Returns
-    -------
-    Lines
-        Of those that it has not, as `types.QUIET`.
-    """
     found = {n: float(getattr(sample, n)) for n in Lines._fields if n in there}
     return QUIET._replace(**found)
 
 
 def of(channels: tuple[str, ...]) -> tuple[str, ...]:
-    """Those of some channels that are lines, and the enable line.
-
-    Parameters
-    ----------
-    channels : tuple[str, ...]
-        Names.
-
-    Returns
-    -------
-    tuple[str, ...]
-        In the order of `Lines`.
-    """
+    """Those of some channels that are lines, and the enable line."""
     return tuple(n for n in (*Lines._fields, *Enable._fields) if n in channels)

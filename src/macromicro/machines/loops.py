@@ -1,4 +1,4 @@
-"""The linear loop of an axis: its cascade over the frequency, whether it is stable, how robust."""
+"""The linear cascade loop of an axis: frequency response, stability, margins."""
 
 from __future__ import annotations
 
@@ -21,22 +21,7 @@ _POINTS = 3000
 
 
 def law(p: Cascade, frequency: Array, dt: float) -> Complex:
-    """Effort per position error of the cascade, without its limits and feed-forward.
-
-    Parameters
-    ----------
-    p : Cascade
-        Gains.
-    frequency : ndarray, shape (n,)
-        Hz.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    ndarray of complex, shape (n,)
-        V/m.
-    """
+    """Effort per position error, without limits and feed-forward."""
     z = np.exp(2j * math.pi * np.asarray(frequency) * dt)
     back = 1.0 - 1.0 / z
     pole = math.exp(-p.observer * dt)
@@ -48,42 +33,13 @@ def law(p: Cascade, frequency: Array, dt: float) -> Complex:
 
 
 def stepped(s: Complex, timing: Any) -> Complex:
-    """An effort's way through a D/A that holds it for a period, and its delay.
-
-    Parameters
-    ----------
-    s : ndarray of complex, shape (n,)
-        2j pi times the frequency, rad/s.
-    timing : Any
-        With `period` and `delay`, s.
-
-    Returns
-    -------
-    ndarray of complex, shape (n,)
-        1 at low frequencies.
-    """
+    """Response of D/A hold and delay."""
     turn = s * timing.period
     found: Complex = (1.0 - np.exp(-turn)) / turn * np.exp(-s * timing.delay)
     return found
 
 
 def notched(p: Notch, frequency: Array, dt: float) -> Complex:
-    """What a notch lets pass.
-
-    Parameters
-    ----------
-    p : Notch
-        The filter.
-    frequency : ndarray, shape (n,)
-        Hz.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    ndarray of complex, shape (n,)
-        1 without a notch, or with one that `notch.step` leaves out.
-    """
     f = np.asarray(frequency, dtype=np.float64)
     if p.frequency <= 0.0 or 2.0 * p.frequency * dt >= 1.0:
         return np.ones(len(f), np.complex128)
@@ -95,23 +51,7 @@ def notched(p: Notch, frequency: Array, dt: float) -> Complex:
 
 
 def modulus(loop: Complex, poles: int = 2) -> float:
-    """Least distance of a loop from -1, with its sign below 0 where the closed loop is unstable.
-
-    By Nyquist: of a loop with poles at 0 and none in the right half, 1 + L turns by a quarter of a
-    turn for each of them from the lowest frequency to the highest.
-
-    Parameters
-    ----------
-    loop : ndarray of complex, shape (n,)
-        Over frequencies that rise from far below all poles but those at 0 to half the loop's.
-    poles : int, optional
-        How many there are at 0.
-
-    Returns
-    -------
-    float
-        Above 0: stable.
-    """
+    """Modulus margin of a loop, negative where the closed loop is unstable (Nyquist)."""
     turned = np.unwrap(np.angle(1.0 + loop))
     least = float(np.min(np.abs(1.0 + loop)))
     off = turned[-1] - turned[0] - 0.5 * math.pi * poles
@@ -120,44 +60,13 @@ def modulus(loop: Complex, poles: int = 2) -> float:
 
 @lru_cache(maxsize=1024)
 def grid(dt: float, slowest: float) -> Array:
-    """Frequencies for `modulus`.
-
-    Parameters
-    ----------
-    dt : float
-        Control period, s.
-    slowest : float
-        Frequency far below all poles but those at 0, Hz.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Hz.
-    """
     return np.geomspace(slowest, 0.499 / dt, _POINTS)
 
 
 def gains(
     w: float, per_speed: float, outer: float, observer: float, notch: Notch = NO_NOTCH
 ) -> Any:
-    """The cascade of a velocity loop's bandwidth.
-
-    Parameters
-    ----------
-    w : float
-        Bandwidth, rad/s.
-    per_speed : float
-        Effort per change of speed, V s/m: that of a mass.
-    outer, observer : float
-        Bandwidths of position loop and observer, to the velocity loop's.
-    notch : Notch, optional
-        Of the effort; none, if nothing else is said.
-
-    Returns
-    -------
-    Any
-        A `Cascade`.
-    """
+    """Cascade gains for a bandwidth of the velocity loop."""
     return Cascade(
         position=outer * w,
         velocity=per_speed * w,
@@ -168,54 +77,44 @@ def gains(
 
 
 class Margins(NamedTuple):
-    """Margins of a loop that is known at some frequencies; NaN: not within them.
+    """Stability margins; NaN: not within the frequencies."""
 
-    Attributes
-    ----------
-    crossover : float
-        Lowest frequency where the gain falls through 1, Hz.
-    phase : float
-        Phase margin there, deg.
-    gain : float
-        Factor by which the gain may grow.
-    modulus : float
-        Least distance from -1: the inverse of the largest sensitivity.
-    """
-
-    crossover: float
-    phase: float
-    gain: float
-    modulus: float
+    crossover: float  # lowest frequency where the gain falls through 1, Hz
+    phase: float  # phase margin there, above -180 and at most 180 deg
+    gain: float  # factor by which the gain may grow, of the lowest frequency that has one
+    modulus: float  # least distance from -1: the inverse of the largest sensitivity
+    # whether the closed loop is, by Nyquist between the frequencies; the open one has no pole in
+    # the right half
+    stable: bool
 
 
 def margins(frequency: Array, loop: Complex) -> Margins:
-    """Margins, between the frequencies by straight lines over the logarithm of the frequency.
-
-    Parameters
-    ----------
-    frequency : ndarray, shape (n,)
-        Hz, rising.
-    loop : ndarray of complex, shape (n,)
-        Open loop.
-
-    Returns
-    -------
-    Margins
-        Of it.
-    """
+    """Margins, interpolated linearly over the logarithm of the frequency."""
     x, gain = np.log(frequency), np.log(np.abs(loop))
     phase = np.unwrap(np.angle(loop))
-    phase -= 2.0 * math.pi * math.ceil(phase[0] / (2.0 * math.pi))  # a loop lags at first
-    crossover = margin = grow = math.nan
+    if phase[0] > 0.5 * math.pi:  # a loop lags at first, by less than 270 deg
+        phase -= 2.0 * math.pi
+    crossover = margin = math.nan
     falls = (gain[:-1] >= 0.0) & (gain[1:] < 0.0)
     if falls.any():
         k = int(np.argmax(falls))
         share = gain[k] / (gain[k] - gain[k + 1])
         crossover = math.exp(x[k] + share * (x[k + 1] - x[k]))
-        margin = 180.0 + math.degrees(phase[k] + share * (phase[k + 1] - phase[k]))
-    turns = (phase[:-1] > -math.pi) & (phase[1:] <= -math.pi) & (gain[1:] < 0.0)
-    if turns.any():
-        k = int(np.argmax(turns))
-        share = (phase[k] + math.pi) / (phase[k] - phase[k + 1])
-        grow = math.exp(-(gain[k] + share * (gain[k + 1] - gain[k])))
-    return Margins(crossover, margin, grow, float(np.min(np.abs(1.0 + loop))))
+        lag = -math.degrees(phase[k] + share * (phase[k + 1] - phase[k]))
+        margin = 180.0 - lag % 360.0
+    way, at, late = _turns(gain, phase)
+    beyond = int(gain[0] > 0.0 and phase[0] < -math.pi)  # it has turned below the first frequency
+    stable = beyond + int(way[at > 0.0].sum()) == 0
+    small = at[(way > 0.0) & (late < 0.0)]
+    grow = math.exp(-small[0]) if len(small) else math.nan
+    return Margins(crossover, margin, grow, float(np.min(np.abs(1.0 + loop))), stable)
+
+
+def _turns(gain: Array, phase: Array) -> tuple[Array, Array, Array]:
+    """Crossings of the negative real axis: direction, log gain, log gain of the next frequency."""
+    rounds = np.floor((phase + math.pi) / (2.0 * math.pi))
+    k = np.flatnonzero(np.diff(rounds))
+    edge = 2.0 * math.pi * np.maximum(rounds[k], rounds[k + 1]) - math.pi
+    share = (edge - phase[k]) / (phase[k + 1] - phase[k])
+    at = gain[k] + share * (gain[k + 1] - gain[k])
+    return rounds[k] - rounds[k + 1], at, gain[k + 1]

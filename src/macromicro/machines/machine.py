@@ -1,5 +1,4 @@
-"""The machines there are: each a file that composes parts, and a line in `MACHINES`; and machines
-of other packages, which a settings file names as "module:machine"."""
+"""The machines: shipped ones in `MACHINES`, and those of other packages as "module:machine"."""
 
 from __future__ import annotations
 
@@ -30,40 +29,31 @@ _TABLES = Path(__file__).parents[1] / "uncertainty"
 class Machine(NamedTuple):
     """A machine of one stage.
 
-    Attributes
-    ----------
-    name : str
-        As a settings file names it.
-    title : str
-        For people.
-    settings : Any
-        Its default settings: a tree with `derived`, `together` and `machine`, and the sets
-        encoder (with pitch), timing (with period), travel, motion, arrival, controller and guard.
-    kind : Kind
-        The kernels of its stage.
-    law : StageLaw
-        Whose gains are the set `controller`.
-    model : Callable[[Any, Array], Any] | None
-        From settings and frequencies (Hz) to the linear plant there, complex, m/V; None: there is
-        none, and no `response`.
-    touch : Callable[[Any], Touch | None] | None
-        From settings to how the stage finds its place live; None: its encoder is absolute.
-    spread : Path | None
-        The table of what is not known exactly about such a machine (`uncertainty.table`); None:
-        there is none, and no `robust`.
-    equip : Callable[[Any], Kind] | None
-        From settings to the kernels of a stage with the lines that they name (`types.Lines`); None:
-        it has none.
+    Examples
+    --------
+    >>> from macromicro.machines import axis
+    >>> from macromicro.machines.machine import Machine
+    >>> Machine("mine", "an axis of mine", axis.DEFAULT, axis.KIND, axis.LAW).law.name
+    'cascade'
     """
 
-    name: str
-    title: str
+    name: str  #: as a settings file names it
+    title: str  #: for people
+    #: its default settings: a tree with `derived`, `together` and `machine`, and the sets encoder
+    #: (with pitch), timing (with period), travel, motion, arrival, controller and guard
     settings: Any
-    kind: Kind
-    law: StageLaw
+    kind: Kind  #: the kernels of its stage
+    law: StageLaw  #: whose gains are the set `controller`
+    #: from settings and frequencies (Hz) to the linear plant there, complex, m/V; None: there is
+    #: none, and no `response`
     model: Callable[[Any, Array], Any] | None = None
+    #: from settings to how the stage finds its place live; None: its encoder is absolute
     touch: Callable[[Any], Touch | None] | None = None
+    #: the table of what is not known exactly about such a machine (`uncertainty.table`); None:
+    #: there is none, and no `robust`
     spread: Path | None = None
+    #: from settings to the kernels of a stage with the lines that they name (`types.Lines`); None:
+    #: it has none
     equip: Callable[[Any], Kind] | None = None
 
 
@@ -86,8 +76,8 @@ MACHINES: tuple[Machine, ...] = (
 )
 NAMES = (TWO_STAGE, JOINT, *(m.name for m in MACHINES))
 _ONE = (
-    "a machine of one stage: this command takes one axis of it, whose file "
-    "`macromicro config show --config FILE --axis x` prints"
+    "a single-stage machine; `macromicro config show --config FILE --axis x` prints the file of "
+    "one axis"
 )
 
 _found: dict[str, Machine] = {}  # of other packages
@@ -113,6 +103,12 @@ def named(name: object, where: str) -> Machine:
     ------
     InputError
         There is none, with the nearest and all; or it has several stages or axes.
+
+    Examples
+    --------
+    >>> from macromicro.machines.machine import named
+    >>> named("axis", "machine").title
+    'one motor-driven axis'
     """
     if name == TWO_STAGE:
         others = ", ".join(repr(m.name) for m in MACHINES)
@@ -134,7 +130,6 @@ def named(name: object, where: str) -> Machine:
 
 
 def _outside(name: str, place: str, where: str) -> Machine:
-    """A machine of another package, known by the name that the user gave it."""
     made = plugins.load(place, where, "a machine", lambda it: isinstance(it, Machine))
     if not isinstance(made, Machine):
         found = f"{place}, {type(made).__name__}"
@@ -159,6 +154,17 @@ def chosen(path: Path) -> Machine:
     ------
     InputError
         The file cannot be read, names no such machine, or none: it is the two-stage machine's.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from macromicro.machines.machine import chosen
+    >>> with TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "mine.toml").write_text('machine = "piezo"')
+    ...     machine = chosen(Path(folder, "mine.toml"))
+    >>> machine.name
+    'piezo'
     """
     name = read_toml(path, config.WHAT).get(KEY, TWO_STAGE)
     return named(name, f"{printable(path, 300)}, {KEY}")
@@ -177,7 +183,7 @@ def load(path: Path, law: str | None = None) -> tuple[Machine, Any]:
     Returns
     -------
     machine : Machine
-        The machine, under the law of its settings.
+        Whose settings and rules are used.
     settings : Any
         Its settings with the file's values, and what follows from them.
 
@@ -186,6 +192,18 @@ def load(path: Path, law: str | None = None) -> tuple[Machine, Any]:
     InputError
         As `chosen` and `config.load_overrides`; the file is for the two-stage machine; there is no
         such law.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from macromicro.machines.machine import as_toml, load, named
+    >>> axis = named("axis", "machine")
+    >>> with TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "mine.toml").write_text(as_toml(axis, axis.settings))
+    ...     machine, settings = load(Path(folder, "mine.toml"))
+    >>> machine.name, settings.load.mass  # kg
+    ('axis', 0.5)
     """
     machine = chosen(path)
     tree = machine.settings if law is None else joined(machine.settings, law, "--law")
@@ -201,7 +219,7 @@ def under(machine: Machine, settings: Any) -> Machine:
     Parameters
     ----------
     machine : Machine
-        The machine.
+        Whose settings and rules are used.
     settings : Any
         Of it.
 
@@ -209,6 +227,13 @@ def under(machine: Machine, settings: Any) -> Machine:
     -------
     Machine
         With the law whose gains are ``tree.gains(settings)``.
+
+    Examples
+    --------
+    >>> from macromicro.machines.machine import named, under
+    >>> axis = named("axis", "machine")
+    >>> under(axis, axis.settings).law.name
+    'cascade'
     """
     if is_own(settings):
         machine = machine._replace(law=find(settings.law, LAW))
@@ -221,7 +246,7 @@ def as_toml(machine: Machine, settings: Any, only: str | None = None) -> str:
     Parameters
     ----------
     machine : Machine
-        The machine.
+        Whose settings and rules are used.
     settings : Any
         Of it.
     only : str | None, optional
@@ -236,6 +261,14 @@ def as_toml(machine: Machine, settings: Any, only: str | None = None) -> str:
     ------
     InputError
         `only` is no path of the tree.
+
+    Examples
+    --------
+    >>> from macromicro.machines.machine import as_toml, named
+    >>> axis = named("axis", "machine")
+    >>> print(as_toml(axis, axis.settings, "load.mass"), end="")
+    [load]
+    mass = "0.5 kg"  # moving mass without payload, at the load (data sheet or drawing)
     """
     body = config.as_toml(settings, only)
     return body if only is not None else f'{KEY} = "{machine.name}"\n{body}'

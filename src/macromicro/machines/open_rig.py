@@ -1,5 +1,4 @@
-"""Any rig that has an encoder as a stage, whose parameters are the open rig: the same control
-period runs on it, interpreted."""
+"""Any rig with an encoder as a stage, whose parameters are the open rig; runs interpreted."""
 
 from __future__ import annotations
 
@@ -18,7 +17,7 @@ from macromicro.types import Sample as Shown
 
 
 class Wired(NamedTuple):
-    """`types.Outputs` with the enable line, for a rig whose `outputs` name it."""
+    """`types.Outputs` with the enable line, for rigs that have it."""
 
     motor: float
     ctrl: float
@@ -28,32 +27,16 @@ class Wired(NamedTuple):
 
 
 class Opened(NamedTuple):
-    """An open rig as the parameters of a stage.
-
-    Attributes
-    ----------
-    rig : Rig
-        That measures `encoder`; one with lines as `wired` gives it.
-    pitch : float
-        Way per count, m.
-    """
-
-    rig: Rig
-    pitch: float
+    rig: Rig  # that measures `encoder`; one with lines as `wired` gives it
+    pitch: float  # m per count
 
 
 class Unknown(NamedTuple):
-    """What is known to be true of a rig: nothing."""
+    """The unknown truth of a rig."""
 
 
 class Kept:
-    """A rig with lines that keeps its last reading, and the enable line between two outputs.
-
-    Parameters
-    ----------
-    rig : Rig
-        That measures `encoder`.
-    """
+    """A rig with lines that keeps its last reading and enable line."""
 
     def __init__(self, rig: Rig) -> None:
         self._rig, self.clock, self.lines = rig, rig.clock, QUIET
@@ -61,61 +44,33 @@ class Kept:
         self._switched = ENABLE in getattr(rig, "outputs", ())
 
     def read(self) -> Shown:
-        """This period's reading.
-
-        Returns
-        -------
-        Shown
-            As of the rig; `lines` are of the same.
-        """
         sample = self._rig.read()
         self.lines = lines.read(sample, self.channels)
         return sample
 
     def write(self, outputs: Outputs) -> None:
-        """Set all outputs, the enable line where the rig has one.
-
-        Parameters
-        ----------
-        outputs : Outputs
-            For the coming period.
-        """
         given: Any = Wired(*outputs, self.enable) if self._switched else outputs
         self._rig.write(given)
 
 
 def opened(rig: Any, pitch: float) -> Opened:
-    """An open rig as a stage's parameters.
-
-    Parameters
-    ----------
-    rig : Rig
-        That measures `encoder`.
-    pitch : float
-        Way per count, m.
-
-    Returns
-    -------
-    Opened
-        For `of(rig)`.
-    """
     return Opened(Kept(rig) if of(rig).lines else rig, pitch)  # type: ignore[arg-type]
 
 
 def _measure(p: Opened, origin: float, t: float, noise: Array, k: int) -> Sample:
-    """What the rig shows, its time since the run's start."""
+    """The reading, with time since the run's start."""
     shown = p.rig.read()
     return Sample(shown.t - origin, shown.encoder * p.pitch)
 
 
 def _sense(p: Any, origin: float) -> Lines:
-    """What its lines say, of the same reading."""
+    """Lines of the same reading."""
     said: Lines = p.rig.lines
     return said
 
 
 def _switch(p: Any, origin: float, enable: float) -> float:
-    """The enable line, for the outputs of this period."""
+    """Set the enable line of this period's outputs."""
     p.rig.enable = enable
     return origin
 
@@ -136,7 +91,7 @@ def _prepare(settings: Any) -> Any:
 
 
 def _now(p: Opened) -> float:
-    """The state of such a stage: the rig's time at the start, s."""
+    """The initial state: the rig's time at the start."""
     return p.rig.clock.now()
 
 
@@ -144,20 +99,6 @@ STAGE = Kind("rig", 0, Unknown, _prepare, _now, _measure, _advance, _show)
 
 
 def of(rig: Any, place: Place = LENGTH) -> Kind:
-    """The kind of stage that an open rig is.
-
-    Parameters
-    ----------
-    rig : Rig
-        That measures `encoder`.
-    place : Place, optional
-        What the places of the machine on it are counted in.
-
-    Returns
-    -------
-    Kind
-        `STAGE`, with the lines that it measures and its enable line.
-    """
     return _wired(lines.of((*rig.channels, *getattr(rig, "outputs", ()))), place)
 
 
@@ -168,20 +109,7 @@ def _wired(there: tuple[str, ...], place: Place) -> Kind:
 
 
 def switched_on(stages: Sequence[Opened], kinds: Sequence[Kind], rise: float, dt: float) -> None:
-    """Switch the drives of open rigs on, and wait until they give an effort.
-
-    Parameters
-    ----------
-    stages : Sequence[Opened]
-        The rigs, on one clock; those without an enable line are given no outputs but safe ones, and
-        if none has one nothing is done.
-    kinds : Sequence[Kind]
-        Of each, from `of`.
-    rise : float
-        How long that takes, s.
-    dt : float
-        Control period, s.
-    """
+    """Enable the drives of open rigs and wait until they give an effort."""
     switched = [p for p, kind in zip(stages, kinds, strict=True) if ENABLE in kind.lines]
     if not switched:
         return

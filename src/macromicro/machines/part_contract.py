@@ -1,11 +1,4 @@
-"""Whether a part of another package keeps what an axis' friction must keep.
-
-In a test of your own::
-
-    from macromicro.machines import part_contract
-    def test_my_part():
-        assert part_contract.broken(felt) == []
-"""
+"""Checks that a friction part of another package meets the contract."""
 
 from __future__ import annotations
 
@@ -29,19 +22,30 @@ _LINEAR = "force(p, s, x, v, h) -> (c, d): floats, d at least 0"
 
 
 def check(part: FrictionPart | Any, name: str = "the part") -> Iterator[Finding]:
-    """Look at everything that a part must keep, on made-up motion.
+    """Check a part on simulated motion.
 
     Parameters
     ----------
     part : FrictionPart | Any
-        A part.
+        What a user's module offers.
     name : str, optional
-        Of it, for messages.
+        Its name, for messages.
 
     Yields
     ------
     Finding
-        One after the other; what needs what failed is left out.
+        Each result; checks that depend on a failed one are skipped.
+
+    Examples
+    --------
+    >>> from typing import NamedTuple
+    >>> from macromicro.machines.part_contract import check
+    >>> from macromicro.plant.rubbing import FrictionPart
+    >>> class Drag(NamedTuple):
+    ...     level: float = 2.0  # which lacks a `Par` with its unit and bounds
+    >>> drag = FrictionPart("drag", Drag, lambda p, s, x, v, h: (0.0, p.level))
+    >>> [(each.what, each.passed) for each in check(drag)]
+    [('shape', False)]
     """
     try:
         part = own_part.checked(part, name, "part")
@@ -61,19 +65,25 @@ def check(part: FrictionPart | Any, name: str = "the part") -> Iterator[Finding]
 
 
 def broken(part: FrictionPart | Any, name: str = "the part") -> list[str]:
-    """What a part does not keep.
+    """The failed checks of a part, for a test.
 
     Parameters
     ----------
     part : FrictionPart | Any
-        A part.
+        What a user's module offers.
     name : str, optional
-        Of it, for messages.
+        Its name, for messages.
 
     Returns
     -------
     list[str]
-        In words; empty for a good one.
+        A line for each; empty for a good part.
+
+    Examples
+    --------
+    >>> from macromicro.machines.part_contract import broken
+    >>> broken("no part")
+    ['shape: part: the part, str; a macromicro.plant.rubbing.FrictionPart']
     """
     return [f"{f.what}: {f.found}; {f.remedy}" for f in check(part, name) if not f.passed]
 
@@ -84,7 +94,7 @@ def slid(part: FrictionPart, p: Any, v: float, steps: int = _SLIDING) -> tuple[A
     Parameters
     ----------
     part : FrictionPart
-        The part.
+        That is slid.
     p : Any
         Its parameters.
     v : float
@@ -98,6 +108,18 @@ def slid(part: FrictionPart, p: Any, v: float, steps: int = _SLIDING) -> tuple[A
         At the end.
     force : float
         Mean over the second half, N.
+
+    Examples
+    --------
+    >>> from typing import NamedTuple
+    >>> from macromicro.machines.part_contract import slid
+    >>> from macromicro.plant.rubbing import FrictionPart
+    >>> class Drag(NamedTuple):
+    ...     level: float = 2.0  # N s/m
+    >>> drag = FrictionPart("drag", Drag, lambda p, s, x, v, h: (0.0, p.level))
+    >>> state, force = slid(drag, Drag(), v=0.1)  # m/s
+    >>> round(force, 6)  # N
+    0.2
     """
     s, x, total = part.start(p, 0.0), 0.0, 0.0
     for k in range(steps):
@@ -157,7 +179,7 @@ def _direction(part: FrictionPart) -> str:
 
 
 def _rest(part: FrictionPart) -> str:
-    """A body that it brakes comes to rest, and does not run away."""
+    """Check that a body which it brakes comes to rest."""
     p = part.settings()
     s, x, v = part.start(p, 0.0), 0.0, 0.05
     for _ in range(4 * _SLIDING):
@@ -166,7 +188,7 @@ def _rest(part: FrictionPart) -> str:
         s = part.after(p, s, x, new, STEP)
         x, v = x + 0.5 * STEP * (v + new), new
         if abs(v) > 0.1 or not math.isfinite(v):
-            raise Broken(f"{_MASS:g} kg at 0.05 m/s is made faster", "a passive force")
+            raise Broken(f"{_MASS:g} kg at 0.05 m/s is accelerated", "a passive force")
     return f"{_MASS:g} kg at 0.05 m/s has {abs(v):.2g} m/s after {4 * _SLIDING * STEP:g} s"
 
 

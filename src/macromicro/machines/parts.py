@@ -1,4 +1,4 @@
-"""Sets of settings that machines share: load, friction, encoder, timing, travel, motion limits."""
+"""Sets of settings that machines share."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _CHOICE = "machine choice"
 
 
 class Load(NamedTuple):
-    """What moves, and where its way ends."""
+    """Mass, slope and end stops."""
 
     mass: Annotated[
         float, Par("kg", "moving mass without payload, at the load", _SHEET, positive=True)
@@ -34,7 +34,7 @@ class Load(NamedTuple):
         float,
         Par(
             "rad",
-            "of the way, upwards to higher positions: 90 deg is vertical",
+            "slope of the travel, upwards to higher positions: 90 deg is vertical",
             _SHEET,
             shown="deg",
             lo=-math.pi / 2.0,
@@ -54,21 +54,22 @@ class Load(NamedTuple):
 
 
 class Rubbing(NamedTuple):
-    """All that rubs, as a force at the load."""
+    """Total friction as a force at the load."""
 
     coulomb: Annotated[float, Par("N", "kinetic friction", _MEASURED, lo=0.0)] = 3.0
     stribeck: Annotated[float, Par("N", "breakaway above kinetic friction", _MEASURED, lo=0.0)] = (
         0.6
     )
     stribeck_speed: Annotated[
-        float, Par("m/s", "speed over which that fades", _MEASURED, shown="mm/s", positive=True)
+        float,
+        Par("m/s", "Stribeck speed, over which that fades", _MEASURED, shown="mm/s", positive=True),
     ] = 5.0e-3
     viscous: Annotated[float, Par("N*s/m", "viscous friction", _MEASURED, lo=0.0)] = 2.0
     presliding: Annotated[
-        float, Par("m", "give before it slides", _MEASURED, shown="um", positive=True)
+        float, Par("m", "presliding deflection", _MEASURED, shown="um", positive=True)
     ] = 5.0e-6
     ripple: Annotated[
-        float, Par("N", "greatest change of the friction along the way", _MEASURED, lo=0.0)
+        float, Par("N", "greatest change of the friction along the travel", _MEASURED, lo=0.0)
     ] = 0.0
     ripple_long: Annotated[
         float, Par("m", "longer period of that change", _MEASURED, shown="mm", positive=True)
@@ -83,28 +84,10 @@ class Rubbing(NamedTuple):
     own: Any = own_part.NoPart()
 
     def also(self) -> dict[str, tuple[str, ...]]:
-        """Words that a text parameter takes beside its own.
-
-        Returns
-        -------
-        dict[str, tuple[str, ...]]
-            By the parameter.
-        """
+        """Further words that a text parameter accepts."""
         return {} if self.part == own_part.BRISTLES else {"part": (self.part,)}
 
     def has(self, field: str) -> float:
-        """What the part of another package says of itself, or these settings.
-
-        Parameters
-        ----------
-        field : str
-            Of `rubbing.Sheet`.
-
-        Returns
-        -------
-        float
-            In the field's unit.
-        """
         if self.part != own_part.BRISTLES:
             sheet = own_part.find(self.part, "friction.part").sheet
             if sheet is not None:
@@ -113,8 +96,6 @@ class Rubbing(NamedTuple):
 
 
 class Feedback(NamedTuple):
-    """The encoder."""
-
     at: Annotated[
         str, Par("", "where it sits: on the motor or at the load", _SHEET, choices=(MOTOR, LOAD))
     ] = MOTOR
@@ -122,7 +103,7 @@ class Feedback(NamedTuple):
         float, Par("1", "lines per turn (encoder on a motor that turns)", _SHEET, positive=True)
     ] = 1000.0
     pitch: Annotated[
-        float, Par("m", "way of the load per count", _DERIVED, shown="um", positive=True)
+        float, Par("m", "travel of the load per count", _DERIVED, shown="um", positive=True)
     ] = 1.0e-6
     noise: Annotated[float, Par("m", "noise before counting, rms", _SHEET, shown="um", lo=0.0)] = (
         0.0
@@ -144,7 +125,7 @@ class Feedback(NamedTuple):
 
 
 class Switches(NamedTuple):
-    """Limit and home switches; what there is none of is not read."""
+    """Limit and home switches."""
 
     limits: Annotated[
         str,
@@ -178,10 +159,10 @@ class Switches(NamedTuple):
         float, Par("m", "upper edge of the home switch", _DERIVED, shown="mm")
     ] = 20.0e-3
     home_width: Annotated[
-        float, Par("m", "way over which a cam is on", _DERIVED, shown="mm", positive=True)
+        float, Par("m", "length of the cam", _DERIVED, shown="mm", positive=True)
     ] = 6.0e-3
     hysteresis: Annotated[
-        float, Par("m", "way back until a switch lets go", _SHEET, shown="um", lo=0.0)
+        float, Par("m", "hysteresis of the switch", _SHEET, shown="um", lo=0.0)
     ] = 50.0e-6
     repeatability: Annotated[
         float,
@@ -194,8 +175,6 @@ class Switches(NamedTuple):
 
 
 class Homing(NamedTuple):
-    """What names the place of an axis."""
-
     on: Annotated[
         str,
         Par(
@@ -208,13 +187,11 @@ class Homing(NamedTuple):
 
 
 class Timing(NamedTuple):
-    """When things happen."""
-
     period: Annotated[float, Par("s", "control period", _CHOICE, shown="ms", lo=1e-5, hi=0.1)] = (
         1e-3
     )
     delay: Annotated[
-        float, Par("s", "from a reading until its effort acts", _SHEET, shown="ms", lo=0.0)
+        float, Par("s", "delay from a reading to its effort", _SHEET, shown="ms", lo=0.0)
     ] = 0.1e-3
     steps: Annotated[
         int, Par("", "steps of the physics per control period", _DERIVED, lo=1, hi=20000)
@@ -231,46 +208,21 @@ class Travel(NamedTuple):
 class Motion(NamedTuple):
     """Limits of the moves' profiles."""
 
-    velocity: Annotated[float, Par("m/s", "greatest speed", _DERIVED, positive=True)] = 1.0
+    velocity: Annotated[float, Par("m/s", "maximum speed", _DERIVED, positive=True)] = 1.0
     acceleration: Annotated[
-        float, Par("m/s^2", "greatest acceleration", _DERIVED, positive=True)
+        float, Par("m/s^2", "maximum acceleration", _DERIVED, positive=True)
     ] = 10.0
-    jerk: Annotated[float, Par("m/s^3", "greatest jerk", _DERIVED, positive=True)] = 1000.0
+    jerk: Annotated[float, Par("m/s^3", "maximum jerk", _DERIVED, positive=True)] = 1000.0
 
 
 def carriage(p: Load) -> Carriage:
-    """The load as the plant's kernels take it.
-
-    Parameters
-    ----------
-    p : Load
-        Of the settings.
-
-    Returns
-    -------
-    Carriage
-        Mass with payload.
-    """
     return Carriage(p.mass + p.payload, p.stop_low, p.stop_high, p.stop_stiffness, p.stop_damping)
 
 
 def friction(p: Rubbing, mass: float) -> Any:
     """The friction as the plant's kernels take it.
 
-    The bristles take the breakaway force over the presliding way, and are damped as a mode of the
-    moving mass with a damping ratio of 1.
-
-    Parameters
-    ----------
-    p : Rubbing
-        Of the settings.
-    mass : float
-        All that moves, kg.
-
-    Returns
-    -------
-    Any
-        LuGre's parameters, a `Friction`; or those of a part of another package.
+    Bristles reach breakaway over the presliding distance, with a damping ratio of 1.
     """
     if p.part != own_part.BRISTLES:
         own_part.find(p.part, "friction.part")

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Annotated, Any, NamedTuple
 
 from macromicro.arrays import Array
-from macromicro.columns import Quantity
+from macromicro.columns import Meaning, Quantity
 from macromicro.control import integral
 from macromicro.control.integral import Integral
 from macromicro.errors import InputError
 from macromicro.kernel import kernel
-from macromicro.machines import piezo_sheets, stability
+from macromicro.machines import _stability, piezo_sheets
 from macromicro.machines.guarding import Limits
 from macromicro.machines.parts import Motion, Timing, Travel
 from macromicro.machines.sequence import Arrival
@@ -28,17 +28,16 @@ TITLE = "a piezo stage"
 
 
 def _problems(tree: Any) -> list[Problem]:
-    """What cannot work together: a loop that play operators cannot have, first of all."""
     try:
         piezo.loop(tree.stack, tree.hidden)
     except InputError as error:
         return [("stack.hysteresis", tree.stack.hysteresis, error.accepted)]
-    return piezo_sheets.problems(tree) or stability.problems(tree, stability.piezo)
+    return piezo_sheets.problems(tree) or _stability.problems(tree, _stability.piezo)
 
 
 @machine_tree(integral.LAW, piezo_sheets.RULES, _problems)
 class Piezo(NamedTuple):
-    """The tree behind ``machine = "piezo"``; `DEFAULT` has what is derived filled in."""
+    """Settings of ``machine = "piezo"``; `DEFAULT` has derived values filled in."""
 
     amplifier: HighVoltage = HighVoltage()
     stack: Stack = Stack()
@@ -59,7 +58,7 @@ DEFAULT: Any = settled(Piezo())
 
 
 class Truth(NamedTuple):
-    """What only the simulated stage knows."""
+    """True quantities of the simulated stage."""
 
     position: Annotated[
         float, Quantity("mm", "true position of the platform", column="true_position", scale=1e3)
@@ -68,18 +67,6 @@ class Truth(NamedTuple):
 
 
 def prepare(tree: Any) -> PiezoPlant:
-    """Runtime parameters of the stage.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings.
-
-    Returns
-    -------
-    PiezoPlant
-        For the kernels of `plant.piezo`.
-    """
     return piezo.prepare(
         PiezoBench(
             tree.amplifier,
@@ -97,74 +84,23 @@ def prepare(tree: Any) -> PiezoPlant:
 
 @kernel
 def measure(p: PiezoPlant, s: PiezoState, t: float, noise: Array, k: int) -> Sample:
-    """What the stage shows.
-
-    Parameters
-    ----------
-    p : PiezoPlant
-        Runtime parameters.
-    s : PiezoState
-        State.
-    t : float
-        Now, s.
-    noise : ndarray, shape (periods, 1)
-        Standard normal draws.
-    k : int
-        Their row.
-
-    Returns
-    -------
-    Sample
-        Position in m.
-    """
     return Sample(t, piezo.measured(p, s, noise[k, 0]))
 
 
 @kernel
 def advance(
-    p: PiezoPlant, s: PiezoState, effort: float, noise: Array, k: int, dt: float
+    p: PiezoPlant,
+    s: PiezoState,
+    effort: Annotated[float, Meaning("at the D/A", "V")],
+    noise: Array,
+    k: int,
+    dt: float,
 ) -> PiezoState:
-    """The stage after one control period.
-
-    Parameters
-    ----------
-    p : PiezoPlant
-        Runtime parameters.
-    s : PiezoState
-        State; its arrays are changed in place.
-    effort : float
-        V at the D/A.
-    noise : ndarray, shape (periods, 1)
-        Not used here.
-    k : int
-        Its row.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    PiezoState
-        New state.
-    """
     return piezo.advance(p, s, effort, dt)
 
 
 @kernel
 def show(p: PiezoPlant, s: PiezoState) -> Truth:
-    """What is true of the stage.
-
-    Parameters
-    ----------
-    p : PiezoPlant
-        Runtime parameters.
-    s : PiezoState
-        State.
-
-    Returns
-    -------
-    Truth
-        SI.
-    """
     return Truth(piezo.position(s), s.volts)
 
 

@@ -1,4 +1,4 @@
-"""The linear loop of a piezo stage: what its correction does to its place, over the frequency."""
+"""The linear loop of a piezo stage."""
 
 from __future__ import annotations
 
@@ -14,22 +14,7 @@ from macromicro.machines.piezo_sheets import omega
 
 
 def law(p: Integral, frequency: Array, dt: float) -> Complex:
-    """Correction per position error, without limits.
-
-    Parameters
-    ----------
-    p : Integral
-        Gains.
-    frequency : ndarray, shape (n,)
-        Hz.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    ndarray of complex, shape (n,)
-        m/m.
-    """
+    """Correction per position error, without limits."""
     z = np.exp(2j * math.pi * np.asarray(frequency) * dt)
     summed = dt / (1.0 - 1.0 / z)
     found: Complex = p.proportional + p.integral * summed * (1.0 + p.drift * summed)
@@ -37,23 +22,7 @@ def law(p: Integral, frequency: Array, dt: float) -> Complex:
 
 
 def plant(tree: Any, frequency: Array) -> Complex:
-    """Position per correction: amplifier, resonance, hold and delay.
-
-    The inverse of the hysteresis before the stack leaves 1 of it; the amplifier's current and
-    creep are left out, for which the loop is too quick and its corrections too small.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a piezo stage.
-    frequency : ndarray, shape (n,)
-        Hz.
-
-    Returns
-    -------
-    ndarray of complex, shape (n,)
-        m/m.
-    """
+    """Position per correction: amplifier, resonance, hold and delay; hysteresis is inverted."""
     hidden = tree.hidden
     s = np.asarray(2j * math.pi * np.asarray(frequency), np.complex128)
     w = hidden.detuned * omega(tree)

@@ -1,7 +1,4 @@
-"""What follows from a piezo stage's data sheet, and what the stage cannot do.
-
-Nothing here reads `hidden`, `creep` or `warming`: a person who has the sheet does not know them.
-"""
+"""What follows from a piezo stage's data sheet, and what the stage cannot do."""
 
 from __future__ import annotations
 
@@ -12,7 +9,7 @@ from typing import Any
 from macromicro.hysteresis import prandtl
 from macromicro.hysteresis.prandtl import Prandtl
 from macromicro.hysteresis.prandtl_loop import Loop, shaped
-from macromicro.machines.rounding import rounded
+from macromicro.machines._rounding import rounded
 from macromicro.machines.tree import Checked, Problem
 from macromicro.plant.gauge import repeats
 from macromicro.plant.piezo import loaded
@@ -29,89 +26,32 @@ SPARE = 0.25  # share of the amplifier's current that moves may use
 
 
 def omega(tree: Any) -> float:
-    """Printed resonance with the load.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a piezo stage.
-
-    Returns
-    -------
-    float
-        rad/s.
-    """
+    """Printed resonance with the load."""
     return 2.0 * math.pi * loaded(tree.guide)
 
 
 def loop(tree: Any) -> Prandtl:
-    """The hysteresis as far as the sheet prints it.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a piezo stage.
-
-    Returns
-    -------
-    Prandtl
-        Output in m, input in V.
-    """
+    """The hysteresis of the data sheet."""
     stack = tree.stack
     size = Loop(stack.stroke, stack.hysteresis * stack.stroke)
     return shaped(size, stack.span, SPREAD, PLAYS)
 
 
 def lag(tree: Any) -> float:
-    """From a set point to where the stage is: hold, delay, amplifier, damping of the resonance.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a piezo stage.
-
-    Returns
-    -------
-    float
-        s.
-    """
+    """Delay of hold, output, amplifier and damped resonance."""
     amplifier = 1.0 / (2.0 * math.pi * tree.amplifier.bandwidth)
     timing = 0.5 * tree.timing.period + tree.timing.delay
     return float(timing + amplifier + 2.0 * DAMPING / omega(tree))
 
 
 def fastest(tree: Any) -> float:
-    """Speed at which the amplifier charges the stack with all its current.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a piezo stage.
-
-    Returns
-    -------
-    float
-        m/s.
-    """
+    """Speed at the amplifier's full current."""
     slew = tree.amplifier.current / tree.amplifier.capacitance
     return float(slew * tree.stack.stroke / tree.stack.span)
 
 
 def reach(tree: Any) -> tuple[float, float]:
-    """Where the amplifier's range takes the stage: up from rest, then all the way down.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a piezo stage.
-
-    Returns
-    -------
-    low : float
-        At the lowest voltage, after the highest, m.
-    high : float
-        At the highest voltage, m.
-    """
+    """Stroke over the amplifier's range: up from rest, then down."""
     high, low = prandtl.run(loop(tree), [tree.amplifier.high, tree.amplifier.low])
     return float(low), float(high)
 
@@ -122,7 +62,7 @@ def _acceleration(tree: Any) -> float:
 
 
 def _beside(tree: Any, edge: float) -> float:
-    """A soft limit: the travel's end and 5 % of the travel, within what the sensor shows."""
+    """A soft limit 5 % beyond the travel, within the sensor's range."""
     room = 0.05 * (tree.travel.high - tree.travel.low)
     if edge < 0.0:
         return rounded(max(tree.travel.low - room, tree.encoder.low))
@@ -161,24 +101,12 @@ RULES: tuple[tuple[str, Callable[[Any], Any]], ...] = (
 
 
 def problems(tree: Any) -> list[Problem]:
-    """What cannot work together in settings of a piezo stage.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a piezo stage.
-
-    Returns
-    -------
-    list[Problem]
-        Path, value, and what is accepted and why, of every rule that is broken.
-    """
     every = (*_way(tree), *_sensor(tree), *_loop(tree))
     return [(path, value, words) for wrong, path, value, words in every if wrong]
 
 
 def _way(tree: Any) -> Iterator[Checked]:
-    """Travel within what the voltages reach, speed within what the current charges."""
+    """Travel within the voltages' reach, speed within the current."""
     travel, guard = tree.travel, tree.guard
     low, high = reach(tree)
     yield travel.low > 0.0, "travel.low", travel.low, "at most 0 mm, where every run begins"
@@ -214,7 +142,7 @@ def _way(tree: Any) -> Iterator[Checked]:
 
 
 def _sensor(tree: Any) -> Iterator[Checked]:
-    """A sensor that sees the travel, and finely enough."""
+    """A sensor of sufficient range and resolution."""
     encoder, tolerance = tree.encoder, tree.arrival.tolerance
     yield (
         tree.guard.low < encoder.low,
@@ -244,7 +172,7 @@ def _sensor(tree: Any) -> Iterator[Checked]:
 
 
 def _loop(tree: Any) -> Iterator[Checked]:
-    """A loop that is slower than the resonance and quicker than its period."""
+    """A loop slower than the resonance and the period."""
     timing, resonance = tree.timing, omega(tree)
     hertz = resonance / (2.0 * math.pi)
     yield (

@@ -1,4 +1,4 @@
-"""A programme file as the plan of one stage: profiles within the machine's limits."""
+"""Turns a programme file into a plan of profiles within the machine's limits."""
 
 from __future__ import annotations
 
@@ -21,46 +21,16 @@ from macromicro.schema.text import printable
 
 
 class Way(NamedTuple):
-    """One move of a plan.
+    """One move of a plan."""
 
-    Attributes
-    ----------
-    start : float
-        Earliest start, s; NaN: as soon as the one before is complete.
-    target : float
-        m.
-    hold : float
-        s.
-    pieces : ndarray, shape (pieces, 5)
-        Duration (s), then position (m), velocity, acceleration and jerk at the begin.
-    """
-
-    start: float
-    target: float
-    hold: float
-    pieces: Array
+    start: float  # earliest start, s; NaN: as soon as the one before is complete
+    target: float  # m
+    hold: float  # s
+    pieces: Array  # duration (s), then position (m), velocity, acceleration and jerk at the begin
 
 
 def load(path: Path, tree: Any) -> Programme:
-    """The programme in a file, within the machine's travel.
-
-    Parameters
-    ----------
-    path : Path
-        .toml or .csv, as for the two-stage machine; its stage "macro" is this machine's stage.
-    tree : Any
-        Settings with travel and encoder.
-
-    Returns
-    -------
-    Programme
-        Targets in counts of this machine's encoder.
-
-    Raises
-    ------
-    InputError
-        Names the file and the place of what is not accepted; a micro-stage is not.
-    """
+    """The programme in a file, within the machine's travel."""
     pitch = tree.encoder.pitch
     low = math.ceil(tree.travel.low / pitch - 1e-6)
     high = math.floor(tree.travel.high / pitch + 1e-6)
@@ -70,23 +40,12 @@ def load(path: Path, tree: Any) -> Programme:
     fine = np.flatnonzero(found.stage == MICRO)
     if len(fine):
         where = f"{printable(path, 300)}, target {fine[0] + 1}"
-        raise InputError(where, "micro", "macro: this machine has one stage, which macro names")
+        raise InputError(where, "micro", "macro: this machine has one stage")
     return found
 
 
 def usual(tree: Any) -> Programme:
-    """There and back over most of the travel, in three moves and back.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings with travel and encoder.
-
-    Returns
-    -------
-    Programme
-        Targets in counts.
-    """
+    """There and back over most of the travel, in three moves and back (counts)."""
     shares = np.array([0.1, 0.5, 0.9, 0.0])
     target = np.floor(shares * tree.travel.high / tree.encoder.pitch)
     n = len(target)
@@ -102,29 +61,7 @@ def usual(tree: Any) -> Programme:
 
 
 def plan(programme: Programme, tree: Any, *, anywhere: bool = False) -> Plan:
-    """Moves and their profiles, from 0 m on.
-
-    Parameters
-    ----------
-    programme : Programme
-        Targets in counts.
-    tree : Any
-        Settings with encoder, motion limits and guard.
-    anywhere : bool, optional
-        Whether it may begin elsewhere: at its first target, or the first position of its
-        trajectory, which is then the plan's `origin`.
-
-    Returns
-    -------
-    Plan
-        In m.
-
-    Raises
-    ------
-    InputError
-        A scheduled move takes longer than there is time; a trajectory begins elsewhere than at
-        `origin`, or is faster than the guard allows.
-    """
+    """Moves and their profiles, from 0 m on (`programme` in counts)."""
     where = printable(programme.source, 300)
     place = programme.target * tree.encoder.pitch
     if programme.mixed:
@@ -141,14 +78,14 @@ def plan(programme: Programme, tree: Any, *, anywhere: bool = False) -> Plan:
 
 
 def _first(way: Way) -> float:
-    """Where a way begins; one without pieces stays where it is."""
+    """Where a way begins."""
     return float(way.pieces[0, 1]) if len(way.pieces) else way.target
 
 
 def _mixed(
     programme: Programme, place: Array, tree: Any, where: str, *, anywhere: bool
 ) -> list[Way]:
-    """A profile for each move and a trajectory for each motion profile, one after the other."""
+    """A profile for each move and a trajectory for each motion profile, in order."""
     ways: list[Way] = []
     spans = {span.first: span for span in programme.profiles}
     row = 0
@@ -171,7 +108,7 @@ def _mixed(
 
 
 def _moves(programme: Programme, place: Array, tree: Any, where: str, before: float) -> list[Way]:
-    """A profile of the quickest motion within the limits for each target."""
+    """The quickest profile to each target."""
     most, ways = tree.motion, []
     for k, (start, target) in enumerate(zip(programme.start, place.tolist(), strict=True)):
         profile = s_curve(
@@ -204,21 +141,7 @@ def _spans(programme: Programme, place: Array) -> list[Way]:
 
 
 def track(t: Array, place: Array) -> Way:
-    """A trajectory through some places, at rest at either end: a cubic spline, which gives the law
-    velocity and acceleration.
-
-    Parameters
-    ----------
-    t : ndarray, shape (n,)
-        s, increasing.
-    place : ndarray, shape (n,)
-        m.
-
-    Returns
-    -------
-    Way
-        From the first time on.
-    """
+    """A trajectory through some places, at rest at either end, by a cubic spline."""
     from scipy.interpolate import CubicSpline
 
     c = CubicSpline(t, place, bc_type="clamped").c
@@ -228,36 +151,20 @@ def track(t: Array, place: Array) -> Way:
 
 
 def check(ways: Sequence[Way], tree: Any, where: str, before: float = 0.0) -> None:
-    """Refuse a jump of the set point, and a speed that the guard would end.
-
-    Parameters
-    ----------
-    ways : sequence of Way
-        One after the other.
-    tree : Any
-        Settings with guard.
-    where : str
-        The programme, for messages.
-    before : float, optional
-        Where the stage stands at first, m.
-
-    Raises
-    ------
-    InputError
-        There is one.
-    """
+    """Refuse jumps of the set point, paths beyond the travel and speeds beyond the guard's."""
     place = places.of(tree)
     for number, way in enumerate(ways, 1):
         if not len(way.pieces):
             continue
         first = float(way.pieces[0, 1])
-        if abs(first - before) > tree.guard.error:
+        if abs(first - before) > tree.arrival.tolerance:
             found, accepted = place.told(first), place.told(before)
             raise InputError(
                 f"{where}, trajectory {number}, first position",
                 found,
-                f"{accepted}, where the stage stands then, to within guard.error",
+                f"{accepted}, where the stage stands then, to within arrival.tolerance",
             )
+        _check_travel(way, tree, f"{where}, move {number}")
         h, _, v, a, j = way.pieces.T
         # The speed is a parabola in each piece: at its ends, or where the acceleration is 0.
         turn = np.clip(np.divide(-a, j, out=np.zeros_like(a), where=j != 0.0), 0.0, h)
@@ -273,23 +180,31 @@ def check(ways: Sequence[Way], tree: Any, where: str, before: float = 0.0) -> No
         before = way.target
 
 
+def _check_travel(way: Way, tree: Any, where: str) -> None:
+    h, p, v, a, j = way.pieces.T
+    # A cubic is farthest at its ends, or where its speed v + a t + j t^2 / 2 is 0.
+    root = np.sqrt(np.maximum(a * a - 2.0 * j * v, 0.0))
+    stands = -(a + np.copysign(root, a))
+    turns = [
+        np.divide(stands, j, out=np.zeros_like(h), where=j != 0.0),
+        np.divide(2.0 * v, stands, out=np.zeros_like(h), where=stands != 0.0),
+    ]
+    t = np.array([0.0 * h, h, *(np.clip(turn, 0.0, h) for turn in turns)])
+    reached = p + t * (v + t * (0.5 * a + t * j / 6.0))
+    place, low, high = places.of(tree), tree.travel.low, tree.travel.high
+    beyond = np.maximum(reached - high, low - reached)
+    worst = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
+    if beyond[worst] > tree.arrival.tolerance:
+        begin = float(np.sum(h[: worst[1]]))
+        when = f"{begin + float(t[worst]):.4g} s after it begins"
+        accepted = (
+            f"a path from {place.told(low)} to {place.told(high)} (travel); between its points the "
+            f"curve is {place.told(float(beyond[worst]), digits=3)} outside"
+        )
+        raise InputError(where, f"{place.told(float(reached[worst]))} {when}", accepted)
+
+
 def joined(ways: Sequence[Way], end: float, origin: float = 0.0) -> Plan:
-    """Moves as a plan.
-
-    Parameters
-    ----------
-    ways : sequence of Way
-        One after the other.
-    end : float
-        When the programme ends, s; NaN: after the last hold.
-    origin : float, optional
-        Where it begins, m.
-
-    Returns
-    -------
-    Plan
-        For `sequence.step`.
-    """
     pieces, first, length = [], [0], []
     for way in ways:
         own = way.pieces

@@ -1,5 +1,4 @@
-"""A machine of one stage as a rig: it measures `encoder`, and its lines, and is driven by `motor`;
-whatever takes a `types.Rig` can take it. The other way round: `open_rig`."""
+"""A single-stage machine as a rig (`types.Rig`); the other way round: `open_rig`."""
 
 from __future__ import annotations
 
@@ -21,17 +20,7 @@ from macromicro.types import Sample as Shown
 
 
 class Twin:
-    """A simulated stage behind the `Rig` interface.
-
-    Parameters
-    ----------
-    kind : Kind
-        Kind of stage.
-    settings : Any
-        Of its machine.
-    seed : int, optional
-        Seed of the sensor's noise.
-    """
+    """A simulated stage as a `Rig`."""
 
     def __init__(self, kind: Kind, settings: Any, seed: int = 0) -> None:
         self._kind = kind
@@ -54,13 +43,7 @@ class Twin:
         self._noise[:] = self._random.standard_normal(self._noise.shape)
 
     def read(self) -> Shown:
-        """Measure now.
-
-        Returns
-        -------
-        Shown
-            Encoder in counts; what there is not, NaN.
-        """
+        """Measure now (counts)."""
         t = self.tick * self.dt
         place = self._measured(t)
         counts = place if math.isnan(place) else float(round(place / self.pitch))
@@ -70,45 +53,28 @@ class Twin:
         return cast("Shown", Seen(*values))
 
     def cut(self, name: str) -> None:
-        """Cut the wire of a line: a limit switch that is closed while free trips by that.
-
-        Parameters
-        ----------
-        name : str
-            Of `types.Lines`.
-        """
+        """Cut the wire of a line; a normally closed limit switch then trips."""
         trips = name.startswith("limit") and self._closed
         self.injected[name] = 1.0 if trips else 0.0
 
     def write(self, outputs: Outputs) -> None:
-        """Set the outputs for the coming control period.
-
-        Parameters
-        ----------
-        outputs : Outputs
-            Of these the motor's, V; `open_rig.Wired` with the enable line, where the drive has one.
-        """
         self._outputs = outputs
         if self._kind.lines:
             self._enabled(float(getattr(outputs, ENABLE, 1.0)))
 
     def advance(self) -> None:
-        """Let one control period pass."""
         tripped = self.injected.get("drive_fault", 0.0) or not self.injected.get("enabled", 1.0)
         self._advanced(0.0 if tripped else self._outputs.motor)
         self.tick += 1
         self._draw()
 
     def _measured(self, t: float) -> float:
-        """Position, m."""
         return self._kind.measure(self.params, self.state, t, self._noise, 0).position
 
     def _said(self) -> Lines:
-        """What the lines say."""
         return self._kind.sense(self.params, self.state)
 
     def _enabled(self, enable: float) -> None:
-        """Set the enable line."""
         self.state = self._kind.switch(self.params, self.state, enable)
 
     def _advanced(self, effort: float) -> None:
@@ -116,7 +82,6 @@ class Twin:
         self.state = self._kind.advance(self.params, self.state, effort, noise, 0, self.dt)
 
     def stop(self) -> None:
-        """Set every output to its safe value."""
         self._outputs = SAFE
         if self._kind.lines:
             self._enabled(0.0)
@@ -134,8 +99,6 @@ class Twin:
 
 
 class Seen(NamedTuple):
-    """What a twin with lines shows: `types.Sample` and `types.Lines`."""
-
     t: float
     encoder: float
     hall: float
@@ -156,7 +119,7 @@ _LINES = len(Lines._fields)
 
 @lru_cache(maxsize=16)
 def _inside(kind: Kind) -> Any:
-    """The stage as a coroutine: each `next` does what `asked` orders, and answers in it."""
+    """The stage as a coroutine: each `next` executes `asked` and answers in it."""
     measure, advance = kind.measure, kind.advance
     sense, switch = kind.sense, kind.switch
     # Else what is kept of it names types of another package, and is not read where that is not.
@@ -180,17 +143,7 @@ def _inside(kind: Kind) -> Any:
 
 
 class CompiledTwin(Twin):
-    """The twin with its state inside compiled code, as `rig.twin.CompiledTwin`: the same bits.
-
-    Parameters
-    ----------
-    kind : Kind
-        Kind of stage.
-    settings : Any
-        Of its machine.
-    seed : int, optional
-        Seed of the sensor's noise.
-    """
+    """`Twin` with its state in compiled code, for real time; the bits are the same."""
 
     def __init__(self, kind: Kind, settings: Any, seed: int = 0) -> None:
         super().__init__(kind, settings, seed)

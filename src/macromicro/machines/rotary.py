@@ -1,9 +1,4 @@
-"""The machine `rotary`: a motor that turns a load, from its data sheets.
-
-Its equations are those of the machine `axis` with rad for m, N*m for N and kg*m^2 for kg; so are
-its law, its guard, and what follows from the sheets and what they do not allow: `as_axis` gives the
-settings of an axis with the same numbers, and this file has the words and units of what turns.
-"""
+"""The machine `rotary`: a machine `axis` with rad for m, N*m for N and kg*m^2 for kg."""
 
 from __future__ import annotations
 
@@ -19,6 +14,7 @@ from macromicro.control import cascade
 from macromicro.control.live.leading import Touch
 from macromicro.machines import axis, deriving, equipped, feasible, homing, sheets
 from macromicro.machines import parts as linear
+from macromicro.machines._rounding import rounded
 from macromicro.machines.parts import INDEX, MARK, MOTOR, NONE, START, STOP, Timing
 from macromicro.machines.rotary_parts import (
     FRICTION,
@@ -37,7 +33,6 @@ from macromicro.machines.rotary_parts import (
     Turned,
     Turntable,
 )
-from macromicro.machines.rounding import rounded
 from macromicro.machines.stage import Kind
 from macromicro.machines.tree import Checked, Problem, Rule, machine_tree, settled
 from macromicro.place import ANGLE
@@ -54,18 +49,7 @@ TURN = 2.0 * math.pi  # rad
 
 
 def as_axis(tree: Any) -> Any:
-    """The settings of an axis with the same equations: a place of 1 rad is one of 1 m.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis that turns; or of one that slides, which stay as they are.
-
-    Returns
-    -------
-    Any
-        Of the machine `axis`, driven by a belt on a pulley of 1 m.
-    """
+    """Settings of an axis with the same equations: 1 rad becomes 1 m."""
     if isinstance(tree, axis.Axis):
         return tree
     motor, gear, load, encoder = tree.motor, tree.drive, tree.load, tree.encoder
@@ -137,7 +121,7 @@ def _pitch(tree: Any) -> float:
 
 
 def _rule(path: str, rule: Callable[[Any], Any]) -> Rule:
-    """A rule of an axis; an angle is rounded in degrees, as it is read."""
+    """A rule of an axis, with angles rounded in degrees."""
     return path, lambda tree: _in_degrees(tree, path, rule(as_axis(tree)))
 
 
@@ -151,7 +135,7 @@ def _in_degrees(
 
 
 def _unless(path: str, plain: Callable[[Any], Any], endless: Callable[[Any], Any]) -> Rule:
-    """The rule of an axis with stops, and what stands in its place without."""
+    """The rule of an axis with stops, or its replacement for continuous rotation."""
     stopped = _rule(path, plain)[1]
 
     def made(tree: Any) -> Any:
@@ -163,7 +147,7 @@ def _unless(path: str, plain: Callable[[Any], Any], endless: Callable[[Any], Any
 
 
 def _named(tree: Any) -> str:
-    """What names the place, where no file says it."""
+    """Default of `homing.on`."""
     if tree.load.ends != NONE:
         return STOP
     return INDEX if tree.encoder.index_pulse == MARK else START
@@ -193,26 +177,14 @@ RULES: tuple[Rule, ...] = tuple(_rules())
 
 
 def problems(tree: Any) -> list[Problem]:
-    """What cannot work together in settings of an axis that turns.
-
-    Parameters
-    ----------
-    tree : Any
-        Its settings.
-
-    Returns
-    -------
-    list[Problem]
-        As `feasible.problems`, whose parameters have the same paths here.
-    """
     broken = [(path, value, words) for wrong, path, value, words in _ends(tree) if wrong]
     return broken or feasible.problems(as_axis(tree))
 
 
 def _ends(tree: Any) -> Iterator[Checked]:
-    """What needs an end of the way, and what needs none."""
+    """Settings that need an end of the travel, and those that need none."""
     on, endless = tree.homing.on, tree.load.ends == NONE
-    remedy = f'"{START}", or "{INDEX}" with encoder.index_pulse = "{MARK}": it turns on'
+    remedy = f'"{START}", or "{INDEX}" with encoder.index_pulse = "{MARK}": continuous rotation'
     yield endless and on not in (START, INDEX), "homing.on", on, remedy
     yield (
         on == START and not endless,
@@ -222,12 +194,12 @@ def _ends(tree: Any) -> Iterator[Checked]:
     )
     for name in ("limits", "home"):
         what = getattr(tree.switches, name)
-        yield endless and what != NONE, f"switches.{name}", what, f'"{NONE}": it turns past them'
+        yield endless and what != NONE, f"switches.{name}", what, f'"{NONE}": continuous rotation'
 
 
 @machine_tree(cascade.LAW, RULES, problems)
 class Rotary(NamedTuple):
-    """The tree behind ``machine = "rotary"``; `DEFAULT` has what is derived filled in."""
+    """Settings of ``machine = "rotary"``; `DEFAULT` has derived values filled in."""
 
     amplifier: Amplifier = Amplifier()
     motor: Motor = Motor()
@@ -249,52 +221,16 @@ DEFAULT: Any = settled(Rotary())
 
 
 def prepare(tree: Any) -> Plant:
-    """Runtime parameters.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings.
-
-    Returns
-    -------
-    Plant
-        For the kernels of `plant.axis`.
-    """
     return axis.prepare(as_axis(tree))
 
 
 def model(tree: Any, frequency: Array) -> npt.NDArray[np.complex128]:
-    """Angle at the encoder per effort, as the sheets say.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings.
-    frequency : ndarray, shape (n,)
-        Hz.
-
-    Returns
-    -------
-    ndarray of complex, shape (n,)
-        rad/V.
-    """
+    """Angle at the encoder per effort, by the sheets."""
     return sheets.plant(as_axis(tree), frequency)
 
 
 def touch(tree: Any) -> Touch | None:
-    """How it feels for its lower end stop.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings.
-
-    Returns
-    -------
-    Touch | None
-        As `homing.touch`.
-    """
+    """Homing at the lower end stop."""
     return homing.touch(as_axis(tree))
 
 
@@ -302,18 +238,6 @@ KIND = axis.KIND._replace(name=NAME, prepare=prepare, place=ANGLE)
 
 
 def kind(tree: Any) -> Kind:
-    """The kernels of an axis that turns, with the lines of its drive if it has such.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings.
-
-    Returns
-    -------
-    Kind
-        `KIND` for one without lines.
-    """
     found = equipped.kind(as_axis(tree))
     made = _equipped if found.lines else prepare
     return found._replace(name=NAME, prepare=made, place=ANGLE)

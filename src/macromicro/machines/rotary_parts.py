@@ -1,5 +1,4 @@
-"""Sets of settings of an axis that turns: its motor, gear, load and encoder, and what it shares
-with one that slides, in angles."""
+"""Sets of settings of a rotary axis: motor, gear, load, encoder."""
 
 from __future__ import annotations
 
@@ -20,7 +19,7 @@ _DERIVED = "derived from the data sheets"
 
 
 class Motor(NamedTuple):
-    """A DC motor, or a brushless one with its commutation, as its terminals show it."""
+    """A brushed or commutated brushless motor, as seen at its terminals."""
 
     constant: Annotated[
         float, Par("N*m/A", "torque constant, also that of the back-EMF", _MOTOR, positive=True)
@@ -33,17 +32,15 @@ class Motor(NamedTuple):
 
 
 class Gear(NamedTuple):
-    """From the motor's turn to that of the load."""
-
     ratio: Annotated[
         float,
         Par("1", "turns of the motor per turn of the load; 1: direct drive", _GEAR, positive=True),
     ] = 10.0
     inertia: Annotated[
-        float, Par("kg*m^2", "what turns with the motor: gear, coupling", _GEAR, lo=0.0)
+        float, Par("kg*m^2", "inertia turning with the motor: gear, coupling", _GEAR, lo=0.0)
     ] = 1.0e-6
     efficiency: Annotated[
-        float, Par("1", "share of the motor's torque that arrives", _GEAR, lo=0.05, hi=1.0)
+        float, Par("1", "efficiency (share of the motor's torque)", _GEAR, lo=0.05, hi=1.0)
     ] = 1.0
     frequency: Annotated[
         float,
@@ -58,7 +55,8 @@ class Gear(NamedTuple):
         0.02
     )
     backlash: Annotated[
-        float, Par("rad", "slack between motor and load, at the load", _GEAR, shown="deg", lo=0.0)
+        float,
+        Par("rad", "backlash between motor and load, at the load", _GEAR, shown="deg", lo=0.0),
     ] = 0.0
     error: Annotated[
         float, Par("rad", "amplitude of the gear's error", _GEAR, shown="mdeg", lo=0.0)
@@ -75,17 +73,17 @@ class Gear(NamedTuple):
 
 
 class Turntable(NamedTuple):
-    """What turns, and where its turn ends."""
+    """The rotary load and its end stops."""
 
     inertia: Annotated[
-        float, Par("kg*m^2", "of what turns, without payload and gear", _SHEET, positive=True)
+        float, Par("kg*m^2", "inertia of the load, without payload and gear", _SHEET, positive=True)
     ] = 0.01
     payload: Annotated[float, Par("kg*m^2", "inertia of the payload", _SHEET, lo=0.0)] = 0.0
     ends: Annotated[
         str,
         Par(
             "",
-            "stops, or none: it turns on, and its place counts on, turn after turn",
+            "stops, or none: continuous rotation with a multi-turn position",
             _SHEET,
             choices=(STOPS, NONE),
         ),
@@ -119,35 +117,24 @@ class Turntable(NamedTuple):
 
 
 class Turned(NamedTuple):
-    """What turns, as the rules of an axis read it: a `parts.Load` on no slope, perhaps eccentric.
+    """The rotary load as the rules of an axis read it: a `parts.Load` without slope."""
 
-    Attributes
-    ----------
-    mass, payload : float
-        Inertias, kg m^2.
-    incline : float
-        0.
-    stop_low, stop_high, stop_stiffness, stop_damping, unbalance, hangs : float
-        As of `Turntable`; without stops the window of what is watched.
-    endless : bool
-        Whether it has no stops.
-    """
-
+    # mass, payload: inertias, kg m^2
     mass: float
     payload: float
-    incline: float
+    incline: float  # 0
+    # stop_low, stop_high, stop_stiffness, stop_damping, unbalance, hangs: as of `Turntable`;
+    # without stops the window of what is watched
     stop_low: float
     stop_high: float
     stop_stiffness: float
     stop_damping: float
     unbalance: float
     hangs: float
-    endless: bool
+    endless: bool  # whether it has no stops
 
 
 class Feedback(NamedTuple):
-    """The encoder."""
-
     at: Annotated[
         str, Par("", "where it sits: on the motor or at the load", _SHEET, choices=(MOTOR, LOAD))
     ] = MOTOR
@@ -181,7 +168,7 @@ class Feedback(NamedTuple):
 
 @turned
 class Rubbing(parts.Rubbing):
-    """All that rubs, as a torque at the load."""
+    """Total friction as a torque at the load."""
 
     __slots__ = ()
 
@@ -202,35 +189,27 @@ class Motion(parts.Motion):
 
 @turned
 class Arrival(sequence.Arrival):
-    """When a move counts as arrived, and how long that is waited for."""
-
     __slots__ = ()
 
 
 @turned
 class Limits(guarding.Limits):
-    """What the guard allows."""
-
     __slots__ = ()
 
 
 @turned
 class Cascade(cascade.Cascade):
-    """Gains of the law; efforts in V at the D/A."""
-
     __slots__ = ()
 
 
 @turned
 class Switches(parts.Switches):
-    """Limit and home switches; what there is none of is not read."""
+    """Limit and home switches."""
 
     __slots__ = ()
 
 
 class Homing(NamedTuple):
-    """What names the place of an axis that turns."""
-
     on: Annotated[
         str,
         Par(

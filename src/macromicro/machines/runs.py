@@ -1,4 +1,4 @@
-"""A programme on a machine of one stage: simulated, compiled, or on any rig, interpreted."""
+"""Runs a programme on a single-stage machine: compiled simulation, or any rig."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import macromicro
 from macromicro.arrays import Array
 from macromicro.columns import Column, whole
 from macromicro.kernel import cache_folder
-from macromicro.machines import guarding, lines, open_rig, planning, stage, tree
+from macromicro.machines import guarding, lines, open_rig, planning, results, stage, tree
 from macromicro.machines.guarding import Watch
 from macromicro.machines.machine import Machine, as_toml
 from macromicro.machines.sequence import DONE, Plan
@@ -23,8 +23,9 @@ from macromicro.place import LENGTH, Place
 from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
-from macromicro.rig.faults import Fault
+from macromicro.rig.faults import Fault, ended
 from macromicro.rig.twin import noise_source
+from macromicro.runs import arrivals
 from macromicro.schema import config
 from macromicro.simulate import Sink
 from macromicro.types import Rig
@@ -34,68 +35,24 @@ LIVE = 50  # periods of a rig after which the sink has them
 
 
 class Outcome(NamedTuple):
-    """How a run ended.
-
-    Attributes
-    ----------
-    finished : bool
-        Whether the programme came to its end.
-    watch : Watch
-        The guard's last state.
-    simulated : float
-        Time on the machine, s.
-    wall : float
-        Time that it took, s.
-    place : Place
-        What the stage's places are counted in.
-    """
-
-    finished: bool
+    finished: bool  # whether the programme came to its end
     watch: Watch
-    simulated: float
+    simulated: float  # time on the machine, s
     wall: float
-    place: Place = LENGTH
+    place: Place = LENGTH  # unit of the stage's positions
 
     @property
     def fault(self) -> Fault | None:
-        """The guard's fault in words; None if all went well."""
         return guarding.describe(self.watch, self.place)
 
 
 def loop(settings: Any, plan: Plan) -> Loop:
-    """What controls a stage, from its settings.
-
-    Parameters
-    ----------
-    settings : Any
-        Of the machine.
-    plan : Plan
-        The programme.
-
-    Returns
-    -------
-    Loop
-        For `stage.period`.
-    """
     wired = lines.wired(settings)
     return Loop(tree.gains(settings), settings.guard, settings.arrival, plan, wired)
 
 
 def longest(settings: Any, plan: Plan) -> float:
-    """Upper bound of a programme's duration: every move out of patience.
-
-    Parameters
-    ----------
-    settings : Any
-        Of the machine.
-    plan : Plan
-        The programme.
-
-    Returns
-    -------
-    float
-        s.
-    """
+    """Upper bound of a programme's duration: every move times out."""
     if not np.isnan(plan.end):
         return plan.end + 1.0
     each = float(settings.arrival.patience + 3.0 * settings.timing.period)
@@ -104,20 +61,6 @@ def longest(settings: Any, plan: Plan) -> float:
 
 
 def expected(settings: Any, plan: Plan) -> float:
-    """Usual duration of a programme.
-
-    Parameters
-    ----------
-    settings : Any
-        Of the machine.
-    plan : Plan
-        The programme.
-
-    Returns
-    -------
-    float
-        s.
-    """
     if not np.isnan(plan.end):
         return plan.end
     each = float(2.0 * settings.arrival.dwell)
@@ -125,28 +68,12 @@ def expected(settings: Any, plan: Plan) -> float:
 
 
 def is_compiled() -> bool:
-    """Whether the compiler's cache seems to hold a stage already.
-
-    Returns
-    -------
-    bool
-        True if a cached file of a stage's period is there; it may be of another kind.
-    """
+    """Whether the compiler's cache seems to hold a stage already."""
     return any(cache_folder().rglob("stage.period*.nbi"))
 
 
 def compile_machine(machine: Machine, settings: Any, plan: Plan) -> None:
-    """Compile a machine, or load it from the cache, so that a run need not wait for it.
-
-    Parameters
-    ----------
-    machine : Machine
-        The machine.
-    settings : Any
-        Of the run to come.
-    plan : Plan
-        Of the run to come.
-    """
+    """Compile a machine, or load it from the cache."""
     kind, law = machine.kind, machine.law
     params, control = kind.prepare(settings), loop(settings, plan)
     run = stage.beginning(kind, law, params, control)
@@ -169,34 +96,7 @@ def perform(
     seed: int = 0,
     progress: Callable[[float, int], None] | None = None,
 ) -> Outcome:
-    """Run a plan on a machine and append every period to a sink.
-
-    The same simulated machine, settings, plan and seed give the same rows, bit for bit. An
-    exception from `progress` or the sink ends the run; what was appended stays.
-
-    Parameters
-    ----------
-    machine : Machine
-        The machine.
-    settings : Any
-        Its settings.
-    plan : Plan
-        The programme.
-    sink : Sink
-        Takes blocks of shape (columns, rows), at most `CHUNK` rows each; columns as of `columns`.
-    on : Rig | None, optional
-        None for the simulated machine; or a rig that measures `encoder`, at rest where its encoder
-        reads 0, which is entered and left here and driven interpreted, under the same guard.
-    seed : int, optional
-        Seed of the simulated sensor's noise.
-    progress : Callable[[float, int], None] | None, optional
-        Called after every chunk with the simulated time (s) and the index of the present move.
-
-    Returns
-    -------
-    Outcome
-        How it ended.
-    """
+    """Run a plan on a machine into a sink; the same seed gives the same bits."""
     law, dt = machine.law, settings.timing.period
     random, control = noise_source(seed), loop(settings, plan)
     with contextlib.nullcontext() if on is None else on:
@@ -231,46 +131,15 @@ class Blocks:
         self.blocks: list[Array] = []
 
     def append(self, block: Array) -> None:
-        """Keep a block.
-
-        Parameters
-        ----------
-        block : ndarray, shape (columns, rows)
-            Rows in time order.
-        """
         self.blocks.append(block)
 
 
 class Done(NamedTuple):
-    """A run in memory.
-
-    Attributes
-    ----------
-    recording : Recording
-        What it showed.
-    outcome : Outcome
-        How it ended.
-    """
-
     recording: Recording
     outcome: Outcome
 
 
 def columns(machine: Machine, on: Rig | None = None) -> tuple[Column, ...]:
-    """What a run of a machine records.
-
-    Parameters
-    ----------
-    machine : Machine
-        The machine.
-    on : Rig | None, optional
-        As for `perform`: of a rig nothing is known to be true.
-
-    Returns
-    -------
-    tuple[Column, ...]
-        In the order of the rows.
-    """
     return stage.columns(
         machine.kind if on is None else open_rig.of(on, machine.kind.place), machine.law
     )
@@ -283,63 +152,28 @@ def record(
     *,
     on: Rig | None = None,
     seed: int = 0,
+    warn: bool = True,
 ) -> Done:
-    """`perform`, in memory.
-
-    Parameters
-    ----------
-    machine : Machine
-        The machine.
-    settings : Any
-        Its settings.
-    programme : Programme | Plan
-        What is to be run.
-    on : Rig | None, optional
-        As for `perform`.
-    seed : int, optional
-        Seed of the sensor's noise.
-
-    Returns
-    -------
-    Done
-        The recording, and how it ended.
-    """
+    """`perform`, in memory."""
     title = programme.title if isinstance(programme, Programme) else ""
     plan = planning.plan(programme, settings) if isinstance(programme, Programme) else programme
     blocks = Blocks()
     outcome = perform(machine, settings, plan, blocks, on=on, seed=seed)
     attributes = about(machine, settings, title, seed=seed)
-    attributes["finished"] = int(outcome.finished)
-    if outcome.fault is not None:
-        attributes["fault"] = f"{outcome.fault.message} {outcome.fault.evidence}"
+    attributes |= ended(outcome.finished, outcome.fault)
     rows = np.concatenate(blocks.blocks, axis=1)
     made = Recording.from_arrays(columns(machine, on), rows, settings.timing.period, attributes)
+    if warn and np.isnan(plan.end):  # what comes by time waits for no arrival
+        place = machine.kind.place
+        moves = results.moves(made, plan, settings.arrival, place)
+        arrivals.warn(results.rests(moves, place), results.REMEDY, place)
     return Done(made, outcome)
 
 
 def about(
     machine: Machine, settings: Any, title: str, *, seed: int, cycles: int = 1
 ) -> dict[str, Attribute]:
-    """What a recording says of its run.
-
-    Parameters
-    ----------
-    machine : Machine
-        The machine.
-    settings : Any
-        Its settings.
-    title : str
-        Of the programme.
-    seed : int
-        Seed of the sensor's noise.
-    cycles : int, optional
-        How often in a row.
-
-    Returns
-    -------
-    dict[str, Attribute]
-        Attributes: version, machine, programme, seed, cycles, overrides, settings.
-    """
+    """Attributes of the recording."""
     return {
         "version": macromicro.__version__,
         "machine": machine.name,
@@ -352,19 +186,5 @@ def about(
 
 
 def overridden(machine: Machine, settings: Any) -> dict[str, str]:
-    """What differs from the machine's defaults.
-
-    Parameters
-    ----------
-    machine : Machine
-        The machine.
-    settings : Any
-        Its settings.
-
-    Returns
-    -------
-    dict[str, str]
-        Dotted path to text with unit.
-    """
     found = config.difference(settings, machine.settings)
     return {k: v[1:-1] if v[:1] == v[-1:] == '"' else v for k, v in found.items()}

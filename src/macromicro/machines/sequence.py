@@ -1,4 +1,4 @@
-"""Moves of one stage one after the other: profile, arrival or time-out, hold."""
+"""A sequence of moves of one stage: profile, arrival or time-out, hold."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
+from macromicro.columns import Meaning
 from macromicro.control import arrival
 from macromicro.control.arrival import TICK
 from macromicro.control.stage_law import Sample, Target
@@ -19,8 +20,6 @@ WAITING, MOVING, HOLDING, DONE = range(4)
 
 
 class Arrival(NamedTuple):
-    """When a move counts as arrived, and how long that is waited for."""
-
     tolerance: Annotated[
         float, Par("m", "error that counts as arrived", "machine choice", shown="um", positive=True)
     ] = 20.0e-6
@@ -39,96 +38,42 @@ class Arrival(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """Moves and the pieces of their profiles.
+    """Moves and the pieces of their profiles."""
 
-    Attributes
-    ----------
-    start : ndarray, shape (n,)
-        Earliest start, s; NaN: as soon as the move before is complete.
-    target : ndarray, shape (n,)
-        Where each ends, m.
-    hold : ndarray, shape (n,)
-        How long that is held after the arrival, s.
-    length : ndarray, shape (n,)
-        Duration of the profile, s.
-    first : ndarray of int, shape (n + 1,)
-        Its first piece; the last number is that of all pieces.
-    pieces : ndarray, shape (pieces, 5)
-        Begin within the profile (s), position (m), velocity, acceleration and jerk there.
-    origin : float
-        Target before the first move, m.
-    end : float
-        When the programme ends, s; NaN: after the last hold.
-    """
-
-    start: Array
-    target: Array
-    hold: Array
-    length: Array
-    first: npt.NDArray[np.int64]
-    pieces: Array
-    origin: float
-    end: float
+    start: Annotated[Array, Meaning("earliest start, s; NaN: after the move before")]
+    target: Annotated[Array, Meaning("where each ends", "m")]
+    hold: Annotated[Array, Meaning("hold time after the arrival", "s")]
+    length: Annotated[Array, Meaning("duration of the profile", "s")]
+    first: Annotated[
+        npt.NDArray[np.int64], Meaning("its first piece; the last number is that of all pieces")
+    ]
+    pieces: Annotated[
+        Array,
+        Meaning(
+            "begin within the profile (s), position (m), velocity, acceleration and jerk there"
+        ),
+    ]
+    origin: Annotated[float, Meaning("target before the first move", "m")]
+    end: Annotated[float, Meaning("when the programme ends, s; NaN: after the last hold")]
 
 
 class Progress(NamedTuple):
-    """State of the sequence.
-
-    Attributes
-    ----------
-    phase : int
-        One of WAITING, MOVING, HOLDING, DONE.
-    move : int
-        Index of the present move, -1 before the first.
-    piece : int
-        Piece of its profile.
-    began : float
-        When its profile, or its hold, began, s.
-    inside : float
-        Since when it is within the tolerance, s; NaN: it is not.
-    arrived : int
-        1 once it has arrived.
-    """
-
-    phase: int
-    move: int
-    piece: int
-    began: float
-    inside: float
-    arrived: int
+    phase: Annotated[int, Meaning("one of WAITING, MOVING, HOLDING, DONE")]
+    move: Annotated[int, Meaning("index of the present move, -1 before the first")]
+    piece: Annotated[int, Meaning("piece of its profile")]
+    began: Annotated[float, Meaning("when its profile, or its hold, began", "s")]
+    inside: Annotated[float, Meaning("since when it is within the tolerance, s; NaN: it is not")]
+    arrived: Annotated[int, Meaning("1 once it has arrived")]
 
 
 def begin() -> Progress:
-    """Before the first move.
-
-    Returns
-    -------
-    Progress
-        Waiting.
-    """
     return Progress(WAITING, -1, 0, 0.0, math.nan, 0)
 
 
 @kernel
-def aim(plan: Plan, s: Progress, t: float) -> tuple[int, Target]:
-    """The set point now.
-
-    Parameters
-    ----------
-    plan : Plan
-        The moves.
-    s : Progress
-        State.
-    t : float
-        Now, s.
-
-    Returns
-    -------
-    piece : int
-        Of the profile that it is on.
-    target : Target
-        With its derivatives.
-    """
+def aim(
+    plan: Plan, s: Progress, t: float
+) -> tuple[Annotated[int, Meaning(name="piece")], Annotated[Target, Meaning(name="target")]]:
     if s.move < 0:
         return 0, Target(plan.origin, 0.0, 0.0, math.inf)
     since = t - s.began
@@ -146,22 +91,6 @@ def aim(plan: Plan, s: Progress, t: float) -> tuple[int, Target]:
 
 @kernel
 def due(plan: Plan, s: Progress, t: float) -> bool:
-    """Whether the next move begins now.
-
-    Parameters
-    ----------
-    plan : Plan
-        The moves.
-    s : Progress
-        State.
-    t : float
-        Now, s.
-
-    Returns
-    -------
-    bool
-        True if its time has come, or the hold before it has ended.
-    """
     following = s.move + 1
     if following >= len(plan.target):
         return False
@@ -173,22 +102,6 @@ def due(plan: Plan, s: Progress, t: float) -> bool:
 
 @kernel
 def over(plan: Plan, s: Progress, t: float) -> bool:
-    """Whether the programme ends now.
-
-    Parameters
-    ----------
-    plan : Plan
-        The moves.
-    s : Progress
-        State.
-    t : float
-        Now, s.
-
-    Returns
-    -------
-    bool
-        True at its end, or after the last hold.
-    """
     if not math.isnan(plan.end):
         return t >= plan.end - TICK
     last = s.move == len(plan.target) - 1
@@ -196,27 +109,11 @@ def over(plan: Plan, s: Progress, t: float) -> bool:
 
 
 @kernel
-def step(plan: Plan, rule: Arrival, s: Progress, sample: Sample) -> tuple[Progress, Target]:
-    """One control period of the sequence.
-
-    Parameters
-    ----------
-    plan : Plan
-        The moves.
-    rule : Arrival
-        When one has arrived.
-    s : Progress
-        State.
-    sample : Sample
-        What the stage shows.
-
-    Returns
-    -------
-    progress : Progress
-        New state.
-    target : Target
-        The set point with its derivatives.
-    """
+def step(
+    plan: Plan, rule: Arrival, s: Progress, sample: Sample
+) -> tuple[
+    Annotated[Progress, Meaning(name="progress")], Annotated[Target, Meaning(name="target")]
+]:
     t = sample.t
     if s.phase == DONE:
         return s, Target(plan.target[s.move], 0.0, 0.0, math.inf)

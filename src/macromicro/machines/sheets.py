@@ -1,4 +1,4 @@
-"""What an axis' data sheets say together: masses, forces, delays, and the linear plant."""
+"""Masses, forces, delays and linear plant from an axis' data sheets."""
 
 from __future__ import annotations
 
@@ -19,36 +19,14 @@ SPARE = 0.7  # share of supply and current that moves may use
 
 
 def constant(tree: Any) -> float:
-    """Force constant at the load, also that of the back-EMF.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        N/A, or V s/m.
-    """
+    """Force constant at the load, also that of the back-EMF."""
     if tree.drive.kind == LINEAR:
         return float(tree.motor.force)
     return float(tree.motor.constant * transmission.ratio(tree.drive))
 
 
 def turning(tree: Any) -> float:
-    """What turns with the motor, as a mass at the load.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        kg; 0 for a linear motor, whose forcer belongs to the moving mass.
-    """
+    """Rotating inertia of the motor as a mass at the load."""
     if tree.drive.kind == LINEAR:
         return 0.0
     ratio = transmission.ratio(tree.drive)
@@ -56,139 +34,47 @@ def turning(tree: Any) -> float:
 
 
 def turn(tree: Any) -> float:
-    """Way of the load per turn of the motor.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        m; infinity for a linear motor.
-    """
+    """Travel of the load per turn of the motor."""
     if tree.drive.kind == LINEAR:
         return math.inf
     return 2.0 * math.pi / transmission.ratio(tree.drive)
 
 
 def mass(tree: Any) -> float:
-    """All that moves, at the load.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        kg.
-    """
+    """Total moving mass at the load."""
     return float(turning(tree) + tree.load.mass + tree.load.payload)
 
 
 def weight(tree: Any) -> float:
-    """Pull of gravity along the way, towards lower positions.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        N.
-    """
+    """Gravity along the axis, towards lower positions."""
     moved = tree.load.mass + tree.load.payload
     return float(moved * GRAVITY * math.sin(tree.load.incline))
 
 
 def unbalanced(tree: Any) -> tuple[float, float]:
-    """Gravity on an eccentric load.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    unbalance : float
-        Greatest torque, N m; 0 of a slide.
-    hangs : float
-        Angle at which the load hangs, rad.
-    """
+    """Gravity on an eccentric load."""
     load = tree.load
     return float(getattr(load, "unbalance", 0.0)), float(getattr(load, "hangs", 0.0))
 
 
 def endless(tree: Any) -> bool:
-    """Whether nothing ends the way of an axis: it turns on.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    bool
-        False for a slide.
-    """
+    """Whether the axis has continuous rotation."""
     return bool(getattr(tree.load, "endless", False))
 
 
 def pulled(tree: Any, place: float) -> float:
-    """Pull of gravity at a place, towards lower positions.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-    place : float
-        m, or rad.
-
-    Returns
-    -------
-    float
-        N, or N m.
-    """
+    """Gravity at a place, towards lower positions."""
     most, hangs = unbalanced(tree)
     return weight(tree) + most * math.sin(place - hangs)
 
 
 def heaviest(tree: Any) -> float:
-    """Greatest pull of gravity anywhere, of either sign.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        N, or N m.
-    """
+    """Greatest gravity anywhere, of either sign."""
     return abs(weight(tree)) + unbalanced(tree)[0]
 
 
 def current(tree: Any) -> float:
-    """Greatest current that amplifier, supply and D/A give at rest.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        A.
-    """
+    """Greatest current of amplifier, supply and D/A at rest."""
     amp = tree.amplifier
     most = min(amp.current, amp.supply / tree.motor.resistance)
     if amp.mode == CURRENT:
@@ -197,34 +83,12 @@ def current(tree: Any) -> float:
 
 
 def force(tree: Any) -> float:
-    """Greatest force at the load, at rest.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        N.
-    """
+    """Greatest force at the load, at rest."""
     return current(tree) * constant(tree) * float(tree.drive.efficiency)
 
 
 def per_newton(tree: Any) -> float:
-    """Effort at rest per force at the load.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        V/N.
-    """
+    """Effort per force at the load, at rest."""
     push = constant(tree) * tree.drive.efficiency
     if tree.amplifier.mode == CURRENT:
         return float(1.0 / (push * tree.amplifier.transconductance))
@@ -232,69 +96,23 @@ def per_newton(tree: Any) -> float:
 
 
 def held(tree: Any) -> float:
-    """Force that friction and weight take together to start upwards.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        N.
-    """
+    """Friction and weight to overcome upwards from rest."""
     rubbing = tree.friction
     return float(rubbing.coulomb + rubbing.stribeck + rubbing.ripple + heaviest(tree))
 
 
 def rubbed(tree: Any) -> float:
-    """Force that friction and weight take together while it moves upwards, viscous part aside.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        N.
-    """
+    """Friction and weight in upward motion, without the viscous part."""
     return float(tree.friction.coulomb + tree.friction.ripple + heaviest(tree))
 
 
 def left(tree: Any) -> float:
-    """Force that is left for acceleration, of the share that moves may use.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        N; at least a hundredth of the motor's, so that what follows stays finite where
-        `feasible` refuses.
-    """
+    """Force left for acceleration in moves."""
     return max(SPARE * force(tree) - rubbed(tree), 0.01 * force(tree))
 
 
 def fastest(tree: Any) -> float:
-    """Speed at which the share of the supply that moves may use is taken up by the back-EMF and
-    by what friction needs.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        m/s.
-    """
+    """Speed at which back-EMF and friction use up the share of the supply for moves."""
     amp = tree.amplifier
     volts = amp.supply
     if amp.mode != CURRENT:
@@ -308,18 +126,7 @@ def fastest(tree: Any) -> float:
 
 
 def lag(tree: Any) -> float:
-    """All delays of the velocity loop: hold, computing, and amplifier or winding.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        s.
-    """
+    """All delays of the velocity loop: hold, computing, amplifier or winding."""
     electrical = 1.0 / (2.0 * math.pi * tree.amplifier.bandwidth)
     if tree.amplifier.mode != CURRENT:
         electrical = tree.motor.inductance / tree.motor.resistance
@@ -335,28 +142,7 @@ def impedance(
     frequency: float,
     damping: float,
 ) -> tuple[Complex, Complex]:
-    """Force per speed of the motor, and the load's part of that speed, with a drive between them.
-
-    Parameters
-    ----------
-    s : ndarray of complex, shape (n,)
-        Laplace's variable, rad/s.
-    rotor, moved : float
-        Masses of the motor's side and of the load, kg.
-    viscous : float
-        Friction of the load, N s/m.
-    frequency : float
-        Mode of the load on the drive, motor held, Hz; 0: stiff.
-    damping : float
-        Damping ratio of that mode.
-
-    Returns
-    -------
-    drag : ndarray of complex, shape (n,)
-        N s/m.
-    seen : ndarray of complex, shape (n,)
-        1 where stiff.
-    """
+    """Force per speed of the motor, and the load's share of that speed, with a compliant drive."""
     load = moved * s + viscous
     if frequency <= 0.0:
         return rotor * s + load, np.ones_like(s)
@@ -367,22 +153,7 @@ def impedance(
 
 
 def plant(tree: Any, frequency: Array) -> Complex:
-    """Position at the encoder per effort, as the sheets say: linear, sliding, without slack.
-
-    With the hold over a period and the delay of the output.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-    frequency : ndarray, shape (n,)
-        Hz.
-
-    Returns
-    -------
-    ndarray of complex, shape (n,)
-        m/V.
-    """
+    """Linear position at the encoder per effort by the sheets, with hold and output delay."""
     amp, motor = tree.amplifier, tree.motor
     s = np.asarray(2j * math.pi * np.asarray(frequency), np.complex128)
     moved = float(tree.load.mass + tree.load.payload)

@@ -1,7 +1,4 @@
-"""What the control period of one stage deals with; the recording's columns follow from it.
-
-`Sample` and `Target` belong to the contract of a stage's law (`control.stage_law`).
-"""
+"""The signals of a single-stage control period; the recording's columns follow from them."""
 
 from __future__ import annotations
 

@@ -1,12 +1,4 @@
-"""One control period for any kind of stage and any law, interpreted and compiled.
-
-A `Kind` is the kernels of one stage. `period(kind, law)` makes the loop of a kind under a law once:
-a closure over their functions, which the compiler takes like any function and caches on disk;
-interpreted it is the same code, so both give the same bits. Functions are never passed to compiled
-code.
-
-Another machine's stage needs a `Kind` alone: params and state are its own ``NamedTuple``s.
-"""
+"""One control period for any kind of stage and any law, interpreted and compiled."""
 
 from __future__ import annotations
 
@@ -16,7 +8,7 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar, get_type_hints
 
 import numpy as np
 
-from macromicro import joining
+from macromicro import arrays, joining
 from macromicro.arrays import Array
 from macromicro.columns import Column, Layout, layout, put
 from macromicro.control import outside
@@ -39,104 +31,51 @@ FAULT = 4  # phase that is recorded once the guard has tripped
 
 class Kind(NamedTuple):
     """The kernels of one kind of stage; efforts are V at the D/A, positions m, or rad of a stage
-    that turns.
+    that turns."""
 
-    Attributes
-    ----------
-    name : str
-        For people.
-    noises : int
-        Standard normal draws a period.
-    truth : type
-        What only the simulated stage knows: a ``NamedTuple`` of floats, annotated with `Quantity`;
-        the first field is the true position in m.
-    prepare : Callable[[Any], Any]
-        From the machine's settings to the runtime parameters.
-    initial : Callable[[Any], Any]
-        From these to the state at the start: at rest at 0.
-    measure : Callable[[Any, Any, float, Array, int], Sample]
-        Kernel: from parameters, state, time (s), draws and their row to what the stage shows.
-    advance : Callable[[Any, Any, float, Array, int, float], Any]
-        Kernel: from parameters, state, effort (V), draws, their row and the period (s) to the
-        state a period later.
-    show : Callable[[Any, Any], Any]
-        Kernel: from parameters and state to the truth.
-    lines : tuple[str, ...]
-        Which of `types.Lines` it has, and "enable" if its drive has an enable line.
-    sense : Callable[[Any, Any], Lines]
-        Kernel: from parameters and state to what these say, after `measure`.
-    switch : Callable[[Any, Any, float], Any]
-        Kernel: from parameters, state and the enable output (0 or 1) to the state with it.
-    place : Place
-        What its places are counted in.
-    plain : bool
-        Whether one of its parts is plain Python, so that its loops run interpreted.
-    """
-
-    name: str
-    noises: int
+    name: str  #: for people
+    noises: int  #: standard normal draws a period
+    #: what only the simulated stage knows: a ``NamedTuple`` of floats, annotated with `Quantity`;
+    #: the first field is the true position in m
     truth: Any
-    prepare: Callable[[Any], Any]
-    initial: Callable[[Any], Any]
+    prepare: Callable[[Any], Any]  #: from the machine's settings to the runtime parameters
+    initial: Callable[[Any], Any]  #: from these to the state at the start: at rest at 0
+    #: kernel: from parameters, state, time (s), draws and their row to what the stage shows
     measure: Callable[[Any, Any, float, Array, int], Sample]
+    #: kernel: from parameters, state, effort (V), draws, their row and the period (s) to the state
+    #: a period later
     advance: Callable[[Any, Any, float, Array, int, float], Any]
-    show: Callable[[Any, Any], Any]
+    show: Callable[[Any, Any], Any]  #: kernel: from parameters and state to the truth
+    #: which of `types.Lines` it has, and "enable" if its drive has an enable line
     lines: tuple[str, ...] = ()
+    #: kernel: from parameters and state to what these say, after `measure`
     sense: Callable[[Any, Any], Lines] = guarded_lines.none
+    #: kernel: from parameters, state and the enable output (0 or 1) to the state with it
     switch: Callable[[Any, Any, float], Any] = guarded_lines.as_it_is
-    place: Place = LENGTH
+    place: Place = LENGTH  #: what its places are counted in
+    #: whether one of its parts is plain Python, so that its loops run interpreted
     plain: bool = False
 
 
 class Loop(NamedTuple):
-    """What controls a stage: runtime parameters.
+    """What controls a stage: runtime parameters."""
 
-    Attributes
-    ----------
-    gains : Any
-        Of the law.
-    guard : Limits
-        Of the guard.
-    arrival : Arrival
-        When a move has arrived.
-    plan : Plan
-        The programme.
-    wired : Wired
-        Of the guard, for a stage with lines.
-    """
-
-    gains: Any
+    gains: Any  #: of the law
     guard: Limits
-    arrival: Arrival
-    plan: Plan
-    wired: Wired = Wired()
+    arrival: Arrival  #: when a move has arrived
+    plan: Plan  #: the programme
+    wired: Wired = Wired()  #: of the guard, for a stage with lines
 
 
 class Run(NamedTuple):
-    """State of a run.
+    """State of a run."""
 
-    Attributes
-    ----------
-    tick : int
-        Control periods so far.
-    stage : Any
-        The stage's.
-    progress : Progress
-        The sequence's.
-    memory : Any
-        The law's.
-    watch : Watch
-        The guard's.
-    held : Held
-        The guard's, of a stage with lines.
-    """
-
-    tick: int
-    stage: Any
-    progress: Progress
-    memory: Any
-    watch: Watch
-    held: Held = Held()
+    tick: int  #: control periods so far
+    stage: Any  #: the stage's
+    progress: Progress  #: the sequence's
+    memory: Any  #: the law's
+    watch: Watch  #: the guard's
+    held: Held = Held()  #: the guard's, of a stage with lines
 
     @property
     def over(self) -> bool:
@@ -156,12 +95,19 @@ def columns(kind: Kind, law: StageLaw) -> tuple[Column, ...]:
     kind : Kind
         Kind of stage.
     law : StageLaw
-        Its law.
+        That controls the stage.
 
     Returns
     -------
     tuple[Column, ...]
         In the order of the rows.
+
+    Examples
+    --------
+    >>> from macromicro.machines import piezo
+    >>> from macromicro.machines.stage import columns
+    >>> [column.name for column in columns(piezo.KIND, piezo.LAW)[:3]]
+    ['t', 'position', 'target']
     """
     found = laid_out(kind, law)
     if law.gains not in outside.found():
@@ -178,12 +124,19 @@ def own(kind: Kind, law: StageLaw) -> tuple[Column, ...]:
     kind : Kind
         Kind of stage.
     law : StageLaw
-        Its law.
+        That controls the stage.
 
     Returns
     -------
     tuple[Column, ...]
-        Those of `columns` whose names begin with "law_"; none of a law of this package.
+        The law's own columns; none of a law of this package.
+
+    Examples
+    --------
+    >>> from macromicro.machines import piezo
+    >>> from macromicro.machines.stage import own
+    >>> own(piezo.KIND, piezo.LAW)  # a law of this package
+    ()
     """
     return tuple(c for c in columns(kind, law) if c.name.startswith("law_"))
 
@@ -196,12 +149,20 @@ def laid_out(kind: Kind, law: StageLaw) -> Layout:
     kind : Kind
         Kind of stage.
     law : StageLaw
-        Its law.
+        That controls the stage.
 
     Returns
     -------
     Layout
         Parts: sample, target, output, memory, sequence, truth, lines, enable line.
+
+    Examples
+    --------
+    >>> from macromicro.machines import piezo
+    >>> from macromicro.machines.stage import laid_out
+    >>> layout = laid_out(piezo.KIND, piezo.LAW)
+    >>> layout.columns[1].name, layout.columns[1].unit
+    ('position', 'mm')
     """
     recorded = [_only(each, kind.lines) for each in (Lines, Enable)]
     shown = (Sample, Target, Output, law.memory, Inside, kind.truth, *recorded)
@@ -223,14 +184,15 @@ def period(kind: Kind, law: StageLaw) -> Period:
     kind : Kind
         Kind of stage.
     law : StageLaw
-        Its law.
+        That controls the stage.
 
     Returns
     -------
     Period
         ``run(params, loop, state, noise, out, dt) -> (state, written)``: runs for up to
         ``len(noise)`` control periods, until the programme is done or the guard trips (that period
-        is the last written), with `out` of shape (columns, periods).
+        is the last written), with `out` of shape (columns, periods). Arrays of the state that it
+        is given are changed in place; `fastest` leaves them as they are.
     """
     measure, advance, show, step = kind.measure, kind.advance, kind.show, law.step
     tell, sense, switch = law.tell, kind.sense, kind.switch
@@ -292,6 +254,14 @@ def watching(kind: Kind) -> tuple[Callable[..., Any], Callable[..., Any]]:
     -------
     step, bounded : Callable
         Kernels of `machines.lines`.
+
+    Examples
+    --------
+    >>> from macromicro.machines import piezo
+    >>> from macromicro.machines.stage import watching
+    >>> step, bounded = watching(piezo.KIND)
+    >>> step.__name__
+    'unwatched'
     """
     if kind.lines:
         return guarded_lines.step, guarded_lines.bounded
@@ -310,6 +280,13 @@ def kernels_of(kind: Kind) -> tuple[str, ...]:
     -------
     tuple[str, ...]
         Names.
+
+    Examples
+    --------
+    >>> from macromicro.machines import piezo
+    >>> from macromicro.machines.stage import kernels_of
+    >>> kernels_of(piezo.KIND)
+    ('measure', 'advance', 'show')
     """
     names = ("measure", "advance", "show")
     return (*names, "sense", "switch") if kind.lines else names
@@ -321,12 +298,19 @@ def compiles(law: StageLaw) -> bool:
     Parameters
     ----------
     law : StageLaw
-        The law.
+        That controls the stage.
 
     Returns
     -------
     bool
         True if its `step` and `tell` are kernels.
+
+    Examples
+    --------
+    >>> from macromicro.machines import piezo
+    >>> from macromicro.machines.stage import compiles
+    >>> compiles(piezo.LAW), compiles(piezo.LAW._replace(step=lambda *values: values))
+    (True, False)
     """
     return is_kernel(law.step) and is_kernel(law.tell)
 
@@ -345,6 +329,13 @@ def quickest(function: Callable[P, R], *kinds: Kind) -> Callable[P, R]:
     -------
     Callable[P, R]
         Compiled; as it is where a kind has a part in plain Python.
+
+    Examples
+    --------
+    >>> from macromicro.machines import piezo
+    >>> from macromicro.machines.stage import quickest
+    >>> quickest(piezo.KIND.advance, piezo.KIND._replace(plain=True)) is piezo.KIND.advance
+    True
     """
     return function if any(kind.plain for kind in kinds) else compiled(function)
 
@@ -361,6 +352,13 @@ def switching(kind: Kind) -> Callable[[Any, Any, float], Any]:
     -------
     Callable
         Its `switch`, compiled if it has lines.
+
+    Examples
+    --------
+    >>> from macromicro.machines import piezo
+    >>> from macromicro.machines.stage import switching
+    >>> switching(piezo.KIND) is piezo.KIND.switch  # it has no lines
+    True
     """
     return quickest(kind.switch, kind) if kind.lines else kind.switch
 
@@ -394,7 +392,56 @@ def fastest(kind: Kind, law: StageLaw) -> Period:
     kind : Kind
         Kind of stage.
     law : StageLaw
-        Its law.
+        That controls the stage.
+
+    Returns
+    -------
+    Period
+        `in_place` on a copy of the state that it is given, which may be given to another run.
+    """
+    return owning(in_place(kind, law))
+
+
+def owning(run: Callable[..., Any]) -> Callable[..., Any]:
+    """A loop whose runs leave the state that they are given as it is.
+
+    Parameters
+    ----------
+    run : Callable[..., Any]
+        Takes parameters, control, state and more.
+
+    Returns
+    -------
+    Callable[..., Any]
+        The same on a copy of the state.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.machines.stage import owning
+    >>> def run(params, control, state):
+    ...     state += 1.0
+    ...     return state
+    >>> start = np.zeros(2)
+    >>> owning(run)(None, None, start), start
+    (array([1., 1.]), array([0., 0.]))
+    """
+
+    def apart(params: Any, control: Any, state: Any, *more: Any) -> Any:
+        return run(params, control, arrays.own(state), *more)
+
+    return apart
+
+
+def in_place(kind: Kind, law: StageLaw) -> Period:
+    """The loop of a kind of stage under a law, for who gives a state away.
+
+    Parameters
+    ----------
+    kind : Kind
+        Kind of stage.
+    law : StageLaw
+        That controls the stage.
 
     Returns
     -------
@@ -414,7 +461,7 @@ def beginning(kind: Kind, law: StageLaw, params: Any, loop: Loop) -> Run:
     kind : Kind
         Kind of stage.
     law : StageLaw
-        Its law.
+        That controls the stage.
     params : Any
         The stage's.
     loop : Loop
@@ -424,6 +471,15 @@ def beginning(kind: Kind, law: StageLaw, params: Any, loop: Loop) -> Run:
     -------
     Run
         At rest at the plan's origin.
+
+    Examples
+    --------
+    >>> from macromicro.machines import piezo, planning, runs
+    >>> from macromicro.machines.stage import beginning
+    >>> settings = piezo.DEFAULT
+    >>> loop = runs.loop(settings, planning.plan(planning.usual(settings), settings))
+    >>> beginning(piezo.KIND, piezo.LAW, piezo.KIND.prepare(settings), loop).over
+    False
     """
     first = Sample(0.0, loop.plan.origin)
     memory = law.start(loop.gains, first)
@@ -431,46 +487,23 @@ def beginning(kind: Kind, law: StageLaw, params: Any, loop: Loop) -> Run:
 
 
 class Bounds(NamedTuple):
-    """Where an open-loop drive is ended.
+    """Where an open-loop drive is ended."""
 
-    Attributes
-    ----------
-    low, high : float
-        Positions that it may not leave, m.
-    speed : float
-        Greatest speed over `window`, m/s.
-    window : float
-        s.
-    """
-
+    #: low, high: positions that it may not leave, m
     low: float
     high: float
-    speed: float
-    window: float = 0.01
+    speed: float  #: greatest speed over `window`, m/s
+    window: float = 0.01  #: s
 
 
 class Driven(NamedTuple):
-    """What an open-loop drive showed, up to its end or to the bound that it met.
+    """What an open-loop drive showed, up to its end or to the bound that it met."""
 
-    Attributes
-    ----------
-    t : ndarray, shape (n,)
-        s.
-    effort : ndarray, shape (n,)
-        V at the D/A; written at `t`, after the reading.
-    position : ndarray, shape (n,)
-        As measured, m.
-    state : Any
-        The stage's at the end; 0 V from here on.
-    ended : str
-        "" for all efforts, or the bound: "low", "high", "speed".
-    """
-
-    t: Array
-    effort: Array
-    position: Array
-    state: Any
-    ended: str
+    t: Array  #: s
+    effort: Array  #: V at the D/A; written at `t`, after the reading
+    position: Array  #: as measured, m
+    state: Any  #: the stage's at the end; 0 V from here on
+    ended: str  #: "" for all efforts, or the bound: "low", "high", "speed"
 
 
 _ENDED = ("", "low", "high", "speed")
@@ -547,7 +580,7 @@ def drive(
     seed : int, optional
         Seed of the sensor's noise.
     state : Any, optional
-        The stage's at the start; None: at rest at 0.
+        The stage's at the start, which is left as it is; None: at rest at 0.
 
     Returns
     -------
@@ -557,7 +590,7 @@ def drive(
     given = np.ascontiguousarray(efforts, dtype=np.float64)
     noise = np.random.default_rng(seed).standard_normal((len(given), kind.noises))
     out = np.empty((2, len(given)))
-    start = kind.initial(params) if state is None else state
+    start = kind.initial(params) if state is None else arrays.own(state)
     run = quickest(opened(kind), kind)
     state, written, why = run(params, start, bounds, given, noise, out, dt)
     effort = given[:written].copy()

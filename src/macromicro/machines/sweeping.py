@@ -1,10 +1,8 @@
-"""The frequency response of a stage under its law, measured: a sine beside the law's effort.
+"""Measured frequency response of a stage under its law: a sine is added to the law's effort.
 
-For each frequency the stage travels at a constant speed, so that it slides and never sticks, while
-a sine is added to the effort: once, and once more with the other sign, so that in their difference
-all cancels that the place alone makes, as friction along the way. From the phasors of what the law
-asked for (W), of the whole effort (U) and of the position (Y), over whole cycles: plant Y / U, law
--W / Y, open loop -W / U.
+The stage slides at constant speed; a second run with the sine's sign reversed cancels friction
+ripple. From phasors of law (W), effort (U) and position (Y): plant Y / U, law -W / Y, open loop
+-W / U.
 """
 
 from __future__ import annotations
@@ -20,7 +18,7 @@ import numpy.typing as npt
 from macromicro import joining
 from macromicro.arrays import Array
 from macromicro.control.stage_law import StageLaw
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.machines import guarding, tree
 from macromicro.machines.guarding import OK
 from macromicro.machines.machine import Machine
@@ -38,47 +36,18 @@ SHARE = 0.3  # of speed, of the moves' acceleration and of the effort's limit, t
 
 
 class Response(NamedTuple):
-    """What was measured, over frequencies that rise.
+    """Measured response over rising frequencies."""
 
-    Attributes
-    ----------
-    frequency : ndarray, shape (n,)
-        Hz.
-    plant : ndarray of complex, shape (n,)
-        Position per effort, m/V.
-    law : ndarray of complex, shape (n,)
-        Effort per position error, V/m.
-    loop : ndarray of complex, shape (n,)
-        Open loop, without its sign.
-    moved : ndarray, shape (n,)
-        Amplitude of the position, m: where it is a fraction of a count, points scatter.
-    """
-
-    frequency: Array
-    plant: Complex
-    law: Complex
-    loop: Complex
-    moved: Array
+    frequency: Array  # Hz
+    plant: Complex  # position per effort, m/V
+    law: Complex  # effort per position error, V/m
+    loop: Complex  # open loop, without its sign
+    moved: Array  # amplitude of the position, m: where it is a fraction of a count, points scatter
 
 
 @lru_cache(maxsize=64)
 def excited(kind: Kind, law: StageLaw) -> Callable[..., int]:
-    """The loop of a stage under a law with something added to its effort.
-
-    Parameters
-    ----------
-    kind : Kind
-        Kind of stage.
-    law : StageLaw
-        Its law.
-
-    Returns
-    -------
-    Callable
-        ``run(params, stage, gains, memory, limits, watch, targets, added, noise, out, dt) ->
-        fault``, with `targets` of shape (n, 3) and `out` of shape (3, n) for position, what the law
-        asked for, and the whole effort.
-    """
+    """The loop of a stage with an excitation added to its effort."""
     measure, advance, step = kind.measure, kind.advance, law.step
     joining.joined(measure, advance, step)
 
@@ -113,27 +82,7 @@ def excited(kind: Kind, law: StageLaw) -> Callable[..., int]:
 
 
 def frequencies(low: float, high: float, count: int, dt: float) -> Array:
-    """Frequencies of which whole cycles fill windows of whole periods.
-
-    Parameters
-    ----------
-    low, high : float
-        Hz.
-    count : int
-        How many, at most: those that fall together are one.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Hz, rising, in equal ratios but for that.
-
-    Raises
-    ------
-    InputError
-        Not 0 < low < high < 0.45 / dt, or fewer than 2.
-    """
+    """Frequencies whose whole cycles fill whole periods."""
     if not 0.0 < low < high <= 0.45 / dt:
         raise InputError(
             "frequencies", f"{low:g} to {high:g} Hz", f"rising, above 0, at most {0.45 / dt:g} Hz"
@@ -150,7 +99,7 @@ def _cycles(frequency: float) -> int:
 
 
 def _window(frequency: float, dt: float) -> int:
-    """Periods that hold whole cycles of a frequency from `frequencies`."""
+    """Periods that hold whole cycles of such a frequency."""
     near = _cycles(frequency) + np.array([0, -1, 1])
     periods = near / (frequency * dt)
     return int(np.round(periods[np.argmin(np.round(np.abs(periods - np.round(periods)), 6))]))
@@ -165,34 +114,7 @@ def measured(
     seed: int = 0,
     progress: Callable[[int, int], None] = lambda done, count: None,
 ) -> Response:
-    """Measure the response of a simulated machine under its law.
-
-    Parameters
-    ----------
-    machine : Machine
-        The machine.
-    settings : Any
-        Its settings.
-    frequency : ndarray, shape (n,)
-        From `frequencies`, Hz.
-    model : Callable[[Array], Complex]
-        The plant at frequencies in Hz, m/V, roughly: it decides how large the sine may be.
-    seed : int, optional
-        Of the sensor's noise.
-    progress : Callable[[int, int], None], optional
-        Hears how many frequencies are done, of how many.
-
-    Returns
-    -------
-    Response
-        At these frequencies.
-
-    Raises
-    ------
-    InputError
-        The law is plain Python; the guard stops the machine, or the effort reaches its limit: the
-        loop is not stable.
-    """
+    """Measure the response of a simulated machine."""
     if not compiles(machine.law):
         raise InputError("law", machine.law.name, "a law whose `step` is a kernel (docs/laws.md)")
     dt = settings.timing.period
@@ -207,8 +129,9 @@ def measured(
             if not said and np.max(np.abs(out[2])) >= FULL * settings.guard.effort:
                 said = "the effort reaches its limit"
             if said:
-                accepted = "a stable loop that stays within its guard and its effort"
-                raise InputError(f"response at {f:.4g} Hz", said, accepted)
+                problem = said[0].lower() + said[1:]
+                remedy = "The loop must be stable and stay within the limits of guard and effort."
+                raise ProblemError(f"response at {f:.4g} Hz", problem, remedy)
         rows.append([_phasor(row[window], f, dt) for row in ran[0][0] - ran[1][0]])
         progress(k + 1, len(frequency))
     place, wanted, whole = np.array(rows).T
@@ -241,7 +164,7 @@ def _run(
 
 
 def _course(settings: Any, f: float, gain: float) -> tuple[Array, Array, slice]:
-    """Targets at a constant speed, the sine beside the effort, and the window of whole cycles."""
+    """Targets at constant speed, the excitation, and the window of whole cycles."""
     dt, motion = settings.timing.period, settings.motion
     wait = math.ceil((SETTLE + 1.0 / f) / dt)
     length = _window(f, dt)
@@ -270,7 +193,7 @@ def _course(settings: Any, f: float, gain: float) -> tuple[Array, Array, slice]:
 
 
 def _phasor(values: Array, f: float, dt: float) -> complex:
-    """Of a row without its straight line, over whole cycles."""
+    """Phasor of a detrended row over whole cycles."""
     t = np.arange(len(values)) * dt
     line = np.polynomial.Polynomial.fit(t, values, 1)
     turned = (values - line(t)) * np.exp(-2j * math.pi * f * t)

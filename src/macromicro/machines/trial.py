@@ -1,4 +1,4 @@
-"""One run of a machine of one stage in figures, for studies of many: tuning and robustness."""
+"""Results of a single-stage run as figures, for tuning and robustness."""
 
 from __future__ import annotations
 
@@ -19,10 +19,7 @@ Found = TypeVar("Found")
 
 
 class Trial(NamedTuple):
-    """How a run went; infinity: a move never arrived; NaN: the guard stopped the run before.
-
-    Errors in um; of a stage that turns in mdeg.
-    """
+    """Results of a run in um (mdeg if rotary); infinity: no arrival; NaN: stopped by the guard."""
 
     fault: Annotated[float, Quantity("1", "code of the fault that stopped the run, 0 for none")]
     missed: Annotated[float, Quantity("1", "moves that did not arrive")]
@@ -30,7 +27,9 @@ class Trial(NamedTuple):
         float, Quantity("s", "slowest arrival, counted from the end of the profile")
     ]
     mean_settling: Annotated[float, Quantity("s", "mean of the same")]
-    peak_error: Annotated[float, Quantity("um", "largest distance from the set point on the way")]
+    peak_error: Annotated[
+        float, Quantity("um", "largest distance from the set point during the move")
+    ]
     rms_error: Annotated[float, Quantity("um", "rms of the same, over all moves")]
     overshoot: Annotated[float, Quantity("um", "largest overshoot behind the end of a profile")]
     rest_error: Annotated[float, Quantity("um", "largest error at rest, by the encoder")]
@@ -40,24 +39,6 @@ class Trial(NamedTuple):
 
 
 def trial(machine: Machine, settings: Any, plan: Plan, seed: int) -> Trial:
-    """Run a plan and measure it.
-
-    Parameters
-    ----------
-    machine : Machine
-        The machine.
-    settings : Any
-        Its settings.
-    plan : Plan
-        What is to be run.
-    seed : int
-        Of the sensor's noise.
-
-    Returns
-    -------
-    Trial
-        In figures.
-    """
     blocks = runs.Blocks()
     outcome = runs.perform(machine, settings, plan, blocks, seed=seed)
     rows = np.concatenate(blocks.blocks, axis=1)
@@ -96,28 +77,7 @@ def trials(
     workers: int,
     done: Callable[[int], bool] = lambda n: False,
 ) -> list[Trial]:
-    """Run the same plan on many machines, in threads; the compiled runs do not hold the lock.
-
-    Parameters
-    ----------
-    machine : Machine
-        The machine.
-    trees : Sequence[Any]
-        Settings, one a run.
-    plan : Plan
-        What is to be run.
-    seeds : Sequence[int]
-        Of each run's noise.
-    workers : int
-        Threads.
-    done : Callable[[int], bool], optional
-        Hears runs done; when it answers True, the rest is left out.
-
-    Returns
-    -------
-    list[Trial]
-        In the order of the settings, perhaps fewer; the same for any number of threads.
-    """
+    """Run a plan on many machines, in threads; compiled runs release the lock."""
     if trees:
         runs.compile_machine(machine, trees[0], plan)
     return threaded(
@@ -132,26 +92,6 @@ def threaded(
     workers: int,
     done: Callable[[int], bool] = lambda n: False,
 ) -> list[Found]:
-    """Run something on many machines, in threads.
-
-    Parameters
-    ----------
-    run : Callable[[Any, int], Found]
-        Of settings and a seed.
-    trees : Sequence[Any]
-        Settings, one a run.
-    seeds : Sequence[int]
-        Of each run's noise.
-    workers : int
-        Threads.
-    done : Callable[[int], bool], optional
-        Hears runs done; when it answers True, the rest is left out.
-
-    Returns
-    -------
-    list[Found]
-        In the order of the settings, perhaps fewer; the same for any number of threads.
-    """
     found: list[Found] = []
     with ThreadPoolExecutor(workers) as pool:
         waiting = [pool.submit(run, *pair) for pair in zip(trees, seeds, strict=True)]

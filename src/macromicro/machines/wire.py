@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Annotated, Any, NamedTuple
 
 from macromicro.arrays import Array
-from macromicro.columns import Quantity
+from macromicro.columns import Meaning, Quantity
 from macromicro.control import stage_pi
 from macromicro.control.pi import PiAntiWindup
 from macromicro.kernel import kernel
-from macromicro.machines import stability, wire_sheets
+from macromicro.machines import _stability, wire_sheets
 from macromicro.machines.guarding import Limits
 from macromicro.machines.parts import Motion, Timing, Travel
 from macromicro.machines.sequence import Arrival
@@ -35,7 +35,7 @@ _CHOICE = "machine choice"
 
 
 class Pulses(NamedTuple):
-    """A current source that is switched: its mean heat goes with the effort."""
+    """A switched current source; its mean heat is proportional to the effort."""
 
     current: Annotated[float, Par("A", "current while on", _CHOICE, positive=True)] = 1.05
     full_scale: Annotated[
@@ -45,7 +45,7 @@ class Pulses(NamedTuple):
 
 
 class Sheet(NamedTuple):
-    """The wire as its maker prints it."""
+    """The wire's data sheet."""
 
     diameter: Annotated[float, Par("m", "diameter", _TABLE, shown="mm", positive=True)] = 0.25e-3
     length: Annotated[float, Par("m", "length", _CHOICE, shown="mm", positive=True)] = 0.1
@@ -66,7 +66,7 @@ class Sheet(NamedTuple):
 
 
 class Spring(NamedTuple):
-    """What stretches the wire again, and what moves."""
+    """Bias spring and moving mass."""
 
     preload: Annotated[float, Par("N", "pull at full extension", _CHOICE, lo=0.0)] = 3.7
     rate: Annotated[float, Par("N/m", "spring rate", _CHOICE, lo=0.0)] = 500.0
@@ -74,8 +74,6 @@ class Spring(NamedTuple):
 
 
 class Air(NamedTuple):
-    """The room."""
-
     ambient: Annotated[float, Par("degC", "room temperature", _CHOICE, lo=-40, hi=80)] = 22.0
     printed: Annotated[
         float, Par("degC", "room in which the cooling time was measured", lo=-40, hi=80)
@@ -83,7 +81,7 @@ class Air(NamedTuple):
 
 
 class Hidden(NamedTuple):
-    """By how much one wire and its mounting differ from the sheet, and what none prints."""
+    """Deviations of a wire and its mounting from the sheet."""
 
     capacity: Annotated[float, Par("1", "true heat capacity over the alloy's", positive=True)] = 1.1
     latent: Annotated[float, Par("1", "true latent heat over the alloy's", positive=True)] = 0.9
@@ -97,13 +95,12 @@ class Hidden(NamedTuple):
 
 
 def _problems(tree: Any) -> list[Problem]:
-    """What cannot work together."""
-    return wire_sheets.problems(tree) or stability.problems(tree, stability.wire)
+    return wire_sheets.problems(tree) or _stability.problems(tree, _stability.wire)
 
 
 @machine_tree(stage_pi.LAW, wire_sheets.RULES, _problems)
 class WireStage(NamedTuple):
-    """The tree behind ``machine = "wire"``; `DEFAULT` has what is derived filled in."""
+    """Settings of ``machine = "wire"``; `DEFAULT` has derived values filled in."""
 
     driver: Pulses = Pulses()
     wire: Sheet = Sheet()
@@ -121,7 +118,7 @@ class WireStage(NamedTuple):
 
 
 class Truth(NamedTuple):
-    """What only the simulated stage knows."""
+    """True quantities of the simulated stage."""
 
     position: Annotated[
         float, Quantity("mm", "true contraction", column="true_position", scale=1e3)
@@ -132,33 +129,11 @@ class Truth(NamedTuple):
 
 
 class WirePlant(NamedTuple):
-    """The stage as the kernels take it.
-
-    Attributes
-    ----------
-    micro : Micro
-        Driver, heat, wire, relays and load.
-    sensor : Gauge
-        The sensor.
-    """
-
-    micro: Micro
-    sensor: Gauge
+    micro: Annotated[Micro, Meaning("driver, heat, wire, relays and load")]
+    sensor: Annotated[Gauge, Meaning("the sensor")]
 
 
 def prepare(tree: Any) -> WirePlant:
-    """Runtime parameters of the stage.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings.
-
-    Returns
-    -------
-    WirePlant
-        For the kernels.
-    """
     sheet, hidden = tree.wire, tree.hidden
     found, section, stroke = (
         wire_sheets.heats(tree),
@@ -194,91 +169,29 @@ def prepare(tree: Any) -> WirePlant:
 
 
 def initial(p: WirePlant) -> MicroState:
-    """Cold and extended, never heated before.
-
-    Parameters
-    ----------
-    p : WirePlant
-        The stage.
-
-    Returns
-    -------
-    MicroState
-        Its memory is its own.
-    """
+    """Cold and extended, never heated before."""
     return micro.cold(p.micro, p.micro.thermal.ambient)
 
 
 @kernel
 def measure(p: WirePlant, s: MicroState, t: float, noise: Array, k: int) -> Sample:
-    """What the stage shows.
-
-    Parameters
-    ----------
-    p : WirePlant
-        Runtime parameters.
-    s : MicroState
-        State.
-    t : float
-        Now, s.
-    noise : ndarray, shape (periods, 1)
-        Standard normal draws.
-    k : int
-        Their row.
-
-    Returns
-    -------
-    Sample
-        Contraction in m.
-    """
     return Sample(t, gauge.reading(p.sensor, s.wire.x, noise[k, 0]))
 
 
 @kernel
 def advance(
-    p: WirePlant, s: MicroState, effort: float, noise: Array, k: int, dt: float
+    p: WirePlant,
+    s: MicroState,
+    effort: Annotated[float, Meaning("at the D/A", "V")],
+    noise: Array,
+    k: int,
+    dt: float,
 ) -> MicroState:
-    """The stage after one control period.
-
-    Parameters
-    ----------
-    p : WirePlant
-        Runtime parameters.
-    s : MicroState
-        State; its memory is changed in place.
-    effort : float
-        V at the D/A.
-    noise : ndarray, shape (periods, 1)
-        Not used here.
-    k : int
-        Its row.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    MicroState
-        New state.
-    """
     return micro.advance(p.micro, s, effort, 0.0, 0.0, dt)
 
 
 @kernel
 def show(p: WirePlant, s: MicroState) -> Truth:
-    """What is true of the stage.
-
-    Parameters
-    ----------
-    p : WirePlant
-        Runtime parameters.
-    s : MicroState
-        State.
-
-    Returns
-    -------
-    Truth
-        SI; the temperature in deg C.
-    """
     return Truth(s.wire.x, s.wire.temperature, s.wire.austenite, s.power)
 
 

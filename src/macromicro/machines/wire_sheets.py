@@ -1,9 +1,4 @@
-"""What follows from a shape-memory wire's data sheet, and what a stage of it cannot do.
-
-Makers print diameter, resistance, pull, the current that contracts the wire within a second and
-the time in which it cools. Mass and latent heat follow from the alloy's density and heats, the
-resistance to the air from the cooling time.
-"""
+"""What follows from a shape-memory wire's data sheet, and what a stage of it cannot do."""
 
 from __future__ import annotations
 
@@ -11,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from macromicro.machines.rounding import rounded
+from macromicro.machines._rounding import rounded
 from macromicro.machines.tree import Checked, Problem
 from macromicro.plant.flexure import stiffness
 from macromicro.plant.gauge import repeats
@@ -29,80 +24,33 @@ HOTTER = 1.5  # times the rise to austenite finish that the guard allows
 LEANS, SLOWLY = 0.9, 2.0  # of full effort, and times the warm-up: guard.lean and guard.leant
 AGAINST = 0.1  # of the whole way, back under full effort
 LEAP = 10.0  # times the greatest speed: guard.leap
-SLOW = 0.05  # of it, the integral: with more the loop hunts across the hysteresis
+SLOW = 0.05  # share of the integral; with more the loop hunts across the hysteresis
 
 
 class Heats(NamedTuple):
-    """What the wire takes up and gives off.
-
-    Attributes
-    ----------
-    capacity : float
-        J/K.
-    latent : float
-        Of the full transformation, J.
-    resistance : float
-        To the air, K/W.
-    """
-
-    capacity: float
-    latent: float
-    resistance: float
+    capacity: float  # J/K
+    latent: float  # of the full transformation, J
+    resistance: float  # to the air, K/W
 
 
 class Shifted(NamedTuple):
-    """Transformation temperatures at a load, deg C; first and last heating, first and last cooling.
+    """Transformation temperatures at a load, deg C: start and end of heating and cooling."""
 
-    Attributes
-    ----------
-    heat_start : float
-        Austenite start.
-    heat_end : float
-        Austenite finish.
-    cool_start : float
-        Martensite start.
-    cool_end : float
-        Martensite finish.
-    """
-
-    heat_start: float
-    heat_end: float
-    cool_start: float
-    cool_end: float
+    heat_start: float  # austenite start
+    heat_end: float  # austenite finish
+    cool_start: float  # martensite start
+    cool_end: float  # martensite finish
 
 
 def area(tree: Any) -> float:
-    """Cross-section.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a wire stage.
-
-    Returns
-    -------
-    float
-        m^2.
-    """
     return float(0.25 * math.pi * tree.wire.diameter**2)
 
 
 def heats(tree: Any) -> Heats:
-    """Heat capacity, latent heat and resistance to the air.
+    """Heat capacity, latent heat and thermal resistance to the air.
 
-    The wire cools as C dT/dt = -(T - T_a)/R from austenite finish to martensite finish, with the
-    latent heat given off in the middle between martensite start and finish: R is such that this
-    takes the printed cooling time.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a wire stage.
-
-    Returns
-    -------
-    Heats
-        SI.
+    C dT/dt = -(T - T_a)/R from austenite finish to martensite finish, with the latent heat released
+    midway between martensite start and finish, takes the printed cooling time.
     """
     alloy = tree.wire
     mass = DENSITY * area(tree) * alloy.length
@@ -114,50 +62,17 @@ def heats(tree: Any) -> Heats:
 
 
 def stroke(tree: Any) -> float:
-    """Contraction of the free wire.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a wire stage.
-
-    Returns
-    -------
-    float
-        m.
-    """
+    """Contraction of the free wire."""
     return float(tree.wire.strain * tree.wire.length)
 
 
 def rate(tree: Any) -> float:
-    """Rise of the load with the contraction: bias spring and guide.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a wire stage.
-
-    Returns
-    -------
-    float
-        N/m.
-    """
+    """Rise of the load with the contraction: spring and guide."""
     return float(tree.bias.rate + stiffness(tree.flexure))
 
 
 def way(tree: Any) -> float:
-    """Contraction against the load: less the stretch of the stiffer, more loaded wire.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a wire stage.
-
-    Returns
-    -------
-    float
-        m.
-    """
+    """Contraction against the load, less elastic stretch."""
     scale = area(tree) / tree.wire.length
     cold = tree.bias.preload / (MARTENSITE * scale)
     hot = 1.0 / (AUSTENITE * scale)
@@ -165,38 +80,12 @@ def way(tree: Any) -> float:
 
 
 def pull(tree: Any, x: float) -> float:
-    """Load at a contraction.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a wire stage.
-    x : float
-        m.
-
-    Returns
-    -------
-    float
-        N.
-    """
+    """Load at a contraction."""
     return float(tree.bias.preload + rate(tree) * x)
 
 
 def shifted(tree: Any, load: float) -> Shifted:
-    """Transformation temperatures at a load; the printed ones hold at the printed pull.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a wire stage.
-    load : float
-        N.
-
-    Returns
-    -------
-    Shifted
-        deg C.
-    """
+    """Transformation temperatures (deg C) at a load; the printed ones hold at the printed pull."""
     alloy = tree.wire
     off = (load - alloy.pull) / (STIFFENING * area(tree))
     return Shifted(
@@ -205,55 +94,20 @@ def shifted(tree: Any, load: float) -> Shifted:
 
 
 def power(tree: Any) -> float:
-    """Heat at full effort.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a wire stage.
-
-    Returns
-    -------
-    float
-        W.
-    """
+    """Heat at full effort."""
     ohms = tree.wire.resistance * tree.wire.length
     return float(tree.driver.current**2 * ohms)
 
 
 def per_joule(tree: Any) -> float:
-    """Contraction for heat, while the wire transforms.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a wire stage.
-
-    Returns
-    -------
-    float
-        m/J.
-    """
+    """Contraction per heat while the wire transforms."""
     found, alloy = heats(tree), tree.wire
     rise = alloy.heat_end - alloy.heat_start + rate(tree) * way(tree) / (STIFFENING * area(tree))
     return float(way(tree) / (found.latent + found.capacity * rise))
 
 
 def speeds(tree: Any) -> tuple[float, float]:
-    """Greatest speeds of contraction and extension, where either is slowest.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a wire stage.
-
-    Returns
-    -------
-    up : float
-        By the heat that is left over at austenite finish, m/s; 0 or below: none.
-    down : float
-        By the heat lost at martensite finish, m/s.
-    """
+    """Greatest speeds of contraction and extension, at their slowest points."""
     found, room = heats(tree), tree.air.ambient
     hot = shifted(tree, pull(tree, way(tree))).heat_end
     cold = shifted(tree, tree.bias.preload).cool_end
@@ -265,34 +119,12 @@ def speeds(tree: Any) -> tuple[float, float]:
 
 
 def bandwidth(tree: Any) -> float:
-    """Of the position loop: what period and driver's lag allow.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a wire stage.
-
-    Returns
-    -------
-    float
-        rad/s.
-    """
+    """Bandwidth of the position loop, limited by period and driver lag."""
     return min(QUICK, LATE / float(tree.timing.period + tree.driver.lag))
 
 
 def warm_up(tree: Any) -> float:
-    """Time in which full effort warms the cold wire until it begins to contract.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a wire stage.
-
-    Returns
-    -------
-    float
-        s; infinite where full effort does not.
-    """
+    """Time in which full effort warms the cold wire until it contracts."""
     found, room = heats(tree), tree.air.ambient
     rise = shifted(tree, tree.bias.preload).heat_start - room
     share = rise / (power(tree) * found.resistance)
@@ -302,11 +134,7 @@ def warm_up(tree: Any) -> float:
 
 
 def _heat_limit(tree: Any) -> float:
-    """The mean effort behind which a wire of the sheet is hotter than it needs to be.
-
-    Its mean over the time constant of the wire stands for a wire without latent heat, so that this
-    is allowed for; and half of the rise to austenite finish under the greatest load.
-    """
+    """The mean effort above which a wire of the sheet is hotter than necessary."""
     found, room = heats(tree), tree.air.ambient
     rise = shifted(tree, pull(tree, way(tree))).heat_end - room
     allowed = HOTTER * rise + found.latent / found.capacity
@@ -351,24 +179,12 @@ RULES: tuple[tuple[str, Callable[[Any], Any]], ...] = (
 
 
 def problems(tree: Any) -> list[Problem]:
-    """What cannot work together in settings of a wire stage.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of a wire stage.
-
-    Returns
-    -------
-    list[Problem]
-        Path, value, and what is accepted and why, of every rule that is broken.
-    """
     every = (*_load(tree), *_heat(tree), *_way(tree), *_sensor(tree))
     return [(path, value, words) for wrong, path, value, words in every if wrong]
 
 
 def _load(tree: Any) -> Iterator[Checked]:
-    """A spring that stretches the cold wire, and that the hot wire can pull."""
+    """A spring that stretches the cold wire and that the hot wire can pull."""
     alloy, bias = tree.wire, tree.bias
     yield (
         bias.preload < alloy.stretch,
@@ -425,7 +241,7 @@ def _heat(tree: Any) -> Iterator[Checked]:
 
 
 def _way(tree: Any) -> Iterator[Checked]:
-    """Travel within what the wire contracts by, speed within what heat and air allow."""
+    """Travel within the contraction, speed within heating and cooling."""
     travel, guard, most = tree.travel, tree.guard, way(tree)
     yield travel.low < 0.0, "travel.low", travel.low, "0 mm or more: a wire only contracts"
     yield travel.low > 0.0, "travel.low", travel.low, "0 mm, where every run begins"
@@ -454,7 +270,7 @@ def _way(tree: Any) -> Iterator[Checked]:
 
 
 def _sensor(tree: Any) -> Iterator[Checked]:
-    """A sensor that sees the travel finely enough, and a loop that is quick enough."""
+    """A sensor of sufficient resolution, and a loop quick enough."""
     encoder, tolerance, timing = tree.encoder, tree.arrival.tolerance, tree.timing
     yield (
         tree.travel.high > encoder.high,

@@ -1,17 +1,18 @@
 """The full actuator model of Section 5.2.3: gain, heating, cooling, hysteresis table.
 
-CTRL -> (5.8) -> (5.6), or (5.9) while it cools -> (5.1) -> contraction. It knows no
-stress, no latent heat and no fan: at large inputs it agrees in kind only.
+CTRL -> (5.8) -> (5.6), or (5.9) while it cools -> (5.1) -> contraction. No stress, latent heat or
+fan.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
+from macromicro.columns import Meaning
 from macromicro.hysteresis import Everett, Memory, advance, fresh
 from macromicro.kernel import compiled, kernel
 from macromicro.models import heating
@@ -20,124 +21,42 @@ from macromicro.models.weighted_gain import Weighted, weighted
 
 
 class Hysteresis(NamedTuple):
-    """The kiln's table: relays over temperature.
+    """The kiln's table: relays over temperature."""
 
-    Attributes
-    ----------
-    table : Everett
-        Thresholds in deg C, output 0 to 1.
-    low : float
-        Position for an output of 0, mm.
-    span : float
-        Positions from there to an output of 1, mm.
-    """
-
-    table: Everett
-    low: float
-    span: float
+    table: Annotated[Everett, Meaning("thresholds in deg C, output 0 to 1")]
+    low: Annotated[float, Meaning("position for an output of 0", "mm")]
+    span: Annotated[float, Meaning("positions from there to an output of 1", "mm")]
 
 
 class Actuator(NamedTuple):
-    """Parameters of the model of Section 5.2.3.
-
-    Attributes
-    ----------
-    gain : Weighted
-        (5.8).
-    heating : Modes
-        Modes of (5.6).
-    cool_time : float
-        Time constant of (5.9), s.
-    ambient : float
-        deg C.
-    hysteresis : Hysteresis
-        (5.1).
-    """
-
-    gain: Weighted
-    heating: Modes
-    cool_time: float
-    ambient: float
-    hysteresis: Hysteresis
+    gain: Weighted  # (5.8)
+    heating: Modes  # modes of (5.6)
+    cool_time: float  # time constant of (5.9), s
+    ambient: float  # deg C
+    hysteresis: Hysteresis  # (5.1)
 
 
 class ActuatorState(NamedTuple):
-    """State of the model.
-
-    Attributes
-    ----------
-    heat : Heat
-        Parts of the temperature, K above ambient.
-    memory : Memory
-        Memory of the relays.
-    x : float
-        Contraction, mm.
-    """
-
-    heat: Heat
-    memory: Memory
-    x: float
+    heat: Heat  # parts of the temperature, K above ambient
+    memory: Memory  # memory of the relays
+    x: float  # contraction, mm
 
 
 def cold(p: Actuator) -> ActuatorState:
-    """The actuator at ambient temperature, extended.
-
-    Parameters
-    ----------
-    p : Actuator
-        Parameters of the model.
-
-    Returns
-    -------
-    ActuatorState
-        State; its memory is its own.
-    """
+    """The actuator at ambient temperature, extended."""
     memory = fresh(p.hysteresis.table, p.ambient)
     return ActuatorState(heating.COLD, memory, p.hysteresis.low)
 
 
 @kernel
 def temperature(p: Actuator, s: ActuatorState) -> float:
-    """Temperature of the wires.
-
-    Parameters
-    ----------
-    p : Actuator
-        Parameters of the model.
-    s : ActuatorState
-        State of the model.
-
-    Returns
-    -------
-    float
-        deg C.
-    """
+    """Temperature of the wires, deg C."""
     return p.ambient + s.heat.m1 + s.heat.m2 + s.heat.m3
 
 
 @kernel
 def step(p: Actuator, s: ActuatorState, ctrl: float, dt: float) -> ActuatorState:
-    """The actuator after one step.
-
-    It cools by (5.9) where the input asks for less than the present temperature, else it heats by
-    (5.6). The thesis has the two side by side and does not say how they join.
-
-    Parameters
-    ----------
-    p : Actuator
-        Parameters of the model.
-    s : ActuatorState
-        State of the model; its memory is changed in place.
-    ctrl : float
-        CTRL, V.
-    dt : float
-        Length of the step, s.
-
-    Returns
-    -------
-    ActuatorState
-        New state.
-    """
+    """The actuator after one step: (5.9) above the commanded temperature, else (5.6)."""
     goal = weighted(p.gain, ctrl)
     whole = p.heating.share1 + p.heating.share2 + p.heating.share3
     if whole * goal < s.heat.m1 + s.heat.m2 + s.heat.m3:
@@ -160,24 +79,7 @@ def _rollout(p: Actuator, s: ActuatorState, ctrl: Array, dt: Array, out: Array) 
 
 
 def simulate(p: Actuator, ctrl: npt.ArrayLike, dt: npt.ArrayLike) -> tuple[Array, Array]:
-    """Contraction and temperature for a course of CTRL, from cold.
-
-    Parameters
-    ----------
-    p : Actuator
-        Parameters of the model.
-    ctrl : array_like, shape (n,)
-        CTRL, V.
-    dt : npt.ArrayLike
-        One period for all, or one for each sample, s.
-
-    Returns
-    -------
-    x : ndarray, shape (n,)
-        Contraction before CTRL k acts, mm.
-    temperature : ndarray, shape (n,)
-        Likewise, deg C.
-    """
+    """Contraction [mm] and temperature [deg C] for CTRL over time, from cold."""
     sent = np.ascontiguousarray(ctrl, dtype=np.float64)
     out = np.empty((2, len(sent)))
     steps = np.ascontiguousarray(np.broadcast_to(np.asarray(dt, np.float64), sent.shape))

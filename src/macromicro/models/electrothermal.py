@@ -5,8 +5,9 @@ Temperatures are in K above the ambient 25 degC.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
+from macromicro.columns import Meaning
 from macromicro.kernel import kernel
 from macromicro.models.weighted_gain import Weighted, weighted
 
@@ -19,43 +20,18 @@ PRINTED = Weighted()
 
 
 class Heating(NamedTuple):
-    """State of (5.6) in controllable canonical form; T = N2 s2 + N1 s1 + N0 s0.
+    """State of (5.6) in controllable canonical form; T = N2 s2 + N1 s1 + N0 s0."""
 
-    Attributes
-    ----------
-    s0 : float
-        K s^3.
-    s1 : float
-        ds0/dt, K s^2.
-    s2 : float
-        ds1/dt, K s.
-    """
-
-    s0: float
-    s1: float
-    s2: float
+    s0: Annotated[float, Meaning("", "K s^3")]
+    s1: Annotated[float, Meaning("ds0/dt", "K s^2")]
+    s2: Annotated[float, Meaning("ds1/dt", "K s")]
 
 
 @kernel
 def gain(ctrl: float, ceiling: float) -> float:
-    """T_d for CTRL: (5.7)-(5.8), made whole at both ends.
-
-    (5.8) grows without bound, which the driver cannot: it is capped. Below 1.469 V it is zero,
-    although the actuator responds from 1.3 V (Section 5.3.2): there a straight line leads up to its
-    value at 1.5 V.
-
-    Parameters
-    ----------
-    ctrl : float
-        CTRL, V.
-    ceiling : float
-        Cap, K above ambient.
-
-    Returns
-    -------
-    float
-        K above ambient.
-    """
+    """T_d for CTRL: (5.7)-(5.8), with a ceiling and a continuation to 0."""
+    # (5.8) grows without bound and is capped as the driver is. Below 1.469 V it is zero, although
+    # the actuator responds from 1.3 V (Section 5.3.2): a line leads to its value at 1.5 V.
     if ctrl <= FIRST_RESPONSE:
         return 0.0
     if ctrl >= 2.2:
@@ -68,22 +44,7 @@ def gain(ctrl: float, ceiling: float) -> float:
 
 @kernel
 def step(s: Heating, goal: float, dt: float) -> Heating:
-    """State of (5.6) after one step (semi-implicit Euler).
-
-    Parameters
-    ----------
-    s : Heating
-        State of (5.6).
-    goal : float
-        T_d, K above ambient.
-    dt : float
-        Length of the step, s.
-
-    Returns
-    -------
-    Heating
-        New state.
-    """
+    """State of (5.6) after one step (semi-implicit Euler)."""
     s2 = s.s2 + dt * (goal - D2 * s.s2 - D1 * s.s1 - D0 * s.s0)
     s1 = s.s1 + dt * s2
     s0 = s.s0 + dt * s1
@@ -92,16 +53,5 @@ def step(s: Heating, goal: float, dt: float) -> Heating:
 
 @kernel
 def temperature(s: Heating) -> float:
-    """T of (5.6).
-
-    Parameters
-    ----------
-    s : Heating
-        State of (5.6).
-
-    Returns
-    -------
-    float
-        K above ambient.
-    """
+    """T of (5.6)."""
     return N2 * s.s2 + N1 * s.s1 + N0 * s.s0

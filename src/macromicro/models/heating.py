@@ -1,18 +1,15 @@
-"""Third-order heating (5.6), as transfer function, as modes and as a thermal ladder.
-
-All three say the same: with positive shares, modes are the impedance of three heat
-capacities in a row, joined by resistances, the last to the air.
-"""
+"""Third-order heating (5.6) as transfer function, modes and thermal ladder (equivalent forms)."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
+from macromicro.columns import Meaning
 from macromicro.errors import InputError
 from macromicro.kernel import kernel
 from macromicro.models.electrothermal import D0, D1, D2, N0, N1, N2
@@ -22,78 +19,37 @@ PRINTED = ((N2, N1, N0), (1.0, D2, D1, D0))
 
 
 class Modes(NamedTuple):
-    """(5.6) as a sum: T/T_d = sum over i of share_i rate_i / (s + rate_i).
+    """(5.6) as a sum: T/T_d = sum over i of share_i rate_i / (s + rate_i)."""
 
-    Attributes
-    ----------
-    rate1 : float
-        Fastest, rad/s.
-    rate2 : float
-        rad/s.
-    rate3 : float
-        Slowest, rad/s.
-    share1 : float
-        Of the rise, dimensionless.
-    share2 : float
-        Of the rise.
-    share3 : float
-        Of the rise.
-    """
-
-    rate1: float
-    rate2: float
-    rate3: float
-    share1: float
-    share2: float
-    share3: float
+    rate1: float  # fastest, rad/s
+    rate2: float  # rad/s
+    rate3: float  # slowest, rad/s
+    share1: float  # of the rise, dimensionless
+    share2: float  # of the rise
+    share3: float  # of the rise
 
 
 class Ladder(NamedTuple):
     """Wire, plates and body as capacities in a row, joined by resistances, the last to the air.
 
-    Heat is counted in K: one K of heat warms, in the end, by r1 + r2 + r3 K; a capacity of c s
-    takes up c K s of heat for each K. Real units by one factor, in K/W.
-
-    Attributes
-    ----------
-    c1 : float
-        Of the wire, s.
-    r1 : float
-        Wire to plates, dimensionless.
-    c2 : float
-        Of the plates, s.
-    r2 : float
-        Plates to body.
-    c3 : float
-        Of the body, s.
-    r3 : float
-        Body to air.
+    Heat is in K: one K of heat warms, in the end, by r1 + r2 + r3 K; a capacity c (s) takes up c K
+    s per K. One factor, in K/W, gives real units.
     """
 
-    c1: float
-    r1: float
-    c2: float
-    r2: float
-    c3: float
-    r3: float
+    c1: Annotated[float, Meaning("of the wire", "s")]
+    r1: Annotated[float, Meaning("wire to plates, dimensionless")]
+    c2: Annotated[float, Meaning("of the plates", "s")]
+    r2: Annotated[float, Meaning("plates to body")]
+    c3: Annotated[float, Meaning("of the body", "s")]
+    r3: Annotated[float, Meaning("body to air")]
 
 
 class Heat(NamedTuple):
-    """The modes' parts of the temperature; their sum is T.
+    """The modes' parts of the temperature; their sum is T."""
 
-    Attributes
-    ----------
-    m1 : float
-        K above ambient.
-    m2 : float
-        K above ambient.
-    m3 : float
-        K above ambient.
-    """
-
-    m1: float
-    m2: float
-    m3: float
+    m1: float  # K above ambient
+    m2: float  # K above ambient
+    m3: float  # K above ambient
 
 
 COLD = Heat(0.0, 0.0, 0.0)
@@ -101,24 +57,7 @@ COLD = Heat(0.0, 0.0, 0.0)
 
 @kernel
 def heated(p: Modes, s: Heat, goal: float, dt: float) -> Heat:
-    """State after one step of heating by (5.6): exact for a constant goal.
-
-    Parameters
-    ----------
-    p : Modes
-        Modes.
-    s : Heat
-        State, K above ambient.
-    goal : float
-        T_d, K above ambient.
-    dt : float
-        Length of the step, s.
-
-    Returns
-    -------
-    Heat
-        New state.
-    """
+    """State after one step of heating by (5.6): exact for a constant goal."""
     return Heat(
         s.m1 + (p.share1 * goal - s.m1) * (1.0 - math.exp(-p.rate1 * dt)),
         s.m2 + (p.share2 * goal - s.m2) * (1.0 - math.exp(-p.rate2 * dt)),
@@ -128,26 +67,7 @@ def heated(p: Modes, s: Heat, goal: float, dt: float) -> Heat:
 
 @kernel
 def cooled(p: Modes, s: Heat, goal: float, time: float, dt: float) -> Heat:
-    """State after one step of cooling by (5.9): all parts fall with the one time constant.
-
-    Parameters
-    ----------
-    p : Modes
-        Modes, for their shares.
-    s : Heat
-        State, K above ambient.
-    goal : float
-        T_d, K above ambient.
-    time : float
-        Time constant, s.
-    dt : float
-        Length of the step, s.
-
-    Returns
-    -------
-    Heat
-        New state.
-    """
+    """State after one step of cooling by (5.9): all parts fall with one time constant."""
     left = math.exp(-dt / time)
     return Heat(
         p.share1 * goal + (s.m1 - p.share1 * goal) * left,
@@ -157,45 +77,14 @@ def cooled(p: Modes, s: Heat, goal: float, time: float, dt: float) -> Heat:
 
 
 def step_response(p: Modes, t: npt.ArrayLike) -> Array:
-    """T/T_d after a step from cold.
-
-    Parameters
-    ----------
-    p : Modes
-        Modes.
-    t : array_like
-        Times, s.
-
-    Returns
-    -------
-    ndarray
-        Dimensionless, in the shape of `t`.
-    """
+    """T/T_d after a step from cold."""
     time = np.asarray(t, dtype=np.float64)
     parts = [k * -np.expm1(-r * time) for r, k in zip(p[:3], p[3:], strict=True)]
     return np.asarray(sum(parts), dtype=np.float64)
 
 
 def from_transfer(num: npt.ArrayLike, den: npt.ArrayLike) -> Modes:
-    """Modes of a transfer function num(s)/den(s).
-
-    Parameters
-    ----------
-    num : array_like, shape (3,)
-        Coefficients from the highest power down, as in `PRINTED`.
-    den : array_like, shape (4,)
-        Likewise.
-
-    Returns
-    -------
-    Modes
-        Rates in rad/s.
-
-    Raises
-    ------
-    InputError
-        `den` has not three different negative real roots, or `num` is not of lower order.
-    """
+    """Modes of a transfer function num(s)/den(s)."""
     top, bottom = np.trim_zeros(np.ravel(num), "f"), np.trim_zeros(np.ravel(den), "f")
     poles = np.roots(bottom)
     usable = len(bottom) == 4 and bool(np.all(np.isreal(poles)) and np.all(poles.real < 0.0))
@@ -208,20 +97,6 @@ def from_transfer(num: npt.ArrayLike, den: npt.ArrayLike) -> Modes:
 
 
 def transfer(p: Modes) -> tuple[Array, Array]:
-    """Transfer function of modes, as in (5.6).
-
-    Parameters
-    ----------
-    p : Modes
-        Modes.
-
-    Returns
-    -------
-    num : ndarray, shape (3,)
-        Coefficients from the highest power down.
-    den : ndarray, shape (4,)
-        Likewise.
-    """
     rates, shares = np.array(p[:3]), np.array(p[3:])
     num = np.zeros(3)
     for i in range(3):
@@ -230,24 +105,9 @@ def transfer(p: Modes) -> tuple[Array, Array]:
 
 
 def ladder(p: Modes) -> Ladder:
-    """The ladder with some modes: the continued fraction of the impedance.
+    """The ladder of some modes: the continued fraction of the impedance.
 
     Z = 1/(c1 s + 1/(r1 + 1/(c2 s + ...))).
-
-    Parameters
-    ----------
-    p : Modes
-        Modes.
-
-    Returns
-    -------
-    Ladder
-        Capacities in s.
-
-    Raises
-    ------
-    InputError
-        A rate or a share is not above 0: no ladder of positive elements does that.
     """
     if min(p) <= 0.0:
         raise InputError("thermal ladder, modes", tuple(p), "rates and shares above 0")

@@ -1,11 +1,7 @@
-"""Stress and strain of a shape memory alloy: the textbook's piecewise straight law (Figures
-2.9 and 2.10).
+"""Stress and strain of a shape memory alloy: a piecewise linear law (Figures 2.9, 2.10).
 
-Martensite yields along a plateau, where its twins give way, and keeps that strain when the
-load is taken off; austenite is elastic. A share of austenite stiffens the alloy and takes
-that share of the plateau's strain back. Rate, temperature and the transformation that
-stress causes by itself are left out: the share of austenite is an input. Stress in Pa,
-strain as a ratio.
+Martensite yields along a plateau and keeps that strain; austenite is elastic. The share of
+austenite is an input; rate and stress-induced transformation are neglected. Stress in Pa.
 """
 
 from __future__ import annotations
@@ -38,49 +34,12 @@ class Alloy(NamedTuple):
 
 
 def detwinned(p: Alloy, stress: float, before: float) -> float:
-    """Share of the plateau's strain that is out under a stress.
-
-    Loading takes it out in proportion between start and end of the plateau; unloading gives nothing
-    back.
-
-    Parameters
-    ----------
-    p : Alloy
-        The alloy.
-    stress : float
-        Stress, Pa.
-    before : float
-        Share that is out already, 0 to 1.
-
-    Returns
-    -------
-    float
-        0 to 1.
-    """
+    """Share of the plateau's strain under a stress; unloading recovers nothing."""
     share = (stress - p.plateau_start) / (p.plateau_end - p.plateau_start)
     return max(before, min(max(share, 0.0), 1.0))
 
 
 def strain(p: Alloy, stress: float, austenite: float, share: float) -> float:
-    """Strain under a stress.
-
-    Phases in series: elastic strains by their shares, and the plateau's of the martensite.
-
-    Parameters
-    ----------
-    p : Alloy
-        The alloy.
-    stress : float
-        Stress, Pa.
-    austenite : float
-        Share of austenite, 0 to 1.
-    share : float
-        Share of the plateau's strain that is out, 0 to 1.
-
-    Returns
-    -------
-    float
-        Dimensionless.
-    """
+    """Strain under a stress: phases in series, and the plateau's strain of the martensite."""
     elastic = (1.0 - austenite) / p.martensite + austenite / p.austenite
     return stress * elastic + (1.0 - austenite) * share * p.plateau_strain

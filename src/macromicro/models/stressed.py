@@ -1,20 +1,19 @@
-"""A better actuator model: a stress-corrected table, three heat nodes, latent heat.
+"""An improved actuator model: a stress-corrected table, three heat nodes, latent heat."""
 
-What the model of Section 5.2.3 leaves out: the stage loads the wires otherwise than the
-kiln did, which shifts all transformation temperatures (Clausius-Clapeyron); transformation
-takes and gives heat; cooling is the same ladder as heating, warm plates included; and the
-driver cuts the current at full contraction.
-"""
+# Beyond Section 5.2.3: stress shifts the transformation temperatures (Clausius-Clapeyron),
+# transformation takes and gives heat, cooling is the same ladder as heating, and the driver cuts
+# the current at full contraction.
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
+from macromicro.columns import Meaning
 from macromicro.hysteresis import Memory, advance, fresh, peek
 from macromicro.kernel import compiled, kernel
 from macromicro.models.actuator import Hysteresis
@@ -22,93 +21,36 @@ from macromicro.models.heating import Ladder
 
 
 class Stressed(NamedTuple):
-    """Parameters of the better actuator model.
-
-    Attributes
-    ----------
-    volts : ndarray, shape (k,)
-        Points of the static map, CTRL, V, rising.
-    heat : ndarray, shape (k,)
-        Heat there, K: one K of heat warms the wires by r1 + r2 + r3 K in the end.
-    lag : float
-        Lag of driver and sensor together, s.
-    ladder : Ladder
-        Wire, plates and body.
-    latent : float
-        Heat of the full transformation over the wires' capacity, K.
-    shift : float
-        The relays see the temperature less this at extension, K.
-    stiffening : float
-        And less this per contraction, K/mm.
-    cut_on : float
-        Contraction at which CONTRACT takes the current away, mm.
-    cut_off : float
-        Contraction below which it gives it back, mm.
-    ambient : float
-        deg C.
-    hysteresis : Hysteresis
-        The kiln's table.
-    """
-
-    volts: Array
-    heat: Array
-    lag: float
-    ladder: Ladder
-    latent: float
-    shift: float
-    stiffening: float
-    cut_on: float
-    cut_off: float
-    ambient: float
-    hysteresis: Hysteresis
+    volts: Annotated[Array, Meaning("points of the static map, CTRL, V, rising")]
+    heat: Annotated[
+        Array, Meaning("heat there, K: one K of heat warms the wires by r1 + r2 + r3 K in the end")
+    ]
+    lag: Annotated[float, Meaning("lag of driver and sensor together", "s")]
+    ladder: Annotated[Ladder, Meaning("wire, plates and body")]
+    latent: Annotated[
+        float, Meaning("heat of the full transformation over the wires' capacity", "K")
+    ]
+    shift: Annotated[float, Meaning("the relays see the temperature less this at extension", "K")]
+    stiffening: Annotated[float, Meaning("and less this per contraction", "K/mm")]
+    cut_on: Annotated[float, Meaning("contraction at which CONTRACT takes the current away", "mm")]
+    cut_off: Annotated[float, Meaning("contraction below which it gives it back", "mm")]
+    ambient: Annotated[float, Meaning("", "degC")]
+    hysteresis: Annotated[Hysteresis, Meaning("the kiln's table")]
 
 
 class StressedState(NamedTuple):
-    """State of the better actuator model.
-
-    Attributes
-    ----------
-    heat : float
-        Delivered, K.
-    cut : float
-        Whether CONTRACT cuts it, 0 or 1.
-    wire : float
-        K above ambient.
-    plates : float
-        K above ambient.
-    body : float
-        K above ambient.
-    content : float
-        The wire's temperature and latent share, K.
-    memory : Memory
-        Memory of the relays.
-    x : float
-        Contraction, mm.
-    """
-
-    heat: float
-    cut: float
-    wire: float
-    plates: float
-    body: float
-    content: float
-    memory: Memory
-    x: float
+    heat: Annotated[float, Meaning("delivered", "K")]
+    cut: Annotated[float, Meaning("whether CONTRACT cuts it, 0 or 1")]
+    wire: Annotated[float, Meaning("K above ambient", "K")]
+    plates: Annotated[float, Meaning("K above ambient", "K")]
+    body: Annotated[float, Meaning("K above ambient", "K")]
+    content: Annotated[float, Meaning("the wire's temperature and latent share", "K")]
+    memory: Annotated[Memory, Meaning("memory of the relays")]
+    x: Annotated[float, Meaning("contraction", "mm")]
 
 
 def cold(p: Stressed) -> StressedState:
-    """The actuator at ambient temperature, extended.
-
-    Parameters
-    ----------
-    p : Stressed
-        Parameters of the model.
-
-    Returns
-    -------
-    StressedState
-        State; its memory is its own.
-    """
+    """The actuator at ambient temperature, extended."""
     u = p.ambient - p.shift
     memory = fresh(p.hysteresis.table, u)
     return StressedState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, memory, p.hysteresis.low)
@@ -116,20 +58,7 @@ def cold(p: Stressed) -> StressedState:
 
 @kernel
 def static_heat(p: Stressed, ctrl: float) -> float:
-    """Heat that a CTRL voltage leads to: linear between the map's points, held beyond its ends.
-
-    Parameters
-    ----------
-    p : Stressed
-        Parameters of the model.
-    ctrl : float
-        CTRL, V.
-
-    Returns
-    -------
-    float
-        K.
-    """
+    """Heat for a CTRL voltage: linear between the map's points, constant beyond."""
     last = len(p.volts) - 1
     if ctrl <= p.volts[0]:
         return float(p.heat[0])
@@ -142,20 +71,7 @@ def static_heat(p: Stressed, ctrl: float) -> float:
 
 @kernel
 def level(p: Stressed, heat: float) -> float:
-    """CTRL for a heat: the inverse of `static_heat`.
-
-    Parameters
-    ----------
-    p : Stressed
-        Parameters of the model; the map must not fall.
-    heat : float
-        K.
-
-    Returns
-    -------
-    float
-        V; 0 for no more heat than the first point has, the last point for more than it has.
-    """
+    """CTRL for a heat: the inverse of `static_heat`."""
     if heat <= p.heat[0]:
         return 0.0
     for i in range(len(p.volts) - 1):
@@ -167,22 +83,7 @@ def level(p: Stressed, heat: float) -> float:
 
 @kernel
 def content_at(p: Stressed, memory: Memory, u: float) -> float:
-    """Heat content of the wires at a relay input; rises with it.
-
-    Parameters
-    ----------
-    p : Stressed
-        Parameters of the model.
-    memory : Memory
-        Of the relays; not changed.
-    u : float
-        Relay input, deg C.
-
-    Returns
-    -------
-    float
-        K above ambient.
-    """
+    """Heat content of the wires at a relay input, with which it rises; `u` in deg C."""
     share = peek(p.hysteresis.table, memory, u)
     stretch = p.stiffening * p.hysteresis.span * share
     return u + p.shift + stretch - p.ambient + p.latent * share
@@ -190,11 +91,9 @@ def content_at(p: Stressed, memory: Memory, u: float) -> float:
 
 @kernel
 def _relay_input(p: Stressed, memory: Memory, content: float) -> float:
-    """The relay input [degC] with this content: false position in a bracket (Illinois).
-
-    The content rises at least as fast as u, so the root is no further away than the
-    present residual.
-    """
+    """The relay input [degC] with this content: false position in a bracket (Illinois)."""
+    # The content rises at least as fast as u, so the root is no further away than the present
+    # residual.
     a = memory.u
     fa = content_at(p, memory, a) - content
     if abs(fa) < 1e-9:
@@ -216,50 +115,14 @@ def _relay_input(p: Stressed, memory: Memory, content: float) -> float:
 
 @kernel
 def step(p: Stressed, s: StressedState, ctrl: float, dt: float) -> StressedState:
-    """The actuator after one step.
-
-    Parameters
-    ----------
-    p : Stressed
-        Parameters of the model.
-    s : StressedState
-        State of the model; its memory is changed in place.
-    ctrl : float
-        CTRL, V.
-    dt : float
-        At most a fifth of c1 * r1, s.
-
-    Returns
-    -------
-    StressedState
-        New state.
-    """
+    """The actuator after one step."""
     cut = 1.0 if s.x >= p.cut_on else (0.0 if s.x < p.cut_off else s.cut)
     return warmed(p, s, ctrl, cut, dt)
 
 
 @kernel
 def warmed(p: Stressed, s: StressedState, ctrl: float, cut: float, dt: float) -> StressedState:
-    """The same where it is known for how long CONTRACT takes the current.
-
-    Parameters
-    ----------
-    p : Stressed
-        Parameters of the model.
-    s : StressedState
-        State of the model; its memory is changed in place.
-    ctrl : float
-        CTRL, V.
-    cut : float
-        Share of `dt`, 0 to 1.
-    dt : float
-        At most a fifth of c1 * r1, s.
-
-    Returns
-    -------
-    StressedState
-        New state.
-    """
+    """`step` with the time for which CONTRACT cuts the current."""
     goal = (1.0 - cut) * static_heat(p, ctrl)
     heat, mean = goal, goal
     if p.lag > 0.0:
@@ -273,29 +136,7 @@ def warmed(p: Stressed, s: StressedState, ctrl: float, cut: float, dt: float) ->
 def exchanged(
     p: Stressed, s: StressedState, heat: float, mean: float, cut: float, growth: float, dt: float
 ) -> StressedState:
-    """The actuator after a step in which a known heat is delivered.
-
-    Parameters
-    ----------
-    p : Stressed
-        Parameters of the model.
-    s : StressedState
-        State of the model; its memory is changed in place.
-    heat, mean : float
-        Delivered at the end of the step, and in its mean, K.
-    cut : float
-        Share of `dt` for which CONTRACT takes the current, 0 to 1.
-    growth : float
-        By which part the wires lose more for each K above ambient, 1/K: free convection grows with
-        the temperature (F. P. Incropera, Fundamentals of Heat and Mass Transfer, chapter 9).
-    dt : float
-        At most a fifth of c1 * r1, s.
-
-    Returns
-    -------
-    StressedState
-        New state.
-    """
+    """The actuator after a step with a given heat."""
     n = p.ladder
     out1 = (s.wire - s.plates) / n.r1 * (1.0 + growth * s.wire)
     out2 = (s.plates - s.body) / n.r2
@@ -315,8 +156,7 @@ def exchanged(
 def _rollout(
     p: Stressed, s: StressedState, ctrl: Array, cut: Array, dt: Array, out: Array
 ) -> StressedState:
-    """Contraction [mm], wire and body temperature [degC] into `out` (3, n), before each step;
-    `cut` as measured, or NaN for the model's own."""
+    """Contraction [mm], wire and body temperature [degC] into `out` (3, n)."""
     for k in range(len(ctrl)):
         out[0, k] = s.x
         out[1, k] = p.ambient + s.wire
@@ -331,25 +171,7 @@ def _rollout(
 def simulate(
     p: Stressed, ctrl: npt.ArrayLike, dt: npt.ArrayLike, cut: npt.ArrayLike = np.nan
 ) -> Array:
-    """Contraction, wire and body temperature for a course of CTRL, from cold.
-
-    Parameters
-    ----------
-    p : Stressed
-        Parameters of the model.
-    ctrl : array_like, shape (n,)
-        CTRL, V.
-    dt : npt.ArrayLike
-        One period for all, or one for each sample, at most a fifth of c1 * r1 (0.1 s), s.
-    cut : npt.ArrayLike, optional
-        For which share of each period CONTRACT was closed, where that was measured; NaN leaves it
-        to the model.
-
-    Returns
-    -------
-    ndarray, shape (3, n)
-        Before CTRL k acts: contraction (mm), wire and body (deg C).
-    """
+    """Contraction, wire and body temperature for CTRL over time, from cold."""
     sent = np.ascontiguousarray(ctrl, dtype=np.float64)
     out = np.empty((3, len(sent)))
     steps = np.ascontiguousarray(np.broadcast_to(np.asarray(dt, np.float64), sent.shape))

@@ -1,7 +1,6 @@
-"""How fast a path is run: speeds within the limits of each of its pieces, looked ahead.
+"""Feed along a path: speeds within the limits of each of its pieces, with look-ahead.
 
-Within a piece the speed rises and falls by S-curves; the acceleration along the path is 0 where
-pieces meet. From rest to rest.
+Within a piece the speed follows S-curves; the acceleration along the path is 0 where pieces meet.
 """
 
 from __future__ import annotations
@@ -11,32 +10,20 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+from macromicro.motion._shapes import s_curve
 from macromicro.motion.profile import Segment
-from macromicro.motion.shapes import s_curve
 
 _HALVINGS = 60
 
 
 class Limits(NamedTuple):
-    """What holds along one piece of a path.
-
-    Attributes
-    ----------
-    speed : float
-        m/s.
-    acceleration : float
-        Along the path, m/s^2.
-    jerk : float
-        Along the path, m/s^3.
-    """
-
-    speed: float
-    acceleration: float
-    jerk: float
+    speed: float  # m/s
+    acceleration: float  # along the path, m/s^2
+    jerk: float  # along the path, m/s^3
 
 
 def _times(change: float, limits: Limits) -> tuple[float, float]:
-    """How long the jerk acts and how long the acceleration is constant, for a change of speed."""
+    """Durations of the jerk and of the constant acceleration, for a change of speed."""
     bend = limits.acceleration / limits.jerk
     if change >= limits.acceleration * bend:
         return bend, change / limits.acceleration - bend
@@ -44,13 +31,13 @@ def _times(change: float, limits: Limits) -> tuple[float, float]:
 
 
 def _way(slow: float, fast: float, limits: Limits) -> float:
-    """Way of an S-curve between two speeds, m."""
+    """Distance of an S-curve between two speeds."""
     bend, hold = _times(abs(fast - slow), limits)
     return 0.5 * (slow + fast) * (2.0 * bend + hold)
 
 
 def _greatest(low: float, high: float, fits: Callable[[float], bool]) -> float:
-    """The greatest speed that fits, of those from `low`, which does, to `high`."""
+    """The largest speed that fits, from `low`, which does, to `high`."""
     if fits(high):
         return high
     for _ in range(_HALVINGS):
@@ -60,7 +47,6 @@ def _greatest(low: float, high: float, fits: Callable[[float], bool]) -> float:
 
 
 def _borders(lengths: Sequence[float], limits: Sequence[Limits]) -> list[float]:
-    """Speed where pieces meet, and 0 at both ends."""
     n = len(lengths)
     most = [min(a.speed, b.speed) for a, b in itertools.pairwise(limits)]
     speed = [0.0, *most, 0.0]
@@ -78,8 +64,6 @@ def _borders(lengths: Sequence[float], limits: Sequence[Limits]) -> list[float]:
 
 
 def _peak(first: float, last: float, length: float, most: Limits) -> float:
-    """The greatest speed within a piece."""
-
     def fits(v: float) -> bool:
         return _way(first, v, most) + _way(last, v, most) <= length
 
@@ -87,7 +71,6 @@ def _peak(first: float, last: float, length: float, most: Limits) -> float:
 
 
 def _ramp(place: float, v: float, to: float, limits: Limits) -> list[Segment]:
-    """An S-curve of the speed, from a place on."""
     bend, hold = _times(abs(to - v), limits)
     jerk = math.copysign(limits.jerk, to - v)
     made, a = [], 0.0
@@ -100,20 +83,6 @@ def _ramp(place: float, v: float, to: float, limits: Limits) -> list[Segment]:
 
 
 def feed(lengths: Sequence[float], limits: Sequence[Limits]) -> list[list[Segment]]:
-    """The quickest run of a chain of pieces whose acceleration along the path is 0 where they meet.
-
-    Parameters
-    ----------
-    lengths : sequence of float
-        Of the pieces, m, above 0.
-    limits : sequence of Limits
-        Of each.
-
-    Returns
-    -------
-    list[list[Segment]]
-        For each piece its segments of constant jerk; positions count from the piece's beginning.
-    """
     if len(lengths) == 1:
         only = limits[0]
         return [list(s_curve(lengths[0], only.speed, only.acceleration, only.jerk).segments)]

@@ -1,4 +1,4 @@
-"""Paths in a plane: straight pieces and arcs, corners rounded, and how far a point is from them."""
+"""Paths in a plane: lines and arcs, rounded corners, and distances of points."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 
 MEET = 1e-9  # m; pieces that are nearer than this meet
 TURN = 2.0 * math.pi
@@ -19,40 +19,15 @@ _BACK = math.pi - 1e-6  # rad; a turn beyond it goes back the same way
 
 
 class Piece(NamedTuple):
-    """A piece of constant curvature.
-
-    Attributes
-    ----------
-    x, y : float
-        Where it begins, m.
-    ux, uy : float
-        Direction there, a unit vector; a straight piece along an axis has exactly 0 in the other.
-    curvature : float
-        1/m, positive to the left; 0: straight.
-    length : float
-        m.
-    """
-
+    # x, y: where it begins, m
     x: float
     y: float
-    ux: float
-    uy: float
-    curvature: float
-    length: float
+    ux: float  # direction there, a unit vector
+    uy: float  # a straight piece along an axis has exactly 0 in the other
+    curvature: float  # 1/m, positive to the left; 0: straight
+    length: float  # m
 
     def at(self, s: Array | float) -> tuple[Array, Array]:
-        """Places.
-
-        Parameters
-        ----------
-        s : Array | float
-            Way from its beginning, m.
-
-        Returns
-        -------
-        x, y : ndarray, shape of `s`
-            m.
-        """
         s = np.asarray(s, dtype=np.float64)
         if self.curvature == 0.0:
             return self.x + self.ux * s, self.y + self.uy * s
@@ -62,18 +37,7 @@ class Piece(NamedTuple):
         return x, self.y + along * self.uy + aside * self.ux
 
     def direction(self, s: Array | float) -> tuple[Array, Array]:
-        """Directions, unit vectors.
-
-        Parameters
-        ----------
-        s : Array | float
-            Way from its beginning, m.
-
-        Returns
-        -------
-        ux, uy : ndarray, shape of `s`
-            Exactly those of the beginning on a straight piece.
-        """
+        """Unit vectors along the piece."""
         s = np.asarray(s, dtype=np.float64)
         if self.curvature == 0.0:
             return np.full_like(s, self.ux), np.full_like(s, self.uy)
@@ -82,13 +46,11 @@ class Piece(NamedTuple):
 
     @property
     def end(self) -> tuple[float, float]:
-        """Where it ends, m."""
         x, y = self.at(self.length)
         return float(x), float(y)
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
-        """Least and greatest x, then y, m."""
         s = [0.0, self.length]
         if self.curvature != 0.0:  # an arc goes farthest where its direction is along an axis
             first, quarter = math.atan2(self.uy, self.ux), 0.5 * math.pi
@@ -100,18 +62,6 @@ class Piece(NamedTuple):
         return float(x.min()), float(x.max()), float(y.min()), float(y.max())
 
     def nearest(self, x: Array, y: Array) -> Array:
-        """Where on the piece points are nearest to it.
-
-        Parameters
-        ----------
-        x, y : ndarray, shape (n,)
-            Points, m.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            Way from its beginning, m.
-        """
         dx, dy = x - self.x, y - self.y
         if self.curvature == 0.0:
             return np.clip(dx * self.ux + dy * self.uy, 0.0, self.length)
@@ -126,40 +76,12 @@ class Piece(NamedTuple):
 
 
 def line(begin: tuple[float, float], end: tuple[float, float]) -> Piece:
-    """A straight piece.
-
-    Parameters
-    ----------
-    begin, end : tuple[float, float]
-        m; not the same.
-
-    Returns
-    -------
-    Piece
-        From one to the other.
-    """
     dx, dy = end[0] - begin[0], end[1] - begin[1]
     length = math.hypot(dx, dy)
     return Piece(begin[0], begin[1], dx / length, dy / length, 0.0, length)
 
 
 def arc(begin: tuple[float, float], centre: tuple[float, float], angle: float) -> Piece:
-    """An arc around a centre.
-
-    Parameters
-    ----------
-    begin : tuple[float, float]
-        Where it begins, m; not the centre.
-    centre : tuple[float, float]
-        m.
-    angle : float
-        How far it goes around, rad; positive: to the left, against the clock.
-
-    Returns
-    -------
-    Piece
-        The arc.
-    """
     dx, dy = begin[0] - centre[0], begin[1] - centre[1]
     radius, sign = math.hypot(dx, dy), math.copysign(1.0, angle)
     ux, uy = -sign * dy / radius, sign * dx / radius
@@ -167,55 +89,23 @@ def arc(begin: tuple[float, float], centre: tuple[float, float], angle: float) -
 
 
 def turning(before: Piece, after: Piece) -> float:
-    """By how much the direction turns between two pieces.
-
-    Parameters
-    ----------
-    before, after : Piece
-        One after the other.
-
-    Returns
-    -------
-    float
-        rad, positive to the left.
-    """
     ux, uy = (float(u) for u in before.direction(before.length))
     return math.atan2(ux * after.uy - uy * after.ux, ux * after.ux + uy * after.uy)
 
 
 def rounded(points: Sequence[tuple[float, float]], radius: float, where: str) -> list[Piece]:
-    """Straight pieces through points, each corner replaced by an arc that is tangent to both.
-
-    Parameters
-    ----------
-    points : sequence of tuple[float, float]
-        Two or more, m.
-    radius : float
-        Of the arcs, m.
-    where : str
-        For messages.
-
-    Returns
-    -------
-    list[Piece]
-        From the first point to the last, without a corner.
-
-    Raises
-    ------
-    InputError
-        Two points are one, the way goes back on itself, or there is no room for the arcs.
-    """
+    """Straight pieces through points, each corner replaced by a tangent arc."""
     legs = []
     for k, (begin, end) in enumerate(itertools.pairwise(points), 2):
         if math.dist(begin, end) <= MEET:
-            raise InputError(f"{where}, point {k}", "the same as the one before", "another one")
+            raise ProblemError(f"{where}, point {k}", "the same as the point before")
         legs.append(line(begin, end))
     turns = [turning(a, b) for a, b in itertools.pairwise(legs)]
     cuts = [0.0]
     for k, turn in enumerate(turns, 2):
         if abs(turn) > _BACK:
-            accepted = "corners that do not go back the same way, or an exact stop"
-            raise InputError(f"{where}, point {k}", "a turn by 180 deg", accepted)
+            accepted = "Choose corners that do not turn back, or an exact stop."
+            raise ProblemError(f"{where}, point {k}", "a turn by 180 deg", accepted)
         cuts.append(radius * math.tan(0.5 * abs(turn)) if abs(turn) > _SLIGHT else 0.0)
     cuts.append(0.0)
     for k, leg in enumerate(legs):

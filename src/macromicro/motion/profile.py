@@ -1,4 +1,4 @@
-"""What a motion profile is: pieces of constant jerk, one after the other."""
+"""A motion profile: pieces of constant jerk, one after the other."""
 
 from __future__ import annotations
 
@@ -15,76 +15,41 @@ from macromicro.errors import InputError
 
 
 class Motion(NamedTuple):
-    """The state of an axis at some times.
+    """The state of an axis at some times."""
 
-    Attributes
-    ----------
-    position : ndarray
-        m.
-    velocity : ndarray
-        m/s.
-    acceleration : ndarray
-        m/s^2.
-    jerk : ndarray
-        m/s^3; the impulses where the acceleration jumps are not in it.
-    """
-
-    position: Array
-    velocity: Array
-    acceleration: Array
-    jerk: Array
+    position: Array  #: m
+    velocity: Array  #: m/s
+    acceleration: Array  #: m/s^2
+    jerk: Array  #: m/s^3; the impulses where the acceleration jumps are not in it
 
 
 class Segment(NamedTuple):
-    """A piece of constant jerk: position is a cubic polynomial of the time since its beginning.
+    """A piece of constant jerk: position is a cubic polynomial of the time since its beginning."""
 
-    Attributes
-    ----------
-    duration : float
-        s.
-    position : float
-        At its beginning, m.
-    velocity : float
-        At its beginning, m/s.
-    acceleration : float
-        At its beginning, m/s^2.
-    jerk : float
-        m/s^3.
-    """
-
-    duration: float
-    position: float
-    velocity: float
-    acceleration: float
-    jerk: float
+    duration: float  #: s
+    position: float  #: at its beginning, m
+    velocity: float  #: at its beginning, m/s
+    acceleration: float  #: at its beginning, m/s^2
+    jerk: float  #: m/s^3
 
 
 class Profile(NamedTuple):
-    """A motion from rest to rest.
+    """A motion from rest to rest."""
 
-    Attributes
-    ----------
-    start : float
-        Where it begins, m.
-    end : float
-        Where it ends, m.
-    segments : tuple[Segment, ...]
-        One after the other from 0 s on; none for a motion that goes nowhere. Within each the
-        position goes one way only.
-    """
-
-    start: float
-    end: float
+    start: float  #: where it begins, m
+    end: float  #: where it ends, m
+    #: one after the other from 0 s on; none for a motion that goes nowhere. Within each the
+    #: position goes one way only
     segments: tuple[Segment, ...]
 
     @property
     def borders(self) -> Array:
-        """Where the segments begin, and the end of the last, s, shape (segments + 1,)."""
+        """Beginnings of the segments, and the end of the last, s, shape (segments + 1,)."""
         return np.cumsum([0.0, *(s.duration for s in self.segments)])
 
     @property
     def duration(self) -> float:
-        """How long it takes, s."""
+        """Duration, s."""
         return float(self.borders[-1])
 
     def at(self, t: ArrayLike) -> Motion:
@@ -93,8 +58,8 @@ class Profile(NamedTuple):
         Parameters
         ----------
         t : ArrayLike
-            Times since the beginning, s: any shape. Before 0 the axis stands at `start`, from
-            `duration` on at `end`.
+            Times since the beginning, s. The axis rests at `start` before 0, and at `end` from
+            `duration` on.
 
         Returns
         -------
@@ -121,47 +86,11 @@ class Profile(NamedTuple):
 
 
 def joined(start: float, end: float, pieces: Iterable[Segment]) -> Profile:
-    """A profile of some segments; those of no duration are left out.
-
-    Parameters
-    ----------
-    start : float
-        Where it begins, m.
-    end : float
-        Where it ends, m.
-    pieces : Iterable[Segment]
-        In order.
-
-    Returns
-    -------
-    Profile
-        From rest to rest.
-    """
+    """A profile of segments, without those of no duration."""
     return Profile(start, end, tuple(s for s in pieces if s.duration > 0.0))
 
 
 def number(value: object, name: str, accepted: str = "a finite number") -> float:
-    """An argument that is a finite number.
-
-    Parameters
-    ----------
-    value : object
-        What was given.
-    name : str
-        The argument, for the message.
-    accepted : str, optional
-        What it may be, for the message.
-
-    Returns
-    -------
-    float
-        The number.
-
-    Raises
-    ------
-    InputError
-        It is none.
-    """
     if not isinstance(value, bool) and isinstance(value, Real):
         try:
             found = float(value)
@@ -173,27 +102,6 @@ def number(value: object, name: str, accepted: str = "a finite number") -> float
 
 
 def positive(value: object, name: str, unit: str) -> float:
-    """An argument that is a finite number above 0.
-
-    Parameters
-    ----------
-    value : object
-        What was given.
-    name : str
-        The argument, for the message.
-    unit : str
-        Its unit, for the message.
-
-    Returns
-    -------
-    float
-        The number.
-
-    Raises
-    ------
-    InputError
-        It is not.
-    """
     accepted = f"a finite number above 0 [{unit}]"
     found = number(value, name, accepted)
     if found > 0.0:

@@ -42,20 +42,7 @@ class Amplifier(NamedTuple):
 
 @kernel
 def convert(p: Amplifier, volts: float) -> float:
-    """D/A output for a commanded voltage: saturated, then rounded to a code.
-
-    Parameters
-    ----------
-    p : Amplifier
-        Parameters of the amplifier.
-    volts : float
-        Voltage, V.
-
-    Returns
-    -------
-    float
-        V.
-    """
+    """D/A output for a commanded voltage: saturated, then rounded to a code."""
     lsb: float = 2.0 * p.full_scale / 2.0**p.bits
     limited = min(max(volts, -p.full_scale), p.full_scale)
     return min(math.floor(limited / lsb + 0.5) * lsb, p.full_scale)
@@ -63,63 +50,18 @@ def convert(p: Amplifier, volts: float) -> float:
 
 @kernel
 def duty(p: Amplifier, volts: float, at_full_scale: float) -> float:
-    """Signed PWM duty for a D/A voltage: linear up to full scale.
-
-    Parameters
-    ----------
-    p : Amplifier
-        Parameters of the amplifier.
-    volts : float
-        D/A voltage, V.
-    at_full_scale : float
-        Duty there, 0 to 1.
-
-    Returns
-    -------
-    float
-        -1 to 1.
-    """
+    """Signed PWM duty for a D/A voltage: linear up to full scale."""
     return volts / p.full_scale * at_full_scale
 
 
 @kernel
 def motor_volts(p: Amplifier, volts: float, current: float) -> float:
-    """Mean voltage across the motor (Section 3.1), from a supply that sags under its current.
-
-    Parameters
-    ----------
-    p : Amplifier
-        Parameters of the amplifier.
-    volts : float
-        D/A voltage, V.
-    current : float
-        Of the motor, A; the supply gives its share of the duty.
-
-    Returns
-    -------
-    float
-        V.
-    """
+    """Mean voltage across the motor (Section 3.1), with the supply's voltage drop."""
     share = duty(p, volts, p.motor_duty)
     return (p.supply - p.sag * share * current) * share
 
 
 @kernel
 def ctrl_level(p: Amplifier, volts: float) -> float:
-    """CTRL as the driver sees it, in the thesis' D/A volts: mean PWM voltage over 0.8 V per volt.
-
-    With the amplifier of Section 3.2.1 (20 V, 20 % duty at 5 V) this is `volts` itself.
-
-    Parameters
-    ----------
-    p : Amplifier
-        Parameters of the amplifier.
-    volts : float
-        D/A voltage, V.
-
-    Returns
-    -------
-    float
-        V.
-    """
+    """CTRL in the thesis' D/A volts: mean PWM voltage over 0.8 V per volt (Section 3.2.1)."""
     return p.supply * duty(p, volts, p.ctrl_duty) / 0.8

@@ -1,4 +1,4 @@
-"""One motor-driven axis: motor and load, stiffly or flexibly joined, with friction and stops."""
+"""One motor-driven axis: motor, drive, load, friction and end stops."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from typing import Annotated, Any, NamedTuple
 
 from macromicro.arrays import Array
-from macromicro.columns import Quantity
+from macromicro.columns import Meaning, Quantity
 from macromicro.kernel import kernel
 from macromicro.plant import carriage, encoder, power, rubbing, transmission
 from macromicro.plant.carriage import Carriage
@@ -17,119 +17,66 @@ NOISES = 1
 
 
 class Body(NamedTuple):
-    """Masses, what joins them, and what acts on them; runtime parameters.
+    """Masses, drive stiffness and forces."""
 
-    Attributes
-    ----------
-    motor : float
-        What turns with the motor, at the load's way, kg.
-    stiffness : float
-        Of the drive, N/m; 0: motor and load are one mass.
-    damping : float
-        Of the drive, N s/m.
-    slack : float
-        Backlash, m.
-    weight : float
-        Pull of gravity along the axis, towards lower positions, N.
-    error, error_period : float
-        Pitch error, m.
-    cogging, cogging_period : float
-        N, m.
-    unbalance : float
-        Greatest pull of gravity on an eccentric load of an axis that turns, N m; 0 of a slide.
-    hangs : float
-        Angle at which that load hangs, rad.
-    """
-
-    motor: float
-    stiffness: float
-    damping: float
-    slack: float
-    weight: float
-    error: float
-    error_period: float
-    cogging: float
-    cogging_period: float
-    unbalance: float
-    hangs: float
+    motor: Annotated[float, Meaning("rotating inertia of the motor as a mass at the load", "kg")]
+    stiffness: Annotated[float, Meaning("of the drive, N/m; 0: motor and load are one mass")]
+    damping: Annotated[float, Meaning("of the drive", "N s/m")]
+    slack: Annotated[float, Meaning("backlash", "m")]
+    weight: Annotated[
+        float, Meaning("pull of gravity along the axis, towards lower positions", "N")
+    ]
+    error: Annotated[float, Meaning("pitch error", "m")]
+    error_period: Annotated[float, Meaning("pitch error", "m")]
+    cogging: Annotated[float, Meaning("N", "m")]
+    cogging_period: Annotated[float, Meaning("N", "m")]
+    unbalance: Annotated[
+        float,
+        Meaning(
+            "greatest pull of gravity on an eccentric load of an axis that turns, N m; 0 of a slide"
+        ),
+    ]
+    hangs: Annotated[float, Meaning("angle at which that load hangs", "rad")]
 
 
 class Reading(NamedTuple):
-    """How the position is measured; runtime parameters.
-
-    Attributes
-    ----------
-    encoder : Encoder
-        Travel per count, at the load, and width of the counter.
-    at_load : int
-        0: on the motor.
-    noise : float
-        Standard deviation, m.
-    """
-
-    encoder: Encoder
-    at_load: int
-    noise: float
+    encoder: Annotated[Encoder, Meaning("travel per count, at the load, and width of the counter")]
+    at_load: Annotated[int, Meaning("0: on the motor")]
+    noise: Annotated[float, Meaning("standard deviation", "m")]
 
 
 class Axis(NamedTuple):
-    """Runtime parameters.
-
-    Attributes
-    ----------
-    power : Power
-        D/A, amplifier, motor.
-    load : Carriage
-        Moving mass with payload, and end stops.
-    body : Body
-        Drive and masses.
-    friction : Any
-        At the load: `Friction`, or the parameters of a part of another package (`rubbing`).
-    reading : Reading
-        The encoder.
-    delay : float
-        From writing an effort until it acts, s; at most a control period.
-    steps : int
-        Steps of the physics in a control period.
-    """
-
-    power: Power
-    load: Carriage
-    body: Body
-    friction: Any
-    reading: Reading
-    delay: float
-    steps: int
+    power: Annotated[Power, Meaning("D/A, amplifier, motor")]
+    load: Annotated[Carriage, Meaning("moving mass with payload, and end stops")]
+    body: Annotated[Body, Meaning("drive and masses")]
+    friction: Annotated[
+        Any,
+        Meaning("at the load: Friction, or the parameters of a part of another package (rubbing)"),
+    ]
+    reading: Annotated[Reading, Meaning("the encoder")]
+    delay: Annotated[
+        float, Meaning("from writing an effort until it acts, s; at most a control period")
+    ]
+    steps: Annotated[int, Meaning("steps of the physics in a control period")]
 
 
 class State(NamedTuple):
-    """State of the axis.
-
-    Attributes
-    ----------
-    x, v : float
-        Load, m and m/s; the way of the nut, without pitch error.
-    xm, vm : float
-        The motor's side of the drive, in the same units.
-    rubbed : Any
-        What the friction remembers: the deflection of its bristles, m, or a part's state.
-    i : float
-        Current, A.
-    effort : float
-        That acts now, V at the D/A.
-    """
-
-    x: float
-    v: float
-    xm: float
-    vm: float
-    rubbed: Any
-    i: float
-    effort: float
+    x: Annotated[float, Meaning("position and speed of the load, without pitch error")]
+    v: Annotated[float, Meaning("position and speed of the load, without pitch error")]
+    xm: Annotated[float, Meaning("the motor's side of the drive, in the same units")]
+    vm: Annotated[float, Meaning("the motor's side of the drive, in the same units")]
+    rubbed: Annotated[
+        Any,
+        Meaning(
+            "what the friction remembers: the deflection of its bristles, m, or a part's state"
+        ),
+    ]
+    i: Annotated[float, Meaning("current", "A")]
+    effort: Annotated[float, Meaning("that acts now, V at the D/A")]
 
 
 class Truth(NamedTuple):
-    """What only the simulated axis knows."""
+    """True quantities of the simulated axis."""
 
     position: Annotated[
         float, Quantity("mm", "true position of the load", column="true_position", scale=1e3)
@@ -139,41 +86,14 @@ class Truth(NamedTuple):
 
 
 def at_rest(p: Axis) -> State:
-    """The axis standing at 0, held by its friction where its weight pulls.
-
-    Parameters
-    ----------
-    p : Axis
-        Parameters.
-
-    Returns
-    -------
-    State
-        Without current.
-    """
+    """At rest at 0, held by friction against gravity."""
     held = rubbing.begun(p.friction, gravity(p.body, 0.0))
     return State(0.0, 0.0, 0.0, 0.0, held, 0.0, 0.0)
 
 
 @kernel
 def gravity(p: Body, x: float) -> float:
-    """Pull of gravity towards lower positions.
-
-    Of a weight on a slope, and of an eccentric load: m g r sin(x - hangs), which turns it to where
-    it hangs.
-
-    Parameters
-    ----------
-    p : Body
-        Parameters.
-    x : float
-        Where the load is, m, or rad.
-
-    Returns
-    -------
-    float
-        N, or N m.
-    """
+    """Gravity towards lower positions: on a slope, or m g r sin(x - hangs) of an eccentric load."""
     if p.unbalance == 0.0:
         return p.weight
     return p.weight + p.unbalance * math.sin(x - p.hangs)
@@ -181,7 +101,7 @@ def gravity(p: Body, x: float) -> float:
 
 @kernel
 def _joined(p: Axis, s: State, effort: float, offset: float, h: float) -> State:
-    """A step of motor and load as one mass."""
+    """One step of motor and load as one mass."""
     mass = p.body.motor + p.load.mass
     i0, i1 = power.current_terms(p.power, s.i, effort, s.v, h)
     z0, z1, f0, f1 = rubbing.terms(p.friction, s.rubbed, s.x, s.v, offset, h)
@@ -199,10 +119,9 @@ def _joined(p: Axis, s: State, effort: float, offset: float, h: float) -> State:
 
 @kernel
 def _apart(p: Axis, s: State, effort: float, offset: float, h: float) -> State:
-    """A step of motor and load on either side of a spring with slack.
+    """One step of motor and load on either side of a spring with slack.
 
-    The spring by the implicit midpoint rule, which takes nothing from the mode's energy; all else
-    implicitly; both new speeds follow from two linear equations.
+    The spring by the implicit midpoint rule, all else implicitly: two linear equations.
     """
     body = p.body
     i0, i1 = power.current_terms(p.power, s.i, effort, s.vm, h)
@@ -230,29 +149,14 @@ def _apart(p: Axis, s: State, effort: float, offset: float, h: float) -> State:
 
 
 @kernel
-def advance(p: Axis, s: State, effort: float, noise: Array, k: int, dt: float) -> State:
-    """The axis after one control period.
-
-    Parameters
-    ----------
-    p : Axis
-        Parameters.
-    s : State
-        State.
-    effort : float
-        V at the D/A's input; it acts after the delay, the one before it until then.
-    noise : ndarray, shape (periods, NOISES)
-        Not used here.
-    k : int
-        Its row.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    State
-        New state.
-    """
+def advance(
+    p: Axis,
+    s: State,
+    effort: Annotated[float, Meaning("at the D/A, which acts after the delay", "V")],
+    noise: Array,
+    k: int,
+    dt: float,
+) -> State:
     offset = rubbing.offset(p.friction, s.x)
     h = dt / p.steps
     before = s.effort
@@ -267,43 +171,12 @@ def advance(p: Axis, s: State, effort: float, noise: Array, k: int, dt: float) -
 
 @kernel
 def place(p: Axis, s: State) -> float:
-    """True position of the load, with the drive's pitch error.
-
-    Parameters
-    ----------
-    p : Axis
-        Parameters.
-    s : State
-        State.
-
-    Returns
-    -------
-    float
-        m.
-    """
+    """True position of the load, with the drive's pitch error."""
     return s.x + transmission.wave(p.body.error, p.body.error_period, s.x)
 
 
 @kernel
 def measured(p: Axis, s: State, noise: Array, k: int) -> float:
-    """The encoder's reading.
-
-    Parameters
-    ----------
-    p : Axis
-        Parameters.
-    s : State
-        State.
-    noise : ndarray, shape (periods, NOISES)
-        Standard normal draws.
-    k : int
-        Its row.
-
-    Returns
-    -------
-    float
-        Counts.
-    """
     x = place(p, s) if p.reading.at_load == 1 else s.xm
     # Half a count up: a count stands for the middle of its width.
     off = p.reading.noise * noise[k, 0] + 0.5 * p.reading.encoder.pitch
@@ -312,18 +185,4 @@ def measured(p: Axis, s: State, noise: Array, k: int) -> float:
 
 @kernel
 def truth(p: Axis, s: State) -> Truth:
-    """What is true of the axis.
-
-    Parameters
-    ----------
-    p : Axis
-        Parameters.
-    s : State
-        State.
-
-    Returns
-    -------
-    Truth
-        SI.
-    """
     return Truth(place(p, s), s.v, s.i)

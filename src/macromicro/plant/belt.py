@@ -1,9 +1,4 @@
-"""Belt flexibility: the lightly damped mode that a stopping carriage leaves behind.
-
-Section 6.2: about 20 um at the micro-stage, gone in about two seconds. The belt pulls
-beside the guide rod, so the carriage rocks on the belt's compliance and the stage, off
-the rod's axis, sees a fraction of that motion.
-"""
+"""Belt flexibility: the lightly damped mode that a stopping carriage excites (Section 6.2)."""
 
 from __future__ import annotations
 
@@ -11,6 +6,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from macromicro import nominal
+from macromicro.columns import Meaning
 from macromicro.kernel import kernel
 from macromicro.plant import VARIANT
 from macromicro.schema.par import Par
@@ -57,50 +53,16 @@ _MIDDLE = 0.5 * nominal.TRAVEL  # m
 
 @kernel
 def tensioned(p: Belt, x: float) -> Belt:
-    """The mode where the carriage stands: the free lengths of the belt change with the place.
-
-    Parameters
-    ----------
-    p : Belt
-        Parameters of the mode in the middle of the rod.
-    x : float
-        Position, m.
-
-    Returns
-    -------
-    Belt
-        Of this place.
-    """
+    """The mode at the carriage's position, on which the belt's free lengths depend."""
     frequency = p.frequency * (1.0 + p.slope * (x - _MIDDLE))
     return Belt(frequency, p.decay, p.participation, p.slope)
 
 
 @kernel
-def step(p: Belt, q: float, speed: float, kick: float, h: float) -> tuple[float, float]:
-    """The mode after one step: q'' + 2 d q' + w^2 q = -a by the implicit midpoint rule.
-
-    Without a kick the energy can only fall, whatever the step.
-
-    Parameters
-    ----------
-    p : Belt
-        Parameters of the mode.
-    q : float
-        Deflection, m.
-    speed : float
-        Speed of the deflection, m/s.
-    kick : float
-        What the carriage's speed gains in the step, m/s.
-    h : float
-        Length of the step, s.
-
-    Returns
-    -------
-    q : float
-        New deflection, m.
-    speed : float
-        New speed, m/s.
-    """
+def step(
+    p: Belt, q: float, speed: float, kick: float, h: float
+) -> tuple[Annotated[float, Meaning(name="q")], Annotated[float, Meaning(name="speed")]]:
+    """The mode after one step: q'' + 2 d q' + w^2 q = -a by the implicit midpoint rule."""
     w = 2.0 * math.pi * p.frequency
     stiff = 0.25 * h * h * w * w
     damp = h * p.decay
@@ -111,25 +73,6 @@ def step(p: Belt, q: float, speed: float, kick: float, h: float) -> tuple[float,
 
 @kernel
 def reaction(p: Belt, mass: float, q: float, speed: float) -> float:
-    """Force of the mode on the carriage.
-
-    Spring and damper push the carriage with what they pull the mode's mass back with.
-
-    Parameters
-    ----------
-    p : Belt
-        Parameters of the mode.
-    mass : float
-        Mass of the carriage, kg.
-    q : float
-        Deflection, m.
-    speed : float
-        Speed of the deflection, m/s.
-
-    Returns
-    -------
-    float
-        N.
-    """
+    """Force of the mode's spring and damper on the carriage."""
     w = 2.0 * math.pi * p.frequency
     return p.participation * mass * (w * w * q + 2.0 * p.decay * speed)

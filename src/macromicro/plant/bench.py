@@ -1,8 +1,4 @@
-"""The whole positioner: both stages, their sensors and converters, one control period a step.
-
-Nothing here knows a controller or a model. Outputs reach the machine one period late,
-as the D/A board latches them (the chatter of Figure 4.20 depends on it).
-"""
+"""The whole positioner: stages, sensors and converters; outputs act one period late."""
 
 from __future__ import annotations
 
@@ -12,9 +8,10 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.columns import Quantity
+from macromicro.columns import Meaning, Quantity
 from macromicro.kernel import kernel
 from macromicro.plant import amplifier, carriage, encoder, hall, laser, micro
+from macromicro.plant._steps import Steps
 from macromicro.plant.amplifier import Amplifier
 from macromicro.plant.belt import Belt
 from macromicro.plant.carriage import Carriage, Macro, MacroState
@@ -27,19 +24,18 @@ from macromicro.plant.laser import Laser
 from macromicro.plant.micro import Micro, MicroState
 from macromicro.plant.motor import Motor
 from macromicro.plant.phase import TABLE_END, Phase
-from macromicro.plant.steps import Steps
 from macromicro.plant.thermal import Thermal
 from macromicro.plant.wire import Load, Wire
 from macromicro.types import Outputs, Sample
 
 
 def _whole(name: str, bits: float) -> tuple[bool, str, Any, str]:
-    """The rule that a number of bits is a whole one: (wrong?, parameter, value, accepted)."""
+    """Rule: a number of bits is whole."""
     return not bits.is_integer(), name, bits, "a whole number"
 
 
 class Bench(NamedTuple):
-    """Everything physical about the positioner that a user may set. Values in SI, degC."""
+    """All physical settings of the positioner; SI and degC."""
 
     amplifier: Amplifier = Amplifier()
     motor: Motor = Motor()
@@ -55,13 +51,6 @@ class Bench(NamedTuple):
     steps: Steps = Steps()
 
     def problems(self) -> list[tuple[str, Any, str]]:
-        """What is physically impossible.
-
-        Returns
-        -------
-        list[tuple[str, Any, str]]
-            Parameter, value, and what is accepted.
-        """
         wire, driver, friction, phase = self.wire, self.driver, self.friction, self.phase
         low, high = self.carriage.stop_low, self.carriage.stop_high
         ctrl, heat = driver.map_ctrl, driver.map_heat
@@ -137,21 +126,12 @@ class Bench(NamedTuple):
 
 
 class Sensors(NamedTuple):
-    """Everything about what is measured."""
-
     encoder: Encoder = Encoder()
     hall: Hall = Hall()
     laser: Laser = Laser()
     converter: Converter = Converter()
 
     def problems(self) -> list[tuple[str, Any, str]]:
-        """What no converter can be.
-
-        Returns
-        -------
-        list[tuple[str, Any, str]]
-            Parameter, value, and what is accepted.
-        """
         rules = (
             _whole("encoder.bits", self.encoder.bits),
             _whole("converter.bits", self.converter.bits),
@@ -160,8 +140,6 @@ class Sensors(NamedTuple):
 
 
 class Plant(NamedTuple):
-    """Bench and sensors as the kernels take them."""
-
     amplifier: Amplifier
     macro: Macro
     micro: Micro
@@ -174,21 +152,9 @@ class Plant(NamedTuple):
 
 
 class Noise(NamedTuple):
-    """Standard normal draws of one period.
-
-    Attributes
-    ----------
-    hall : float
-        Draw for the Hall sensor's noise.
-    laser : float
-        Draw for the laser's fast noise.
-    drift : float
-        Draw for the laser's slow noise.
-    """
-
-    hall: float = 0.0
-    laser: float = 0.0
-    drift: float = 0.0
+    hall: Annotated[float, Meaning("draw for the Hall sensor's noise")] = 0.0
+    laser: Annotated[float, Meaning("draw for the laser's fast noise")] = 0.0
+    drift: Annotated[float, Meaning("draw for the laser's slow noise")] = 0.0
 
 
 NOISES = len(Noise._fields)
@@ -199,66 +165,20 @@ def _true(name: str, unit: str, meaning: str, scale: float = 1.0) -> Quantity:
 
 
 class State(NamedTuple):
-    """The positioner at one instant.
-
-    Attributes
-    ----------
-    macro : MacroState
-        Carriage.
-    micro : MicroState
-        Actuator.
-    hall : float
-        Output of the Hall sensor, V.
-    drift : float
-        Slow noise of the laser, m.
-    zero : float
-        Place of the laser's zero, m.
-    motor : float
-        Latched output still to take effect, V.
-    ctrl : float
-        Latched output still to take effect, V.
-    """
-
-    macro: MacroState
-    micro: MicroState
-    hall: float
-    drift: float
-    zero: float
-    motor: float
-    ctrl: float
+    macro: Annotated[MacroState, Meaning("carriage")]
+    micro: Annotated[MicroState, Meaning("actuator")]
+    hall: Annotated[float, Meaning("output of the Hall sensor", "V")]
+    drift: Annotated[float, Meaning("slow noise of the laser", "m")]
+    zero: Annotated[float, Meaning("place of the laser's zero", "m")]
+    motor: Annotated[float, Meaning("latched output still to take effect", "V")]
+    ctrl: Annotated[float, Meaning("latched output still to take effect", "V")]
 
 
 def macro_stage(bench: Bench) -> Macro:
-    """Runtime parameters of the macro-stage alone.
-
-    Parameters
-    ----------
-    bench : Bench
-        What is physically there.
-
-    Returns
-    -------
-    Macro
-        Carriage, motor, friction and belt.
-    """
     return Macro(bench.carriage, bench.motor, bench.friction, bench.belt)
 
 
 def prepare(bench: Bench, sensors: Sensors) -> Plant:
-    """Runtime parameters of the positioner.
-
-    Parameters
-    ----------
-    bench : Bench
-        What is physically there.
-    sensors : Sensors
-        What is measured.
-
-    Returns
-    -------
-    Plant
-        For the kernels.
-    """
     load = Load(bench.bias.preload, bench.bias.rate + stiffness(bench.flexure), bench.bias.platform)
     return Plant(
         bench.amplifier,
@@ -274,20 +194,7 @@ def prepare(bench: Bench, sensors: Sensors) -> Plant:
 
 
 def initial(p: Plant, position: float = 0.0) -> State:
-    """The positioner at rest, at room temperature, laser at zero.
-
-    Parameters
-    ----------
-    p : Plant
-        Parameters of the positioner.
-    position : float, optional
-        Position of the carriage, m; half a count is added, so that it stands on no edge.
-
-    Returns
-    -------
-    State
-        Its memory is its own.
-    """
+    """The positioner at rest, at room temperature, laser at zero."""
     # Half a count in: a carriage left on an encoder's edge would flicker by rounding.
     x = position + 0.5 * p.encoder.pitch
     fine = micro.cold(p.micro, p.micro.thermal.ambient)
@@ -296,62 +203,17 @@ def initial(p: Plant, position: float = 0.0) -> State:
 
 @kernel
 def drawn(noise: npt.NDArray[np.float64], k: int) -> Noise:
-    """One period's draws.
-
-    Parameters
-    ----------
-    noise : ndarray, shape (periods, NOISES)
-        Standard normal numbers.
-    k : int
-        Period.
-
-    Returns
-    -------
-    Noise
-        Row `k`.
-    """
     return Noise(noise[k, 0], noise[k, 1], noise[k, 2])
 
 
 @kernel
 def stage(p: Plant, s: State) -> float:
-    """Absolute position of the micro-stage's platform: carriage, rocking, contraction.
-
-    Parameters
-    ----------
-    p : Plant
-        Parameters of the positioner.
-    s : State
-        State of the positioner.
-
-    Returns
-    -------
-    float
-        m.
-    """
+    """Absolute position of the micro-stage's platform: carriage, rocking, contraction."""
     return s.macro.x + p.macro.belt.participation * s.macro.q + s.micro.wire.x
 
 
 @kernel
 def measure(p: Plant, s: State, t: float, draw: Noise) -> Sample:
-    """What the sensors show.
-
-    Parameters
-    ----------
-    p : Plant
-        Parameters of the positioner.
-    s : State
-        State of the positioner.
-    t : float
-        Time to report, s.
-    draw : Noise
-        Noise of this period.
-
-    Returns
-    -------
-    Sample
-        In the units of `Sample`.
-    """
     return Sample(
         t,
         encoder.count(p.encoder, s.macro.x),
@@ -364,26 +226,6 @@ def measure(p: Plant, s: State, t: float, draw: Noise) -> Sample:
 
 @kernel
 def advance(p: Plant, s: State, out: Outputs, draw: Noise, dt: float) -> State:
-    """The positioner one control period later.
-
-    Parameters
-    ----------
-    p : Plant
-        Parameters of the positioner.
-    s : State
-        State of the positioner; its memory is changed in place.
-    out : Outputs
-        Latched now; they take effect a period later.
-    draw : Noise
-        Noise of this period.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    State
-        New state.
-    """
     # A reset sets the laser's zero to the present reading's place, its noise included.
     zero = s.zero
     if out.laser_reset > 0.5:
@@ -412,7 +254,7 @@ def advance(p: Plant, s: State, out: Outputs, draw: Noise, dt: float) -> State:
 
 
 class Truth(NamedTuple):
-    """What only the bench knows, in SI units and degC; each is a column of a recording."""
+    """True quantities of the bench, in SI units and degC; each is a column of a recording."""
 
     carriage: Annotated[float, _true("carriage", "mm", "carriage position", 1e3)]
     speed: Annotated[float, _true("speed", "mm/s", "carriage speed", 1e3)]
@@ -428,20 +270,7 @@ class Truth(NamedTuple):
 
 @kernel
 def truth(p: Plant, s: State) -> Truth:
-    """The bench's true quantities, for the recording and for teaching; no rig shows them.
-
-    Parameters
-    ----------
-    p : Plant
-        Parameters of the positioner.
-    s : State
-        State of the positioner.
-
-    Returns
-    -------
-    Truth
-        SI, temperatures in deg C.
-    """
+    """The bench's true quantities (deg C), for recordings and teaching."""
     return Truth(
         s.macro.x,
         s.macro.v,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from macromicro import nominal
+from macromicro.columns import Meaning
 from macromicro.kernel import kernel
 from macromicro.plant import belt, friction, motor
 from macromicro.plant.belt import Belt
@@ -40,8 +41,6 @@ class Carriage(NamedTuple):
 
 
 class Macro(NamedTuple):
-    """Parameters of the macro-stage."""
-
     carriage: Carriage
     motor: Motor
     friction: Friction
@@ -49,74 +48,25 @@ class Macro(NamedTuple):
 
 
 class MacroState(NamedTuple):
-    """State of the macro-stage.
-
-    Attributes
-    ----------
-    x : float
-        Position, m.
-    v : float
-        Speed, m/s.
-    z : float
-        Deflection of the bristles, m.
-    i : float
-        Armature current, A.
-    q : float
-        Deflection of the belt mode, m.
-    qv : float
-        Speed of that, m/s.
-    accel : float
-        Mean acceleration over the last call of `advance`, m/s2.
-    worn : Worn
-        What the friction remembers.
-    """
-
-    x: float
-    v: float
-    z: float
-    i: float
-    q: float
-    qv: float
-    accel: float
-    worn: Worn
+    x: Annotated[float, Meaning("position", "m")]
+    v: Annotated[float, Meaning("speed", "m/s")]
+    z: Annotated[float, Meaning("deflection of the bristles", "m")]
+    i: Annotated[float, Meaning("armature current", "A")]
+    q: Annotated[float, Meaning("deflection of the belt mode", "m")]
+    qv: Annotated[float, Meaning("speed of that", "m/s")]
+    accel: Annotated[float, Meaning("mean acceleration over the last call of advance, m/s2")]
+    worn: Annotated[Worn, Meaning("what the friction remembers")]
 
 
 def at_rest(x: float) -> MacroState:
-    """The macro-stage standing.
-
-    Parameters
-    ----------
-    x : float
-        Position, m.
-
-    Returns
-    -------
-    MacroState
-        Everything else 0.
-    """
     return MacroState(float(x), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, Worn(0.0, 0.0))
 
 
 @kernel
-def stop_terms(p: Carriage, x: float, h: float) -> tuple[float, float]:
-    """End stops over one step, linear in the new speed: force on the carriage = a - b v1.
-
-    Parameters
-    ----------
-    p : Carriage
-        Parameters of the macro-stage.
-    x : float
-        Position before the step, m.
-    h : float
-        Length of the step, s.
-
-    Returns
-    -------
-    a : float
-        N.
-    b : float
-        N s/m.
-    """
+def stop_terms(
+    p: Carriage, x: float, h: float
+) -> tuple[Annotated[float, Meaning(name="a")], Annotated[float, Meaning(name="b")]]:
+    """End stops over one step, linear in the new speed: force = a - b v1."""
     depth = 0.0
     if x < p.stop_low:
         depth = x - p.stop_low
@@ -129,29 +79,7 @@ def stop_terms(p: Carriage, x: float, h: float) -> tuple[float, float]:
 
 @kernel
 def substep(p: Macro, s: MacroState, volts: float, offset: float, h: float) -> MacroState:
-    """One step of (4.1) with friction and belt.
-
-    Everything stiff is taken implicitly and is linear in the new speed, so one division solves the
-    step.
-
-    Parameters
-    ----------
-    p : Macro
-        Parameters of the macro-stage.
-    s : MacroState
-        State of the macro-stage.
-    volts : float
-        Volts at the motor, V.
-    offset : float
-        Local deviation of the friction level, N.
-    h : float
-        Length of the step, s.
-
-    Returns
-    -------
-    MacroState
-        New state.
-    """
+    """One step of (4.1) with friction and belt, implicit and linear in the new speed."""
     mass = p.carriage.mass
     i0, i1 = motor.current_terms(p.motor, s.i, volts, h)
     z0, z1, f0, f1 = friction.bristle_terms(p.friction, s.z, s.v, offset, h)
@@ -166,35 +94,18 @@ def substep(p: Macro, s: MacroState, volts: float, offset: float, h: float) -> M
 
 @kernel
 def _stands(s: MacroState, volts: float) -> bool:
-    """Motor off and the carriage held by its bristles, far below breakaway?
-
-    What remains is linear: the belt's swing and its sub-micrometre pull on the bristles.
-    """
+    """Whether the motor is off and friction holds the carriage, far below breakaway."""
     return volts == 0.0 and abs(s.i) < 1e-6 and abs(s.v) < 2e-4 and abs(s.z) < 1e-6
 
 
 @kernel
-def advance(p: Macro, s: MacroState, volts: float, dt: float, substeps: int) -> MacroState:
-    """The macro-stage after one control period.
-
-    Parameters
-    ----------
-    p : Macro
-        Parameters of the macro-stage.
-    s : MacroState
-        State of the macro-stage.
-    volts : float
-        Volts at the motor throughout, V.
-    dt : float
-        Length of the step, s.
-    substeps : int
-        Into how many steps it is cut; fewer where the carriage stands.
-
-    Returns
-    -------
-    MacroState
-        New state.
-    """
+def advance(
+    p: Macro,
+    s: MacroState,
+    volts: Annotated[float, Meaning("at the motor throughout", "V")],
+    dt: float,
+    substeps: int,
+) -> MacroState:
     # The rod's friction level changes over millimetres, the carriage moves 0.5 mm at most.
     offset = friction.local(p.friction, s.x, s.worn)
     if _stands(s, volts):

@@ -1,10 +1,8 @@
 """Creep of a piezo stack: displacement that follows a step with the logarithm of time.
 
-    x(t) = x0 (1 + share log10(t / first)),
+    x(t) = x0 (1 + share log10(t / first))
 
-as piezo makers print it, is a sum of first-order lags whose time constants stand a decade apart
-and which carry one share each (Kuhnen and Janocha 2002: log(t)-type creep as a sum of linear
-relaxations). Every lag is advanced exactly for an input that is constant over the step.
+is a sum of first-order lags with time constants a decade apart (Kuhnen and Janocha 2002).
 """
 
 from __future__ import annotations
@@ -15,13 +13,12 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.columns import Meaning
 from macromicro.kernel import kernel
 from macromicro.schema.par import Par
 
 
 class Creep(NamedTuple):
-    """How much follows later, and over which times."""
-
     share: Annotated[
         float,
         Par(
@@ -41,33 +38,12 @@ class Creep(NamedTuple):
 
 
 class CreepTable(NamedTuple):
-    """`Creep` as the kernels take it.
-
-    Attributes
-    ----------
-    times : ndarray, shape (k,)
-        Time constants, s.
-    share : float
-        Of the input, by each lag.
-    """
-
-    times: Array
-    share: float
+    times: Annotated[Array, Meaning("time constants", "s")]
+    share: Annotated[float, Meaning("of the input, by each lag")]
 
 
 def prepare(spec: Creep) -> CreepTable:
-    """Time constants a decade apart.
-
-    Parameters
-    ----------
-    spec : Creep
-        The parameters.
-
-    Returns
-    -------
-    CreepTable
-        For the kernels.
-    """
+    """Time constants a decade apart."""
     decades = np.arange(spec.decades, dtype=np.float64)
     # sum over k of 1 - exp(-t / (T 10^k)) is log10(t / T) + 1/2 + gamma / ln 10, but for a ripple:
     # T = first 10^(1/2) e^gamma meets the logarithm. gamma is Euler's constant.
@@ -76,41 +52,11 @@ def prepare(spec: Creep) -> CreepTable:
 
 
 def fresh(p: CreepTable) -> Array:
-    """Lags at rest at zero.
-
-    Parameters
-    ----------
-    p : CreepTable
-        The parameters.
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        Unit of the input.
-    """
     return np.zeros(p.times.size)
 
 
 @kernel
 def advance(p: CreepTable, lags: Array, x: float, dt: float) -> float:
-    """Input and creep after one step.
-
-    Parameters
-    ----------
-    p : CreepTable
-        The parameters.
-    lags : ndarray, shape (k,)
-        State; changed in place.
-    x : float
-        Displacement without creep, constant over the step.
-    dt : float
-        Length of the step, s.
-
-    Returns
-    -------
-    float
-        Displacement with creep.
-    """
     total = x
     for i in range(p.times.shape[0]):
         lags[i] = x + (lags[i] - x) * math.exp(-dt / p.times[i])

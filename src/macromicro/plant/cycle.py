@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
+from macromicro.columns import Meaning
 from macromicro.kernel import kernel
 from macromicro.plant import amplifier, encoder, micro
 from macromicro.plant.amplifier import Amplifier
@@ -18,7 +19,7 @@ from macromicro.plant.wire import Load, Wire
 
 
 class CycleBench(NamedTuple):
-    """The fixture: the same actuator, another supply, spring and sensor."""
+    """The fixture: the same actuator with another supply, spring and sensor."""
 
     amplifier: Amplifier = Amplifier()
     driver: Driver = Driver(supply=5.0)
@@ -47,20 +48,7 @@ OWN_SOURCES = {
 
 
 def beside(bench: Bench) -> CycleBench:
-    """The fixture with the actuator, driver and spring of a bench.
-
-    Its own are what `OWN_SOURCES` names: supply, room, outer resistances, preload, encoder.
-
-    Parameters
-    ----------
-    bench : Bench
-        Whose actuator it is.
-
-    Returns
-    -------
-    CycleBench
-        The fixture.
-    """
+    """The fixture with the actuator, driver and spring of a bench; `OWN_SOURCES` stay its own."""
     own = CycleBench()
     return CycleBench(
         bench.amplifier,
@@ -78,62 +66,24 @@ def beside(bench: Bench) -> CycleBench:
 
 
 class CyclePlant(NamedTuple):
-    """The fixture as the kernels take it."""
-
     amplifier: Amplifier
     micro: Micro
     encoder: Encoder
 
 
 class CycleState(NamedTuple):
-    """State of the fixture.
-
-    Attributes
-    ----------
-    micro : MicroState
-        Actuator.
-    ctrl : float
-        Latched D/A voltage, not yet in effect, V.
-    """
-
-    micro: MicroState
-    ctrl: float
+    micro: Annotated[MicroState, Meaning("actuator")]
+    ctrl: Annotated[float, Meaning("latched D/A voltage, not yet in effect", "V")]
 
 
 class CycleSample(NamedTuple):
-    """What the fixture shows.
-
-    Attributes
-    ----------
-    t : float
-        s.
-    encoder : float
-        Contraction, counts.
-    extend : float
-        0 or 1.
-    contract : float
-        0 or 1.
-    """
-
-    t: float
-    encoder: float
-    extend: float
-    contract: float
+    t: Annotated[float, Meaning("", "s")]
+    encoder: Annotated[float, Meaning("contraction", "counts")]
+    extend: Annotated[float, Meaning("0 or 1")]
+    contract: Annotated[float, Meaning("0 or 1")]
 
 
 def prepare(spec: CycleBench) -> CyclePlant:
-    """Runtime parameters.
-
-    Parameters
-    ----------
-    spec : CycleBench
-        The fixture.
-
-    Returns
-    -------
-    CyclePlant
-        For the kernels.
-    """
     load = Load(spec.bias.preload, spec.bias.rate, spec.bias.platform)
     return CyclePlant(
         spec.amplifier,
@@ -143,39 +93,12 @@ def prepare(spec: CycleBench) -> CyclePlant:
 
 
 def initial(p: CyclePlant) -> CycleState:
-    """At rest, at room temperature, extended.
-
-    Parameters
-    ----------
-    p : CyclePlant
-        Parameters of the fixture.
-
-    Returns
-    -------
-    CycleState
-        Its memory is its own.
-    """
+    """At rest, at room temperature, extended."""
     return CycleState(micro.cold(p.micro, p.micro.thermal.ambient), 0.0)
 
 
 @kernel
 def measure(p: CyclePlant, s: CycleState, t: float) -> CycleSample:
-    """What the fixture shows.
-
-    Parameters
-    ----------
-    p : CyclePlant
-        Parameters of the fixture.
-    s : CycleState
-        State of the fixture.
-    t : float
-        Time to report, s.
-
-    Returns
-    -------
-    CycleSample
-        In the units of `CycleSample`.
-    """
     x = s.micro.wire.x
     return CycleSample(
         t,
@@ -186,27 +109,13 @@ def measure(p: CyclePlant, s: CycleState, t: float) -> CycleSample:
 
 
 @kernel
-def advance(p: CyclePlant, s: CycleState, ctrl: float, fan: float, dt: float) -> CycleState:
-    """The fixture one control period later.
-
-    Parameters
-    ----------
-    p : CyclePlant
-        Parameters of the fixture.
-    s : CycleState
-        State of the fixture; its memory is changed in place.
-    ctrl : float
-        D/A voltage latched now, V.
-    fan : float
-        0 or 1.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    CycleState
-        New state.
-    """
+def advance(
+    p: CyclePlant,
+    s: CycleState,
+    ctrl: Annotated[float, Meaning("D/A voltage latched now", "V")],
+    fan: Annotated[float, Meaning("0 or 1")],
+    dt: float,
+) -> CycleState:
     level = amplifier.ctrl_level(p.amplifier, s.ctrl)
     fine = micro.advance(p.micro, s.micro, level, fan, 0.0, dt)
     return CycleState(fine, max(amplifier.convert(p.amplifier, ctrl), 0.0))

@@ -1,8 +1,4 @@
-"""The actuator's driver circuit (Section 3.2.1): CTRL to heat, CONTRACT cut-off, EXTEND.
-
-The circuit is unknown. Its static map is inferred from the steady temperatures that
-Section 5.2.2 reports: a bench assumption, most of it back-solved from (5.5) and (5.8).
-"""
+"""The actuator's driver circuit (Section 3.2.1): CTRL to heat, CONTRACT cut-off, EXTEND."""
 
 from __future__ import annotations
 
@@ -12,6 +8,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.columns import Meaning
 from macromicro.kernel import kernel
 from macromicro.schema.par import Par
 
@@ -33,7 +30,8 @@ class Driver(NamedTuple):
     """The circuit's map from CTRL to heat, its lag, and where its end switches act."""
 
     supply: Annotated[
-        float, Par("V", "supply VDC; heat goes with its square", "Section 3.2.1", positive=True)
+        float,
+        Par("V", "supply VDC; heat is proportional to its square", "Section 3.2.1", positive=True),
     ] = 4.0
     map_ctrl: Annotated[
         tuple[float, ...],
@@ -71,50 +69,17 @@ class Driver(NamedTuple):
 
 
 class DriverTable(NamedTuple):
-    """`Driver` with its map as arrays, ready for kernels.
-
-    Attributes
-    ----------
-    gain : float
-        Factor on the heat, by the supply.
-    ctrl : ndarray, shape (k,)
-        CTRL values of the map, V.
-    heat : ndarray, shape (k,)
-        Heat there at 4 V supply, W.
-    lag : float
-        s.
-    contract_on : float
-        m.
-    contract_off : float
-        m.
-    extend_on : float
-        m.
-    """
-
-    gain: float
-    ctrl: npt.NDArray[np.float64]
-    heat: npt.NDArray[np.float64]
-    lag: float
-    contract_on: float
-    contract_off: float
-    extend_on: float
+    gain: Annotated[float, Meaning("factor on the heat, by the supply")]
+    ctrl: Annotated[npt.NDArray[np.float64], Meaning("CTRL values of the map", "V")]
+    heat: Annotated[npt.NDArray[np.float64], Meaning("heat there at 4 V supply", "W")]
+    lag: Annotated[float, Meaning("", "s")]
+    contract_on: Annotated[float, Meaning("", "m")]
+    contract_off: Annotated[float, Meaning("", "m")]
+    extend_on: Annotated[float, Meaning("", "m")]
 
 
 def prepare(spec: Driver, reference_supply: float = 4.0) -> DriverTable:
-    """Arrays for the kernels; heat scales with the supply squared (Joule heating).
-
-    Parameters
-    ----------
-    spec : Driver
-        The circuit.
-    reference_supply : float, optional
-        Supply for which the map holds, V.
-
-    Returns
-    -------
-    DriverTable
-        For the kernels.
-    """
+    """Arrays for the kernels; heat scales with the supply squared (Joule heating)."""
     return DriverTable(
         (spec.supply / reference_supply) ** 2,
         np.array(spec.map_ctrl, dtype=float),
@@ -128,20 +93,7 @@ def prepare(spec: Driver, reference_supply: float = 4.0) -> DriverTable:
 
 @kernel
 def heat(p: DriverTable, ctrl: float) -> float:
-    """Heat that the driver settles at: linear between the map's points.
-
-    Parameters
-    ----------
-    p : DriverTable
-        Parameters of the driver.
-    ctrl : float
-        CTRL, D/A volts, V.
-
-    Returns
-    -------
-    float
-        W.
-    """
+    """Steady heat, interpolated in the map."""
     last = len(p.ctrl) - 1
     if ctrl <= p.ctrl[0]:
         return float(p.gain * p.heat[0])
@@ -156,22 +108,7 @@ def heat(p: DriverTable, ctrl: float) -> float:
 
 @kernel
 def contract(p: DriverTable, on: float, x: float) -> float:
-    """CONTRACT switch, with its own hysteresis.
-
-    Parameters
-    ----------
-    p : DriverTable
-        Parameters of the driver.
-    on : float
-        Before, 1 closed.
-    x : float
-        Contraction, m.
-
-    Returns
-    -------
-    float
-        1 closed, 0 open.
-    """
+    """CONTRACT switch, with its own hysteresis."""
     if x >= p.contract_on:
         return 1.0
     if x < p.contract_off:
@@ -181,27 +118,7 @@ def contract(p: DriverTable, on: float, x: float) -> float:
 
 @kernel
 def delivered(p: DriverTable, power: float, ctrl: float, cut: float, dt: float) -> float:
-    """Heat after one step: the map through a first-order lag; none, and at once, while CONTRACT
-    cuts it.
-
-    Parameters
-    ----------
-    p : DriverTable
-        Parameters of the driver.
-    power : float
-        Present heat, W.
-    ctrl : float
-        CTRL, D/A volts, V.
-    cut : float
-        CONTRACT, 0 or 1.
-    dt : float
-        Length of the step, s.
-
-    Returns
-    -------
-    float
-        W.
-    """
+    """Heat after one step of a first-order lag; none while CONTRACT cuts it off."""
     if cut > 0.5:
         return 0.0
     goal = heat(p, ctrl)

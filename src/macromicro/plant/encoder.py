@@ -39,20 +39,7 @@ class Converter(NamedTuple):
 
 @kernel
 def count(p: Encoder, x: float) -> float:
-    """Counter reading, signed, wrapped to its bits.
-
-    Parameters
-    ----------
-    p : Encoder
-        Parameters of encoder or converter.
-    x : float
-        Position, m.
-
-    Returns
-    -------
-    float
-        counts.
-    """
+    """Counter reading, signed, wrapped to its bits."""
     # 1e-9 counts of slack: a position set on an edge must not fall below it by rounding.
     steps = math.floor(x / p.pitch + 1e-9)
     span: float = 2.0**p.bits
@@ -61,20 +48,7 @@ def count(p: Encoder, x: float) -> float:
 
 @kernel
 def sample(p: Converter, volts: float) -> float:
-    """A/D reading: rounded to a code and clipped to the range.
-
-    Parameters
-    ----------
-    p : Converter
-        Parameters of encoder or converter.
-    volts : float
-        Voltage, V.
-
-    Returns
-    -------
-    float
-        V.
-    """
+    """A/D reading: rounded to a code and clipped to the range."""
     lsb: float = p.full_scale / 2.0**p.bits
     limited = min(max(volts, -p.full_scale), p.full_scale - lsb)
     return math.floor(limited / lsb + 0.5) * lsb

@@ -1,4 +1,4 @@
-"""What the actuator pulls against: flexure guide and bias spring (Section 3.2.2)."""
+"""Load of the actuator: flexure guide and bias spring (Section 3.2.2)."""
 
 from __future__ import annotations
 
@@ -39,17 +39,6 @@ class Bias(NamedTuple):
 
 
 def stiffness(p: Flexure) -> float:
-    """Stiffness of the guide: (3.1) with I = w t^3 / 12; (F/2) over (dx/2) per beam.
-
-    Parameters
-    ----------
-    p : Flexure
-        Parameters of the guide.
-
-    Returns
-    -------
-    float
-        N/m.
-    """
+    """Stiffness of the guide: (3.1) with I = w t^3 / 12; (F/2) over (dx/2) per beam."""
     inertia = p.width * p.thickness**3 / 12.0
     return 12.0 * p.modulus * inertia / p.length**3

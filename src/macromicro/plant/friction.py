@@ -1,7 +1,6 @@
 """Carriage friction: LuGre bristles, Stribeck drop, level that depends on the position.
 
-Canudas de Wit et al., A new model for control of systems with friction, 1995 (the
-thesis' [30]). The thesis' dead zone is what an engineer fits to this, Section 4.2.3.
+Canudas de Wit et al., A new model for control of systems with friction, 1995 (the thesis' [30]).
 """
 
 from __future__ import annotations
@@ -9,6 +8,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
+from macromicro.columns import Meaning
 from macromicro.kernel import kernel
 from macromicro.plant import VARIANT, value_noise
 from macromicro.schema.par import Par
@@ -18,7 +18,7 @@ _M3 = "calibrated to M3, M3b, M4a, M4b, M5"
 
 
 class Friction(NamedTuple):
-    """Everything that rubs (motor brushes, belt idlers, bushing on the rod), at the belt."""
+    """All sources of friction (motor brushes, belt idlers, bushing on the rod), at the belt."""
 
     coulomb: Annotated[float, Par("N", "kinetic friction", _M1 + ", M2, M3, M6a, M6b", lo=0.0)] = (
         10.485
@@ -49,11 +49,11 @@ class Friction(NamedTuple):
         float, Par("N", "random part of the friction level (standard deviation)", VARIANT, lo=0.0)
     ] = 0.0
     random_length: Annotated[
-        float, Par("m", "travelled way over which it changes", shown="mm", positive=True)
+        float, Par("m", "distance over which it changes", shown="mm", positive=True)
     ] = 0.005
     random_seed: Annotated[float, Par("", "which random part", lo=0.0)] = 0.0
     ripple_shift: Annotated[
-        float, Par("1", "shift of the change along the rod per travelled way", VARIANT)
+        float, Par("1", "shift of the change along the rod per distance", VARIANT)
     ] = 0.0
     ageing: Annotated[
         float, Par("N", "rise of the breakaway per decade of rest beyond a second", VARIANT, lo=0.0)
@@ -64,36 +64,15 @@ class Friction(NamedTuple):
 
 
 class Worn(NamedTuple):
-    """What the friction remembers.
+    """What the friction remembers."""
 
-    Attributes
-    ----------
-    way : float
-        Travelled, m.
-    rest : float
-        How long the contacts have rested, s.
-    """
-
-    way: float
-    rest: float
+    way: Annotated[float, Meaning("travelled", "m")]
+    rest: Annotated[float, Meaning("how long the contacts have rested", "s")]
 
 
 @kernel
 def ripple(p: Friction, x: float) -> float:
-    """Deviation of the friction level from its mean along the rod.
-
-    Parameters
-    ----------
-    p : Friction
-        Parameters of the friction.
-    x : float
-        Position, m.
-
-    Returns
-    -------
-    float
-        N.
-    """
+    """Deviation of the friction level from its mean along the rod."""
     return (
         p.ripple
         * 0.5
@@ -106,25 +85,9 @@ def ripple(p: Friction, x: float) -> float:
 
 @kernel
 def local(p: Friction, x: float, s: Worn) -> float:
-    """Deviation of the friction level here and now: ripple, random part, ageing at rest.
+    """Local deviation of the friction level: ripple, random part, ageing at rest.
 
-    Armstrong-Helouvry, Dupont, Canudas de Wit, A survey of models, analysis tools and compensation
-    methods for the control of machines with friction, Automatica 30 (1994), Sections 2.1 and 2.2:
-    friction depends on the place, and the breakaway rises with the logarithm of the time at rest.
-
-    Parameters
-    ----------
-    p : Friction
-        Parameters of the friction.
-    x : float
-        Position, m.
-    s : Worn
-        What it remembers.
-
-    Returns
-    -------
-    float
-        N.
+    Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994), Sections 2.1 and 2.2.
     """
     found = ripple(p, x + p.ripple_shift * s.way)
     if p.random > 0.0:
@@ -136,26 +99,10 @@ def local(p: Friction, x: float, s: Worn) -> float:
 
 @kernel
 def worn(p: Friction, s: Worn, v: float, dt: float) -> Worn:
-    """What the friction remembers after one step.
+    """The friction's memory after one step.
 
-    The rest by Dieterich's law (Journal of Geophysical Research 84 (1979) 2161), d rest/dt = 1 -
-    |v| rest / slip, taken implicitly.
-
-    Parameters
-    ----------
-    p : Friction
-        Parameters of the friction.
-    s : Worn
-        What it remembered.
-    v : float
-        Speed, m/s.
-    dt : float
-        Length of the step, s.
-
-    Returns
-    -------
-    Worn
-        New state.
+    Dieterich's law (Journal of Geophysical Research 84 (1979) 2161):
+    d rest/dt = 1 - |v| rest / slip.
     """
     slid = abs(v) * dt
     return Worn(s.way + slid, (s.rest + dt) / (1.0 + slid / p.ageing_slip))
@@ -163,22 +110,7 @@ def worn(p: Friction, s: Worn, v: float, dt: float) -> Worn:
 
 @kernel
 def level(p: Friction, v: float, offset: float) -> float:
-    """Steady sliding friction, viscous part aside: the Stribeck curve.
-
-    Parameters
-    ----------
-    p : Friction
-        Parameters of the friction.
-    v : float
-        Speed, m/s.
-    offset : float
-        Local deviation of the level (`ripple`), N.
-
-    Returns
-    -------
-    float
-        N, never below 1 uN.
-    """
+    """Steady sliding friction, viscous part aside: the Stribeck curve."""
     ratio = v / p.stribeck_speed
     return max(p.coulomb + offset + p.stribeck * math.exp(-ratio * ratio), 1e-6)
 
@@ -186,35 +118,13 @@ def level(p: Friction, v: float, offset: float) -> float:
 @kernel
 def bristle_terms(
     p: Friction, z: float, v: float, offset: float, h: float
-) -> tuple[float, float, float, float]:
-    """LuGre over one step, linear in the new speed v1: z1 = a + b v1, force = c + d v1.
-
-    The slip rate is taken implicitly, so the bristle never rings and the step may be long.
-
-    Parameters
-    ----------
-    p : Friction
-        Parameters of the friction.
-    z : float
-        Deflection of the bristles, m.
-    v : float
-        Present speed, m/s.
-    offset : float
-        Local deviation of the level, N.
-    h : float
-        Length of the step, s.
-
-    Returns
-    -------
-    a : float
-        m.
-    b : float
-        s.
-    c : float
-        N.
-    d : float
-        N s/m.
-    """
+) -> tuple[
+    Annotated[float, Meaning(name="a")],
+    Annotated[float, Meaning(name="b")],
+    Annotated[float, Meaning(name="c")],
+    Annotated[float, Meaning(name="d")],
+]:
+    """LuGre over one step, linear in the new speed v1: z1 = a + b v1, force = c + d v1."""
     # LuGre: dz/dt = v - sigma0 |v| z / g(v),  F = sigma0 z + sigma1 dz/dt.
     # Backward Euler, the new v1 and z1 where they count, |v| and g taken from before the step:
     #   z1 = z + h (v1 - sigma0 |v| z1 / g)   ->   z1 = hold (z + h v1)

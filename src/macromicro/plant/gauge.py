@@ -14,7 +14,7 @@ LIVES = 0.97  # chance of an equal reading beyond which a sensor at rest may wel
 
 
 class Gauge(NamedTuple):
-    """The sensor and its electronics; beyond its range it shows the end of the range."""
+    """Sensor and electronics; clamps beyond its range."""
 
     noise: Annotated[
         float,
@@ -33,43 +33,15 @@ class Gauge(NamedTuple):
 
 @kernel
 def reading(p: Gauge, x: float, draw: float) -> float:
-    """What the sensor shows: noise added, limited to the range, rounded to a step.
-
-    Parameters
-    ----------
-    p : Gauge
-        Parameters of the sensor.
-    x : float
-        Position, m.
-    draw : float
-        Standard normal number.
-
-    Returns
-    -------
-    float
-        m.
-    """
+    """Noise added, limited to the range, rounded to a step."""
     shown = min(max(x + p.noise * draw, p.low), p.high)
     return math.floor(shown / p.pitch + 0.5) * p.pitch
 
 
 def repeats(p: Gauge, period: float) -> float:
-    """How long a sensor that lives may show one and the same value at rest.
+    """Time after which a noisy sensor that repeats one value must be faulty.
 
-    A reading equals the one before it with at most the probability that the noise stays within one
-    step. The time is twice that in which a run of equal readings has a chance of 1e-12.
-
-    Parameters
-    ----------
-    p : Gauge
-        Parameters of the sensor.
-    period : float
-        Control period, s.
-
-    Returns
-    -------
-    float
-        s, `SHORTEST` or more; 0 where the noise is too small beside a step to tell.
+    Twice the time in which a run of equal readings has a chance of 1e-12.
     """
     if p.noise <= 0.0:
         return 0.0

@@ -51,49 +51,23 @@ class Hall(NamedTuple):
         float, Par("V", "supply; the output stays between 0 and it", "Figure 3.8", positive=True)
     ] = nominal.HALL_SUPPLY
     null_drift: Annotated[
-        float, Par("V/K", "rise of the output without field, as it warms", VARIANT, shown="mV/K")
+        float, Par("V/K", "temperature drift of the output without field", VARIANT, shown="mV/K")
     ] = 0.0
     gain_drift: Annotated[
-        float, Par("1/K", "relative rise of the gain, as it warms", VARIANT, lo=-0.01, hi=0.01)
+        float, Par("1/K", "relative temperature drift of the gain", VARIANT, lo=-0.01, hi=0.01)
     ] = 0.0
 
 
 @kernel
 def profile(s: float) -> float:
-    """Field of one magnet.
-
-    Parameters
-    ----------
-    s : float
-        Sideways distance, in widths.
-
-    Returns
-    -------
-    float
-        1 at its centre.
-    """
+    """Field of one magnet."""
     r = 1.0 + s * s
     return 1.0 / (r * math.sqrt(r))
 
 
 @kernel
 def volts(p: Hall, x: float, warm: float) -> float:
-    """Output before lag and noise; saturates at 0 and the supply.
-
-    Parameters
-    ----------
-    p : Hall
-        Parameters of the sensor.
-    x : float
-        Contraction, m.
-    warm : float
-        Sensor and magnets above the room in which they were calibrated, K.
-
-    Returns
-    -------
-    float
-        V.
-    """
+    """Output before lag and noise; saturates at 0 and the supply."""
     s = x - p.centre
     field = profile((s - p.spacing) / p.width) - profile((s + p.spacing) / p.width)
     level = p.null + p.null_drift * warm + p.gain * (1.0 + p.gain_drift * warm) * field
@@ -102,26 +76,7 @@ def volts(p: Hall, x: float, warm: float) -> float:
 
 @kernel
 def lagged(p: Hall, level: float, x: float, warm: float, dt: float) -> float:
-    """Output after one step: a first-order lag.
-
-    Parameters
-    ----------
-    p : Hall
-        Parameters of the sensor.
-    level : float
-        Output before, V.
-    x : float
-        Contraction throughout, m.
-    warm : float
-        Above the room, K.
-    dt : float
-        Length of the step, s.
-
-    Returns
-    -------
-    float
-        V.
-    """
+    """Output after one step: a first-order lag."""
     goal = volts(p, x, warm)
     if p.lag <= 0.0:
         return goal

@@ -1,8 +1,4 @@
-"""Amplifier of a piezo stack: range, converter, bandwidth, and the current that charges the stack.
-
-A stack is a capacitor, so the amplifier's current limits how fast its voltage can rise:
-dV/dt = I / C.
-"""
+"""Amplifier of a piezo stack: range, converter, bandwidth, current limit dV/dt = I / C."""
 
 from __future__ import annotations
 
@@ -14,7 +10,7 @@ from macromicro.schema.par import Par
 
 
 class HighVoltage(NamedTuple):
-    """The amplifier and the capacitance that it drives."""
+    """The amplifier and its capacitive load."""
 
     gain: Annotated[
         float, Par("1", "output per volt of the D/A before it", "PI E-610: 10", positive=True)
@@ -43,20 +39,7 @@ class HighVoltage(NamedTuple):
 
 @kernel
 def convert(p: HighVoltage, effort: float) -> float:
-    """What is asked of the amplifier: limited to its range, then rounded to a code.
-
-    Parameters
-    ----------
-    p : HighVoltage
-        Parameters of the amplifier.
-    effort : float
-        V at the D/A.
-
-    Returns
-    -------
-    float
-        V at the stack.
-    """
+    """Commanded voltage, limited to the range and rounded to a code."""
     volts = p.gain * effort
     lsb: float = (p.high - p.low) / 2.0**p.bits
     code = math.floor((min(max(volts, p.low), p.high) - p.low) / lsb + 0.5)
@@ -65,24 +48,7 @@ def convert(p: HighVoltage, effort: float) -> float:
 
 @kernel
 def driven(p: HighVoltage, volts: float, asked: float, dt: float) -> float:
-    """Voltage at the stack after one step: a first-order lag, no faster than the current allows.
-
-    Parameters
-    ----------
-    p : HighVoltage
-        Parameters of the amplifier.
-    volts : float
-        Present voltage, V.
-    asked : float
-        What the converter asks, V.
-    dt : float
-        Length of the step, s.
-
-    Returns
-    -------
-    float
-        V.
-    """
+    """Voltage after one step: a first-order lag with limited current."""
     change = (asked - volts) * (1.0 - math.exp(-2.0 * math.pi * p.bandwidth * dt))
     most = p.current / p.capacitance * dt
     return volts + min(max(change, -most), most)

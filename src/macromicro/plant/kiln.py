@@ -8,6 +8,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.columns import Meaning
 from macromicro.hysteresis import Everett
 from macromicro.kernel import kernel
 from macromicro.plant import encoder, micro, wire
@@ -69,28 +70,13 @@ OWN_SOURCES = {"encoder.pitch": "Section 5.2.1"}
 
 
 def beside(bench: Bench) -> KilnBench:
-    """The kiln in the room of a bench, with that bench's wires in it.
-
-    One actuator is on the stage and in the kiln, so a change of its alloy or length shows in both.
-
-    Parameters
-    ----------
-    bench : Bench
-        Whose wires it heats.
-
-    Returns
-    -------
-    KilnBench
-        The fixture.
-    """
+    """The kiln in the room of a bench, with that bench's wires in it."""
     own = KilnBench()
     oven = own.oven._replace(ambient=bench.thermal.ambient)
     return KilnBench(oven, bench.phase, bench.wire, own.encoder)
 
 
 class KilnPlant(NamedTuple):
-    """The fixture as the kernels take it."""
-
     oven: Oven
     wire: Wire
     table: Everett
@@ -99,60 +85,20 @@ class KilnPlant(NamedTuple):
 
 
 class KilnState(NamedTuple):
-    """State of the fixture.
-
-    Attributes
-    ----------
-    air : float
-        deg C.
-    thermocouple : float
-        deg C.
-    spike : float
-        Interference, K.
-    left : float
-        How long that still lasts, s.
-    wire : WireState
-        The wires.
-    """
-
-    air: float
-    thermocouple: float
-    spike: float
-    left: float
-    wire: WireState
+    air: Annotated[float, Meaning("", "degC")]
+    thermocouple: Annotated[float, Meaning("", "degC")]
+    spike: Annotated[float, Meaning("interference", "K")]
+    left: Annotated[float, Meaning("how long that still lasts", "s")]
+    wire: Annotated[WireState, Meaning("the wires")]
 
 
 class KilnSample(NamedTuple):
-    """What the fixture shows.
-
-    Attributes
-    ----------
-    t : float
-        s.
-    thermocouple : float
-        deg C.
-    encoder : float
-        Contraction, counts.
-    """
-
-    t: float
-    thermocouple: float
-    encoder: float
+    t: Annotated[float, Meaning("", "s")]
+    thermocouple: Annotated[float, Meaning("", "degC")]
+    encoder: Annotated[float, Meaning("contraction", "counts")]
 
 
 def prepare(spec: KilnBench) -> KilnPlant:
-    """Runtime parameters.
-
-    Parameters
-    ----------
-    spec : KilnBench
-        The fixture.
-
-    Returns
-    -------
-    KilnPlant
-        For the kernels.
-    """
     return KilnPlant(
         spec.oven,
         spec.wire,
@@ -163,38 +109,15 @@ def prepare(spec: KilnBench) -> KilnPlant:
 
 
 def initial(p: KilnPlant) -> KilnState:
-    """Cold kiln, actuator extended.
-
-    Parameters
-    ----------
-    p : KilnPlant
-        Parameters of the fixture.
-
-    Returns
-    -------
-    KilnState
-        Its memory is its own.
-    """
+    """Cold kiln, actuator extended."""
     t = float(p.oven.ambient)
     return KilnState(t, t, 0.0, 0.0, micro.cold_wire(p.wire, p.load, p.table, t))
 
 
 class KilnNoise(NamedTuple):
-    """Standard normal draws of one period.
-
-    Attributes
-    ----------
-    thermocouple : float
-        Draw for the thermocouple's noise.
-    onset : float
-        Draw for the onset of a spike.
-    height : float
-        Draw for the height of that spike.
-    """
-
-    thermocouple: float = 0.0
-    onset: float = 0.0
-    height: float = 0.0
+    thermocouple: Annotated[float, Meaning("draw for the thermocouple's noise")] = 0.0
+    onset: Annotated[float, Meaning("draw for the onset of a spike")] = 0.0
+    height: Annotated[float, Meaning("draw for the height of that spike")] = 0.0
 
 
 KILN_NOISES = len(KilnNoise._fields)
@@ -202,69 +125,25 @@ KILN_NOISES = len(KilnNoise._fields)
 
 @kernel
 def drawn(noise: npt.NDArray[np.float64], k: int) -> KilnNoise:
-    """One period's draws.
-
-    Parameters
-    ----------
-    noise : ndarray, shape (periods, KILN_NOISES)
-        Standard normal numbers.
-    k : int
-        Period.
-
-    Returns
-    -------
-    KilnNoise
-        Row `k`.
-    """
     return KilnNoise(noise[k, 0], noise[k, 1], noise[k, 2])
 
 
 @kernel
 def measure(p: KilnPlant, s: KilnState, t: float, draw: KilnNoise) -> KilnSample:
-    """What the fixture shows.
-
-    Parameters
-    ----------
-    p : KilnPlant
-        Parameters of the fixture.
-    s : KilnState
-        State of the fixture.
-    t : float
-        Time to report, s.
-    draw : KilnNoise
-        Noise of this period.
-
-    Returns
-    -------
-    KilnSample
-        In the units of `KilnSample`.
-    """
+    """What the fixture shows."""
     shown = s.thermocouple + s.spike + p.oven.thermocouple_noise * draw.thermocouple
     return KilnSample(t, shown, encoder.count(p.encoder, s.wire.x + 0.5 * p.encoder.pitch))
 
 
 @kernel
-def advance(p: KilnPlant, s: KilnState, heater: float, draw: KilnNoise, dt: float) -> KilnState:
-    """The fixture after one control period.
-
-    Parameters
-    ----------
-    p : KilnPlant
-        Parameters of the fixture.
-    s : KilnState
-        State of the fixture; its memory is changed in place.
-    heater : float
-        The heater's relay, 0 or 1.
-    draw : KilnNoise
-        Noise of this period.
-    dt : float
-        Length of the step, s.
-
-    Returns
-    -------
-    KilnState
-        New state.
-    """
+def advance(
+    p: KilnPlant,
+    s: KilnState,
+    heater: Annotated[float, Meaning("relay of the heater, 0 or 1")],
+    draw: KilnNoise,
+    dt: float,
+) -> KilnState:
+    """The fixture after one control period."""
     oven = p.oven
     air = s.air + dt * (oven.power * heater - (s.air - oven.ambient) / oven.loss_time)
     couple = s.thermocouple + (air - s.thermocouple) * (1.0 - math.exp(-dt / oven.thermocouple_lag))

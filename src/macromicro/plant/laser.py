@@ -43,47 +43,13 @@ class Laser(NamedTuple):
 
 @kernel
 def drifted(p: Laser, drift: float, draw: float, dt: float) -> float:
-    """Slow noise after one step.
-
-    Parameters
-    ----------
-    p : Laser
-        Parameters of the laser.
-    drift : float
-        Before, m.
-    draw : float
-        Standard normal number.
-    dt : float
-        Length of the step, s.
-
-    Returns
-    -------
-    float
-        m.
-    """
+    """Slow noise after one step."""
     keep = math.exp(-dt / p.drift_time)
     return keep * drift + p.drift * math.sqrt(1.0 - keep * keep) * draw
 
 
 @kernel
 def reading(p: Laser, path: float, draw: float, drift: float) -> float:
-    """Reading of the laser: the way's share along its beam, rounded to its resolution.
-
-    Parameters
-    ----------
-    p : Laser
-        Parameters of the laser.
-    path : float
-        True path since the reset, m.
-    draw : float
-        Standard normal number, the fast noise.
-    drift : float
-        Slow noise, m.
-
-    Returns
-    -------
-    float
-        m.
-    """
+    """Reading of the laser: the way's share along its beam, rounded to its resolution."""
     shown = path * math.cos(p.tilt) + p.noise * draw + drift
     return math.floor(shown / p.resolution + 0.5) * p.resolution

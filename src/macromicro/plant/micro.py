@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from macromicro.arrays import Array
+from macromicro.columns import Meaning
 from macromicro.hysteresis import Everett, fresh
 from macromicro.kernel import kernel
 from macromicro.plant import creep, driver, thermal, wire
@@ -30,81 +31,30 @@ class Micro(NamedTuple):
 
 
 class MicroState(NamedTuple):
-    """State of the micro-stage.
+    """State of the micro-stage."""
 
-    Attributes
-    ----------
-    power : float
-        Heat into the wires, W.
-    flow : float
-        Heat from wires to plates at the last step's start, W.
-    cut : float
-        CONTRACT closed, 0 or 1.
-    plates : float
-        deg C.
-    body : float
-        deg C.
-    wire : WireState
-        The wires; of unequal ones, the half that sheds more heat. The contraction is the stage's.
-    other : WireState
-        The other half of unequal wires, else as it was at the beginning.
-    lags : ndarray, shape (k,)
-        What creeps, m.
-    t : float
-        Since the beginning, s.
-    """
-
-    power: float
-    flow: float
-    cut: float
-    plates: float
-    body: float
-    wire: WireState
-    other: WireState
-    lags: Array
-    t: float
+    power: Annotated[float, Meaning("heat into the wires", "W")]
+    flow: Annotated[float, Meaning("heat from wires to plates at the last step's start", "W")]
+    cut: Annotated[float, Meaning("CONTRACT closed, 0 or 1")]
+    plates: Annotated[float, Meaning("", "degC")]
+    body: Annotated[float, Meaning("", "degC")]
+    wire: Annotated[
+        WireState,
+        Meaning("the wires; of unequal ones, the half that sheds more heat"),
+    ]
+    other: Annotated[WireState, Meaning("the other half of unequal wires, else unused")]
+    lags: Annotated[Array, Meaning("what creeps", "m")]
+    t: Annotated[float, Meaning("since the beginning", "s")]
 
 
 def prepare(spec: Driver, heat: Thermal, alloy: Wire, phase: Phase, load: Load) -> Micro:
-    """Runtime parameters, the relay table included.
-
-    Parameters
-    ----------
-    spec : Driver
-        Driver circuit.
-    heat : Thermal
-        Heat ladder.
-    alloy : Wire
-        Wires.
-    phase : Phase
-        Density of the relays.
-    load : Load
-        What the wires pull.
-
-    Returns
-    -------
-    Micro
-        For the kernels.
-    """
+    """Runtime parameters, the relay table included."""
     late = creep.prepare(Creep(alloy.creep, alloy.creep_first, _DECADES))
     return Micro(driver.prepare(spec), heat, alloy, phase_table(phase), load, late)
 
 
 def cold(p: Micro, temperature: float) -> MicroState:
-    """The actuator at a temperature, fully extended, never heated before.
-
-    Parameters
-    ----------
-    p : Micro
-        Parameters of the actuator.
-    temperature : float
-        Temperature, deg C.
-
-    Returns
-    -------
-    MicroState
-        Its memory is its own.
-    """
+    """The actuator at a temperature (deg C), fully extended, never heated before."""
     return MicroState(
         0.0,
         0.0,
@@ -119,24 +69,7 @@ def cold(p: Micro, temperature: float) -> MicroState:
 
 
 def cold_wire(p: Wire, load: Load, table: Everett, temperature: float) -> WireState:
-    """Wires at rest at a temperature, all martensite.
-
-    Parameters
-    ----------
-    p : Wire
-        Parameters of the actuator.
-    load : Load
-        What they pull.
-    table : Everett
-        Relays.
-    temperature : float
-        Temperature, deg C.
-
-    Returns
-    -------
-    WireState
-        Its memory is its own.
-    """
+    """Wires at rest at a temperature (deg C), all martensite."""
     u = temperature - p.shift * (load.preload - p.reference_load)
     return WireState(float(temperature), u, 1.0, 0.0, 0.0, float(temperature), fresh(table, u))
 
@@ -145,12 +78,7 @@ def cold_wire(p: Wire, load: Load, table: Everett, temperature: float) -> WireSt
 def _halves(
     p: Micro, s: MicroState, first: float, second: float, inertia: float
 ) -> tuple[WireState, WireState, float]:
-    """Both halves of unequal wires after gains of heat [J], and their contraction [m].
-
-    They pull in a row: the same force, and each has half the stroke, the heat and the capacity.
-    Each is advanced as if all wires were like it; what the other's contraction changes of the
-    spring's force counts as load, as of the step's beginning.
-    """
+    """Both halves of unequal wires in series after gains of heat [J], and their contraction [m]."""
     capacity = p.thermal.wire_capacity
     apart = 0.5 * p.load.rate * p.wire.stroke * (s.other.austenite - s.wire.austenite)
     a = wire.heated(p.wire, p.load, p.table, s.wire, first, inertia + apart, capacity)
@@ -162,28 +90,7 @@ def _halves(
 def advance(
     p: Micro, s: MicroState, ctrl: float, fan: float, inertia: float, dt: float
 ) -> MicroState:
-    """The actuator after one step.
-
-    Parameters
-    ----------
-    p : Micro
-        Parameters of the actuator.
-    s : MicroState
-        State of the actuator; its memory is changed in place.
-    ctrl : float
-        CTRL, D/A volts, V.
-    fan : float
-        0 or 1.
-    inertia : float
-        Load by the carriage's acceleration, N.
-    dt : float
-        Length of the step, s.
-
-    Returns
-    -------
-    MicroState
-        New state.
-    """
+    """The actuator after one step."""
     cut = driver.contract(p.driver, s.cut, s.wire.x)
     power = driver.delivered(p.driver, s.power, ctrl, cut, dt)
     air = thermal.airy(p.thermal, s.t)

@@ -31,26 +31,7 @@ class Motor(NamedTuple):
 
 @kernel
 def current_terms(p: Motor, current: float, volts: float, h: float) -> tuple[float, float]:
-    """(4.1) first row, backward Euler, linear in the new speed: current = a - b v1.
-
-    Parameters
-    ----------
-    p : Motor
-        Parameters of the motor.
-    current : float
-        Present current, A.
-    volts : float
-        Volts at the motor, V.
-    h : float
-        Length of the step, s.
-
-    Returns
-    -------
-    a : float
-        A.
-    b : float
-        A s/m.
-    """
+    """(4.1) first row, backward Euler, linear in the new speed: current = a - b v1."""
     # (4.1): di/dt = (V - R i - K_b omega) / L, omega = v / r
     denominator = 1.0 + h * p.resistance / p.inductance
     a = (current + h * volts / p.inductance) / denominator
@@ -60,18 +41,5 @@ def current_terms(p: Motor, current: float, volts: float, h: float) -> tuple[flo
 
 @kernel
 def force(p: Motor, current: float) -> float:
-    """Pull of the belt.
-
-    Parameters
-    ----------
-    p : Motor
-        Parameters of the motor.
-    current : float
-        Current of the armature, A.
-
-    Returns
-    -------
-    float
-        N.
-    """
+    """Pull of the belt."""
     return p.constant * current / p.pulley

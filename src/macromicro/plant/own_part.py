@@ -1,11 +1,11 @@
-"""Parts of other packages, named in the settings of a machine, found when asked for."""
+"""Parts of other packages that settings name."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
 from macromicro import joining
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.kernel import is_kernel
 from macromicro.plant import rubbing
 from macromicro.plant.rubbing import FrictionPart
@@ -21,37 +21,19 @@ _FUNCTIONS = ("force", "start", "after")
 
 
 class NoPart(NamedTuple):
-    """The parameters of no part of another package."""
+    pass
 
 
 _found: dict[str, FrictionPart] = {}
 
 
 def find(name: str, where: str) -> FrictionPart:
-    """The part of a name, imported at the first call.
-
-    Parameters
-    ----------
-    name : str
-        "module:object", or that of an entry point of the group `GROUP`.
-    where : str
-        Option or file and key, for messages.
-
-    Returns
-    -------
-    FrictionPart
-        The part.
-
-    Raises
-    ------
-    InputError
-        It is not to be had, or is no part.
-    """
+    """The part of a name, imported at the first call."""
     if name not in _found:
         part = checked(imported(name, where), name, where)
         if rubbing.known(part) != part:
-            found = f"{printable(name)} has the settings of another, {part.settings.__name__}"
-            raise InputError(where, found, "a type of settings of its own for each part")
+            problem = f"{printable(name)} has the settings of another, {part.settings.__name__}"
+            raise ProblemError(where, problem, "Give each part a type of settings of its own.")
         _found[name] = part
         if compiles(part):
             joining.admitted(name, part.force, part.after)
@@ -59,25 +41,7 @@ def find(name: str, where: str) -> FrictionPart:
 
 
 def imported(name: str, where: str) -> Any:
-    """What a user's module has under a part's name.
-
-    Parameters
-    ----------
-    name : str
-        As for `find`.
-    where : str
-        Option or file and key, for messages.
-
-    Returns
-    -------
-    Any
-        Not checked.
-
-    Raises
-    ------
-    InputError
-        It is not to be had.
-    """
+    """The object under a part's name in a user's module."""
     place = plugins.place(name, GROUP)
     if place is None:
         accepted = f"{nearest(name, (BRISTLES, *plugins.registered(GROUP)))}; or {FORM}"
@@ -86,27 +50,7 @@ def imported(name: str, where: str) -> Any:
 
 
 def checked(made: Any, name: str, where: str) -> FrictionPart:
-    """What a user's module has under a part's name, as a part.
-
-    Parameters
-    ----------
-    made : Any
-        A `FrictionPart`.
-    name : str
-        Of it.
-    where : str
-        Option or file and key, for messages.
-
-    Returns
-    -------
-    FrictionPart
-        The part.
-
-    Raises
-    ------
-    InputError
-        It has not the shape of a part.
-    """
+    """That object, checked."""
     if not isinstance(made, FrictionPart):
         found = f"{printable(name)}, {type(made).__name__}"
         raise InputError(where, found, "a macromicro.plant.rubbing.FrictionPart")
@@ -126,33 +70,10 @@ def checked(made: Any, name: str, where: str) -> FrictionPart:
 
 
 def compiles(part: FrictionPart) -> bool:
-    """Whether a part is meant to be compiled.
-
-    Parameters
-    ----------
-    part : FrictionPart
-        The part.
-
-    Returns
-    -------
-    bool
-        True if its `force` and `after` are kernels.
-    """
     return is_kernel(part.force) and is_kernel(part.after)
 
 
 def digest(name: str) -> str:
-    """What the sources of a part are: an edit of it makes another digest.
-
-    Parameters
-    ----------
-    name : str
-        Of a part that was found.
-
-    Returns
-    -------
-    str
-        16 hexadecimal digits.
-    """
+    """Digest of a part's sources."""
     part = _found[name]
     return joining.sources(part.force, part.settings, also=compiles(part))

@@ -1,9 +1,4 @@
-"""The alloy's relays: at which temperatures parts of the wire transform, and back.
-
-A density of relays over heating and cooling thresholds (Section 2.4.1), here at the
-load of the kiln. Its shape is a bench assumption: thresholds for heating crowd
-exponentially below a last one, those for cooling scatter about a line.
-"""
+"""The alloy's relays (Section 2.4.1): a density over heating and cooling thresholds."""
 
 from __future__ import annotations
 
@@ -59,22 +54,7 @@ TABLE_END = _LOW + _STEP * (_NODES - 1)
 def weights(
     p: Phase, up: npt.NDArray[np.float64], down: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.float64]:
-    """Density (not normalised) of the relays.
-
-    Zero above the last heating threshold and where the thresholds are closer than `width_min`.
-
-    Parameters
-    ----------
-    p : Phase
-        Parameters of the density.
-    up, down : ndarray
-        Heating and cooling thresholds, deg C; they broadcast.
-
-    Returns
-    -------
-    ndarray
-        In the broadcast shape.
-    """
+    """Density (not normalised) of the relays; `up`, `down` in deg C."""
     within = (up >= p.heat_start) & (up <= p.heat_end)
     rising = np.where(within, np.exp(np.minimum(up - p.heat_end, 0.0) / p.heat_fold), 0.0)
     centre = p.cool_offset + p.cool_slope * up
@@ -88,16 +68,5 @@ def weights(
 
 
 def table(p: Phase) -> Everett:
-    """Everett table of the density on 0-120 deg C in half degrees.
-
-    Parameters
-    ----------
-    p : Phase
-        Parameters of the density.
-
-    Returns
-    -------
-    Everett
-        Output 0 to 1: the austenite fraction.
-    """
+    """Everett table of the density on 0-120 deg C in half degrees."""
     return from_density(lambda up, down: weights(p, up, down), _LOW, _STEP, _NODES)

@@ -2,9 +2,7 @@
 
     volts -> amplifier -> Prandtl-Ishlinskii, wider with the rate -> creep -> second order -> sensor
 
-Hysteresis and creep of the stack act before the mechanics, as Croft, Shed and Devasia (2001)
-place them. The hysteresis' weights follow from what makers print, the stroke over a voltage span
-and the width of that loop, and from a shape that is a bench assumption.
+Structure: Croft, Shed and Devasia (2001). The shape of the hysteresis is a bench assumption.
 """
 
 from __future__ import annotations
@@ -13,6 +11,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from macromicro.arrays import Array
+from macromicro.columns import Meaning
 from macromicro.hysteresis import prandtl
 from macromicro.hysteresis.prandtl import Plays, Prandtl
 from macromicro.hysteresis.prandtl_loop import Loop, shaped
@@ -25,7 +24,7 @@ from macromicro.schema.par import Par
 
 
 class Stack(NamedTuple):
-    """The ceramic as makers print it: how far it moves for a voltage, and how wide its loop is."""
+    """The ceramic by its data sheet: stroke over voltage and width of its loop."""
 
     stroke: Annotated[
         float,
@@ -47,7 +46,7 @@ class Stack(NamedTuple):
 
 
 class Guide(NamedTuple):
-    """The flexure guide with its lever, the platform and what stands on it, as makers print it."""
+    """The flexure guide with lever, platform and load, by its data sheet."""
 
     resonance: Annotated[
         float, Par("Hz", "resonance without a load", "PI P-621.1CD: 800 Hz", positive=True)
@@ -62,7 +61,7 @@ class Guide(NamedTuple):
 
 
 class Hidden(NamedTuple):
-    """What no data sheet prints, and by how much one stage differs from its sheet."""
+    """Deviations from the data sheet, and what none prints."""
 
     stronger: Annotated[
         float, Par("1", "true stroke over the printed one", "PI: +-20 %", lo=0.5, hi=2.0)
@@ -102,8 +101,6 @@ class Warming(NamedTuple):
 
 
 class PiezoBench(NamedTuple):
-    """A piezo stage as a person writes it down."""
-
     amplifier: HighVoltage = HighVoltage()
     stack: Stack = Stack()
     creep: Creep = Creep()
@@ -111,139 +108,52 @@ class PiezoBench(NamedTuple):
     hidden: Hidden = Hidden()
     warming: Warming = Warming()
     sensor: Gauge = Gauge()
-    delay: Annotated[
-        float, Par("s", "from a reading until its effort acts", shown="ms", lo=0.0)
-    ] = 0.0
+    delay: Annotated[float, Par("s", "delay from a reading to its effort", shown="ms", lo=0.0)] = (
+        0.0
+    )
     steps: Annotated[int, Par("", "physics steps per control period", lo=1, hi=1000)] = 4
 
 
 class PiezoPlant(NamedTuple):
-    """The stage as the kernels take it.
-
-    Attributes
-    ----------
-    amplifier : HighVoltage
-        The amplifier.
-    hysteresis : Prandtl
-        From V to m.
-    creep : CreepTable
-        The creep.
-    omega : float
-        Resonance with the load, rad/s.
-    damping : float
-        Its damping ratio.
-    rate_lag : float
-        Lag of the rate that widens the loop, s.
-    warming : Warming
-        Slow drift.
-    sensor : Gauge
-        The sensor.
-    delay : float
-        From a reading until its effort acts, s; at most a control period.
-    steps : int
-        Steps per control period.
-    """
-
-    amplifier: HighVoltage
-    hysteresis: Prandtl
-    creep: CreepTable
-    omega: float
-    damping: float
-    rate_lag: float
-    warming: Warming
-    sensor: Gauge
-    delay: float
-    steps: int
+    amplifier: Annotated[HighVoltage, Meaning("the amplifier")]
+    hysteresis: Annotated[Prandtl, Meaning("from V to m")]
+    creep: Annotated[CreepTable, Meaning("the creep")]
+    omega: Annotated[float, Meaning("resonance with the load", "rad/s")]
+    damping: Annotated[float, Meaning("its damping ratio")]
+    rate_lag: Annotated[float, Meaning("lag of the rate that widens the loop", "s")]
+    warming: Annotated[Warming, Meaning("slow drift")]
+    sensor: Annotated[Gauge, Meaning("the sensor")]
+    delay: Annotated[
+        float, Meaning("from a reading until its effort acts, s; at most a control period")
+    ]
+    steps: Annotated[int, Meaning("steps per control period")]
 
 
 class PiezoState(NamedTuple):
-    """State of the stage.
-
-    Attributes
-    ----------
-    effort : float
-        V at the D/A that acts until the next one does.
-    volts : float
-        At the stack, V.
-    plays : Plays
-        Of the hysteresis, V.
-    rate : float
-        Of the voltage, lagged, V/s.
-    lags : ndarray, shape (k,)
-        Of the creep, m.
-    x : float
-        Position of the platform, m.
-    v : float
-        Its speed, m/s.
-    drift : float
-        By the temperature, m.
-    """
-
-    effort: float
-    volts: float
-    plays: Plays
-    rate: float
-    lags: Array
-    x: float
-    v: float
-    drift: float
+    effort: Annotated[float, Meaning("V at the D/A that acts until the next one does", "V")]
+    volts: Annotated[float, Meaning("at the stack", "V")]
+    plays: Annotated[Plays, Meaning("of the hysteresis", "V")]
+    rate: Annotated[float, Meaning("of the voltage, lagged", "V/s")]
+    lags: Annotated[Array, Meaning("of the creep", "m")]
+    x: Annotated[float, Meaning("position of the platform", "m")]
+    v: Annotated[float, Meaning("its speed", "m/s")]
+    drift: Annotated[float, Meaning("by the temperature", "m")]
 
 
 def loop(spec: Stack, hidden: Hidden) -> Prandtl:
-    """The operator whose loop over `span` has the stroke and the width of this stage.
-
-    Parameters
-    ----------
-    spec : Stack
-        The stack as printed.
-    hidden : Hidden
-        What is not printed.
-
-    Returns
-    -------
-    Prandtl
-        Output in m, input in V.
-
-    Raises
-    ------
-    InputError
-        A loop too wide for the spread of its weights.
-    """
+    """The hysteresis operator with the stage's stroke and loop width over `span`."""
     stroke = hidden.stronger * spec.stroke
     size = Loop(stroke, spec.hysteresis * stroke)
     return shaped(size, spec.span, hidden.spread, hidden.plays, hidden.widening)
 
 
 def loaded(spec: Guide) -> float:
-    """Printed resonance with the load: f0 sqrt(m / (m + load)), with m = k / (2 pi f0)^2.
-
-    Parameters
-    ----------
-    spec : Guide
-        The guide.
-
-    Returns
-    -------
-    float
-        Hz.
-    """
+    """Printed resonance with the load: f0 sqrt(m / (m + load)), with m = k / (2 pi f0)^2."""
     own = spec.stiffness / (2.0 * math.pi * spec.resonance) ** 2
     return spec.resonance * math.sqrt(own / (own + spec.load))
 
 
 def prepare(spec: PiezoBench) -> PiezoPlant:
-    """Runtime parameters.
-
-    Parameters
-    ----------
-    spec : PiezoBench
-        The stage.
-
-    Returns
-    -------
-    PiezoPlant
-        For the kernels.
-    """
     return PiezoPlant(
         spec.amplifier,
         loop(spec.stack, spec.hidden),
@@ -259,18 +169,7 @@ def prepare(spec: PiezoBench) -> PiezoPlant:
 
 
 def initial(p: PiezoPlant) -> PiezoState:
-    """At rest at 0 V, without a past.
-
-    Parameters
-    ----------
-    p : PiezoPlant
-        The stage.
-
-    Returns
-    -------
-    PiezoState
-        Its arrays are its own.
-    """
+    """At rest at 0 V, without a past."""
     plays = prandtl.relaxed(p.hysteresis)
     return PiezoState(0.0, 0.0, plays, 0.0, creep.fresh(p.creep), 0.0, 0.0, 0.0)
 
@@ -278,31 +177,8 @@ def initial(p: PiezoPlant) -> PiezoState:
 @kernel
 def swung(
     omega: float, damping: float, x: float, v: float, rest: float, dt: float
-) -> tuple[float, float]:
-    """A damped oscillator after one step, exactly, for a place of rest that stays.
-
-    Parameters
-    ----------
-    omega : float
-        Natural frequency, rad/s.
-    damping : float
-        Damping ratio below 1.
-    x : float
-        Position, m.
-    v : float
-        Speed, m/s.
-    rest : float
-        Where it would come to rest, m.
-    dt : float
-        Length of the step, s.
-
-    Returns
-    -------
-    x : float
-        New position, m.
-    v : float
-        New speed, m/s.
-    """
+) -> tuple[Annotated[float, Meaning(name="x")], Annotated[float, Meaning(name="v")]]:
+    """A damped oscillator after one step, exactly, for a constant rest position."""
     sigma = damping * omega
     swing = omega * math.sqrt(1.0 - damping * damping)
     decay = math.exp(-sigma * dt)
@@ -316,24 +192,6 @@ def swung(
 
 @kernel
 def advance(p: PiezoPlant, s: PiezoState, effort: float, dt: float) -> PiezoState:
-    """The stage after one control period.
-
-    Parameters
-    ----------
-    p : PiezoPlant
-        The stage.
-    s : PiezoState
-        Its state; the arrays are changed in place.
-    effort : float
-        V at the D/A; it acts after the delay, the one before it until then.
-    dt : float
-        Length of the period, s.
-
-    Returns
-    -------
-    PiezoState
-        New state.
-    """
     h = dt / p.steps
     asked = high_voltage.convert(p.amplifier, effort)
     before = high_voltage.convert(p.amplifier, s.effort)
@@ -353,37 +211,10 @@ def advance(p: PiezoPlant, s: PiezoState, effort: float, dt: float) -> PiezoStat
 
 @kernel
 def position(s: PiezoState) -> float:
-    """Where the platform is, warmth included.
-
-    Parameters
-    ----------
-    s : PiezoState
-        State of the stage.
-
-    Returns
-    -------
-    float
-        m.
-    """
+    """Position of the platform, with thermal drift."""
     return s.x + s.drift
 
 
 @kernel
 def measured(p: PiezoPlant, s: PiezoState, draw: float) -> float:
-    """What the sensor shows.
-
-    Parameters
-    ----------
-    p : PiezoPlant
-        The stage.
-    s : PiezoState
-        Its state.
-    draw : float
-        Standard normal number.
-
-    Returns
-    -------
-    float
-        m.
-    """
     return gauge.reading(p.sensor, position(s), draw)

@@ -1,10 +1,11 @@
-"""What drives an axis: D/A, amplifier in voltage or current mode, and a motor."""
+"""D/A, amplifier in voltage or current mode, and motor of an axis."""
 
 from __future__ import annotations
 
 import math
 from typing import Annotated, NamedTuple
 
+from macromicro.columns import Meaning
 from macromicro.kernel import kernel
 from macromicro.plant import amplifier
 from macromicro.schema.par import Par
@@ -16,14 +17,12 @@ _MOTOR = "motor's data sheet"
 
 
 class Amplifier(NamedTuple):
-    """D/A converter and power amplifier."""
-
     mode: Annotated[
         str,
         Par("", "what an effort sets: voltage or current", _SHEET, choices=(VOLTAGE, CURRENT)),
     ] = VOLTAGE
     supply: Annotated[float, Par("V", "supply of the motor", _SHEET, positive=True)] = 24.0
-    current: Annotated[float, Par("A", "greatest current", _SHEET, positive=True)] = 4.0
+    current: Annotated[float, Par("A", "maximum current", _SHEET, positive=True)] = 4.0
     bandwidth: Annotated[
         float, Par("Hz", "bandwidth of the current loop (current mode)", _SHEET, positive=True)
     ] = 1000.0
@@ -43,13 +42,13 @@ class Amplifier(NamedTuple):
         str, Par("", "its enable input: none (always on) or line", _SHEET, choices=(NONE, LINE))
     ] = NONE
     enable_time: Annotated[
-        float, Par("s", "from the enable input until it gives current", _SHEET, shown="ms", lo=0.0)
+        float, Par("s", "delay from the enable input to the current", _SHEET, shown="ms", lo=0.0)
     ] = 20.0e-3
     fault: Annotated[
         str, Par("", "its fault output: none or line", _SHEET, choices=(NONE, LINE))
     ] = NONE
     continuous: Annotated[
-        float, Par("A", "current that it gives for ever (fault output)", _SHEET, positive=True)
+        float, Par("A", "continuous current (fault output)", _SHEET, positive=True)
     ] = 2.0
     peak_time: Annotated[
         float,
@@ -58,7 +57,7 @@ class Amplifier(NamedTuple):
 
 
 class Motor(NamedTuple):
-    """A DC motor, or a brushless one with its commutation, as its terminals show it."""
+    """A brushed or commutated brushless motor, as seen at its terminals."""
 
     constant: Annotated[
         float, Par("N*m/A", "torque constant, also that of the back-EMF", _MOTOR, positive=True)
@@ -74,63 +73,21 @@ class Motor(NamedTuple):
 
 
 class Power(NamedTuple):
-    """Runtime parameters of D/A, amplifier and motor, seen from the load's way.
+    """Parameters of D/A, amplifier and motor, referred to the load's travel."""
 
-    Attributes
-    ----------
-    dac : Amplifier
-        Range and bits of the D/A.
-    by_current : int
-        1 in current mode.
-    gain : float
-        Motor volts, or amperes, per volt at the D/A.
-    supply : float
-        V.
-    limit : float
-        Greatest current, A.
-    pole : float
-        Of the current loop, rad/s.
-    resistance : float
-        ohm.
-    inductance : float
-        H.
-    emf : float
-        Back-EMF, V s/m.
-    push : float
-        Force at the load, N/A.
-    """
-
-    dac: amplifier.Amplifier
-    by_current: int
-    gain: float
-    supply: float
-    limit: float
-    pole: float
-    resistance: float
-    inductance: float
-    emf: float
-    push: float
+    dac: Annotated[amplifier.Amplifier, Meaning("range and bits of the D/A")]
+    by_current: Annotated[int, Meaning("1 in current mode")]
+    gain: Annotated[float, Meaning("motor volts, or amperes, per volt at the D/A")]
+    supply: Annotated[float, Meaning("", "V")]
+    limit: Annotated[float, Meaning("maximum current", "A")]
+    pole: Annotated[float, Meaning("of the current loop", "rad/s")]
+    resistance: Annotated[float, Meaning("", "ohm")]
+    inductance: Annotated[float, Meaning("", "H")]
+    emf: Annotated[float, Meaning("back-EMF", "V s/m")]
+    push: Annotated[float, Meaning("force at the load", "N/A")]
 
 
 def prepare(amp: Amplifier, motor: Motor, constant: float, efficiency: float) -> Power:
-    """Runtime parameters.
-
-    Parameters
-    ----------
-    amp : Amplifier
-        Of the settings.
-    motor : Motor
-        Of the settings.
-    constant : float
-        Force constant at the load, N/A.
-    efficiency : float
-        Share of the motor's force that arrives there.
-
-    Returns
-    -------
-    Power
-        For the kernels.
-    """
     by_current = amp.mode == CURRENT
     return Power(
         amplifier.Amplifier(full_scale=amp.full_scale, bits=amp.bits, supply=amp.supply),
@@ -147,31 +104,10 @@ def prepare(amp: Amplifier, motor: Motor, constant: float, efficiency: float) ->
 
 
 @kernel
-def current_terms(p: Power, i: float, effort: float, v: float, h: float) -> tuple[float, float]:
-    """The motor's current over one step, linear in the new speed: current = a - b v1.
-
-    The supply bounds the voltage and the amplifier the current, in both modes.
-
-    Parameters
-    ----------
-    p : Power
-        Parameters.
-    i : float
-        Present current, A.
-    effort : float
-        V at the D/A's input.
-    v : float
-        Present speed, m/s.
-    h : float
-        Length of the step, s.
-
-    Returns
-    -------
-    a : float
-        A.
-    b : float
-        A s/m.
-    """
+def current_terms(
+    p: Power, i: float, effort: float, v: float, h: float
+) -> tuple[Annotated[float, Meaning(name="a")], Annotated[float, Meaning(name="b")]]:
+    """Motor current over one step within the limits, linear in the new speed: a - b v1."""
     wanted = p.gain * amplifier.convert(p.dac, effort)
     volts = wanted
     if p.by_current == 1:

@@ -1,8 +1,4 @@
-"""What rubs on an axis: bristles (`friction`), or a part of another package by `FrictionPart`.
-
-The one home of an axis' friction. A part is known by the type of its parameters, so that compiled
-code calls the right one (`kernel.by_type`) and no list of parts needs an edit.
-"""
+"""Friction of an axis: bristles (`friction`), or a part of another package by `FrictionPart`."""
 
 from __future__ import annotations
 
@@ -17,21 +13,11 @@ from macromicro.plant.friction import Friction
 
 
 class Sheet(NamedTuple):
-    """What an engineer reads off a part: what gains, limits and homing of an axis follow from.
+    """What an engineer reads off a part: what gains, limits and homing of an axis follow from."""
 
-    Attributes
-    ----------
-    coulomb : float
-        Kinetic friction, N; N m of an axis that turns.
-    stribeck : float
-        Breakaway above it, N.
-    viscous : float
-        Rise with the speed, N s/m.
-    """
-
-    coulomb: float
-    stribeck: float
-    viscous: float
+    coulomb: float  #: kinetic friction, N; N m of an axis that turns
+    stribeck: float  #: breakaway above it, N
+    viscous: float  #: rise with the speed, N s/m
 
 
 @kernel
@@ -49,6 +35,12 @@ def no_state(p: Any, held: float) -> float:
     -------
     float
         0.
+
+    Examples
+    --------
+    >>> from macromicro.plant.rubbing import no_state
+    >>> no_state(None, held=2.5)  # N
+    0.0
     """
     return 0.0
 
@@ -70,6 +62,12 @@ def unchanged(p: Any, s: Any, x: float, v: float, h: float) -> Any:
     -------
     Any
         The same state.
+
+    Examples
+    --------
+    >>> from macromicro.plant.rubbing import unchanged
+    >>> unchanged(None, s=0.0, x=0.01, v=0.1, h=5e-5)  # m, m/s, s
+    0.0
     """
     return s
 
@@ -77,40 +75,38 @@ def unchanged(p: Any, s: Any, x: float, v: float, h: float) -> Any:
 class FrictionPart(NamedTuple):
     """Friction of one's own for an axis; in rad and N m on one that turns.
 
-    Attributes
-    ----------
-    name : str
-        For people.
-    settings : type
-        A ``NamedTuple`` of floats with defaults, each annotated with a `Par`; a type of its own for
-        each part.
-    force : Callable[[Any, Any, float, float, float], tuple[float, float]]
-        Kernel: from parameters, state, place (m), present speed (m/s) and the step's length (s) to
-        c (N) and d >= 0 (N s/m). The friction over the step is c + d times the speed after it,
-        which the axis solves for: what holds a body at rest is a large d, without a small step.
-    start : Callable[[Any, float], Any]
-        From parameters and the force (N) that friction must hold at rest to the state there, a
-        float or a ``NamedTuple`` of floats.
-    after : Callable[[Any, Any, float, float, float], Any]
-        Kernel: from parameters, state, place, the speed after the step and its length to the new
-        state.
-    sheet : Callable[[Any], Sheet], optional
-        From parameters to what gains and limits follow from. None: the settings `friction` say it.
-    spread : Path, optional
-        A table of what is not known about it, with paths from the part's own parameters on, for
-        `robust`.
-    place : Place
-        What its axis is counted in: `LENGTH` or `ANGLE`.
+    Examples
+    --------
+    >>> from typing import Annotated, NamedTuple
+    >>> from macromicro.plant.rubbing import FrictionPart
+    >>> from macromicro.schema.par import Par
+    >>> class Drag(NamedTuple):
+    ...     level: Annotated[float, Par("N*s/m", "viscous drag", lo=0.0)] = 2.0
+    >>> drag = FrictionPart("drag", Drag, lambda p, s, x, v, h: (0.0, p.level))
+    >>> drag.force(Drag(), 0.0, 0.01, 0.1, 5e-5)  # N, N s/m
+    (0.0, 2.0)
     """
 
-    name: str
+    name: str  #: for people
+    #: A ``NamedTuple`` of floats with defaults, each annotated with a `Par`; a type of its own for
+    #: each part
     settings: Any
+    #: kernel: from parameters, state, place (m), present speed (m/s) and the step's length (s) to c
+    #: (N) and d >= 0 (N s/m). The friction over the step is c + d times the speed after it, which
+    #: the axis solves for: what holds a body at rest is a large d, without a small step
     force: Callable[[Any, Any, float, float, float], tuple[float, float]]
+    #: from parameters and the force (N) that friction must hold at rest to the state there, a float
+    #: or a ``NamedTuple`` of floats
     start: Callable[[Any, float], Any] = no_state
+    #: kernel: from parameters, state, place, the speed after the step and its length to the new
+    #: state
     after: Callable[[Any, Any, float, float, float], Any] = unchanged
+    #: from parameters to what gains and limits follow from. None: the settings `friction` say it
     sheet: Callable[[Any], Sheet] | None = None
+    #: A table of what is not known about it, with paths from the part's own parameters on, for
+    #: `robust`
     spread: Path | None = None
-    place: Place = LENGTH
+    place: Place = LENGTH  #: what its axis is counted in: `LENGTH` or `ANGLE`
 
 
 _parts: dict[type, FrictionPart] = {}  # by the type of their parameters
@@ -122,12 +118,22 @@ def known(part: FrictionPart) -> FrictionPart:
     Parameters
     ----------
     part : FrictionPart
-        The part.
+        To be looked up.
 
     Returns
     -------
     FrictionPart
         That of the type, which another part may have taken before.
+
+    Examples
+    --------
+    >>> from typing import NamedTuple
+    >>> from macromicro.plant.rubbing import FrictionPart, known, terms
+    >>> class Drag(NamedTuple):
+    ...     level: float = 2.0  # N s/m
+    >>> drag = known(FrictionPart("drag", Drag, lambda p, s, x, v, h: (0.0, p.level)))
+    >>> terms(Drag(), 0.0, 0.0, 0.1, 0.0, 5e-5)  # its force is 0 N + 2 N s/m times the speed
+    (0.0, 0.0, 0.0, 2.0)
     """
     return _parts.setdefault(part.settings, part)
 
@@ -146,6 +152,13 @@ def begun(p: Any, held: float) -> Any:
     -------
     Any
         Deflection of the bristles, m; or a part's state.
+
+    Examples
+    --------
+    >>> from macromicro.plant.friction import Friction
+    >>> from macromicro.plant.rubbing import begun
+    >>> begun(Friction(coulomb=10.0, bristle=1e6), held=5.0)  # N, N/m, N; the deflection in m
+    -5e-06
     """
     if not isinstance(p, Friction):
         return _parts[type(p)].start(p, held)
@@ -174,6 +187,13 @@ def offset(p: Any, x: float) -> float:
     -------
     float
         N.
+
+    Examples
+    --------
+    >>> from macromicro.plant.friction import Friction
+    >>> from macromicro.plant.rubbing import offset
+    >>> round(offset(Friction(ripple=0.5), 0.01), 2)  # N, at 10 mm
+    0.22
     """
     return friction.ripple(p, x) if isinstance(p, Friction) else 0.0
 
@@ -197,6 +217,13 @@ def viscous(p: Any) -> float:
     -------
     float
         N s/m; 0 of a part, whose `force` has all.
+
+    Examples
+    --------
+    >>> from macromicro.plant.friction import Friction
+    >>> from macromicro.plant.rubbing import viscous
+    >>> viscous(Friction(viscous=6.4))  # N s/m
+    6.4
     """
     return float(p.viscous) if isinstance(p, Friction) else 0.0
 
@@ -239,6 +266,14 @@ def terms(p: Any, s: Any, x: float, v: float, level: float, h: float) -> Terms:
         Deflection of bristles after the step, a + b v1, m and s; 0 of a part.
     c, d : float
         Force, c + d v1, N and N s/m.
+
+    Examples
+    --------
+    >>> from macromicro.plant.friction import Friction
+    >>> from macromicro.plant.rubbing import terms
+    >>> a, b, c, d = terms(Friction(), 0.0, 0.0, 0.0, 10.5, 5e-5)  # at rest, no deflection
+    >>> a, b, c, round(d, 1)  # m, s, N, N s/m
+    (0.0, 5e-05, 0.0, 606.3)
     """
     if isinstance(p, Friction):
         return friction.bristle_terms(p, s, v, level, h)
@@ -274,5 +309,12 @@ def after(p: Any, s: Any, z: float, x: float, v: float, h: float) -> Any:
     -------
     Any
         As `begun`.
+
+    Examples
+    --------
+    >>> from macromicro.plant.friction import Friction
+    >>> from macromicro.plant.rubbing import after
+    >>> after(Friction(), 0.0, 1e-6, 0.01, 0.1, 5e-5)  # of bristles, their deflection, m
+    1e-06
     """
     return z if isinstance(p, Friction) else _parts[type(p)].after(p, s, x, v, h)

@@ -3,75 +3,31 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
+from macromicro.columns import Meaning
 from macromicro.kernel import kernel
 
 
 class Switch(NamedTuple):
-    """A switch along the way; runtime parameters.
+    """A switch along the travel."""
 
-    Attributes
-    ----------
-    there : int
-        0: there is none, and it reads 0.
-    side : float
-        1.0: on at and below its place; -1.0: at and above.
-    place : float
-        Where it trips, m.
-    width : float
-        Way over which it is on, m; infinity: to the end.
-    hysteresis : float
-        Way back until it lets go, m.
-    repeatability : float
-        Standard deviation of the place where it trips, m.
-    """
-
-    there: int
-    side: float
-    place: float
-    width: float
-    hysteresis: float
-    repeatability: float
+    there: Annotated[int, Meaning("0: there is none, and it reads 0")]
+    side: Annotated[float, Meaning("1.0: on at and below its place; -1.0: at and above")]
+    place: Annotated[float, Meaning("where it trips", "m")]
+    width: Annotated[float, Meaning("distance over which it is on, m; infinity: to the end")]
+    hysteresis: Annotated[float, Meaning("hysteresis", "m")]
+    repeatability: Annotated[float, Meaning("standard deviation of the place where it trips", "m")]
 
 
 class Contact(NamedTuple):
-    """State of a switch.
-
-    Attributes
-    ----------
-    on : float
-        0 or 1.
-    off : float
-        How far from its place it trips this time, m.
-    """
-
-    on: float
-    off: float
+    on: Annotated[float, Meaning("0 or 1")]
+    off: Annotated[float, Meaning("how far from its place it trips this time", "m")]
 
 
 @kernel
 def moved(p: Switch, s: Contact, x: float, draw: float) -> Contact:
-    """A switch after the load has moved.
-
-    It trips at another place each time, which is drawn when it lets go.
-
-    Parameters
-    ----------
-    p : Switch
-        Parameters.
-    s : Contact
-        State.
-    x : float
-        Place of the load now, m.
-    draw : float
-        Standard normal draw.
-
-    Returns
-    -------
-    Contact
-        New state.
-    """
+    """A switch after the load has moved; its trip point is drawn again on release."""
     if p.there == 0:
         return s
     beyond = p.side * (p.place - x) + s.off  # how far it is past the edge
@@ -82,39 +38,14 @@ def moved(p: Switch, s: Contact, x: float, draw: float) -> Contact:
 
 
 class Index(NamedTuple):
-    """Index pulses of an encoder; runtime parameters.
-
-    Attributes
-    ----------
-    there : int
-        0: there are none.
-    place : float
-        Where one is, m as the encoder has it.
-    spacing : float
-        From one to the next, m; 0: there is only one.
-    """
-
-    there: int
-    place: float
-    spacing: float
+    there: Annotated[int, Meaning("0: there are none")]
+    place: Annotated[float, Meaning("where one is, m as the encoder has it")]
+    spacing: Annotated[float, Meaning("from one to the next, m; 0: there is only one")]
 
 
 @kernel
 def passed(p: Index, before: float, after: float) -> float:
-    """The last index pulse on the way from one place to another.
-
-    Parameters
-    ----------
-    p : Index
-        Parameters.
-    before, after : float
-        m, as the encoder has it.
-
-    Returns
-    -------
-    float
-        Its place, m; NaN: there is none between them.
-    """
+    """The last index pulse on the way from one place to another."""
     if p.there == 0:
         return math.nan
     if p.spacing == 0.0:

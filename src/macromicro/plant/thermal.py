@@ -1,15 +1,14 @@
 """Heat: wires, plates and body as a three-node ladder to the air.
 
-(5.6) is exactly the input impedance of such a ladder with positive elements; one ladder
-then gives the heating, the one-second cooling and the slow warming over cycles of
-Section 6.3 and Appendix D. The wires also store latent heat, so their plain capacity is
-smaller than the apparent one in (5.6).
+(5.6) is the input impedance of such a ladder. The wires also store latent heat, so their plain
+capacity is smaller than the apparent one in (5.6).
 """
 
 from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
+from macromicro.columns import Meaning
 from macromicro.kernel import kernel
 from macromicro.plant import VARIANT, value_noise
 from macromicro.schema.par import Par
@@ -91,20 +90,7 @@ _LEAST = 0.1  # share of the heat transfer that is always left
 
 @kernel
 def to_plates(p: Thermal, wire: float, plates: float) -> float:
-    """Heat from wires to plates; free convection and radiation carry more, the hotter they are.
-
-    Parameters
-    ----------
-    p : Thermal
-        Parameters of the ladder.
-    wire, plates : float
-        Temperatures, deg C.
-
-    Returns
-    -------
-    float
-        W.
-    """
+    """Heat from wires to plates, which rises with temperature (deg C)."""
     above = wire - plates
     ease = max(1.0 + p.convection * (abs(above) - _USUAL), _LEAST) if p.convection > 0.0 else 1.0
     return above / p.wire_resistance * ease
@@ -112,20 +98,7 @@ def to_plates(p: Thermal, wire: float, plates: float) -> float:
 
 @kernel
 def airy(p: Thermal, t: float) -> float:
-    """Share of the heat transfer to the air at a time: a draught comes and goes.
-
-    Parameters
-    ----------
-    p : Thermal
-        Parameters of the ladder.
-    t : float
-        s.
-
-    Returns
-    -------
-    float
-        1 in still air.
-    """
+    """Relative heat transfer to the air at a time, which draughts change."""
     if p.draught <= 0.0:
         return 1.0
     return max(1.0 + p.draught * value_noise.at(p.draught_seed, t / p.draught_time), _LEAST)
@@ -134,29 +107,12 @@ def airy(p: Thermal, t: float) -> float:
 @kernel
 def flows(
     p: Thermal, wire: float, plates: float, body: float, fan: float, air: float
-) -> tuple[float, float, float]:
-    """Heat flows of the ladder.
-
-    Parameters
-    ----------
-    p : Thermal
-        Parameters of the ladder.
-    wire, plates, body : float
-        Temperatures, deg C.
-    fan : float
-        0 or 1.
-    air : float
-        Share of the heat transfer to the air (`airy`).
-
-    Returns
-    -------
-    wire : float
-        Wires to plates, W.
-    plates : float
-        Plates to body, W.
-    body : float
-        Body to air, W.
-    """
+) -> tuple[
+    Annotated[float, Meaning(name="wire")],
+    Annotated[float, Meaning(name="plates")],
+    Annotated[float, Meaning(name="body")],
+]:
+    """Heat flows of the ladder (temperatures in deg C)."""
     ease = 1.0 + fan * (p.fan_factor - 1.0)
     return (
         to_plates(p, wire, plates),

@@ -1,4 +1,4 @@
-"""What is between motor and load: belt, screw or nothing; gear, slack, error and flexibility."""
+"""Belt, screw or direct drive: gear ratio, backlash, pitch error, compliance."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _MEASURED = "data sheet or measurement"
 
 
 class Transmission(NamedTuple):
-    """From the motor's turn to the load's way."""
+    """From the motor's turn to the load's travel."""
 
     kind: Annotated[
         str,
@@ -24,16 +24,17 @@ class Transmission(NamedTuple):
         float, Par("m", "radius of the belt's pulley", _SHEET, shown="mm", positive=True)
     ] = 8.0e-3
     lead: Annotated[
-        float, Par("m", "way of the nut per turn of the screw", _SHEET, shown="mm", positive=True)
+        float, Par("m", "lead of the screw: travel per turn", _SHEET, shown="mm", positive=True)
     ] = 5.0e-3
     gear: Annotated[
         float, Par("1", "turns of the motor per turn of pulley or screw", _SHEET, positive=True)
     ] = 1.0
     inertia: Annotated[
-        float, Par("kg*m^2", "what turns with the motor: pulley, screw, coupling", _SHEET, lo=0.0)
+        float,
+        Par("kg*m^2", "inertia turning with the motor: pulley, screw, coupling", _SHEET, lo=0.0),
     ] = 1.0e-6
     efficiency: Annotated[
-        float, Par("1", "share of the motor's force that arrives", _SHEET, lo=0.05, hi=1.0)
+        float, Par("1", "efficiency (share of the motor's force)", _SHEET, lo=0.05, hi=1.0)
     ] = 1.0
     frequency: Annotated[
         float,
@@ -48,35 +49,24 @@ class Transmission(NamedTuple):
         0.02
     )
     backlash: Annotated[
-        float, Par("m", "slack between motor and load", _SHEET, shown="um", lo=0.0)
+        float, Par("m", "backlash between motor and load", _SHEET, shown="um", lo=0.0)
     ] = 0.0
     error: Annotated[
         float, Par("m", "amplitude of the pitch error", _SHEET, shown="um", lo=0.0)
     ] = 0.0
     error_period: Annotated[
-        float, Par("m", "its period along the way", _SHEET, shown="mm", positive=True)
+        float, Par("m", "its period along the travel", _SHEET, shown="mm", positive=True)
     ] = 5.0e-3
     cogging: Annotated[
         float, Par("N", "amplitude of the motor's cogging, at the load", _MEASURED, lo=0.0)
     ] = 0.0
     cogging_period: Annotated[
-        float, Par("m", "its period along the way", _MEASURED, shown="mm", positive=True)
+        float, Par("m", "its period along the travel", _MEASURED, shown="mm", positive=True)
     ] = 5.0e-3
 
 
 def ratio(p: Transmission) -> float:
-    """Turn of the motor per way of the load.
-
-    Parameters
-    ----------
-    p : Transmission
-        Parameters.
-
-    Returns
-    -------
-    float
-        rad/m; 1 for a linear motor.
-    """
+    """Turn of the motor per travel of the load."""
     if p.kind == LINEAR:
         return 1.0
     return p.gear * (2.0 * math.pi / p.lead if p.kind == SCREW else 1.0 / p.radius)
@@ -84,41 +74,13 @@ def ratio(p: Transmission) -> float:
 
 @kernel
 def wave(amplitude: float, period: float, x: float) -> float:
-    """A sine along the way: a pitch error (m) or a cogging force (N).
-
-    Parameters
-    ----------
-    amplitude : float
-        m or N.
-    period : float
-        m.
-    x : float
-        Place, m.
-
-    Returns
-    -------
-    float
-        In the unit of the amplitude.
-    """
+    """A sine along the travel: pitch error (m) or cogging force (N)."""
     return amplitude * math.sin(2.0 * math.pi * x / period)
 
 
 @kernel
 def stretch(slack: float, apart: float) -> float:
-    """How far the drive is strained: what the distance exceeds half the slack by.
-
-    Parameters
-    ----------
-    slack : float
-        Backlash, m.
-    apart : float
-        Way of the motor's side less that of the load, m.
-
-    Returns
-    -------
-    float
-        m; 0 within the slack.
-    """
+    """Strain of the drive: the distance beyond half the backlash."""
     if apart > 0.5 * slack:
         return apart - 0.5 * slack
     if apart < -0.5 * slack:

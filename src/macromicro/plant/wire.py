@@ -1,15 +1,11 @@
-"""The alloy wires: temperature, load and history give the contraction.
-
-Transformation by relays (`phase`), shifted by stress (Clausius-Clapeyron), with latent
-heat, elastic strain of both phases and the mechanical stop. Energy balance and balance
-of forces are solved together, once a step, for the relays' input.
-"""
+"""The alloy wires: temperature, load and history give the contraction."""
 
 from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
 from macromicro import nominal
+from macromicro.columns import Meaning
 from macromicro.hysteresis import Everett, Memory, advance, peek
 from macromicro.kernel import kernel
 from macromicro.plant import VARIANT
@@ -43,10 +39,10 @@ class Wire(NamedTuple):
     area: Annotated[
         float,
         Par(
-            "m**2",
+            "m^2",
             "cross-section under the load",
             "wire mass of 9 mg",
-            shown="mm**2",
+            shown="mm^2",
             positive=True,
         ),
     ] = 1.44e-8
@@ -90,77 +86,33 @@ class Wire(NamedTuple):
 
 
 class Load(NamedTuple):
-    """What the wires pull.
+    """What the wires pull."""
 
-    Attributes
-    ----------
-    preload : float
-        Force at full extension, N.
-    rate : float
-        Rise of the force with the contraction, N/m.
-    mass : float
-        That moves, kg.
-    """
-
-    preload: float
-    rate: float
-    mass: float
+    preload: Annotated[float, Meaning("force at full extension", "N")]
+    rate: Annotated[float, Meaning("rise of the force with the contraction", "N/m")]
+    mass: Annotated[float, Meaning("that moves", "kg")]
 
 
 class WireState(NamedTuple):
-    """State of the wires.
+    """State of the wires."""
 
-    Attributes
-    ----------
-    content : float
-        Heat content, as temperature plus latent share, K.
-    u : float
-        Relay input, deg C.
-    slope : float
-        d(content)/du of the last step.
-    austenite : float
-        Fraction, 0 to 1.
-    x : float
-        Contraction, m.
-    temperature : float
-        deg C.
-    memory : Memory
-        Memory of the relays.
-    """
-
-    content: float
-    u: float
-    slope: float
-    austenite: float
-    x: float
-    temperature: float
-    memory: Memory
+    content: Annotated[float, Meaning("heat content, as temperature plus latent share", "K")]
+    u: Annotated[float, Meaning("relay input, deg C")]
+    slope: Annotated[float, Meaning("d(content)/du of the last step")]
+    austenite: Annotated[float, Meaning("fraction, 0 to 1")]
+    x: Annotated[float, Meaning("contraction", "m")]
+    temperature: Annotated[float, Meaning("", "degC")]
+    memory: Annotated[Memory, Meaning("memory of the relays")]
 
 
 @kernel
-def geometry(p: Wire, load: Load, austenite: float, inertia: float) -> tuple[float, float]:
+def geometry(
+    p: Wire, load: Load, austenite: float, inertia: float
+) -> tuple[Annotated[float, Meaning(name="x")], Annotated[float, Meaning(name="force")]]:
     """Contraction and wire force for an austenite fraction.
 
     x = stroke xi - (elastic stretch now - elastic stretch cold and still); beyond the stop the
-    wires continue to pull, against their own elasticity.
-
-    Parameters
-    ----------
-    p : Wire
-        Parameters of the wires.
-    load : Load
-        What they pull.
-    austenite : float
-        xi, 0 to 1.
-    inertia : float
-        Added to the load, N.
-
-    Returns
-    -------
-    x : float
-        Contraction, m.
-    force : float
-        N.
+    wires pull against their own elasticity.
     """
     scale = p.area / p.length
     compliance = ((1.0 - austenite) / p.martensite + austenite / p.austenite) / scale
@@ -186,36 +138,8 @@ def _excess(
 @kernel
 def solve(
     p: Wire, load: Load, table: Everett, s: WireState, content: float, inertia: float, latent: float
-) -> tuple[float, float]:
-    """Relay input at which the wires hold a heat content.
-
-    The content rises at least as fast as u, so the root lies within the residual of the present u:
-    a secant search, kept inside that bracket, started with the last slope.
-
-    Parameters
-    ----------
-    p : Wire
-        Parameters of the wires.
-    load : Load
-        What they pull.
-    table : Everett
-        Relays.
-    s : WireState
-        Present state; not changed.
-    content : float
-        Temperature plus latent share, K.
-    inertia : float
-        Added to the load, N.
-    latent : float
-        Heat of the full transformation over the wires' capacity, K.
-
-    Returns
-    -------
-    u : float
-        deg C.
-    slope : float
-        d(content)/du on the way.
-    """
+) -> tuple[Annotated[float, Meaning(name="u")], Annotated[float, Meaning(name="slope")]]:
+    """Relay input (deg C) at which the wires hold a heat content, by a bracketed secant search."""
     r_old = _excess(p, load, table, s.memory, s.u, inertia, latent) - content
     if abs(r_old) < 1e-11:
         return s.u, s.slope
@@ -251,30 +175,7 @@ def solve(
 def heated(
     p: Wire, load: Load, table: Everett, s: WireState, gain: float, inertia: float, capacity: float
 ) -> WireState:
-    """The wires after taking up heat.
-
-    Parameters
-    ----------
-    p : Wire
-        Parameters of the wires.
-    load : Load
-        What they pull.
-    table : Everett
-        Relays.
-    s : WireState
-        State of the wires; its memory is changed in place.
-    gain : float
-        Heat, J.
-    inertia : float
-        Added to the load, N.
-    capacity : float
-        Their plain heat capacity, J/K.
-
-    Returns
-    -------
-    WireState
-        New state.
-    """
+    """The wires after taking up heat."""
     latent = p.latent / capacity
     content = s.content + gain / capacity
     u, slope = solve(p, load, table, s, content, inertia, latent)
@@ -286,48 +187,13 @@ def heated(
 
 @kernel
 def placed(s: WireState, x: float) -> WireState:
-    """The wires with another contraction: what other wires and creep add.
-
-    Parameters
-    ----------
-    s : WireState
-        State of the wires.
-    x : float
-        Contraction, m.
-
-    Returns
-    -------
-    WireState
-        Its memory is that of `s`.
-    """
+    """The wires with another contraction: what other wires and creep add."""
     return WireState(s.content, s.u, s.slope, s.austenite, x, s.temperature, s.memory)
 
 
 @kernel
 def tempered(p: Wire, load: Load, table: Everett, s: WireState, temperature: float) -> WireState:
-    """The wires at an imposed temperature, as in the kiln: no latent heat to pay.
-
-    Only for loads whose rate is zero or small: the force of the present contraction shifts the
-    thresholds.
-
-    Parameters
-    ----------
-    p : Wire
-        Parameters of the wires.
-    load : Load
-        What they pull.
-    table : Everett
-        Relays.
-    s : WireState
-        State of the wires; its memory is changed in place.
-    temperature : float
-        Temperature, deg C.
-
-    Returns
-    -------
-    WireState
-        New state.
-    """
+    """The wires at an imposed temperature (deg C), as in the kiln; for slow changes of load."""
     _, force = geometry(p, load, s.austenite, 0.0)
     u = temperature - p.shift * (force - p.reference_load)
     memory, austenite = advance(table, s.memory, u)

@@ -2,8 +2,8 @@
 
 A TOML programme is sequenced: a move starts when the one before it is complete. A CSV
 programme is scheduled: a zero-order hold of columns over time. Motion profiles in TOML
-are scheduled, too: a set point each control period; beside moves each of them is
-sequenced, and its set points follow one another by the clock.
+are scheduled, too, with a set point each control period; between moves each profile is
+sequenced.
 """
 
 from __future__ import annotations
@@ -11,7 +11,9 @@ from __future__ import annotations
 import difflib
 from pathlib import Path
 
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
+from macromicro.programme._profiled import follow
+from macromicro.programme._written import load_toml
 from macromicro.programme.moves import (
     FEWEST,
     LONGEST,
@@ -25,9 +27,7 @@ from macromicro.programme.moves import (
     Span,
     dense,
 )
-from macromicro.programme.profiled import follow
 from macromicro.programme.scheduled import load_csv
-from macromicro.programme.written import load_toml
 from macromicro.schema.text import printable
 
 __all__ = [
@@ -57,12 +57,18 @@ def shipped() -> dict[str, Path]:
     -------
     dict[str, Path]
         File by name.
+
+    Examples
+    --------
+    >>> from macromicro.programme import shipped
+    >>> "thesis" in shipped()
+    True
     """
     return {p.stem: p for p in sorted(FOLDER.iterdir()) if p.suffix in (".toml", ".csv")}
 
 
 def find(name_or_path: str) -> Path:
-    """The file of a shipped programme's name, or a path if something is there.
+    """The file of a programme, by the name of an example or by path.
 
     Parameters
     ----------
@@ -76,8 +82,14 @@ def find(name_or_path: str) -> Path:
 
     Raises
     ------
-    InputError
+    ProblemError
         There is neither; names the nearest example.
+
+    Examples
+    --------
+    >>> from macromicro.programme import find
+    >>> find("thesis").name
+    'thesis.toml'
     """
     examples = shipped()
     if name_or_path in examples:
@@ -91,8 +103,8 @@ def find(name_or_path: str) -> Path:
         return path
     near = difflib.get_close_matches(name_or_path, examples, 1)
     hint = f" (nearest: {near[0]})" if near else ""
-    accepted = f"{WHAT} or the name of an example: {', '.join(examples)}{hint}"
-    raise InputError("programme", f"{printable(name_or_path)}: no such file", accepted)
+    accepted = f"Give {WHAT} or the name of an example: {', '.join(examples)}{hint}."
+    raise ProblemError("programme", f"{printable(name_or_path)}: no such file", accepted)
 
 
 def load(path: Path, limits: Limits) -> Programme:
@@ -103,7 +115,7 @@ def load(path: Path, limits: Limits) -> Programme:
     path : Path
         .toml (sequenced, or profiles) or .csv (scheduled).
     limits : Limits
-        How far the stages go: targets outside are refused.
+        Travel of the stages; targets outside are refused.
 
     Returns
     -------
@@ -115,6 +127,14 @@ def load(path: Path, limits: Limits) -> Programme:
     InputError
         Names the file and the line (CSV, TOML syntax) or the move or profile, counted from 1,
         and its key (TOML).
+
+    Examples
+    --------
+    >>> from macromicro.programme import Limits, find, load
+    >>> limits = Limits(0.0, 40_000.0, 0.0, 4e-3, counts_per_metre=2e5)
+    >>> programme = load(find("thesis"), limits)
+    >>> programme.title, len(programme.target)
+    ('Integrated test (Chapter 6)', 40)
     """
     path = Path(path)
     suffix = path.suffix.lower()

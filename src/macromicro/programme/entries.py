@@ -13,27 +13,6 @@ _TARGETS = "text with a unit such as '1.5 mm', or a list of such texts"
 
 
 def texts(table: dict[str, Any], key: str, where: str) -> list[str]:
-    """The texts of a key that holds one or a list of them, or is not there.
-
-    Parameters
-    ----------
-    table : dict[str, Any]
-        An entry of the file.
-    key : str
-        Its key.
-    where : str
-        File and entry, for the message.
-
-    Returns
-    -------
-    list[str]
-        None for a key that is not there.
-
-    Raises
-    ------
-    InputError
-        Something in it is no text.
-    """
     value = table.get(key, [])
     found = value if isinstance(value, list) else [value]
     if not all(isinstance(each, str) for each in found):
@@ -42,29 +21,6 @@ def texts(table: dict[str, Any], key: str, where: str) -> list[str]:
 
 
 def text(table: dict[str, Any], key: str, where: str, such: str = "2 s") -> str:
-    """The text of a key that must be there.
-
-    Parameters
-    ----------
-    table : dict[str, Any]
-        An entry of the file.
-    key : str
-        Its key.
-    where : str
-        File and entry, for the message.
-    such : str, optional
-        An example, for the message.
-
-    Returns
-    -------
-    str
-        As written.
-
-    Raises
-    ------
-    InputError
-        It is missing, or no text.
-    """
     value = table.get(key)
     if not isinstance(value, str):
         missing = "missing" if value is None else printable(value, 40)
@@ -73,27 +29,6 @@ def text(table: dict[str, Any], key: str, where: str, such: str = "2 s") -> str:
 
 
 def hold(written: str, where: str, *, zero: bool = False) -> float:
-    """How long a target is held.
-
-    Parameters
-    ----------
-    written : str
-        What the user wrote.
-    where : str
-        File, entry and key, for the message.
-    zero : bool, optional
-        Whether it may be 0.
-
-    Returns
-    -------
-    float
-        s.
-
-    Raises
-    ------
-    InputError
-        No time, or not within its limits.
-    """
     value = quantity(written, "s", where)
     if not (0.0 < value <= MAX_HOLD or (zero and value == 0.0)):
         raise InputError(where, written, "0 s to 1 h" if zero else "more than 0 s, at most 1 h")
@@ -101,36 +36,13 @@ def hold(written: str, where: str, *, zero: bool = False) -> float:
 
 
 def target(written: str, stage: int, limits: Limits, where: str) -> float:
-    """A target.
-
-    Parameters
-    ----------
-    written : str
-        What the user wrote.
-    stage : int
-        MACRO or MICRO.
-    limits : Limits
-        How far the stages go.
-    where : str
-        File, entry and key, for the message.
-
-    Returns
-    -------
-    float
-        counts (macro) or m (micro).
-
-    Raises
-    ------
-    InputError
-        No length, or angle of a stage that turns, or one that the stage cannot go to.
-    """
     base = limits.place.base
     if stage == MICRO:
         return admitted(quantity(written, base, where), stage, limits, where, written)
     try:
         value, unit = measured(written, (base, "counts"), where)
     except InputError as error:
-        why = "; this stage turns" if limits.place.turns else ""
+        why = "; this stage is rotary" if limits.place.turns else ""
         raise InputError(where, error.value, f"{error.accepted}{why}") from None
     counts = value * limits.counts_per_metre if unit == base else value
     return admitted(counts, stage, limits, where, written)

@@ -1,4 +1,4 @@
-"""What a programme is: a list of moves as columns, and how far the stages may go."""
+"""A programme as columns of moves, and the travel of the stages."""
 
 from __future__ import annotations
 
@@ -26,124 +26,78 @@ WHAT = "a motion programme (.toml or .csv)"
 
 
 class Limits(NamedTuple):
-    """How far the stages go.
+    """Travel of the stages.
 
-    Attributes
-    ----------
-    macro_lo : float
-        counts.
-    macro_hi : float
-        counts.
-    micro_lo : float
-        m.
-    micro_hi : float
-        m.
-    counts_per_metre : float
-        Scales lengths, or angles: counts per rad.
-    place : Place
-        What the macro-stage's places are given in.
+    Examples
+    --------
+    >>> from macromicro.programme import Limits
+    >>> limits = Limits(0.0, 40_000.0, 0.0, 4e-3, counts_per_metre=2e5)
+    >>> limits.macro_hi / limits.counts_per_metre  # m
+    0.2
     """
 
-    macro_lo: float
-    macro_hi: float
-    micro_lo: float
-    micro_hi: float
-    counts_per_metre: float
-    place: Place = LENGTH
+    macro_lo: float  #: counts
+    macro_hi: float  #: counts
+    micro_lo: float  #: m
+    micro_hi: float  #: m
+    counts_per_metre: float  #: scales lengths, or angles: counts per rad
+    place: Place = LENGTH  #: what the macro-stage's places are given in
 
 
 class Span(NamedTuple):
-    """The part of a programme that is one motion profile.
+    """The part of a programme that is one motion profile."""
 
-    Attributes
-    ----------
-    stage : int
-        MACRO or MICRO.
-    begin : float
-        When it begins, s; NaN: as soon as what is before it is complete.
-    finish : float
-        When its last target comes, s, or NaN.
-    until : float
-        When its hold ends, s, or NaN.
-    origin : float
-        Where it begins, m.
-    target : float
-        Where it ends, m.
-    first : int, optional
-        Its first row in the programme.
-    behind : int, optional
-        The row behind its last one.
-    """
-
-    stage: int
-    begin: float
-    finish: float
-    until: float
-    origin: float
-    target: float
-    first: int = 0
-    behind: int = 0
+    stage: int  #: MACRO or MICRO
+    begin: float  #: when it begins, s; NaN: as soon as what is before it is complete
+    finish: float  #: when its last target comes, s, or NaN
+    until: float  #: when its hold ends, s, or NaN
+    origin: float  #: where it begins, m
+    target: float  #: where it ends, m
+    first: int = 0  #: its first row in the programme
+    behind: int = 0  #: the row behind its last one
 
 
 _NOTHING = np.empty(0)
 
 
 class Programme(NamedTuple):
-    """A list of moves; all arrays have one element a move.
+    """A list of moves; all arrays have one element a move."""
 
-    Attributes
-    ----------
-    title : str
-        For people.
-    start : ndarray, shape (n,)
-        Earliest start after the run's beginning, s; NaN: as soon as the move before is complete;
-        `CLOCKED`: when the hold of the one before is over, arrived or not.
-    stage : ndarray, shape (n,)
-        MACRO or MICRO.
-    target : ndarray, shape (n,)
-        counts for macro, m for micro.
-    hold : ndarray, shape (n,)
-        How long the target is held after the move's arrival (sequenced), or the time from `start`
-        to the next change (scheduled), s.
-    end : float
-        When the programme ends, s; NaN: after the last hold.
-    source : str
-        The file.
-    profiles : tuple[Span, ...], optional
-        The motion profiles: all targets belong to one of a scheduled programme, some of a mixed
-        one, none of a programme of moves.
-    correction : ndarray, shape (n,) or (0,), optional
-        What was learned to give the micro-stage's law beyond each target, m; (0,): nothing.
-    """
-
-    title: str
+    title: str  #: for people
+    #: earliest start after the run's beginning, s; NaN: as soon as the move before is complete;
+    #: `CLOCKED`: when the hold of the one before is over, arrived or not
     start: NDArray[np.float64]
-    stage: NDArray[np.int64]
-    target: NDArray[np.float64]
+    stage: NDArray[np.int64]  #: MACRO or MICRO
+    target: NDArray[np.float64]  #: counts for macro, m for micro
+    #: how long the target is held after the move's arrival (sequenced), or the time from `start` to
+    #: the next change (scheduled), s
     hold: NDArray[np.float64]
-    end: float
-    source: str
+    end: float  #: when the programme ends, s; NaN: after the last hold
+    source: str  #: the file
+    #: the motion profiles: all targets belong to one of a scheduled programme, some of a mixed one,
+    #: none of a programme of moves
     profiles: tuple[Span, ...] = ()
+    #: what was learned to give the micro-stage's law beyond each target, m; (0,): nothing
     correction: NDArray[np.float64] = _NOTHING
 
     @property
     def set_points(self) -> NDArray[np.float64]:
-        """What the laws are given: targets with what was learned beyond them, shape (n,)."""
+        """Set points for the laws: targets with learned corrections, shape (n,)."""
         return self.target + self.correction if len(self.correction) else self.target
 
     @property
     def scheduled(self) -> bool:
-        """True if the moves have absolute times."""
+        """Whether the moves have absolute times."""
         return not math.isnan(self.end)
 
     @property
     def mixed(self) -> bool:
-        """True if there are moves and profiles, one after the other."""
+        """Whether moves and profiles follow each other."""
         return bool(self.profiles) and not self.scheduled
 
     @property
     def moves(self) -> NDArray[np.bool_]:
-        """Which rows are no set points of a profile, shape (n,)."""
+        """Rows that are not set points of a profile, shape (n,)."""
         found = np.ones(len(self.target), dtype=bool)
         for span in self.profiles:
             found[span.first : span.behind] = False
@@ -151,14 +105,14 @@ class Programme(NamedTuple):
 
     @property
     def numbers(self) -> NDArray[np.int64]:
-        """Number of each row's move or profile as people count them, from 1, shape (n,)."""
+        """Number of each row's move or profile, from 1, shape (n,)."""
         begins = self.moves
         begins[[span.first for span in self.profiles]] = True
         return np.cumsum(begins)
 
     @property
     def waiting(self) -> NDArray[np.bool_]:
-        """Which rows wait for an arrival before the next one begins, shape (n,)."""
+        """Rows that wait for an arrival before the next one begins, shape (n,)."""
         found: NDArray[np.bool_] = np.append(self.start[1:] != CLOCKED, True)
         return found if not self.scheduled else np.zeros_like(found)
 
@@ -168,7 +122,7 @@ class Programme(NamedTuple):
         Parameters
         ----------
         n : int
-            How often.
+            Number of repetitions.
 
         Returns
         -------
@@ -178,15 +132,15 @@ class Programme(NamedTuple):
         Raises
         ------
         InputError
-            `n` is below 1, or gives more than `MAX_MOVES` moves; or profiles end elsewhere than
-            where they begin.
+            `n` is below 1 or gives more than `MAX_MOVES` moves, or profiles do not return to
+            their start.
         """
         size = len(self.target)
         most = MAX_MOVES // size
         if not 1 <= n <= most:
             raise InputError("cycles", n, f"a whole number from 1 to {most}")
         if n > 1 and self._away():
-            accepted = "1, or profiles that come back to where they begin"
+            accepted = "1, or profiles that return to their start"
             raise InputError("cycles", n, accepted)
         shift = np.arange(n) * (self.end if self.scheduled else 0.0)
         return self._replace(
@@ -210,13 +164,13 @@ class Programme(NamedTuple):
         )
 
     def from_rest(self) -> tuple[Span, ...]:
-        """The profiles that begin where their stage stands at the beginning, at 0.
+        """The profiles that begin at rest at 0.
 
         Returns
         -------
         tuple[Span, ...]
-            Those of stages whose first motion is a profile. A macro move before it lets the
-            micro-stage go, back to 0.
+            Those of stages whose first motion is a profile. A macro move before it resets the
+            micro-stage to 0.
         """
         coarse = np.flatnonzero(self.stage == MACRO)
         firsts = [int(coarse[0])] if len(coarse) else []
@@ -226,7 +180,7 @@ class Programme(NamedTuple):
         return tuple(p for p in self.profiles if p.first in firsts)
 
     def _away(self) -> bool:
-        """Whether a stage whose first motion is a profile ends elsewhere than where that begins."""
+        """Whether a stage that begins with a profile ends elsewhere than it began."""
         for first in self.from_rest():
             last = int(np.flatnonzero(self.stage == first.stage)[-1])
             place = float(self.target[last])
@@ -239,48 +193,14 @@ class Programme(NamedTuple):
 
 
 class Move(NamedTuple):
-    """One move: a row of a `Programme`.
-
-    Attributes
-    ----------
-    start : float
-        s, or NaN.
-    stage : int
-        MACRO or MICRO.
-    target : float
-        counts or m.
-    hold : float
-        s.
-    correction : float, optional
-        m.
-    """
-
-    start: float
-    stage: int
-    target: float
-    hold: float
-    correction: float = 0.0
+    start: float  # s, or NaN
+    stage: int  # MACRO or MICRO
+    target: float  # counts or m
+    hold: float  # s
+    correction: float = 0.0  # m
 
 
 def programme(title: str, moves: Sequence[Move], end: float, path: Path) -> Programme:
-    """The columns of some moves.
-
-    Parameters
-    ----------
-    title : str
-        For people.
-    moves : Sequence[Move]
-        One or more.
-    end : float
-        When it ends, s; NaN: after the last hold.
-    path : Path
-        The file.
-
-    Returns
-    -------
-    Programme
-        Arrays of one element a move.
-    """
     start, stage, target, hold, learned = zip(*moves, strict=True)
     correction = np.array(learned, dtype=np.float64)
     return Programme(
@@ -296,48 +216,30 @@ def programme(title: str, moves: Sequence[Move], end: float, path: Path) -> Prog
 
 
 def dense(start: npt.ArrayLike) -> bool:
-    """Whether targets are a trajectory instead of moves: many, all the time.
+    """Whether targets are so many and so close that they are a trajectory instead of moves.
 
     Parameters
     ----------
     start : array_like, shape (n,)
-        When each is due, s.
+        Time of each, s.
 
     Returns
     -------
     bool
         By their number and the median of their distances.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.programme import dense
+    >>> dense(np.arange(0.0, 10.0, 0.1)), dense([0.0, 2.0, 6.0])
+    (True, False)
     """
     times = np.asarray(start, dtype=float)
     return len(times) >= FEWEST and float(np.median(np.diff(times))) <= LONGEST
 
 
 def admitted(value: float, stage: int, limits: Limits, where: str, text: str) -> float:
-    """A target, if the stage can go there.
-
-    Parameters
-    ----------
-    value : float
-        counts or m.
-    stage : int
-        MACRO or MICRO.
-    limits : Limits
-        How far the stages go.
-    where : str
-        File, move and key, for the message.
-    text : str
-        What the user wrote.
-
-    Returns
-    -------
-    float
-        counts (rounded to whole ones) or m.
-
-    Raises
-    ------
-    InputError
-        It cannot; names the range.
-    """
     if stage == MICRO:
         if limits.micro_lo <= value <= limits.micro_hi:
             return value

@@ -1,4 +1,4 @@
-"""How fast the set point of a programme changes, where it follows a trajectory."""
+"""Velocity and acceleration of a programme's set point where it follows a trajectory."""
 
 from __future__ import annotations
 
@@ -17,20 +17,8 @@ BACK = 1e-3  # of a trajectory's range: less is noise of its targets, and no tur
 def rates(programme: Programme) -> tuple[Array, Array]:
     """Velocity and acceleration of the set point at each target.
 
-    A trajectory is `FEWEST` targets of one stage or more, one every `LONGEST` at the latest; in it
-    both are differences of its targets. Elsewhere, and where its last target is held, they are 0.
-
-    Parameters
-    ----------
-    programme : Programme
-        Moves or set points.
-
-    Returns
-    -------
-    velocity : ndarray, shape (n,)
-        counts/s of the macro-stage, m/s of the micro-stage; (0,) without any trajectory.
-    acceleration : ndarray, shape (n,)
-        The same per second.
+    A trajectory consists of at least `FEWEST` targets of one stage, `LONGEST` apart at most; its
+    rates are differences of targets. Elsewhere, and while its last target is held, they are 0.
     """
     n = len(programme.start)
     velocity, acceleration = np.zeros(n), np.zeros(n)
@@ -44,20 +32,10 @@ def rates(programme: Programme) -> tuple[Array, Array]:
 
 
 def turns(programme: Programme) -> Array:
-    """From each target until the trajectory that it is part of next turns back.
+    """Time from each target to the next reversal of its trajectory.
 
-    A turn is an extremum from which the set point goes back by more than `BACK` of the trajectory's
-    range; one that rests turns in the middle of its rest.
-
-    Parameters
-    ----------
-    programme : Programme
-        Moves or set points.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        s; infinite where it does not turn any more; (0,) without any trajectory.
+    A reversal is an extremum after which the set point returns by more than `BACK` of the
+    trajectory's range; one with a rest counts at the middle of the rest.
     """
     found, some = np.full(len(programme.start), math.inf), False
     for rows, t in _trajectories(programme):
@@ -72,7 +50,7 @@ def turns(programme: Programme) -> Array:
 
 
 def _peaks(place: Array, back: float) -> Array:
-    """Maxima that stand out by more than `back` on both sides; of a flat one its middle."""
+    """Maxima that exceed both sides by more than `back`; the middle of a flat one."""
     from scipy.signal import find_peaks
 
     at, _ = find_peaks(place, prominence=back)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.place import ANGLE
 from macromicro.programme.moves import (
     MACRO,
@@ -42,14 +42,10 @@ _COLUMNS = {
 }
 _TURNING = {**_TIMES, "macro_deg": (MACRO, ANGLE.per), "macro_counts": (MACRO, 0.0)}
 _HEADER = "t_s or t_ms, and macro_mm or macro_counts, micro_mm or micro_um, or both"
-_HEADER_TURNING = "t_s or t_ms, and macro_deg or macro_counts of this stage, which turns"
+_HEADER_TURNING = "t_s or t_ms, and macro_deg or macro_counts of this rotary stage"
 
 
 class _Row(NamedTuple):
-    """A line of the file: its number, time [s], the target of each stage (NaN: no column), and the
-    same before a macro target was rounded to a whole count, and what was learned beyond the micro
-    target [m]."""
-
     line: int
     t: float
     targets: tuple[float, float]
@@ -61,63 +57,37 @@ def load_csv(path: Path, limits: Limits) -> Programme:
     """Read a scheduled programme.
 
     The stages start from 0, so a first row of 0 is no move, unless the last row leaves the stage
-    elsewhere: repeated, the programme must then come back.
-
-    Parameters
-    ----------
-    path : Path
-        .csv, with columns such as t_s, macro_mm and micro_um.
-    limits : Limits
-        How far the stages go.
-
-    Returns
-    -------
-    Programme
-        With times.
-
-    Raises
-    ------
-    InputError
-        Names the file and the line.
+    elsewhere: a repeated programme has to return there. Every row counts in a trajectory of the
+    macro-stage alone.
     """
     file = printable(path, 300)
     rows = list(_rows(read_text(path, WHAT), limits, file))
     if len(rows) < 2:
         found = "one row" if rows else "no rows"
-        raise InputError(file, found, "two rows or more: the last one's time is the end")
+        raise InputError(file, found, "two rows or more; the last one's time is the end")
     last, before = rows[-1], rows[-2]
     for stage, name in ((MACRO, "macro"), (MICRO, "micro")):
         if _differ(before.targets[stage], last.targets[stage]):
             found = f"{name} changes in the last row"
-            accepted = "the row before it repeated: the last row's time only ends the programme"
-            raise InputError(f"{file}, line {last.line}", found, accepted)
-    moves = _moves([row._replace(targets=row.exact) for row in rows])
+            accepted = "Repeat the row before it: the last row only ends the programme."
+            raise ProblemError(f"{file}, line {last.line}", found, accepted)
+    exact = [row._replace(targets=row.exact) for row in rows]
+    moves = _moves(exact)
     if not dense(
         [move.start for move in moves if move.stage == MACRO]
     ):  # the end of a move is a count
         moves = _moves(rows)
+    elif math.isnan(last.targets[MICRO]):
+        moves = _trajectory(exact)
     if not moves:
-        raise InputError(file, "no moves", "a target that changes")
+        raise ProblemError(file, "no moves", "At least one target has to change.")
     if len(moves) > MAX_MOVES:
         raise InputError(file, f"{len(moves)} moves", f"at most {MAX_MOVES}")
-    return programme(path.stem, moves, last.t, path)
+    return programme(printable(path.stem, 200), moves, last.t, path)
 
 
 def corrected(path: Path, programme: Programme) -> str:
-    """A file's own text with what was learned of it.
-
-    Parameters
-    ----------
-    path : Path
-        .csv, which the programme was read from.
-    programme : Programme
-        With its correction.
-
-    Returns
-    -------
-    str
-        The same rows, with the column `micro_correction_um` at the end.
-    """
+    """A file's own text with a column of learned corrections."""
     names: list[str] = []
     text = read_text(path, WHAT)
     rows = list(csv_rows.table(text, str(path), lambda cells, _: names.extend(cells), _HEADER))
@@ -165,8 +135,16 @@ def _moves(rows: list[_Row]) -> list[Move]:
     ]
 
 
+def _trajectory(rows: list[_Row]) -> list[Move]:
+    """Rows of a macro trajectory, from the end of the first rest to the start of the last."""
+    place = np.array([row.targets[MACRO] for row in rows])
+    first = int(np.flatnonzero(place != place[0])[0]) - 1
+    last = int(np.flatnonzero(place != place[-1])[-1]) + 1
+    t = [row.t for row in (*rows[first : last + 1], rows[-1])]
+    return [Move(t[k], MACRO, float(place[first + k]), t[k + 1] - t[k]) for k in range(len(t) - 1)]
+
+
 def _rows(text: str, limits: Limits, file: str) -> Iterator[_Row]:
-    """The rows below the header, checked."""
     t = -math.inf
     columns, words = _accepted(limits)
 
@@ -181,28 +159,30 @@ def _rows(text: str, limits: Limits, file: str) -> Iterator[_Row]:
 
 
 def _accepted(limits: Limits) -> tuple[dict[str, tuple[int, float]], str]:
-    """The columns that there may be, and the same in words."""
+    """The accepted columns, and the same in words."""
     return (_TURNING, _HEADER_TURNING) if limits.place.turns else (_COLUMNS, _HEADER)
 
 
 def _header(
     cells: list[str], columns: dict[str, tuple[int, float]], words: str, where: str
 ) -> None:
-    """InputError unless the columns are a time and a stage or both, each once."""
+    """Check that the columns are a time and one or both stages, each once."""
     for cell in cells:
         if cell not in columns:
-            raise InputError(f"{where}, column {printable(cell)!r}", "unknown column", words)
+            raise ProblemError(
+                f"{where}, column {printable(cell)!r}", "unknown column", f"Accepted: {words}."
+            )
     kinds = [columns[cell][0] for cell in cells]
     for cell, kind in zip(cells, kinds, strict=True):
         if kinds.count(kind) > 1:
             same = [name for name in cells if columns[name][0] == kind]
             found = f"columns {' and '.join(same)}"
-            raise InputError(f"{where}, column {cell}", found, f"one of them only: {words}")
+            raise InputError(f"{where}, column {cell}", found, f"only one of them: {words}")
     if _TIME not in kinds or not {MACRO, MICRO} & set(kinds):
         raise InputError(where, f"columns {', '.join(cells)}", words)
     if _LEARNED in kinds and MICRO not in kinds:
-        accepted = "micro_mm or micro_um beside it: it is added to that"
-        raise InputError(where, f"column {LEARNED}", accepted)
+        accepted = "It is added to micro_mm or micro_um, one of which has to be there."
+        raise ProblemError(where, f"column {LEARNED} stands alone", accepted)
 
 
 def _row(line: int, cells: dict[str, str], limits: Limits, where: str) -> _Row:

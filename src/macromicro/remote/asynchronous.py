@@ -1,5 +1,3 @@
-"""The client for asyncio."""
-
 from __future__ import annotations
 
 import asyncio
@@ -11,11 +9,11 @@ from typing import Any, Self
 
 from macromicro.errors import InputError
 from macromicro.place import LENGTH
-from macromicro.remote import orders
+from macromicro.remote import _orders
+from macromicro.remote._link import CONFIRM_S, Link
+from macromicro.remote._state import State, Traces, Window, read_state
+from macromicro.remote._verbs import Verbs
 from macromicro.remote.failures import MotionFailed, RequestError, RequestRefused
-from macromicro.remote.link import CONFIRM_S, Link
-from macromicro.remote.state import State, Traces, Window, read_state
-from macromicro.remote.verbs import Verbs
 from macromicro.schema.text import read_text
 from macromicro.serve.hosts import HOST, WEB_PORT, url
 from macromicro.serve.requests import KINDS
@@ -46,9 +44,9 @@ class AsyncMotion:
         Raises
         ------
         MotionFailed
-            It ended otherwise than done.
+            It failed.
         ConnectionLost
-            The server does not answer any more.
+            The server no longer answers.
         """
         if self.ended is None:
             found = await self._machine.link.order("wait", motion=self.number)
@@ -78,12 +76,12 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
     port : int, optional
         Of its page.
     token : str | None, optional
-        What the server asks for; by default that of MACROMICRO_TOKEN, if there is one.
+        The server's token; by default MACROMICRO_TOKEN, if set.
     control : bool, optional
         Whether to take control; else this client watches, and may stop.
     timeout : float, optional
-        Longest wait, s, for the connection, for an answer, and while a motion is waited for for
-        any sign of life of the server.
+        Longest wait, s, for the connection, for an answer and, during a motion, for
+        a sign of life of the server.
     """
 
     def __init__(
@@ -114,7 +112,7 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
         return self.link.gains
 
     async def open(self) -> None:
-        """Connect, and take control if that was asked for.
+        """Connect, and take control if requested.
 
         Raises
         ------
@@ -124,7 +122,7 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
             The token is wrong, or another client holds control.
         """
         await self.link.open()
-        self.place = orders.place_of(self.about)
+        self.place = _orders.place_of(self.about)
         try:
             if self._control:
                 await self.take()
@@ -165,17 +163,34 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
         Returns
         -------
         State
-            Asked of the server, not remembered.
+            Requested from the server.
 
         Raises
         ------
         ConnectionLost
-            The server does not answer any more.
+            The server no longer answers.
         """
         return read_state((await self.link.order("state"))["state"])
 
+    async def ready(self) -> None:
+        """Enable the machine where it is disabled, and home it where its position is not trusted.
+        Homing moves it. Does nothing where it is ready; may be called again.
+
+        Raises
+        ------
+        RequestRefused
+            The machine refuses, as in a fault.
+        MotionFailed
+            Homing fails.
+        """
+        state = await self.state()
+        if state.mode == "disabled":
+            await self.enable()
+        if not state.trusted:
+            await self.home()
+
     async def traces(self, span: float = 10.0) -> AsyncIterator[Traces]:
-        """The last seconds, again and again as they come, about 30 times a second.
+        """Yield the last seconds about 30 times a second.
 
         Parameters
         ----------
@@ -206,7 +221,7 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
         Parameters
         ----------
         path : str | os.PathLike[str]
-            Where to put it; a file that is there is replaced.
+            The file; an existing one is replaced.
 
         Returns
         -------
@@ -216,7 +231,7 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
         Raises
         ------
         RequestRefused
-            No recording of this client's.
+            This client has begun no recording.
         """
         if not self._recording:
             raise RequestRefused("this client has begun no recording", "record() first")
@@ -248,8 +263,8 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
     async def _order(
         self, name: str, values: tuple[Any, ...] = (), own: dict[str, Any] | None = None
     ) -> dict[str, Any]:
-        given = orders.checked(name, values, self.place) if values else ()
-        fields = orders.order(name, given, self.place) | (own or {})
+        given = _orders.checked(name, values, self.place) if values else ()
+        fields = _orders.order(name, given, self.place) | (own or {})
         found = await self.link.order(name, **fields)
         self._recording = found["name"] if name == "record" else self._recording
         if name in ("take", "release"):
@@ -261,8 +276,8 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
     async def _motion(
         self, name: str, values: tuple[Any, ...] = (), *, wait: bool, replace: bool = False
     ) -> AsyncMotion:
-        given = orders.checked(name, values, self.place)
-        fields = orders.order(name, given, self.place)
+        given = _orders.checked(name, values, self.place)
+        fields = _orders.order(name, given, self.place)
         if KINDS[name].replaces:
             fields["replace"] = replace
         jog = name == "jog" and given[1] != 0.0

@@ -1,4 +1,4 @@
-"""What can go wrong between a client and its machine, as exceptions with reason and remedy."""
+"""Errors between a client and its machine, with reason and remedy."""
 
 from __future__ import annotations
 
@@ -7,27 +7,27 @@ from typing import Any
 from macromicro.errors import MacromicroError
 from macromicro.serve import unconfirmed
 
-AGAIN = "ask again, if it is still wanted"
+AGAIN = "ask again if still needed"
 _REMEDIES = {
     "stopped": AGAIN,
     "superseded": AGAIN,
-    "emergency": "look at the machine, enable it, and home it where its position is not trusted",
+    "emergency": "check the machine, enable it, and home it if its position is not trusted",
     "fault": "read the fault, remove its cause, clear it and enable",
     "limit": "stay within the soft limits",
-    "stalled": "look what holds it up; home it where its position is not trusted",
-    "lost": "look why this client was silent, and take control again",
+    "stalled": "check what blocks it; home it if its position is not trusted",
+    "lost": "check why this client was silent, and take control again",
 }
 
 
 class RequestError(MacromicroError):
-    """Something that was asked of a machine was not done.
+    """A request to a machine was not carried out.
 
     Parameters
     ----------
     reason : str
         Why.
     remedy : str, optional
-        What would help; "" where nothing is known.
+        Remedy; "" if unknown.
     """
 
     def __init__(self, reason: str, remedy: str = "") -> None:
@@ -43,9 +43,9 @@ class RequestRefused(RequestError):
     reason : str
         Why.
     remedy : str, optional
-        What would help.
+        Remedy.
     beyond : bool, optional
-        Whether a value is out of range; else it is not the time for the request.
+        Whether a value is out of range; else the state does not allow the request.
     """
 
     def __init__(self, reason: str, remedy: str = "", *, beyond: bool = False) -> None:
@@ -54,7 +54,7 @@ class RequestRefused(RequestError):
 
 
 class MotionFailed(RequestError):
-    """A motion ended otherwise than done.
+    """A motion failed.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class MotionFailed(RequestError):
     evidence : dict[str, Any]
         Numbers and words by name, the unit in the name.
     remedy : str, optional
-        What would help; by default what the outcome suggests.
+        Remedy; by default that of the outcome.
     """
 
     def __init__(
@@ -79,19 +79,19 @@ class MotionFailed(RequestError):
 
 
 class ConnectionLost(RequestError):
-    """The server does not answer any more, or never did.
+    """The server does not answer.
 
     Parameters
     ----------
     reason : str
         Why.
     remedy : str, optional
-        What would help.
+        Remedy.
     """
 
 
 class StopNotConfirmed(ConnectionLost):
-    """A stop that the server did not confirm in time: the machine may still move.
+    """A stop was not confirmed in time: the machine may still move.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Moves of two axes of one machine that are asked for together: one motion of both."""
+"""Joins simultaneous moves of two axes into one motion."""
 
 from __future__ import annotations
 
@@ -12,21 +12,19 @@ from macromicro.control.live.messages import AXES
 from macromicro.errors import MacromicroError
 from macromicro.remote.machine import Machine, Motion
 
-GATHER_S = 0.05  # in which a scan that sets both at once has asked for both
+GATHER_S = 0.05  # s within which a scan that moves both axes has set both
 POLL_S = 0.02
 
 
 class _Part(NamedTuple):
-    """What is asked of one axis: where to, m, and what raises the reason where it is wanted no
-    more.
-    """
+    """A pending move of one axis; `wanted` raises the reason once it is void."""
 
     goal: float
     check: Callable[[], None]
 
 
 class _Batch:
-    """Moves that are gathered, and the motion that they became."""
+    """Gathered moves and their motion."""
 
     def __init__(self) -> None:
         self.parts: dict[str, _Part] = {}
@@ -36,13 +34,7 @@ class _Batch:
 
 
 class Gathering:
-    """Moves of the axes of a machine of two, from any threads.
-
-    Parameters
-    ----------
-    machine : Machine
-        What they are sent to.
-    """
+    """Moves of the axes of a two-axis machine, from any threads."""
 
     def __init__(self, machine: Machine) -> None:
         self.lock = threading.Lock()  # behind a stop that holds it nothing begins
@@ -50,28 +42,7 @@ class Gathering:
         self._batch: _Batch | None = None
 
     def begin(self, axis: str, goal: float, check: Callable[[], None]) -> Motion:
-        """Begin a move once nothing else moves; with one of the other axis that is asked for
-        meanwhile or within `GATHER_S`, both go at once, on a straight line.
-
-        Parameters
-        ----------
-        axis : str
-            "x" or "y".
-        goal : float
-            m.
-        check : Callable[[], None]
-            Raises the reason where the move is not wanted any more.
-
-        Returns
-        -------
-        Motion
-            Of this axis, or of both.
-
-        Raises
-        ------
-        BaseException
-            What `check` raises, and the client where the machine refuses.
-        """
+        """Begin a move once all rest, together with one of the other axis within `GATHER_S`."""
         with self.lock:
             batch = self._batch
             first = batch is None or axis in batch.parts
@@ -89,7 +60,7 @@ class Gathering:
         return batch.motion
 
     def _begun(self, batch: _Batch) -> bool:
-        """Begin what was gathered, unless something moves; True once that has an outcome."""
+        """Begin the gathered moves unless something moves; True once there is an outcome."""
         with self.lock:
             parts = dict(batch.parts)
             try:
@@ -120,18 +91,6 @@ _MAKING = threading.Lock()
 
 
 def of(machine: Machine) -> Gathering:
-    """What gathers the moves of a machine.
-
-    Parameters
-    ----------
-    machine : Machine
-        The machine.
-
-    Returns
-    -------
-    Gathering
-        The same one for all who share the machine.
-    """
     with _MAKING:
         found = _OF.get(machine)
         if found is None:

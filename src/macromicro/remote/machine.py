@@ -1,4 +1,4 @@
-"""The client for plain code: a machine that waits for what it is asked."""
+"""The synchronous client."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from collections.abc import Coroutine, Iterator, Mapping
 from typing import Any, Self, TypeVar
 
 from macromicro.place import Place
+from macromicro.remote._state import State, Traces
+from macromicro.remote._verbs import Verbs
 from macromicro.remote.asynchronous import AsyncMachine, AsyncMotion
 from macromicro.remote.failures import ConnectionLost
-from macromicro.remote.state import State, Traces
-from macromicro.remote.verbs import Verbs
 from macromicro.serve.hosts import HOST, WEB_PORT
 
 T = TypeVar("T")
@@ -41,9 +41,9 @@ class Motion:
         Raises
         ------
         MotionFailed
-            It ended otherwise than done.
+            It failed.
         ConnectionLost
-            The server does not answer any more.
+            The server no longer answers.
         TimeoutError
             It is still under way.
         """
@@ -100,8 +100,21 @@ class Machine(Verbs[Motion, None]):
         """Of the whole positioner now, m or rad; NaN where it is not known."""
         return self.state.position
 
+    def ready(self) -> None:
+        """Enable the machine where it is disabled, and home it where its position is not trusted.
+        Homing moves it. Does nothing where it is ready; may be called again.
+
+        Raises
+        ------
+        RequestRefused
+            The machine refuses, as in a fault.
+        MotionFailed
+            Homing fails.
+        """
+        self.run(self._inner.ready())
+
     def traces(self, span: float = 10.0) -> Iterator[Traces]:
-        """The last seconds, again and again as they come, about 30 times a second.
+        """Yield the last seconds about 30 times a second.
 
         Parameters
         ----------
@@ -126,7 +139,7 @@ class Machine(Verbs[Motion, None]):
         Parameters
         ----------
         path : str | os.PathLike[str]
-            Where to put it; a file that is there is replaced.
+            The file; an existing one is replaced.
 
         Returns
         -------
@@ -136,7 +149,7 @@ class Machine(Verbs[Motion, None]):
         Raises
         ------
         RequestRefused
-            No recording of this client's.
+            This client has begun no recording.
         """
         return self.run(self._inner.save_recording(path))
 
@@ -229,12 +242,12 @@ def connect(
     port : int, optional
         Of its page.
     token : str | None, optional
-        What the server asks for; by default that of MACROMICRO_TOKEN, if there is one.
+        The server's token; by default MACROMICRO_TOKEN, if set.
     control : bool, optional
         Whether to take control; else this client watches, and may stop.
     timeout : float, optional
-        Longest wait, s, for the connection, for an answer, and while a motion is waited for for
-        any sign of life of the server.
+        Longest wait, s, for the connection, for an answer and, during a motion, for
+        a sign of life of the server.
 
     Returns
     -------

@@ -1,1 +1,1 @@
-"""What a run showed, for people and for programs: figures, tables, the HTML page."""
+"""Reports of runs for people and programs: figures, tables, the HTML page."""

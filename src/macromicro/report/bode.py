@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,7 +19,7 @@ from macromicro.machines.loops import Complex, Margins, margins
 from macromicro.machines.machine import Machine, as_toml
 from macromicro.machines.sweeping import Response
 from macromicro.runs import folder
-from macromicro.schema.text import plain
+from macromicro.schema.text import plain, write_text
 
 NUMBERS, FIGURE = "response.json", "bode"
 _DOT: dict[str, Any] = {"marker": "o", "markersize": 3, "linestyle": "", "color": BLUE}
@@ -28,31 +29,14 @@ FILES = (NUMBERS, *drawings.names((FIGURE,)))
 
 
 class Found(NamedTuple):
-    """A measured response and the model's.
-
-    Attributes
-    ----------
-    machine : Machine
-        The machine.
-    settings : Any
-        Its settings.
-    measured : Response
-        As measured.
-    plant : ndarray of complex, shape (n,)
-        Of the model, m/V.
-    seed : int
-        Of the sensor's noise.
-    """
-
     machine: Machine
     settings: Any
     measured: Response
-    plant: Complex
-    seed: int
+    plant: Complex  # of the model, m/V
+    seed: int  # of the sensor's noise
 
     @property
     def loop(self) -> Complex:
-        """The model's plant under the law as measured."""
         return np.asarray(self.plant * self.measured.law, np.complex128)
 
     @property
@@ -63,24 +47,11 @@ class Found(NamedTuple):
 
     @property
     def margins(self) -> tuple[Margins, Margins]:
-        """Of the measured loop, and with the model's plant."""
         frequency = self.measured.frequency
         return margins(frequency, self.measured.loop), margins(frequency, self.loop)
 
 
 def content(found: Found) -> dict[str, Any]:
-    """The content of response.json.
-
-    Parameters
-    ----------
-    found : Found
-        What was measured.
-
-    Returns
-    -------
-    dict[str, Any]
-        Margins; gains and phases over the frequency.
-    """
     r = found.measured
     measured, model = found.margins
     base = found.machine.kind.place.base
@@ -103,24 +74,9 @@ def content(found: Found) -> dict[str, Any]:
 
 
 def lines(found: Found) -> list[str]:
-    """The margins in words.
-
-    Parameters
-    ----------
-    found : Found
-        What was measured.
-
-    Returns
-    -------
-    list[str]
-        For the terminal.
-    """
     told = []
     for which, m in zip(("measured", "linear model"), found.margins, strict=True):
-        told.append(
-            f"{which}: crossover {m.crossover:.4g} Hz, phase margin {m.phase:.1f} deg, gain margin "
-            f"{m.gain:.3g}, least distance from -1 {m.modulus:.3g}"
-        )
+        told.append(said(which, m))
     seen = found.seen
     if seen.any():
         share = np.abs(found.measured.plant / found.plant)[seen]
@@ -132,19 +88,19 @@ def lines(found: Found) -> list[str]:
     return told
 
 
+def said(which: str, m: Margins) -> str:
+    phase, gain = _number(m.phase, ".1f", " deg"), _number(m.gain, ".3g")
+    text = f"{which}: crossover {_number(m.crossover, '.4g', ' Hz')}, phase margin {phase}, "
+    text += f"gain margin {gain}, modulus margin {m.modulus:.3g}"
+    return text if m.stable else f"{text}; the closed loop is UNSTABLE"
+
+
+def _number(value: float, form: str, unit: str = "") -> str:
+    """A margin; one beyond the measured frequencies is called so."""
+    return "outside the measured range" if math.isnan(value) else f"{value:{form}}{unit}"
+
+
 def draw(found: Found) -> Any:
-    """The Bode plot of plant and open loop, measured and of the model.
-
-    Parameters
-    ----------
-    found : Found
-        What was measured.
-
-    Returns
-    -------
-    Any
-        A figure of matplotlib.
-    """
     r = found.measured
     figure, axes = new(6.2, 2, 2, sharex=True)
     pairs = (
@@ -160,27 +116,18 @@ def draw(found: Found) -> Any:
         phase.semilogx(r.frequency, phases.degrees(model, model), color=RED, linestyle="--")
         for rows, style in ((found.seen, _SEEN), (~found.seen, _FAINT)):
             phase.semilogx(r.frequency[rows], turned[rows], **style)
-        finish(gain, title, "", "gain", legend=True)
+        finish(gain, title, "", "gain")
         finish(phase, "", "frequency [Hz]", "phase [deg]")
         phase.axhline(-180.0, color=BLACK, linewidth=0.8, linestyle=":")
     axes[0, 1].axhline(1.0, color=BLACK, linewidth=0.8, linestyle=":")
-    figure.subplots_adjust(hspace=0.15)
+    keys = axes[0, 0].get_legend_handles_labels()
+    figure.legend(*keys, loc="lower center", ncols=len(keys[0]), fontsize=7.5, frameon=False)
+    figure.subplots_adjust(hspace=0.15, bottom=0.14)
     return figure
 
 
 def write(out: Path, found: Found, kinds: Sequence[str]) -> None:
-    """Write all files, or none.
-
-    Parameters
-    ----------
-    out : Path
-        The folder.
-    found : Found
-        What was measured.
-    kinds : Sequence[str]
-        Formats of the figure.
-    """
     with folder.staged(out, remove=FILES) as place:
         text = json.dumps(plain(content(found)), indent=2, allow_nan=False)
-        (place / NUMBERS).write_text(text + "\n", encoding="utf-8")
+        write_text(place / NUMBERS, text + "\n")
         drawings.save(draw(found), place, FIGURE, kinds)

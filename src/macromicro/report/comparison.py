@@ -1,4 +1,4 @@
-"""Recordings beside each other: what they share, where they part, how their moves differ."""
+"""Comparison of recordings: their common columns, differences and moves."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 import macromicro
 from macromicro import traces
 from macromicro.design.response import MoveResult
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.files.recordings import recording
 from macromicro.recording import Recording
 from macromicro.recording_format import TIME
-from macromicro.report.partings import Parting, parting
+from macromicro.report._partings import Parting, parting
 from macromicro.runs import folder, judging
 from macromicro.schema.text import printable
 
@@ -23,62 +23,24 @@ _ACCEPTED = "a recording (.h5) or the folder of a run"
 
 
 class Side(NamedTuple):
-    """One of the recordings.
-
-    Attributes
-    ----------
-    name : str
-        As it is called in tables and figures.
-    path : Path
-        Its file.
-    recording : Recording
-        What is in it.
-    moves : list[MoveResult]
-        As `macromicro.moves` gives them; none where it has no moves.
-    """
-
-    name: str
-    path: Path
-    recording: Recording
-    moves: list[MoveResult]
+    name: str  # as it is called in tables and figures
+    path: Path  # its file
+    recording: Recording  # what is in it
+    moves: list[MoveResult]  # as `macromicro.moves` gives them; none where it has no moves
 
 
 class Move(NamedTuple):
-    """A move of the first recording, and the same move of the others.
+    """A move of the first recording, and the same move of the others."""
 
-    Attributes
-    ----------
-    move : int
-        Its place in the programme, from 0.
-    stage, unit : str
-        As of a `MoveResult`.
-    target : float
-        In `unit`.
-    results : tuple[MoveResult | None, ...]
-        One for each recording; None for one in which this is another move, or none.
-    """
-
-    move: int
+    move: int  # its place in the programme, from 0
+    # stage, unit: as of a `MoveResult`
     stage: str
     unit: str
-    target: float
+    target: float  # in `unit`
+    # one for each recording; None for one in which this is another move, or none
     results: tuple[MoveResult | None, ...]
 
     def difference(self, quantity: str, side: int) -> float | None:
-        """By how much a recording differs from the first.
-
-        Parameters
-        ----------
-        quantity : str
-            One of `QUANTITIES`.
-        side : int
-            Which recording.
-
-        Returns
-        -------
-        float | None
-            In s or `unit`; None where one of them has no number.
-        """
         old, new = (None if r is None else getattr(r, quantity) for r in self._pair(side))
         return None if old is None or new is None else float(new - old)
 
@@ -87,45 +49,13 @@ class Move(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """Recordings beside each other.
-
-    Attributes
-    ----------
-    sides : tuple[Side, ...]
-        The recordings; all are compared with the first.
-    columns : tuple[str, ...]
-        What all have, in the same unit, `t` aside.
-    moves : tuple[Move, ...]
-        Those of the first.
-    partings : tuple[Parting, ...]
-        One for each recording but the first.
-    """
-
-    sides: tuple[Side, ...]
-    columns: tuple[str, ...]
-    moves: tuple[Move, ...]
-    partings: tuple[Parting, ...]
+    sides: tuple[Side, ...]  # the recordings; all are compared with the first
+    columns: tuple[str, ...]  # what all have, in the same unit, `t` aside
+    moves: tuple[Move, ...]  # those of the first
+    partings: tuple[Parting, ...]  # one for each recording but the first
 
 
 def load(places: Sequence[Path]) -> tuple[Side, ...]:
-    """Read recordings that can be compared.
-
-    Parameters
-    ----------
-    places : Sequence[Path]
-        Recordings, or folders of runs.
-
-    Returns
-    -------
-    tuple[Side, ...]
-        In that order, each with a name of its own.
-
-    Raises
-    ------
-    InputError
-        Fewer than two, a file that is no recording, a folder without one, one without rows, or no
-        column that all share.
-    """
     if len(places) < 2:
         found = printable(places[0], 300) if places else "nothing"
         raise InputError("compare", found, f"two or more, each {_ACCEPTED}")
@@ -135,22 +65,24 @@ def load(places: Sequence[Path]) -> tuple[Side, ...]:
     for place, one in zip(places, recordings, strict=True):
         where = printable(place, 300)
         if not len(one):
-            raise InputError(where, "no rows", "a recording with rows")
+            raise ProblemError(where, "the recording has no rows")
     if not traces.common(recordings):
         own = ", ".join(c.name for c in first.columns if c.name != TIME)
-        accepted = f"recordings that share one or more of {own}, in the same units"
-        raise InputError("compare", "no shared columns", accepted)
+        accepted = f"All have to hold one of {own}, in the same unit."
+        raise ProblemError("compare", "the recordings share no columns", accepted)
     names = _names(places)
     moves = [judging.moves(r) if judging.has_moves(r) else [] for r in recordings]
     return tuple(map(Side, names, files, recordings, moves))
 
 
 def _names(places: Sequence[Path]) -> list[str]:
-    """What parts the paths: "slow" and "quick" of results/slow and results/quick; all of a path
-    where names agree, and a number where paths do.
+    """Short names from the paths: "slow" and "quick" of results/slow and results/quick.
+
+    Equal names are replaced by the whole path, equal paths are numbered.
     """
     short = [p.parent.name if p.name == folder.RECORDING else p.stem for p in places]
-    names = short if len(set(short)) == len(short) and all(short) else [str(p) for p in places]
+    alike = len(set(short)) < len(short) or not all(short)
+    names = [printable(name, 300) for name in (places if alike else short)]
     return [
         f"{name} ({names[: k + 1].count(name)})" if names[:k].count(name) else name
         for k, name in enumerate(names)
@@ -158,18 +90,6 @@ def _names(places: Sequence[Path]) -> list[str]:
 
 
 def compare(sides: Sequence[Side]) -> Comparison:
-    """Compare recordings with the first of them.
-
-    Parameters
-    ----------
-    sides : Sequence[Side]
-        From `load`.
-
-    Returns
-    -------
-    Comparison
-        Moves and columns.
-    """
     columns = tuple(traces.common([side.recording for side in sides]))
     moves = tuple(_matched(move, sides) for move in sides[0].moves)
     partings = tuple(parting(sides[0].recording, s.recording, columns) for s in sides[1:])
@@ -190,19 +110,6 @@ def _matched(move: MoveResult, sides: Sequence[Side]) -> Move:
 
 
 def content(found: Comparison) -> dict[str, Any]:
-    """The content of compare.json.
-
-    Parameters
-    ----------
-    found : Comparison
-        The comparison.
-
-    Returns
-    -------
-    dict[str, Any]
-        Quantities with their unit in or beside the key; lists have one item for each recording,
-        differences one for each but the first.
-    """
     first = found.sides[0].recording
     return {
         "version": macromicro.__version__,

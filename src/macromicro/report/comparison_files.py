@@ -1,4 +1,4 @@
-"""The folder of a comparison: compare.json, a page to zoom in, columns and moves in figures."""
+"""The folder of a comparison: compare.json, a zoomable page, figures of columns and moves."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from macromicro.report import zoomable
 from macromicro.report.comparison import QUANTITIES, Comparison, content
 from macromicro.report.summary import as_json
 from macromicro.runs import folder
+from macromicro.schema.text import write_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,47 +36,18 @@ FILES = (
 
 
 def write(out: Path, found: Comparison, kinds: Iterable[str] = files.DEFAULT) -> None:
-    """Write everything, all of it or nothing; an earlier comparison there is replaced.
-
-    Parameters
-    ----------
-    out : Path
-        The folder.
-    found : Comparison
-        The comparison.
-    kinds : iterable of str, optional
-        Formats of the figures.
-
-    Raises
-    ------
-    OSError
-        The disk refuses.
-    """
+    """Write everything, all of it or nothing; an earlier comparison there is replaced."""
     with folder.staged(out, remove=FILES) as place:
-        (place / JSON).write_text(as_json(content(found)), encoding="utf-8")
+        write_text(place / JSON, as_json(content(found)))
         recordings = [side.recording for side in found.sides]
         text = zoomable.page(recordings, labels=[side.name for side in found.sides])
-        (place / PAGE).write_text(text, encoding="utf-8")
+        write_text(place / PAGE, text)
         for name, figure in draw(found):
             files.save(figure, place, name, kinds)
 
 
 def draw(found: Comparison) -> Iterator[tuple[str, Figure]]:
-    """Draw the figures of a comparison: the main columns, the moves, and all other columns but
-    those that stay at one value in all recordings.
-
-    Parameters
-    ----------
-    found : Comparison
-        The comparison.
-
-    Yields
-    ------
-    name : str
-        Of the file, without suffix.
-    figure : Figure
-        Belongs to no window.
-    """
+    """Draw the main columns, the moves, and all other columns that vary."""
     recordings = [side.recording for side in found.sides]
     labels = [side.name for side in found.sides]
     main = traces.chosen(recordings)
@@ -92,7 +64,7 @@ def draw(found: Comparison) -> Iterator[tuple[str, Figure]]:
 
 
 def _told(found: Comparison, name: str) -> bool:
-    """Whether a column changes in one of them, or is not the same in all."""
+    """Whether a column varies in one of them, or differs between them."""
     values = [side.recording[name] for side in found.sides]
     return any(bool(np.any(each != values[0][0])) for each in values)
 
@@ -119,6 +91,7 @@ def _moves(found: Comparison) -> Figure:
             title = f"{stage}-stage" if row == 0 else ""
             finish(ax, title, "move" if last else "", f"{name} [{its}]")
             ax.margins(x=0.04)
+            ax.xaxis.get_major_locator().set_params(integer=True)
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="upper left", ncols=4, fontsize=7.5, frameon=False)
     rows = -(-len(labels) // 4)
@@ -127,7 +100,7 @@ def _moves(found: Comparison) -> Figure:
 
 
 def _dots(ax: Any, x: list[int], y: list[Any], k: int, label: str) -> None:
-    """The first recording's are hollow and larger, so that others show within."""
+    """The first recording's markers are hollow and larger, so that others show within."""
     colour, marker = _COLOURS[k % len(_COLOURS)], _MARKERS[k % len(_MARKERS)]
     values = [float("nan") if v is None else v for v in y]
     ax.plot(

@@ -8,14 +8,16 @@ from typing import Any
 
 import macromicro
 from macromicro.drawing.page import Picture
+from macromicro.machines.joint import results
 from macromicro.machines.joint.job import Ended
 from macromicro.machines.joint.machine import as_toml
 from macromicro.machines.joint.settings import AXES, UPPER, of
-from macromicro.report import joint_figures, machine_page
-from macromicro.report.figures import Drawn
+from macromicro.report import _machine_page, joint_figures
+from macromicro.report._figures import Drawn
 from macromicro.report.stage import said
 from macromicro.report.words import Line, amount
-from macromicro.runs import folder
+from macromicro.runs import arrivals, folder
+from macromicro.schema.text import write_text
 
 HEADINGS = (
     "#",
@@ -32,26 +34,15 @@ HEADINGS = (
 )
 _FOOTNOTE = (
     "Arrival runs from the move's start until both axes stay within their tolerances. The contour "
-    "error is the distance of the place that the encoders show from the path while the profile "
-    "lasts; the true contour is the largest of the true places, with the axes as square as they "
-    "are. Peak errors are distances from each axis' set point. The true error is the distance "
-    "of the true place from the target over the hold's last 0.1 s. No controller sees what is true."
+    "error is the distance of the encoders' position from the path during the profile; "
+    "the true contour is the largest one of the true position, which includes the squareness "
+    "of the axes. Peak errors are distances from each axis' set point. The true error is the "
+    "distance of the true position from the target over the hold's last 0.1 s. No controller reads "
+    "true values."
 )
 
 
 def table(ended: Ended) -> list[Line]:
-    """One line a move.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-
-    Returns
-    -------
-    list[Line]
-        Text with units, in the order of `HEADINGS`.
-    """
     lines = []
     for m in ended.moves:
         lost = "did not arrive" if m.complete else "cut short"
@@ -70,30 +61,21 @@ def table(ended: Ended) -> list[Line]:
     return lines
 
 
+def verdict(ended: Ended) -> str:
+    rests, planned = results.rests(ended.moves), len(ended.job.plan.legs)
+    return arrivals.verdict(rests, planned, doubt=_machine_page.doubt(ended.job.settings))
+
+
 def remarks(ended: Ended) -> list[tuple[str, str]]:
-    """Contour, limits, gains, and the speed of the simulation.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-
-    Returns
-    -------
-    list[tuple[str, str]]
-        Heading and text.
-    """
     settings, found = ended.job.settings, []
     beside = [m.contour for m in ended.moves if m.contour is not None]
     if beside:
-        peak, tolerance = max(c.peak for c in beside), 1e6 * settings.path.tolerance
-        rms = math.sqrt(sum(c.rms**2 for c in beside) / len(beside))
-        word = "within" if 1e3 * peak <= tolerance else "beyond"
-        text = f"at most {1e3 * peak:.1f} um, {word} the tolerance of {tolerance:.4g} um; "
-        text, true = f"{text}rms {1e3 * rms:.1f} um", max(c.true_peak for c in beside)
-        if not math.isnan(true):  # no rig knows it
-            text += f"; true at most {1e3 * true:.1f} um"
-        found.append(("contour", text))
+        tolerance = 1e6 * settings.path.tolerance
+        told = _beside("by the encoders", [(c.peak, c.rms) for c in beside], tolerance)
+        if not any(math.isnan(c.true_peak) for c in beside):  # no rig knows it
+            true = _beside("true", [(c.true_peak, c.true_rms) for c in beside], tolerance)
+            told = f"{told}; {true}"
+        found.append(("contour", f"{told}; tolerance {tolerance:.4g} um"))
     path = settings.path
     found.append(
         ("path", f"at most {path.speed:.4g} m/s and {path.acceleration:.4g} m/s^2 in the plane")
@@ -105,6 +87,7 @@ def remarks(ended: Ended) -> list[tuple[str, str]]:
             f"position gain {own.controller.position:.4g} 1/s"
         )
         found.append((name, text))
+    found += _machine_page.warnings(settings)
     if settings.stack.carries == UPPER:
         found.append(("stack", f"x carries y: {settings.x.load.payload:.4g} kg"))
     if ended.wall > 0.0:
@@ -114,38 +97,20 @@ def remarks(ended: Ended) -> list[tuple[str, str]]:
     return found
 
 
+def _beside(whose: str, moves: list[tuple[float, float]], tolerance: float) -> str:
+    """Peak and rms of the distance from the path (mm), judged by a tolerance (um)."""
+    peak = 1e3 * max(peak for peak, _ in moves)
+    rms = 1e3 * math.sqrt(sum(rms**2 for _, rms in moves) / len(moves))
+    word = "within" if peak <= tolerance else "beyond"
+    return f"{whose} at most {peak:.1f} um, {word} the tolerance, rms {rms:.1f} um"
+
+
 def problems(ended: Ended) -> list[str]:
-    """What went wrong, a sentence each.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-
-    Returns
-    -------
-    list[str]
-        None for a good run.
-    """
     patience = max(own.arrival.patience for own in of(ended.job.settings))
-    return said(ended, len(ended.job.plan.legs), patience)
+    return said(ended, len(ended.job.plan.legs), patience, results.rests(ended.moves))
 
 
 def summary(ended: Ended, started: str) -> dict[str, Any]:
-    """The content of summary.json.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-    started : str
-        When, in words a person reads (ISO 8601).
-
-    Returns
-    -------
-    dict[str, Any]
-        Quantities with their unit in the key; lengths of moves in mm.
-    """
     job = ended.job
     return {
         "machine": job.machine.name,
@@ -157,8 +122,8 @@ def summary(ended: Ended, started: str) -> dict[str, Any]:
         "started": started,
         "overrides": job.overrides,
         "finished": ended.finished,
-        "interrupted": ended.interrupted,
         "fault": ended.fault and ended.fault._asdict(),
+        "warnings": [text for _, text in _machine_page.warnings(job.settings)],
         "moves_planned": len(job.plan.legs),
         "simulated_s": ended.simulated,
         "wall_s": ended.wall,
@@ -176,18 +141,6 @@ def summary(ended: Ended, started: str) -> dict[str, Any]:
 
 
 def draw(ended: Ended) -> Iterator[Drawn]:
-    """The figures of a run.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-
-    Yields
-    ------
-    Drawn
-        One after the other; none of an empty recording.
-    """
     if len(ended.recording):
         job = ended.job
         yield joint_figures.path(ended.recording, job.plan, job.settings.path.tolerance)
@@ -195,56 +148,23 @@ def draw(ended: Ended) -> Iterator[Drawn]:
 
 
 def page(ended: Ended, pictures: list[Picture], started: str) -> str:
-    """The report as HTML. All text is escaped.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-    pictures : list[Picture]
-        Its figures.
-    started : str
-        When, in words a person reads (ISO 8601).
-
-    Returns
-    -------
-    str
-        One self-contained file.
-    """
     job = ended.job
-    words = machine_page.Words(
+    words = _machine_page.Words(
         HEADINGS,
         table(ended),
         remarks(ended),
+        verdict(ended),
         problems(ended),
         _FOOTNOTE,
         as_toml(job.settings),
     )
-    return machine_page.page(ended, pictures, started, words)
+    return _machine_page.page(ended, pictures, started, words)
 
 
 def write(ended: Ended, started: str) -> dict[str, Any]:
-    """Write everything beside the recording; the summary first.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-    started : str
-        When, in words a person reads (ISO 8601).
-
-    Returns
-    -------
-    dict[str, Any]
-        Content of the summary.
-
-    Raises
-    ------
-    OSError
-        The disk refuses.
-    """
+    """Write everything beside the recording; the summary first."""
     content = summary(ended, started)
-    pictures = machine_page.pictures(ended, content, draw(ended))
+    pictures = _machine_page.pictures(ended, content, draw(ended))
     text = page(ended, pictures, started)
-    (ended.job.out / folder.PAGE).write_text(text, encoding="utf-8")
+    write_text(ended.job.out / folder.PAGE, text)
     return content

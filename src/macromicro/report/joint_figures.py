@@ -1,4 +1,4 @@
-"""Figures of a run of two axes: the path in the plane with the error magnified, and both axes."""
+"""Figures of a run of two axes: the path with magnified errors, and both axes over time."""
 
 from __future__ import annotations
 
@@ -14,27 +14,14 @@ from macromicro.machines.joint import contour, results
 from macromicro.machines.joint.planning import JointPlan
 from macromicro.machines.joint.settings import AXES, of
 from macromicro.recording import Recording
-from macromicro.report.figures import Drawn
+from macromicro.report._figures import Drawn
 
 SHOWN = 0.05  # of the picture's width; what the largest contour error is magnified to
 _COLORS = (BLUE, ORANGE)
 
 
 def magnification(peak: float, span: float) -> float:
-    """A round factor that makes an error visible in a picture.
-
-    Parameters
-    ----------
-    peak : float
-        The largest error.
-    span : float
-        Width of what is shown, in the same unit.
-
-    Returns
-    -------
-    float
-        1, 2 or 5 times a power of ten, 1 at least.
-    """
+    """A round factor that makes an error visible in a picture."""
     if not peak > 0.0:
         return 1.0
     wanted = SHOWN * span / peak
@@ -43,7 +30,7 @@ def magnification(peak: float, span: float) -> float:
 
 
 def _ways(recording: Recording) -> list[tuple[str, str, str, str]]:
-    """Whose places are drawn: columns, colour, name; the true ones where they are known."""
+    """Columns, colour and name of the drawn positions; the true ones if known."""
     every = [
         ("true_x", "true_y", RED, "true"),
         ("x_position", "y_position", BLUE, "by the encoders"),
@@ -52,7 +39,7 @@ def _ways(recording: Recording) -> list[tuple[str, str, str, str]]:
 
 
 def _beside(recording: Recording, plan: JointPlan, names: tuple[str, str]) -> Iterator[Any]:
-    """Of each move with a path, while its profile lasts: rows, places (mm), nearest points."""
+    """Rows, positions (mm) and nearest points of each move on a path, during its profile."""
     for k in np.unique(recording["move"][recording["move"] >= 0]).tolist():
         if plan.traces[k].pieces:
             part = results.under_way(recording, plan, k)
@@ -61,22 +48,7 @@ def _beside(recording: Recording, plan: JointPlan, names: tuple[str, str]) -> It
 
 
 def path(recording: Recording, plan: JointPlan, tolerance: float) -> Drawn:
-    """The path in the plane, and the places that the encoders show and the true ones beside it.
-
-    Parameters
-    ----------
-    recording : Recording
-        Of a run.
-    plan : JointPlan
-        Its moves.
-    tolerance : float
-        Of the contour, m.
-
-    Returns
-    -------
-    Drawn
-        Figure `path`.
-    """
+    """The path in the plane, with the encoders' and the true positions."""
     ways = _ways(recording)
     found = {way[3]: list(_beside(recording, plan, way[:2])) for way in ways}
     every = [each for parts in found.values() for each in parts]
@@ -119,20 +91,6 @@ def path(recording: Recording, plan: JointPlan, tolerance: float) -> Drawn:
 
 
 def outline(trace: Any, turn: float = 0.02) -> tuple[Array, Array]:
-    """Points along a path, for drawing.
-
-    Parameters
-    ----------
-    trace : Any
-        The path of a move.
-    turn : float, optional
-        From point to point in an arc, rad.
-
-    Returns
-    -------
-    x, y : ndarray, shape (n,)
-        m.
-    """
     xs, ys = [], []
     for piece in trace.pieces:
         n = math.ceil(abs(piece.curvature) * piece.length / turn) + 2
@@ -143,22 +101,7 @@ def outline(trace: Any, turn: float = 0.02) -> tuple[Array, Array]:
 
 
 def axes_over_time(recording: Recording, plan: JointPlan, settings: Any) -> Drawn:
-    """Positions, errors, distance from the path and efforts over the run.
-
-    Parameters
-    ----------
-    recording : Recording
-        Of a run.
-    plan : JointPlan
-        Its moves.
-    settings : Any
-        Of the machine.
-
-    Returns
-    -------
-    Drawn
-        Figure `axes`.
-    """
+    """Positions, errors, distance from the path and efforts over the run."""
     figure, grid = new(9.4, 4, sharex=True)
     places, errors, beside, efforts = grid[:, 0]
     t = recording["t"]

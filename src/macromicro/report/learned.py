@@ -1,4 +1,4 @@
-"""Figure of a trajectory that was learned: the error before and after, and from run to run."""
+"""Figure of a learned trajectory: the error before and after, and from run to run."""
 
 from __future__ import annotations
 
@@ -13,17 +13,6 @@ from macromicro.runs.learning import Learned
 
 
 def draw(found: Learned, folder: Path, kinds: Sequence[str]) -> None:
-    """Draw `learning` into a folder.
-
-    Parameters
-    ----------
-    found : Learned
-        What was learned.
-    folder : Path
-        Where to.
-    kinds : Sequence[str]
-        Formats of `drawing.files`.
-    """
     figure, axes = new(6.4, 3)
     above, middle, below = axes[:, 0]
     rows = found.programme.stage == 1
@@ -32,7 +21,7 @@ def draw(found: Learned, folder: Path, kinds: Sequence[str]) -> None:
     line(above, found.last.t, 1e6 * found.last.error, BLUE, "learned")
     finish(above, "By the Hall sensor", y="error [um]", legend=True)
     line(middle, t, 1e6 * learned, RED, "", drawstyle="steps-post")
-    finish(middle, "What is given beyond the target", y="correction [um]")
+    finish(middle, "Correction added to the target", y="correction [um]")
     runs = np.arange(1, len(found.repetitions) + 1)
     below.plot(
         runs, [1e6 * r.rms for r in found.repetitions], "o-", color=BLUE, label="Hall sensor"

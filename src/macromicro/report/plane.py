@@ -1,4 +1,4 @@
-"""What a commissioning of two axes gives a person: a page of both, and beside it all of each."""
+"""Report of the commissioning of two axes: a page of both, and each axis' own."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from macromicro.machines.joint.settings import AXES
 from macromicro.machines.machine import JOINT
 from macromicro.report import joint_figures
 from macromicro.runs import folder
+from macromicro.schema.text import write_text
 
 HEADINGS = (
     "move",
@@ -32,18 +33,6 @@ FILES = (*report.FILES, *drawings.names(DRAWN))
 
 
 def why(found: Both) -> str:
-    """Why the machine is not verified.
-
-    Parameters
-    ----------
-    found : Both
-        Everything.
-
-    Returns
-    -------
-    str
-        In words; "" where it is.
-    """
     for name, one in zip(AXES, found.axes, strict=True):
         if not one.verified.met:
             return f"axis {name} alone: {report.why(one)}"
@@ -54,20 +43,7 @@ def why(found: Both) -> str:
 
 
 def rows(found: Both, places: tuple[Place, Place]) -> list[tuple[str, ...]]:
-    """What was found, a line each: quantity, value, half interval, unit.
-
-    Parameters
-    ----------
-    found : Both
-        Everything.
-    places : tuple[Place, Place]
-        What was commissioned.
-
-    Returns
-    -------
-    list[tuple[str, ...]]
-        Text, with the axis in front.
-    """
+    """The results: quantity, value, half interval, unit."""
     each = zip(AXES, found.axes, places, strict=True)
     return [
         (f"{name}: {row[0]}", *row[1:]) for name, one, at in each for row in report.rows(one, at)
@@ -75,23 +51,10 @@ def rows(found: Both, places: tuple[Place, Place]) -> list[tuple[str, ...]]:
 
 
 def doubts(found: Both, places: tuple[Place, Place]) -> list[str]:
-    """What a person should look at before the result is relied on.
-
-    Parameters
-    ----------
-    found : Both
-        Everything.
-    places : tuple[Place, Place]
-        What was commissioned.
-
-    Returns
-    -------
-    list[str]
-        A sentence each, with the axis in front.
-    """
+    """Points to check before relying on the result."""
     each = zip(AXES, found.axes, places, strict=True)
     said = [f"{name}: {doubt}" for name, one, at in each for doubt in report.doubts(one, at)]
-    said.append("No encoder shows whether the axes stand at a right angle.")
+    said.append("The encoders cannot show whether the axes are square.")
     peak = max((m.contour.peak for m in found.moves if m.contour is not None), default=0.0)
     if 1e-3 * peak > found.settings.path.tolerance:
         said.append(
@@ -102,18 +65,7 @@ def doubts(found: Both, places: tuple[Place, Place]) -> list[str]:
 
 
 def move_rows(found: Both) -> list[tuple[str, ...]]:
-    """How the moves of both went, under `HEADINGS`.
-
-    Parameters
-    ----------
-    found : Both
-        Everything.
-
-    Returns
-    -------
-    list[tuple[str, ...]]
-        Text.
-    """
+    """The moves of both, under `HEADINGS`."""
     return [
         (
             f"{m.move + 1}",
@@ -128,20 +80,6 @@ def move_rows(found: Both) -> list[tuple[str, ...]]:
 
 
 def as_json(found: Both, places: tuple[Place, Place]) -> str:
-    """All results as JSON.
-
-    Parameters
-    ----------
-    found : Both
-        Everything.
-    places : tuple[Place, Place]
-        What was commissioned.
-
-    Returns
-    -------
-    str
-        One object.
-    """
     each = zip(AXES, found.axes, places, strict=True)
     what: dict[str, Any] = {"kind": JOINT, "version": macromicro.__version__}
     what["axes"] = {name: json.loads(report.as_json(one, at)) for name, one, at in each}
@@ -166,34 +104,15 @@ def write(
     started: str,
     kinds: Iterable[str] = drawings.DEFAULT,
 ) -> None:
-    """Write what is of both; each axis' results stay beside it.
-
-    Parameters
-    ----------
-    out : Path
-        The folder.
-    found : Both
-        Everything.
-    places : tuple[Place, Place]
-        What was commissioned.
-    started : str
-        When, in words.
-    kinds : Iterable[str], optional
-        Formats of the figures.
-
-    Raises
-    ------
-    OSError
-        The disk refuses.
-    """
+    """Write the results of both; each axis' own stay beside them."""
     drawn = [
         joint_figures.path(found.recording, found.plan, found.settings.path.tolerance),
         joint_figures.axes_over_time(found.recording, found.plan, found.settings),
     ]
     signs = {procedure.sign(p.kind, f.work) for p, f in zip(places, found.axes, strict=True)}
     with folder.staged(out) as stage:
-        (stage / report.MACHINE).write_text(found.toml, encoding="utf-8")
-        (stage / report.JSON).write_text(as_json(found, places), encoding="utf-8")
+        write_text(stage / report.MACHINE, found.toml)
+        write_text(stage / report.JSON, as_json(found, places))
         found.recording.save(stage / report.RECORDING)
         pictures = []
         for name, one in zip(DRAWN, drawn, strict=True):
@@ -217,4 +136,4 @@ def write(
             file=report.MACHINE,
             toml=found.toml,
         )
-        (stage / report.PAGE).write_text(text, encoding="utf-8")
+        write_text(stage / report.PAGE, text)

@@ -1,4 +1,4 @@
-"""With what a report was made: versions and machine."""
+"""Versions and machine of a report."""
 
 from __future__ import annotations
 
@@ -11,13 +11,6 @@ _LIBRARIES = ("numpy", "numba", "scipy", "h5py", "matplotlib")
 
 
 def software() -> list[tuple[str, str]]:
-    """Package, Python, libraries, machine.
-
-    Returns
-    -------
-    list[tuple[str, str]]
-        Name and value.
-    """
     return [
         ("macromicro", macromicro.__version__),
         ("Python", platform.python_version()),

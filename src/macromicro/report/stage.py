@@ -10,14 +10,18 @@ import numpy as np
 import macromicro
 from macromicro.drawing.page import Picture
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED, finish, line, new
+from macromicro.machines import results
 from macromicro.machines.job import Ended
 from macromicro.machines.machine import as_toml
 from macromicro.machines.tree import gains
-from macromicro.report import machine_page
-from macromicro.report.figures import Drawn
+from macromicro.report import _machine_page
+from macromicro.report._figures import Drawn
 from macromicro.report.words import Line, amount
-from macromicro.runs import folder
+from macromicro.runs import arrivals, folder
+from macromicro.runs.arrivals import Rest
 from macromicro.schema.par import entries
+from macromicro.schema.text import write_text
+from macromicro.units import printed
 
 HEADINGS = (
     "#",
@@ -26,6 +30,7 @@ HEADINGS = (
     "arrival",
     "profile",
     "peak error",
+    "true peak",
     "rms error",
     "overshoot",
     "error at rest",
@@ -35,25 +40,14 @@ RATES = ("m/s", "m/s^2", "m/s^3")  # units of the motion's limits, on a slide
 _GAINS = 4  # that a line tells; the page has all
 _FOOTNOTE = (
     "Arrival runs from the move's start until the reading stays within the tolerance. Peak and "
-    "rms error are the distance from the set point while the profile lasts. The error at rest is "
-    "the target minus the mean reading over the hold's last 0.1 s; the true error the same of "
-    "the load's true position, which no controller sees."
+    "rms error are the distance of the reading from the set point during the profile, the "
+    "true peak is that of the load's true position. The error at rest is the target minus the mean "
+    "reading over the hold's last 0.1 s; the true error is the same for the true position. True "
+    "values exist only in simulation."
 )
 
 
 def table(ended: Ended) -> list[Line]:
-    """One line a move.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-
-    Returns
-    -------
-    list[Line]
-        Text with units, in the order of `HEADINGS`.
-    """
     lines = []
     # Errors of a stage that is exact to nanometres would all read 0.00 um.
     place = ended.job.machine.kind.place
@@ -67,8 +61,10 @@ def table(ended: Ended) -> list[Line]:
             f"{m.target:.6g} {place.unit}",
             lost if m.arrived_s is None else f"{m.arrived_s:.3f} s",
             f"{m.profile_s:.3f} s",
-            amount(m.peak_error * scale, 1, unit),
-            amount(m.rms_error * scale, 1, unit),
+            *(
+                amount(None if x is None else x * scale, 1, unit)
+                for x in (m.peak_error, m.true_peak_error, m.rms_error)
+            ),
             *(
                 amount(None if x is None else x * scale, 2, unit)
                 for x in (m.overshoot, m.rest_error, m.true_error)
@@ -78,19 +74,17 @@ def table(ended: Ended) -> list[Line]:
     return lines
 
 
+def verdict(ended: Ended) -> str:
+    job, moves = ended.job, ended.moves
+    place, planned = job.machine.kind.place, len(job.plan.target)
+    rests = results.rests(moves, place)
+    if np.isfinite(job.plan.end):  # its set points come by time, and wait for no arrival
+        peak = max((m.peak_error for m in moves), default=None)
+        return arrivals.verdict(rests, 0, place, followed=peak and peak / place.per)
+    return arrivals.verdict(rests, planned, place, doubt=_machine_page.doubt(job.settings))
+
+
 def remarks(ended: Ended) -> list[tuple[str, str]]:
-    """The machine's limits, and the speed of the simulation.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-
-    Returns
-    -------
-    list[tuple[str, str]]
-        Heading and text.
-    """
     settings = ended.job.settings
     motion, law, place = settings.motion, gains(settings), ended.job.machine.kind.place
     tolerance = settings.arrival.tolerance
@@ -106,9 +100,10 @@ def remarks(ended: Ended) -> list[tuple[str, str]]:
             "arrival",
             f"within {tolerance * place.fines:.4g} {place.fine} for {settings.arrival.dwell:g} s",
         ),
+        *_machine_page.warnings(settings),
     ]
     told = [
-        f"{e.path} {e.par.spoken(e.value, 4).replace('*', ' ')}"
+        f"{e.path} {printed(e.par.spoken(e.value, 4))}"
         for e in entries(law)
         if isinstance(e.value, float) and e.value > 0.0
     ]
@@ -121,72 +116,28 @@ def remarks(ended: Ended) -> list[tuple[str, str]]:
 
 
 def problems(ended: Ended) -> list[str]:
-    """What went wrong, a sentence each.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-
-    Returns
-    -------
-    list[str]
-        None for a good run.
-    """
     plan, patience = ended.job.plan, ended.job.settings.arrival.patience
     waits = patience if np.isnan(plan.end) else None
-    return said(ended, len(plan.target), waits)
+    rests = results.rests(ended.moves, ended.job.machine.kind.place)
+    return said(ended, len(plan.target), waits, rests)
 
 
-def said(ended: Any, planned: int, patience: float | None) -> list[str]:
-    """What went wrong in a run of moves, a sentence each.
-
-    Parameters
-    ----------
-    ended : Any
-        The run, of one axis or of several.
-    planned : int
-        Moves of its programme.
-    patience : float | None
-        How long an arrival was waited for, s; None: it was not.
-
-    Returns
-    -------
-    list[str]
-        None for a good run.
-    """
+def said(ended: Any, planned: int, patience: float | None, rests: list[Rest]) -> list[str]:
+    """Problems in a run of moves, a sentence each."""
     found = []
     count = f"move {len(ended.moves)} of {planned}"
-    if ended.interrupted:
-        found.append(f"interrupted at {ended.simulated:.3f} s, {count}; the recording is kept")
     if ended.fault is not None:
         fault = ended.fault
         found.append(f"fault: {fault.message} Evidence: {fault.evidence}. {fault.remedy}")
-    elif not ended.finished and not ended.interrupted:
+    elif not ended.finished:
         found.append(f"the programme did not finish: {count} at {ended.simulated:.3f} s")
-    lost = [str(m.move + 1) for m in ended.moves if m.complete and m.arrived_s is None]
+    lost = arrivals.lost(rests)
     if lost and patience is not None:
-        shown = ", ".join(lost[:10]) + (f" and {len(lost) - 10} more" if len(lost) > 10 else "")
-        verb = "move" if len(lost) == 1 else "moves"
-        found.append(f"{verb} {shown} did not arrive within {patience:g} s of the profile's end")
+        found.append(f"{lost} within {patience:g} s of the profile's end")
     return found
 
 
 def summary(ended: Ended, started: str) -> dict[str, Any]:
-    """The content of summary.json.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-    started : str
-        When, in words a person reads (ISO 8601).
-
-    Returns
-    -------
-    dict[str, Any]
-        Quantities with their unit in the key; places of moves in `unit`.
-    """
     job = ended.job
     return {
         "machine": job.machine.name,
@@ -198,8 +149,8 @@ def summary(ended: Ended, started: str) -> dict[str, Any]:
         "started": started,
         "overrides": job.overrides,
         "finished": ended.finished,
-        "interrupted": ended.interrupted,
         "fault": ended.fault and ended.fault._asdict(),
+        "warnings": [text for _, text in _machine_page.warnings(job.settings)],
         "moves_planned": len(job.plan.target),
         "unit": job.machine.kind.place.unit,
         "simulated_s": ended.simulated,
@@ -210,36 +161,13 @@ def summary(ended: Ended, started: str) -> dict[str, Any]:
 
 
 def draw(ended: Ended) -> Iterator[Drawn]:
-    """The figures of a run.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-
-    Yields
-    ------
-    Drawn
-        One after the other; none of an empty recording.
-    """
     if len(ended.recording):
         yield response(ended)
-        yield arrivals(ended)
+        yield settling(ended)
 
 
 def response(ended: Ended) -> Drawn:
-    """Position with its set point, error and effort over the run.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-
-    Returns
-    -------
-    Drawn
-        Figure `response`.
-    """
+    """Position with its set point, error and effort over the run."""
     r = ended.recording
     place = ended.job.machine.kind.place
     t, band = r["t"], ended.job.settings.arrival.tolerance * place.fines
@@ -265,19 +193,7 @@ def response(ended: Ended) -> Drawn:
     )
 
 
-def arrivals(ended: Ended) -> Drawn:
-    """The error of each move around the end of its profile.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-
-    Returns
-    -------
-    Drawn
-        Figure `moves`.
-    """
+def settling(ended: Ended) -> Drawn:
     r = ended.recording
     place = ended.job.machine.kind.place
     band = ended.job.settings.arrival.tolerance * place.fines
@@ -304,56 +220,23 @@ def arrivals(ended: Ended) -> Drawn:
 
 
 def page(ended: Ended, pictures: list[Picture], started: str) -> str:
-    """The report as HTML. All text is escaped.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-    pictures : list[Picture]
-        Its figures.
-    started : str
-        When, in words a person reads (ISO 8601).
-
-    Returns
-    -------
-    str
-        One self-contained file.
-    """
     job = ended.job
-    words = machine_page.Words(
+    words = _machine_page.Words(
         HEADINGS,
         table(ended),
         remarks(ended),
+        verdict(ended),
         problems(ended),
         _FOOTNOTE,
         as_toml(job.machine, job.settings),
     )
-    return machine_page.page(ended, pictures, started, words)
+    return _machine_page.page(ended, pictures, started, words)
 
 
 def write(ended: Ended, started: str) -> dict[str, Any]:
-    """Write everything beside the recording; the summary first.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-    started : str
-        When, in words a person reads (ISO 8601).
-
-    Returns
-    -------
-    dict[str, Any]
-        Content of the summary.
-
-    Raises
-    ------
-    OSError
-        The disk refuses.
-    """
+    """Write everything beside the recording; the summary first."""
     content = summary(ended, started)
-    pictures = machine_page.pictures(ended, content, draw(ended))
+    pictures = _machine_page.pictures(ended, content, draw(ended))
     text = page(ended, pictures, started)
-    (ended.job.out / folder.PAGE).write_text(text, encoding="utf-8")
+    write_text(ended.job.out / folder.PAGE, text)
     return content

@@ -1,4 +1,4 @@
-"""The summary of a run: the same figures as on the page, for programs."""
+"""The summary of a run: the figures of the page, for programs."""
 
 from __future__ import annotations
 
@@ -11,20 +11,6 @@ from macromicro.schema.text import plain
 
 
 def summary(ended: Ended, started: str) -> dict[str, Any]:
-    """The content of summary.json.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-    started : str
-        When, in words a person reads (ISO 8601).
-
-    Returns
-    -------
-    dict[str, Any]
-        Quantities with their unit in the key.
-    """
     job = ended.job
     fault = ended.fault
     return {
@@ -37,7 +23,6 @@ def summary(ended: Ended, started: str) -> dict[str, Any]:
         "started": started,
         "overrides": job.overrides,
         "finished": ended.finished,
-        "interrupted": ended.interrupted,
         "fault": fault and fault._asdict(),
         "moves_planned": len(job.programme.target),
         "simulated_s": ended.simulated,
@@ -53,16 +38,5 @@ def summary(ended: Ended, started: str) -> dict[str, Any]:
 
 
 def as_json(content: dict[str, Any]) -> str:
-    """JSON without NaN or infinity: they become null.
-
-    Parameters
-    ----------
-    content : dict[str, Any]
-        Anything that is made of dictionaries, sequences, text and numbers.
-
-    Returns
-    -------
-    str
-        The text, with a newline at its end.
-    """
+    """JSON with null for NaN and infinity."""
     return json.dumps(plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"

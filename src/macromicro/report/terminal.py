@@ -1,15 +1,17 @@
-"""What a person sees in the terminal: a progress bar while it runs, then a table."""
+"""Output in the terminal: a progress bar during a run, then a table."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from macromicro.programme import MACRO
-from macromicro.report import comparison_words, words
+from macromicro.report import _comparison_words, words
 from macromicro.report.comparison import Comparison
+from macromicro.runs import folder
 from macromicro.runs.job import Ended, Job
 
 if TYPE_CHECKING:
@@ -28,42 +30,16 @@ _BROKEN = {
 
 @contextmanager
 def progress(job: Job) -> Iterator[Report]:
-    """A bar on stderr, in simulated seconds; one plain line where that is no terminal.
-
-    Parameters
-    ----------
-    job : Job
-        What is about to run.
-
-    Yields
-    ------
-    Report
-        To be called with the simulated time (s) and the index of the move.
-    """
+    """A bar on stderr, in simulated seconds; one plain line where that is no terminal."""
     with bar(job.programme.title, job.expected, lambda k: _move(job, k)) as report:
         yield report
 
 
 @contextmanager
 def bar(title: str, expected: float, words: Callable[[int], str]) -> Iterator[Report]:
-    """A bar on stderr, in simulated seconds; one plain line where that is no terminal.
-
-    Parameters
-    ----------
-    title : str
-        What is about to run.
-    expected : float
-        Its simulated time, roughly, s.
-    words : Callable[[int], str]
-        What to say of a move of that index.
-
-    Yields
-    ------
-    Report
-        To be called with the simulated time (s) and the index of the move.
-    """
+    """A bar on stderr, in simulated seconds; one plain line where that is no terminal."""
     if not sys.stderr.isatty():
-        print(f"running {title}: about {expected:.0f} s of the machine's time", file=sys.stderr)
+        print(f"running {title}: about {expected:.0f} s of machine time", file=sys.stderr)
         yield lambda t, move: None
         return
     from rich.console import Console
@@ -87,7 +63,7 @@ def bar(title: str, expected: float, words: Callable[[int], str]) -> Iterator[Re
 
 
 def _move(job: Job, k: int) -> str:
-    """A move in words, "move 3 of 40: micro to 3 mm"; of a profile only where it is."""
+    """A move in words, "move 3 of 40: micro to 3 mm"; only the position within a profile."""
     programme = job.programme
     if not 0 <= k < len(programme.target):
         return ""
@@ -101,30 +77,21 @@ def _move(job: Job, k: int) -> str:
 
 
 def show(ended: Ended) -> None:
-    """The table of moves and the remarks, on stdout.
+    said = verdict(words.verdict(ended), ended.job.out)
+    show_lines(words.HEADINGS, words.table(ended), said, words.remarks(ended))
 
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-    """
-    show_lines(words.HEADINGS, words.table(ended), words.remarks(ended))
+
+def verdict(text: str, out: Path) -> str:
+    """The result of a run, and its folder."""
+    return f"{text}; open {out / folder.PAGE}"
 
 
 def show_lines(
-    headings: Sequence[str], lines: Sequence[words.Line], remarks: Sequence[tuple[str, str]]
+    headings: Sequence[str],
+    lines: Sequence[words.Line],
+    verdict: str,
+    remarks: Sequence[tuple[str, str]],
 ) -> None:
-    """A table and remarks, on stdout.
-
-    Parameters
-    ----------
-    headings : Sequence[str]
-        Of the table.
-    lines : Sequence[words.Line]
-        Its lines; without any there is no table.
-    remarks : Sequence[tuple[str, str]]
-        Heading and text.
-    """
     from rich.table import Table
     from rich.text import Text
 
@@ -140,31 +107,25 @@ def show_lines(
     if lines:
         console.print(table)
         console.print()
+    console.print(Text(verdict), soft_wrap=True)
     for name, text in remarks:
         console.print(Text(f"{name}: {text}"), soft_wrap=True)
 
 
 def show_comparison(found: Comparison) -> None:
-    """The tables of moves and columns, and what differs, on stdout.
-
-    Parameters
-    ----------
-    found : Comparison
-        The comparison.
-    """
     from rich.text import Text
 
     console = _console()
     first = found.sides[0].name
     several = ("compared",) if len(found.sides) > 2 else ()
-    moves, columns = comparison_words.table(found), comparison_words.columns(found)
+    moves, columns = _comparison_words.table(found), _comparison_words.columns(found)
     if moves:
         console.print(Text(f"{first}, and by how much the others differ"))
-        _table(console, (*several, *comparison_words.HEADINGS), moves)
+        _table(console, (*several, *_comparison_words.HEADINGS), moves)
     if columns:
         console.print(Text(f"Columns that differ from {first}"))
-        _table(console, (*several, *comparison_words.COLUMNS), columns)
-    for name, text in comparison_words.remarks(found):
+        _table(console, (*several, *_comparison_words.COLUMNS), columns)
+    for name, text in _comparison_words.remarks(found):
         console.print(Text(f"{name}: {text}"), soft_wrap=True)
 
 
@@ -182,9 +143,7 @@ def _table(console: Console, headings: Sequence[str], lines: Sequence[Sequence[s
 
 
 def _console() -> Console:
-    """Of the terminal's width, where that is wide enough for a table; it wraps whole lines
-    otherwise, for cells would be cut up.
-    """
+    """A console of the terminal's width; if that is too narrow for a table, lines wrap."""
     from rich.console import Console
 
     console = Console(highlight=False, soft_wrap=False)

@@ -1,4 +1,4 @@
-"""The lines of a report: moves, vibration, return to zero, speed, and what went wrong."""
+"""The lines of a report: moves, vibration, return to zero, speed, and problems."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from typing import NamedTuple
 from macromicro.design.profiles import ProfileResult
 from macromicro.design.response import MoveResult
 from macromicro.design.tracking import Tracking
+from macromicro.programme import MACRO
+from macromicro.runs import arrivals
+from macromicro.runs.arrivals import Rest
 from macromicro.runs.job import Ended
 
 HEADINGS = (
@@ -26,33 +29,11 @@ _FEW = 10  # lines of profiles
 
 
 class Line(NamedTuple):
-    """A line of the table of moves.
-
-    Attributes
-    ----------
-    cells : tuple[str, ...]
-        Text with units, in the order of `HEADINGS`.
-    arrived : bool
-        Whether the move got there.
-    """
-
-    cells: tuple[str, ...]
-    arrived: bool
+    cells: tuple[str, ...]  # text with units, in the order of `HEADINGS`
+    arrived: bool  # whether the move got there
 
 
 def table(ended: Ended) -> list[Line]:
-    """One line a move.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-
-    Returns
-    -------
-    list[Line]
-        In the order of the moves.
-    """
     numbers = ended.job.programme.numbers
     return [_line(m, int(numbers[m.move])) for m in ended.moves]
 
@@ -76,39 +57,33 @@ def _line(m: MoveResult, number: int) -> Line:
 
 
 def amount(value: float | None, digits: int, unit: str) -> str:
-    """A number with its unit.
-
-    Parameters
-    ----------
-    value : float | None
-        In `unit`.
-    digits : int
-        Behind the point.
-    unit : str
-        As text.
-
-    Returns
-    -------
-    str
-        "-" for None.
-    """
     # Rounded first, so that no "-0.0" appears.
     return _NONE if value is None else f"{round(value, digits) + 0.0:.{digits}f} {unit}"
 
 
+def _rests(ended: Ended) -> list[Rest]:
+    return arrivals.of_both(ended.moves, ended.job.programme.numbers)
+
+
+def verdict(ended: Ended) -> str:
+    programme, followed = ended.job.programme, {t.stage for t in ended.tracking}
+    names = ["macro" if stage == MACRO else "micro" for stage in programme.stage]
+    single = programme.moves if programme.mixed else [True] * len(names)
+    planned = sum(
+        bool(one) and name not in followed for one, name in zip(single, names, strict=True)
+    )
+    # A set point that the next one overtakes before its stage's turn is no move.
+    planned = len(ended.moves) if ended.finished else planned
+    errors = [t.peak_error * (1e-3 if t.unit == "mm" else 1e-6) for t in ended.tracking]
+    errors += [
+        p.peak_error * (1e-3 if p.unit == "mm" else 1e-6)
+        for p in ended.profiles
+        if p.peak_error is not None
+    ]
+    return arrivals.verdict(_rests(ended), planned, followed=max(errors, default=None))
+
+
 def remarks(ended: Ended) -> list[tuple[str, str]]:
-    """Vibration, the return to zero, speed.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-
-    Returns
-    -------
-    list[tuple[str, str]]
-        Heading and text.
-    """
     found = [(f"{t.stage}-stage", _tracking(t)) for t in ended.tracking]
     found += [(f"profile {p.profile + 1}", _profile(p)) for p in ended.profiles[:_FEW]]
     if len(ended.profiles) > _FEW:
@@ -128,7 +103,6 @@ def remarks(ended: Ended) -> list[tuple[str, str]]:
 
 
 def _tracking(t: Tracking) -> str:
-    """How a stage followed its trajectory."""
     digits = 3 if t.unit == "mm" else 1
     text = (
         f"follows {t.targets} targets from {t.start_s:.2f} to {t.end_s:.2f} s, error "
@@ -138,13 +112,12 @@ def _tracking(t: Tracking) -> str:
     if t.lag_s is None:
         return text
     return (
-        f"{text}; it lags by {t.lag_s * 1e3:.0f} ms, without which "
-        f"{t.rms_without_lag:.{digits}f} {t.unit} rms are left"
+        f"{text}; the lag is {t.lag_s * 1e3:.0f} ms, without which "
+        f"{t.rms_without_lag:.{digits}f} {t.unit}rms remain"
     )
 
 
 def _profile(p: ProfileResult) -> str:
-    """How a motion profile went."""
     digits = 3 if p.unit == "mm" else 1
     text = (
         f"{p.stage} from {p.origin:.6g} to {p.target:.6g} {p.unit} in {p.end_s - p.start_s:.3f} s"
@@ -164,19 +137,19 @@ def _profile(p: ProfileResult) -> str:
 def _vibration(ended: Ended) -> str:
     first = ended.vibration[0]
     decay = "does not decay" if first.decay_s is None else f"{first.decay_s:.2f} s down to 2 um"
+    number = int(ended.job.programme.numbers[first.move])
     text = (
-        f"{first.amplitude_um:.1f} um at {first.frequency_hz:.1f} Hz after the first macro move, "
-        f"{decay}"
+        f"{first.amplitude_um:.1f} um at {first.frequency_hz:.1f} Hz after move {number}, {decay}"
     )
     if len(ended.vibration) > 1:
         every = [v.amplitude_um for v in ended.vibration]
-        moves = "all" if len(every) == 2 else f"all {len(every)}"
-        text += f"; {min(every):.1f} to {max(every):.1f} um after {moves} of a cycle"
+        cycle = sum(m.stage == "macro" and m.move < ended.job.per_cycle for m in ended.moves)
+        moves = f"the {cycle}" if len(every) == cycle else f"{len(every)} of the {cycle}"
+        text += f"; {min(every):.1f} to {max(every):.1f} um after {moves} macro moves of a cycle"
     return text
 
 
 def _extension(ended: Ended) -> str:
-    """The micro-stage's return to zero, by cycles."""
     known = [c for c in ended.cycles if c.extension_s is not None]
     first, last = known[0], known[-1]
     text = f"{first.extension_s:.2f} s to within 20 um of zero"
@@ -190,30 +163,16 @@ def _extension(ended: Ended) -> str:
 
 
 def problems(ended: Ended) -> list[str]:
-    """What went wrong, a sentence each.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-
-    Returns
-    -------
-    list[str]
-        None for a good run.
-    """
     found = []
     numbers = ended.job.programme.numbers if ended.job.programme.mixed else None
     begun, planned = ended.begun, len(ended.job.programme.target)
     if numbers is not None:
         begun, planned = int(numbers[begun - 1]) if begun else 0, int(numbers[-1])
     count = f"move {begun} of {planned}"
-    if ended.interrupted:
-        found.append(f"interrupted at {ended.simulated:.3f} s, {count}; the recording is kept")
     if ended.fault is not None:
         fault = ended.fault
         found.append(f"fault: {fault.message} Evidence: {fault.evidence}. {fault.remedy}")
-    elif not ended.finished and not ended.interrupted:
+    elif not ended.finished:
         found.append(f"the programme did not finish: {count} at {ended.simulated:.3f} s")
     late = [p for p in ended.profiles if p.late_s > 0.0]
     if late:
@@ -221,12 +180,8 @@ def problems(ended: Ended) -> list[str]:
         which = f"profile {p.profile + 1}" + (f" and {len(late) - 1} more" if len(late) > 1 else "")
         found.append(
             f"{which} began late, its first {p.late_s:.2f} s left out: the carriage had not "
-            "settled; a longer hold of the macro profile before it gives it the time"
+            "settled; lengthen the hold of the macro profile before it"
         )
-    each = ended.job.programme.numbers
-    lost = [str(each[m.move]) for m in ended.moves if m.complete and m.arrived_s is None]
-    if lost:
-        shown = ", ".join(lost[:10]) + (f" and {len(lost) - 10} more" if len(lost) > 10 else "")
-        verb = "move" if len(lost) == 1 else "moves"
-        found.append(f"{verb} {shown} did not arrive within the band before the hold's end")
+    if lost := arrivals.lost(_rests(ended)):
+        found.append(f"{lost} within the band before the hold's end")
     return found

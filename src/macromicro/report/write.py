@@ -6,43 +6,26 @@ from typing import Any
 
 from macromicro.drawing import files
 from macromicro.drawing.page import Picture
-from macromicro.report import figures
-from macromicro.report.page import page
+from macromicro.report import _figures
+from macromicro.report._page import page
 from macromicro.report.summary import as_json, summary
 from macromicro.runs import folder, keeping
 from macromicro.runs.job import Ended
+from macromicro.schema.text import write_text
 
 
 def write(ended: Ended, started: str) -> dict[str, Any]:
-    """Write everything beside the recording; the summary first.
-
-    Parameters
-    ----------
-    ended : Ended
-        The run.
-    started : str
-        When, in words a person reads (ISO 8601).
-
-    Returns
-    -------
-    dict[str, Any]
-        Content of the summary.
-
-    Raises
-    ------
-    OSError
-        The disk refuses.
-    """
+    """Write everything beside the recording; the summary first."""
     out = ended.job.out
     learned = None if ended.fault else keeping.text(ended.recording, ended.job.settings)
     (out / folder.LEARNED).unlink(missing_ok=True)
     if learned is not None:
-        (out / folder.LEARNED).write_text(learned, encoding="utf-8")
+        write_text(out / folder.LEARNED, learned)
     content = summary(ended, started)
-    (out / folder.SUMMARY).write_text(as_json(content), encoding="utf-8")
+    write_text(out / folder.SUMMARY, as_json(content))
     pictures = []
-    for drawn in figures.draw(ended):
+    for drawn in _figures.draw(ended):
         data = files.save(drawn.figure, out, drawn.name, ended.job.request.figures)
         pictures.append(Picture(drawn.name, drawn.title, drawn.caption, data))
-    (out / folder.PAGE).write_text(page(ended, pictures, started), encoding="utf-8")
+    write_text(out / folder.PAGE, page(ended, pictures, started))
     return content

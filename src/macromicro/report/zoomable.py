@@ -1,4 +1,4 @@
-"""Recordings on one page in which a browser zooms: columns over time, no network, no library."""
+"""Recordings on one zoomable page: columns over time, no network, no library."""
 
 from __future__ import annotations
 
@@ -33,30 +33,8 @@ def page(
 ) -> str:
     """Write recordings as one HTML file that opens without a network.
 
-    Columns of one unit share a panel, and all panels share the time. Each row is in the page, in
-    single precision from the middle of its column's range; of long recordings, least and greatest
-    value of as many rows as the page says.
-
-    Parameters
-    ----------
-    recordings : Sequence[Recording]
-        One or more. Where they do not begin at the same time, each counts from its own first row.
-    columns : Sequence[str], optional
-        Names; by default those of `macromicro.overlay`.
-    labels : Sequence[str], optional
-        A word for each recording, by default those of `macromicro.overlay`.
-    most : int, optional
-        Values that the page may hold.
-
-    Returns
-    -------
-    str
-        The file's text.
-
-    Raises
-    ------
-    InputError
-        A column that a recording lacks, or has in another unit; no shared column.
+    Columns of one unit share a panel, and all panels share the time. Values are in single precision
+    from the middle of the column's range; long recordings are reduced to least and greatest values.
     """
     names = list(columns) or traces.chosen(recordings)
     words = list(labels) or traces.called(recordings)
@@ -88,7 +66,6 @@ def page(
 
 
 def _side(recording: Recording, names: Sequence[str], every: int, *, own: bool) -> dict[str, Any]:
-    """Times and columns of a recording, as the script reads them."""
     t = np.asarray(recording[TIME], float)
     shown = t - t[0] if own and len(t) else t
     return {
@@ -111,12 +88,11 @@ def _column(y: Array, every: int) -> dict[str, Any]:
 
 
 def _packed(values: Array, kind: str = "<f4") -> str:
-    """Deflated bytes as text; browsers have the way back."""
+    """Deflated bytes as text, which browsers can inflate."""
     return base64.b64encode(zlib.compress(np.ascontiguousarray(values, kind).tobytes())).decode()
 
 
 def _about(recording: Recording) -> str:
-    """Rows, length, rate and origin in words."""
     rows, rate = len(recording), 1.0 / recording.dt
     head = f"{rows} row{'s' * (rows != 1)}, {rows * recording.dt:.6g} s at {rate:.6g} Hz"
     return ", ".join(part for part in (head, exported.origin(recording)) if part)

@@ -1,1 +1,1 @@
-"""Machines to control: the guard, the virtual twin, and later real boards."""
+"""Rigs: the guard, the virtual twin, boards and cards."""

@@ -1,4 +1,4 @@
-"""Faults that the guard finds, by number; 0 is none."""
+"""Fault numbers of the guard; 0: none."""
 
 (
     OK,

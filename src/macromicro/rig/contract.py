@@ -1,9 +1,4 @@
-"""Whether a rig keeps what every program relies on: channels, units, time, rate and stop.
-
-Nothing moves: it is opened, read and written to with safe outputs, stopped and opened again.
-What only shows in motion, and when its process is killed: `contract_moving`.
-The first power-up of a rig, with a person beside it: `walk`.
-"""
+"""Checks of a rig at rest: channels, units, time, rate and stop. In motion: `contract_moving`."""
 
 from __future__ import annotations
 
@@ -17,7 +12,7 @@ from numpy.typing import NDArray
 
 from macromicro.control.contract import Broken, Finding
 from macromicro.errors import MacromicroError
-from macromicro.rig.cards.roles import DIGITAL, ROLES
+from macromicro.rig.cards._roles import DIGITAL, ROLES
 from macromicro.rig.session import BENCH, Fixture, Session
 from macromicro.schema.text import printable
 
@@ -42,55 +37,23 @@ _COSTS = {  # what a bench without a channel cannot do; those of the micro-stage
 
 
 class Watched(NamedTuple):
-    """What a rig showed while nothing was asked of it.
+    """Samples of a rig at rest."""
 
-    Attributes
-    ----------
-    samples : list[Any]
-        One a period.
-    clock : Array
-        The rig's clock just behind each reading, s.
-    reading, writing, period : Array
-        How long each took, s.
-    """
-
-    samples: list[Any]
-    clock: Array
+    samples: list[Any]  # one a period
+    clock: Array  # the rig's clock just behind each reading, s
+    # reading, writing, period: how long each took, s
     reading: Array
     writing: Array
     period: Array
 
 
 def safe(fixture: Fixture) -> Any:
-    """Safe outputs of a kind of rig.
-
-    Parameters
-    ----------
-    fixture : Fixture
-        The rig.
-
-    Returns
-    -------
-    Any
-        All zero, in the kind's own type.
-    """
     written = ROLES[fixture.kind].written
     return written(*[0.0] * len(written._fields))
 
 
 def check(fixture: Fixture) -> Iterator[Finding]:
-    """Open a rig and look at everything that shows while nothing moves.
-
-    Parameters
-    ----------
-    fixture : Fixture
-        The rig.
-
-    Yields
-    ------
-    Finding
-        One after the other; where it cannot be opened or read, that alone.
-    """
+    """Open a rig and check everything that shows at rest."""
     try:
         with fixture.open() as rig:
             watched = watch(fixture, rig)
@@ -100,9 +63,9 @@ def check(fixture: Fixture) -> Iterator[Finding]:
             rig.stop()
             stopped = time.perf_counter() - asked
     except Exception as error:
-        yield failed("open", error, "mend what the message names; then run this again")
+        yield failed("open", error, "fix what the message names, then run this again")
         return
-    yield Finding("open", True, f"{fixture.kind}, {len(watched.samples)} readings, left again")
+    yield Finding("open", True, f"{fixture.kind}, {len(watched.samples)} readings, closed again")
     for name, look in _LOOKS:
         try:
             yield Finding(name, True, look(fixture, watched))
@@ -122,46 +85,17 @@ def check(fixture: Fixture) -> Iterator[Finding]:
             "again", error, "leave in __exit__ what __enter__ opens: a port, a lock, a task"
         )
         return
-    yield Finding("again", True, "opened and read a second time")
+    yield Finding("again", True, "opened and read again")
 
 
 def failed(what: str, error: Exception, remedy: str) -> Finding:
-    """What an exception of the rig's says.
-
-    Parameters
-    ----------
-    what : str
-        What was done.
-    error : Exception
-        Any.
-    remedy : str
-        What to do.
-
-    Returns
-    -------
-    Finding
-        Not passed.
-    """
     own = isinstance(error, MacromicroError)
     text = str(error) if own else f"{type(error).__name__}: {error}"
     return Finding(what, False, printable(text, 200), remedy)
 
 
 def watch(fixture: Fixture, rig: Session) -> Watched:
-    """Read an opened rig for a while, its outputs safe.
-
-    Parameters
-    ----------
-    fixture : Fixture
-        The rig.
-    rig : Session
-        It, entered.
-
-    Returns
-    -------
-    Watched
-        All readings and times.
-    """
+    """Read an opened rig for a while, its outputs safe."""
     periods, quiet = max(round(SHORTEST / fixture.dt), LEAST), safe(fixture)
     samples, marks = [], np.empty((periods + 1, 4))
     for k in range(periods + 1):
@@ -256,7 +190,7 @@ def _rate(fixture: Fixture, watched: Watched) -> str:
 
 
 def _link(fixture: Fixture, trips: list[float]) -> str:
-    """An order that is sent behind an answer is answered in the next period, or comes too late."""
+    """Whether orders are answered in the next period."""
     median, late, worst = 1e3 * np.quantile(trips, (0.5, 0.99, 1.0))
     spans = f"an answer after {median:.3g} ms, 99 % within {late:.3g}, worst {worst:.3g} ms"
     if late <= 1.5e3 * fixture.dt:
@@ -274,18 +208,4 @@ _LOOKS: tuple[tuple[str, Look], ...] = (
 
 
 def values(samples: list[Any], channel: str) -> Array:
-    """One channel of all samples.
-
-    Parameters
-    ----------
-    samples : list[Any]
-        Of a rig.
-    channel : str
-        Name of the field.
-
-    Returns
-    -------
-    Array
-        NaN where there was no value, or no such field.
-    """
     return np.array([float(getattr(s, channel, math.nan)) for s in samples])

@@ -1,4 +1,4 @@
-"""What of a rig shows only in motion: directions, coming to rest, and a process that is killed."""
+"""Checks of a rig in motion: directions, coming to rest, a killed process."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from macromicro.control.contract import Finding
+from macromicro.rig._driven import LONGEST
 from macromicro.rig.contract import failed, safe
-from macromicro.rig.driven import LONGEST
 from macromicro.rig.session import Fixture, Session
 
 WAY = 200.0  # counts that a stroke covers at most, but for coming to rest
@@ -24,41 +24,16 @@ _HEAT = 1.0  # s
 
 
 class Stroke(NamedTuple):
-    """One stroke at a constant voltage.
+    """One stroke at a constant voltage."""
 
-    Attributes
-    ----------
-    moved : float
-        By the end of the voltage, counts.
-    speed : float
-        Then, counts/s.
-    coasted : float
-        From there on, counts.
-    rested : float
-        How long it took to rest, s; NaN if it did not.
-    """
-
-    moved: float
-    speed: float
-    coasted: float
-    rested: float
+    moved: float  # by the end of the voltage, counts
+    speed: float  # then, counts/s
+    coasted: float  # from there on, counts
+    rested: float  # how long it took to rest, s; NaN if it did not
 
 
 def said(fixture: Fixture, volts: float) -> list[str]:
-    """What `check` will do, for the person who is asked.
-
-    Parameters
-    ----------
-    fixture : Fixture
-        The rig.
-    volts : float
-        That it is driven with.
-
-    Returns
-    -------
-    list[str]
-        Lines.
-    """
+    """What `check` will do, for the operator."""
     if not fixture.has("encoder"):
         return [f"{fixture.name}: CTRL {volts:g} V for {_HEAT:g} s"]
     return [
@@ -70,20 +45,7 @@ def said(fixture: Fixture, volts: float) -> list[str]:
 
 
 def check(fixture: Fixture, volts: float) -> Iterator[Finding]:
-    """Move a rig and look at what it does.
-
-    Parameters
-    ----------
-    fixture : Fixture
-        A bench, opened by nobody.
-    volts : float
-        Of the motor, above 0; of CTRL where there is no encoder.
-
-    Yields
-    ------
-    Finding
-        One after the other; what needs what failed is left out.
-    """
+    """Move a rig and check it."""
     try:
         if not fixture.has("encoder"):
             yield heated(fixture, volts)
@@ -92,7 +54,7 @@ def check(fixture: Fixture, volts: float) -> Iterator[Finding]:
             there = stroke(fixture, rig, volts)
             back = stroke(fixture, rig, -volts)
     except Exception as error:
-        yield failed("motion", error, "mend what the message names; then run this again")
+        yield failed("motion", error, "fix what the message names, then run this again")
         return
     found = direction(there, back, volts)
     yield found
@@ -106,22 +68,7 @@ def check(fixture: Fixture, volts: float) -> Iterator[Finding]:
 
 
 def stroke(fixture: Fixture, rig: Session, volts: float) -> Stroke:
-    """One stroke, and until it rests.
-
-    Parameters
-    ----------
-    fixture : Fixture
-        The rig.
-    rig : Session
-        It, entered.
-    volts : float
-        Of the motor.
-
-    Returns
-    -------
-    Stroke
-        Signed: counts that rise are positive.
-    """
+    """One stroke, and until it rests."""
     dt, quiet = fixture.dt, safe(fixture)
     first = rig.read()
     place, track = first.encoder, [(first.t, first.encoder)]
@@ -148,24 +95,9 @@ def stroke(fixture: Fixture, rig: Session, volts: float) -> Stroke:
 
 
 def killed(fixture: Fixture, volts: float, before: Stroke) -> Finding:
-    """Kill a process that drives the rig, and see how far it went before it was opened again.
-
-    Parameters
-    ----------
-    fixture : Fixture
-        The rig.
-    volts : float
-        Of the motor.
-    before : Stroke
-        A stroke at the same voltage that ended in time.
-
-    Returns
-    -------
-    Finding
-        Passed where the stage went no farther than after a stop in time.
-    """
+    """Kill a process that drives the rig, and measure how far it went."""
     what = "killed process"
-    command = (sys.executable, "-m", "macromicro.rig.driven", fixture.name, f"{volts!r}", f"{WAY}")
+    command = (sys.executable, "-m", "macromicro.rig._driven", fixture.name, f"{volts!r}", f"{WAY}")
     child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     first = last = math.nan
     assert child.stdout is not None and child.stderr is not None
@@ -189,7 +121,7 @@ def killed(fixture: Fixture, volts: float, before: Stroke) -> Finding:
     if not fixture.counted:
         found = (
             "opened again after SIGKILL; how far it went is not known: its counter does not count "
-            "on while nobody has it open (attribute `counted`). Was there a motion after the kill?"
+            "on while it is not open (attribute `counted`). Was there a motion after the kill?"
         )
         return Finding(what, True, found)
     gone = place - last
@@ -208,20 +140,7 @@ def killed(fixture: Fixture, volts: float, before: Stroke) -> Finding:
 
 
 def direction(there: Stroke, back: Stroke, volts: float) -> Finding:
-    """Whether counts rise with the motor's voltage.
-
-    Parameters
-    ----------
-    there, back : Stroke
-        At `volts`, and at the opposite.
-    volts : float
-        V.
-
-    Returns
-    -------
-    Finding
-        Which way it moved.
-    """
+    """Whether counts rise with the motor's voltage."""
     found = f"{volts:g} V: {there.moved:+.0f} counts, {-volts:g} V: {back.moved:+.0f} counts"
     if abs(there.moved) < 2.0 and abs(back.moved) < 2.0:
         return Finding(
@@ -237,20 +156,7 @@ def direction(there: Stroke, back: Stroke, volts: float) -> Finding:
 
 
 def heated(fixture: Fixture, volts: float) -> Finding:
-    """Heat the wires for a second, and look at the Hall sensor.
-
-    Parameters
-    ----------
-    fixture : Fixture
-        The rig.
-    volts : float
-        CTRL.
-
-    Returns
-    -------
-    Finding
-        Passed where the sensor shows a contraction.
-    """
+    """Heat the wires for a second and read the Hall sensor."""
     dt, quiet = fixture.dt, safe(fixture)
     with fixture.open() as rig:
         before = rig.read().hall
@@ -276,10 +182,7 @@ def _stopping(there: Stroke, back: Stroke) -> Finding:
 
 
 def _speed(track: list[tuple[float, float]]) -> float:
-    """At the end of a track of times and counts, over `_SPAN`; counts/s.
-
-    By the rig's own times: a period may be late.
-    """
+    """Speed at the end of a track over `_SPAN`, by the rig's own times; counts/s."""
     end, place = track[-1]
     begin, before = next((at for at in reversed(track) if end - at[0] >= _SPAN), track[0])
     return (place - before) / (end - begin) if end > begin else 0.0

@@ -1,60 +1,31 @@
-"""Following error against a predicted envelope, not against the raw step."""
+"""Following error against a predicted envelope."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
+from macromicro.columns import Meaning
 from macromicro.kernel import kernel
 
 
 class Bounds(NamedTuple):
-    """The envelope's shape, in the unit of the error.
+    """Shape of the envelope, in the unit of the error."""
 
-    Attributes
-    ----------
-    margin : float
-        Above the error at the start.
-    tolerance : float
-        Always allowed.
-    rate : float
-        Slowest accepted approach, per s.
-    grace : float
-        Before that approach must have begun, s.
-    """
-
-    margin: float
-    tolerance: float
-    rate: float
-    grace: float
+    margin: Annotated[float, Meaning("above the error at the start")]
+    tolerance: Annotated[float, Meaning("always allowed")]
+    rate: Annotated[float, Meaning("slowest accepted approach, per s")]
+    grace: Annotated[float, Meaning("before that approach must have begun", "s")]
 
 
 class Envelope(NamedTuple):
-    """The envelope at one instant.
-
-    Attributes
-    ----------
-    reference : float
-        The one watched; NaN: none.
-    allowed : float
-        Error allowed.
-    timer : float
-        Time since that reference came, s.
-    """
-
-    reference: float
-    allowed: float
-    timer: float
+    reference: Annotated[float, Meaning("the one watched; NaN: none")]
+    allowed: Annotated[float, Meaning("error allowed")]
+    timer: Annotated[float, Meaning("time since that reference came", "s")]
 
 
 def closed() -> Envelope:
-    """The envelope while nothing is being followed.
-
-    Returns
-    -------
-    Envelope
-        Without a reference.
-    """
+    """The envelope without a set point."""
     return Envelope(math.nan, 0.0, 0.0)
 
 
@@ -62,30 +33,10 @@ def closed() -> Envelope:
 def follow(
     p: Bounds, s: Envelope, active: float, reference: float, error: float, dt: float
 ) -> Envelope:
-    """The envelope one period later; the error is too large when it exceeds `allowed`.
+    """The envelope one period later; the error is too large above `allowed`.
 
     A new reference opens it to the present error plus the margin; after the grace it closes at the
     slowest accepted approach, down to the tolerance.
-
-    Parameters
-    ----------
-    p : Bounds
-        Its shape.
-    s : Envelope
-        Its state.
-    active : float
-        Whether the stage is under control, 0 or 1.
-    reference : float
-        Set point.
-    error : float
-        Size of the following error.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    Envelope
-        New state.
     """
     if active < 0.5:
         return Envelope(math.nan, 0.0, 0.0)

@@ -1,9 +1,10 @@
-"""The guard's faults in words: what happened, on what evidence, what to do."""
+"""The guard's faults in words: event, evidence, remedy."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
+from macromicro.recording_format import Attribute
 from macromicro.rig import codes
 from macromicro.rig.guard import Watch
 
@@ -11,34 +12,32 @@ SWITCHED_OFF = "all outputs were set to off (written to the rig, not read back)"
 
 
 class Fault(NamedTuple):
-    """A tripped guard, in words.
-
-    Attributes
-    ----------
-    code : int
-        One of `codes`.
-    name : str
-        Short.
-    time_s : float
-        When, in the run's time, s.
-    message : str
-        What happened.
-    evidence : str
-        What was measured, and its limit.
-    remedy : str
-        What to do.
-    """
-
-    code: int
+    code: int  # one of `codes`
     name: str
-    time_s: float
+    time_s: float  # when, in the run's time, s
     message: str
-    evidence: str
+    evidence: str  # what was measured, and its limit
     remedy: str
 
 
+class Said(Protocol):
+    """A fault in words."""
+
+    @property
+    def message(self) -> str: ...
+
+    @property
+    def evidence(self) -> str: ...
+
+
+def ended(finished: bool, fault: Said | None) -> dict[str, Attribute]:
+    """The end of a run for its recording."""
+    words = {} if fault is None else {"fault": f"{fault.message} {fault.evidence}"}
+    return {"finished": int(finished), **words}
+
+
 class _Text(NamedTuple):
-    """Evidence may hold {value} and {limit} of the guard's `Watch`, times `scale`."""
+    """A fault in words; evidence formats {value} and {limit} of `Watch`, times `scale`."""
 
     name: str
     message: str
@@ -50,9 +49,9 @@ class _Text(NamedTuple):
 TEXTS = {
     codes.ILLEGAL: _Text(
         "illegal output",
-        "The controller asked for an output that is not a number or out of range.",
-        "it asked for {value:.4g} V where at most {limit:.4g} V are allowed "
-        "(or for a fan or laser reset other than 0 or 1)",
+        "The controller commanded an output that is out of range or not a number.",
+        "commanded {value:.4g} V, allowed {limit:.4g} V "
+        "(or a fan or laser reset other than 0 or 1)",
         "Check the controller's gains and its law; guard.motor and guard.ctrl set the limits.",
     ),
     codes.MACRO_LOST: _Text(
@@ -85,9 +84,9 @@ TEXTS = {
     ),
     codes.HALL_FROZEN: _Text(
         "Hall sensor frozen",
-        "The Hall sensor repeats one and the same value, which its noise makes impossible.",
+        "The Hall sensor repeats one value, which its noise makes impossible.",
         "the same code for {value:.3f} s, allowed {limit:.3f} s",
-        "Check the sensor's supply and the A/D board; where so little noise is right, raise "
+        "Check the sensor's supply and the A/D board; if the noise is really so low, raise "
         "guard.frozen.",
     ),
     codes.HALL_RANGE: _Text(
@@ -119,7 +118,7 @@ TEXTS = {
     ),
     codes.ENCODER_JUMP: _Text(
         "encoder jumped",
-        "The encoder's count jumped farther than any carriage can go.",
+        "The encoder's count jumped farther than the carriage can move.",
         "{value:.0f} counts at once, possible {limit:.0f} counts",
         "Check the encoder's cable and shield and its counter board, then home; guard.fastest "
         "sets the limit.",
@@ -128,7 +127,7 @@ TEXTS = {
         "encoder against the motor",
         "The encoder counts against the motor's push and keeps doing so.",
         "{value:.0f} counts against it, allowed {limit:.0f} counts",
-        "See that the encoder's two channels, or the motor's two wires, are not swapped, then "
+        "Check that the encoder's channels or the motor's wires are not swapped, then "
         "home; guard.lean and guard.against set the limits.",
     ),
     codes.HALL_NOISY: _Text(
@@ -140,33 +139,21 @@ TEXTS = {
     ),
     codes.CLOCK: _Text(
         "clock jumped",
-        "The rig's time jumped: what is timed by it cannot be relied on.",
+        "The rig's clock has jumped.",
         "it stepped by {value:.3f} s in one period, allowed 0 to {limit:.3f} s",
-        "See what sets the rig's clock, or what kept the loop from running so long "
-        "(`macromicro doctor`); guard.clock sets the limit.",
+        "Check what sets the rig's clock, and what delayed the loop (`macromicro doctor`); "
+        "guard.clock sets the limit.",
     ),
     codes.CLOCK_STANDS: _Text(
-        "clock stands",
-        "The rig's time stands still, or is no number: nothing can be timed by it.",
+        "clock stopped",
+        "The rig's clock has stopped or returned an invalid time.",
         "no later time for {value:.3f} s, allowed {limit:.3f} s",
-        "See what gives the samples their time `t`; guard.clock sets the limit.",
+        "Check the source of the samples' time `t`; guard.clock sets the limit.",
     ),
 }
 
 
 def describe(watch: Watch) -> Fault | None:
-    """The fault of a guard's state.
-
-    Parameters
-    ----------
-    watch : Watch
-        The state.
-
-    Returns
-    -------
-    Fault | None
-        None if all is well.
-    """
     if watch.fault == codes.OK:
         return None
     text = TEXTS[watch.fault]

@@ -1,18 +1,10 @@
-"""Rigs with faults that can be switched on while they run, to try a set-up against them.
+"""Rigs with faults that can be switched on while they run.
 
-The table of faults and the board serve every kind of machine. The rig here is the twin of the
-two-stage machine; those of one stage and of two axes are in `machines.faulty`.
-
-`twin` is a factory for ``--rig macromicro.rig.faulty:twin``. Which fault is on stands in a
-small file that the rig and whoever injects have mapped (MACROMICRO_FAULTS names it), so
-the loop opens nothing and waits for nobody:
+A small mapped file (MACROMICRO_FAULTS) selects the fault and shows the bench's true state:
 
     export MACROMICRO_FAULTS=/tmp/faults
     macromicro serve --rig macromicro.rig.faulty:twin
     python -m macromicro.rig.faulty encoder-frozen     # in another shell; "none" ends it
-
-The same file shows the bench's truth and what was last written to the rig, to judge by. The bench
-has its default parameters.
 """
 
 from __future__ import annotations
@@ -39,7 +31,7 @@ NONE = "none"
 
 # Cells of the board, float64, and who writes each.
 (
-    WANTED,  # whoever injects: number of the fault, 0 for none
+    WANTED,  # by the injector: number of the fault, 0 for none
     ONSET,  # rig: time [s] of the first sample with the present fault, NaN without one
     SAFE_AT,  # rig: time [s] since which all outputs have been safe, NaN while they are not
     SAFE_NS,  # rig: the same on the monotonic clock [ns]
@@ -58,9 +50,9 @@ CELLS = 16
 
 
 class Fault(NamedTuple):
-    """One fault as data: nothing of it is left once it is switched off, but for counts lost."""
+    """One fault as data; only lost counts outlast it."""
 
-    words: str  # what is broken
+    words: str
     needs: tuple[str, ...] = ()  # channels and outputs without which a rig cannot have it
     step: float = 1.0  # multiplies each count of motion
     jump: float = 0.0  # comes once, counts; of an absolute sensor 500 are a quarter of its travel
@@ -88,7 +80,7 @@ _HALL, _LASER = ("hall",), ("laser",)
 
 FAULTS: dict[str, Fault] = {
     NONE: Fault("nothing is broken"),
-    "encoder-frozen": Fault("the encoder's counter stands", _POSITION, step=0.0),
+    "encoder-frozen": Fault("the encoder's counter stops", _POSITION, step=0.0),
     "encoder-reversed": Fault("the encoder's two channels are swapped", _POSITION, step=-1.0),
     "encoder-skipping": Fault("one count of ten is lost", _POSITION, step=0.9),
     "encoder-jump": Fault("the counter jumps by 500 counts", _POSITION, jump=500.0),
@@ -124,7 +116,7 @@ FAULTS: dict[str, Fault] = {
     ),
     "clock-ahead": Fault("the rig's clock jumps an hour ahead", later=3600.0),
     "clock-back": Fault("the rig's clock jumps 10 s back", later=-10.0),
-    "clock-stands": Fault("the rig's clock stands", clock="stands"),
+    "clock-stands": Fault("the rig's clock stops", clock="stands"),
     "clock-none": Fault("the rig gives no time", clock="none"),
     "slow": Fault("every reading takes 5 ms", stall=5e-3),
     "unplugged": Fault("reading fails", raises="the A/D board was unplugged"),
@@ -135,18 +127,7 @@ _FAULTS = tuple(FAULTS.values())
 
 
 def board(path: str | os.PathLike[str] | None = None) -> NDArray[np.float64]:
-    """The board, mapped from a file or in this process' memory alone.
-
-    Parameters
-    ----------
-    path : str | os.PathLike[str] | None, optional
-        The file, which is made where there is none; None for no file.
-
-    Returns
-    -------
-    ndarray, shape (CELLS,)
-        Indexed by the names above.
-    """
+    """The control file, mapped, or private memory."""
     if path is None:
         return np.zeros(CELLS)
     size = 8 * CELLS
@@ -160,56 +141,20 @@ def board(path: str | os.PathLike[str] | None = None) -> NDArray[np.float64]:
 
 
 def inject(cells: NDArray[np.float64], name: str) -> None:
-    """Switch a fault on from the next sample, in place of the one before.
-
-    Parameters
-    ----------
-    cells : ndarray, shape (CELLS,)
-        The board.
-    name : str
-        One of `NAMES`; "none" ends it.
-
-    Raises
-    ------
-    InputError
-        There is no such fault.
-    """
+    """Switch to another fault from the next sample on."""
     if name not in FAULTS:
         raise InputError("fault", name, ", ".join(NAMES))
     cells[WANTED] = NAMES.index(name)
 
 
 def possible(rig: Any) -> tuple[str, ...]:
-    """The faults that a rig can have, by its channels and outputs.
-
-    Parameters
-    ----------
-    rig : Any
-        With `channels` and `outputs`; without `outputs`, those of the two-stage machine.
-
-    Returns
-    -------
-    tuple[str, ...]
-        Names out of `NAMES`, without "none".
-    """
+    """The faults that a rig can have."""
     there = {*rig.channels, *getattr(rig, "outputs", ("motor", "ctrl", "fan"))}
     return tuple(name for name, fault in FAULTS.items() if name != NONE and there >= {*fault.needs})
 
 
 class Injection:
-    """What a board does to a rig: which fault is on, and what it makes of counts and times.
-
-    Parameters
-    ----------
-    cells : ndarray, shape (CELLS,)
-        The board; it is cleared.
-    grain : float, optional
-        Counts of the sensor per count that the machine tells apart.
-    leap : float, optional
-        Counts of the sensor per count of a jump.
-    absolute : bool, optional
-        Whether the sensor is right again once it is whole; a counter keeps what it has lost.
-    """
+    """Effect of the selected fault on counts, times and outputs."""
 
     def __init__(
         self,
@@ -231,20 +176,7 @@ class Injection:
         cells[ONSET] = cells[SAFE_AT] = math.nan
 
     def look(self, now: float, place: float) -> None:
-        """Before a reading: which fault is on.
-
-        Parameters
-        ----------
-        now : float
-            Time of the reading, s.
-        place : float
-            Where the stage truly is, m.
-
-        Raises
-        ------
-        OSError
-            The fault is one at which reading fails.
-        """
+        """Read the selected fault before a reading."""
         cells = self.cells
         number = int(cells[WANTED])
         self.fresh = number != self._number
@@ -261,18 +193,7 @@ class Injection:
             time.sleep(self.fault.stall)
 
     def count(self, true: float) -> float:
-        """What the position sensor shows.
-
-        Parameters
-        ----------
-        true : float
-            What it would show, counts; NaN: nothing.
-
-        Returns
-        -------
-        float
-            Whole counts, or NaN.
-        """
+        """What the position sensor shows (`true` in counts)."""
         fault = self.fault
         if "encoder" in fault.silent or math.isnan(true):
             return math.nan
@@ -289,49 +210,16 @@ class Injection:
         return float(math.floor(shown + 1e-6))
 
     def time(self, true: float) -> float:
-        """What the rig's clock shows.
-
-        Parameters
-        ----------
-        true : float
-            s.
-
-        Returns
-        -------
-        float
-            s, or NaN.
-        """
+        """What the rig's clock shows."""
         fault = self.fault
         return {"": true + fault.later, "stands": self._stands, "none": math.nan}[fault.clock]
 
     def passed(self, outputs: dict[str, float]) -> dict[str, float]:
-        """What of the outputs reaches the machine.
-
-        Parameters
-        ----------
-        outputs : dict[str, float]
-            By name.
-
-        Returns
-        -------
-        dict[str, float]
-            Those that are cut or reversed.
-        """
+        """The outputs that reach the machine."""
         gone = dict.fromkeys(self.fault.cut, 0.0)
         return gone | {name: -outputs[name] for name in self.fault.reversed}
 
     def written(self, now: float, legal: bool, *outputs: float) -> None:
-        """Note what was written to the rig.
-
-        Parameters
-        ----------
-        now : float
-            s.
-        legal : bool
-            Whether a converter can take it.
-        *outputs : float
-            Motor, CTRL, fan; what there is not is left out.
-        """
         cells = self.cells
         if not legal:
             cells[ILLEGAL] += 1
@@ -343,19 +231,7 @@ class Injection:
 
 
 class Faulty(Twin):
-    """The twin behind faults; without one it is the twin, bit for bit.
-
-    It always begins where its encoder says.
-
-    Parameters
-    ----------
-    *given : Any
-        As for `Twin`.
-    cells : ndarray, shape (CELLS,)
-        The board.
-    **more : Any
-        As for `Twin`, by name.
-    """
+    """The twin behind faults; without one it is the twin, bit for bit."""
 
     counted = True
 
@@ -368,18 +244,6 @@ class Faulty(Twin):
         self._hall = 0.0
 
     def read(self) -> Sample:
-        """Measure all channels through the present fault.
-
-        Returns
-        -------
-        Sample
-            What the rig shows.
-
-        Raises
-        ------
-        OSError
-            The fault is one at which reading fails.
-        """
         injection = self._injection
         injection.look(self.tick * self.dt, self.state.macro.x)
         true, fault = super().read(), injection.fault
@@ -397,18 +261,11 @@ class Faulty(Twin):
         return sample._replace(**dict.fromkeys(fault.silent, math.nan))
 
     def write(self, outputs: Outputs) -> None:
-        """Set the outputs for the coming period; those that are cut do not get there.
-
-        Parameters
-        ----------
-        outputs : Outputs
-            In V; fan and laser reset 0 or 1.
-        """
+        """Set the outputs of the coming period, except those that are cut."""
         self._note(outputs)
         super().write(outputs._replace(**self._injection.passed(outputs._asdict())))
 
     def advance(self) -> None:
-        """Let one control period pass."""
         if self._injection.fault.blocked:  # no motion, and none that the micro-stage could feel
             still = carriage.at_rest(self.state.macro.x)
             self.state = self.state._replace(macro=still, motor=0.0)
@@ -419,30 +276,17 @@ class Faulty(Twin):
         cells[WIRE] = state.micro.wire.temperature
 
     def stop(self) -> None:
-        """Set every output to its safe value."""
         self._note(SAFE)
         super().stop()
 
     def _note(self, outputs: Outputs) -> None:
-        """What was written to the rig, on the board."""
         motor, ctrl, fan, _ = outputs
         legal = abs(motor) <= 5.0 and 0.0 <= ctrl <= 5.0 and fan in (0.0, 1.0)
         self._injection.written(self.tick * self.dt, legal, motor, ctrl, fan)
 
 
 def twin(seed: int) -> Faulty:
-    """The default bench with its faults, compiled and called once.
-
-    Parameters
-    ----------
-    seed : int
-        Seed of the sensor noise.
-
-    Returns
-    -------
-    Faulty
-        Its board is the file that MACROMICRO_FAULTS names.
-    """
+    """The default bench with its faults, compiled and called once."""
     from macromicro.kernel import compiled
     from macromicro.plant.bench import Bench, Sensors
 
@@ -457,18 +301,7 @@ def twin(seed: int) -> Faulty:
 
 
 def main(arguments: list[str]) -> int:
-    """Switch a fault on in a rig that runs.
-
-    Parameters
-    ----------
-    arguments : list[str]
-        The name of the fault.
-
-    Returns
-    -------
-    int
-        Exit status: 0, or 2 after a slip.
-    """
+    """Switch a fault on in a running rig."""
     path = os.environ.get(BOARD)
     if len(arguments) != 1 or arguments[0] not in FAULTS or not path or not Path(path).exists():
         print(f"{BOARD}=FILE python -m macromicro.rig.faulty FAULT\n", file=sys.stderr)

@@ -1,14 +1,11 @@
-"""The two test fixtures as rigs: the kiln of Section 5.2.1 and the cycle bench of Appendix D.
-
-Each has the shape of a `Rig` (channels, clock, read, write, stop, context manager) with
-the sample and the outputs of its own fixture.
-"""
+"""The two test fixtures as rigs: the kiln of Section 5.2.1 and the cycle bench of Appendix D."""
 
 from __future__ import annotations
 
 from types import TracebackType
 from typing import Any, Generic, NamedTuple, Self, TypeVar
 
+from macromicro.arrays import own
 from macromicro.nominal import PERIOD
 from macromicro.plant import cycle, kiln
 from macromicro.plant.cycle import CyclePlant, CycleSample, CycleState
@@ -21,13 +18,13 @@ CYCLE_PERIOD = PERIOD
 
 
 class KilnOutputs(NamedTuple):
-    """What the kiln takes: its heater's relay, 0 or 1."""
+    """Relay of the kiln's heater, 0 or 1."""
 
     heater: float
 
 
 class CycleOutputs(NamedTuple):
-    """What the cycle bench takes: ctrl [V at the D/A], fan 0 or 1."""
+    """ctrl [V at the D/A] and fan, 0 or 1."""
 
     ctrl: float
     fan: float
@@ -38,15 +35,7 @@ Taken = TypeVar("Taken")
 
 
 class FixtureTwin(Generic[Shown, Taken]):
-    """What both fixtures share: a clock that computes, outputs that end safe.
-
-    Parameters
-    ----------
-    dt : float
-        Control period, s.
-    safe : Taken
-        Outputs at the start and after `stop`.
-    """
+    """Simulated clock and safe outputs of both fixtures."""
 
     channels: tuple[str, ...] = ()
 
@@ -57,42 +46,15 @@ class FixtureTwin(Generic[Shown, Taken]):
         self._safe = self._outputs = safe
 
     def read(self) -> Shown:
-        """Measure all channels now.
-
-        Returns
-        -------
-        Shown
-            In the units of the fixture's sample.
-
-        Raises
-        ------
-        NotImplementedError
-            A fixture must have its own.
-        """
         raise NotImplementedError
 
     def advance(self) -> None:
-        """Let one period pass.
-
-        Raises
-        ------
-        NotImplementedError
-            A fixture must have its own.
-        """
         raise NotImplementedError
 
     def write(self, outputs: Taken) -> None:
-        """Set the outputs for the coming period.
-
-        Parameters
-        ----------
-        outputs : Taken
-            In the fixture's own type.
-        """
         self._outputs = outputs
 
     def stop(self) -> None:
-        """Set every output to its safe value."""
         self._outputs = self._safe
 
     def __enter__(self) -> Self:
@@ -108,23 +70,6 @@ class FixtureTwin(Generic[Shown, Taken]):
 
 
 class KilnTwin(FixtureTwin[KilnSample, KilnOutputs]):
-    """The virtual kiln.
-
-    Parameters
-    ----------
-    plant : KilnPlant
-        Its parameters.
-    seed : int
-        Seed of noise and interference.
-    dt : float, optional
-        Control period, s.
-    state : KilnState | None, optional
-        State at the start; default: cold.
-    measure, advance : Any, optional
-        The physics; by default interpreted. The compiled ones may be passed for speed and give the
-        same bits.
-    """
-
     channels = KilnSample._fields
 
     def __init__(
@@ -138,19 +83,13 @@ class KilnTwin(FixtureTwin[KilnSample, KilnOutputs]):
     ) -> None:
         super().__init__(dt, KilnOutputs(0.0))
         self.plant = plant
-        self.state = kiln.initial(plant) if state is None else state
+        self.state = kiln.initial(plant) if state is None else own(state)
         self._measure, self._advance = measure, advance
         self._random = noise_source(seed)
         self._noise: list[KilnNoise] = []
 
     def read(self) -> KilnSample:
-        """Measure now; once a period.
-
-        Returns
-        -------
-        KilnSample
-            Thermocouple (deg C) and contraction (counts).
-        """
+        """Measure now; once a period."""
         if self.tick % _BLOCK == 0 or not self._noise:
             rows = self._random.standard_normal((_BLOCK, KILN_NOISES)).tolist()
             self._noise = [KilnNoise(*row) for row in rows]
@@ -159,7 +98,6 @@ class KilnTwin(FixtureTwin[KilnSample, KilnOutputs]):
         return sample
 
     def advance(self) -> None:
-        """Let one period pass."""
         draw = self._noise[self.tick % _BLOCK]
         heater = self._outputs.heater
         self.state = self._advance(self.plant, self.state, heater, draw, self.dt)
@@ -167,19 +105,7 @@ class KilnTwin(FixtureTwin[KilnSample, KilnOutputs]):
 
 
 class CycleTwin(FixtureTwin[CycleSample, CycleOutputs]):
-    """The virtual cycle bench; it has no noise, so it needs no seed.
-
-    Parameters
-    ----------
-    plant : CyclePlant
-        Its parameters.
-    dt : float, optional
-        Control period, s.
-    state : CycleState | None, optional
-        State at the start; default: cold.
-    measure, advance : Any, optional
-        The physics; by default interpreted.
-    """
+    """The virtual cycle bench, without noise."""
 
     channels = CycleSample._fields
 
@@ -193,22 +119,14 @@ class CycleTwin(FixtureTwin[CycleSample, CycleOutputs]):
     ) -> None:
         super().__init__(dt, CycleOutputs(0.0, 0.0))
         self.plant = plant
-        self.state = cycle.initial(plant) if state is None else state
+        self.state = cycle.initial(plant) if state is None else own(state)
         self._measure, self._advance = measure, advance
 
     def read(self) -> CycleSample:
-        """Measure now.
-
-        Returns
-        -------
-        CycleSample
-            Contraction (counts) and the end signals.
-        """
         sample: CycleSample = self._measure(self.plant, self.state, self.tick * self.dt)
         return sample
 
     def advance(self) -> None:
-        """Let one period pass."""
         ctrl, fan = self._outputs
         self.state = self._advance(self.plant, self.state, ctrl, fan, self.dt)
         self.tick += 1

@@ -1,14 +1,11 @@
-"""The guard: nothing illegal passes, and a rig that does not answer is switched off.
-
-It sees what a real rig shows - samples, the controller's command, the outputs - and
-never the state of a simulated one. A fault latches: from then on all outputs are safe.
-"""
+"""The guard: blocks illegal outputs and latches a fault, after which all outputs are safe."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
+from macromicro.columns import Meaning
 from macromicro.control import calibration
 from macromicro.control.calibration import Calibration
 from macromicro.kernel import kernel
@@ -25,92 +22,32 @@ ROOM = 25.0
 
 
 class Guard(NamedTuple):
-    """Runtime parameters.
-
-    Attributes
-    ----------
-    limits : Limits
-        As the user may set them, SI.
-    macro : Bounds
-        Envelope, counts.
-    micro : Bounds
-        Envelope, m.
-    calibration : Calibration
-        Calibration of the Hall sensor.
-    """
-
-    limits: Limits
-    macro: Bounds
-    micro: Bounds
-    calibration: Calibration
+    limits: Annotated[Limits, Meaning("as the user may set them, SI")]
+    macro: Annotated[Bounds, Meaning("envelope", "counts")]
+    micro: Annotated[Bounds, Meaning("envelope", "m")]
+    calibration: Annotated[Calibration, Meaning("calibration of the Hall sensor")]
 
 
 class Heat(NamedTuple):
-    """What the guard estimates of the actuator.
+    """Estimated heat of the actuator."""
 
-    Attributes
-    ----------
-    heating : Heating
-        State of (5.6).
-    anchor : float
-        Where the stage last moved to, m.
-    idle : float
-        For how long it has been heated without motion, s.
-    """
-
-    heating: Heating
-    anchor: float
-    idle: float
+    heating: Annotated[Heating, Meaning("state of (5.6)")]
+    anchor: Annotated[float, Meaning("where the stage last moved to", "m")]
+    idle: Annotated[float, Meaning("for how long it has been heated without motion", "s")]
 
 
 class Watch(NamedTuple):
-    """State of the guard.
-
-    Attributes
-    ----------
-    fault : int
-        One of `codes`.
-    value : float
-        What was measured at the fault: V, s, counts, m or deg C.
-    limit : float
-        Its limit.
-    time : float
-        When, s.
-    seen : Seen
-        What the sensors have shown.
-    macro : Envelope
-        Envelope, counts.
-    micro : Envelope
-        Envelope, m.
-    heat : Heat
-        Estimate of the actuator's heat.
-    """
-
-    fault: int
-    value: float
-    limit: float
-    time: float
-    seen: Seen
-    macro: Envelope
-    micro: Envelope
-    heat: Heat
+    fault: Annotated[int, Meaning("one of codes")]
+    value: Annotated[float, Meaning("what was measured at the fault: V, s, counts, m or deg C")]
+    limit: Annotated[float, Meaning("its limit")]
+    time: Annotated[float, Meaning("when", "s")]
+    seen: Annotated[Seen, Meaning("what the sensors have shown")]
+    macro: Annotated[Envelope, Meaning("envelope", "counts")]
+    micro: Annotated[Envelope, Meaning("envelope", "m")]
+    heat: Annotated[Heat, Meaning("estimate of the actuator's heat")]
 
 
 def prepare(limits: Limits, table: Calibration) -> Guard:
-    """Runtime parameters of the guard.
-
-    Parameters
-    ----------
-    limits : Limits
-        As the user may set them.
-    table : Calibration
-        Calibration of the Hall sensor.
-
-    Returns
-    -------
-    Guard
-        Envelopes in counts and m.
-    """
     return Guard(
         limits,
         Bounds(limits.macro_margin, limits.macro_tolerance, limits.macro_rate, limits.macro_grace),
@@ -125,13 +62,6 @@ def prepare(limits: Limits, table: Calibration) -> Guard:
 
 
 def fresh() -> Watch:
-    """The guard at the start: nothing seen yet, all well, actuator cold.
-
-    Returns
-    -------
-    Watch
-        State.
-    """
     return Watch(
         OK,
         0.0,
@@ -145,38 +75,14 @@ def fresh() -> Watch:
 
 
 @kernel
-def temperature(s: Watch) -> float:
-    """Wire temperature estimated from CTRL alone: (5.6)-(5.8) above room temperature.
-
-    Parameters
-    ----------
-    s : Watch
-        State of the guard.
-
-    Returns
-    -------
-    float
-        deg C.
-    """
+def temperature(s: Watch) -> Annotated[float, Meaning("", "degC")]:
+    """Wire temperature (deg C) estimated from CTRL by (5.6)-(5.8)."""
     return ROOM + electrothermal.temperature(s.heat.heating)
 
 
 @kernel
 def legal(p: Limits, out: Outputs) -> bool:
-    """Whether all outputs are finite and within range. NaN fails every comparison.
-
-    Parameters
-    ----------
-    p : Limits
-        Limits.
-    out : Outputs
-        Outputs that were asked for.
-
-    Returns
-    -------
-    bool
-        False if one is not.
-    """
+    """Whether all outputs are finite and within range; NaN fails every comparison."""
     return (
         abs(out.motor) <= p.motor
         and 0.0 <= out.ctrl <= p.ctrl
@@ -187,10 +93,7 @@ def legal(p: Limits, out: Outputs) -> bool:
 
 @kernel
 def _warm(p: Limits, s: Heat, ctrl: float, requested: bool, place: float, dt: float) -> Heat:
-    """Estimated heating after `dt`, and how long the stage at `place` [m] ignores it.
-
-    `requested`: a contraction is being asked for and not yet there.
-    """
+    """Estimated heating after `dt`, and for how long the stage has not responded to it."""
     heating = electrothermal.step(s.heating, electrothermal.gain(ctrl, p.ceiling), dt)
     hot = ROOM + electrothermal.temperature(heating) > p.warm
     moved = math.isnan(s.anchor) or abs(place - s.anchor) > p.motion
@@ -213,31 +116,7 @@ def _heat_fault(p: Limits, s: Heat) -> tuple[int, float, float]:
 @kernel
 def step(
     p: Guard, s: Watch, sample: Sample, command: Command, out: Outputs, dt: float
-) -> tuple[Watch, Outputs]:
-    """One control period of the guard.
-
-    Parameters
-    ----------
-    p : Guard
-        Parameters of the guard.
-    s : Watch
-        State of the guard.
-    sample : Sample
-        What the rig shows.
-    command : Command
-        What the controller is asking for.
-    out : Outputs
-        The outputs that it wants.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    state : Watch
-        New state; a fault in it latches.
-    outputs : Outputs
-        Those that may be written: `out`, or all safe.
-    """
+) -> tuple[Annotated[Watch, Meaning(name="state")], Annotated[Outputs, Meaning(name="outputs")]]:
     q = p.limits
     fine = legal(q, out)
     effort = out.motor if fine else 0.0

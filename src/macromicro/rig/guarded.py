@@ -11,7 +11,7 @@ import numpy as np
 
 from macromicro.arrays import Array, packed
 from macromicro.kernel import compiled
-from macromicro.rig import codes, guard, sensing, watching
+from macromicro.rig import _watching, codes, guard, sensing
 from macromicro.rig.codes import OK
 from macromicro.rig.faults import Fault, describe
 from macromicro.rig.guard import Guard, Watch
@@ -24,19 +24,8 @@ _BLIND = (codes.ENCODER_SILENT, codes.ENCODER_JUMP, codes.ENCODER_AGAINST, codes
 class Guarded:
     """A `Rig` that refuses illegal outputs and switches off on a fault.
 
-    Of a sensor that the rig does not have (its `channels`) no values are expected. Before each
-    `write`, say with `expect` what the controller is asking for, so that following errors can be
-    judged; without it only outputs and sensors are watched. A rig that closes the loop itself has
-    an `aim`: it is told the same, before its `write`.
-
-    Parameters
-    ----------
-    rig : Rig
-        The machine.
-    limits : Guard
-        The guard's parameters.
-    dt : float
-        Control period, s.
+    Call `expect` before each `write`, or following errors are not judged. A rig that closes the
+    loop itself has an `aim` and reports what it `put_out`.
     """
 
     def __init__(self, rig: Rig, limits: Guard, dt: float) -> None:
@@ -78,33 +67,18 @@ class Guarded:
         return guard.temperature(self.watch)
 
     def evidence(self) -> tuple[float, float, float, float]:
-        """What a latched fault was found by.
-
-        Returns
-        -------
-        tuple[float, float, float, float]
-            Code, value, limit and time, s.
-        """
+        """What a latched fault was found by."""
         watch = self.watch
         return float(watch.fault), watch.value, watch.limit, watch.time
 
     def fault(self) -> tuple[Fault, bool]:
-        """The latched fault.
-
-        Returns
-        -------
-        fault : Fault
-            In words.
-        blind : bool
-            Whether counts may have been missed.
-        """
+        """The latched fault."""
         found = describe(self.watch)
         assert found is not None
         return found, found.code in _BLIND
 
     def renew(self) -> None:
-        """Unlatch. The estimated heat stays: clearing a fault cools no wire. So does the last
-        count: a jump from there to the next one is one."""
+        """Clear the fault; the estimated heat and the last count stay."""
         fresh, before = guard.fresh(), self.watch
         last = before.seen
         seen = fresh.seen._replace(
@@ -113,16 +87,7 @@ class Guarded:
         self.watch = fresh._replace(seen=seen, heat=before.heat._replace(idle=0.0))
 
     def overlooked(self) -> str:
-        """Why counts may have been missed while a fault is latched.
-
-        The guard then says nothing of it. Counts against a push, and none for one, need a motor
-        that is on.
-
-        Returns
-        -------
-        str
-            "" if none were.
-        """
+        """Why counts may have been missed while a fault is latched."""
         seen = self.watch.seen
         if seen.encoder_age > 0.0:
             return "no reading of the encoder while a fault was latched"
@@ -131,13 +96,7 @@ class Guarded:
         return ""
 
     def read(self) -> Sample:
-        """Measure, and remember the sample for the judgement of the next `write`.
-
-        Returns
-        -------
-        Sample
-            What the rig shows, without what it has more: limit switches are those of one stage.
-        """
+        """Measure, and remember the sample for the judgement of the next `write`."""
         shown: Any = self.rig.read()
         if not isinstance(shown, Sample):
             shown = Sample(*(getattr(shown, name, math.nan) for name in Sample._fields))
@@ -146,29 +105,20 @@ class Guarded:
         return sample
 
     def expect(self, command: Command) -> None:
-        """Say what the controller is asking for in this period.
-
-        Parameters
-        ----------
-        command : Command
-            Set points and which stage is under control.
-        """
+        """Say what the controller is asking for in this period."""
         self._command = command
 
     def write(self, outputs: Outputs) -> None:
-        """Write outputs if they pass; otherwise, and after any fault, safe values.
-
-        Parameters
-        ----------
-        outputs : Outputs
-            What the controller wants.
-        """
+        """Write outputs if they pass; otherwise, and after any fault, safe values."""
         sample = self._sample if self._sample is not None else self.read()
         self.given = self._judged(sample, self._command, outputs)
         aim = getattr(self.rig, "aim", None)
         if aim is not None and not self.tripped:
             aim(self._command)
         self.rig.write(self.given)
+        own: Outputs | None = getattr(self.rig, "put_out", None)
+        if own is not None and not self.tripped:
+            self.given = own
         self._command = IDLE
         self._sample = None
 
@@ -211,9 +161,7 @@ _JUDGED = packed(_ASKED - _SAMPLE)
 def _guard(
     p: Guard, s: Watch, asked: Array, answer: Array, state: Array, dt: float
 ) -> Iterator[int]:
-    """The guard as a coroutine: each `next` does what `asked` orders and gives the fault that
-    is latched, if any. Judging fills `answer` with outputs, temperature and doubt; `state` is the
-    whole watch, to be looked at or replaced."""
+    """The guard as a coroutine: each `next` executes `asked` and yields the latched fault."""
     while True:
         if asked[0] == _JUDGE:
             a, c, o = _SAMPLE, _COMMAND, _OUTPUTS
@@ -232,26 +180,14 @@ def _guard(
             answer[4] = guard.temperature(s)
             answer[5] = float(sensing.doubt(p.limits, s.seen, dt))
         elif asked[0] == _SHOW:
-            watching.store(s, state)
+            _watching.store(s, state)
         else:
-            s = watching.restored(state)
+            s = _watching.restored(state)
         yield s.fault
 
 
 class CompiledGuarded(Guarded):
-    """The same guard with its state inside compiled code, for a loop that runs in real time.
-
-    The bits are those of `Guarded`. `watch` is fetched where somebody looks at it.
-
-    Parameters
-    ----------
-    rig : Rig
-        The machine.
-    limits : Guard
-        The guard's parameters.
-    dt : float
-        Control period, s.
-    """
+    """`Guarded` with its state in compiled code, for real time; the bits are the same."""
 
     _fault: int
     _temperature: float
@@ -259,7 +195,7 @@ class CompiledGuarded(Guarded):
     def __init__(self, rig: Rig, limits: Guard, dt: float) -> None:
         self._asked = np.zeros(_ASKED)
         self._answer = np.zeros(6)
-        self._state = np.zeros(watching.FIELDS)
+        self._state = np.zeros(_watching.FIELDS)
         # The coroutine refers to the arrays inside, and does not own them.
         self._start = guard.fresh()
         self._guard = compiled(_guard)(
@@ -273,11 +209,11 @@ class CompiledGuarded(Guarded):
         """The guard's state."""
         self._asked[0] = _SHOW
         next(self._guard)
-        return watching.restored(self._state.tolist())
+        return _watching.restored(self._state.tolist())
 
     @watch.setter
     def watch(self, watch: Watch) -> None:
-        watching.store(watch, self._state)
+        _watching.store(watch, self._state)
         self._asked[0] = _TAKE
         self._fault = next(self._guard)
         self._temperature = guard.temperature(watch)

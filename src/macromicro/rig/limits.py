@@ -1,11 +1,11 @@
-"""Limits of the guard that a user may set."""
-
 from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
 from macromicro import nominal
 from macromicro.schema.par import Par
+
+NEVER = 1e9  # s, V, counts; beyond anything measured
 
 
 class Limits(NamedTuple):
@@ -53,7 +53,7 @@ class Limits(NamedTuple):
     ] = 0.005
     frozen: Annotated[
         float,
-        Par("s", "longest time of one and the same Hall code (noise moves it)", positive=True),
+        Par("s", "longest time of one Hall code (its noise changes it)", positive=True),
     ] = 0.5
     rail: Annotated[
         float,
@@ -71,18 +71,18 @@ class Limits(NamedTuple):
     stuck: Annotated[float, Par("s", "longest push without a count", positive=True)] = 0.25
     lean: Annotated[
         float,
-        Par("V", "motor voltage at which it moves, if slowly", "just below M1", positive=True),
+        Par("V", "motor voltage at which it moves slowly", "just below M1", positive=True),
     ] = nominal.LEAN
     leant: Annotated[
         float,
         Par("s", "longest such push without a count", positive=True),
     ] = 20.0
     against: Annotated[
-        float, Par("count", "longest way against the motor, as in braking", positive=True)
+        float, Par("count", "longest travel against the motor, as in braking", positive=True)
     ] = 250.0
-    fastest: Annotated[float, Par("count/s", "speed that no carriage can have", positive=True)] = (
-        50_000.0
-    )
+    fastest: Annotated[
+        float, Par("count/s", "speed impossible for the carriage", positive=True)
+    ] = 50_000.0
     noise: Annotated[
         float, Par("V", "largest rms noise of the Hall sensor", shown="mV", positive=True)
     ] = 0.025

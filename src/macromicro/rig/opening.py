@@ -1,21 +1,22 @@
-"""The rig that ``--rig`` names: the twin, or one that a module of the user's makes."""
+"""Opens the rig of ``--rig``: the twin, or one from a user's module."""
 
 from __future__ import annotations
 
 import inspect
 import math
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 from macromicro.control.calibration import Calibration
-from macromicro.errors import InputError
-from macromicro.rig import comedi, nidaqmx
+from macromicro.control.settings import Control
+from macromicro.errors import InputError, ProblemError
+from macromicro.rig import _comedi, _nidaqmx
 from macromicro.rig.board import named as boards
 from macromicro.rig.board.named import Boarded
-from macromicro.rig.cards import wiring
-from macromicro.rig.cards.rig import CardRig
+from macromicro.rig.cards import _wiring
+from macromicro.rig.cards._rig import CardRig
 from macromicro.rig.limits import Limits
 from macromicro.rig.session import BENCH, KILN, KINDS, Fixture
 from macromicro.schema import plugins
@@ -32,7 +33,7 @@ ACCEPTED = (
     "replay:FILE with a recording; with --config of a machine xy two of them, + between "
     "(docs/rigs.md)"
 )
-CARDS = {"comedi": comedi, "nidaqmx": nidaqmx}
+CARDS = {"comedi": _comedi, "nidaqmx": _nidaqmx}
 _METHODS = ("read", "write", "stop", "__enter__", "__exit__")
 
 
@@ -40,16 +41,15 @@ _METHODS = ("read", "write", "stop", "__enter__", "__exit__")
 class Factory:
     """A user's function, by name, so that a process may hand it to another.
 
-    Attributes
-    ----------
-    module : str
-        Dotted name.
-    function : str
-        Its name in the module.
+    Examples
+    --------
+    >>> from macromicro.rig.opening import Factory
+    >>> str(Factory("mylab", "rig"))
+    'mylab:rig'
     """
 
-    module: str
-    function: str
+    module: str  #: dotted name
+    function: str  #: its name in the module
 
     def __call__(self, seed: int) -> Any:
         """The rig that the function makes. InputError if it is not to be had."""
@@ -63,7 +63,7 @@ class Factory:
         Raises
         ------
         InputError
-            It is not to be had.
+            It cannot be found or loaded.
         """
         _found(self.module, self.function)
 
@@ -73,19 +73,13 @@ class Factory:
 
 @dataclass(frozen=True)
 class Carded:
-    """A card, by the file of its wiring.
+    """A card, by the file of its wiring."""
 
-    Attributes
-    ----------
-    path : Path
-        TOML file.
-    """
-
-    path: Path
+    path: Path  #: TOML file
 
     def __call__(self, seed: int) -> CardRig:
         """The rig; not opened. InputError for what the file gets wrong."""
-        wired = wiring.read(self.path, {name: card.KEYS for name, card in CARDS.items()})
+        wired = _wiring.read(self.path, {name: card.KEYS for name, card in CARDS.items()})
         if wired.keeps_count and wired.card == "nidaqmx":
             accepted = "false with nidaqmx: its counters begin at 0 when they are opened"
             raise InputError(f"{self.path}: keeps_count", "true", accepted)
@@ -105,7 +99,14 @@ class Carded:
         return str(self.path)
 
 
-def open_rig(name: str, seed: int = 0, *, alone: bool = False) -> Fixture:
+def open_rig(
+    name: str,
+    seed: int = 0,
+    *,
+    alone: bool = False,
+    limits: Limits | None = None,
+    gains: Control | None = None,
+) -> Fixture:
     """The rig that "MODULE:FACTORY" or the wiring of a card names, ready to be opened for runs.
 
     The module is looked for in the working directory as well. The factory is called once to see
@@ -121,6 +122,10 @@ def open_rig(name: str, seed: int = 0, *, alone: bool = False) -> Fixture:
         Given to the factory.
     alone : bool, optional
         Whether it is one stage, whose law runs at any period; else a bench has that of its laws.
+    limits : Limits | None, optional
+        Of the guard of a board, where it is one; None: those of the thesis' machine.
+    gains : Control | None, optional
+        Of the laws of a board that closes the loop; None: those of the thesis.
 
     Returns
     -------
@@ -130,9 +135,13 @@ def open_rig(name: str, seed: int = 0, *, alone: bool = False) -> Fixture:
     Raises
     ------
     InputError
-        It is not to be had, or has not the shape of a rig.
+        It cannot be loaded, is no rig, or lacks the law of `gains`.
     """
     factory = named(name)
+    if isinstance(factory, Boarded):
+        if gains is not None:
+            boards.check_laws(factory, gains)
+        factory = replace(factory, limits=limits, gains=gains, yielding=alone)
     rig = factory(seed)
     kind = getattr(rig, "kind", BENCH)
     if not isinstance(kind, str) or kind not in KINDS:
@@ -173,10 +182,16 @@ def named(name: str) -> Factory | Carded | Boarded:
     ------
     InputError
         Another text.
+
+    Examples
+    --------
+    >>> from macromicro.rig.opening import named
+    >>> named("mylab:rig")
+    Factory(module='mylab', function='rig')
     """
     if boards.is_board(name):
         return boards.read(name)
-    if name.endswith(wiring.SUFFIX):
+    if name.endswith(_wiring.SUFFIX):
         return Carded(Path(name))
     place = plugins.place(name, GROUP)
     if place is None or not plugins.spelled(place):
@@ -188,7 +203,6 @@ def named(name: str) -> Factory | Carded | Boarded:
 
 
 def _found(module: str, function: str) -> Any:
-    """The callable `function` of `module`."""
     where = f"{OPTION} {module}:{function}"
     made = plugins.load(f"{module}:{function}", where, "a function", inspect.isfunction)
     if not _takes_seed(made):
@@ -207,20 +221,19 @@ def _takes_seed(function: Any) -> bool:
 
 
 def _check(rig: Any, factory: Factory | Carded | Boarded) -> None:
-    """InputError unless `rig` has the shape of `types.Rig`."""
+    """Check that `rig` has the shape of `types.Rig`."""
     missing = [n for n in _METHODS if not callable(getattr(rig, n, None))]
     missing += [n for n in ("channels", "clock") if not hasattr(rig, n)]
     if not missing:
         missing = [f"clock.{n}" for n in ("now", "wait") if not hasattr(rig.clock, n)]
     if missing:
-        found = f"returned {printable(type(rig).__name__)} without {', '.join(missing)}"
-        raise InputError(f"{OPTION} {factory}", found, "a rig as in docs/rigs.md")
+        problem = f"returned {printable(type(rig).__name__)} without {', '.join(missing)}"
+        raise ProblemError(f"{OPTION} {factory}", problem, "Return a rig as in docs/rigs.md.")
 
 
 def _channels(
     rig: Any, factory: Factory | Carded | Boarded, known: tuple[str, ...]
 ) -> tuple[str, ...]:
-    """The rig's channels, without the time."""
     named = rig.channels
     several = isinstance(named, Collection) and not isinstance(named, str)
     if not several or not all(isinstance(c, str) for c in named):
@@ -234,7 +247,7 @@ def _channels(
 
 
 def _number(rig: Any, factory: Factory | Carded | Boarded, name: str, default: float) -> float:
-    """The rig's attribute `name`, a number not below 0; above 0 where the default is."""
+    """The rig's attribute `name`: a number >= 0, or > 0 if the default is."""
     value = getattr(rig, name, default)
     number = isinstance(value, int | float) and not isinstance(value, bool)
     if not number or not math.isfinite(value) or value < 0.0 or (default > 0.0 and value == 0.0):

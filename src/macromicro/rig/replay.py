@@ -1,4 +1,4 @@
-"""A rig that plays a recording's sensors back; what is written to it changes nothing."""
+"""A rig that replays the sensors of a recording."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from macromicro.columns import quantities
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.recording import Recording
 from macromicro.types import Outputs, Sample
 
@@ -20,22 +20,7 @@ _SENSORS = {name: note for name, note in quantities(Sample).items() if name != "
 
 
 class Replay:
-    """A `Rig` whose readings are those of a recording, one a period, in its own time.
-
-    Of what was not recorded there are no readings.
-
-    Parameters
-    ----------
-    recording : Recording
-        Recording with the encoder's or the Hall sensor's column.
-    name : str, optional
-        For messages.
-
-    Raises
-    ------
-    InputError
-        A recording without sensors.
-    """
+    """A `Rig` whose readings are those of a recording, one a period, in its own time."""
 
     def __init__(self, recording: Recording, name: str = "recording") -> None:
         found: dict[str, NDArray[np.float64]] = {}
@@ -48,7 +33,8 @@ class Replay:
                     found[channel] = values
         if not {"encoder", "hall"} & set(found):
             columns = ", ".join(note.column for note in _SENSORS.values())
-            raise InputError(f"{SCHEME}{name}", "no sensors", f"a recording with {columns}")
+            remedy = f"Use a recording with {columns}."
+            raise ProblemError(f"{SCHEME}{name}", "the recording has no sensors", remedy)
         self.channels = tuple(found)
         self.clock = self
         self.rows = len(recording)
@@ -57,47 +43,21 @@ class Replay:
         self._row = 0
 
     def now(self) -> float:
-        """Time of the reading.
-
-        Returns
-        -------
-        float
-            s, from 0.
-        """
         return float(self._t[self._row])
 
     def wait(self, dt: float) -> None:
-        """Go to the next row; the last one stays.
-
-        Parameters
-        ----------
-        dt : float
-            Not used: the recording has its own period.
-        """
+        """Go to the next row; the last one stays."""
         self._row = min(self._row + 1, self.rows - 1)
 
     def read(self) -> Sample:
-        """The present row.
-
-        Returns
-        -------
-        Sample
-            NaN in channels that were not recorded.
-        """
         k = self._row
         return Sample(self.now(), *(math.nan if v is None else float(v[k]) for v in self._values))
 
     def write(self, outputs: Outputs) -> None:
-        """Nothing: what was recorded has happened.
-
-        Parameters
-        ----------
-        outputs : Outputs
-            Not used.
-        """
+        """Ignored."""
 
     def stop(self) -> None:
-        """Nothing: nothing moves."""
+        """Nothing moves."""
 
     def __enter__(self) -> Self:
         self._row = 0
@@ -108,28 +68,11 @@ class Replay:
         kind: type[BaseException] | None,
         error: BaseException | None,
         trace: TracebackType | None,
-    ) -> None:
-        """Nothing is open."""
+    ) -> None: ...
 
 
 def opened(name: str) -> Recording:
-    """The recording that "replay:FILE" names.
-
-    Parameters
-    ----------
-    name : str
-        "replay:FILE".
-
-    Returns
-    -------
-    Recording
-        The recording.
-
-    Raises
-    ------
-    InputError
-        Another text, or no recording.
-    """
+    """The recording of "replay:FILE"."""
     if not name.startswith(SCHEME) or name == SCHEME:
         raise InputError("--rig", name, f"{SCHEME}FILE with a recording")
     return Recording.load(Path(name.removeprefix(SCHEME)))

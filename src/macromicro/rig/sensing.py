@@ -1,10 +1,11 @@
-"""What the sensors have shown, and whether any carriage and any sensor could be like that."""
+"""Plausibility of sensors and carriage."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
+from macromicro.columns import Meaning
 from macromicro.kernel import kernel
 from macromicro.rig.codes import (
     CLOCK,
@@ -24,60 +25,26 @@ from macromicro.types import Sample
 
 
 class Seen(NamedTuple):
-    """Last good readings, and for how long each is amiss.
+    """Last good readings, and how long each is overdue or implausible."""
 
-    Attributes
-    ----------
-    encoder : float
-        counts.
-    encoder_age : float
-        Without a new value, s.
-    hall : float
-        V.
-    hall_age : float
-        Without a new value, s.
-    same : float
-        For how long the Hall sensor has given one and the same code, s.
-    railed : float
-        For how long the Hall sensor has been off its scale, s.
-    pushed : float
-        Pushed hard without a count, s.
-    leant : float
-        Pushed so that it should just move, without a count, s.
-    against : float
-        Counts against pushes of one sign, signed as they are.
-    jump : float
-        Last change of the encoder, counts.
-    possible : float
-        What was possible in that time, counts.
-    before : float
-        The Hall reading before the last, V.
-    noise : float
-        Mean square of the Hall sensor's noise, V^2.
-    time : float
-        Time of the last sample, s.
-    passed : float
-        Its last step, s.
-    stood : float
-        Without a new time, s.
-    """
-
-    encoder: float
-    encoder_age: float
-    hall: float
-    hall_age: float
-    same: float
-    railed: float
-    pushed: float
-    leant: float
-    against: float
-    jump: float
-    possible: float
-    before: float
-    noise: float
-    time: float
-    passed: float
-    stood: float
+    encoder: Annotated[float, Meaning("", "counts")]
+    encoder_age: Annotated[float, Meaning("without a new value", "s")]
+    hall: Annotated[float, Meaning("", "V")]
+    hall_age: Annotated[float, Meaning("without a new value", "s")]
+    same: Annotated[
+        float, Meaning("for how long the Hall sensor has given one and the same code", "s")
+    ]
+    railed: Annotated[float, Meaning("for how long the Hall sensor has been off its scale", "s")]
+    pushed: Annotated[float, Meaning("pushed hard without a count", "s")]
+    leant: Annotated[float, Meaning("pushed so that it should just move, without a count", "s")]
+    against: Annotated[float, Meaning("counts against pushes of one sign, signed as they are")]
+    jump: Annotated[float, Meaning("last change of the encoder", "counts")]
+    possible: Annotated[float, Meaning("what was possible in that time", "counts")]
+    before: Annotated[float, Meaning("the Hall reading before the last", "V")]
+    noise: Annotated[float, Meaning("mean square of the Hall sensor's noise", "V^2")]
+    time: Annotated[float, Meaning("time of the last sample", "s")]
+    passed: Annotated[float, Meaning("its last step", "s")]
+    stood: Annotated[float, Meaning("without a new time", "s")]
 
 
 UNSEEN = Seen(
@@ -102,20 +69,7 @@ UNSEEN = Seen(
 
 @kernel
 def expecting(s: Seen, encoder: bool, hall: bool) -> Seen:
-    """The same, where a sensor that the rig does not have is never overdue.
-
-    Parameters
-    ----------
-    s : Seen
-        State of what the sensors have shown.
-    encoder, hall : bool
-        Whether the rig has it.
-
-    Returns
-    -------
-    Seen
-        State.
-    """
+    """The state without expecting sensors that the rig lacks."""
     return Seen(
         s.encoder,
         s.encoder_age if encoder else 0.0,
@@ -138,7 +92,7 @@ def expecting(s: Seen, encoder: bool, hall: bool) -> Seen:
 
 @kernel
 def _against(p: Limits, before: float, moved: float, effort: float) -> float:
-    """Counts against pushes of one sign; none once the carriage goes along with one."""
+    """Counts against pushes of one sign, reset by motion along one."""
     if effort >= p.lean:
         return max(before, 0.0) - moved if moved <= 0.0 else 0.0
     if effort <= -p.lean:
@@ -150,28 +104,14 @@ _SPIKE = 4.0  # times the largest rms noise: one reading counts for no more
 
 
 @kernel
-def spike(p: Limits) -> float:
-    """Largest second difference of Hall readings that counts: one spike alone is no noise.
-
-    Parameters
-    ----------
-    p : Limits
-        Limits.
-
-    Returns
-    -------
-    float
-        V.
-    """
+def spike(p: Limits) -> Annotated[float, Meaning("largest step of the Hall voltage", "V")]:
+    """Largest second difference of Hall readings that counts as noise."""
     return _SPIKE * math.sqrt(6.0) * p.noise
 
 
 @kernel
 def _noise(p: Limits, s: Seen, hall: float, dt: float) -> float:
-    """Mean square of the Hall noise [V^2], by second differences: motion has next to none.
-
-    One spike alone counts for less than the limit.
-    """
+    """Mean square of the Hall noise [V^2] by second differences, in which motion cancels."""
     second = hall - 2.0 * s.hall + s.before
     if math.isnan(second):
         return s.noise
@@ -182,26 +122,6 @@ def _noise(p: Limits, s: Seen, hall: float, dt: float) -> float:
 
 @kernel
 def look(p: Limits, s: Seen, sample: Sample, effort: float, dt: float) -> Seen:
-    """Readings and ages after a sample.
-
-    Parameters
-    ----------
-    p : Limits
-        Limits.
-    s : Seen
-        State of what the sensors have shown.
-    sample : Sample
-        What the rig shows.
-    effort : float
-        Motor output asked for, V.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    Seen
-        New state.
-    """
     push = abs(effort)
     passed = sample.t - s.time
     if math.isnan(passed):  # the first one, or a rig that gave no time
@@ -257,7 +177,7 @@ REPEATED = 20  # times the same Hall code, which the noise of a sensor that live
 DOUBTS = (
     "",
     "the Hall sensor is silent",
-    "the Hall sensor is off its scale",
+    "the Hall sensor is out of range",
     "the Hall sensor repeats one value",
     "the Hall sensor is noisy",
 )
@@ -265,23 +185,7 @@ DOUBTS = (
 
 @kernel
 def doubt(p: Limits, s: Seen, dt: float) -> int:
-    """Why the Hall sensor's last reading is not to be taken for a contraction, long before it is a
-    fault.
-
-    Parameters
-    ----------
-    p : Limits
-        Limits.
-    s : Seen
-        State of what the sensors have shown.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    int
-        Index into `DOUBTS`; 0: it may be.
-    """
+    """Why the Hall sensor's last reading is implausible, long before it is a fault."""
     if s.hall_age > p.silent:
         return 1
     if s.railed > p.silent:  # a slack wire that bounces may touch the end of the scale
@@ -292,27 +196,13 @@ def doubt(p: Limits, s: Seen, dt: float) -> int:
 
 
 @kernel
-def fault(p: Limits, s: Seen, push: float) -> tuple[int, float, float]:
-    """Fault of a sensor or of the carriage.
-
-    Parameters
-    ----------
-    p : Limits
-        Limits.
-    s : Seen
-        State of what the sensors have shown.
-    push : float
-        Size of the motor output asked for, V.
-
-    Returns
-    -------
-    code : int
-        One of `codes`.
-    value : float
-        What was measured.
-    limit : float
-        Its limit.
-    """
+def fault(
+    p: Limits, s: Seen, push: float
+) -> tuple[
+    Annotated[int, Meaning(name="code")],
+    Annotated[float, Meaning(name="value")],
+    Annotated[float, Meaning(name="limit")],
+]:
     if s.encoder_age > p.silent:
         return ENCODER_SILENT, s.encoder_age, p.silent
     if s.hall_age > p.silent:
@@ -328,7 +218,7 @@ def fault(p: Limits, s: Seen, push: float) -> tuple[int, float, float]:
 
 @kernel
 def _implausible(p: Limits, s: Seen) -> tuple[int, float, float]:
-    """Readings that come, and that no machine could have: code, measured, limit."""
+    """Implausible readings: code, measured, limit."""
     if s.passed > p.clock or s.passed < 0.0:
         return CLOCK, s.passed, p.clock
     if s.stood > p.clock:

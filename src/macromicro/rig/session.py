@@ -1,5 +1,4 @@
-"""How to open a rig for a run, and the rig as the run sees it: one reading a period, time
-from zero, outputs that end safe."""
+"""Opens a rig for a run: one reading a period, time from zero, outputs that end safe."""
 
 from __future__ import annotations
 
@@ -8,38 +7,30 @@ from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 from macromicro.control.calibration import Calibration
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
 from macromicro.nominal import PERIOD
 from macromicro.plant.cycle import CycleSample
 from macromicro.plant.kiln import KilnBench, KilnSample
+from macromicro.rig._unwinding import Unwinding
 from macromicro.rig.fixtures import CYCLE_PERIOD, KILN_PERIOD
 from macromicro.rig.limits import Limits
-from macromicro.rig.unwinding import Unwinding
-from macromicro.types import SAFE, Command, Lines, Sample
+from macromicro.types import SAFE, Command, Lines, Outputs, Sample
 
 BENCH, KILN, CYCLE = "bench", "kiln", "cycle"
 
 
 _CALIBRATION = (
-    "the table of its own Hall sensor, as the rig's attribute `calibration`: `macromicro collect "
-    "--rig MODULE:FACTORY hall`, `macromicro identify hall` on what that recorded, then "
-    "macromicro.control.calibration.read of its hall_calibration.csv (docs/rigs.md)"
+    "Run `macromicro collect --rig MODULE:FACTORY hall`, then `macromicro identify hall` on that "
+    "recording, and give the rig the attribute `calibration`: macromicro.control.calibration.read "
+    "of hall_calibration.csv (docs/rigs.md)."
 )
 
 
 class Kind(NamedTuple):
-    """What a kind of rig may measure, and how often.
+    """What a kind of rig may measure, and how often."""
 
-    Attributes
-    ----------
-    channels : tuple[str, ...]
-        Names of its sample's fields, without the time.
-    dt : float
-        s.
-    """
-
-    channels: tuple[str, ...]
-    dt: float
+    channels: tuple[str, ...]  #: names of its sample's fields, without the time
+    dt: float  #: s
 
 
 KINDS = {
@@ -53,48 +44,33 @@ KINDS = {
 class Fixture(NamedTuple):
     """A rig that procedures can run on, and how to open it.
 
-    Attributes
-    ----------
-    name : str
-        For messages and recordings.
-    kind : str
-        BENCH, KILN or CYCLE, which says what is written to it.
-    make : Callable[[int], Any]
-        Gives the rig for a seed: for a virtual one a fresh rig with that noise, for a real one
-        always the same machine.
-    channels : tuple[str, ...]
-        What it measures.
-    dt : float
-        Control period, s.
-    rest : float
-        How long it is left with outputs safe before a run that must begin cold, s; 0 where `make`
-        gives it cold, its laser at zero.
-    limits : Limits | None
-        Limits of its guard; None for the user's settings or the defaults.
-    table : Calibration | None
-        Its Hall calibration; None where it has none (`calibrated`).
-    pitch : float
-        Travel per encoder count of a kiln, m.
-    counted : bool
-        Whether its encoder keeps its count, and counts on, while nothing runs.
-    timed : bool
-        Whether its clock is the machine's own, which says what was missed.
+    Examples
+    --------
+    >>> from macromicro.rig.session import Fixture
+    >>> rig = Fixture("mylab:rig", "bench", make=lambda seed: None, channels=("encoder",), dt=1e-3)
+    >>> rig.has("encoder"), rig.has("encoder", "laser")
+    (True, False)
     """
 
-    name: str
-    kind: str
+    name: str  #: for messages and recordings
+    kind: str  #: BENCH, KILN or CYCLE
+    #: gives the rig for a seed: for a virtual one a fresh rig with that noise, for a real one
+    #: always the same machine
     make: Callable[[int], Any]
-    channels: tuple[str, ...]
-    dt: float
+    channels: tuple[str, ...]  #: what it measures
+    dt: float  #: control period, s
+    #: how long it is left with outputs safe before a run that must begin cold, s; 0 where `make`
+    #: gives it cold, its laser at zero
     rest: float = 0.0
+    #: limits of its guard; None for the user's settings or the defaults
     limits: Limits | None = None
-    table: Calibration | None = None
-    pitch: float = KilnBench().encoder.pitch
-    counted: bool = False
-    timed: bool = False
+    table: Calibration | None = None  #: its Hall calibration; None where it has none (`calibrated`)
+    pitch: float = KilnBench().encoder.pitch  #: travel per encoder count of a kiln, m
+    counted: bool = False  #: whether its encoder keeps its count, and counts on, while nothing runs
+    timed: bool = False  #: whether its clock is the machine's own, which says what was missed
 
     def has(self, *channels: str) -> bool:
-        """Whether it measures some channels.
+        """Whether it measures these channels.
 
         Parameters
         ----------
@@ -120,17 +96,17 @@ class Fixture(NamedTuple):
 
         Raises
         ------
-        InputError
+        ProblemError
             It does not measure all of them.
         """
         missing = ", ".join(c for c in channels if c not in self.channels)
         if missing:
             shown = ", ".join(c for c in self.channels if c != "t") or "nothing"
-            found = f"{what} needs {missing} of the {self.kind}, {self.name} measures {shown}"
-            raise InputError(found, "", "a rig whose `channels` name it, or the twin")
+            problem = f"{what} needs {missing} of the {self.kind}, {self.name} measures {shown}"
+            raise ProblemError("", problem, "Use a rig whose `channels` name it, or the twin.")
 
     def calibrated(self) -> Calibration:
-        """The table of its Hall sensor: no other sensor's table is taken in its place.
+        """The calibration of its own Hall sensor.
 
         Returns
         -------
@@ -139,11 +115,11 @@ class Fixture(NamedTuple):
 
         Raises
         ------
-        InputError
+        ProblemError
             It has none.
         """
         if self.table is None:
-            raise InputError(f"--rig {self.name}, calibration", "none", _CALIBRATION)
+            raise ProblemError(f"--rig {self.name}, calibration", "it is missing", _CALIBRATION)
         return self.table
 
     def open(self, seed: int = 0) -> Session:
@@ -222,6 +198,12 @@ class Session:
         self._rig.clock.wait(dt)
         self._sample = None
 
+    @property
+    def put_out(self) -> Outputs | None:
+        """What a rig that closes the loop itself puts out, as it says; None of any other."""
+        found: Outputs | None = getattr(self._rig, "put_out", None)
+        return found
+
     def round_trips(self) -> list[float]:
         """How long orders and their answers take to a rig behind a link that measures it.
 
@@ -254,7 +236,7 @@ class Session:
         return self._sample._replace(t=self._sample.t - self._zero)
 
     def aim(self, command: Command) -> None:
-        """Say what the controller is after, before `write`, to a rig that asks for it.
+        """Send the controller's set points to a rig that closes the loop, before `write`.
 
         Parameters
         ----------
@@ -277,7 +259,7 @@ class Session:
         self._rig.write(outputs)
 
     def idle(self, seconds: float) -> None:
-        """Let time pass with all outputs safe. The rig is read all the while, as it is used to.
+        """Let time pass with all outputs safe, while the rig is read as usual.
 
         Parameters
         ----------
@@ -297,7 +279,7 @@ class Session:
         Parameters
         ----------
         rest : float
-            s. Nothing happens where it is 0: such a rig begins so.
+            s; 0 skips the cold start.
         """
         self.idle(rest)
         if rest > 0.0:

@@ -1,4 +1,4 @@
-"""The virtual bench as a rig: time passes only while the loop waits, so runs repeat exactly."""
+"""The virtual bench as a rig in simulated time; runs repeat exactly."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.arrays import packed
+from macromicro.arrays import own, packed
 from macromicro.kernel import compiled
 from macromicro.nominal import PERIOD
 from macromicro.plant import bench
@@ -20,96 +20,34 @@ _BLOCK = 1000
 
 
 def noise_source(seed: int) -> np.random.Generator:
-    """The generator of a run's measurement noise: same seed, same numbers, however drawn.
-
-    Parameters
-    ----------
-    seed : int
-        Any whole number from 0.
-
-    Returns
-    -------
-    np.random.Generator
-        PCG64.
-    """
+    """The generator of a run's measurement noise, independent of how it is drawn."""
     return np.random.Generator(np.random.PCG64(seed))
 
 
 class Ticking(Protocol):
-    """A twin as its clock sees it.
+    tick: int  # periods so far
+    dt: float  # their length, s
 
-    Attributes
-    ----------
-    tick : int
-        Periods so far.
-    dt : float
-        Their length, s.
-    """
-
-    tick: int
-    dt: float
-
-    def advance(self) -> None:
-        """Let one period pass."""
+    def advance(self) -> None: ...
 
 
 class VirtualClock:
-    """Time of a twin: `wait` lets its physics advance instead of sleeping.
-
-    Parameters
-    ----------
-    twin : Ticking
-        Whose time it is.
-    """
+    """Simulated time: `wait` advances the physics."""
 
     def __init__(self, twin: Ticking) -> None:
         self._twin = twin
 
     def now(self) -> float:
-        """Simulated time since the start.
-
-        Returns
-        -------
-        float
-            s.
-        """
         return self._twin.tick * self._twin.dt
 
     def wait(self, dt: float) -> None:
-        """Advance the twin by one period.
-
-        Parameters
-        ----------
-        dt : float
-            The twin's own period, s.
-
-        Raises
-        ------
-        ValueError
-            Another period.
-        """
         if dt != self._twin.dt:
             raise ValueError(f"this twin runs at a period of {self._twin.dt} s, not {dt} s")
         self._twin.advance()
 
 
 class Twin:
-    """The bench behind the `Rig` interface. `CompiledTwin` is faster, period by period.
-
-    Parameters
-    ----------
-    plant : Plant
-        Its parameters.
-    seed : int
-        Seed of the sensor noise.
-    dt : float, optional
-        Control period, s.
-    state : State | None, optional
-        State at the start; default: at rest at 0 m, cold.
-    measure, advance : Any, optional
-        The physics; by default interpreted. Pass the compiled ones for speed; both give the same
-        bits.
-    """
+    """The bench as a `Rig`; `CompiledTwin` is faster."""
 
     channels = Sample._fields
 
@@ -125,7 +63,7 @@ class Twin:
         self.plant = plant
         self.dt = dt
         self.tick = 0
-        self.state = bench.initial(plant) if state is None else state
+        self.state = bench.initial(plant) if state is None else own(state)
         self.clock = VirtualClock(self)
         self._measure, self._advance = measure, advance
         self._random = noise_source(seed)
@@ -134,28 +72,14 @@ class Twin:
         self._outputs = SAFE
 
     def read(self) -> Sample:
-        """Measure all channels now.
-
-        Returns
-        -------
-        Sample
-            SI, encoder in counts.
-        """
+        """Measure all channels now."""
         draw = self._draws()
         return self._measured(self.tick * self.dt, draw)
 
     def write(self, outputs: Outputs) -> None:
-        """Set the outputs for the coming control period.
-
-        Parameters
-        ----------
-        outputs : Outputs
-            V; fan and laser reset 0 or 1.
-        """
         self._outputs = outputs
 
     def advance(self) -> None:
-        """Let one control period pass."""
         draw = self._draws()
         self._advanced(self._outputs, draw)
         self.tick += 1
@@ -163,7 +87,7 @@ class Twin:
             self._outputs = self._outputs._replace(laser_reset=0.0)
 
     def _draws(self) -> Noise:
-        """This period's standard normal numbers, however often and by whom they are used."""
+        """This period's random numbers, the same for all who use them."""
         block, row = divmod(self.tick, _BLOCK)
         if block != self._drawn:
             rows = self._random.standard_normal((_BLOCK, NOISES)).tolist()
@@ -179,17 +103,10 @@ class Twin:
         self.state = self._advance(self.plant, self.state, outputs, draw, self.dt)
 
     def truth(self) -> Truth:
-        """The bench's true quantities (a real rig has no such thing).
-
-        Returns
-        -------
-        Truth
-            SI, temperatures in deg C.
-        """
+        """The bench's true quantities (deg C)."""
         return bench.truth(self.plant, self.state)
 
     def stop(self) -> None:
-        """Set every output to its safe value."""
         self._outputs = SAFE
 
     def __enter__(self) -> Self:
@@ -214,7 +131,7 @@ _ADVANCED = packed(NOISES + len(Outputs._fields))
 def _bench(
     p: Plant, s: State, asked: npt.NDArray[np.float64], shown: npt.NDArray[np.float64], dt: float
 ) -> Iterator[int]:
-    """The bench as a coroutine: each `next` does what `asked` orders, and fills `shown`."""
+    """The bench as a coroutine: each `next` executes `asked` and fills `shown`."""
     while True:
         draw = Noise(asked[_DRAW], asked[_DRAW + 1], asked[_DRAW + 2])
         if asked[_ORDER] == _ADVANCE:
@@ -232,23 +149,7 @@ def _bench(
 
 
 class CompiledTwin(Twin):
-    """The twin with its state inside compiled code, for a loop that runs in real time.
-
-    Handing some two hundred parameters and state variables to compiled code and back takes ten
-    times as long as the physics of a period; here they stay there, and only outputs and readings
-    cross over. The bits are those of `Twin`. Its `state` cannot be looked at.
-
-    Parameters
-    ----------
-    plant : Plant
-        Its parameters.
-    seed : int
-        Seed of the sensor noise.
-    dt : float, optional
-        Control period, s.
-    state : State | None, optional
-        State at the start; default: at rest at 0 m, cold.
-    """
+    """`Twin` with its state in compiled code, for real time; the bits are the same."""
 
     def __init__(self, plant: Plant, seed: int, dt: float = 1e-3, state: State | None = None):
         super().__init__(plant, seed, dt, state)
@@ -274,12 +175,6 @@ class CompiledTwin(Twin):
         self._ask(_ADVANCE)
 
     def truth(self) -> Truth:
-        """The bench's true quantities (a real rig has no such thing).
-
-        Returns
-        -------
-        Truth
-            SI, temperatures in deg C.
-        """
+        """The bench's true quantities (deg C)."""
         self._ask(_TRUTH)
         return Truth(*self._shown.tolist())

@@ -13,79 +13,44 @@ from typing import Any
 import macromicro
 from macromicro.drawing import files as drawings
 from macromicro.drawing.page import Picture
-from macromicro.robustness import figures, words
-from macromicro.robustness.findings import Worst, influences, overall, worst, yields
-from macromicro.robustness.metrics import NAMES, QUANTITIES
-from macromicro.robustness.page import page
-from macromicro.robustness.statistics import CONFIDENCE, LEVELS, spread
+from macromicro.robustness import _figures, words
+from macromicro.robustness._findings import Worst, influences, overall, worst, yields
+from macromicro.robustness._metrics import NAMES, QUANTITIES
+from macromicro.robustness._page import page
+from macromicro.robustness._statistics import CONFIDENCE, LEVELS, spread
 from macromicro.robustness.study import Study
 from macromicro.robustness.words import About
 from macromicro.runs import folder
 from macromicro.schema import config
-from macromicro.schema.text import plain
+from macromicro.schema.text import plain, write_text
 from macromicro.settings import Settings
 from macromicro.uncertainty.machines import settings_at
 
 PAGE, JSON, SAMPLES = "robust.html", "robust.json", "samples.csv"
-FILES = (PAGE, JSON, SAMPLES, *drawings.names(figures.FIGURES))
+FILES = (PAGE, JSON, SAMPLES, *drawings.names(_figures.FIGURES))
 BYTES = 4_000_000
 
 
 def write(out: Path, study: Study, about: About, kinds: Iterable[str] = drawings.DEFAULT) -> None:
-    """Write everything, all of it or nothing; an earlier study there is replaced.
-
-    Parameters
-    ----------
-    out : Path
-        The folder.
-    study : Study
-        What was computed.
-    about : About
-        How it was asked for.
-    kinds : iterable of str, optional
-        Formats of the figures.
-
-    Raises
-    ------
-    OSError
-        The disk refuses.
-    """
+    """Write everything, all of it or nothing; an earlier study there is replaced."""
     with folder.staged(out, remove=_earlier(out)) as place:
-        (place / JSON).write_text(as_json(study, about), encoding="utf-8")
-        (place / SAMPLES).write_text(as_csv(study), encoding="utf-8", newline="")
+        write_text(place / JSON, as_json(study, about))
+        write_text(place / SAMPLES, as_csv(study), newline="")
         for found in worst(study):
-            (place / words.file_name(found)).write_text(
-                as_toml(study, found, about), encoding="utf-8"
-            )
+            write_text(place / words.file_name(found), as_toml(study, found, about))
         pictures = []
-        for drawn in figures.draw(study):
+        for drawn in _figures.draw(study):
             data = drawings.save(drawn.figure, place, drawn.name, kinds)
             pictures.append(Picture(drawn.name, drawn.title, drawn.caption, data))
-        (place / PAGE).write_text(page(study, about, pictures, str(out)), encoding="utf-8")
+        write_text(place / PAGE, page(study, about, pictures, str(out)))
 
 
 def _earlier(out: Path) -> list[str]:
-    """Files of an earlier study in `out`."""
     return [*FILES, *(p.name for p in out.glob("worst-*.toml"))]
 
 
 def as_toml(study: Study, found: Worst, about: About) -> str:
-    """Give the settings of a worst case as a file that `macromicro run --config` takes.
-
-    Parameters
-    ----------
-    study : Study
-        What was computed.
-    found : Worst
-        The case.
-    about : About
-        How the study was asked for.
-
-    Returns
-    -------
-    str
-        All that differs from the defaults, to the last bit.
-    """
+    """The settings of a worst case as a file for `macromicro run --config`."""
     metric = found.requirement.metric
     tree = settings_at(
         study.request.settings, study.request.uncertain, study.sample.amounts[found.sample]
@@ -101,18 +66,7 @@ def as_toml(study: Study, found: Worst, about: About) -> str:
 
 
 def as_csv(study: Study) -> str:
-    """Give a line for each machine of the sample: seed, parameters on their scales, metrics.
-
-    Parameters
-    ----------
-    study : Study
-        What was computed.
-
-    Returns
-    -------
-    str
-        Empty cell: not known; inf: never settled.
-    """
+    """A line for each machine of the sample: seed, parameters on their scales, metrics."""
     names = [u.name for u in study.request.uncertain]
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
@@ -128,20 +82,7 @@ def _cell(value: float) -> str:
 
 
 def as_json(study: Study, about: About) -> str:
-    """Give everything but the pictures.
-
-    Parameters
-    ----------
-    study : Study
-        What was computed.
-    about : About
-        How it was asked for.
-
-    Returns
-    -------
-    str
-        JSON; null: not known; "inf": never.
-    """
+    """Everything but the pictures."""
     return (
         json.dumps(plain(dict(_content(study, about)), spelled=True), indent=2, allow_nan=False)
         + "\n"
@@ -193,7 +134,8 @@ def _content(study: Study, about: About) -> Iterator[tuple[str, Any]]:
                         "low": i.low,
                         "high": i.high,
                         "effect": i.effect,
-                        "rank_correlation": i.correlation,
+                        "rank_correlation": i.correlation.value,
+                        "p_value": i.correlation.p,
                     }
                     for i in influences(study, m.name)
                 ],

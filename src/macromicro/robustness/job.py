@@ -1,4 +1,4 @@
-"""A programme on the whole bench, judged by this study's metrics instead of a sweep's."""
+"""A programme on the whole bench, judged by this study's metrics."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from macromicro.batch.bench_job import BenchJob
 from macromicro.batch.scratch import Scratch
 from macromicro.batch.whole_bench import ProgrammeJob
 from macromicro.programme import Programme
-from macromicro.robustness.metrics import COLUMNS, METRICS, measure
+from macromicro.robustness._metrics import COLUMNS, METRICS, measure
 from macromicro.settings import Settings
 from macromicro.simulate import Outcome
 from macromicro.uncertainty.machines import columns
@@ -22,16 +22,7 @@ from macromicro.uncertainty.table import Uncertain
 class RobustJob(BenchJob):
     """The same runs as `macromicro run`, bit for bit, on the batch engine.
 
-    A bench with another Hall sensor is calibrated first, as `macromicro run` does it.
-
-    Parameters
-    ----------
-    programme : str
-        A file or an example's name.
-    fan : bool
-        Cool the actuator by a fan.
-    settings : Settings, optional
-        The nominal machine.
+    A bench with another Hall sensor is calibrated first, as in `macromicro run`.
     """
 
     name = "robust"
@@ -43,42 +34,14 @@ class RobustJob(BenchJob):
         self._planned = ProgrammeJob(programme, settings=settings)
 
     def programme(self, settings: Settings) -> Programme:
-        """Give what a bench is to do.
-
-        Parameters
-        ----------
-        settings : Settings
-            Of the bench.
-
-        Returns
-        -------
-        Programme
-            With lengths as counts of its encoder.
-        """
         return self._planned.programme(settings)
 
     def compile(self) -> None:
-        """Compile the bench, or load it from the cache, so that the study need not wait for it."""
+        """Compile the bench, or load it from the cache."""
         settings = self.base()
         simulate.compile_bench(settings, self.programme(settings))
 
     def measure(self, place: Scratch, settings: Settings, outcome: Outcome) -> list[float]:
-        """Measure one run.
-
-        Parameters
-        ----------
-        place : Scratch
-            With the run's columns.
-        settings : Settings
-            Of the run.
-        outcome : Outcome
-            How it ended.
-
-        Returns
-        -------
-        list of float
-            As `metrics.METRICS`.
-        """
         found = measure(
             place.recording(), self.programme(settings), settings, int(outcome.watch.fault)
         )
@@ -88,21 +51,5 @@ class RobustJob(BenchJob):
 def variants(
     uncertain: Sequence[Uncertain], trees: Sequence[Settings], seeds: Sequence[int]
 ) -> Variants:
-    """Give machines as a batch takes them.
-
-    Parameters
-    ----------
-    uncertain : sequence of Uncertain
-        The rows that were varied.
-    trees : sequence of Settings
-        n machines, which differ in these rows' parameters alone.
-    seeds : sequence of int
-        Of each one's noise.
-
-    Returns
-    -------
-    Variants
-        With values (n, paths + 1), the seed last.
-    """
     paths, values = columns(uncertain, trees)
     return Variants((*paths, SEED), np.column_stack((values, np.array(seeds, dtype=float))))

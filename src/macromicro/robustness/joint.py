@@ -1,7 +1,7 @@
-"""Robustness of a machine of two axes: both differ from their sheets, and stand less square.
+"""Robustness of a machine of two axes, whose squareness varies as well.
 
-Each axis is drawn as one alone (`robustness.stage`), independently of the other. Law, motion, guard
-and what counts as arrived stay those of the nominal settings, and so does the plan.
+Each axis is drawn independently, as in `robustness.stage`. Law, plan, guard and arrival
+stay those of the nominal settings.
 """
 
 from __future__ import annotations
@@ -26,20 +26,7 @@ METRICS: tuple[Metric, ...] = told(JointTrial)
 
 
 def uncertain(machine: Joint, settings: Any) -> tuple[Uncertain, ...]:
-    """What is not known about both axes, and about how they stand.
-
-    Parameters
-    ----------
-    machine : Joint
-        The machine.
-    settings : Any
-        Its settings.
-
-    Returns
-    -------
-    tuple[Uncertain, ...]
-        The rows of each axis with its letter in front of names and paths, then those of the pair.
-    """
+    """Uncertain parameters of both axes and of their squareness."""
     rows: list[Uncertain] = []
     for name, own, tree in zip(AXES, machine.axes, of(settings), strict=True):
         for row in stage.uncertain(own, tree):
@@ -54,26 +41,6 @@ def uncertain(machine: Joint, settings: Any) -> tuple[Uncertain, ...]:
 def machines(
     settings: Any, rows: Sequence[Uncertain], n: int, seed: int
 ) -> tuple[Array, list[Any]]:
-    """Draw machines around settings that control them.
-
-    Parameters
-    ----------
-    settings : Any
-        The nominal machine.
-    rows : Sequence[Uncertain]
-        What is not known.
-    n : int
-        How many.
-    seed : int
-        Of the draw.
-
-    Returns
-    -------
-    amounts : ndarray, shape (n, rows)
-        Of each row.
-    trees : list[Any]
-        Settings, with the nominal law, motion, guard and arrival of each axis.
-    """
     amounts = draw(settings, rows, n, seed).amounts
 
     def drawn(each: Array) -> Any:
@@ -88,18 +55,7 @@ def machines(
 
 
 def required(settings: Any) -> tuple[Requirement, ...]:
-    """What is required unless a file says otherwise: the tolerance of the contour.
-
-    Parameters
-    ----------
-    settings : Any
-        Of the machine.
-
-    Returns
-    -------
-    tuple[Requirement, ...]
-        By the encoders, as the machine would be measured by itself.
-    """
+    """Default requirements: the tolerance of the contour."""
     metric = next(m for m in METRICS if m.name == "contour")
     return (Requirement(metric, 1e6 * settings.path.tolerance, "path.tolerance"),)
 
@@ -113,35 +69,6 @@ def study(
     workers: int,
     done: Callable[[int], bool] = lambda n: False,
 ) -> Study:
-    """Run a plan on machines that differ from their sheets.
-
-    Parameters
-    ----------
-    machine : Joint
-        The machine.
-    settings : Any
-        The nominal one.
-    plan : JointPlan
-        What is to be run.
-    samples : int
-        Machines (`uncertainty.machines.counted`).
-    seed : int
-        Of the draw and the noise.
-    workers : int
-        Threads.
-    done : Callable[[int], bool], optional
-        Hears runs done; when it answers True, the rest is left out.
-
-    Returns
-    -------
-    Study
-        What was found.
-
-    Raises
-    ------
-    InputError
-        Too few or too many samples.
-    """
     counted(samples)
     rows = uncertain(machine, settings)
     amounts, trees = machines(settings, rows, samples, seed)

@@ -19,61 +19,25 @@ from macromicro.uncertainty.table import UNCERTAIN, Uncertain
 
 
 class Request(NamedTuple):
-    """What to study.
-
-    Attributes
-    ----------
-    settings : Settings
-        The nominal machine.
-    requirements : tuple of Requirement
-        What machines must do.
-    samples : int
-        Machines to draw (`uncertainty.machines.counted`).
-    seed : int
-        Of the sample and the noise; run i of the sample has the noise of `seed` + i, the nominal
-        machine and the runs of the tornado that of `seed`.
-    workers : int
-        Threads.
-    uncertain : tuple of Uncertain
-        Rows of the table, by default all of them.
-    """
-
-    settings: Settings
-    requirements: tuple[Requirement, ...]
-    samples: int
+    settings: Settings  # the nominal machine
+    requirements: tuple[Requirement, ...]  # what machines must do
+    samples: int  # machines to draw (`uncertainty.machines.counted`)
+    # of the sample and the noise; run i of the sample has the noise of `seed` + i, the nominal
+    # machine and the runs of the tornado that of `seed`
     seed: int
-    workers: int
-    uncertain: tuple[Uncertain, ...] = UNCERTAIN
+    workers: int  # threads
+    uncertain: tuple[Uncertain, ...] = UNCERTAIN  # rows of the table, by default all of them
 
 
 class Study(NamedTuple):
-    """What was computed, perhaps less than asked for.
-
-    Attributes
-    ----------
-    request : Request
-        What was asked for.
-    sample : Sample
-        The machines.
-    nominal : ndarray, shape (metrics,)
-        Of the settings themselves.
-    rows : ndarray, shape (m, metrics)
-        Of the first m of the sample's machines.
-    single : ndarray, shape (k, 2, metrics)
-        Each parameter alone at its low and high end, the rest nominal; NaN where it was not run.
-    impossible : dict of str to str
-        Ends at which no machine is, with the reason.
-    interrupted : bool
-        Whether something is missing.
-    """
-
-    request: Request
-    sample: Sample
-    nominal: Array
-    rows: Array
+    request: Request  # what was asked for
+    sample: Sample  # the machines
+    nominal: Array  # of the settings themselves
+    rows: Array  # of the first m of the sample's machines
+    # each parameter alone at its low and high end, the rest nominal; NaN where it was not run
     single: Array
-    impossible: dict[str, str]
-    interrupted: bool
+    impossible: dict[str, str]  # ends at which no machine is, with the reason
+    interrupted: bool  # whether something is missing
 
 
 def run(
@@ -82,30 +46,6 @@ def run(
     progress: Callable[[int, int], None] = lambda done, total: None,
     stop: Callable[[], bool] = lambda: False,
 ) -> Study:
-    """Compute everything.
-
-    Parameters
-    ----------
-    request : Request
-        What to study.
-    job : Job
-        A batch's on the tree of the settings, with a noise seed for each variant, that gives
-        `metrics.METRICS`.
-    progress : callable
-        Told runs done and in all.
-    stop : callable
-        When it turns true, the rest is left out.
-
-    Returns
-    -------
-    Study
-        What was computed.
-
-    Raises
-    ------
-    InputError
-        Hardly any machine is possible around these settings.
-    """
     base, uncertain = request.settings, request.uncertain
     sample = draw(base, uncertain, request.samples, request.seed)
     ends, impossible = _ends(request)
@@ -130,7 +70,7 @@ def run(
 
 
 def _ends(request: Request) -> tuple[dict[tuple[int, int], Settings], dict[str, str]]:
-    """The settings with one parameter at an end, and which ends are no machine."""
+    """The settings with one parameter at an end, and the ends that are impossible."""
     found, impossible = {}, {}
     middle = centre(request.settings, request.uncertain)
     for k, each in enumerate(request.uncertain):

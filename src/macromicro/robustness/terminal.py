@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from macromicro.robustness import words
-from macromicro.robustness.findings import overall, worst
-from macromicro.robustness.metrics import METRICS, NAMES
+from macromicro.robustness._findings import overall, worst
+from macromicro.robustness._metrics import METRICS, NAMES
 from macromicro.robustness.study import Study
 from macromicro.robustness.words import About
 
@@ -12,17 +12,6 @@ _PIPED, _LEAST = 120, 80
 
 
 def show(study: Study, about: About, out: str) -> None:
-    """Print everything a person asks first.
-
-    Parameters
-    ----------
-    study : Study
-        What was computed.
-    about : About
-        How it was asked for.
-    out : str
-        The folder of the results.
-    """
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
@@ -53,5 +42,5 @@ def show(study: Study, about: About, out: str) -> None:
     say("worst cases, and how to repeat them:")
     for found in worst(study):
         metric = found.requirement.metric
-        say(f"  {metric.meaning}: {words.number(found.value, metric.unit)}, sample {found.sample}")
+        say(f"  {metric.meaning}: {words.worst_value(study, found)}, sample {found.sample}")
         say(f"    {words.replay(study, found, about, out)}")

@@ -1,8 +1,8 @@
 """One stage driven without a programme: open loop, or under one law all the time.
 
-Each drive takes the virtual bench, where it is compiled, or any rig, which goes sample by sample
-and through the guard; both give the same bits. Only what a rig shows is used. The carriage's law
-is never parked, as the sequence of a programme would do, so stiction and chatter stay visible.
+Each drive takes the compiled virtual bench, or any rig, sample by sample and through the guard;
+both give the same bits. The carriage's law is never parked, as the sequence of a programme would
+do, so stiction and chatter stay visible.
 """
 
 from __future__ import annotations
@@ -57,7 +57,13 @@ def law(name: str) -> MacroLaw:
     Returns
     -------
     MacroLaw
-        For the drives below.
+        Gains and compensation for the drives below.
+
+    Examples
+    --------
+    >>> from macromicro.runs.drives import law
+    >>> law("pd-tuned").limit  # V
+    5.0
     """
     return settings.prepare(Control(macro_law=name)).macro
 
@@ -98,7 +104,7 @@ def open_loop(machine: Machine, volts: npt.ArrayLike, start: float) -> Recording
     volts : array_like, shape (n,)
         V at the D/A, a sample each ms.
     start : float
-        Where it is at rest, counts.
+        Position of rest, counts.
 
     Returns
     -------
@@ -128,7 +134,7 @@ def closed_loop(
     reference : array_like, shape (n,)
         counts, a sample each ms.
     start : float, optional
-        Where it is at rest, counts.
+        Position of rest, counts.
 
     Returns
     -------
@@ -168,8 +174,10 @@ def _moved(
 def _follow(
     p: MacroLaw, closed: bool, targets: Array
 ) -> tuple[Callable[[int, Sample], tuple[Command, Outputs]], Array]:
-    """The same law for `play`, and where its integral effort goes. A missing reading gives no
-    effort and leaves the memory: the guard counts how long."""
+    """The same law for `play`, and the array of its integral effort.
+
+    A missing reading gives no effort and leaves the memory as it is; the guard limits that.
+    """
     memory = control.begun(p)
     integral = np.zeros_like(targets)
 
@@ -209,7 +217,7 @@ def heated(machine: Machine, ctrl: npt.ArrayLike, seed: int = 0, every: int = 1)
     Raises
     ------
     InputError
-        `ctrl` is no list of voltages, or the rig lacks a laser.
+        `ctrl` is not a list of voltages, or the rig lacks a laser.
     """
     sent = np.ascontiguousarray(ctrl, dtype=np.float64)
     if sent.ndim != 1 or len(sent) < 2 * every or not np.isfinite(sent).all() or every < 1:
@@ -222,8 +230,7 @@ def heated(machine: Machine, ctrl: npt.ArrayLike, seed: int = 0, every: int = 1)
 def by_laser(
     machine: Machine, target: float, p: PiAntiWindup, seconds: float, seed: int = 0
 ) -> Recording:
-    """The micro-stage held at a place by the laser's reading, in place of the Hall sensor's, from
-    cold.
+    """The micro-stage held at a place by the laser instead of the Hall sensor, from cold.
 
     Parameters
     ----------
@@ -234,7 +241,7 @@ def by_laser(
     p : PiAntiWindup
         The law.
     seconds : float
-        How long, s.
+        Duration, s.
     seed : int, optional
         Seed of the sensor noise.
 
@@ -271,11 +278,11 @@ def stage(
     machine : Machine
         The virtual bench's parameters, or a rig.
     what : str
-        What is run, for messages.
+        Name of the run, for messages.
     channels : tuple[str, ...]
-        What the rig must measure.
+        Channels that the rig must measure.
     targets : ndarray, shape (n,)
-        A sample each ms: CTRL (V), or the place (m) that `law` holds by the laser.
+        One sample per ms: CTRL (V), or the position (m) that `law` holds by the laser.
     law : PiAntiWindup | None, optional
         None for an open loop.
     seed : int, optional
@@ -321,7 +328,7 @@ def stage(
 def _hold(
     p: PiAntiWindup, closed: bool, targets: Array, seen: float
 ) -> Callable[[int, Sample], tuple[Command, Outputs]]:
-    """The same law for `play`. The guard follows it by the Hall sensor, where one is `seen`."""
+    """The same law for `play`. The guard follows it by the Hall sensor, if there is one."""
     integral = 0.0
 
     def hold(k: int, sample: Sample) -> tuple[Command, Outputs]:
@@ -338,7 +345,6 @@ def _hold(
 
 
 def _shown(found: dict[str, Array]) -> dict[str, Array]:
-    """By the names and in the units of a recording."""
     values = {
         "t": found["t"],
         "ctrl": found["ctrl"],

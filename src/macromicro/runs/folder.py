@@ -1,24 +1,29 @@
-"""The folder of a command's results: refused beforehand where it cannot be used, and held by one
-command at a time.
+"""The folder of a command's results: checked beforehand and locked by one command at a time.
 
-The lock is of the folder itself (flock): it leaves no file behind, and the system takes it
-back when the process ends, however that was. A file system without such locks has none here.
+The lock is on the folder itself (flock): it leaves no file behind, and the system releases it when
+the process ends. File systems without such locks have none here.
 """
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import fcntl
+import itertools
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from macromicro.columns import Column
 from macromicro.drawing import files
-from macromicro.errors import InputError
+from macromicro.errors import MacromicroError, ProblemError
+from macromicro.recorder import Recorder
 from macromicro.recording import check_space
+from macromicro.recording_format import Attribute
+from macromicro.rig.faults import Fault, ended
 from macromicro.schema.text import printable
 
 RECORDING = "recording.h5"
@@ -31,146 +36,124 @@ FILES = (RECORDING, SUMMARY, PAGE, LEARNED, *files.names(FIGURES))
 REPORT_BYTES = 4_000_000
 
 _made_here: list[Path] = []  # by this process, for commands under way; innermost first
-_PLACE = "a folder, or a place to make one"
-ACCEPTED = "another folder, or this one when that has ended"
+_PLACE = "Choose a folder."
+ACCEPTED = "Choose another folder, or wait until that run has ended."
+
+
+@contextmanager
+def recorder(
+    path: Path,
+    columns: Sequence[Column],
+    capacity: int,
+    dt: float,
+    attributes: Mapping[str, Attribute],
+) -> Iterator[Recorder]:
+    """The recording of a run, unfinished until `conclude`; an error becomes its `fault`."""
+    with Recorder(path, columns, capacity, dt, {**attributes, **ended(False, None)}) as made:
+        try:
+            yield made
+        except Exception as error:
+            kind = "" if isinstance(error, MacromicroError) else f"{type(error).__name__}: "
+            made.attribute("fault", f"{kind}{error}")
+            raise
+
+
+def conclude(recording: Recorder, finished: bool, fault: Fault | None) -> None:
+    for name, value in ended(finished, fault).items():
+        recording.attribute(name, value)
 
 
 def check(folder: Path, needed: int, *, overwrite: bool, names: Sequence[str] = FILES) -> None:
-    """Refuse a folder that results cannot go to. Nothing is left on the disk.
+    """Refuse a folder that cannot hold results; leaves nothing on the disk.
 
     An empty folder is free; with `overwrite` one whose files of these names may be replaced.
-
-    Parameters
-    ----------
-    folder : Path
-        Where they are to go.
-    needed : int
-        Space needed, bytes.
-    overwrite : bool
-        Whether files may be replaced.
-    names : Sequence[str], optional
-        Names of the files, by default a run's.
-
-    Raises
-    ------
-    InputError
-        It is not free, not writable, or has too little space.
     """
     where = named(folder)
     try:
         if folder.is_dir():
             check_content(folder, where, overwrite, names)
     except OSError as error:
-        raise InputError(where, error.strerror or "cannot be read", _PLACE) from None
+        raise ProblemError(where, error.strerror or "cannot be read", _PLACE) from None
     _check_writable(folder, where)
     check_space(folder, needed + REPORT_BYTES)
 
 
-def named(folder: Path) -> str:
-    """Say how a folder is called in an error.
+def chosen(out: Path | None, usual: Path, *, overwrite: bool, resume: bool = False) -> Path:
+    """The folder that a user names, or a new one: results/thesis, results/thesis-2, ...
 
-    Parameters
-    ----------
-    folder : Path
-        It need not be there.
-
-    Returns
-    -------
-    str
-        The option that names it.
-
-    Raises
-    ------
-    InputError
-        What cannot be a folder's name, or is a file.
+    A new one is made at once, so that simultaneous commands get one each; `tidy` removes it if it
+    stays empty.
     """
+    if out is not None or overwrite:
+        return out or usual
+    row = (usual.with_name(f"{usual.name}-{k}") for k in itertools.count(2))
+    if resume:
+        there = [usual, *itertools.takewhile(Path.is_dir, row)]
+        return there[-1]
+    with contextlib.suppress(OSError):  # `check` says what is wrong with it
+        _make(usual.parent)
+        for place in itertools.chain([usual], row):
+            with contextlib.suppress(FileExistsError):
+                place.mkdir()
+                _made_here.insert(0, place.absolute())
+                return place
+    return usual
+
+
+def named(folder: Path) -> str:
     where = f"--out {printable(folder, 300)}"
     if "\0" in str(folder):
-        raise InputError(where, "not a file name", _PLACE)
+        raise ProblemError(where, "not a valid name", _PLACE)
     try:
         if folder.exists() and not folder.is_dir():
-            raise InputError(where, "a file", _PLACE)
+            raise ProblemError(where, "this is a file", _PLACE)
     except OSError as error:
-        raise InputError(where, error.strerror or "cannot be read", _PLACE) from None
+        raise ProblemError(where, error.strerror or "cannot be read", _PLACE) from None
     return where
 
 
 def _check_writable(folder: Path, where: str) -> None:
-    """Try it: rights say little to the superuser, and /proc and the like keep no files."""
+    """Try it: the superuser passes all permissions, and /proc keeps no files."""
     place = next((p for p in (folder, *folder.absolute().parents) if os.path.lexists(p)), None)
     if place is None or not place.is_dir():
         return
     try:
         os.rmdir(tempfile.mkdtemp(prefix=".macromicro-", dir=place))
     except OSError:
-        found = f"nothing can be made in {printable(place, 300)}"
-        raise InputError(where, found, "a folder that can be written to") from None
+        raise ProblemError(
+            where, f"{printable(place, 300)} is not writable", "Choose another folder."
+        ) from None
 
 
 def check_content(folder: Path, where: str, overwrite: bool, names: Sequence[str]) -> None:
-    """Refuse content that must not be replaced.
-
-    Parameters
-    ----------
-    folder : Path
-        It exists.
-    where : str
-        For the message.
-    overwrite : bool
-        Whether files of `names` may be replaced.
-    names : Sequence[str]
-        Names of the files.
-
-    Raises
-    ------
-    InputError
-        There is such content.
-    """
     content = {path.name for path in folder.iterdir()}
     if content and not overwrite:
-        raise InputError(where, "exists already", "a new or empty folder, or --overwrite")
+        raise ProblemError(
+            where, "the folder already exists", "Choose another one or add --overwrite."
+        )
     for name in names:
         path = folder / name
         if path.is_dir() and not path.is_symlink():
-            raise InputError(f"{where}, {name}", "a folder", "a file that can be replaced")
+            raise ProblemError(
+                f"{where}, {name}",
+                "a folder has the name of a result file",
+                "Choose another place.",
+            )
 
 
 def recording(place: Path, accepted: str = "a recording (.h5) or the folder of a run") -> Path:
-    """The file of a recording that a user named by it or by its run's folder.
-
-    Parameters
-    ----------
-    place : Path
-        File or folder; a file need not be there.
-    accepted : str, optional
-        For the message.
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        A folder without a recording.
-    """
+    """The file of a recording that a user named by it or by its run's folder."""
     if not place.is_dir():
         return place
     file = place / RECORDING
     if not file.exists():
-        raise InputError(printable(place, 300), f"a folder without {RECORDING}", accepted)
+        raise ProblemError(
+            printable(place, 300), f"the folder has no {RECORDING}", f"Give {accepted}."
+        )
     return file
 
 
 def make(folder: Path) -> None:
-    """Create a folder; of an earlier run's results remove the files that a run writes.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder.
-    """
     folder.mkdir(parents=True, exist_ok=True)
     for name in FILES:
         (folder / name).unlink(missing_ok=True)
@@ -178,21 +161,7 @@ def make(folder: Path) -> None:
 
 @contextmanager
 def staged(folder: Path, remove: Sequence[str] = ()) -> Iterator[Path]:
-    """A place for files, in folders or not, that all go to a folder when the block ends well, else
-    nowhere.
-
-    Parameters
-    ----------
-    folder : Path
-        Where they go.
-    remove : Sequence[str], optional
-        Files of an earlier result that must not stay beside the new ones.
-
-    Yields
-    ------
-    Path
-        The place.
-    """
+    """A temporary folder whose files move to `folder` if the block succeeds."""
     existing = next(p for p in (folder, *folder.absolute().parents) if p.is_dir())
     place = Path(tempfile.mkdtemp(prefix=".macromicro-", dir=existing))
     try:
@@ -211,28 +180,9 @@ def staged(folder: Path, remove: Sequence[str] = ()) -> Iterator[Path]:
 
 @contextmanager
 def held(place: Path, *, overwrite: bool, names: Sequence[str] = FILES) -> Iterator[None]:
-    """Keep a folder for this command, from before its work until its results are written.
+    """Lock a folder from before the work until its results are written.
 
-    Makes the folder; one that is still empty in the end is removed again.
-
-    Parameters
-    ----------
-    place : Path
-        The folder.
-    overwrite : bool
-        As for `check`.
-    names : Sequence[str], optional
-        As for `check`.
-
-    Yields
-    ------
-    None
-        Nothing.
-
-    Raises
-    ------
-    InputError
-        Another process holds it (names that process), or has left there what must not be replaced.
+    Makes the folder; one that stays empty is removed again.
     """
     where = f"--out {printable(place, 300)}"
     _make(place)
@@ -247,17 +197,20 @@ def held(place: Path, *, overwrite: bool, names: Sequence[str] = FILES) -> Itera
 
 
 def tidy() -> None:
-    """Remove folders made here that are still empty; for a process that ends at once, too."""
+    """Remove folders made here that are still empty."""
     while _made_here:
         with contextlib.suppress(OSError):  # it has content
             _made_here.pop(0).rmdir()
+
+
+atexit.register(tidy)  # what was chosen, and then refused
 
 
 def _lock(file: int, where: str) -> None:
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        raise InputError(where, f"in use by {holder(file)}", ACCEPTED) from None
+        raise ProblemError(where, f"in use by {holder(file)}", ACCEPTED) from None
     except OSError:
         return
 
@@ -270,18 +223,7 @@ def _make(place: Path) -> None:
 
 
 def holder(file: int) -> str:
-    """The process that has locked an open folder, as well as the system knows.
-
-    Parameters
-    ----------
-    file : int
-        Descriptor of the folder.
-
-    Returns
-    -------
-    str
-        In words.
-    """
+    """The process that has locked an open folder, as far as the system knows."""
     inode = str(os.fstat(file).st_ino)
     with contextlib.suppress(OSError):
         for line in Path("/proc/locks").read_text(encoding="ascii").splitlines():
@@ -292,7 +234,6 @@ def holder(file: int) -> str:
 
 
 def _process(number: str) -> str:
-    """Number and command line of a process."""
     try:
         words = Path(f"/proc/{number}/cmdline").read_bytes().decode(errors="replace").split("\0")
     except OSError:

@@ -1,7 +1,7 @@
 """Hall calibration (Section 3.2.3, Figure 3.9): slow ramps of CTRL, Hall against the laser.
 
 ``python -m macromicro.runs.hall FILE`` runs it on the default twin
-and writes the table that the controller uses, as ``hall_V,position_mm``.
+and writes the controller's table, ``hall_V,position_mm``.
 """
 
 from __future__ import annotations
@@ -20,68 +20,17 @@ from macromicro.runs.machine import Machine
 
 
 def collect(plant: Machine, seed: int = 0, runs: int = 3) -> list[tuple[Array, Array]]:
-    """Runs of Hall voltage against the laser, up and down in turn (Section 3.2.3).
-
-    Parameters
-    ----------
-    plant : Machine
-        Virtual bench or rig.
-    seed : int, optional
-        Seed of the sensor noise.
-    runs : int, optional
-        How often up and down.
-
-    Returns
-    -------
-    list[tuple[Array, Array]]
-        Pairs of Hall voltage (V) and position (m), shape (n,) each.
-
-    Raises
-    ------
-    InputError
-        The rig lacks a channel.
-    """
     ctrl, parts = profile(runs)
     found = drives.stage(plant, "the Hall calibration", ("hall", "laser"), ctrl, seed=seed)
     return [(found["hall"][part], found["laser"][part]) for part in parts]
 
 
 def table(plant: Machine | None = None, seed: int = 0) -> Calibration:
-    """The calibration of a bench.
-
-    Parameters
-    ----------
-    plant : Machine | None, optional
-        Virtual bench or rig; None for the default twin.
-    seed : int, optional
-        Seed of the sensor noise.
-
-    Returns
-    -------
-    Calibration
-        Volts to m.
-
-    Raises
-    ------
-    InputError
-        The CTRL ramps do not move the stage over half of the range.
-    """
     return calibrate(collect(plant or bench.prepare(Bench(), Sensors()), seed))
 
 
 def as_csv(result: Calibration) -> str:
-    """The table as the file that ``macromicro.control.calibration`` reads.
-
-    Parameters
-    ----------
-    result : Calibration
-        The table.
-
-    Returns
-    -------
-    str
-        Lines of hall_V,position_mm.
-    """
+    """The table in the format of ``macromicro.control.calibration``."""
     lines = ["# Hall calibration of the default bench: Section 3.2.3, three runs up and down"]
     lines.append("hall_V,position_mm")
     lines += [

@@ -1,7 +1,7 @@
-"""Heatings of the micro-stage in open loop, from cold, with the laser and the Hall sensor.
+"""Heatings of the micro-stage in open loop from cold, for `identify actuator`.
 
-What `identify actuator` takes: levels held long, for the slow heat of plates and body; steps that
-cool again; staircases through minor loops; and short pulses of full heat, which show the lags.
+Long levels show the slow heat of plates and body, cooled steps and staircases the minor loops,
+short pulses of full heat the lags.
 """
 
 from __future__ import annotations
@@ -30,13 +30,6 @@ BURSTS = (
 
 
 def profiles() -> list[Array]:
-    """CTRL of each record.
-
-    Returns
-    -------
-    list[Array]
-        V, a value each ms.
-    """
     held = [_course(((v, HELD_S),)) for v in HELD]
     steps = [_course(((v, 10.0), (0.0, 20.0))) for v in STEPS]
     return [*held, *steps, _course([(v, 3.0) for v in STAIRS]), _course(BURSTS)]
@@ -48,24 +41,6 @@ def _course(parts: Iterable[tuple[float, float]]) -> Array:
 
 
 def records(machine: Machine, seed: int = 0) -> Iterator[Recording]:
-    """The runs, each from cold; long ones at 100 Hz.
-
-    Parameters
-    ----------
-    machine : Machine
-        The virtual bench's parameters, or a rig.
-    seed : int, optional
-        Seed of a virtual machine's noise.
-
-    Yields
-    ------
-    Recording
-        Columns of `drives.HEATED`.
-
-    Raises
-    ------
-    InputError
-        The rig lacks a laser.
-    """
+    """The runs, each from cold; long ones at 100 Hz."""
     for k, ctrl in enumerate(profiles()):
         yield heated(machine, ctrl, seed + k, 10 if len(ctrl) > 60_000 else 1)

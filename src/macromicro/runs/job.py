@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -25,7 +24,7 @@ from macromicro.loop import PERIOD
 from macromicro.programme import MACRO, Programme
 from macromicro.programme.travel import limits
 from macromicro.recorded import COLUMNS
-from macromicro.recording import Recorder, Recording, needed_bytes
+from macromicro.recording import Recording, needed_bytes
 from macromicro.rig import faults
 from macromicro.rig.faults import Fault
 from macromicro.rig.opening import TWIN, open_rig
@@ -43,175 +42,58 @@ _USUAL_MOVE = 0.9
 
 
 class Request(NamedTuple):
-    """What the user asked for.
-
-    Attributes
-    ----------
-    programme : str | None
-        A file or an example's name; None for the usual one or a replayed recording's own moves.
-    out : Path | None
-        Folder of the results.
-    config : Path | None
-        File of settings.
-    cycles : int
-        How often in a row.
-    fan : bool
-        Whether the fan cools the wires.
-    seed : int
-        Seed of the sensor noise.
-    overwrite : bool
-        Whether files may be replaced.
-    rig : str
-        The twin, MODULE:FACTORY of a rig, or replay:FILE for its sensors.
-    figures : tuple[str, ...]
-        Formats of the figures.
-    law : str | None
-        The macro-stage's; None for that of the settings.
-    """
-
+    # A file or an example's name; None for the usual one or a replayed recording's own moves
     programme: str | None = None
-    out: Path | None = None
-    config: Path | None = None
-    cycles: int = 1
-    fan: bool = False
-    seed: int = 0
-    overwrite: bool = False
-    rig: str = TWIN
-    figures: tuple[str, ...] = files.DEFAULT
-    law: str | None = None
+    out: Path | None = None  # folder of the results
+    config: Path | None = None  # file of settings
+    cycles: int = 1  # how often in a row
+    fan: bool = False  # whether the fan cools the wires
+    seed: int = 0  # seed of the sensor noise
+    overwrite: bool = False  # whether files may be replaced
+    rig: str = TWIN  # the twin, MODULE:FACTORY of a rig, or replay:FILE for its sensors
+    figures: tuple[str, ...] = files.DEFAULT  # formats of the figures
+    law: str | None = None  # the macro-stage's; None for that of the settings
 
 
 class Job(NamedTuple):
-    """A request that was found good.
-
-    Attributes
-    ----------
-    request : Request
-        As it was.
-    settings : Settings
-        Settings with the user's overrides.
-    programme : Programme
-        All cycles.
-    per_cycle : int
-        Moves of a cycle.
-    overrides : dict[str, str]
-        Dotted path to text with unit.
-    out : Path
-        Folder of the results.
-    expected : float
-        Simulated time, roughly, s.
-    recalibrate : bool
-        Whether the Hall sensor is not the one that was calibrated.
-    source : Place
-        What it runs on: None for the twin, a rig, or a recording that is replayed.
-    """
-
-    request: Request
-    settings: Settings
-    programme: Programme
-    per_cycle: int
-    overrides: dict[str, str]
-    out: Path
-    expected: float
-    recalibrate: bool
+    request: Request  # as it was
+    settings: Settings  # settings with the user's overrides
+    programme: Programme  # all cycles
+    per_cycle: int  # moves of a cycle
+    overrides: dict[str, str]  # dotted path to text with unit
+    out: Path  # folder of the results
+    expected: float  # simulated time, roughly, s
+    recalibrate: bool  # whether the Hall sensor is not the one that was calibrated
+    # what it runs on: None for the twin, a rig, or a recording that is replayed
     source: Place = None
 
 
 class Ended(NamedTuple):
-    """What a run gave.
-
-    Attributes
-    ----------
-    job : Job
-        What was run.
-    recording : Recording
-        In the folder.
-    finished : bool
-        Whether the programme came to its end.
-    interrupted : bool
-        Whether it was stopped from outside.
-    fault : Fault | None
-        Fault of the guard.
-    simulated : float
-        Time on the bench, s.
-    wall : float
-        Time that it took, s.
-    moves : list[MoveResult]
-        None of a stage that follows a trajectory.
-    tracking : list[Tracking]
-        How those stages followed.
-    vibration : list[Vibration]
-        After the first cycle's macro moves.
-    cycles : list[Cycle]
-        Returns to zero and bias.
-    begun : int
-        Number of moves begun, trajectories too.
-    profiles : tuple[ProfileResult, ...], optional
-        How each motion profile went.
-    """
-
-    job: Job
-    recording: Recording
-    finished: bool
-    interrupted: bool
-    fault: Fault | None
-    simulated: float
-    wall: float
-    moves: list[MoveResult]
-    tracking: list[Tracking]
-    vibration: list[Vibration]
-    cycles: list[Cycle]
-    begun: int
-    profiles: tuple[ProfileResult, ...] = ()
+    job: Job  # what was run
+    recording: Recording  # in the folder
+    finished: bool  # whether the programme came to its end
+    fault: Fault | None  # fault of the guard
+    simulated: float  # time on the bench, s
+    wall: float  # time that it took, s
+    moves: list[MoveResult]  # None of a stage that follows a trajectory
+    tracking: list[Tracking]  # how those stages followed
+    vibration: list[Vibration]  # after the first cycle's macro moves
+    cycles: list[Cycle]  # returns to zero and bias
+    begun: int  # number of moves begun, trajectories too
+    profiles: tuple[ProfileResult, ...] = ()  # how each motion profile went
 
 
 class Stop(Exception):
-    """Raised by a progress callback to end a run early; what was recorded is kept."""
+    """Raised by a progress callback to end a run early; its recording is kept."""
 
 
 def load(path: Path, settings: Settings) -> Programme:
-    """The programme in a file, within the travel of the settings' bench.
-
-    Parameters
-    ----------
-    path : Path
-        .toml or .csv.
-    settings : Settings
-        Travel and encoder count.
-
-    Returns
-    -------
-    Programme
-        Targets in counts and m.
-
-    Raises
-    ------
-    InputError
-        Names the file and the place of what is not accepted.
-    """
     return programmes.load(path, limits(settings.travel, settings.sensors.encoder.pitch))
 
 
 def check(request: Request) -> Job:
-    """Everything that can be wrong is said here, before anything is written or computed.
-
-    Parameters
-    ----------
-    request : Request
-        What the user asked for.
-
-    Returns
-    -------
-    Job
-        Ready for `execute`.
-
-    Raises
-    ------
-    InputError
-        Something in it is not accepted.
-    """
     settings = chosen(Settings(), request.config, request.law)
-    source = place(request.rig, request.seed)
+    source = place(request.rig, request.seed, settings)
     if isinstance(source, Recording) and request.programme is None:
         single, name = timetable(source), Path(request.rig.removeprefix(SCHEME)).stem
     else:
@@ -221,11 +103,11 @@ def check(request: Request) -> Job:
     try:
         programme = single.repeated(request.cycles)
     except InputError as error:
-        raise InputError("--cycles", error.value, error.accepted) from None
+        raise error.at("--cycles") from None
     if isinstance(source, Fixture):
         programmed.check(source, programme)
     name = f"{name}-replay" if isinstance(source, Recording) else name
-    out = request.out if request.out is not None else Path("results") / name
+    out = folder.chosen(request.out, Path("results") / name, overwrite=request.overwrite)
     needed = needed_bytes(COLUMNS, _capacity(settings, programme))
     folder.check(out, needed, overwrite=request.overwrite)
     return Job(
@@ -241,37 +123,19 @@ def check(request: Request) -> Job:
     )
 
 
-def place(rig: str, seed: int) -> Place:
-    """What ``--rig`` names, for a programme.
-
-    Parameters
-    ----------
-    rig : str
-        "twin", "MODULE:FACTORY", "FILE.toml" or "replay:FILE".
-    seed : int
-        Given to the factory.
-
-    Returns
-    -------
-    Place
-        None for the twin, a rig, or a recording with sensors.
-
-    Raises
-    ------
-    InputError
-        It is not to be had.
-    """
+def place(rig: str, seed: int, settings: Settings | None = None) -> Place:
     if rig == TWIN:
         return None
     if not rig.startswith(SCHEME):
-        return open_rig(rig, seed)
+        own = settings or Settings()
+        return open_rig(rig, seed, limits=own.guard, gains=own.controller)
     source = opened(rig)
     Replay(source, rig.removeprefix(SCHEME))  # has it sensors?
     return source
 
 
 def _capacity(settings: Settings, programme: Programme) -> int:
-    """Rows to reserve: the usual course and some; a longer one makes the file grow."""
+    """Rows to reserve: the usual duration and a margin; a longer run makes the file grow."""
     longest = simulate.longest(settings, programme)
     return round(min(longest, 1.05 * _expected(settings, programme) + 5.0) / PERIOD)
 
@@ -286,28 +150,7 @@ def _expected(settings: Settings, programme: Programme) -> float:
 
 
 def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> Ended:
-    """Run a job into its folder's recording and measure what it shows.
-
-    Parameters
-    ----------
-    job : Job
-        From `check`.
-    progress : Callable[[float, int], None] | None, optional
-        Called with the simulated time (s) and the index of the present move; it ends the run early
-        by raising `Stop`.
-
-    Returns
-    -------
-    Ended
-        Recording and measures.
-
-    Raises
-    ------
-    OSError
-        The disk refuses.
-    RecordingError
-        The disk refuses, while the recording is written.
-    """
+    """Run a job into its folder's recording and measure it."""
     request = job.request
     folder.make(job.out)
     attributes = programmed.about(
@@ -320,15 +163,11 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
     if job.source is not None:
         attributes["rig"] = request.rig
     file = job.out / folder.RECORDING
-    outcome = None
     began = time.perf_counter()
     rows = programmed.columns(job.source, job.settings)
-    with (
-        Recorder(
-            file, rows, _capacity(job.settings, job.programme), PERIOD, attributes
-        ) as recorder,
-        contextlib.suppress(Stop),
-    ):
+    with folder.recorder(
+        file, rows, _capacity(job.settings, job.programme), PERIOD, attributes
+    ) as recorder:
         outcome = programmed.perform(
             job.programme,
             job.settings,
@@ -338,6 +177,7 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
             fan=request.fan,
             progress=progress,
         )
+        folder.conclude(recorder, outcome.finished, faults.describe(outcome.watch))
     wall = time.perf_counter() - began
     recording = Recording.load(file)
     if isinstance(job.source, Fixture):
@@ -346,33 +186,14 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
 
 
 def _unmeasured(recording: Recording) -> Recording:
-    """A rig's recording with NaN where the rig measures nothing: measures and figures leave that
-    out."""
+    """A rig's recording with NaN in channels that it lacks, which measures and figures skip."""
     shown = tuple(c for c in COLUMNS if c.name in recording or not c.name.startswith("true_"))
     nothing = np.full(len(recording), np.nan)
     rows = np.array([recording[c.name] if c.name in recording else nothing for c in shown])  # noqa: SIM401
     return Recording.from_arrays(shown, whole(rows, shown), recording.dt, recording.attributes)
 
 
-def measure(job: Job, recording: Recording, outcome: simulate.Outcome | None, wall: float) -> Ended:
-    """What a recording shows.
-
-    Parameters
-    ----------
-    job : Job
-        What was run.
-    recording : Recording
-        Recording of that run.
-    outcome : simulate.Outcome | None
-        How it ended; None for a run that was stopped early.
-    wall : float
-        Time that it took, s.
-
-    Returns
-    -------
-    Ended
-        The measures.
-    """
+def measure(job: Job, recording: Recording, outcome: simulate.Outcome, wall: float) -> Ended:
     pitch, band = job.settings.sensors.encoder.pitch, job.settings.controller.sequence.tolerance
     done = moves(
         recording,
@@ -386,9 +207,8 @@ def measure(job: Job, recording: Recording, outcome: simulate.Outcome | None, wa
     return Ended(
         job=job,
         recording=recording,
-        finished=outcome is not None and outcome.finished,
-        interrupted=outcome is None,
-        fault=None if outcome is None else faults.describe(outcome.watch),
+        finished=outcome.finished,
+        fault=faults.describe(outcome.watch),
         simulated=round(len(recording) * recording.dt, 9),
         wall=wall,
         moves=done,

@@ -1,4 +1,4 @@
-"""A recording judged by itself: the settings that it tells, and how its moves went."""
+"""A recording judged by itself: its settings, and the results of its moves."""
 
 from __future__ import annotations
 
@@ -17,18 +17,7 @@ _MOVES = ("move", "phase", "macro_reference", "micro_reference")
 
 
 def settings_of(recording: Recording) -> Settings:
-    """The settings under which a recording was made, as far as it tells them.
-
-    Parameters
-    ----------
-    recording : Recording
-        A run, or a recording of the live machine.
-
-    Returns
-    -------
-    Settings
-        The defaults for what it does not tell, or tells as another version did.
-    """
+    """The settings that a recording holds."""
     found = Settings()
     text = recording.attributes.get("settings")
     if not isinstance(text, str):
@@ -55,36 +44,12 @@ def _at(table: Any, path: str) -> Any:
 
 
 def has_moves(recording: Recording) -> bool:
-    """Whether a recording has what moves are read from.
-
-    Parameters
-    ----------
-    recording : Recording
-        Any.
-
-    Returns
-    -------
-    bool
-        By its columns.
-    """
+    """Whether a recording has the columns for moves."""
     return served.is_live(recording) or all(name in recording for name in _MOVES)
 
 
 def moves(recording: Recording, settings: Settings | None = None) -> list[MoveResult]:
-    """How each move went, read from the recording alone.
-
-    Parameters
-    ----------
-    recording : Recording
-        A run, or a recording of the live machine.
-    settings : Settings | None, optional
-        Its settings; default: those that it tells.
-
-    Returns
-    -------
-    list[MoveResult]
-        One entry per move, in order; none for a recording without rows.
-    """
+    """Results of all moves, from the recording alone."""
     if not len(recording):
         return []
     settings = settings_of(recording) if settings is None else settings

@@ -1,4 +1,4 @@
-"""What the laws of a run have learned, as settings that the next run begins with."""
+"""Parameters that the laws have learned in a run, as settings for the next."""
 
 from __future__ import annotations
 
@@ -13,20 +13,7 @@ _STAGES = (("own", outside.PREFIX), ("fine", micro.PREFIX))  # gains, and prefix
 
 
 def taught(recording: Recording, settings: Settings) -> Settings:
-    """The settings of a run with what its laws have learned.
-
-    Parameters
-    ----------
-    recording : Recording
-        Of the run.
-    settings : Settings
-        Under which it was made.
-
-    Returns
-    -------
-    Settings
-        The same where no law keeps anything.
-    """
+    """The settings of a run with the parameters that its laws have learned."""
     new: dict[str, Any] = {}
     for field, prefix in _STAGES:
         gains = getattr(settings.controller, field)
@@ -38,24 +25,9 @@ def taught(recording: Recording, settings: Settings) -> Settings:
 
 
 def text(recording: Recording, settings: Settings) -> str | None:
-    """A settings file for `--config`: what the run was made with, and what was learned.
-
-    Parameters
-    ----------
-    recording : Recording
-        Of the run.
-    settings : Settings
-        Under which it was made.
-
-    Returns
-    -------
-    str | None
-        TOML; None where nothing was learned.
-    """
+    """A settings file for `--config`: the run's settings and the learned parameters."""
     found = taught(recording, settings)
     if found == settings:
         return None
-    head = (
-        "# What the laws of a run have learned: begin the next one with --config and this file.\n"
-    )
+    head = "# Learned by the laws of a run: start the next one with --config and this file.\n"
     return head + changed_toml(found, Settings())

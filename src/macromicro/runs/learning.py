@@ -1,7 +1,7 @@
-"""Learning a repeated trajectory: what one run missed is given beyond the next one's target.
+"""Iterative learning of a repeated trajectory of the micro-stage, from its Hall sensor.
 
-Iterative learning control of the micro-stage by its Hall sensor, with a zero-phase low-pass for
-robustness (Bristow, Tharayil and Alleyne, IEEE Control Systems Magazine 26(3), 2006).
+A zero-phase low-pass gives robustness (Bristow, Tharayil and Alleyne, IEEE Control Systems
+Magazine 26(3), 2006).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from scipy.ndimage import gaussian_filter1d
 from macromicro.arrays import Array
 from macromicro.control.supervisor import MICRO as FINE
 from macromicro.design import zero
-from macromicro.errors import InputError, MacromicroError
+from macromicro.errors import MacromicroError, ProblemError
 from macromicro.nominal import PERIOD
 from macromicro.programme import MICRO, Programme, dense
 from macromicro.programme.moves import Limits
@@ -30,77 +30,32 @@ LATE = 1.0  # s from the trajectory's first target on that count in no RMS
 
 
 class Repetition(NamedTuple):
-    """One run of the trajectory.
-
-    Attributes
-    ----------
-    rms, peak : float
-        Of the error by the Hall sensor, its lag taken out, m.
-    true : float
-        RMS of the error by the laser, m; NaN without one.
-    """
-
+    # rms, peak: of the error by the Hall sensor, its lag taken out, m
     rms: float
     peak: float
-    true: float
+    true: float  # RMS of the error by the laser, m; NaN without one
 
 
 class Learned(NamedTuple):
-    """What was learned.
-
-    Attributes
-    ----------
-    programme : Programme
-        With the correction of the best repetition.
-    repetitions : list[Repetition]
-        In their order; the first has what the programme had.
-    best : int
-        The one whose correction it is.
-    first, last : Course
-        Of the first repetition, and of the best.
-    """
-
-    programme: Programme
-    repetitions: list[Repetition]
-    best: int
+    programme: Programme  # with the correction of the best repetition
+    repetitions: list[Repetition]  # in their order; the first has what the programme had
+    best: int  # the one whose correction it is
+    # first, last: of the first repetition, and of the best
     first: Course
     last: Course
 
 
 class Course(NamedTuple):
-    """Error of a run at each sample of the trajectory.
+    """Error of a run at each sample of the trajectory."""
 
-    Attributes
-    ----------
-    t : ndarray, shape (n,)
-        s.
-    wanted : ndarray, shape (n,)
-        m.
-    error : ndarray, shape (n,)
-        Wanted, as the sensor would show it, less what it shows, m.
-    true : ndarray, shape (n,)
-        Wanted less the laser's reading, m; NaN where there is none.
-    """
-
-    t: Array
-    wanted: Array
-    error: Array
-    true: Array
+    t: Array  # s
+    wanted: Array  # m
+    error: Array  # wanted, as the sensor would show it, less what it shows, m
+    true: Array  # wanted less the laser's reading, m; NaN where there is none
 
 
 def sensor_lag(settings: Settings) -> float:
-    """Lag of the Hall sensor, as far as it was identified.
-
-    Parameters
-    ----------
-    settings : Settings
-        Of the machine.
-
-    Returns
-    -------
-    float
-        s: `controller.fine.sensor` of a law with a model of the stage, 0 of another.
-    """
+    """Lag of the Hall sensor, as far as it was identified."""
     return float(getattr(settings.controller.fine, "sensor", 0.0))
 
 
@@ -112,35 +67,7 @@ def learn(
     programme: Programme, run: Run, lag: float, limits: Limits, repeats: int = REPEATS,
     told: Told | None = None,
 ) -> Learned:  # fmt: skip
-    """Repeat a trajectory of the micro-stage and learn from what each run misses.
-
-    Parameters
-    ----------
-    programme : Programme
-        By time, its micro targets a trajectory; what it has learned is gone on from.
-    run : Run
-        Runs a programme, from cold each time, with a number from 0 for its seed.
-    lag : float
-        Of the Hall sensor, s: `sensor_lag`.
-    limits : Limits
-        How far the stage goes.
-    repeats : int, optional
-        How many runs.
-    told : Told | None, optional
-        Called after each.
-
-    Returns
-    -------
-    Learned
-        The correction of the run whose error was the smallest.
-
-    Raises
-    ------
-    InputError
-        No trajectory, or one in which macro moves come between.
-    MacromicroError
-        A run ended before the trajectory did.
-    """
+    """Repeat a trajectory of the micro-stage and correct it by each run's error."""
     rows = _rows(programme)
     correction = np.zeros(len(programme.target))
     if len(programme.correction):
@@ -171,21 +98,21 @@ def learn(
 
 
 def _rows(programme: Programme) -> np.ndarray:
-    """The programme's rows that make its trajectory: of the micro-stage, one after the other."""
+    """The rows of the trajectory: successive ones of the micro-stage."""
     rows = np.flatnonzero(programme.stage == MICRO)
-    accepted = "a programme by time (CSV) whose micro targets follow each other: docs/learning.md"
+    accepted = "Give a programme by time (CSV) with successive micro targets (docs/learning.md)."
     if not programme.scheduled or not dense(programme.start[rows]):
-        raise InputError(programme.source, "no trajectory of the micro-stage", accepted)
+        raise ProblemError(programme.source, "no trajectory of the micro-stage", accepted)
     steps = np.diff(programme.start[rows])
     first = int(rows[int(np.argmax(steps < 5.0 * np.median(steps)))])
     rows = rows[rows >= first]
     if (np.diff(rows) > 1).any():
-        raise InputError(programme.source, "macro moves between its micro targets", accepted)
+        raise ProblemError(programme.source, "macro moves between its micro targets", accepted)
     return rows
 
 
 def _course(recording: Recording, programme: Programme, rows: np.ndarray, lag: float) -> Course:
-    """What a run missed, from the trajectory's first target to its end."""
+    """Error of a run, from the trajectory's first target to its end."""
     if not recording.attributes.get("finished", 1):
         why = recording.attributes.get("fault", "it was interrupted")
         raise MacromicroError(f"a repetition ended early: {why}")
@@ -201,7 +128,7 @@ def _course(recording: Recording, programme: Programme, rows: np.ndarray, lag: f
 
 
 def _sensed(wanted: Array, lag: float) -> Array:
-    """Places as the sensor would show them: a first-order lag."""
+    """Positions behind the sensor's first-order lag."""
     if lag <= 0.0:
         return wanted
     from scipy.signal import lfilter
@@ -220,6 +147,6 @@ def _judged(course: Course) -> Repetition:
 
 
 def _within(correction: Array, target: Array, limits: Limits) -> Array:
-    """What keeps the sum within the stage's travel."""
+    """The correction, limited so that the sum stays within the travel."""
     least, most = np.minimum(limits.micro_lo - target, 0.0), limits.micro_hi - target
     return np.clip(correction, least, np.maximum(most, 0.0))

@@ -1,4 +1,4 @@
-"""What the procedures run on: the twin's plant, compiled, or any rig, sample by sample."""
+"""Machines for the procedures: the twin's plant, compiled, or any rig, sample by sample."""
 
 from __future__ import annotations
 
@@ -43,15 +43,7 @@ _SHOWN_AS |= {"hall_position": "hall"}
 
 
 class GuardTripped(MacromicroError):
-    """The guard ended a run that is of no use unless it is whole.
-
-    Parameters
-    ----------
-    what : str
-        The run.
-    rig : Guarded
-        Whose guard it was.
-    """
+    """The guard ended a run that must be complete."""
 
     def __init__(self, what: str, rig: Guarded) -> None:
         fault = describe(rig.watch)
@@ -60,44 +52,13 @@ class GuardTripped(MacromicroError):
 
 
 def watchdog(limits: Limits | None, table: Calibration | None) -> Guard:
-    """The guard of a rig.
-
-    Parameters
-    ----------
-    limits : Limits | None
-        None for the defaults.
-    table : Calibration | None
-        Hall calibration; None for the package's.
-
-    Returns
-    -------
-    Guard
-        Its parameters.
-    """
     return guard.prepare(limits or Limits(), calibration.shipped() if table is None else table)
 
 
 def approach(fixture: Fixture, session: Session, place: float) -> None:
-    """Bring the carriage to a place and to rest there, within a count.
+    """Bring the carriage to rest at a place [counts], within a count.
 
-    The tuned PD (4.10) drives, through the guard; where the carriage stands there already nothing
-    happens.
-
-    Parameters
-    ----------
-    fixture : Fixture
-        The rig.
-    session : Session
-        The same, opened.
-    place : float
-        Place, counts.
-
-    Raises
-    ------
-    MacromicroError
-        It does not come to rest there in 20 s.
-    GuardTripped
-        The guard stopped it on the way.
+    The tuned PD (4.10) drives it, through the guard, unless it stands there already.
     """
     dt = fixture.dt
     what = f"{fixture.name}, on the way to {place:.0f} counts"
@@ -125,21 +86,13 @@ def approach(fixture: Fixture, session: Session, place: float) -> None:
             raise GuardTripped(what, rig)
         session.wait(dt)
     raise MacromicroError(
-        f"{what}: it stands at {last:.0f} counts after {PATIENCE_S:g} s; free the carriage and "
-        "check that the encoder counts from the lower end of the travel"
+        f"{what}: the carriage is at {last:.0f} counts after {PATIENCE_S:g} s; free the carriage "
+        "and check that the encoder counts from the lower end of the travel"
     )
 
 
 class Played:
-    """A run's samples, and the outputs that were written, a row each period.
-
-    Parameters
-    ----------
-    samples : Sequence[Sample]
-        What the rig showed.
-    given : Sequence[Outputs]
-        What it was given.
-    """
+    """A run's samples and outputs, one row per period."""
 
     def __init__(self, samples: Sequence[Sample], given: Sequence[Outputs]) -> None:
         self._seen = np.array(samples, dtype=np.float64).T
@@ -163,35 +116,10 @@ def play(
     seed: int = 0,
     start: float | None = None,
 ) -> Played:
-    """Drive a rig, a law giving command and outputs for each sample.
+    """Drive a rig from `start` [counts] by a law for command and outputs.
 
     All outputs pass the guard; if it trips, or the rig fails, outputs are safe and the error is
     raised.
-
-    Parameters
-    ----------
-    fixture : Fixture
-        The rig.
-    what : str
-        Names the run in messages.
-    periods : int
-        How many.
-    law : Law
-        From period and sample to command and outputs.
-    seed : int, optional
-        Seed of a virtual rig's noise.
-    start : float | None, optional
-        Where the carriage is at rest, counts; None: from cold, the laser at zero.
-
-    Returns
-    -------
-    Played
-        Samples and outputs.
-
-    Raises
-    ------
-    GuardTripped
-        The guard stopped it.
     """
     samples, given = [], []
     with fixture.open(seed) as session:
@@ -217,38 +145,14 @@ def play(
 
 
 def known(flag: Array) -> Array:
-    """A flag whose missing values (NaN) are the last known one.
-
-    Parameters
-    ----------
-    flag : ndarray, shape (n,)
-        0, 1 or NaN.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        0 before the first known one.
-    """
+    """A flag whose missing values (NaN) are the last known one."""
     there = ~np.isnan(flag)
     row = np.maximum.accumulate(np.where(there, np.arange(len(flag)), -1))
     return np.where(row >= 0, flag[row], 0.0)
 
 
 def seen(fixture: Fixture, columns: Sequence[Column] = COLUMNS) -> tuple[Column, ...]:
-    """Those columns that a rig can fill: nothing true, nothing unmeasured.
-
-    Parameters
-    ----------
-    fixture : Fixture
-        The rig.
-    columns : Sequence[Column], optional
-        Columns of a run.
-
-    Returns
-    -------
-    tuple[Column, ...]
-        Some of `columns`.
-    """
+    """Columns that a rig can fill: no truth, nothing unmeasured."""
     return tuple(
         c
         for c in columns
@@ -264,28 +168,6 @@ def recorded(
     seed: int,
     attributes: Mapping[str, str | int | float] | None = None,
 ) -> Recording:
-    """The recording of a run on a rig.
-
-    Parameters
-    ----------
-    fixture : Fixture
-        The rig.
-    columns : Sequence[Column]
-        Columns of a run; those that the rig did not measure are left out.
-    values : dict[str, Any]
-        Shape (n,) by name.
-    dt : float
-        Sample time, s.
-    seed : int
-        Becomes an attribute.
-    attributes : Mapping[str, str | int | float] | None, optional
-        More of them.
-
-    Returns
-    -------
-    Recording
-        With the rig's name as an attribute.
-    """
     shown = seen(fixture, columns)
     about = {"seed": seed, "rig": fixture.name, **(attributes or {})}
     return Recording.from_arrays(shown, [values[c.name] for c in shown], dt, about)

@@ -1,7 +1,6 @@
-"""A programme under settings on a machine: the one way that everything which runs one goes.
+"""A programme under settings on a machine: `perform` into a sink, `record` in memory.
 
-`perform` is that way, into any sink; `record` keeps the recording in memory. The Hall sensor of
-a virtual bench is calibrated on that bench, whoever asks.
+The Hall sensor of a virtual bench is always calibrated on that bench.
 """
 
 from __future__ import annotations
@@ -26,17 +25,18 @@ from macromicro.control.two_stage import TwoStage
 from macromicro.design import response
 from macromicro.design.response import MoveResult
 from macromicro.design.tracking import followed
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
 from macromicro.loop import PERIOD
 from macromicro.programme import MACRO, MICRO, Programme
 from macromicro.recorded import NAMES
+from macromicro.recorder import Behind
 from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
-from macromicro.rig.faults import describe
+from macromicro.rig.faults import describe, ended
 from macromicro.rig.guarded import Guarded
 from macromicro.rig.limits import Limits
 from macromicro.rig.session import BENCH, Fixture
-from macromicro.runs import replaying
+from macromicro.runs import _replaying
 from macromicro.runs.machine import FLAGS, approach, known, seen, watchdog
 from macromicro.schema import config
 from macromicro.settings import Settings
@@ -49,22 +49,12 @@ Place = Fixture | Recording | None
 
 
 class Done(NamedTuple):
-    """A run in memory.
-
-    Attributes
-    ----------
-    recording : Recording
-        What it showed.
-    outcome : Outcome
-        How it ended.
-    """
-
-    recording: Recording
-    outcome: Outcome
+    recording: Recording  # what it showed
+    outcome: Outcome  # how it ended
 
 
 class Runner(Protocol):
-    """Whatever can run a programme and return its recording: the twin, or a real rig."""
+    """Runs a programme and returns its recording: the twin, or a real rig."""
 
     def __call__(
         self, programme: Programme, settings: Settings, seed: int = 0, fan: bool = False
@@ -82,65 +72,21 @@ def perform(
     fan: bool = False,
     progress: Callable[[float, int], None] | None = None,
 ) -> Outcome:
-    """Run a programme under settings on a machine, into a sink.
-
-    Parameters
-    ----------
-    programme : Programme
-        Targets in counts and m.
-    settings : Settings
-        Bench, sensors, controller and guard.
-    sink : Sink
-        Takes rows of ``columns(on)``.
-    on : Place, optional
-        None for the virtual bench of the settings, whose run repeats exactly from its `seed`; a
-        rig, driven from cold, its carriage at rest at 0 counts, through the guard; or a recording,
-        whose sensors are replayed.
-    seed : int, optional
-        Seed of the sensor noise.
-    fan : bool, optional
-        Whether the fan cools the wires.
-    progress : Callable[[float, int], None] | None, optional
-        Called with the time (s) and the index of the present move, about once a second; an
-        exception from it ends the run.
-
-    Returns
-    -------
-    Outcome
-        How it ended.
-
-    Raises
-    ------
-    InputError
-        The machine lacks what the programme needs.
-    """
+    """Run a programme under settings on a machine, into a sink."""
     if on is None:
         return simulate.simulate(settings, programme, sink, seed=seed, fan=fan, progress=progress)
     if isinstance(on, Recording):
-        return replaying.replay(on, programme, settings, sink, fan=fan, progress=progress)
+        return _replaying.replay(on, programme, settings, sink, fan=fan, progress=progress)
     return _on_rig(on, programme, settings, sink, (seed, fan), progress)
 
 
 def columns(on: Place = None, settings: Settings | None = None) -> tuple[Column, ...]:
-    """What a run on a machine records: of a rig what it measures, and nothing true.
-
-    Parameters
-    ----------
-    on : Place, optional
-        As for `perform`.
-    settings : Settings | None, optional
-        Of the run, whose law may have columns of its own; default: a law of this package.
-
-    Returns
-    -------
-    tuple[Column, ...]
-        In the order of the rows.
-    """
+    """The recorded columns of a run; of a rig only those that it measures."""
     control = Control() if settings is None else settings.controller
     every = recorded.columns(control_settings.prepare(control))
     if on is None:
         return every
-    return replaying.columns(on) if isinstance(on, Recording) else seen(on, every)
+    return _replaying.columns(on) if isinstance(on, Recording) else seen(on, every)
 
 
 def record(
@@ -155,32 +101,7 @@ def record(
     """`perform`, in memory.
 
     If the guard stops the run, the recording ends there, its attribute `finished` is 0 and `fault`
-    says why.
-
-    Parameters
-    ----------
-    programme : Programme
-        Targets in counts and m.
-    settings : Settings
-        Bench, sensors, controller and guard.
-    on : Place, optional
-        As for `perform`.
-    seed : int, optional
-        Seed of the sensor noise.
-    fan : bool, optional
-        Whether the fan cools the wires.
-    cycles : int, optional
-        How often in a row.
-
-    Returns
-    -------
-    Done
-        The recording, and how it ended.
-
-    Raises
-    ------
-    InputError
-        The machine lacks what the programme needs.
+    names the reason.
     """
     blocks = _Blocks()
     what = programme.repeated(cycles)
@@ -188,10 +109,7 @@ def record(
     attributes = about(what.title, settings, seed=seed, fan=fan, cycles=cycles)
     if isinstance(on, Fixture):
         attributes["rig"] = on.name
-    attributes["finished"] = int(outcome.finished)
-    fault = describe(outcome.watch)
-    if fault is not None:
-        attributes["fault"] = f"{fault.message} {fault.evidence}"
+    attributes |= ended(outcome.finished, describe(outcome.watch))
     rows = np.concatenate(blocks.blocks, axis=1)
     return Done(Recording.from_arrays(columns(on, settings), rows, PERIOD, attributes), outcome)
 
@@ -199,26 +117,6 @@ def record(
 def about(
     title: str, settings: Settings, *, seed: int, fan: bool, cycles: int
 ) -> dict[str, Attribute]:
-    """What a recording says of its run.
-
-    Parameters
-    ----------
-    title : str
-        Title of the programme.
-    settings : Settings
-        Under which it ran.
-    seed : int
-        Seed of the sensor noise.
-    fan : bool
-        Whether the fan cooled the wires.
-    cycles : int
-        How often in a row.
-
-    Returns
-    -------
-    dict[str, Attribute]
-        Attributes: version, programme, seed, cycles, fan, overrides, settings.
-    """
     overrides, toml = _described(settings)
     return {
         "version": macromicro.__version__,
@@ -232,18 +130,6 @@ def about(
 
 
 def overridden(settings: Settings) -> dict[str, str]:
-    """What differs from the defaults.
-
-    Parameters
-    ----------
-    settings : Settings
-        Any settings.
-
-    Returns
-    -------
-    dict[str, str]
-        Dotted path to text with unit.
-    """
     return dict(_described(settings)[0])
 
 
@@ -257,54 +143,20 @@ def _described(settings: Settings) -> tuple[dict[str, str], str]:
 
 
 class _Blocks:
-    """A sink in memory."""
-
     def __init__(self) -> None:
         self.blocks: list[npt.NDArray[np.float64]] = []
 
     def append(self, block: npt.NDArray[np.float64]) -> None:
-        """Keep the block."""
         self.blocks.append(block)
 
 
 def on_twin(
     programme: Programme, settings: Settings, seed: int = 0, fan: bool = False
 ) -> Recording:
-    """The recording of a programme on the virtual bench.
-
-    Parameters
-    ----------
-    programme : Programme
-        Targets in counts and m.
-    settings : Settings
-        Bench, sensors, controller and guard.
-    seed : int, optional
-        Seed of the sensor noise.
-    fan : bool, optional
-        Whether the fan cools the wires.
-
-    Returns
-    -------
-    Recording
-        As of `record`.
-    """
     return record(programme, settings, seed=seed, fan=fan).recording
 
 
 def on_rig(fixture: Fixture) -> Runner:
-    """Programmes on a rig.
-
-    Parameters
-    ----------
-    fixture : Fixture
-        The rig.
-
-    Returns
-    -------
-    Runner
-        Takes programme, settings, seed and fan, as `on_twin`.
-    """
-
     def run(
         programme: Programme, settings: Settings, seed: int = 0, fan: bool = False
     ) -> Recording:
@@ -321,8 +173,7 @@ def _on_rig(
     how: tuple[int, bool],
     progress: Callable[[float, int], None] | None,
 ) -> Outcome:
-    """`perform` on a rig, seed and fan given. The sink has everything at the end, however the run
-    ends: a file that is written meanwhile would cost periods."""
+    """`perform` on a rig; the sink lags by at most a tenth of a second."""
     seed, fan = how
     check(fixture, programme)
     table = fixture.calibrated() if np.any(programme.stage == MICRO) else fixture.table
@@ -330,22 +181,19 @@ def _on_rig(
         settings.controller, fan, table, settings.sensors.encoder.pitch
     )
     limits = fixture.limits or settings.guard
-    blocks, began = _Blocks(), time.perf_counter()
+    rows, began = 0, time.perf_counter()
+    with Behind(_Filled(sink, fixture, recorded.columns(control))) as behind:
 
-    def take(row: npt.NDArray[np.float64]) -> None:
-        blocks.append(row)
-        if progress is not None and len(blocks.blocks) % _TOLD == 0:
-            progress(len(blocks.blocks) * PERIOD, int(row[_MOVE, 0]))
+        def take(row: npt.NDArray[np.float64]) -> None:
+            nonlocal rows
+            behind.append(row)
+            rows += 1
+            if progress is not None and rows % _TOLD == 0:
+                progress(rows * PERIOD, int(row[_MOVE, 0]))
 
-    try:
         last, rig = _driven(fixture, programme, settings, control, (seed, limits), take)
-    finally:
-        if blocks.blocks:
-            every = recorded.columns(control)
-            sink.append(_filled(fixture, np.concatenate(blocks.blocks, axis=1), every))
     finished = last.phase == supervisor.DONE
-    took = len(blocks.blocks) * PERIOD
-    return Outcome(finished, rig.watch, took, time.perf_counter() - began)
+    return Outcome(finished, rig.watch, rows * PERIOD, time.perf_counter() - began)
 
 
 def _driven(
@@ -370,33 +218,28 @@ def _driven(
     return last, rig
 
 
-def _filled(
-    fixture: Fixture, rows: npt.NDArray[np.float64], every: tuple[Column, ...]
-) -> npt.NDArray[np.float64]:
-    """Of `every` column those that a rig fills, its flags known in every row."""
-    values = {c.name: row for c, row in zip(every, rows, strict=True)}
-    values |= {name: known(values[name]) for name in FLAGS}
-    return np.array([values[c.name] for c in seen(fixture, every)])
+class _Filled:
+    """A sink that passes on the columns that a rig fills, with flags in every row."""
+
+    def __init__(self, sink: Sink, fixture: Fixture, every: tuple[Column, ...]) -> None:
+        self._sink, self._names = sink, [c.name for c in every]
+        self._shown = [self._names.index(c.name) for c in seen(fixture, every)]
+        self._flags = dict.fromkeys(FLAGS, 0.0)  # as they were last
+
+    def append(self, block: npt.NDArray[np.float64]) -> None:
+        rows = block.copy()
+        for name, last in self._flags.items():
+            row = self._names.index(name)
+            rows[row] = known(np.append(last, rows[row]))[1:]
+            self._flags[name] = float(rows[row, -1])
+        self._sink.append(rows[self._shown])
 
 
 def check(fixture: Fixture, programme: Programme) -> None:
-    """Refuse a programme that a rig cannot run.
-
-    Parameters
-    ----------
-    fixture : Fixture
-        The rig.
-    programme : Programme
-        What it is to do.
-
-    Raises
-    ------
-    InputError
-        It is no bench, does not measure what the programme's stages are controlled by, or has no
-        table for its Hall sensor.
-    """
     if fixture.kind != BENCH:
-        raise InputError(f"--rig {fixture.name}", f"a {fixture.kind}", "a bench, for a programme")
+        raise ProblemError(
+            f"--rig {fixture.name}", f"a programme needs a bench, not a {fixture.kind}"
+        )
     for stage, name, channel in ((MACRO, "macro", "encoder"), (MICRO, "micro", "hall")):
         if np.any(programme.stage == stage):
             fixture.need(f"a programme with {name} moves", channel)
@@ -405,22 +248,7 @@ def check(fixture: Fixture, programme: Programme) -> None:
 
 
 def moves_of(recording: Recording, programme: Programme, settings: Settings) -> list[MoveResult]:
-    """How each move went; a stage that follows a trajectory makes none.
-
-    Parameters
-    ----------
-    recording : Recording
-        Recording of a run.
-    programme : Programme
-        Its moves.
-    settings : Settings
-        Encoder and tolerance count.
-
-    Returns
-    -------
-    list[MoveResult]
-        In the units of a table.
-    """
+    """Results of all moves, except of stages that follow a trajectory."""
     return response.moves(
         recording,
         programme,

@@ -1,4 +1,4 @@
-"""Steps of the micro-stage as programmes, and the sequence that gains are judged by.
+"""Steps of the micro-stage as programmes, and the sequence for judging gains.
 
 The thesis gives the sequence's times (Section 5.3.1); the levels are this project's.
 """
@@ -23,27 +23,6 @@ MEAN = 21  # samples of the centred mean that takes the laser's fast noise
 def micro_steps(
     levels: Sequence[float], hold: float = 2.0, times: Sequence[float] | None = None
 ) -> Programme:
-    """Steps of the micro-stage, one after the other or at given times.
-
-    Parameters
-    ----------
-    levels : Sequence[float]
-        Levels, m.
-    hold : float, optional
-        How long each is held, or with `times` the last, s.
-    times : Sequence[float] | None, optional
-        When they come, s, from 0 on and rising.
-
-    Returns
-    -------
-    Programme
-        A programme of micro moves.
-
-    Raises
-    ------
-    InputError
-        Numbers that make no programme.
-    """
     target = np.asarray(levels, dtype=np.float64)
     if target.ndim != 1 or not target.size or not np.isfinite(target).all():
         raise InputError("micro steps, levels", list(levels), "a list of positions in m")
@@ -64,20 +43,7 @@ def micro_steps(
 
 
 def settling(recording: Recording, band: float | None = BAND_UM) -> list[float]:
-    """Settling time of each step of the sequence by the laser.
-
-    Parameters
-    ----------
-    recording : Recording
-        Recording of the sequence of Section 5.3.1.
-    band : float | None, optional
-        Into which it settles, um; None: 2 % of the step.
-
-    Returns
-    -------
-    list[float]
-        s; NaN where it does not settle within its hold, or the recording ends before.
-    """
+    """Settling time into `band` [um] of each step of the sequence, by the laser."""
     place = smoothed(recording["laser"], MEAN)
     found = []
     before = 0.0

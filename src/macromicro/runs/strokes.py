@@ -1,7 +1,7 @@
-"""Strokes of the carriage in open loop, from rest to rest, with the laser on the platform.
+"""Strokes of the carriage in open loop, from rest to rest, for `identify carriage`.
 
-What `identify carriage` takes: pulses of many lengths and efforts, each way in turn, so that drag,
-friction at speed and at rest, delay and swing all show in them.
+Pulses of many lengths and efforts, in alternating directions, show drag, friction, delay and
+swing.
 """
 
 from __future__ import annotations
@@ -36,18 +36,6 @@ NUDGE, LENGTHS, TIMES = 0.05, (23, 41, 31, 59, 37, 29, 53), 8
 
 
 def efforts(full: float) -> Array:
-    """The strokes' efforts.
-
-    Parameters
-    ----------
-    full : float
-        The greatest, V at the D/A.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        V, a value each ms.
-    """
     rest = np.zeros(REST)
     parts = [rest]
     for share, length in PULSES:
@@ -57,18 +45,7 @@ def efforts(full: float) -> Array:
 
 
 def nudges(full: float) -> Array:
-    """Efforts to and fro that do not move the carriage, but show how it gives.
-
-    Parameters
-    ----------
-    full : float
-        The greatest, V at the D/A.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        V, a value each ms; at rest before and after.
-    """
+    """Alternating efforts below breakaway, which show the compliance."""
     rest, low = np.zeros(REST), NUDGE * full
     lengths = LENGTHS * TIMES
     parts = [np.full(n, low if k % 2 == 0 else -low) for k, n in enumerate(lengths)]
@@ -86,31 +63,7 @@ def _pushed(p: Plant, s: State, volts: Array, noise: Array, out: Array, dt: floa
 
 
 def stroked(machine: Machine, volts: Array, start: float, seed: int = 0) -> Recording:
-    """The carriage in open loop, with the laser where there is one.
-
-    Parameters
-    ----------
-    machine : Machine
-        The virtual bench's parameters, or a rig.
-    volts : ndarray, shape (n,)
-        V at the D/A, a value each ms.
-    start : float
-        Where it is at rest, counts.
-    seed : int, optional
-        Seed of a virtual machine's noise.
-
-    Returns
-    -------
-    Recording
-        Columns `COLUMNS`, the laser's where it is measured.
-
-    Raises
-    ------
-    InputError
-        The rig lacks an encoder.
-    GuardTripped
-        The guard stopped it.
-    """
+    """The carriage in open loop from `start` [counts], with the laser where there is one."""
     if isinstance(machine, Fixture):
         machine.need(WHAT, "encoder")
 

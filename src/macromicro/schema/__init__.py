@@ -1,1 +1,1 @@
-"""Parameters with units, meaning and bounds: their one check, their files, their words."""
+"""Parameters with units, meanings and bounds: their checks and their files."""

@@ -1,11 +1,11 @@
-"""A tree of parameters from Python: a value by its path, changes with units, what is changed."""
+"""A tree of parameters from Python: values by path, changes with units, differences."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.schema import config
 from macromicro.schema.keys import nearest
 from macromicro.schema.par import entries, value_at
@@ -18,58 +18,24 @@ _SHOWN = 8  # changes that a line tells
 
 
 def at(tree: Any, path: str) -> Any:
-    """The value at a dotted path that a user wrote.
-
-    Parameters
-    ----------
-    tree : Any
-        A set of parameters.
-    path : str
-        Of a parameter or a set.
-
-    Returns
-    -------
-    Any
-        In the stored unit.
-
-    Raises
-    ------
-    InputError
-        There is nothing at that path; names the nearest.
-    """
+    """The value at a dotted path that a user wrote."""
     paths = [e.path for e in entries(tree)]
     sets = {p[:k] for p in paths for k, c in enumerate(p) if c == "."}
     if path not in sets and path not in paths:
         accepted = nearest(path, (*paths, *sorted(sets)), " (`macromicro config show` lists all)")
-        raise InputError(f"{_WHERE}, {printable(path) or 'path'}", "unknown key", accepted)
+        raise ProblemError(
+            f"{_WHERE}, {printable(path) or 'path'}", "unknown key", f"Accepted: {accepted}."
+        )
     return value_at(tree, path)
 
 
 def changed(tree: Tree, changes: str | Mapping[str, object], value: object = None) -> Tree:
-    """A tree with other values, as a settings file would give them.
-
-    Parameters
-    ----------
-    tree : Tree
-        A set of parameters.
-    changes : str | Mapping[str, object]
-        A path, or several with their values.
-    value : object, optional
-        Of the one path.
-
-    Returns
-    -------
-    Tree
-        A copy, with what follows from the changes.
-
-    Raises
-    ------
-    InputError
-        As `config.load_overrides`; or a path without a value, or a mapping beside one.
-    """
+    """A tree with other values, written as in a settings file."""
     if isinstance(changes, str):
         if value is None:
-            raise InputError(f"{_WHERE}, {printable(changes)}", "no value", "a path and its value")
+            raise ProblemError(
+                f"{_WHERE}, {printable(changes)}", "no value", "Give a path and its value."
+            )
         changes = {changes: value}
     elif not isinstance(changes, Mapping) or value is not None:
         found = "a value beside a mapping" if isinstance(changes, Mapping) else printable(changes)
@@ -78,7 +44,7 @@ def changed(tree: Tree, changes: str | Mapping[str, object], value: object = Non
 
 
 def _plain(value: Any) -> Any:
-    """What Python may hold as what TOML holds: arrays and tuples are lists, keys are text."""
+    """A Python value as TOML would hold it: arrays and tuples as lists, keys as text."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if hasattr(value, "tolist"):  # of numpy
@@ -87,20 +53,7 @@ def _plain(value: Any) -> Any:
 
 
 def told(tree: Any, default: Any) -> str:
-    """What a tree sets otherwise than another, on a line.
-
-    Parameters
-    ----------
-    tree : Any
-        A set of parameters.
-    default : Any
-        Another of the same type.
-
-    Returns
-    -------
-    str
-        Paths and values with units, each with its default.
-    """
+    """The differences of a tree from another, on a line."""
     known = {e.path: e for e in entries(default)}
     differs = config.difference(tree, default)
     words = [

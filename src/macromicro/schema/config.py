@@ -9,13 +9,14 @@ annotated with a `Par`. Tables of the file are sets of the tree, keys are parame
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.schema.keys import leaves, nearest
-from macromicro.schema.par import changed, entries, is_set
+from macromicro.schema.par import FOLLOWS, changed, entries, is_set
 from macromicro.schema.text import printable, read_toml
 
 Tree = TypeVar("Tree")
@@ -26,30 +27,7 @@ _LIST = "`macromicro config show` lists all"
 
 
 def load_overrides(path: Path, tree: Tree, machine: str = "") -> Tree:
-    """A tree with the values of a TOML file, and with what derives from them.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    tree : Tree
-        The defaults.
-    machine : str, optional
-        The machine that they are of: the file's key `machine`, if it is there, must name the same.
-        "": what the tree's method `machine` says, if it has one.
-
-    Returns
-    -------
-    Tree
-        A copy of `tree`.
-
-    Raises
-    ------
-    InputError
-        Names file and key: an unknown key, a missing or wrong unit, a value out of its bounds, a
-        file that sets nothing; and the first of the `problems()` that the new tree or one of its
-        sets finds in itself.
-    """
+    """A tree with the values of a TOML file, and with what derives from them."""
     path = Path(path)
     file = printable(path, 300)
     table = read_toml(path, WHAT)
@@ -61,41 +39,48 @@ def load_overrides(path: Path, tree: Tree, machine: str = "") -> Tree:
             return tree
     tree = _grown(tree, table, file)
     if not leaves(table, {e.path: e for e in entries(tree)}, f"{file}, ", _LIST):
-        raise InputError(file, "sets nothing", f"one parameter or more ({_LIST})")
+        raise ProblemError(file, "the file sets no parameter", f"Set one or more ({_LIST}).")
     return overridden(tree, table, file)
 
 
 def overridden(tree: Tree, table: Mapping[str, object], where: str) -> Tree:
-    """A tree with the values of a table, and with what derives from them.
-
-    Parameters
-    ----------
-    tree : Tree
-        A set of parameters.
-    table : Mapping[str, object]
-        By path, dotted or nested, as a settings file has it: text with a unit, or plain values.
-    where : str
-        The file, or what else the table is, for messages.
-
-    Returns
-    -------
-    Tree
-        A copy of `tree`.
-
-    Raises
-    ------
-    InputError
-        As `load_overrides` says.
-    """
+    """A tree with the values of a table, and with what derives from them."""
     tree = _grown(tree, table, where)
     known = {entry.path: entry for entry in entries(tree)}
     changes = {
         key: known[key].read(value, f"{where}, {key}")
         for key, value in leaves(dict(table), known, f"{where}, ", _LIST).items()
     }
-    tree = changed(tree, changes)
-    check(tree, where)
-    return tree
+    try:
+        made: Tree = changed(tree, changes)
+    except InputError as error:
+        raise error.at(f"{where}, {error.where}") from None
+    try:
+        check(made, where)
+    except (ArithmeticError, ValueError) as error:  # of a machine that cannot be
+        _follow(made, changes, where)
+        keys = printable(", ".join(changes), 200)
+        raise ProblemError(
+            f"{where}, {keys}", f"the machine cannot work ({error})", "Use other values."
+        ) from None
+    _follow(made, changes, where)
+    return made
+
+
+def _follow(tree: Any, changes: Mapping[str, Any], where: str) -> None:
+    """Raise InputError for a derived value that is beyond its parameter's bounds."""
+    known = {entry.path: entry for entry in entries(tree)}
+    for path, _ in getattr(tree, "derived", tuple)():
+        entry = known[path]
+        if (
+            path in changes
+            or not entry.number
+            or math.isnan(entry.value)
+            or entry.admits(entry.value)
+        ):
+            continue
+        found = f"{entry.par.spoken(entry.value)}, which follows from other values"
+        raise InputError(f"{where}, {path}", found, f"{entry.accepted}: {FOLLOWS}")
 
 
 def _grown(tree: Tree, table: Mapping[str, object], where: str) -> Tree:
@@ -111,23 +96,6 @@ def check(tree: Any, where: str, prefix: str = "", *, together: bool = True) -> 
     A set may have a method ``problems() -> list[tuple[path, value, accepted]]`` for what bounds
     cannot say (a stop beyond the stroke); paths count from that set. A path in braces within
     `accepted` becomes that parameter's full path and value.
-
-    Parameters
-    ----------
-    tree : Any
-        A set of parameters.
-    where : str
-        The file, for the message.
-    prefix : str, optional
-        What stands before the set's own paths, with its dot.
-    together : bool, optional
-        Whether its method `together()` is called too: like `problems()`, but about parts that are
-        possible each, and do not work with one another.
-
-    Raises
-    ------
-    InputError
-        A set finds a problem in itself.
     """
     for name in tree._fields:
         value = getattr(tree, name)
@@ -140,23 +108,7 @@ def check(tree: Any, where: str, prefix: str = "", *, together: bool = True) -> 
 def problems(
     tree: Any, prefix: str = "", *, together: bool = True
 ) -> Iterator[tuple[str, Any, str]]:
-    """The `problems()` that one set finds in itself, in words for a person.
-
-    Parameters
-    ----------
-    tree : Any
-        A set of parameters.
-    prefix : str, optional
-        What stands before its own paths, with its dot.
-    together : bool, optional
-        Whether its method `together()` is called too.
-
-    Yields
-    ------
-    tuple[str, Any, str]
-        Path with `prefix`, value with its unit, and what is accepted, with the other parameter's
-        value.
-    """
+    """The `problems()` that one set finds in itself, in words for a person."""
     found = list(getattr(tree, "problems", list)())
     if together:
         found += getattr(tree, "together", list)()
@@ -174,30 +126,13 @@ def as_toml(tree: Any, only: str | None = None) -> str:
 
     Every line ends with the parameter's meaning and source. A value that is not a finite number
     (not set) stands in a comment.
-
-    Parameters
-    ----------
-    tree : Any
-        A set of parameters.
-    only : str | None, optional
-        One set ("bench.friction") or one parameter by its dotted path; None for all.
-
-    Returns
-    -------
-    str
-        The text.
-
-    Raises
-    ------
-    InputError
-        `only` is no path of the tree.
     """
     chosen = list(entries(tree))
     if only is not None:
         chosen = [e for e in chosen if f"{e.path}.".startswith(f"{only}.")]
         if not only or not chosen:
             accepted = nearest(only, [e.path for e in entries(tree)], f" ({_LIST})")
-            raise InputError(printable(only) or "key", "unknown key", accepted)
+            raise ProblemError(printable(only) or "key", "unknown key", f"Accepted: {accepted}.")
     lines = []
     for entry in chosen:
         table, _, name = entry.path.rpartition(".")
@@ -221,42 +156,14 @@ def _in_tables(lines: Iterable[tuple[str, str]]) -> str:
 
 
 def difference(tree: Any, default: Any) -> dict[str, str]:
-    """What one tree sets otherwise than another.
-
-    Parameters
-    ----------
-    tree : Any
-        A set of parameters.
-    default : Any
-        Another of the same type; what it lacks counts as set otherwise.
-
-    Returns
-    -------
-    dict[str, str]
-        Dotted path to text with unit.
-    """
+    """What one tree sets otherwise than another."""
     own = {e.path: e.text or str(e.value) for e in entries(default)}
     new = {e.path: e.text or str(e.value) for e in entries(tree)}
     return {path: text for path, text in new.items() if text != own.get(path)}
 
 
 def changed_toml(tree: Any, default: Any, also: Iterable[str] = ()) -> str:
-    """What one tree sets otherwise than another, as TOML for `load_overrides`.
-
-    Parameters
-    ----------
-    tree : Any
-        A set of parameters.
-    default : Any
-        Another of the same type.
-    also : iterable of str
-        Dotted paths that stand there in any case.
-
-    Returns
-    -------
-    str
-        A line per parameter, with its meaning and its default behind it.
-    """
+    """What one tree sets otherwise than another, as TOML for `load_overrides`."""
     own = {e.path: e for e in entries(default)}
     shown = {*difference(tree, default), *also}
     lines = []

@@ -1,4 +1,4 @@
-"""Tables of a TOML file: their keys, and what is near a key that is not known."""
+"""Keys of TOML tables, and suggestions for unknown ones."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from numbers import Integral
 from typing import Any
 
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.schema.par import Entry
 from macromicro.schema.text import printable
 
@@ -17,22 +17,6 @@ MAX_SEED = EXACT // 2  # trials may count on from it
 
 
 def nearest(name: str, known: Iterable[str], hint: str = "") -> str:
-    """What is accepted instead of an unknown name.
-
-    Parameters
-    ----------
-    name : str
-        What was written.
-    known : Iterable[str]
-        The names there are.
-    hint : str, optional
-        Appended, to say where all are listed.
-
-    Returns
-    -------
-    str
-        The most alike of `known`, or all if they are few.
-    """
     known = tuple(known)
     near = difflib.get_close_matches(name, known, 3, 0.6)
     if not near:  # the right name in a wrong table, or in none
@@ -45,91 +29,26 @@ def nearest(name: str, known: Iterable[str], hint: str = "") -> str:
 
 
 def found(raw: object) -> str:
-    """What stands at a key.
-
-    Parameters
-    ----------
-    raw : object
-        Its value, None if there is none.
-
-    Returns
-    -------
-    str
-        On one line; "nothing" for None.
-    """
     return "nothing" if raw is None else printable(raw)
 
 
 def unknown(table: dict[str, Any], keys: Iterable[str], prefix: str, hint: str = "") -> None:
-    """Refuse a key that is not known.
-
-    Parameters
-    ----------
-    table : dict[str, Any]
-        A table of a TOML file.
-    keys : Iterable[str]
-        Those that it may have.
-    prefix : str
-        What stands before the key in the message.
-    hint : str, optional
-        Appended, to say where all are listed.
-
-    Raises
-    ------
-    InputError
-        For the first key that is none of `keys`, with the nearest.
-    """
     keys = tuple(keys)
     for key in table:
         if key not in keys:
-            raise InputError(f"{prefix}{printable(key)}", "unknown key", nearest(key, keys, hint))
+            raise ProblemError(
+                f"{prefix}{printable(key)}", "unknown key", f"Accepted: {nearest(key, keys, hint)}."
+            )
 
 
 def only(table: dict[str, Any], keys: tuple[str, ...], where: str) -> None:
-    """Refuse a key that is known, but not beside the others.
-
-    Parameters
-    ----------
-    table : dict[str, Any]
-        A table of a TOML file, all keys known.
-    keys : tuple[str, ...]
-        Those that it may have.
-    where : str
-        The table, for the message.
-
-    Raises
-    ------
-    InputError
-        For the first key that is none of `keys`.
-    """
-    for key, value in table.items():
+    """Refuse a known key that does not go with the others."""
+    for key in table:
         if key not in keys:
-            accepted = f"nothing beside {', '.join(keys)} here"
-            raise InputError(f"{where}.{printable(key)}", printable(value), accepted)
+            raise ProblemError(f"{where}.{printable(key)}", f"not allowed with {', '.join(keys)}")
 
 
 def whole(raw: object, low: int, high: int, where: str) -> int:
-    """A whole number within bounds.
-
-    Parameters
-    ----------
-    raw : object
-        What the file gave; numbers of numpy count, truth values do not.
-    low, high : int
-        Inclusive bounds.
-    where : str
-        File and key, for the message.
-
-    Returns
-    -------
-    int
-        `raw`.
-
-    Raises
-    ------
-    InputError
-        Anything else than a whole number, or one out of the bounds.
-    """
     known = isinstance(raw, Integral) and not isinstance(raw, bool)
     if not known or not low <= int(raw) <= high:  # type: ignore[call-overload]
         raise InputError(where, found(raw), f"a whole number from {low} to {high}")
@@ -137,58 +56,18 @@ def whole(raw: object, low: int, high: int, where: str) -> int:
 
 
 def seed(value: int, where: str) -> int:
-    """A seed, from which trials may count on.
-
-    Parameters
-    ----------
-    value : int
-        The seed.
-    where : str
-        File and key, or option, for the message.
-
-    Returns
-    -------
-    int
-        `value`.
-
-    Raises
-    ------
-    InputError
-        Below 0, or beyond 2^52.
-    """
+    """A seed that is small enough for trials to count on from it."""
     return whole(value, 0, MAX_SEED, where)
 
 
 def leaves(
     table: dict[str, Any], known: dict[str, Entry], where: str, hint: str
 ) -> dict[str, object]:
-    """Dotted paths and raw values of tables that are sets, in the file's order.
-
-    Parameters
-    ----------
-    table : dict[str, Any]
-        Table of a TOML file; a path may be dotted or nested.
-    known : dict[str, Entry]
-        The parameters, by path.
-    where : str
-        What stands before a path in an error.
-    hint : str
-        Appended to an error, to say where all are listed.
-
-    Returns
-    -------
-    dict[str, object]
-        Raw values by dotted path.
-
-    Raises
-    ------
-    InputError
-        A path is not known (with the nearest) or stands twice, or a value stands in a set's place.
-    """
+    """Dotted paths and raw values of tables that are sets, in the file's order."""
     raw: dict[str, object] = {}
     for path, value in _walked(table, known, where, hint, ""):
         if path in raw:
-            raise InputError(f"{where}{path}", "stands twice", "each parameter once")
+            raise ProblemError(f"{where}{path}", "set twice", "Set each parameter once.")
         raw[path] = value
     return raw
 
@@ -204,7 +83,7 @@ def _walked(
         elif not inside:
             sets = {p.rpartition(".")[0] for p in known} - {""}
             accepted = nearest(path, (*known, *sorted(sets)), f" ({hint})")
-            raise InputError(f"{where}{printable(path)}", "unknown key", accepted)
+            raise ProblemError(f"{where}{printable(path)}", "unknown key", f"Accepted: {accepted}.")
         elif isinstance(value, dict):
             yield from _walked(value, known, where, hint, f"{path}.")
         else:

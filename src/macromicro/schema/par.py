@@ -1,9 +1,8 @@
-"""Parameters that explain themselves, and the one check of a value.
+"""Parameters with units, meanings and bounds, and the one check of a value.
 
 A parameter set is a ``NamedTuple`` whose fields are annotated with `Par`; the value
-itself stays a plain float in SI (encoder counts and deg C are the two exceptions).
-Settings files, sweep axes, batch variants, live gains, SCPI and the page all ask the
-parameter itself what it accepts, so that a bound and its words stand once.
+itself stays a plain float in SI (except encoder counts and deg C). Settings files, sweep
+axes, batch variants, live gains, SCPI and the page all use the parameter's own bounds.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from typing import Any, NamedTuple, TypeGuard, TypeVar, cast, get_type_hints
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.schema.text import printable
 from macromicro.units import convert, quantity, remedy, shown
 
@@ -30,37 +29,28 @@ MAX_WORD = 100  # characters
 
 @dataclass(frozen=True)
 class Par:
-    """What a parameter is.
+    """Unit, meaning, source and bounds of a parameter.
 
-    Attributes
-    ----------
-    unit : str
-        Unit in which the value is stored.
-    meaning : str
-        What it is, in words.
-    source : str
-        A section of the thesis, or `ASSUMED`.
-    shown : str
-        Unit that a person reads, of the same dimension; "" for `unit`.
-    lo, hi : float
-        Inclusive bounds, in `unit`.
-    positive : bool
-        Whether it must be strictly above zero.
-    choices : tuple[str, ...]
-        Accepted words of a text parameter; none: any word.
+    Examples
+    --------
+    >>> from macromicro.schema.par import Par
+    >>> travel = Par("m", "travel of the stage", shown="mm", lo=0.0, hi=0.2)
+    >>> travel.spoken(0.15), travel.taken(150.0)
+    ('150 mm', 0.15)
     """
 
-    unit: str
-    meaning: str
-    source: str = ASSUMED
-    shown: str = ""
+    unit: str  #: unit in which the value is stored
+    meaning: str  #: what it is, in words
+    source: str = ASSUMED  #: A section of the thesis, or `ASSUMED`
+    shown: str = ""  #: unit that a person reads, of the same dimension; "" for `unit`
+    #: lo, hi: inclusive bounds, in `unit`
     lo: float = -math.inf
     hi: float = math.inf
-    positive: bool = False
-    choices: tuple[str, ...] = ()
+    positive: bool = False  #: whether it must be strictly above zero
+    choices: tuple[str, ...] = ()  #: accepted words of a text parameter; none: any word
 
     def spoken(self, value: Any, digits: int = 6) -> str:
-        """A value as a person reads it.
+        """A value in the displayed unit, as text.
 
         Parameters
         ----------
@@ -72,7 +62,7 @@ class Par:
         Returns
         -------
         str
-            A number in `shown`, anything else as it is.
+            A number in `shown`, anything else unchanged.
         """
         if not finite(value):
             return printable(value)
@@ -94,14 +84,14 @@ class Par:
         Returns
         -------
         Any
-            A number in `read_in`, anything else as it is.
+            A number in `read_in`, anything else unchanged.
         """
         return (
             value if not (self.shown and finite(value)) else convert(value, self.unit, self.shown)
         )
 
     def taken(self, value: Any) -> Any:
-        """A client's plain number as a stored value.
+        """A client's plain number as a stored value, without a check.
 
         Parameters
         ----------
@@ -111,39 +101,33 @@ class Par:
         Returns
         -------
         Any
-            A number in `unit`, anything else as it is; it is not checked.
+            A number in `unit`, anything else unchanged.
         """
         return (
             value if not (self.shown and finite(value)) else convert(value, self.shown, self.unit)
         )
 
 
+FOLLOWS = "another value, or other values that it is derived from"
+
+
 class Entry(NamedTuple):
-    """One parameter of a tree.
+    """One parameter of a tree."""
 
-    Attributes
-    ----------
-    path : str
-        Dotted.
-    par : Par
-        What it is.
-    value : Any
-        In the stored unit; its type is the parameter's: true or false, text, a whole number, a
-        number, or a list of numbers.
-    """
-
-    path: str
-    par: Par
+    path: str  #: dotted
+    par: Par  #: what it is
+    #: in the stored unit; its type is the parameter's: true or false, text, a whole number, a
+    #: number, or a list of numbers
     value: Any
 
     @property
     def number(self) -> bool:
-        """Is it one number, as a sweep can vary it?"""
+        """Whether it is one number, which a sweep can vary."""
         return not isinstance(self.value, bool | str | tuple)
 
     @property
     def accepted(self) -> str:
-        """What the parameter accepts, in words."""
+        """The accepted values, in words."""
         par = self.par
         if isinstance(self.value, bool):
             return "true or false"
@@ -162,7 +146,7 @@ class Entry(NamedTuple):
         return bounds or "a finite number"
 
     def admits(self, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-        """Which of some stored values the parameter takes.
+        """Which of some stored values the parameter accepts.
 
         Parameters
         ----------
@@ -183,7 +167,7 @@ class Entry(NamedTuple):
         return good
 
     def check(self, value: Any, where: str) -> Any:
-        """A stored value, as the parameter's type.
+        """Check a stored value, and convert it to the parameter's type.
 
         Parameters
         ----------
@@ -200,7 +184,7 @@ class Entry(NamedTuple):
         Raises
         ------
         InputError
-            Another type, not a finite number, out of the bounds, or none of the choices.
+            Wrong type, not finite, out of the bounds, or none of the choices.
         """
         if isinstance(self.value, bool):
             right = isinstance(value, bool)
@@ -217,7 +201,7 @@ class Entry(NamedTuple):
         return type(self.value)(value)
 
     def read(self, raw: object, where: str) -> Any:
-        """What a TOML file gave, as the stored value.
+        """Convert a value of a TOML file to the stored value.
 
         Parameters
         ----------
@@ -294,7 +278,13 @@ def finite(value: object) -> TypeGuard[int | float]:
     Returns
     -------
     bool
-        False for a truth value, and for a whole number beyond the range of floats.
+        False for a boolean, and for an integer beyond the range of floats.
+
+    Examples
+    --------
+    >>> from macromicro.schema.par import finite
+    >>> finite(2.5), finite(float("nan")), finite(True)
+    (True, False, False)
     """
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
@@ -305,7 +295,7 @@ def finite(value: object) -> TypeGuard[int | float]:
 
 
 def is_set(value: object) -> bool:
-    """Whether a value is a parameter set.
+    """Whether a value is a parameter set, a ``NamedTuple``.
 
     Parameters
     ----------
@@ -315,34 +305,48 @@ def is_set(value: object) -> bool:
     Returns
     -------
     bool
-        True for a ``NamedTuple``.
+
+    Examples
+    --------
+    >>> from macromicro.motion import Segment
+    >>> from macromicro.schema.par import is_set
+    >>> is_set(Segment(1.0, 0.0, 0.0, 0.0, 0.0)), is_set((1.0, 2.0))
+    (True, False)
     """
     return isinstance(value, tuple) and hasattr(value, "_fields")
 
 
 @cache
 def _hints(kind: type) -> dict[str, Any]:
-    """A set's annotations, evaluated once: a study asks for them at every machine."""
+    """A set's annotations, evaluated once: a study reads them for every machine."""
     return get_type_hints(kind, include_extras=True)
 
 
 def entries(tree: Any, prefix: str = "") -> Iterator[Entry]:
     """All parameters of a (nested) parameter set, in order.
 
-    A set may have a method ``also() -> dict[field, words]``: what its text parameters accept
-    beside the choices of their `Par`.
+    A set may have a method ``also() -> dict[field, words]``: further choices of its text
+    parameters.
 
     Parameters
     ----------
     tree : Any
         A set of parameters.
     prefix : str, optional
-        What stands before its own paths, with its dot.
+        Put before its paths, with its dot.
 
     Yields
     ------
     Entry
         A parameter with its dotted path and value.
+
+    Examples
+    --------
+    >>> from macromicro import Settings
+    >>> from macromicro.schema.par import entries
+    >>> first = next(entries(Settings().bench.friction, "bench.friction."))
+    >>> first.path, first.par.spoken(first.value), first.accepted
+    ('bench.friction.coulomb', '10.485 N', '0 N or more')
     """
     kind: Any = type(tree)
     hints = _hints(kind)
@@ -366,15 +370,22 @@ def with_sets(sets: Mapping[str, Any], before: str) -> Callable[[type[S]], type[
     Parameters
     ----------
     sets : Mapping[str, Any]
-        Field name to default; those that it has already are left out. All its own fields have
-        defaults.
+        Field name to default; existing fields are left out. All own fields have defaults.
     before : str
-        Its field in front of which they are put.
+        The field before which they are inserted.
 
     Returns
     -------
     Callable[[type[S]], type[S]]
-        The decorator.
+
+    Examples
+    --------
+    >>> from macromicro import Settings
+    >>> from macromicro.schema.par import with_sets
+    >>> from macromicro.plant.friction import Friction
+    >>> Extended = with_sets({"seal": Friction()}, before="guard")(Settings)
+    >>> Extended._fields, Extended().seal.coulomb
+    (('bench', 'sensors', 'controller', 'seal', 'guard', 'travel'), 10.485)
     """
 
     def made(base: type[S]) -> type[S]:
@@ -395,12 +406,20 @@ def extended(base: type[S], new: Mapping[str, tuple[Any, Any]], before: str) -> 
     new : Mapping[str, tuple[Any, Any]]
         Field name to annotation and default.
     before : str
-        Its field in front of which they are put.
+        The field before which they are inserted.
 
     Returns
     -------
     type[S]
         A ``NamedTuple`` of the same name, module and methods.
+
+    Examples
+    --------
+    >>> from macromicro import Settings
+    >>> from macromicro.schema.par import extended
+    >>> Extended = extended(Settings, {"payload": (float, 0.5)}, before="guard")
+    >>> Extended().payload
+    0.5
     """
     fields: dict[str, Any] = dict(getattr(base, "__annotations__", {}))
     defaults = dict(getattr(base, "_field_defaults", {}))
@@ -421,7 +440,7 @@ def extended(base: type[S], new: Mapping[str, tuple[Any, Any]], before: str) -> 
 
 
 def replaced(tree: Any, path: str, value: Any) -> Any:
-    """A tree with one other value.
+    """A copy of a tree with one other value.
 
     Parameters
     ----------
@@ -435,7 +454,13 @@ def replaced(tree: Any, path: str, value: Any) -> Any:
     Returns
     -------
     Any
-        A copy.
+
+    Examples
+    --------
+    >>> from macromicro import Settings
+    >>> from macromicro.schema.par import replaced
+    >>> replaced(Settings(), "bench.friction.coulomb", 11.0).bench.friction.coulomb  # N
+    11.0
     """
     name, _, rest = path.partition(".")
     if rest:
@@ -457,6 +482,13 @@ def value_at(tree: Any, path: str) -> Any:
     -------
     Any
         In the stored unit.
+
+    Examples
+    --------
+    >>> from macromicro import Settings
+    >>> from macromicro.schema.par import value_at
+    >>> value_at(Settings(), "sensors.encoder.pitch")  # m
+    7.142857142857143e-05
     """
     for name in path.split("."):
         tree = getattr(tree, name)
@@ -464,11 +496,11 @@ def value_at(tree: Any, path: str) -> Any:
 
 
 def changed(tree: Any, changes: Mapping[str, Any]) -> Any:
-    """A tree with other values, and with what is derived from them.
+    """A copy of a tree with other values, and with the values derived from them.
 
     A tree may have a method ``derived() -> tuple[(path, rule), ...]``; ``rule(tree)`` gives the
-    value that belongs there, and no rule depends on a later one. Only what followed its rule
-    before, and is not among `changes`, follows it now.
+    value, and no rule depends on a later one. A value is derived again if it followed its rule
+    before and is not among `changes`.
 
     Parameters
     ----------
@@ -480,13 +512,29 @@ def changed(tree: Any, changes: Mapping[str, Any]) -> Any:
     Returns
     -------
     Any
-        A copy.
+
+    Raises
+    ------
+    ProblemError
+        A value cannot be derived from the others, for example because of a division by zero.
+
+    Examples
+    --------
+    >>> from macromicro import Settings
+    >>> from macromicro.schema.par import changed
+    >>> changed(Settings(), {"guard.motor": 5.0}).controller.motor_limit  # V; it is derived
+    5.0
     """
     new = tree
     for path, value in changes.items():
         new = replaced(new, path, value)
     for path, rule in getattr(tree, "derived", tuple)():
         if path not in changes and value_at(tree, path) == rule(tree):
-            value = rule(new)
-            new = replaced(new, path, type(value_at(tree, path))(value))
+            try:
+                value = type(value_at(tree, path))(rule(new))
+            except (ArithmeticError, ValueError) as error:
+                raise ProblemError(
+                    path, f"cannot be derived ({error})", "Choose other values."
+                ) from None
+            new = replaced(new, path, value)
     return new

@@ -1,4 +1,4 @@
-"""Reading a text file that a user names: one sentence for everything that can be wrong."""
+"""Reading a text file that a user names; every error is one sentence."""
 
 from __future__ import annotations
 
@@ -9,48 +9,31 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 
 MAX_BYTES = 20_000_000
 _JUNK = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 
 
 def read_text(path: Path, what: str) -> str:
-    """The text of a UTF-8 file, without a byte order mark.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    what : str
-        What it should be ("a motion programme (.toml or .csv)").
-
-    Returns
-    -------
-    str
-        The text.
-
-    Raises
-    ------
-    InputError
-        Names the file: missing, a directory, not a regular file, not readable, over 20 MB, empty,
-        bad UTF-8 or control characters (with the byte offset).
-    """
+    """The text of a UTF-8 file, without a byte order mark."""
     where = printable(path, 300)
     try:
         status = path.stat()
         if stat.S_ISDIR(status.st_mode):
-            raise InputError(where, "a directory", what)
+            raise ProblemError(where, "this is a folder", f"Expected: {what}.")
         if not stat.S_ISREG(status.st_mode):
-            raise InputError(where, "not a regular file", what)
+            raise ProblemError(where, "not a regular file", f"Expected: {what}.")
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
-        raise InputError(where, "no such file", what) from None
+        raise ProblemError(where, "no such file", f"Expected: {what}.") from None
     except OSError as error:
-        raise InputError(where, error.strerror or "cannot be read", what) from None
+        raise ProblemError(
+            where, error.strerror or "cannot be read", f"Expected: {what}."
+        ) from None
     except ValueError:  # a NUL in the name
-        raise InputError(where, "not a file name", what) from None
+        raise ProblemError(where, "not a valid file name", f"Expected: {what}.") from None
     if len(data) > MAX_BYTES:
         size = f"{max(status.st_size, len(data)) / 1e6:.1f} MB"
         raise InputError(where, size, f"{what} of at most {MAX_BYTES / 1e6:.0f} MB")
@@ -65,30 +48,11 @@ def read_text(path: Path, what: str) -> str:
         raise InputError(where, found, "plain text") from None
     text = text.removeprefix("\ufeff")
     if not text.strip():
-        raise InputError(where, "an empty file", what)
+        raise ProblemError(where, "the file is empty", f"Expected: {what}.")
     return text
 
 
 def read_toml(path: Path, what: str) -> dict[str, Any]:
-    """The tables of a TOML file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    what : str
-        What it should be ("a settings file (.toml)").
-
-    Returns
-    -------
-    dict[str, Any]
-        Nested dictionaries, as `tomllib` gives them.
-
-    Raises
-    ------
-    InputError
-        As for `read_text` and `parsed_toml`, and for another suffix than .toml.
-    """
     if path.suffix.lower() != ".toml" and not path.is_dir():  # reading says what a directory is
         found = f"suffix {printable(path.suffix)}" if path.suffix else "no suffix"
         raise InputError(printable(path, 300), found, what)
@@ -96,52 +60,25 @@ def read_toml(path: Path, what: str) -> dict[str, Any]:
 
 
 def parsed_toml(text: str, where: str) -> dict[str, Any]:
-    """The tables of a TOML text.
-
-    Parameters
-    ----------
-    text : str
-        TOML.
-    where : str
-        Its file, for the message.
-
-    Returns
-    -------
-    dict[str, Any]
-        Nested dictionaries, as `tomllib` gives them.
-
-    Raises
-    ------
-    InputError
-        A slip in its syntax, with the line.
-    """
     import tomllib
 
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(where, printable(error, 120), "TOML") from None
+        raise ProblemError(where, f"not valid TOML: {printable(error, 120)}") from None
     except RecursionError:
-        raise InputError(where, "too deeply nested", "TOML") from None
+        raise ProblemError(where, "not valid TOML: too deeply nested") from None
     except ValueError as error:  # a whole number of thousands of digits, the 31st of June
-        raise InputError(where, printable(error, 80), "TOML") from None
+        raise ProblemError(where, f"not valid TOML: {printable(error, 80)}") from None
+
+
+def write_text(path: Path, text: str, newline: str | None = None) -> None:
+    """Write UTF-8; characters outside it, as in an invalid file name, are escaped."""
+    path.write_text(text, encoding="utf-8", errors="backslashreplace", newline=newline)
 
 
 def printable(value: object, length: int = 60) -> str:
-    """A value as one line that is safe to print.
-
-    Parameters
-    ----------
-    value : object
-        Anything.
-    length : int, optional
-        Characters after which it is cut.
-
-    Returns
-    -------
-    str
-        Control characters are escaped.
-    """
+    """A value as one line that is safe to print."""
     try:
         text = str(value)
     except ValueError:  # Python prints no whole number of more than 4300 digits
@@ -153,21 +90,7 @@ def printable(value: object, length: int = 60) -> str:
 
 
 def plain(value: Any, *, spelled: bool = False) -> Any:
-    """A value as JSON can hold it.
-
-    Parameters
-    ----------
-    value : Any
-        Arrays become lists, numbers of numpy plain ones, keys and unknown objects text. What is not
-        a finite number becomes None.
-    spelled : bool, optional
-        An infinite number becomes "inf" or "-inf" instead, where it means something.
-
-    Returns
-    -------
-    Any
-        Made of dictionaries, lists, text, numbers, truth values and None.
-    """
+    """A value as JSON can hold it."""
     if hasattr(value, "tolist"):  # of numpy
         value = value.tolist()
     if isinstance(value, float):

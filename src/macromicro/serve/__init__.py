@@ -1,1 +1,1 @@
-"""The positioner live: a process that does nothing but control, and what talks to it."""
+"""The live server: the control process and the protocols that talk to it."""

@@ -1,4 +1,4 @@
-"""A virtual machine that is served to the program that starts it, and to nobody else."""
+"""A virtual machine served only to the program that starts it."""
 
 from __future__ import annotations
 
@@ -16,9 +16,7 @@ from macromicro.serve.web.server import WebServer
 
 
 class Alone:
-    """Starts and stops a server of the twin at any free port of this computer, which runs late
-    rather than stop where the computer is busy (`serve.settings.patient`). `config`: a settings
-    file; `token`: what its one client gives."""
+    """Starts and stops a server of the twin at a free local port, tolerant of a busy computer."""
 
     def __init__(self, config: str | None = None) -> None:
         self.token = secrets.token_urlsafe(24)
@@ -30,14 +28,13 @@ class Alone:
         self._page = WebServer(self._station, HOST, 0, self.token, folder=Path(self._folder.name))
 
     def start(self) -> int:
-        """Start; the port of the page."""
+        """Start; returns the page's port."""
         atexit.register(self.stop)  # whatever becomes of the program
         self._station.start()
         self._page.start()
         return self._page.address[1]
 
     def stop(self) -> None:
-        """End it and forget where it was. Does nothing where that was done."""
         atexit.unregister(self.stop)
         self._page.stop()
         self._station.stop()

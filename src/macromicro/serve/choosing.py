@@ -1,4 +1,4 @@
-"""The settings of whichever machine a file is for, as the server takes them."""
+"""Settings of any machine for the server."""
 
 from __future__ import annotations
 
@@ -24,9 +24,5 @@ _BY_FAMILY: dict[str, Callable[[Any, str | None], AnySettings]] = {
 
 
 def load(path: Path | None, law: str | None = None) -> AnySettings:
-    """The settings in a file, of the machine that it names; without one the two-stage machine's.
-
-    Raises InputError as `serve.settings.load`, `serve.stage.settings.load` and
-    `serve.joint.settings.load` do.
-    """
+    """The settings of the machine that the file names; without a file the two-stage machine's."""
     return _BY_FAMILY[compositions.chosen(path).family](path, law)

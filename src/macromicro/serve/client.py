@@ -1,5 +1,4 @@
-"""What every client needs, whatever it speaks: admission, orders in turn, stops that overtake,
-and what becomes of the machine when it is gone. A protocol adds its framing and its words."""
+"""A client of any protocol: admission, orders in turn, priority stops, loss of the client."""
 
 from __future__ import annotations
 
@@ -14,11 +13,11 @@ from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Reply
-from macromicro.serve import capacity
-from macromicro.serve.capacity import Capacity
-from macromicro.serve.instrument import Instrument
+from macromicro.serve import _capacity
+from macromicro.serve._capacity import Capacity
+from macromicro.serve._instrument import Instrument
+from macromicro.serve._sending import Stops
 from macromicro.serve.requests import OVERTAKEN
-from macromicro.serve.sending import Stops
 
 POLL_S = 0.02
 OTHERS = 2  # threads for all clients that may not command
@@ -27,12 +26,7 @@ T = TypeVar("T")
 
 
 class Client:
-    """One client, known to the station as `name`, from `address`.
-
-    What it orders may come from any thread, one order after the other; `stop` and `emergency`
-    may come at the same time. `watchdog` [s]: silence after which it loses control though it
-    is connected, 0 for never.
-    """
+    """One client of the station; `stop` and `emergency` may overtake its orders from any thread."""
 
     def __init__(self, instrument: Instrument, name: str, address: str = "127.0.0.1") -> None:
         self.instrument, self.station = instrument, instrument.station
@@ -48,16 +42,14 @@ class Client:
 
     @property
     def rank(self) -> int:
-        """Who makes room for whom."""
         if self.station.holder == self.name:
-            return capacity.HOLDER
+            return _capacity.HOLDER
         if self.authenticated and not self.instrument.token.open:
-            return capacity.ADMITTED
-        return capacity.unadmitted(self.address)
+            return _capacity.ADMITTED
+        return _capacity.unadmitted(self.address)
 
     def authenticate(self, given: object) -> str:
-        """Look at a token; why the client is not admitted, or "". One that gave the right one
-        before is not kept out by others at its address."""
+        """Check a token: the reason for a refusal, or ""."""
         problem = self.instrument.admission(
             given, self.name, self.address, known=self.authenticated
         )
@@ -66,18 +58,17 @@ class Client:
         return problem
 
     def connect(self) -> None:
-        """The station lists it from now on."""
+        """Have the station list the client."""
         self.station.connect(self.name)
 
     def close(self) -> None:
-        """The client is gone. The station does to the machine what a lost client does."""
+        """Disconnect; the station treats a holder of control as lost."""
         if not self.gone.is_set():
             self.gone.set()
             self.station.disconnect(self.name)
 
     def beat(self, silence: float) -> bool:
-        """Tell the station that this client lives, which was silent for so long [s]; False
-        where its watchdog has run out, by which it loses control."""
+        """Report a sign of life after `silent` seconds; False once the watchdog has expired."""
         if self.gone.is_set():
             return True
         if not self.watchdog or silence <= self.watchdog:
@@ -88,7 +79,7 @@ class Client:
         return True
 
     def lose(self) -> None:
-        """It counts as lost, and watches from now on."""
+        """Count the client as lost; it may still watch."""
         self.station.disconnect(self.name)
         self.station.connect(self.name)
         if self.gone.is_set():  # it went meanwhile
@@ -97,28 +88,25 @@ class Client:
     # What it orders
 
     def request(self, request: m.Request, entry: Entry[Any] | None = None) -> Reply:
-        """Pass a request on. `entry`: as it waited; behind a stop that came since it is not
-        done."""
+        """Pass a request on, unless a stop has come since `entry`."""
         if entry is not None and entry.stops != self.stops:
             return OVERTAKEN
         since = None if entry is None else entry.since
         return self.station.request(self.name, request._replace(client=self.name), since)
 
     def stop(self) -> Reply:
-        """Decelerate; waits for nothing. An order of this client that is on its way comes
-        before it, or is refused because of it."""
+        """Decelerate at once; an order that is on its way comes before it or is refused."""
         self.stops += 1
         return self.station.request(self.name, m.Stop(self.name))
 
     def emergency(self) -> float:
-        """Emergency stop; waits for nothing. Seconds until the outputs were safe; NaN where no
-        loop answers."""
+        """Emergency stop at once: seconds until the outputs were safe, NaN without an answer."""
         self.stops += 1
         return self.station.emergency(self.name)
 
 
 class Entry(NamedTuple, Generic[T]):
-    """An order that waits: the client's and the station's stops when it came, and its size."""
+    """A waiting order: the stops counted when it came, and its size."""
 
     order: T
     stops: int
@@ -127,8 +115,7 @@ class Entry(NamedTuple, Generic[T]):
 
 
 class Waiting(Generic[T]):
-    """What one client has ordered and is not done yet: at most `most` orders, of `largest`
-    bytes altogether. Belongs to an event loop."""
+    """Pending orders of one client: at most `most`, of `largest` bytes; for one event loop."""
 
     def __init__(self, client: Client, most: int, largest: float = math.inf) -> None:
         self._client, self._largest = client, largest
@@ -139,32 +126,31 @@ class Waiting(Generic[T]):
 
     @property
     def busy(self) -> bool:
-        """Is something of this client's still to be done?"""
         return self._working or not self._queue.empty()
 
     def _entry(self, order: T, size: int) -> Entry[T]:
         return Entry(order, self._client.stops, self._client.station.stops, size)
 
     async def put(self, order: T, size: int = 0) -> None:
-        """Let an order wait, once there is room for it."""
+        """Queue an order once there is room."""
         while self._size and self._size + size > self._largest:
             await asyncio.sleep(POLL_S)
         self._size += size
         await self._queue.put(self._entry(order, size))
 
     def offer(self, order: T) -> bool:
-        """Let an order wait; False where there is no room."""
+        """Queue an order; False if there is no room."""
         if self._queue.full():
             return False
         self._queue.put_nowait(self._entry(order, 0))
         return True
 
     async def end(self) -> None:
-        """Nothing more comes: `work` returns once all is done."""
+        """Accept nothing more: `work` returns once all is done."""
         await self._queue.put(None)
 
     def drop(self) -> list[T]:
-        """Take out all that waits, but not the `end`."""
+        """Remove all waiting orders."""
         found = [self._queue.get_nowait() for _ in range(self._queue.qsize())]
         dropped = [entry for entry in found if entry is not None]
         if len(dropped) < len(found):
@@ -173,7 +159,7 @@ class Waiting(Generic[T]):
         return [entry.order for entry in dropped]
 
     async def work(self, do: Callable[[Entry[T]], Awaitable[bool]]) -> None:
-        """One order after the other, until `do` returns False or the `end`."""
+        """Do the orders in turn until `do` returns False or the `end`."""
         while True:
             if self._working and self._queue.empty():
                 self._working, self.rested = False, time.monotonic()
@@ -187,19 +173,13 @@ class Waiting(Generic[T]):
 
 
 class Beating(Protocol):
-    """A connection, as the dispatcher needs it."""
+    """A connection with a heartbeat."""
 
-    def beat(self) -> None:
-        """Tell the station that its client lives, or not."""
+    def beat(self) -> None: ...
 
 
 class Dispatcher:
-    """Where the calls of one server's clients run, so that none of them keeps a stop waiting,
-    and who of them gets a place.
-
-    `clients`: at a time, beside `silent` ones that have not spoken yet; `crowd`: of those that
-    may not command, from which on they share what so many may use; `yielding`: see `Capacity`.
-    """
+    """Runs the calls of a server's clients on threads, so that none delays a stop."""
 
     def __init__(
         self, name: str, clients: int, silent: int, crowd: int = 1, *, yielding: bool = False
@@ -212,28 +192,26 @@ class Dispatcher:
         self._beats = ThreadPoolExecutor(1, f"{name}-beats")
 
     async def run(self, client: Client, act: Callable[..., T], *given: object) -> T:
-        """Something that may take its time. Those who may not command have few threads, and
-        leave the others their share of a processor."""
-        pool = self._orders if client.rank >= capacity.ADMITTED else self._others
+        """Run a call that may block; clients without permission to command share a few threads."""
+        pool = self._orders if client.rank >= _capacity.ADMITTED else self._others
         return await _in(pool, client, act, given)
 
     async def overtake(self, client: Client, act: Callable[..., T], *given: object) -> T:
-        """A stop: it finds a thread whatever else is being done."""
+        """Run a stop, for which a thread is always free."""
         return await _in(self._urgent, client, act, given)
 
     async def beat(self, connections: Iterable[Beating]) -> None:
-        """Tell the station who lives; to be called now and then."""
+        """Send the heartbeats; to be called periodically."""
         loop = asyncio.get_running_loop()
         await loop.run_in_executor(self._beats, _beat, tuple(connections))
 
     def price(self, client: Client) -> float:
-        """What everything costs a client: more in a crowd, where it may not command."""
-        if client.rank >= capacity.ADMITTED:
+        """Cost factor of a client: higher in a crowd, if it may not command."""
+        if client.rank >= _capacity.ADMITTED:
             return 1.0
         return max(1.0, self.capacity.crowd / self._crowd)
 
     def close(self) -> None:
-        """Nothing more is begun."""
         for pool in (self._orders, self._urgent, self._others, self._beats):
             pool.shutdown(wait=False, cancel_futures=True)
 

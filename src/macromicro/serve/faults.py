@@ -1,5 +1,4 @@
-"""Faults that the guard does not know: of the loop's time, of the loop, of the rig, and what
-the live machine finds itself."""
+"""Faults beyond the guard's: missed periods, the loop process, the rig, the live machine."""
 
 from __future__ import annotations
 
@@ -25,21 +24,19 @@ _NAMES = {
 
 
 def late(share: float, limit: float, time: float) -> Trouble:
-    """Too many periods were missed."""
     return Trouble(
         LATE,
         _NAMES[LATE],
-        "The machine computes too slowly: too many control periods were missed.",
+        "Too many control periods were missed.",
         f"{share:.1%} of the last periods missed, allowed {limit:.1%}, at {time:.3f} s; "
         f"{SWITCHED_OFF}",
-        "Close what else is computing, give the loop a core and real-time priority "
-        "(`macromicro doctor`), see `macromicro latency`; serve.miss_share and "
-        "serve.miss_window set what is allowed.",
+        "Close other programs, give the loop a core and real-time priority (`macromicro doctor`, "
+        "`macromicro latency`); serve.miss_share and serve.miss_window set the limit.",
     )
 
 
 def lost_counts(by_laser: float, by_encoder: float, time: float) -> Trouble:
-    """The carriage's place by the laser and by the encoder [counts] differ."""
+    """The carriage's position by laser and by encoder [counts] differ."""
     return Trouble(
         LOST_COUNTS,
         _NAMES[LOST_COUNTS],
@@ -47,32 +44,33 @@ def lost_counts(by_laser: float, by_encoder: float, time: float) -> Trouble:
         f"the carriage is at {by_laser:.1f} counts by the laser and at {by_encoder:.0f} by the "
         f"encoder, at {time:.3f} s; {SWITCHED_OFF}",
         "Check the encoder's strip and cable and the laser's beam, then clear and home; "
-        "live.edges.lost and live.edges.span set what is allowed, live.edges.use = 0 leaves the "
-        "laser out, and live.pitch must be the strip's.",
+        "live.edges.lost and live.edges.span set the limit, live.edges.use = 0 ignores the laser, "
+        "and live.pitch must be the strip's.",
     )
 
 
 def silent(seconds: float, allowed: float) -> str:
-    """Why a loop ends that has not heard from its server."""
+    """The loop's connection to its server is silent."""
     return (
         f"the server was silent for {seconds:.1f} s, allowed {allowed:g} s "
         "(serve.parent_timeout): it was halted, or the computer slept or was overloaded"
     )
 
 
-_SUPPLY = "See that the machine stands and cools; if it does not, switch its supply off."
+_SUPPLY = "Check that the machine has stopped and cools down; if not, switch its supply off."
 
 
 def failed(code: int, evidence: str) -> Trouble:
-    """The rig or the controller raised an error, or the loop process is gone."""
     message, remedy = {
         RIG_FAILED: (
             "The rig could not be read or written.",
-            f"{_SUPPLY} Check its connection, then start again and home.",
+            f"{_SUPPLY} Check its connection: the server opens the rig again by itself once it "
+            "answers. Then home.",
         ),
         CONTROL_FAILED: (
             "The controller ended with an error.",
-            "Start again; please report it with this text.",
+            "Its traceback is in the server's log. Fix the law if it is your own, else please "
+            "report this text; then start again.",
         ),
         LOOP_DIED: (
             "The loop process has ended; nothing drives the machine.",
@@ -80,8 +78,8 @@ def failed(code: int, evidence: str) -> Trouble:
         ),
         LOOP_SILENT: (
             "The rig blocks: no control period came for too long.",
-            f"{_SUPPLY} See to the rig's connection, then end the server, start it again and "
-            "home; serve.loop_timeout sets what is allowed.",
+            f"{_SUPPLY} Check the rig's connection, then end the server, start it again and "
+            "home; serve.loop_timeout sets the limit.",
         ),
     }[code]
     return Trouble(code, _NAMES[code], message, evidence, remedy)
@@ -90,8 +88,7 @@ def failed(code: int, evidence: str) -> Trouble:
 def of_stage(
     code: float, value: float, limit: float, time: float, place: Place = LENGTH
 ) -> Trouble:
-    """A fault of the guard of a machine of one stage, whose codes stand from `STAGE` on; `place`:
-    what its places are counted in."""
+    """A fault of the guard of a single-stage machine, whose codes begin at `STAGE`."""
     watch = guarding.fresh()._replace(fault=int(code) - STAGE, value=value, limit=limit, time=time)
     found = guarding.describe(watch, place)
     assert found is not None
@@ -99,7 +96,7 @@ def of_stage(
 
 
 def of_axis(code: float, value: float, limit: float, time: float) -> Trouble:
-    """A fault of the guard of one of two axes, whose codes stand from `AXIS` on."""
+    """A fault of the guard of one of two axes, whose codes begin at `AXIS`."""
     k = int(code >= AXIS[1])
     found = of_stage(code - AXIS[k] + STAGE, value, limit, time)
     both = found.evidence.replace(SWITCHED_OFF, f"both axes: {SWITCHED_OFF}")
@@ -110,7 +107,7 @@ def of_axis(code: float, value: float, limit: float, time: float) -> Trouble:
 
 
 def trouble(status: Status, place: Place = LENGTH) -> Trouble | None:
-    """The latched fault in the loop's status; None if all is well."""
+    """The latched fault in the loop's status, or None."""
     code = int(status.fault)
     if code == codes.OK:
         return None

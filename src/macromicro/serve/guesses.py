@@ -1,4 +1,4 @@
-"""The token, and who may still try to guess it: one count for all protocols of a server."""
+"""The token, with a limit on guesses common to all protocols."""
 
 from __future__ import annotations
 
@@ -15,21 +15,20 @@ WRONG = "this is not the token"
 
 
 class Guesses:
-    """`tries` wrong tokens of an address within `forget` [s]; then none is looked at."""
+    """Allows `tries` wrong tokens of an address within `forget` seconds."""
 
     def __init__(self, tries: int = TRIES, forget: float = FORGET) -> None:
         self._tries, self._forget = tries, forget
         self._wrong: OrderedDict[str, deque[float]] = OrderedDict()
 
     def wait(self, address: str) -> float:
-        """Time [s] until a token of this address is looked at; 0 for now."""
+        """Seconds until a token of this address is checked."""
         times = self._wrong.get(network(address))
         if times is None or len(times) < self._tries:
             return 0.0
         return max(times[0] + self._forget - time.monotonic(), 0.0)
 
     def wrong(self, address: str) -> None:
-        """This address gave a wrong token."""
         key = network(address)
         times = self._wrong.setdefault(key, deque(maxlen=self._tries))
         times.append(time.monotonic())
@@ -39,11 +38,7 @@ class Guesses:
 
 
 class Token:
-    """What a client must give before it may change anything; thread-safe.
-
-    `secret`: None where nothing is asked for. An address that was wrong too often is asked to
-    wait, whatever protocol it speaks and however often it connects anew.
-    """
+    """The token that clients must give before they change anything; limits guesses by address."""
 
     def __init__(self, secret: str | None, guesses: Guesses | None = None) -> None:
         self._secret = secret
@@ -52,15 +47,10 @@ class Token:
 
     @property
     def open(self) -> bool:
-        """May every client change things?"""
         return self._secret is None
 
     def problem(self, given: object, address: str, *, known: bool = False) -> str:
-        """Why a client at this address is not admitted with what it gives; "" where it is.
-
-        `known`: it gave the right one before, so others at its address do not keep it out.
-        Takes no longer where less of the token differs.
-        """
+        """Why a client is refused, or ""; compares in constant time."""
         if self._secret is None:
             return ""
         with self._lock:
@@ -76,7 +66,7 @@ class Token:
 
 
 def network(address: str) -> str:
-    """What one guesser can change at will does not count: IPv6 by its first 64 bits."""
+    """The part of an address that a guesser cannot vary: IPv6 by its first 64 bits."""
     try:
         found = ipaddress.ip_address(address.partition("%")[0])
     except ValueError:

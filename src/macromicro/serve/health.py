@@ -1,4 +1,4 @@
-"""What the live machine needs of any computer, checked one thing at a time."""
+"""Checks of the computer for the live machine."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import macromicro
+from macromicro.extras import remedy
 from macromicro.kernel import cache_folder
 from macromicro.serve.shared import Shared
 
@@ -36,7 +37,7 @@ _SYS = Path("/sys/devices/system")
 
 
 class Finding(NamedTuple):
-    """One line: what was looked at, OK, WARN or FAIL, what was found, what to do ("": nothing)."""
+    """One result: subject, OK, WARN or FAIL, finding, remedy."""
 
     what: str
     state: str
@@ -45,7 +46,6 @@ class Finding(NamedTuple):
 
 
 def shared_memory() -> Finding:
-    """Can loop and server share memory?"""
     try:
         Shared.create().close()
     except (OSError, ValueError) as error:
@@ -55,7 +55,6 @@ def shared_memory() -> Finding:
 
 
 def python() -> Finding:
-    """Is Python recent enough?"""
     found = f"{platform.python_version()} ({sys.executable})"
     if sys.version_info >= _OLDEST:
         return Finding("Python", OK, found)
@@ -63,7 +62,7 @@ def python() -> Finding:
 
 
 def constraints() -> dict[str, str]:
-    """Versions that this checkout was tested with, by package; none in an installed package."""
+    """Tested versions by package; none in an installed package."""
     path = Path(macromicro.__file__).parents[2] / "constraints.txt"
     try:
         lines = path.read_text("utf-8").splitlines()
@@ -74,19 +73,18 @@ def constraints() -> dict[str, str]:
 
 
 def packages(tested: Mapping[str, str]) -> Iterator[Finding]:
-    """Are the packages that everything needs there, in the versions that were tested?"""
+    """Whether the required packages have the tested versions."""
     for name in NEEDED:
         yield _package(name, tested.get(name), FAIL, f"pip install {name}")
 
 
 def extras() -> Iterator[Finding]:
-    """Which optional packages are there, and what is missing without the others?"""
     for name, (purpose, extra) in EXTRAS.items():
         if importlib.util.find_spec(name) is not None:
             yield Finding(f"package {name}", OK, f"{_version(name)}: {purpose}")
         else:
-            remedy = f"only if you want that: pip install macromicro[{extra}]"
-            yield Finding(f"package {name}", OK, f"absent, so no {purpose}", remedy)
+            wanted = f"only if needed, {remedy(extra)}"
+            yield Finding(f"package {name}", OK, f"not installed: no {purpose}", wanted)
 
 
 def _package(name: str, tested: str | None, missing: str, remedy: str) -> Finding:
@@ -108,7 +106,6 @@ def _version(name: str) -> str:
 
 
 def compiler_cache() -> Finding:
-    """Can compiled code be kept, and is it there already?"""
     what, folder = "compiler's cache", cache_folder()
     remedy = "make it writable, or name another folder in MACROMICRO_CACHE"
     refusal = unwritable(folder)
@@ -116,14 +113,15 @@ def compiler_cache() -> Finding:
         return Finding(what, FAIL, f"{folder}: {refusal}", remedy)
     kernels = [next(folder.rglob(f"bench.{k}-*.nbi"), None) for k in ("measure", "advance")]
     if None in kernels:
-        return Finding(
-            what, WARN, f"{folder}: empty", "the first start compiles, once, some 10 s: let it"
-        )
+        others = sum(1 for _ in folder.rglob("*.nbi"))
+        found = f"{others} kernels, none of the live bench" if others else "empty"
+        remedy = "the first `macromicro serve` compiles once, for about 10 s"
+        return Finding(what, WARN, f"{folder}: {found}", remedy)
     return Finding(what, OK, f"{folder}: warm")
 
 
 def unwritable(folder: Path) -> str:
-    """Why nothing can be written in a folder that may not exist yet; "" if it can."""
+    """Why a folder, which may not exist yet, cannot be written to, or ""."""
     place = folder
     while not place.exists() and place != place.parent:
         place = place.parent
@@ -137,16 +135,15 @@ def unwritable(folder: Path) -> str:
 
 
 def cores() -> Finding:
-    """One core for the loop, one for everything else?"""
     count = len(os.sched_getaffinity(0))
     if count < 2:
-        remedy = "the loop shares its core with everything else: expect missed periods"
+        remedy = "expect missed periods: the loop shares its core"
         return Finding("processor", WARN, f"{count} core", remedy)
     return Finding("processor", OK, f"{count} cores")
 
 
 def realtime(priority: int) -> Finding:
-    """May the loop have real-time priority? It is tried, in a thread that then ends."""
+    """Whether the loop may have real-time priority, tried in a thread."""
     refused: list[str] = []
 
     def attempt() -> None:
@@ -175,13 +172,13 @@ def _user() -> str:
 
 
 def clock(system: Path = _SYS) -> Iterator[Finding]:
-    """Is the clock fast and fine, and does the processor keep its speed?"""
+    """Whether the clock is fine enough and the processor's speed fixed."""
     info = time.get_clock_info("monotonic")
     source = _text(system / "clocksource/clocksource0/current_clocksource")
     found = f"{source or 'unknown'}, resolution {info.resolution * 1e9:.3g} ns"
     remedy = ""
     if info.resolution > 1e-6 or (source and source not in _CLOCKS):
-        remedy = "a slow clock costs time every period; choose tsc where the machine has it"
+        remedy = "a slow clock costs time every period; choose tsc if available"
     yield Finding("clock", WARN if remedy else OK, found, remedy)
     governor = _text(system / "cpu/cpu0/cpufreq/scaling_governor")
     if governor in ("powersave", "conservative", "ondemand"):
@@ -197,7 +194,6 @@ def _text(path: Path) -> str:
 
 
 def browser() -> Finding:
-    """Something to show the web page with?"""
     screen = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
     try:
         found = getattr(webbrowser.get(), "name", "a browser")
@@ -210,7 +206,6 @@ def browser() -> Finding:
 
 
 def cyclictest(which: Callable[[str], str | None] = shutil.which) -> Finding:
-    """The reference for wake-up latency?"""
     found = which("cyclictest")
     if found:
         return Finding("cyclictest", OK, found)
@@ -221,6 +216,5 @@ HOW_CYCLICTEST = "only to compare: install the package rt-tests (apt install rt-
 
 
 def worst(all_findings: Sequence[Finding]) -> str:
-    """FAIL if anything fails, else WARN if anything warns, else OK."""
     states = {each.state for each in all_findings}
     return FAIL if FAIL in states else WARN if WARN in states else OK

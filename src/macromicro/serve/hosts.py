@@ -1,4 +1,4 @@
-"""Where the server is by default; addresses and names to listen at and to reach it by."""
+"""Default address, and the addresses and names of the server."""
 
 from __future__ import annotations
 
@@ -22,8 +22,7 @@ _NAME = re.compile(r"[a-z0-9](?:[a-z0-9.-]{0,251}[a-z0-9])?", re.IGNORECASE)
 
 
 def guarded(host: str, token: str | None) -> None:
-    """Raises InputError for a host that others reach, without a token or with a short one, and
-    for an empty token."""
+    """Raise InputError for a host open to others that has no strong token."""
     if token is None and not is_loopback(host):
         raise InputError("host", host, "127.0.0.1, or another one together with a token")
     if token is not None and not token.strip():
@@ -33,7 +32,6 @@ def guarded(host: str, token: str | None) -> None:
 
 
 def is_loopback(host: str) -> bool:
-    """Can only this computer reach the address?"""
     if host == "localhost":
         return True
     try:
@@ -43,8 +41,7 @@ def is_loopback(host: str) -> bool:
 
 
 def names(host: str, given: Sequence[str] = ()) -> tuple[str, ...]:
-    """Names that the page answers to: those `given`, a `host` that is a name, and this
-    computer's own where it listens at all addresses. InputError for what is no name."""
+    """Host names that the page answers to."""
     for name in given:
         if not _NAME.fullmatch(name):
             accepted = "a host name such as bench.lab, without scheme and port"
@@ -56,7 +53,7 @@ def names(host: str, given: Sequence[str] = ()) -> tuple[str, ...]:
 
 
 def reached(host: str, bound: str) -> str:
-    """What to type elsewhere to reach a server that listens at `host` and `bound` there."""
+    """The address at which other computers reach the server."""
     if is_everywhere(host):
         name = socket.gethostname()
         return name.lower() if _NAME.fullmatch(name) else bound
@@ -64,12 +61,11 @@ def reached(host: str, bound: str) -> str:
 
 
 def url(host: str, port: int) -> str:
-    """The page's address for a browser."""
     return f"http://[{host}]:{port}/" if ":" in host else f"http://{host}:{port}/"
 
 
 def is_everywhere(host: str) -> bool:
-    """Does it stand for all addresses of this computer?"""
+    """Whether it stands for all addresses of this computer."""
     return _address(host) and ipaddress.ip_address(host).is_unspecified
 
 

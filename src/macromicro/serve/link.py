@@ -1,4 +1,4 @@
-"""Messages between the serving process and the loop process: whole ones, in order."""
+"""Messages between serving process and loop process, whole and in order."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ DONT_WAIT = socket.MSG_DONTWAIT
 
 
 def pair() -> tuple[socket.socket, socket.socket]:
-    """The two ends. A packet is a message; the end of one process is read as an empty one."""
+    """Both ends of a packet socket; an empty packet means that the other process has ended."""
     ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     for end in (ours, theirs):
         end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4 * LARGEST)
@@ -22,7 +22,6 @@ def pair() -> tuple[socket.socket, socket.socket]:
 
 
 def packed(message: Any) -> bytes:
-    """A message as bytes."""
     return pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
 
 
@@ -38,7 +37,7 @@ def receive(end: socket.socket) -> Any:
 
 
 class Outbox:
-    """The loop's side: never waits. What the socket does not take now is sent later."""
+    """The loop's end, which never blocks."""
 
     def __init__(self, end: socket.socket) -> None:
         end.setblocking(False)
@@ -46,32 +45,30 @@ class Outbox:
         self._waiting: deque[bytes] = deque()
 
     def send(self, message: Any) -> None:
-        """Send, behind what waits already."""
         self._waiting.append(packed(message))
         self.flush()
 
     def flush(self) -> None:
-        """Send what waits, as far as the socket takes it."""
+        """Send as much as the socket takes."""
         while self._waiting:
             try:
                 self._end.send(self._waiting[0])
             except BlockingIOError:
                 return
-            except OSError:  # nobody listens any more: the heartbeat will tell
+            except OSError:  # nobody listens any more: the heartbeat will notice
                 self._waiting.clear()
                 return
             self._waiting.popleft()
 
     def end(self) -> None:
-        """Receive no more. Messages left unread as this process ends would reset the link: the
-        other one would hear of that before what was sent last, and that would be lost."""
+        """Receive no more: unread messages at exit would reset the link, losing the last ones."""
         with contextlib.suppress(OSError):
             self._end.shutdown(socket.SHUT_RD)
         while self.receive() is not None:
             pass
 
     def receive(self) -> Any:
-        """A message that is there already; None if there is none, or nobody sends any more."""
+        """A message that is there already, or None."""
         try:
             return receive(self._end)
         except (BlockingIOError, EOFError):

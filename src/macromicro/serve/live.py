@@ -1,5 +1,3 @@
-"""The live machine of `control.live` as the loop drives it."""
-
 from __future__ import annotations
 
 import math
@@ -13,19 +11,19 @@ from macromicro.control.live.messages import STAGES, Notice, Refused, Reply, Set
 from macromicro.control.live.parameters import LiveParameters, prepare
 from macromicro.control.live.surveying import Surveying
 from macromicro.nominal import PERIOD
-from macromicro.serve.machine import View
+from macromicro.serve._machine import View
 from macromicro.serve.persist import Restored
 from macromicro.serve.settings import LiveSettings
 from macromicro.types import Command, Outputs, Sample
 
 _FIXED = Refused(
-    "the board runs its own gains", "use --loop host, or build and flash a firmware with others"
+    "the board runs its own gains",
+    "those of the settings are sent as it is opened: start again with others, or use --loop host",
 )
 
 
 class Live:
-    """A `serve.machine.Machine`: parameters and state of `control.live` in one place.
-    `own_gains`: the rig closes the loop by gains of its own."""
+    """The two-stage `serve.machine.Machine`: parameters and state of `control.live`."""
 
     own_gains = False
 
@@ -36,18 +34,15 @@ class Live:
         self._look = Surveying(q.edges, q.pitch, PERIOD)
 
     def begin(self, sample: Sample, restored: Restored) -> None:
-        """The carriage stands at the coordinate that it was left at, if that is known."""
         coordinate = sample.encoder - restored.offset  # NaN without a carriage
         known = coordinate if math.isfinite(coordinate) else None
         self._s = state.begin(self._p, known, trusted=restored.trusted)
 
     def step(self, sample: Sample, dt: float) -> tuple[Command, Outputs, tuple[Notice, ...]]:
-        """One control period."""
         self._s, command, outputs, notices = machine.step(self._p, self._s, sample, dt, self._look)
         return command, outputs, notices
 
     def accept(self, request: Any) -> tuple[Reply, tuple[Notice, ...]]:
-        """A request, between two periods."""
         self._s, reply, notices = self._answered(request)
         return reply, tuple(notices)
 
@@ -57,43 +52,37 @@ class Live:
         return accept.accept(self._p, self._s, request)
 
     def fail(self, words: str, evidence: dict[str, Any], position_lost: bool) -> tuple[Notice, ...]:
-        """Latch a fault."""
         self._s, notices = machine.fault(
             self._p, self._s, words, evidence, position_lost=position_lost
         )
         return notices
 
     def refusal(self, request: Any) -> Refused | None:
-        """Why it would be refused now."""
         _, reply, _ = self._answered(request)
         return reply if isinstance(reply, Refused) else None
 
     def lose(self, words: str) -> tuple[Notice, ...]:
-        """The position is not known any more."""
         self._s, notices = machine.lose(self._s, words)
         return notices
 
     def doubt(self, words: str) -> tuple[Notice, ...]:
-        """The Hall sensor is not to be relied on, or is again."""
         if words == self._s.doubt:
             return ()
         self._s, notices = machine.doubt(self._p, self._s, words)
         return notices
 
     def found(self) -> tuple[float, float] | None:
-        """Laser and encoder disagree: the carriage's place [counts] by each of them."""
         fault = self._s.fault
         if fault is None or fault.words != machine.DISAGREE:
             return None
         return fault.evidence["by_laser_counts"], fault.evidence["by_encoder_counts"]
 
     def own(self) -> list[float] | None:
-        """What the macro law shows of its memory, for the telemetry; None: nothing."""
+        """The macro law's memory for the telemetry, or None."""
         kept = self._s.drive.memory[macro.SHIPPED :]
         return outside.values(kept) if kept else None
 
     def view(self) -> View:
-        """The present state, for the telemetry."""
         s = self._s
         half = state.uncertainty(self._p, s)
         return View(
@@ -111,5 +100,4 @@ class Live:
 
 
 def make(settings: LiveSettings, table: Calibration, stages: tuple[str, ...] = STAGES) -> Live:
-    """The live machine of these settings and stages, with this calibration of the Hall sensor."""
     return Live(prepare(settings.live, settings.controller, table, stages))

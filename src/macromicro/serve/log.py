@@ -1,4 +1,4 @@
-"""Where the log goes: to stderr, for people or the system's journal, and to a file."""
+"""Log to stderr or systemd's journal, and to a file."""
 
 from __future__ import annotations
 
@@ -12,23 +12,18 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
 from macromicro.schema.text import printable
-from macromicro.serve.trail import LOG
+from macromicro.serve._trail import LOG
 
 BYTES, FILES = 4_000_000, 5  # of each file, and how many: nothing grows beyond
-WAITING = 10_000  # lines; further ones are dropped: nobody waits for a disk
+WAITING = 10_000  # lines; further ones are dropped rather than wait for a disk
 _LINE = "%(asctime)s %(levelname)s %(message)s"
 _SYSLOG = ((logging.CRITICAL, 2), (logging.ERROR, 3), (logging.WARNING, 4), (logging.INFO, 6))
 
 
 class Log:
-    """Writes what is noted until it is left; a context manager.
-
-    `file`: rotates at `BYTES`, `FILES` of them are kept. On stderr: everything, with the
-    levels that systemd's journal reads, where the journal has it; else warnings, for a
-    person. Raises InputError for a file that cannot be written.
-    """
+    """Writes the log to stderr (or systemd's journal) and to a rotating file; a context manager."""
 
     def __init__(self, file: Path | None, option: str = "--log") -> None:
         self._handlers: list[logging.Handler] = [_Stderr()]
@@ -38,8 +33,9 @@ class Log:
                 made = _File(file, maxBytes=BYTES, backupCount=FILES - 1, encoding="utf-8")
             except OSError as error:
                 where = f"{option} {printable(file, 300)}"
-                accepted = "a file in a folder that can be made and written to"
-                raise InputError(where, error.strerror or str(error), accepted) from None
+                problem = f"cannot be written ({error.strerror or error})"
+                remedy = "Choose a file in a folder that you may write to."
+                raise ProblemError(where, problem, remedy) from None
             made.setFormatter(logging.Formatter(_LINE))
             self._handlers.append(made)
         lines: queue.Queue[Any] = queue.Queue(WAITING)
@@ -74,16 +70,16 @@ class _Queue(QueueHandler):
             self.queue.put_nowait(record)
 
     def handleError(self, record: logging.LogRecord) -> None:
-        """Nothing: a log that fails must not disturb what it reports."""
+        pass  # a log that fails must not disturb what it reports
 
 
 class _File(RotatingFileHandler):
     def handleError(self, record: logging.LogRecord) -> None:
-        """Nothing: where the disk is full the recording reports it."""
+        pass  # with a full disk the recording reports it
 
 
 class _Stderr(logging.StreamHandler[Any]):
-    """Plain for a person, each message once; with levels for the journal."""
+    """Plain text for a person, repeated messages once; with levels for the journal."""
 
     def __init__(self) -> None:
         super().__init__(sys.stderr)
@@ -92,7 +88,6 @@ class _Stderr(logging.StreamHandler[Any]):
         self.setLevel(logging.INFO if self._journal else logging.WARNING)
 
     def format(self, record: logging.LogRecord) -> str:
-        """The line."""
         text = record.getMessage()
         if not self._journal:
             return f"macromicro: {text}"
@@ -100,7 +95,7 @@ class _Stderr(logging.StreamHandler[Any]):
         return f"<{number}>{text}"
 
     def filter(self, record: logging.LogRecord) -> Any:
-        """On a terminal a trouble that comes again and again is shown once."""
+        """Show a repeated problem once on a terminal."""
         text = record.getMessage()
         if self._journal or text not in self._told:
             self._told[text] = None
@@ -110,11 +105,11 @@ class _Stderr(logging.StreamHandler[Any]):
         return False
 
     def handleError(self, record: logging.LogRecord) -> None:
-        """Nothing: the terminal is gone."""
+        pass  # the terminal is gone
 
 
 def to_journal() -> bool:
-    """Does systemd's journal read our stderr? (systemd.exec(5), JOURNAL_STREAM)"""
+    """Whether systemd's journal reads stderr (systemd.exec(5), JOURNAL_STREAM)."""
     try:
         found = os.fstat(sys.stderr.fileno())
     except (OSError, ValueError):

@@ -1,9 +1,7 @@
-"""The loop process: opens the rig, drives it, and never leaves it but with outputs safe.
+"""The loop process: opens the rig, drives it and always leaves the outputs safe.
 
-It is started as ``python -c "from macromicro.serve.loop_process import main; main()" FDS``
-in a session of its own, so that Ctrl-C in the terminal reaches only the serving process.
-It ends when ordered to, and by itself when that process is dead: the kernel's death signal
-(PR_SET_PDEATHSIG), and a heartbeat that no longer counts up.
+It ends on order, or when the serving process dies: by PR_SET_PDEATHSIG, or when that process'
+heartbeat stops. It has a session of its own, so Ctrl-C does not reach it.
 """
 
 from __future__ import annotations
@@ -19,6 +17,7 @@ import socket
 import sys
 import traceback
 from collections.abc import Callable
+from pathlib import Path
 from types import FrameType
 from typing import Any, NamedTuple, Protocol
 
@@ -26,92 +25,84 @@ from macromicro import hall_table
 from macromicro.control import calibration
 from macromicro.control.live import alone
 from macromicro.control.live.messages import MICRO, STAGES
-from macromicro.errors import InputError, MacromicroError
+from macromicro.errors import InputError, MacromicroError, ProblemError
 from macromicro.rig import guard
 from macromicro.rig.guarded import CompiledGuarded
 from macromicro.rig.opening import TWIN, open_rig
 from macromicro.rig.session import BENCH, Session
 from macromicro.rig.twin import CompiledTwin, Twin, VirtualClock
 from macromicro.schema.text import printable
-from macromicro.serve import faults, pacing
+from macromicro.serve import _pacing, faults
+from macromicro.serve._machine import Guard, Machine
+from macromicro.serve._warming import warm
 from macromicro.serve.joint.settings import JointSettings
 from macromicro.serve.link import Outbox, receive
 from macromicro.serve.live import Live
 from macromicro.serve.loop_spec import Spec
-from macromicro.serve.machine import Guard, Machine
 from macromicro.serve.persist import Evident, Kept
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import Shared
 from macromicro.serve.stage.settings import StageSettings
 from macromicro.serve.ticking import ORPHANED, Loop
-from macromicro.serve.warming import warm
 from macromicro.types import Sample
 
 _PR_SET_PDEATHSIG = 1
 _DEATH = signal.SIGUSR2
+FRAMES = 8  # innermost ones, of a traceback in the log
 
 
 class Drivable(Protocol):
-    """What is opened to be driven: the rig itself, and whether its own clock waits."""
+    """An opened machine."""
 
     @property
-    def rig(self) -> Any:
-        """For a session."""
+    def rig(self) -> Any: ...
 
     @property
     def paced(self) -> bool:
-        """Does its own clock wait?"""
+        """Whether its own clock waits."""
 
     def witness(self, sample: Sample) -> Evident:
-        """What confirms a position that was kept."""
+        """Evidence for a saved position."""
 
-    def machine(self) -> Machine:
-        """What the loop drives."""
+    def machine(self) -> Machine: ...
 
-    def guarded(self, session: Session) -> Guard:
-        """The rig under its guard."""
+    def guarded(self, session: Session) -> Guard: ...
 
     def warm(self) -> None:
-        """Everything that runs in a period, once."""
+        """Run everything of a period once."""
 
 
 class Opened(NamedTuple):
-    """A bench to drive: the rig itself, its guard, the table of its Hall sensor, whether its own
-    clock waits, whether its counter counts on while nothing runs, the stages that it has, and what
-    makes its machine from which settings."""
+    """An opened machine: rig, guard, calibration, clock and the factory of its live machine."""
 
     rig: Any
     guard: guard.Guard
     table: calibration.Calibration
-    paced: bool
-    counted: bool
+    paced: bool  # the rig's own clock waits
+    counted: bool  # the counter keeps counting while nothing runs
     settings: LiveSettings
     make: Callable[..., Machine]
     stages: tuple[str, ...] = STAGES
 
     def machine(self) -> Machine:
-        """The live machine."""
         made = self.make(self.settings, self.table, self.stages)
         if getattr(self.rig, "own_gains", False) and isinstance(made, Live):
             made.own_gains = True
         return made
 
     def guarded(self, session: Session) -> CompiledGuarded:
-        """The rig under its guard."""
         return CompiledGuarded(session, self.guard, self.settings.period)
 
     def warm(self) -> None:
-        """Everything that runs in a period, once."""
         warm(self.machine, self.guard, self.settings)
 
     def witness(self, sample: Sample) -> Evident:
-        """What confirms a position that was kept."""
         contraction = calibration.position(self.table, sample.hall)
         return Evident(self.counted, sample.laser - contraction)
 
 
 def main() -> None:
-    """Run the loop process; its arguments are the descriptors of socket, memory and lock."""
+    """Run the loop process; arguments: descriptors of socket, memory and lock."""
     ends, memory, _lock = (int(text) for text in sys.argv[1:4])
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end = socket.socket(fileno=ends)
@@ -123,7 +114,8 @@ def main() -> None:
         machine = opened.machine()
         opened.warm()
     except InputError as error:
-        outbox.send(("refused", error.where, printable(error.value, 300), error.accepted))
+        kind = "problem" if isinstance(error, ProblemError) else "refused"
+        outbox.send((kind, error.where, printable(error.value, 300), error.accepted))
         sys.exit(1)
     except MacromicroError as error:
         outbox.send(("failed", str(error)))
@@ -140,14 +132,14 @@ def main() -> None:
 
 
 def open_machine(spec: Spec) -> Drivable:
-    """The rig that `spec` names; nothing is switched on. Raises InputError."""
+    """The rig of `spec`; nothing is switched on."""
     settings = spec.settings
     if isinstance(settings, StageSettings):
         from macromicro.serve.stage.opening import opened
 
         return opened(spec)
     if isinstance(settings, JointSettings):
-        from macromicro.serve.joint import opening as joint
+        from macromicro.serve.joint import _opening as joint
 
         return joint.opened(spec)
     maker, _, function = spec.machine.partition(":")
@@ -156,15 +148,15 @@ def open_machine(spec: Spec) -> Drivable:
         rig = twin(settings, spec.seed, spec.kept)
         table = hall_table.of_bench(settings)
         return Opened(rig, guard.prepare(settings.guard, table), table, False, True, settings, make)
-    fixture = open_rig(spec.rig, spec.seed)
+    fixture = open_rig(spec.rig, spec.seed, limits=settings.guard, gains=settings.controller)
     if fixture.kind != BENCH:
-        found = f"a {fixture.kind}"
-        raise InputError(f"--rig {fixture.name}", found, "a bench")
+        problem = f"the rig is a {fixture.kind}"
+        raise ProblemError(f"--rig {fixture.name}", problem, "Use a bench.")
     stages = alone.stages(fixture.channels)
     if not stages:
         shown = ", ".join(fixture.channels) or "nothing"
-        accepted = "a rig that measures encoder (macro-stage), hall (micro-stage) or both"
-        raise InputError(f"--rig {fixture.name}, channels", shown, accepted)
+        remedy = "Use a rig that measures encoder (macro-stage), hall (micro-stage) or both."
+        raise ProblemError(f"--rig {fixture.name}, channels", f"it measures {shown}", remedy)
     own = fixture.calibrated() if MICRO in stages else calibration.shipped()  # of no use
     rig = fixture.make(spec.seed)
     if hasattr(rig, "yielding"):  # homing takes a limit switch for the stop
@@ -175,8 +167,7 @@ def open_machine(spec: Spec) -> Drivable:
 
 
 def twin(settings: LiveSettings, seed: int, kept: Kept | str) -> Twin:
-    """The virtual bench of these settings, compiled and called once; its carriage stands
-    where it was left."""
+    """The virtual bench of these settings, compiled and called once."""
     from macromicro.plant import bench
 
     plant = bench.prepare(settings.bench, settings.sensors)
@@ -204,15 +195,14 @@ def drive(
     shared: Shared,
     outbox: Outbox,
 ) -> int:
-    """Loop until ordered to end; returns the exit status. The rig is stopped on every way out;
-    `session` knows whether its stop returned."""
+    """Loop until ordered to end and return the exit status; the rig is always stopped."""
     rig = opened.guarded(session)
     timed = bool(getattr(opened.rig, "timed", False))
     settings = spec.settings
     paced, serve, period = opened.paced, settings.serve, settings.period
     loop = Loop(rig, machine, shared, outbox, serve, period, paced, timed)
     _die_with(spec.parent, loop, spec.settings.serve.loop_timeout)
-    privileges = pacing.prepare(spec.settings.serve)
+    privileges = _pacing.prepare(spec.settings.serve)
     shared.ring[:] = 0.0  # every page is there before the first period
     gc.collect()
     gc.freeze()
@@ -233,11 +223,11 @@ def drive(
         from_rig = _inside_rig(error)
         code = faults.RIG_FAILED if from_rig else faults.CONTROL_FAILED
         text = f"{type(error).__name__}: {error}"
-        outbox.send(("trouble", faults.failed(code, text)))
         if not from_rig:
-            traceback.print_exc()
+            outbox.send(("traceback", traceback.format_exc(limit=-FRAMES)))
+        outbox.send(("trouble", faults.failed(code, text)))
         return 1
-    if ending == ORPHANED:  # one that was only halted hears of it once it goes on
+    if ending == ORPHANED:  # a server that was only halted hears of it later
         allowed = spec.settings.serve.parent_timeout
         outbox.send(("ended", faults.silent(loop.silence, allowed)))
     return 0
@@ -247,18 +237,30 @@ def _interrupted(number: int, frame: FrameType | None) -> None:
     raise KeyboardInterrupt
 
 
+# Who is on the inner side of these files, in a traceback: the rig, or the law. The loop reaches any
+# rig through a session; a machine of one stage or of two axes runs its laws while a session waits,
+# and its law's loop reaches the rig through `open_rig`.
+_INNER = {
+    "rig/session.py": True,
+    "serve/stage/_control.py": False,
+    "serve/joint/_control.py": False,
+    "machines/open_rig.py": True,
+}
+
+
 def _inside_rig(error: Exception) -> bool:
-    """Did the rig, or what it calls, raise it? (A session is between the loop and any rig.)"""
-    names = [frame.f_code.co_filename for frame, _ in traceback.walk_tb(error.__traceback__)]
-    return any(name.endswith(os.path.join("rig", "session.py")) for name in names)
+    """Whether the rig raised the error, and not the law."""
+    within = False
+    for frame, _ in traceback.walk_tb(error.__traceback__):
+        place = Path(frame.f_code.co_filename).as_posix()
+        within = next((rig for name, rig in _INNER.items() if place.endswith(name)), within)
+    return within
 
 
 def _die_with(parent: int, loop: Loop, patience: float) -> None:
-    """Let the kernel tell when the serving process dies.
+    """Have the kernel signal the death of the serving process.
 
-    It reports the death of the thread that started this process, which may be another
-    one; so only a changed parent counts. A loop that has not left within `patience` [s] of it
-    is interrupted.
+    The signal reports the death of the parent's thread, so only a changed parent counts.
     """
 
     def dying(number: int, frame: FrameType | None) -> None:

@@ -1,5 +1,3 @@
-"""What the serving process gives the loop process at its start."""
-
 from __future__ import annotations
 
 from typing import NamedTuple
@@ -11,13 +9,11 @@ LIVE = "macromicro.serve.live:make"
 
 
 class Spec(NamedTuple):
-    """What the loop process is to run. `kept`: the position as it was left, or why there is
-    none; `machine`: MODULE:FUNCTION that makes the machine from settings and calibration,
-    `parent`: number of the serving process."""
+    """What the loop process runs."""
 
     rig: str
     seed: int
     settings: AnySettings
-    kept: Kept | str
-    machine: str
-    parent: int
+    kept: Kept | str  # the saved position, or why there is none
+    machine: str  # MODULE:FUNCTION
+    parent: int  # process id of the server

@@ -1,4 +1,4 @@
-"""How well this computer keeps the loop's period: measured with the twin at work."""
+"""Measures how well this computer keeps the loop's period, with the twin."""
 
 from __future__ import annotations
 
@@ -34,26 +34,20 @@ _CYCLIC = re.compile(r"Min:\s*(\d+).*Avg:\s*(\d+).*Max:\s*(\d+)")
 
 
 class Latency(NamedTuple):
-    """What was measured: one value a period, float64[periods], in s.
+    """Timing of the loop; a value per period."""
 
-    `late`: how late it began; `work`: how long it took to compute. `missed` of `periods`,
-    the greatest `share` of missed ones in a window (0..1); `emergency` [s]: one emergency
-    stop until the outputs were safe; `realtime`: priority and core in words; `fault`: what
-    stopped it early.
-    """
-
-    late: Array
-    work: Array
+    late: Array  # lateness of each period
+    work: Array  # computing time of each period
     periods: int
     missed: int
-    share: float
-    emergency: float
+    share: float  # greatest share of missed periods in a window
+    emergency: float  # from an emergency stop to safe outputs
     realtime: str
     fault: Trouble | None
 
 
 class Cyclic(NamedTuple):
-    """What cyclictest measured [s], and its command line."""
+    """Results of cyclictest and its command line."""
 
     least: float
     mean: float
@@ -62,7 +56,7 @@ class Cyclic(NamedTuple):
 
 
 def moves(settings: AnySettings) -> tuple[m.Request, ...]:
-    """Where the machine of these settings is moved, one after the other."""
+    """Targets of the measurement's moves."""
     if isinstance(settings, LiveSettings):
         return tuple(map(m.MoveTo, _PLACES_M))
     lives = settings.lives if isinstance(settings, JointSettings) else (settings.live,)
@@ -74,11 +68,7 @@ def moves(settings: AnySettings) -> tuple[m.Request, ...]:
 
 
 def measure(settings: AnySettings, seconds: float, progress: Callable[[float], bool]) -> Latency:
-    """Run the loop process on the twin for `seconds`, enabled, homed and moving.
-
-    `progress` is called with the seconds so far and may end it early by returning False. The
-    position file is one of its own: no server is disturbed, but its machine's time is shared.
-    """
+    """Run the loop on the twin for `seconds`, moving; `progress` may end it by returning False."""
     late: list[Array] = []
     work: list[Array] = []
     share = 0.0
@@ -109,7 +99,7 @@ def measure(settings: AnySettings, seconds: float, progress: Callable[[float], b
 
 
 class _Driver:
-    """Keeps the twin moving: homed first, then from place to place."""
+    """Homes the twin and keeps it moving."""
 
     def __init__(self, station: Station, moves: tuple[m.Request, ...]) -> None:
         self._station = station
@@ -124,14 +114,13 @@ class _Driver:
         return reply.id if isinstance(reply, m.Accepted) else 0
 
     def go_on(self) -> None:
-        """The next motion, where the last one has ended."""
         self._station.heartbeat(self._client)
         if self._station.finished(self._motion, 0.0) is not None or not self._motion:
             self._motion = self._begin(next(self._moves))
 
 
 def quantiles(times: Array) -> list[float]:
-    """The quantiles of `SHARES` [s], then the greatest; NaN where nothing was measured."""
+    """The quantiles of `SHARES`, then the maximum."""
     if not len(times):
         return [math.nan] * (len(SHARES) + 1)
     found = np.quantile(times, SHARES, method="higher")
@@ -141,7 +130,7 @@ def quantiles(times: Array) -> list[float]:
 def cyclictest(
     seconds: float, priority: int, realtime: bool, period: float = PERIOD
 ) -> Cyclic | str:
-    """Wake-up latency by cyclictest with the loop's period [s] and priority; in words, why not."""
+    """Wake-up latency by cyclictest at the loop's period and priority, or why not."""
     program = shutil.which("cyclictest")
     if program is None:
         return "cyclictest is not installed (apt install rt-tests)"

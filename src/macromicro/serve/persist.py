@@ -1,8 +1,7 @@
-"""What is known of the position when nothing runs: a small file, replaced as a whole.
+"""The position file: what is known of the position while nothing runs; replaced atomically.
 
-It says `moving` from before a motion begins until the machine is at rest again. So a
-process killed on the way leaves "moving" behind, and the next start knows that what the
-file says of the position is not to be trusted.
+It says `moving` from before a motion begins until the machine is at rest, so a killed process
+leaves a file that the next start does not trust.
 """
 
 from __future__ import annotations
@@ -22,51 +21,44 @@ from macromicro.schema.text import printable
 
 FORMAT = "macromicro position 2"
 _OLDER = ("macromicro position 1",)
-SAME = 50e-6  # m between what the laser said of the carriage and says that is the same place
+SAME = 50e-6  # m by which the laser may differ at the same position
 TELLING = 1e-3  # m: nearer to 0 a laser may just have been switched on
-NEAR = 2.0  # counts between what was left and what is found that count as the same place
+NEAR = 2.0  # counts by which the encoder may differ at the same position
 
 
 class Kept(NamedTuple):
-    """The position as it was left. `encoder` [counts]: its reading, as it gives it; `offset`
-    [counts]: what it reads at coordinate 0; `trusted`: was the position known? `why`: in
-    words; `moving`: was a motion under way? `saved`: when, seconds since 1970. `laser` [m]:
-    the carriage by the laser's reading, contraction taken off, NaN without one; `second`,
-    `second_offset` [counts]: as `encoder` and `offset`, of a second axis."""
+    """The position as it was saved."""
 
     rig: str
-    encoder: float
-    offset: float
+    encoder: float  # counts
+    offset: float  # encoder counts at coordinate 0
     trusted: bool
     why: str
     moving: bool
-    saved: float
-    laser: float = math.nan
-    second: float = math.nan
+    saved: float  # s since 1970
+    laser: float = math.nan  # carriage position by the laser
+    second: float = math.nan  # encoder counts of a second axis
     second_offset: float = math.nan
 
 
 def identity(rig: str, machine: str, settings: Mapping[str, Any]) -> str:
-    """What a position is kept of: a machine on a rig, with those settings that a position depends
-    on."""
+    """What a saved position belongs to: machine, rig and the settings that affect the position."""
     text = "\n".join(f"{path} = {value!r}" for path, value in settings.items())
     return f"{rig} {machine} {zlib.crc32(text.encode()):08x}"
 
 
 class Evident(NamedTuple):
-    """What else shows at a start whether the carriage stands where it was left. `counted`: the
-    rig's counter keeps its count and counts on while nothing runs; `laser` [m] as in `Kept`."""
+    """Evidence at a start that the carriage stands where it was left."""
 
-    counted: bool = False
+    counted: bool = False  # the counter keeps counting while nothing runs
     laser: float = math.nan
 
 
 class Restored(NamedTuple):
-    """What a start may assume: trust, what the encoder reads at coordinate 0 [counts]
-    (NaN: nothing is known of it), and why; `second_offset`: of a second axis."""
+    """What a start may assume of the position."""
 
     trusted: bool
-    offset: float
+    offset: float  # encoder counts at coordinate 0; NaN: unknown
     why: str
     second_offset: float = math.nan
 
@@ -79,10 +71,7 @@ def default_path(rig: str) -> Path:
 
 
 def save(path: Path, kept: Kept) -> None:
-    """Replace the file, so that at any instant the old or the new text is there, on the disk.
-
-    Raises OSError.
-    """
+    """Replace the file atomically."""
     text = json.dumps({"format": FORMAT, **kept._asdict()}, indent=1)
     part = path.with_name(f"{path.name}.part")
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -99,16 +88,16 @@ def save(path: Path, kept: Kept) -> None:
 
 
 def load(path: Path) -> Kept | str:
-    """What the file says, or why it says nothing (no such file, damaged)."""
+    """The content of the file, or why there is none."""
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        return "no position was kept"
+        return "no position was saved"
     except (OSError, ValueError, RecursionError) as error:
-        return f"{path}: the kept position cannot be read ({printable(error, 80)})"
+        return f"{path}: the saved position cannot be read ({printable(error, 80)})"
     try:
         if (written := found.pop("format")) in _OLDER:
-            return f"{path}: an older version kept the position, without its settings"
+            return f"{path}: an older version saved the position, without its settings"
         if written != FORMAT:
             raise ValueError
         kept = Kept(**found)
@@ -123,7 +112,7 @@ def load(path: Path) -> Kept | str:
             math.nan if math.isnan(x) else float(x) for x in numbers
         )
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
-        return f"{path}: the kept position cannot be read (not written by this version)"
+        return f"{path}: the saved position cannot be read (not written by this version)"
     kept = kept._replace(encoder=encoder, offset=offset, saved=saved, laser=laser)
     return kept._replace(second=second, second_offset=second_offset)
 
@@ -131,13 +120,10 @@ def load(path: Path) -> Kept | str:
 def restore(
     kept: Kept | str, rig: str, count: float, evident: Evident, second: float = math.nan
 ) -> Restored:
-    """May the kept position be trusted on a rig whose encoder now reads `count`, and that of a
-    second axis `second`?
+    """Whether the saved position may be trusted.
 
-    Only where it was known, at rest, on the same rig, the encoder still reads what it was left
-    at, and a witness confirms that. A counter alone does not: one that begins at 0 when it is
-    switched on reads 0 wherever the carriage was pushed meanwhile. Neither does a laser near 0.
-    Without a witness the place is named, and not trusted.
+    Only if it was known, at rest, on the same rig, with the same reading, and a witness confirms
+    it: a counter that restarts at 0, or a laser near 0, proves nothing.
     """
     if isinstance(kept, str):
         return Restored(False, math.nan, kept)
@@ -148,22 +134,24 @@ def restore(
         return Restored(False, math.nan, why)
     other = kept.second_offset
     if evident.counted:
-        return Restored(True, kept.offset, "restored; the encoder reads what it was left at", other)
+        return Restored(True, kept.offset, "restored; the encoder's reading is unchanged", other)
     if abs(evident.laser - kept.laser) <= SAME and abs(kept.laser) >= TELLING:
         return Restored(
-            True, kept.offset, "restored; encoder and laser read as they were left", other
+            True, kept.offset, "restored; the readings of encoder and laser are unchanged", other
         )
-    found = "the encoder reads what it was left at, and nothing else confirms it; home"
+    found = "the encoder's reading is unchanged, but nothing else confirms it; home"
     return Restored(False, kept.offset, f"unconfirmed: {found}", other)
 
 
 def _void(kept: Kept, rig: str, count: float) -> str:
-    """Why what was kept says nothing of where the carriage is now; "" if it does."""
+    """Why the saved position is void, or ""."""
     if kept.rig != rig:
         other, mine = (each.rpartition(" ")[0] for each in (kept.rig, rig))
         if mine and mine == other:
-            return "the kept position is of other settings: of encoder, stops, switches or homing"
-        return f"the kept position is of another rig, {other or kept.rig}"
+            return (
+                "the saved position belongs to other settings of encoder, stops, switches or homing"
+            )
+        return f"the saved position belongs to another rig, {other or kept.rig}"
     if kept.moving:
         return "a motion was interrupted when the last run ended"
     if not kept.trusted or not math.isfinite(kept.offset):
@@ -172,7 +160,7 @@ def _void(kept: Kept, rig: str, count: float) -> str:
 
 
 def _moved(count: float, left: float) -> str:
-    """Why an encoder that reads `count` and was left at `left` says nothing; "" if it does."""
+    """Why the encoder's readings are no evidence, or ""."""
     if abs(count - left) <= NEAR:
         return ""
     return (
@@ -182,26 +170,20 @@ def _moved(count: float, left: float) -> str:
 
 
 class Lock:
-    """The state file's lock: a file beside it that holds the process that serves.
-
-    The lock is of the open file, so the loop process that inherits `fd` keeps it too: as
-    long as one of both lives no other server can take the same machine. The system drops it
-    with the last of them; a file that is left behind locks nothing.
-    """
+    """Lock file beside the position file; the loop process inherits the lock."""
 
     def __init__(self, path: Path) -> None:
         self.path = path.with_name(f"{path.name}.lock")
         self.fd = -1
 
     def take(self) -> None:
-        """Lock. Raises MacromicroError: it names the process that has it, or says why no file
-        can be made."""
+        """Take the lock, or raise an error that names the process holding it."""
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             fd = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
         except OSError as error:
             raise MacromicroError(
-                f"{self.path}: the position cannot be kept there: {error.strerror}; make the "
+                f"{self.path}: the position cannot be saved there: {error.strerror}; make the "
                 "folder writable, or name another state file"
             ) from None
         try:
@@ -210,7 +192,7 @@ class Lock:
             text = os.pread(fd, 200, 0).decode("utf-8", "replace")
             os.close(fd)
             raise MacromicroError(
-                f"this machine is being served already, by {printable(text.strip(), 80)} "
+                f"this machine is already being served by {printable(text.strip(), 80)} "
                 f"({self.path} is locked); end that one first (kill it where it does not "
                 "answer), or name another state file"
             ) from None
@@ -218,12 +200,11 @@ class Lock:
         self.write(f"process {os.getpid()}")
 
     def write(self, text: str) -> None:
-        """Who has it, in words, for the message of whoever comes second."""
+        """Name the holder, for the message to others."""
         os.ftruncate(self.fd, 0)
         os.pwrite(self.fd, text.encode(), 0)
 
     def drop(self) -> None:
-        """Unlock (where the loop process has ended, too)."""
         if self.fd >= 0:
             with contextlib.suppress(OSError):
                 os.close(self.fd)

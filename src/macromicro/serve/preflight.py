@@ -1,4 +1,4 @@
-"""Can the server have what it is to use: the rig, the files, the address?"""
+"""Checks of the server's rig, files and address."""
 
 from __future__ import annotations
 
@@ -23,8 +23,7 @@ _LITTLE, _TOO_LITTLE = 1e9, 1e8
 
 
 class Asked(NamedTuple):
-    """What the server would be given: its rigs, address, ports with their purpose, position
-    file and folder for recordings; the loop's period [s]."""
+    """What the server will use."""
 
     rigs: tuple[str, ...]
     state: Path
@@ -35,7 +34,7 @@ class Asked(NamedTuple):
 
 
 def findings(asked: Asked, settings: ServeSettings) -> Iterator[Finding]:
-    """Everything, in the order in which it matters."""
+    """All checks in order of importance."""
     for name in asked.rigs:
         yield rig(name)
     yield health.python()
@@ -57,20 +56,20 @@ def findings(asked: Asked, settings: ServeSettings) -> Iterator[Finding]:
 
 
 def rig(name: str) -> Finding:
-    """Is there a rig of this name? Its factory is imported, not called."""
+    """Whether the rig exists; its factory is imported, not called."""
     if name == TWIN:
         return Finding("rig", OK, "twin")
     try:
         named(name).check()
     except InputError as error:
-        return Finding("rig", FAIL, str(error).partition("; accepted")[0], error.accepted)
+        return Finding("rig", FAIL, error.found, error.accepted)
     except Exception as error:  # whatever the user's module does when it is imported
-        return Finding("rig", FAIL, f"{name}: {type(error).__name__}: {error}", "mend the module")
+        return Finding("rig", FAIL, f"{name}: {type(error).__name__}: {error}", "fix the module")
     return Finding("rig", OK, f"{name}: found, not opened")
 
 
 def state_file(path: Path) -> Finding:
-    """Can the position be kept, and does nobody serve this machine already?"""
+    """Whether the position can be saved and no other server has the machine."""
     refusal = unwritable(path.parent)
     try:
         refusal = refusal or storage.kind(path)
@@ -80,18 +79,17 @@ def state_file(path: Path) -> Finding:
         remedy = "a file that can be written, by --state or XDG_STATE_HOME; nothing moves otherwise"
         return Finding("position file", FAIL, f"{path}: {refusal}", remedy)
     if not path.with_name(f"{path.name}.lock").exists():
-        return Finding("position file", OK, f"{path}: not there yet")
+        return Finding("position file", OK, f"{path}: does not exist yet")
     lock = persist.Lock(path)
     try:
         lock.take()
     except (MacromicroError, OSError) as error:
-        return Finding("position file", WARN, str(error), "nothing, if that is what you want")
+        return Finding("position file", WARN, str(error), "none if intended")
     lock.drop()
-    return Finding("position file", OK, f"{path}: nobody serves this machine now")
+    return Finding("position file", OK, f"{path}: no server uses it now")
 
 
 def recording_folder(folder: Path) -> Finding:
-    """May recordings be written there?"""
     refusal = unwritable(folder)
     if refusal:
         remedy = "a folder that can be written to, by --record; nothing is recorded otherwise"
@@ -100,7 +98,6 @@ def recording_folder(folder: Path) -> Finding:
 
 
 def disk(folders: Mapping[str, Path], period: float = PERIOD) -> Iterator[Finding]:
-    """Is there room, and for how long a recording?"""
     second = (needed_bytes(COLUMNS, 10_000) - needed_bytes(COLUMNS, 0)) / 10_000 / period
     for what, place in folders.items():
         folder = place
@@ -111,11 +108,10 @@ def disk(folders: Mapping[str, Path], period: float = PERIOD) -> Iterator[Findin
         if what == "recordings":
             found += f", {free / second / 3600.0:.0f} h of recording"
         state = OK if free >= _LITTLE else WARN if free >= _TOO_LITTLE else FAIL
-        yield Finding(f"disk, {what}", state, found, "" if state == OK else "make room")
+        yield Finding(f"disk, {what}", state, found, "" if state == OK else "free disk space")
 
 
 def address(host: str) -> Finding:
-    """May clients come in at this address?"""
     try:
         _resolved(host, 0)
     except OSError as error:
@@ -139,7 +135,6 @@ def _resolved(host: str, port: int) -> tuple[socket.AddressFamily, Any]:
 
 
 def free_port(port: int, what: str, host: str = HOST) -> Finding:
-    """May we listen at this port of this address?"""
     name = f"port {port}, {what}"
     try:
         family, where = _resolved(host, port)
@@ -149,5 +144,7 @@ def free_port(port: int, what: str, host: str = HOST) -> Finding:
             trial.listen(1)
     except OSError as error:
         text = f"taken or refused on {host} ({error.strerror})"
-        return Finding(name, WARN, text, "choose another port, or end what listens there")
+        return Finding(
+            name, WARN, text, "choose another port, or end the program that listens there"
+        )
     return Finding(name, OK, f"free on {host}")

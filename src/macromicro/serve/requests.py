@@ -1,4 +1,4 @@
-"""What a client may ask of the machine: the table behind all protocols."""
+"""The table of requests behind all protocols."""
 
 from __future__ import annotations
 
@@ -8,52 +8,41 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Refused
 from macromicro.place import LENGTH, Place
 
-EVERYONE = "all"  # whoever is connected
-TOKEN = "token"  # who has given the token, where there is one
-CONTROL = "control"  # who holds control, the token given
-STOPS = "all, at once"  # whoever is connected, before all that waits
+EVERYONE = "all"  # any connected client
+TOKEN = "token"  # clients that gave the token, if one is required
+CONTROL = "control"  # the holder of control
+STOPS = "all, at once"  # any connected client, past every queue
 
 MOVES, WAKES, ENDS = "moves", "wakes", "ends"
 
 
 class Field(NamedTuple):
-    """One value of a request, as the message has it: from `lo` to `hi` in `unit` ("" for a flag).
-
-    `key`: its name in JSON; `ends`: the soft limits ("whole", "macro", "micro") whose ends may
-    be given by name; `choices`: words, one of which it is.
-    """
+    """One value of a request, as the message has it."""
 
     name: str
-    unit: str = ""
+    unit: str = ""  # "" for a flag
     lo: float = 0.0
     hi: float = 0.0
-    key: str = "value"
-    ends: str = ""
+    key: str = "value"  # name in JSON
+    ends: str = ""  # soft limits that may be given by name: "whole", "macro", "micro"
     choices: tuple[str, ...] = ()
 
 
 class RequestType(NamedTuple):
-    """One kind of request.
+    """One kind of request."""
 
-    `name`: in JSON; `message`: its class; `header`: in SCPI, "{stage}" standing for one of the
-    first field's choices; `text`: for the manual; `access`: who may; `effect`: MOVES something,
-    WAKES the machine so that something could move, ENDS a motion and nothing else, or none of
-    them; `replaces`: may it replace a motion under way? `motion`: what the motion is called
-    before its target.
-    """
-
-    name: str
+    name: str  # in JSON
     message: Any
-    header: str
+    header: str  # in SCPI; {stage} stands for a choice of the first field
     text: str
     fields: tuple[Field, ...] = ()
     access: str = CONTROL
-    effect: str = ""
-    replaces: bool = False
-    motion: str = ""
+    effect: str = ""  # MOVES, WAKES, ENDS or ""
+    replaces: bool = False  # may replace a motion under way
+    motion: str = ""  # name of the motion, before its target
 
     def words(self, values: tuple[Any, ...], place: Place = LENGTH) -> str:
-        """A motion with its target: "move to 12 mm"; `place`: what places are counted in."""
+        """A motion with its target: "move to 12 mm"."""
         shown = [
             _shown(f.unit, v, place) for f, v in zip(self.fields, values, strict=True) if f.unit
         ]
@@ -73,8 +62,8 @@ REQUESTS: tuple[RequestType, ...] = (
         "move to",
         m.MoveTo,
         "MOVE[:ABSolute]",
-        "The whole positioner to a position: macro-stage, wait, micro-stage; or the "
-        "micro-stage alone where that reaches it.",
+        "Move the whole positioner to a position: macro-stage, wait, micro-stage; or the "
+        "micro-stage alone if it reaches the position.",
         (Field("position", "m", -10.0, 10.0, ends="whole"),),
         effect=MOVES,
         replaces=True,
@@ -84,8 +73,8 @@ REQUESTS: tuple[RequestType, ...] = (
         "move by",
         m.MoveBy,
         "MOVE:RELative",
-        "The whole positioner by a distance, from the target of the last move, else from where it "
-        "is.",
+        "Move the whole positioner by a distance from the target of the last move, else from its "
+        "position.",
         (Field("distance", "m", -10.0, 10.0),),
         effect=MOVES,
         replaces=True,
@@ -95,7 +84,7 @@ REQUESTS: tuple[RequestType, ...] = (
         "move macro",
         m.MoveMacro,
         "MOVE:MACRo",
-        "The macro-stage alone; the micro-stage goes off.",
+        "Move the macro-stage alone; the micro-stage is switched off.",
         (Field("position", "counts", -1e6, 1e6, ends="macro"),),
         effect=MOVES,
         replaces=True,
@@ -105,7 +94,7 @@ REQUESTS: tuple[RequestType, ...] = (
         "move micro",
         m.MoveMicro,
         "MOVE:MICRo",
-        "The micro-stage alone, to a contraction; the macro-stage stands.",
+        "Move the micro-stage alone to a contraction.",
         (Field("contraction", "m", -1.0, 1.0, ends="micro"),),
         effect=MOVES,
         replaces=True,
@@ -115,8 +104,8 @@ REQUESTS: tuple[RequestType, ...] = (
         "move macro by",
         m.MoveMacroBy,
         "MOVE:MACRo:RELative",
-        "The macro-stage alone by some counts, from its last target, else from where it is; the "
-        "micro-stage goes off.",
+        "Move the macro-stage alone by some counts from its last target, else from its position; "
+        "the micro-stage is switched off.",
         (Field("distance", "counts", -1e6, 1e6),),
         effect=MOVES,
         replaces=True,
@@ -126,8 +115,8 @@ REQUESTS: tuple[RequestType, ...] = (
         "move micro by",
         m.MoveMicroBy,
         "MOVE:MICRo:RELative",
-        "The micro-stage alone by a distance, from the contraction that it holds, else from where "
-        "it is.",
+        "Move the micro-stage alone by a distance from the contraction that it holds, else from "
+        "its position.",
         (Field("distance", "m", -1.0, 1.0),),
         effect=MOVES,
         replaces=True,
@@ -137,7 +126,7 @@ REQUESTS: tuple[RequestType, ...] = (
         "move point",
         m.MovePoint,
         "MOVE:POINt",
-        "Both axes of a machine of two to a point, on a straight line.",
+        "Move both axes of a two-axis machine to a point on a straight line.",
         (
             Field("x", "m", -10.0, 10.0, key="x", ends="x"),
             Field("y", "m", -10.0, 10.0, key="y", ends="y"),
@@ -150,8 +139,8 @@ REQUESTS: tuple[RequestType, ...] = (
         "move point by",
         m.MovePointBy,
         "MOVE:POINt:RELative",
-        "Both axes of a machine of two by a distance, on a straight line, each from the target "
-        "that it holds, else from where it is.",
+        "Move both axes of a two-axis machine by a distance on a straight line, each from the "
+        "target that it holds, else from its position.",
         (
             Field("x", "m", -10.0, 10.0, key="x"),
             Field("y", "m", -10.0, 10.0, key="y"),
@@ -164,7 +153,7 @@ REQUESTS: tuple[RequestType, ...] = (
         "move axis",
         m.MoveAxis,
         "MOVE:{stage}",
-        "The {stage} of a machine of two alone; the other one stands.",
+        "Move the {stage} of a two-axis machine alone.",
         (
             Field("axis", key="axis", choices=m.AXES),
             Field("position", "m", -10.0, 10.0, ends="{stage}"),
@@ -177,8 +166,8 @@ REQUESTS: tuple[RequestType, ...] = (
         "move axis by",
         m.MoveAxisBy,
         "MOVE:{stage}:RELative",
-        "The {stage} of a machine of two alone by a distance, from the target that it holds, else "
-        "from where it is.",
+        "Move the {stage} of a two-axis machine alone by a distance from the target that it holds, "
+        "else from its position.",
         (
             Field("axis", key="axis", choices=m.AXES),
             Field("distance", "m", -10.0, 10.0),
@@ -191,8 +180,7 @@ REQUESTS: tuple[RequestType, ...] = (
         "stop",
         m.Stop,
         "STOP",
-        "Decelerate; *OPC? waits for rest. What this client has sent before and is not done "
-        "yet is dropped.",
+        "Decelerate; *OPC? waits for rest. Pending commands of this client are dropped.",
         access=STOPS,
         effect=ENDS,
     ),
@@ -200,8 +188,8 @@ REQUESTS: tuple[RequestType, ...] = (
         "emergency",
         m.EmergencyStop,
         "ABORt",
-        "Emergency stop: all outputs safe before the next control step, the positioner "
-        "disabled. What this client has sent before and is not done yet is dropped.",
+        "Emergency stop: safe outputs before the next control step, the positioner "
+        "disabled. Pending commands of this client are dropped.",
         access=STOPS,
         effect=ENDS,
     ),
@@ -209,8 +197,8 @@ REQUESTS: tuple[RequestType, ...] = (
         "jog",
         m.Jog,
         "JOG:{stage}",
-        "The {stage} at a speed until the next JOG; 0 ends it. *OPC? waits for it only "
-        "once it is being ended.",
+        "Move the {stage} at a speed until the next JOG; 0 ends it. *OPC? waits only for its "
+        "deceleration.",
         (
             Field("stage", key="stage", choices=(*m.STAGES, *m.AXES)),
             Field("speed", "m/s", -1.0, 1.0, key="speed"),
@@ -221,25 +209,25 @@ REQUESTS: tuple[RequestType, ...] = (
         "home",
         m.Home,
         "HOME",
-        "Find the low end stop; the position is trusted afterwards.",
+        "Find the low end stop and set the position.",
         effect=MOVES,
         motion="homing",
     ),
-    RequestType("zero", m.Zero, "ZERO", "Laser and relative reading to zero here."),
+    RequestType("zero", m.Zero, "ZERO", "Set the laser and the relative reading to zero."),
     RequestType(
         "enable",
         m.Enable,
         "ENABle",
-        "From disabled to ready; as it is where it is enabled. Nothing moves.",
+        "From disabled to ready; no effect if enabled. Nothing moves.",
         effect=WAKES,
     ),
-    RequestType("disable", m.Disable, "DISable", "Both stages off at once.", effect=ENDS),
-    RequestType("fan", m.Fan, "FAN", "The actuator's fan.", (Field("state", key="on"),)),
+    RequestType("disable", m.Disable, "DISable", "Switch both stages off at once.", effect=ENDS),
+    RequestType("fan", m.Fan, "FAN", "Switch the actuator's fan.", (Field("state", key="on"),)),
     RequestType(
         "clear",
         m.ClearFault,
         "FAULt:CLEar",
-        "Clear a fault whose cause is gone: to disabled.",
+        "Clear a fault whose cause is gone; the machine is disabled.",
         effect=WAKES,
     ),
     # What these carry (a plan, pairs, three pairs of ends) each protocol reads in its own way.
@@ -251,16 +239,18 @@ REQUESTS: tuple[RequestType, ...] = (
         "set speed",
         m.SetSpeed,
         "SPEed:{stage}",
-        "The fastest that moves of the {stage} go, from the next one on: of a machine of one "
-        "stage or of two axes, up to the speed of its settings. Programmes and jogs have their "
-        "own; not while it moves.",
+        "Maximum speed of moves of the {stage}, from the next one on, up to that of the settings; "
+        "not of programmes and jogs, not on the two-stage machine, and not while it moves.",
         (
             Field("stage", key="stage", choices=(m.MACRO, *m.AXES)),
             Field("speed", "m/s", 0.0, 1e3, key="speed"),
         ),
     ),
     RequestType(
-        "limits", m.SetLimits, "LIMit:DEFault", "The limits that the machine was started with."
+        "limits",
+        m.SetLimits,
+        "LIMit:DEFault",
+        "Reset the soft limits to those at the machine's start.",
     ),
 )
 KINDS = {each.name: each for each in REQUESTS}
@@ -268,41 +258,38 @@ _EFFECTS = {each.message: each.effect for each in REQUESTS} | {m.LinkLost: ENDS}
 
 
 def ends(request: Any) -> bool:
-    """Does it end a motion, and nothing else? Such a request is never void."""
+    """Whether it only ends a motion; such a request never expires."""
     if isinstance(request, m.Jog):
         return isinstance(request.speed, int | float) and request.speed == 0.0
     return _EFFECTS.get(type(request)) == ENDS
 
 
 def moves(request: Any) -> bool:
-    """Would something move?"""
     return _EFFECTS.get(type(request)) == MOVES and not ends(request)
 
 
 def begins(request: Any) -> bool:
-    """Would something move, or could it from then on? Behind a stop it would be a surprise."""
+    """Whether something moves, or could from then on."""
     return moves(request) or _EFFECTS.get(type(request)) == WAKES
 
 
-_AGAIN = "ask again, if it is still wanted"
+_AGAIN = "ask again if still needed"
 OVERTAKEN = Refused("a stop came before it began", _AGAIN)
-TOO_LATE = Refused("it came too late: the loop had been held up", _AGAIN)
+TOO_LATE = Refused("it came too late: the loop was delayed", _AGAIN)
 
 
 class Order(NamedTuple):
-    """A request, `asked` for at one time and void from another one on (`until`) [ns of the
-    monotonic clock]. `trial`: only tell whether it would be refused now."""
+    """A request with its time and expiry on the monotonic clock."""
 
     serial: int
     request: Any
-    asked: int
-    until: int
-    trial: bool = False
+    asked: int  # ns
+    until: int  # ns
+    trial: bool = False  # only check whether it would be refused
 
 
 def void(order: Order, emergency: int, now: int) -> Refused | None:
-    """Why nothing is to be done about it `now`, after an emergency stop of the time
-    `emergency`; None if it is to be done [ns]."""
+    """Why an order is late, or older than an emergency stop; else None (times in ns)."""
     if ends(order.request):
         return None
     if order.asked <= emergency:

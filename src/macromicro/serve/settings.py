@@ -1,4 +1,4 @@
-"""What a user may set about the live machine's process, its clients and its recording."""
+"""Settings of the live machine's process, clients and recording."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ from macromicro.rig import limits
 from macromicro.rig.limits import Limits
 from macromicro.schema.config import changed_toml
 from macromicro.schema.par import Par, entries
+from macromicro.serve import telling
+from macromicro.serve._programmes import TwoStage
 from macromicro.serve.persist import identity
-from macromicro.serve.programmes import TwoStage
 from macromicro.settings import chosen
 
 CHOICE = "service choice"
@@ -30,13 +31,13 @@ LEAST_LOOKS = 5  # periods within the shortest silence or wait that means anythi
 
 
 class ServeSettings(NamedTuple):
-    """Table [serve] of a settings file: heartbeats, deadlines, recorder."""
+    """Table [serve] of a settings file."""
 
     parent_timeout: Annotated[
         float,
         Par(
             "s",
-            "silence of the serving process after which the loop goes safe and ends",
+            "silence of the server after which the loop makes the outputs safe and ends",
             CHOICE,
             shown="ms",
             lo=0.1,
@@ -68,7 +69,7 @@ class ServeSettings(NamedTuple):
         str,
         Par(
             "",
-            "when that client is lost: decelerate (stop), or let the position be held (hold)",
+            "when that client is lost: decelerate (stop) or hold the position (hold)",
             CHOICE,
             choices=(STOP, HOLD),
         ),
@@ -77,7 +78,7 @@ class ServeSettings(NamedTuple):
         float,
         Par(
             "s",
-            "time in which the loop has to come to a request; later it is void",
+            "time within which the loop must reach a request; after that it expires",
             CHOICE,
             lo=0.05,
             hi=60.0,
@@ -124,7 +125,7 @@ class ServeSettings(NamedTuple):
         float,
         Par(
             "s",
-            "time for which a recording's disk space is reserved at first; it doubles as needed",
+            "time for which a recording's disk space is reserved first; doubled as needed",
             CHOICE,
             shown="min",
             lo=1.0,
@@ -134,9 +135,7 @@ class ServeSettings(NamedTuple):
 
 
 def patient(serve: ServeSettings) -> ServeSettings:
-    """The same for a virtual machine that nothing real depends on: on a busy computer it runs late,
-    where a real one is stopped. What is not at its default was set by a person, and stays.
-    """
+    """The same settings for a virtual machine, which may run late on a busy computer."""
     usual = ServeSettings()
     late = usual._replace(miss_share=1.0, loop_timeout=10.0, parent_timeout=10.0)
     told = {n: v for n, v in serve._asdict().items() if v != getattr(usual, n)}
@@ -144,7 +143,7 @@ def patient(serve: ServeSettings) -> ServeSettings:
 
 
 def problems(serve: ServeSettings, period: float) -> Iterator[rules.Problem]:
-    """What the server would take for a fault in a loop of this period [s] that is none."""
+    """Limits that a healthy loop of this period would violate."""
     told, least = f"at a period of {1e3 * period:.4g} ms", LEAST_LOOKS * period
     if serve.miss_share * round(serve.miss_window / period) < 1.0:
         yield "serve.miss_share", serve.miss_share, f"at least one period of the window, {told}"
@@ -156,7 +155,7 @@ def problems(serve: ServeSettings, period: float) -> Iterator[rules.Problem]:
 
 
 def kept(serve: ServeSettings, period: float, where: str) -> None:
-    """InputError for the first of these `problems`."""
+    """Raise the first of these `problems`."""
     for name, value, accepted in problems(serve, period):
         raise InputError(f"{where}, {name}", value, accepted)
 
@@ -165,8 +164,7 @@ _OF_POSITION = ("bench.carriage.", "sensors.encoder.", "live.pitch", "live.homin
 
 
 class LiveSettings(NamedTuple):
-    """The tree behind ``--config`` of the commands that run the machine live: everything
-    that `macromicro.settings.Settings` has, [live] and [serve]. Its guard is stricter."""
+    """Settings of the live two-stage machine: `Settings`, [live], [serve], a stricter guard."""
 
     bench: Bench = Bench()
     sensors: Sensors = Sensors()
@@ -177,77 +175,71 @@ class LiveSettings(NamedTuple):
     serve: ServeSettings = ServeSettings()
 
     def machine(self) -> str:
-        """Name of the machine that these are settings of.
-
-        Returns
-        -------
-        str
-            As a settings file names it.
-        """
         return "two_stage"
 
     @property
     def model(self) -> str:
-        """What the machine is called."""
         return "two-stage positioner"
 
     @property
+    def names(self) -> dict[str, str]:
+        return {stage: f"{stage}-stage" for stage in ("macro", "micro")}
+
+    @property
+    def efforts(self) -> dict[str, tuple[str, str]]:
+        return {"macro": ("motor", "V"), "micro": ("CTRL", "V")}
+
+    @property
+    def limited(self) -> tuple[str, ...]:
+        return telling.PARTS
+
+    @property
     def period(self) -> float:
-        """Of the live machine, s: that of its laws."""
         return PERIOD
 
     @property
     def law_columns(self) -> tuple[Column, ...]:
-        """What the macro law shows of its memory, of one of another package."""
         own = self.controller.own
         return outside.columns((own,)) if outside.of(own) else ()
 
     @property
     def speeds(self) -> dict[str, float]:
-        """The fastest moves of the stages that are led by set points [m/s]: none, as the laws give
-        the speed of both."""
+        """Maximum speeds of moves led by set points: none on this machine."""
         return {}
 
     @property
     def programmes(self) -> TwoStage:
-        """What clients may run."""
         own = self.controller.macro_law not in macro.NAMES
         return TwoStage(self.live.pitch, rates=own)
 
     def kept_as(self, rig: str) -> str:
-        """What the position file calls this machine: with other stops, another pitch or another way
-        to home it is another one."""
+        """The machine's identity in the position file."""
         known = {e.path: e.value for e in entries(self) if e.path.startswith(_OF_POSITION)}
         return identity(rig, self.machine(), known)
 
     def rigs(self, name: str) -> tuple[str, ...]:
-        """The rigs that ``--rig`` names."""
         return (name,)
 
     def place(self, rig: str) -> str:
-        """What its position file is called by default."""
+        """Default name of its position file."""
         return rig
 
     def as_toml(self, control: Control, limits: SoftLimits) -> str:
-        """A file for `--config`: these gains and soft limits, and all else that differs from the
-        defaults."""
+        """A file for `--config` with the gains and soft limits in force."""
         live = self.live._replace(limits=limits)
         return changed_toml(self._replace(controller=control, live=live), LiveSettings())
 
     def derived(self) -> tuple[derived.Derivation, ...]:
-        """What follows from other settings, unless it is set itself."""
         return derived.DERIVED + derived.of_law(self) + derived.LIVE
 
     def grown(self, table: Mapping[str, object], where: str) -> Self:
-        """As of `macromicro.settings.Settings`."""
         return self._replace(controller=self.controller.grown(table, where))
 
     def together(self) -> list[rules.Problem]:
-        """What cannot work together."""
         found = [*problems(self.serve, self.period)]
         return found or [*rules.machine(self), *rules.live(self)]
 
 
 def load(path: Path | None, law: str | None = None) -> LiveSettings:
-    """The defaults, overridden by the TOML file at `path`, under `law`; raises as `chosen` does."""
+    """The defaults, overridden by the TOML file at `path`, under `law`."""
     return chosen(LiveSettings(), path, law)

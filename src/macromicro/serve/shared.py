@@ -1,12 +1,7 @@
-"""Memory that the serving process and the loop process share: flags, status, telemetry.
+"""Anonymous memory (memfd) shared by the serving and the loop process: flags, status, telemetry.
 
-It is anonymous (a memfd, handed on as a file descriptor), so it has no name that could be
-taken, and the system frees it with the last of the two processes, however they end: no
-stale segment can be left behind.
-
-Each cell has one writer. A 64-bit cell is written and read in one piece; a row of the ring
-is complete before the count that makes it visible (on x86-64 stores become visible in
-order). Times are nanoseconds of the monotonic clock, which both processes share.
+Each 64-bit cell has one writer. A row of the ring is complete before the count that makes it
+visible, which x86-64's store order guarantees. Times are monotonic ns.
 """
 
 from __future__ import annotations
@@ -28,7 +23,7 @@ from macromicro.columns import Column, Quantity, layout
 from macromicro.control.live.alone import SENSORS
 from macromicro.machines import pace
 from macromicro.place import Place
-from macromicro.serve.machine import SECONDLY, Second, View
+from macromicro.serve._machine import SECONDLY, Second, View
 from macromicro.types import Command, Enable, Lines, Outputs, Sample
 from macromicro.units import size
 
@@ -37,7 +32,7 @@ ROWS = round(RING_S / pace.LEAST)  # longer ones have as many rows
 
 
 class Vitals(NamedTuple):
-    """What guard and loop know of one period: fault code, lateness and work [s]."""
+    """Fault code, lateness and computing time of one period."""
 
     temperature_estimate: Annotated[
         float, Quantity("degC", "wire temperature estimated from CTRL by the guard")
@@ -75,10 +70,7 @@ def telemetry(
     second: Second = SECONDLY,
     own: Sequence[float] | None = None,
 ) -> list[float]:
-    """One period as a row of telemetry, as `COLUMNS` say. `lines`: `types.Lines` and the enable
-    line, NaN for those that there are not; `second`: of a machine of two axes; `own`: what the law
-    shows of its memory, in the units of its columns; the first `OWN` of it count; None of a law
-    that shows nothing, for which the row ends before them."""
+    """One period as a row of telemetry, as `COLUMNS` say; `own` are the law's columns."""
     row = list(_recorded((*sample, *command, *given, *view, *vitals, *lines, *second)))
     for k, scale in _SCALED:
         row[k] *= scale
@@ -89,8 +81,7 @@ def telemetry(
 
 
 def columns(channels: Sequence[str], own: Sequence[Column] = ()) -> list[int]:
-    """The columns of a machine whose rig has these channels: of the lines, those that it has, and
-    those of a second axis, if there is one; `own`: those of its law."""
+    """The columns of a machine with these channels, this second axis and the law's `own`."""
     two = SENSORS["y"] in channels
     found = [
         k
@@ -102,9 +93,7 @@ def columns(channels: Sequence[str], own: Sequence[Column] = ()) -> list[int]:
 
 @cache
 def shown(place: Place, own: tuple[Column, ...] = ()) -> tuple[tuple[Column, ...], Array]:
-    """The columns as people read them where a machine counts places so, and how many of a
-    column's unit stand in the ring for one: float64[columns, 1]. The ring has those of a slide, and
-    those of the law, `own`, as they are."""
+    """The columns in display units, and their scale against the ring: float64[columns, 1]."""
     columns = tuple(c._replace(unit=place.named(c.unit)) for c in _COLUMNS)
     scales = [
         1.0 if made.unit == was.unit else size(was.unit) / size(made.unit)
@@ -137,23 +126,18 @@ _LOOKS, _LOOK_S = 200, 5e-5
 
 
 class Status(NamedTuple):
-    """What the loop reports beside the telemetry. `fault` with what was measured, its limit
-    and the time [s] of it, as in `rig.guard.Watch`; `latest`, `longest` [s]; `offset`
-    [counts]: what the encoder reads at coordinate 0, NaN where that is not known; then the
-    soft limits in force, as `control.live.parameters.SoftLimits`; `second_offset`: as `offset`, of
-    a second axis; `lamps`: lines of two axes, as `lamps.packed`; `target`,
-    `second_target` [m]: as of `machine.View`."""
+    """What the loop reports beside the telemetry."""
 
     periods: float = 0.0
     missed: float = 0.0
     share: float = 0.0
-    latest: float = 0.0
-    longest: float = 0.0
+    latest: float = 0.0  # greatest lateness of a period
+    longest: float = 0.0  # longest computing time
     fault: float = 0.0
     value: float = 0.0
     limit: float = 0.0
     time: float = 0.0
-    offset: float = math.nan
+    offset: float = math.nan  # encoder counts at coordinate 0
     macro_low: float = 0.0
     macro_high: float = 0.0
     micro_low: float = 0.0
@@ -161,7 +145,7 @@ class Status(NamedTuple):
     whole_low: float = 0.0
     whole_high: float = 0.0
     second_offset: float = 0.0
-    lamps: float = 0.0
+    lamps: float = 0.0  # lines of two axes, as `lamps.packed`
     target: float = math.nan
     second_target: float = math.nan
 
@@ -170,11 +154,7 @@ _STATUS = packed(len(Status._fields))
 
 
 class Shared:
-    """The shared memory, mapped; `fd` is what the other process needs to map it too.
-
-    `cells` int64[...]: see the names above; `ring` float64[columns, rows]; `histograms`
-    int64[2, BINS]: periods by lateness and by the time that they took to compute.
-    """
+    """The shared memory, mapped from `fd`: cells, ring of telemetry and timing histograms."""
 
     def __init__(self, fd: int, rows: int = ROWS) -> None:
         self.fd = fd
@@ -197,17 +177,15 @@ class Shared:
 
     @classmethod
     def create(cls, rows: int = ROWS) -> Shared:
-        """Fresh memory, all zero."""
         return cls(os.memfd_create("macromicro"), rows)
 
     def close(self) -> None:
-        """Give the descriptor back; the mapping lives as long as its arrays are in use."""
+        """Close the descriptor; the mapping lives as long as its arrays."""
         if self.fd >= 0:
             os.close(self.fd)
             self.fd = -1
 
     def put(self, row: Sequence[float]) -> None:
-        """Append a row of telemetry (loop process only)."""
         cells = self._turns
         written = cells[WRITTEN]
         form = _SHORT if len(row) == _SHARED else _ROW
@@ -216,27 +194,23 @@ class Shared:
         cells[WRITTEN] = written + 1
 
     def set_status(self, status: Sequence[float]) -> None:
-        """Replace the status (loop process only)."""
         self.cells[STATUS_TURN] += 1
         _STATUS.pack_into(self._told, 0, *status)
         self.cells[STATUS_TURN] += 1
 
     def show(self, row: Sequence[float], status: Sequence[float]) -> None:
-        """Append a row and replace the status, of one and the same instant (loop process
-        only)."""
+        """Append a row and replace the status together (loop process only)."""
         self._turns[STATUS_TURN] += 1
         self.put(row)
         _STATUS.pack_into(self._told, 0, *status)
         self._turns[STATUS_TURN] += 1
 
     def now(self) -> tuple[int, NDArray[np.float64], Status] | None:
-        """The newest row with its number, counted from 1, and the status of the same instant
-        (of a loop that was killed writing it: as it is); None before the first."""
+        """The newest row with its number, and the status of that instant; None before the first."""
         written, row, status = self._steady()
         return None if row is None else (written, row, status)
 
     def status(self) -> Status:
-        """The status, all of one instant (of a loop that was killed writing it: as it is)."""
         return self._steady()[2]
 
     def _steady(self) -> tuple[int, NDArray[np.float64] | None, Status]:
@@ -249,11 +223,7 @@ class Shared:
         return written, row, Status(*values)
 
     def since(self, count: int) -> tuple[int, int, NDArray[np.float64]]:
-        """Rows of telemetry behind the first `count` ones: (rows lost, new count, block).
-
-        The block is float64[columns, rows], a copy. Rows are lost when more of them came
-        than the ring holds; those that are about to be overwritten are counted as lost.
-        """
+        """Rows after the first `count`: (lost, new count, copy float64[columns, rows])."""
         written = int(self.cells[WRITTEN])
         margin = min(self.rows // 4, 1000)
         first = max(count, written - self.rows + margin)
@@ -265,7 +235,6 @@ class Shared:
             first = min(oldest + margin, written)  # overtaken while copying
 
     def last(self) -> NDArray[np.float64] | None:
-        """The newest row of telemetry, float64[columns]; None before the first."""
         written = int(self.cells[WRITTEN])
         return self.ring[:, (written - 1) % self.rows].copy() if written else None
 

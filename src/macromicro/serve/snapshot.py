@@ -1,5 +1,3 @@
-"""What a client sees of the machine at one instant."""
-
 from __future__ import annotations
 
 import math
@@ -9,7 +7,7 @@ from macromicro.control.live.parameters import SoftLimits
 
 
 class Trouble(NamedTuple):
-    """A latched fault in words. `code`: of `rig.codes`, or from 100 on of `serve.faults`."""
+    """A latched fault; `code` of `rig.codes`, or from 100 on of `serve.faults`."""
 
     code: int
     name: str
@@ -19,36 +17,31 @@ class Trouble(NamedTuple):
 
 
 class Pace(NamedTuple):
-    """How well the loop keeps its period. `missed` of `periods` since the start; `share`:
-    missed in the last window (0..1); `latest`, `longest` [s]: greatest lateness of a period
-    and greatest time that one took to compute, since the start."""
+    """How well the loop keeps its period."""
 
     periods: int
     missed: int
-    share: float
-    latest_s: float
-    longest_s: float
+    share: float  # of missed periods in the last window, 0..1
+    latest_s: float  # greatest lateness since the start
+    longest_s: float  # longest computing time since the start
 
 
 class RecordingState(NamedTuple):
-    """The recording under way, or the last one. `active`: is it being written? `path`: ""
-    before the first; `rows`: safe in the file; `lost`: rows that came too fast for the disk;
-    `error`: why it ended early, or ""."""
+    """The recording under way, or the last one."""
 
     active: bool
     path: str
-    rows: int
-    lost: int
-    error: str
+    rows: int  # safe in the file
+    lost: int  # came too fast for the disk
+    error: str  # why it ended early
 
 
 class AxisNow(NamedTuple):
-    """One axis of a machine of two: its position, half width and set point [m], its effort [V],
-    how far it may go [m], and where it goes or rests on target [m], NaN where it does neither."""
+    """One axis of a two-axis machine."""
 
     name: str
     position_m: float
-    uncertainty_m: float
+    uncertainty_m: float  # half width
     reference_m: float
     motor_v: float
     low_m: float
@@ -57,53 +50,32 @@ class AxisNow(NamedTuple):
 
 
 class Snapshot(NamedTuple):
-    """The machine at one instant.
+    """The machine at one instant; positions are NaN before the first period."""
 
-    `time_s`: of the newest period, since the loop's start; `age_s`: how long ago that was;
-    `running`: is there a loop process? `mode`: one of `control.live.messages.MODES`, or "off"
-    without a loop process.
-
-    Positions are NaN before the first period. `position_m` with `uncertainty_m` is the whole
-    system's, `trusted` whether it is known since homing, `trust` why (not). `macro_count`,
-    `macro_reference` [counts]; `micro_m`, `micro_reference_m` by the Hall calibration.
-    Efforts: `motor_v`, `ctrl_v` [V at the D/A], `fan`, as last written to the rig; where the loop
-    is gone and nobody has stopped the rig, the volts are NaN and `fan` is as last written.
-    `temperature_c`: of the wires, estimated from CTRL. `motion`: number of the motion under
-    way, 0 for none. `limits`: soft limits in force.
-
-    `fault`: None if all is well. `holder`: client that holds control, or ""; `clients`:
-    all that are connected. `emergency_s`: how long the last emergency stop took until the
-    outputs were safe, NaN before the first. `lines`: switches and lines of the drive that there are
-    (`types.Lines` without the index, and "enable"; with "x_" or "y_" in front of a machine of two
-    axes), and whether each is on. `axes`: both of a machine of two axes, whose other positions are
-    those of the first one. `target_m`: where the whole positioner goes, or rests on target, NaN
-    where it does neither.
-    """
-
-    time_s: float
-    age_s: float
+    time_s: float  # since the loop's start
+    age_s: float  # of this snapshot
     running: bool
-    mode: str
+    mode: str  # of control.live.messages.MODES, or "off"
     position_m: float
-    uncertainty_m: float
+    uncertainty_m: float  # half width
     trusted: bool
-    trust: str
-    macro_count: float
-    macro_reference: float
-    micro_m: float
+    trust: str  # why the position is trusted or not
+    macro_count: float  # counts
+    macro_reference: float  # counts
+    micro_m: float  # by the Hall sensor
     micro_reference_m: float
-    motor_v: float
+    motor_v: float  # at the D/A; NaN: unknown
     ctrl_v: float
     fan: bool
-    temperature_c: float
-    motion: int
+    temperature_c: float  # of the wires, estimated
+    motion: int  # 0: none
     limits: SoftLimits
     fault: Trouble | None
     pace: Pace
     recording: RecordingState
-    holder: str
+    holder: str  # client in control, or ""
     clients: tuple[str, ...]
-    emergency_s: float
-    lines: tuple[tuple[str, bool], ...] = ()
-    axes: tuple[AxisNow, ...] = ()
+    emergency_s: float  # duration of the last emergency stop
+    lines: tuple[tuple[str, bool], ...] = ()  # "x_" or "y_" in front for two axes
+    axes: tuple[AxisNow, ...] = ()  # of a two-axis machine
     target_m: float = math.nan

@@ -1,5 +1,3 @@
-"""`Station`: the machine as every client sees it, whatever it speaks."""
-
 from __future__ import annotations
 
 import math
@@ -15,29 +13,23 @@ from macromicro.control.live.messages import Accepted, Refused, Reply
 from macromicro.errors import MacromicroError
 from macromicro.rig.opening import TWIN
 from macromicro.serve import unconfirmed
+from macromicro.serve._observed import Observed
+from macromicro.serve._returning import Returning
+from macromicro.serve._sending import SILENT, Stops
+from macromicro.serve._trail import Trail
 from macromicro.serve.choosing import AnySettings
 from macromicro.serve.loop_spec import LIVE
-from macromicro.serve.observed import Observed
-from macromicro.serve.sending import SILENT, Stops
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.snapshot import RecordingState
-from macromicro.serve.trail import Trail
 
 REST_S = 5.0  # longest wait for rest at the end
 
 
 class Station(Observed):
-    """Starts the loop process and speaks with it; thread-safe.
+    """Starts the loop process and speaks with it; thread-safe, a context manager.
 
-    One client at a time holds control; all may watch, stop and make an emergency stop. A
-    client is a name of the caller's choice ("scpi 127.0.0.1:40112"). Nothing moves on
-    `start`. As a context manager it starts and stops.
-
-    `rig`: "twin" or MODULE:FACTORY as in docs/rigs.md, of two axes two with "+" between;
-    `seed`: of a virtual rig's noise;
-    `settings`: as `serve.settings.load` gives them; `state`: file that keeps position and
-    trust between runs, by default one for each rig in the user's state folder; `machine`:
-    MODULE:FUNCTION that makes what the loop drives, by default the live machine.
+    One client at a time holds control; all may watch and stop. Nothing moves on `start`.
+    `machine` is the MODULE:FUNCTION that makes what the loop drives.
     """
 
     def __init__(
@@ -52,25 +44,20 @@ class Station(Observed):
         super().__init__(rig, seed, settings or LiveSettings(), state, machine)
         self._serve = self.settings.serve
         self._minder: threading.Thread | None = None
+        self._returning = Returning(self._connection)
         self._ended = threading.Event()
 
     @property
     def trail(self) -> Trail:
-        """Takes note of who orders what."""
         return self._connection.trail
 
     @property
     def realtime(self) -> str:
-        """What the system granted the loop (priority, core), in words."""
+        """What the system granted the loop (priority, core)."""
         return self._connection.realtime
 
     def start(self) -> None:
-        """Start the loop process; returns when it runs, all kernels compiled, outputs safe.
-
-        Raises `MacromicroError` if another server has the state file (the message names its
-        process and the remedy) or the loop process cannot start; `InputError` for the rig.
-        Numbers of motions count from 1 again. Does nothing where it is running.
-        """
+        """Start the loop process; returns once it runs, all compiled and outputs safe."""
         if self._connection.running:
             return
         self.stop()  # what is left of a loop that died
@@ -78,12 +65,11 @@ class Station(Observed):
         self._ended.clear()
         self._minder = threading.Thread(target=self._mind, name="minder", daemon=True)
         self._minder.start()
+        self._returning.start()
 
     def stop(self) -> None:
-        """Decelerate, make the outputs safe, end the loop process and the recording.
-
-        Motions under way end as "stopped". Does nothing where it is not running.
-        """
+        """Decelerate, make the outputs safe, end the loop process and the recording."""
+        self._returning.stop()
         if self._connection.running:
             self._connection.ask(m.Stop(client="shutdown"))
             deadline = time.monotonic() + REST_S
@@ -111,12 +97,12 @@ class Station(Observed):
     # Clients
 
     def connect(self, client: str) -> None:
-        """From now on the client is listed as one that watches. InputError for "" as name."""
+        """List the client as one that watches."""
         self._holders.connect(client)
         self.trail.client("client", client, "connected")
 
     def disconnect(self, client: str) -> None:
-        """The client is gone; if it held control, this is a lost client (`heartbeat`)."""
+        """Remove the client; a holder of control counts as lost."""
         if client in self._holders.clients:
             self.trail.client("client", client, "disconnected")
         with self._connection.turn:
@@ -124,8 +110,7 @@ class Station(Observed):
                 self._lost(client, "disconnected")
 
     def acquire(self, client: str) -> Reply:
-        """Give control to the client: Accepted, or Refused where another one holds it, or where
-        the client has no name."""
+        """Give control to the client, unless another one holds it."""
         with self._connection.turn:
             before = self._holders.holder
             reply = self._holders.acquire(client)
@@ -134,10 +119,7 @@ class Station(Observed):
         return reply
 
     def release(self, client: str) -> Reply:
-        """Give control back: Accepted, or Refused where this client does not hold it.
-
-        A jog under way ends, as nobody is left to end it; any other motion goes on to its end.
-        """
+        """Give control back, which ends a jog but no other motion."""
         with self._connection.turn:
             reply = self._holders.release(client)
             if isinstance(reply, Accepted):
@@ -146,28 +128,21 @@ class Station(Observed):
         return reply
 
     def heartbeat(self, client: str) -> None:
-        """The client is alive; so does `request` say. A holder that is silent for
-        serve.client_timeout is lost: control is free, and the machine stops or holds as
-        serve.lost_client says."""
+        """Note that the client is alive."""
         self._holders.heartbeat(client)
 
     # Orders
 
     @property
     def stops(self) -> Stops:
-        """Stops of all kinds so far; who lets an order wait takes note of them (`request`)."""
+        """Counts of stops so far, for `request`."""
         return self._connection.stops
 
     def request(self, client: str, request: Any, since: Stops | None = None) -> Reply:
-        """Pass a request of `control.live.messages` to the machine and wait for its reply.
+        """Pass a request to the machine and wait for its reply; a client's mistake never raises.
 
-        Refused at once, and not passed on, where the client does not hold control (Stop and
-        EmergencyStop need no control), or where no loop answers. Never raises for what a
-        client can cause. A motion, Enable and ClearFault are refused, too, where anybody asked
-        for a stop, or the client lost control, behind `since` (the `stops` of the time when
-        the client ordered it; by default of now) and before it has begun; and what the loop
-        comes to later than serve.reply_timeout is refused and not done (but Stop,
-        EmergencyStop, Disable, and a jog's end are always done).
+        It is refused without control, without a loop, or after a later stop. Stop and EmergencyStop
+        need no control; they, Disable and the end of a jog never expire.
         """
         reply = self._request(client, request, since)
         if isinstance(request, m.Request):
@@ -178,7 +153,7 @@ class Station(Observed):
         since = self._connection.stops if since is None else since
         if not isinstance(request, m.Request) or isinstance(request, m.LinkLost):
             found = type(request).__name__
-            return Refused(f"{found} is no request of a client", "a request of control.live")
+            return Refused(f"{found} is not a request of a client", "a request of control.live")
         if isinstance(request, m.EmergencyStop):
             if math.isnan(self._connection.emergency(client)):
                 return unconfirmed.SILENT
@@ -195,13 +170,7 @@ class Station(Observed):
         return unconfirmed.SILENT if reply is SILENT else reply
 
     def emergency(self, client: str = "") -> float:
-        """Emergency stop: outputs safe before the loop's next control step.
-
-        Needs no control, waits for nobody else, passes through no queue. `client`: who asks,
-        for the events. Returns the seconds from this call until the outputs were safe, measured
-        by the loop; NaN where it did not answer within a second: then the loop process is ordered
-        to end, which makes them safe as far as the rig still answers it.
-        """
+        """Emergency stop past every queue: s until outputs were safe, NaN if unconfirmed."""
         took = self._connection.emergency(client)
         reply = unconfirmed.SILENT if math.isnan(took) else Accepted()
         self.trail.order(self._connection.time, client, m.EmergencyStop(), reply)
@@ -210,23 +179,20 @@ class Station(Observed):
     # Recording
 
     def refusal(self, client: str) -> Refused | None:
-        """Why this client may not change anything now, recordings included: another one, or
-        nobody, holds control. None if it may."""
+        """Why this client may not change anything now, or None."""
         return self._holders.refusal(client)
 
     @property
     def recorded(self) -> tuple[Path, ...]:
-        """Files of all recordings that were begun, by whomever, oldest first."""
+        """Files of all recordings, oldest first."""
         return self._recordings.begun
 
     def record(self, path: Path, *, overwrite: bool = False, client: str = "") -> None:
-        """Record telemetry from now on into an HDF5 file, in a folder that is made where
-        there is none; raises as `Recorder` does, and `MacromicroError` where a recording is
-        under way or nothing runs. `client`: who asks, for the events."""
+        """Record telemetry from now on into an HDF5 file."""
         self._recordings.begin(path, client, overwrite=overwrite)
 
     def end_recording(self, client: str = "") -> RecordingState:
-        """Complete the file and close it; what it holds now."""
+        """Complete the file and close it."""
         return self._recordings.end(client=client)
 
     # What goes on by itself

@@ -1,15 +1,18 @@
-"""Requests and events as clients have them: gains and lengths in the units that people read."""
+"""Requests and events in display units."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
+from macromicro.control.live.alone import nearest
 from macromicro.control.live.messages import Event, MoveMicro, MoveMicroBy, SetGains, SetLimits
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.settings import Control
 from macromicro.schema.par import Par, entries, finite
 from macromicro.units import convert
 
+PARTS = ("macro", "micro", "whole")  # what has soft limits of its own
 _IN_MM = ("micro_low", "micro_high")
 
 
@@ -18,24 +21,31 @@ def _pars(control: Any) -> dict[str, Par]:
 
 
 def millimetres(metres: Any) -> Any:
-    """A length [m] in mm; what is not a finite number as it is."""
+    """A finite length [m] in mm."""
     return convert(metres, "m", "mm") if finite(metres) else metres
 
 
-def limits(limits: SoftLimits) -> dict[str, Any]:
-    """By name: counts of the macro-stage, mm of the micro-stage, m of the whole positioner."""
-    found: dict[str, Any] = limits._asdict()
-    return found | {name: millimetres(found[name]) for name in _IN_MM}
+def limit_names(parts: Iterable[str]) -> tuple[str, ...]:
+    """Names of the soft limits of "macro", "micro" and "whole"."""
+    return tuple(f"{part}_{end}" for part in parts for end in ("low", "high"))
 
 
-def soft_limits(values: dict[str, float]) -> SoftLimits:
-    """All soft limits as `limits` gives them."""
-    return SoftLimits(**values | {name: convert(values[name], "mm", "m") for name in _IN_MM})
+def limits(limits: SoftLimits, parts: Iterable[str] = PARTS) -> dict[str, Any]:
+    """Soft limits by name: counts (macro), mm (micro), m (whole)."""
+    found = {name: getattr(limits, name) for name in limit_names(parts)}
+    return found | {name: millimetres(found[name]) for name in _IN_MM if name in found}
+
+
+def soft_limits(values: dict[str, float], before: SoftLimits, pitch: float) -> SoftLimits:
+    """The soft limits `before`, updated by `limits`."""
+    found = values | {name: convert(values[name], "mm", "m") for name in _IN_MM if name in values}
+    if "macro_low" not in values:
+        found |= {f"macro_{e}": nearest(values[f"whole_{e}"], pitch) for e in ("low", "high")}
+    return before._replace(**found)
 
 
 def event(event: Event, control: Any = None) -> Event:
-    """An event, its gains and limits in these units; lengths elsewhere name their unit.
-    `control`: the gains of this machine; None: those of the two-stage one."""
+    """An event with gains and limits in display units."""
     if event.kind == "gains":
         pars = _pars(control)
         facts = {
@@ -53,7 +63,7 @@ def event(event: Event, control: Any = None) -> Event:
 
 
 def request(request: Any, control: Any = None) -> dict[str, Any]:
-    """The values of a request by name, without the client's; `control` as of `event`."""
+    """The values of a request by name, without the client's."""
     facts: dict[str, Any] = {k: v for k, v in request._asdict().items() if k != "client"}
     if isinstance(request, MoveMicro):
         facts["position"] = millimetres(request.position)

@@ -1,4 +1,4 @@
-"""A server with an event loop and a thread of its own, and why an address is refused."""
+"""A server with its own event loop and thread."""
 
 from __future__ import annotations
 
@@ -10,16 +10,13 @@ import threading
 from abc import ABC, abstractmethod
 from typing import Self
 
-from macromicro.errors import InputError, MacromicroError
+from macromicro.errors import InputError, MacromicroError, ProblemError
 
 ADDRESS = "an address of this computer, such as 127.0.0.1"
 
 
 class Threaded(ABC):
-    """Starts and stops; a context manager. `kind`: "SCPI" or "web", for thread and messages.
-
-    `address`: host and port, the true ones once it listens. A subclass gives `_serve`.
-    """
+    """Runs a server in a thread; a context manager. `address` is the true one once it listens."""
 
     def __init__(self, kind: str, host: str, port: int) -> None:
         self._kind = kind
@@ -32,21 +29,20 @@ class Threaded(ABC):
 
     @abstractmethod
     async def _serve(self) -> None:
-        """Serve until cancelled; `_listening` once it listens."""
+        """Serve until cancelled; calls `_listening`."""
 
     def _listening(self, host: str, port: int) -> None:
-        """Tell that it listens there; `start` returns."""
+        """Let `start` return."""
         self.address = host, port
         self._bound.set()
 
     @property
     def failure(self) -> BaseException | None:
-        """Why it ended by itself; None while it serves, and after `stop`."""
+        """Why it ended by itself, or None."""
         return self._failures[0] if self._failures else None
 
     def start(self) -> None:
-        """Listen. Raises InputError where the address cannot be had (port in use), MacromicroError
-        where the server runs already."""
+        """Listen."""
         if self._thread is not None:
             raise MacromicroError(f"the {self._kind} server runs already")
         self._bound.clear()
@@ -60,8 +56,7 @@ class Threaded(ABC):
             raise self._failures[0]
 
     def stop(self) -> None:
-        """End all connections; the station sees its clients go. Does nothing where it does
-        not run."""
+        """End all connections."""
         thread, loop, task = self._thread, self._loop, self._task
         if thread is None:
             return
@@ -92,19 +87,18 @@ class Threaded(ABC):
 
 
 def check_port(port: int) -> None:
-    """InputError for a number that no port has."""
     if not 0 <= port <= 65535:
         raise InputError("port", port, "a whole number from 0 (any free one) to 65535")
 
 
 def refused(host: str, port: int, error: OSError) -> InputError:
-    """Why `host` and `port` cannot be listened at, in words."""
+    """Why `host` and `port` cannot be listened at."""
     if isinstance(error, socket.gaierror):
         return InputError("host", host, ADDRESS)
     # asyncio words the error of each address anew, with the number kept.
     if error.errno == errno.EADDRINUSE:
-        accepted = "a free port, or 0 for any; or end what listens there"
-        return InputError(f"port {port}", f"in use on {host}", accepted)
+        remedy = "Choose a free port, or 0 for any, or end the program that listens there."
+        return ProblemError(f"port {port}", f"already in use on {host}", remedy)
     if error.errno == errno.EACCES:
-        return InputError(f"port {port}", "not permitted", "a port from 1024 on")
-    return InputError("host", f"{host}: {error.strerror}", ADDRESS)
+        return ProblemError(f"port {port}", "not permitted", "Choose a port from 1024 on.")
+    return ProblemError("host", f"cannot listen at {host} ({error.strerror})", f"Use {ADDRESS}.")

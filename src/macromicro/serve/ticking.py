@@ -1,14 +1,10 @@
-"""The loop: one control period after the other, and what may end it.
-
-It does no file and no network access, and never waits for the serving process. Each period:
-read; emergency stop, requests; control; guard; write; telemetry; wait.
-"""
+"""The loop: read, accept, control, guard, write, show, wait; without file or network access."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from macromicro.control.live.messages import (
@@ -17,14 +13,16 @@ from macromicro.control.live.messages import (
     ClearFault,
     EmergencyStop,
     Event,
+    Finished,
     Notice,
     Refused,
     Reply,
 )
 from macromicro.serve import faults, requests
+from macromicro.serve._machine import SECONDLY, Guard, Machine, Second, View
+from macromicro.serve._pacing import Pacer
+from macromicro.serve._silence import Silence
 from macromicro.serve.link import Outbox
-from macromicro.serve.machine import SECONDLY, Guard, Machine, Second, View
-from macromicro.serve.pacing import Pacer
 from macromicro.serve.persist import Evident, Kept, restore
 from macromicro.serve.requests import Order
 from macromicro.serve.settings import ServeSettings
@@ -38,7 +36,6 @@ from macromicro.serve.shared import (
     Vitals,
     telemetry,
 )
-from macromicro.serve.silence import Silence
 from macromicro.types import SAFE, Command, Sample
 
 Witness = Callable[[Sample], Evident]
@@ -47,8 +44,7 @@ ORDERED, ORPHANED = "ordered", "orphaned"
 
 
 class Loop:
-    """The loop around an opened rig. `paced`: does the rig's own clock wait (a real rig), or
-    must we (the twin)? `timed`: is that clock the machine's, which says what was missed?"""
+    """The loop around an opened rig."""
 
     def __init__(
         self,
@@ -79,15 +75,11 @@ class Loop:
         self._heard = time.monotonic()
         self.silence = 0.0  # s, of the serving process, where that was the end
         self._fault = (0.0, 0.0, 0.0, 0.0)
+        self._now = math.nan  # of the sample of this period, s
         self._replies: list[tuple[int, Reply]] = []  # of this period
 
     def run(self, kept: Kept | str, rig_name: str, witness: Witness) -> str:
-        """Loop until ordered to leave, or until the serving process is dead; which of them.
-        `witness`: what may confirm the position that was kept.
-
-        An exception of the rig or the machine passes through; whoever holds the rig open
-        makes its outputs safe.
-        """
+        """Loop until ordered to leave or until the serving process is dead; which of them."""
         first = self._rig.read()
         second = getattr(self._rig, "second", None)
         other = math.nan if second is None else second.encoder
@@ -117,8 +109,7 @@ class Loop:
                 self._judge()
 
     def rehearse(self, requests: Sequence[tuple[Any, int]]) -> None:
-        """Every request, and its number of periods after it, without waiting. For a bench of its
-        own."""
+        """Run every request and its periods without waiting, on a bench of its own."""
         for request, periods in requests:
             order = Order(0, request, time.monotonic_ns(), 2**63 - 1)
             self._handle(order._replace(trial=True))
@@ -150,6 +141,7 @@ class Loop:
         while commands != self._commands:
             self._commands += 1
             self._take()
+        self._now = sample.t
         command, requested, notices = self._machine.step(sample, self._dt)
         self._rig.expect(command)
         self._rig.write(SAFE if halted or self._fault[0] else requested)
@@ -166,17 +158,16 @@ class Loop:
         laser = self._laser.look(sample.laser, sample.t)
         if laser is not None:
             notices += (laser,)
-        self._show(sample, command)  # before the notices: who hears of a fault can ask for it
-        for notice in notices:
-            self._outbox.send(("notice", notice))
-        for serial, reply in self._replies:  # last: who has an answer can see what came of it
+        self._show(sample, command)  # before the notices, whose readers may ask for the fault
+        self._report(notices)
+        for serial, reply in self._replies:  # last: the reader of a reply can see its effect
             self._outbox.send(("reply", serial, reply))
         self._replies.clear()
         self._outbox.flush()
         return ""
 
     def _halt(self, stamp: int) -> None:
-        """Emergency stop: outputs safe first, everything else after."""
+        """Emergency stop: outputs safe first."""
         fan = self._rig.given.fan
         self._rig.stop()
         self._cells[SAFE_SINCE] = time.monotonic_ns()
@@ -187,11 +178,16 @@ class Loop:
             mode = MODES[int(self._machine.view().mode)]
             facts = {"on": False, "client": ""}
             notices = (Event(self._rig.clock.now(), "fan", mode, mode, "emergency stop", facts),)
+        self._report(notices)
+
+    def _report(self, notices: Iterable[Notice]) -> None:
+        """Send the events of this period."""
         for notice in notices:
-            self._outbox.send(("notice", notice))
+            ended = isinstance(notice, Finished)
+            told = notice._replace(time=self._now) if ended else notice
+            self._outbox.send(("notice", told))
 
     def _take(self) -> None:
-        """Answer one request."""
         order = self._outbox.receive()
         if order is not None:
             self._handle(order)
@@ -219,22 +215,20 @@ class Loop:
         except Exception as error:  # a defect: it must not take the machine with it
             reply, notices = _defect(error), ()
         self._replies.append((serial, reply))
-        for notice in notices:
-            self._outbox.send(("notice", notice))
+        self._report(notices)
 
     def _renew(self) -> None:
-        """Unlatch."""
         self._rig.renew()
         self._fault = (0.0, 0.0, 0.0, 0.0)
         self.pacer.forget()
 
     def _overlooked(self) -> tuple[Notice, ...]:
-        """Counts that may have been missed while a fault is latched."""
+        """Handle counts that may have been missed while a fault is latched."""
         why = self._rig.overlooked()
         return self._machine.lose(why) if why else ()
 
     def _judge(self) -> None:
-        """Were too many periods missed lately?"""
+        """Trip if too many periods were missed."""
         share, limit = self.pacer.share, self._settings.miss_share
         if share <= limit or limit >= 1.0 or self._fault[0]:
             return
@@ -243,8 +237,7 @@ class Loop:
         self._fault = (float(faults.LATE), share, limit, now)
         self._shared.set_status(self._status(self._machine.view()))
         trouble = faults.late(share, limit, now)
-        for notice in self._machine.fail(trouble.name, {"evidence": trouble.evidence}, False):
-            self._outbox.send(("notice", notice))
+        self._report(self._machine.fail(trouble.name, {"evidence": trouble.evidence}, False))
 
     def _show(self, sample: Sample, command: Command) -> None:
         """Telemetry and status of this period."""
@@ -274,5 +267,5 @@ class Loop:
 
 
 def _defect(error: Exception) -> Refused:
-    """The answer to a request that the machine could not judge; its state is as it was."""
+    """The answer to a request that raised an error; the state is unchanged."""
     return Refused(f"it cannot be judged: {type(error).__name__}: {error}"[:300], "report this")

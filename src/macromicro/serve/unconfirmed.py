@@ -1,4 +1,4 @@
-"""What is said where a stop was not confirmed, so that the machine may still move."""
+"""Messages for a stop that was not confirmed."""
 
 from __future__ import annotations
 
@@ -11,5 +11,5 @@ SILENT = Refused(LOOP, REMEDY)
 
 
 def words(what: str, why: str = LOOP) -> str:
-    """The whole message. `what`: `EMERGENCY_STOP` or `STOP`."""
+    """The whole message for `EMERGENCY_STOP` or `STOP`."""
     return f"{what} not confirmed: {why}. {REMEDY.capitalize()}."

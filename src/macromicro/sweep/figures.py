@@ -11,8 +11,8 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.drawing import files
 from macromicro.drawing.style import BLUE, finish, new
+from macromicro.sweep._reading import Quantity, Results, load
 from macromicro.sweep.folder import FIGURES
-from macromicro.sweep.reading import Quantity, Results, load
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,27 +28,7 @@ _MARKED = 60  # values that show as dots, too
 
 
 def save(folder: Path, kinds: Iterable[str] = files.DEFAULT) -> list[Path]:
-    """Draw a finished sweep into its folder; figures in other formats are removed.
-
-    Parameters
-    ----------
-    folder : Path
-        The sweep's.
-    kinds : iterable of str, optional
-        Formats.
-
-    Returns
-    -------
-    list of Path
-        The files; none where no parameter varies.
-
-    Raises
-    ------
-    InputError
-        There are no results of a sweep in it.
-    OSError
-        The disk refuses.
-    """
+    """Draw a finished sweep into its folder; figures in other formats are removed."""
     figure = draw(load(folder))
     for name in FIGURES:
         (folder / name).unlink(missing_ok=True)
@@ -63,18 +43,7 @@ def draw(results: Results) -> Figure | None:
     """Draw the results of a sweep.
 
     One parameter: the metrics over it. A grid of two: a map with contours for each metric. Else a
-    cloud for each metric and parameter; of many parameters those that matter most, by their rank
-    correlation with the metrics.
-
-    Parameters
-    ----------
-    results : Results
-        From `load`.
-
-    Returns
-    -------
-    Figure or None
-        In no window; None where no parameter varies.
+    cloud for each metric and parameter, of the parameters with the largest rank correlations.
     """
     count = len(results.parameters)
     if not count or not results.metrics:
@@ -94,7 +63,6 @@ def draw(results: Results) -> Figure | None:
 
 
 def _figure(height: float, rows: int, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
-    """With room for a title above."""
     figure, axes = new(height, rows, columns, **options)
     figure.subplots_adjust(top=1.0 - 0.62 / height, left=0.095)
     return figure, axes
@@ -141,9 +109,7 @@ def _maps(results: Results) -> Figure:
 
 
 def _map(figure: Figure, ax: Any, x: Array, y: Array, z: Any, metric: Quantity) -> None:
-    """Colours to the 2nd and 98th percentile, so that single values do not hide the others; grey
-    where there is no number.
-    """
+    """Colours to the 2nd and 98th percentile, against outliers; NaN is grey."""
     from matplotlib.colors import LogNorm, Normalize
 
     ax.set_facecolor("0.8")
@@ -172,7 +138,7 @@ def _map(figure: Figure, ax: Any, x: Array, y: Array, z: Any, metric: Quantity) 
 
 
 def _levels(known: Array, norm: Any, low: float) -> list[float]:
-    """Where the contours run; none through what differs by less than eyes can see."""
+    """Levels of the contours; none where the differences are invisible."""
     levels, last = [], float(norm(low))
     for level in np.percentile(known, _LINES).tolist():
         if norm(level) > last + _APART and level < known.max():
@@ -182,7 +148,6 @@ def _levels(known: Array, norm: Any, low: float) -> list[float]:
 
 
 def _lost(metric: Quantity) -> int:
-    """Variants for which a metric is no number."""
     return int(np.sum(~np.isfinite(metric.values)))
 
 
@@ -211,7 +176,7 @@ def _clouds(results: Results) -> Figure:
     )
     dropped = len(results.parameters) - columns
     if dropped:
-        words = f"not shown: {dropped} parameters whose ranks go less with the metrics'"
+        words = f"not shown: {dropped} parameters with weaker rank correlations"
         figure.text(0.985, 1.0 - 0.1 / figure.get_figheight(), words, fontsize=8, ha="right",
                     va="top")  # fmt: skip
     return figure
@@ -232,7 +197,7 @@ def _telling(results: Results) -> list[Quantity]:
 
 
 def _correlation(x: Array, y: Array) -> float:
-    """Size of the rank correlation; 0 where there is none."""
+    """Magnitude of the rank correlation; 0 if undefined."""
     from scipy.stats import rankdata
 
     good = np.isfinite(y)
@@ -242,7 +207,6 @@ def _correlation(x: Array, y: Array) -> float:
 
 
 def _some(order: Any) -> Any:
-    """At most `_POINTS` of them, evenly."""
     if len(order) <= _POINTS:
         return order
     return order[np.linspace(0, len(order) - 1, _POINTS).astype(int)]

@@ -1,8 +1,8 @@
-"""The folder of a sweep: what is in it, who may write to it, and whether it can be resumed.
+"""The folder of a sweep: its files, its lock, and whether it can be resumed.
 
-sweep.toml       the spec, as it was given
-sweep.json       what was swept, with which version, and how it went
-journal/         finished blocks, one file per worker; gone when the results are complete
+sweep.toml       the spec, as given
+sweep.json       the sweep, the version of the code, and the state
+journal/         finished blocks, one file per worker; removed when the results are complete
 results.parquet  the results, once all variants are finished
 sweep.png        their figure; or as SVG or PDF
 """
@@ -22,12 +22,12 @@ from typing import Any
 import numpy as np
 
 from macromicro.drawing import files
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
 from macromicro.runs.folder import ACCEPTED, holder
-from macromicro.schema.text import printable
-from macromicro.sweep import journal
-from macromicro.sweep.origin import Code
-from macromicro.sweep.spec import Spec
+from macromicro.schema.text import printable, write_text
+from macromicro.sweep import _journal
+from macromicro.sweep._origin import Code
+from macromicro.sweep._spec import Spec
 
 SPEC = "sweep.toml"
 SUMMARY = "sweep.json"
@@ -40,20 +40,6 @@ _ROW = 8  # bytes of a number
 
 
 def needed_bytes(spec: Spec, left: int) -> int:
-    """Tell what a sweep still needs on the disk.
-
-    Parameters
-    ----------
-    spec : Spec
-        The sweep.
-    left : int
-        Variants that are not computed yet.
-
-    Returns
-    -------
-    int
-        Bytes at most: their journal and, beside it, the results of all.
-    """
     columns = 1 + len(spec.axes) + len(spec.metrics)
     return _ROW * (spec.variants * columns + left * (len(spec.metrics) + 1)) + 1_000_000
 
@@ -61,27 +47,7 @@ def needed_bytes(spec: Spec, left: int) -> int:
 def prepare(
     place: Path, spec: Spec, text: str, code: Code, *, resume: bool, overwrite: bool
 ) -> None:
-    """Make the folder's files for a new sweep, or see that this one can be resumed.
-
-    Parameters
-    ----------
-    place : Path
-        The folder.
-    spec : Spec
-        The sweep.
-    text : str
-        Of its file.
-    code : Code
-        That computes it here.
-    resume, overwrite : bool
-        Go on with what is there; replace what a sweep wrote there.
-
-    Raises
-    ------
-    InputError
-        The folder is in use, of another spec, of other code or another sampler than `code`, or it
-        has content and neither `resume` nor `overwrite` is asked for.
-    """
+    """Make the folder's files for a new sweep, or check that this one can be resumed."""
     where = f"--out {printable(place, 300)}"
     content = {p.name for p in place.iterdir()} if place.is_dir() else set()
     if resume and SUMMARY in content:
@@ -89,94 +55,69 @@ def prepare(
         return
     begun = resume and content <= {SPEC, JOURNAL}  # killed before it was said what to do
     if content and not overwrite and not begun:
-        accepted = "a new or empty folder, --resume or --overwrite"
-        raise InputError(where, "exists already", accepted)
+        raise ProblemError(
+            where,
+            "the folder already exists",
+            "Choose another one, or add --resume or --overwrite.",
+        )
     for name in (*_OWN, JOURNAL):  # of the right kind, before anything is removed
         path = place / name
         if path.exists() and path.is_dir() != (name == JOURNAL):
-            raise InputError(f"{where}, {name}", "not of a sweep", "a folder of a sweep")
+            raise ProblemError(f"{where}, {name}", "not part of a sweep", "Choose another folder.")
     (place / JOURNAL).mkdir(parents=True, exist_ok=True)
     with alone(place):
         for name in (RESULTS, SUMMARY, *FIGURES):  # without a summary nothing is resumed
             (place / name).unlink(missing_ok=True)
-        for path in (place / JOURNAL).glob(f"*{journal.SUFFIX}"):
+        for path in (place / JOURNAL).glob(f"*{_journal.SUFFIX}"):
             path.unlink()
-        (place / SPEC).write_text(text, encoding="utf-8")
+        write_text(place / SPEC, text)
         write_json(place / SUMMARY, {"state": "begun", **origin(spec, code)})
 
 
 def origin(spec: Spec, code: Code) -> dict[str, Any]:
-    """Tell what decides the results.
-
-    Parameters
-    ----------
-    spec : Spec
-        The sweep.
-    code : Code
-        That computes it.
-
-    Returns
-    -------
-    dict
-        Version, sources, sampler, digest and canonical spec.
-    """
+    """Everything that determines the results."""
     return {**code._asdict(), "digest": spec.digest, "spec": spec.canonical}
 
 
 def _check_same(place: Path, spec: Spec, code: Code, where: str) -> None:
     record = summary(place, where)
     if record["version"] != code.version:
-        raise InputError(
+        raise ProblemError(
             f"{where}, version",
-            record["version"],
-            f"{code.version}, which this is: install that one to go on, or --overwrite",
+            f"begun with macromicro {record['version']}, but this is {code.version}",
+            "Install that version to resume, or add --overwrite.",
         )
     if record.get("sampler") != code.sampler:
-        raise InputError(
+        old = record.get("sampler", "another sampler (of an earlier version)")
+        raise ProblemError(
             f"{where}, sampler",
-            record.get("sampler", "none: of an earlier macromicro, which drew other points"),
-            f"{code.sampler}, which draws here: install that one to go on, or another --out, "
-            "or --overwrite",
+            f"begun with {old}, but this is {code.sampler}",
+            "Install that version to resume, choose another folder, or add --overwrite.",
         )
     if record["digest"] == spec.digest:
         if record["sources"] == code.sources:
             return
-        raise InputError(
+        raise ProblemError(
             f"{where}, sources",
-            record["sources"],
-            f"{code.sources}, which these are: macromicro's files changed since that sweep "
-            "began; put them back to go on, or another --out, or --overwrite",
+            f"the files of macromicro have changed ({record['sources']} to {code.sources})",
+            "Restore them to resume, choose another folder, or add --overwrite.",
         )
     then, now = record["spec"], spec.canonical
     for key in dict.fromkeys([*now, *then]):
         if key not in then or key not in now or then[key] != now[key]:
-            was = printable(then.get(key, "not there"), 100)
-            shown = printable(now.get(key, "not there"), 100)
-            accepted = f"the spec of that folder ({SPEC} in it has {was}), another --out"
-            raise InputError(f"{where}, {key}", shown, f"{accepted}, or --overwrite")
-    raise InputError(where, "another spec", f"the one in its {SPEC}, or --overwrite")
+            was = printable(then.get(key, "missing"), 100)
+            shown = printable(now.get(key, "missing"), 100)
+            raise ProblemError(
+                f"{where}, {key}",
+                f"{shown} now, but {was} in the folder's {SPEC}",
+                "Use that file to resume, choose another folder, or add --overwrite.",
+            )
+    raise ProblemError(
+        where, "the folder holds another sweep", f"Use the {SPEC} in it, or add --overwrite."
+    )
 
 
 def summary(place: Path, where: str) -> dict[str, Any]:
-    """Read what the folder's summary says.
-
-    Parameters
-    ----------
-    place : Path
-        The folder.
-    where : str
-        For messages.
-
-    Returns
-    -------
-    dict
-        As `prepare` or a finished sweep wrote it.
-
-    Raises
-    ------
-    InputError
-        It is no sweep's.
-    """
     try:
         record: dict[str, Any] = json.loads((place / SUMMARY).read_text(encoding="utf-8"))
         keys = ("state", "version", "sources", "digest", "spec")
@@ -184,113 +125,49 @@ def summary(place: Path, where: str) -> dict[str, Any]:
             return record
     except (ValueError, OSError):
         pass
-    raise InputError(f"{where}, {SUMMARY}", "not of a sweep", "a sweep's folder, or --overwrite")
+    raise ProblemError(
+        f"{where}, {SUMMARY}", "not part of a sweep", "Choose a sweep's folder, or add --overwrite."
+    )
 
 
 def write_json(path: Path, record: dict[str, Any]) -> None:
-    """Write a JSON file, all or nothing.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    record : dict
-        Its content.
-    """
+    """Write a JSON file, all or nothing."""
     fresh = path.with_name(f".{path.name}.new")
-    fresh.write_text(json.dumps(record, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    write_text(fresh, json.dumps(record, indent=2, ensure_ascii=False) + "\n")
     fresh.replace(path)
 
 
 def drop_journal(place: Path) -> None:
-    """Remove the journal, if there still is one; the results have all of it.
-
-    Parameters
-    ----------
-    place : Path
-        The sweep's folder.
-    """
+    """Remove the journal, if there still is one; the results contain all of it."""
     shutil.rmtree(place / JOURNAL, ignore_errors=True)
 
 
 def journals(place: Path) -> list[Path]:
-    """Find the journal's files.
-
-    Parameters
-    ----------
-    place : Path
-        The sweep's folder.
-
-    Returns
-    -------
-    list of Path
-        Oldest first.
-    """
-    return sorted((place / JOURNAL).glob(f"*{journal.SUFFIX}"))
+    return sorted((place / JOURNAL).glob(f"*{_journal.SUFFIX}"))
 
 
 def next_number(folder: Path) -> int:
-    """Give the number of the next journal.
-
-    Parameters
-    ----------
-    folder : Path
-        The journals'.
-
-    Returns
-    -------
-    int
-        One more than the highest number in it.
-    """
-    used = [int(p.stem) for p in folder.glob(f"*{journal.SUFFIX}") if p.stem.isdigit()]
+    used = [int(p.stem) for p in folder.glob(f"*{_journal.SUFFIX}") if p.stem.isdigit()]
     return max(used, default=0) + 1
 
 
-def spans(paths: Sequence[Path], spec: Spec) -> journal.Spans:
-    """Tell which variants journals have.
-
-    Parameters
-    ----------
-    paths : sequence of Path
-        The journals; one that is not there has none.
-    spec : Spec
-        The sweep.
-
-    Returns
-    -------
-    ndarray, shape (n, 2)
-        Merged half-open spans of indices.
-
-    Raises
-    ------
-    InputError
-        A journal is another sweep's.
-    """
+def spans(paths: Sequence[Path], spec: Spec) -> _journal.Spans:
     pair, columns = np.dtype((np.int64, 2)), len(spec.metrics)
     found = [np.zeros((0, 2), dtype=np.int64)]
     for path in paths:
         if not path.exists():  # a worker may have ended before it made its own
             continue
-        places = ((p.first, p.first + p.rows) for p in journal.scan(path, spec.digest, columns))
+        places = ((p.first, p.first + p.rows) for p in _journal.scan(path, spec.digest, columns))
         each = np.asarray(np.fromiter(places, dtype=pair), dtype=np.int64)
-        found.append(journal.merged(each.reshape(-1, 2)))
-    return journal.merged(np.concatenate(found))
+        found.append(_journal.merged(each.reshape(-1, 2)))
+    return _journal.merged(np.concatenate(found))
 
 
 @contextmanager
 def locked(place: Path) -> Iterator[None]:
-    """Hold a share of the lock on the sweep's folder, as everybody who writes there does.
+    """Hold a shared lock on the sweep's folder, as every writer does.
 
-    The system takes it back when the process ends, however that was.
-
-    Parameters
-    ----------
-    place : Path
-        The sweep's folder.
-
-    Yields
-    ------
-    None
+    The system releases it when the process ends.
     """
     file = os.open(place, os.O_RDONLY)
     try:
@@ -302,41 +179,24 @@ def locked(place: Path) -> Iterator[None]:
 
 @contextmanager
 def alone(place: Path) -> Iterator[None]:
-    """Hold the lock on the sweep's folder: nobody else may begin a sweep in it.
-
-    Within the block it is a share, so that our workers can have theirs.
-
-    Parameters
-    ----------
-    place : Path
-        The sweep's folder.
-
-    Yields
-    ------
-    None
-
-    Raises
-    ------
-    InputError
-        Another run, or a worker of a killed one that has not noticed yet, is at work in it.
-    """
+    """Hold the exclusive lock on the sweep's folder, then a shared one for our workers."""
     where = f"--out {printable(place, 300)}"
     file = os.open(place, os.O_RDONLY)
     try:
         end = time.monotonic() + _PATIENCE
         while not _taken(file, fcntl.LOCK_EX):
             if time.monotonic() > end:
-                raise InputError(where, _busy(file), ACCEPTED)
+                raise ProblemError(where, _busy(file), ACCEPTED)
             time.sleep(0.1)
         if not _taken(file, fcntl.LOCK_SH):  # another run was quicker
-            raise InputError(where, _busy(file), ACCEPTED)
+            raise ProblemError(where, _busy(file), ACCEPTED)
         yield
     finally:
         os.close(file)
 
 
 def _busy(file: int) -> str:
-    return f"another sweep is at work in it, or another command: {holder(file)}"
+    return f"another sweep or command uses the folder: {holder(file)}"
 
 
 def _taken(file: int, how: int) -> bool:

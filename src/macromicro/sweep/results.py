@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
 from macromicro.extras import remedy
-from macromicro.sweep import journal
-from macromicro.sweep.journal import Block, joined
-from macromicro.sweep.origin import Code
-from macromicro.sweep.sampling import Sampler
-from macromicro.sweep.spec import Spec
+from macromicro.sweep import _journal
+from macromicro.sweep._journal import Block, joined
+from macromicro.sweep._origin import Code
+from macromicro.sweep._sampling import Sampler
+from macromicro.sweep._spec import Spec
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -33,53 +33,29 @@ _RECORD = np.dtype(
 
 
 class Range(NamedTuple):
-    """A metric over all variants.
-
-    Attributes
-    ----------
-    finite : int
-        How many are a number.
-    least, mean, most : float
-        Of those.
-    """
-
-    finite: int
+    finite: int  # how many are a number
+    # least, mean, most: of those
     least: float
     mean: float
     most: float
 
 
 class Written(NamedTuple):
-    """What is in the results.
-
-    Attributes
-    ----------
-    rows, impossible : int
-        Variants, and how many of them are impossible.
-    words : str
-        Why the first of those is.
-    ranges : dict of str to Range
-        By metric, where it is ever a number.
-    """
-
+    # rows, impossible: variants, and how many of them are impossible
     rows: int
     impossible: int
-    words: str
-    ranges: dict[str, Range]
+    words: str  # why the first of those is
+    ranges: dict[str, Range]  # by metric, where it is ever a number
 
 
 def require() -> None:
-    """See that Parquet files can be written here.
-
-    Raises
-    ------
-    InputError
-        They cannot; with the remedy.
-    """
+    """Refuse to go on without pyarrow."""
     try:
         import pyarrow.parquet  # noqa: F401
     except ImportError:
-        raise InputError("results", "pyarrow is not installed", remedy("sweep")) from None
+        raise ProblemError(
+            "results", "pyarrow is not installed", f"Install it {remedy('sweep')}"
+        ) from None
 
 
 def write(
@@ -94,32 +70,7 @@ def write(
 
     Columns: `index`, the parameters by path, the metrics by name, `error` (text where a variant is
     impossible, its metrics NaN); units and meanings in the fields' metadata, the spec and the code
-    in the schema's. The file depends on spec, metrics and code only, not on who computed what when.
-
-    Parameters
-    ----------
-    path : Path
-        The Parquet file.
-    spec : Spec
-        The sweep.
-    metrics : sequence of Metric
-        All of the job's.
-    journals : sequence of Path
-        With all variants.
-    code : Code
-        That computed all of it.
-    stop : callable
-        True to end early.
-
-    Returns
-    -------
-    Written or None
-        None if `stop()` said so.
-
-    Raises
-    ------
-    ValueError
-        A variant is missing.
+    in the schema's. The file depends on spec, metrics and code only.
     """
     import pyarrow.parquet as pq
 
@@ -179,7 +130,7 @@ def _ordered(spec: Spec, journals: Sequence[Path]) -> Iterator[Block]:
     places = (
         (place.first, place.rows, number, place.offset, place.size)
         for number, path in enumerate(journals)
-        for place in journal.scan(path, spec.digest, columns)
+        for place in _journal.scan(path, spec.digest, columns)
     )
     records = np.fromiter(places, dtype=_RECORD)
     records = records[np.argsort(records["first"], kind="stable")]
@@ -189,15 +140,15 @@ def _ordered(spec: Spec, journals: Sequence[Path]) -> Iterator[Block]:
         for first, count, number, offset, size in records:
             if first + count <= begin:
                 continue
-            place = journal.Place(int(first), int(count), int(offset), int(size))
-            block = journal.read(files[number], place, columns)
+            place = _journal.Place(int(first), int(count), int(offset), int(size))
+            block = _journal.read(files[number], place, columns)
             cut = max(0, begin - block.first)
             begin = block.first + len(block.rows)
             yield _part(block, cut, len(block.rows))
 
 
 def _part(block: Block, low: int, high: int) -> Block:
-    """Rows `low` to `high` (not included) of a block."""
+    """Rows `low` to `high` (exclusive) of a block."""
     errors = {k - low: words for k, words in block.errors.items() if low <= k < high}
     return Block(block.first + low, block.rows[low:high], errors)
 
@@ -225,7 +176,7 @@ def _groups(blocks: Iterator[Block], count: int) -> Iterator[Block]:
 
 
 class _Tally:
-    """Ranges of the metrics, summed up group by group."""
+    """Ranges of the metrics, accumulated by group."""
 
     def __init__(self, names: Sequence[str]) -> None:
         self._names = names
@@ -262,24 +213,11 @@ class _Tally:
 
 
 def ranges(written: Written, units: dict[str, str]) -> Iterator[str]:
-    """Put the metrics' ranges into words.
-
-    Parameters
-    ----------
-    written : Written
-        What is in the results.
-    units : dict of str to str
-        Of the metrics that are reported, by name.
-
-    Yields
-    ------
-    str
-        A line for each: its range and mean over the variants.
-    """
+    """The metrics' ranges in words."""
     width = max((len(name) for name in units), default=0)
     for name, unit in units.items():
         if name not in written.ranges:
-            yield f"{name:{width}}  never a number"
+            yield f"{name:{width}}  always NaN"
             continue
         least, mean, most = written.ranges[name][1:]
         line = f"{name:{width}}  {least:.6g} to {most:.6g}{_unit(unit)}, mean {mean:.6g}"
@@ -294,18 +232,6 @@ def _unit(unit: str) -> str:
 
 
 def constant(written: Written) -> bool:
-    """Tell whether nothing varies.
-
-    Parameters
-    ----------
-    written : Written
-        What is in the results.
-
-    Returns
-    -------
-    bool
-        Whether all of two or more possible variants have the same metrics.
-    """
     possible = written.rows - written.impossible
     return possible > 1 and all(
         r.least == r.most and r.finite == possible for r in written.ranges.values()
@@ -313,20 +239,7 @@ def constant(written: Written) -> bool:
 
 
 def as_json(written: Written, metrics: Sequence[Metric]) -> dict[str, Any]:
-    """Give the same for the summary.
-
-    Parameters
-    ----------
-    written : Written
-        What is in the results.
-    metrics : sequence of Metric
-        All of the job's, for their units.
-
-    Returns
-    -------
-    dict
-        A metric that is never a number has no range.
-    """
+    """The same for the summary."""
     units = {m.name: m.unit for m in metrics}
     record = {n: {"unit": units[n], **r._asdict()} for n, r in written.ranges.items()}
     found = {"rows": written.rows, "impossible": written.impossible, "metrics": record}
@@ -334,18 +247,7 @@ def as_json(written: Written, metrics: Sequence[Metric]) -> dict[str, Any]:
 
 
 def restored(record: Mapping[str, Any]) -> Written:
-    """Read back what `as_json` gave.
-
-    Parameters
-    ----------
-    record : mapping
-        From the summary.
-
-    Returns
-    -------
-    Written
-        What is in the results.
-    """
+    """The inverse of `as_json`."""
     ranges = {
         name: Range(**{key: one[key] for key in Range._fields})
         for name, one in record["metrics"].items()

@@ -1,4 +1,4 @@
-"""A sweep from its spec to its results: checked first, then computed, then written in order."""
+"""A sweep from its spec to its results: check, compute, write in order."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from macromicro.batch import cores
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.recording import check_space
 from macromicro.runs import folder as runs
 from macromicro.schema.text import printable
-from macromicro.sweep import cluster, folder, local, results
-from macromicro.sweep.origin import code
-from macromicro.sweep.spec import Spec, load
-from macromicro.sweep.todo import Todo
+from macromicro.sweep import _cluster, _local, folder, results
+from macromicro.sweep._origin import code
+from macromicro.sweep._spec import Spec, load
+from macromicro.sweep._todo import Todo
 from macromicro.sweep.work import FACTORY, Task, factory
 
 if TYPE_CHECKING:
@@ -29,103 +29,37 @@ MAX_WORKERS = 1024
 
 
 class Request(NamedTuple):
-    """What is asked for.
-
-    Attributes
-    ----------
-    spec : Path
-        The sweep's file.
-    out : Path, optional
-        None for results/NAME of the spec.
-    workers : int, optional
-        None for one per core.
-    scheduler : str, optional
-        Address of a cluster's, instead of processes here.
-    resume, overwrite : bool
-        Go on with what is in `out`; replace it.
-    factory : str
-        Where jobs come from, "module:function".
-    law : str, optional
-        The macro-stage's; None for that of the settings.
-    """
-
-    spec: Path
-    out: Path | None = None
-    workers: int | None = None
-    scheduler: str | None = None
-    resume: bool = False
-    overwrite: bool = False
-    factory: str = FACTORY
-    law: str | None = None
+    spec: Path  # the sweep's file
+    out: Path | None = None  # None for results/NAME of the spec
+    workers: int | None = None  # None for one per core
+    scheduler: str | None = None  # address of a cluster's, instead of processes here
+    resume: bool = False  # go on with what is in `out`
+    overwrite: bool = False  # replace it
+    factory: str = FACTORY  # where jobs come from, "module:function"
+    law: str | None = None  # the macro-stage's; None for that of the settings
 
 
 class Ready(NamedTuple):
-    """A sweep that can begin: its folder is made.
-
-    Attributes
-    ----------
-    task : Task
-        What workers must know.
-    metrics : sequence of Metric
-        All of the job's.
-    out : Path
-        The folder.
-    workers : int
-        Processes.
-    client : distributed.Client or None
-        Of the cluster, where there is one.
-    """
-
-    task: Task
-    metrics: Sequence[Metric]
-    out: Path
-    workers: int
-    client: Client | None
+    task: Task  # what workers must know
+    metrics: Sequence[Metric]  # all of the job's
+    out: Path  # the folder
+    workers: int  # processes
+    client: Client | None  # of the cluster, where there is one
 
 
 class Outcome(NamedTuple):
-    """How a sweep ended.
-
-    Attributes
-    ----------
-    done, before : int
-        Finished variants, and those of them that were finished before.
-    seconds : float
-        That this time took.
-    written : Written or None
-        None where it was stopped before all were finished.
-    """
-
+    # done, before: finished variants, and those of them that were finished before
     done: int
     before: int
-    seconds: float
-    written: results.Written | None
+    seconds: float  # that this time took
+    written: results.Written | None  # None where it was stopped before all were finished
 
 
 def check(request: Request) -> Ready:
-    """See everything that can be wrong before the first variant, and make the folder.
-
-    Parameters
-    ----------
-    request : Request
-        What is asked for.
-
-    Returns
-    -------
-    Ready
-        To be executed.
-
-    Raises
-    ------
-    InputError
-        The options, the spec, a package that is missing, a scheduler that does not answer or whose
-        workers have other code, a folder that must not be written to, a full disk. Nothing existing
-        is touched then.
-    """
     if request.resume and request.overwrite:
-        raise InputError("--resume", "beside --overwrite", "one of them")
+        raise ProblemError("--resume", "not allowed with --overwrite", "Choose one of them.")
     if request.scheduler is not None and request.workers is not None:
-        raise InputError("--workers", "beside --scheduler", "one of them")
+        raise ProblemError("--workers", "not allowed with --scheduler", "Choose one of them.")
     workers = cores() if request.workers is None else request.workers
     if not 1 <= workers <= MAX_WORKERS:
         raise InputError("--workers", workers, f"a whole number from 1 to {MAX_WORKERS}")
@@ -133,10 +67,11 @@ def check(request: Request) -> Ready:
     make = factory(request.factory)
     spec, text = load(request.spec, make, request.law)
     metrics = make(spec.job, **dict(spec.options)).metrics
-    out = Path("results") / request.spec.stem if request.out is None else request.out
+    usual = Path("results") / request.spec.stem
+    out = runs.chosen(request.out, usual, overwrite=request.overwrite, resume=request.resume)
     _check_place(out, spec, resume=request.resume)
     ours = code()
-    client = None if request.scheduler is None else cluster.connect(request.scheduler, ours)
+    client = None if request.scheduler is None else _cluster.connect(request.scheduler, ours)
     how = {"resume": request.resume, "overwrite": request.overwrite}
     try:
         folder.prepare(out, spec, text, ours, **how)
@@ -157,43 +92,18 @@ def _check_place(out: Path, spec: Spec, *, resume: bool) -> None:
 def execute(
     ready: Ready,
     begin: Begin,
-    report: local.Report,
-    stop: local.Stop,
+    report: _local.Report,
+    stop: _local.Stop,
     software: Sequence[tuple[str, str]] = (),
 ) -> Outcome:
-    """Compute what is not finished yet, then write results and summary.
-
-    Parameters
-    ----------
-    ready : Ready
-        From `check`.
-    begin : callable
-        Told how many variants there are and are finished already.
-    report : callable
-        Told variants and impossible ones of every finished block.
-    stop : callable
-        True to end early.
-    software : sequence of (str, str)
-        What it was made with, for the summary.
-
-    Returns
-    -------
-    Outcome
-        How it ended.
-
-    Raises
-    ------
-    InputError
-        The disk has no room for what is missing, or the folder was given to another sweep.
-    SweepError
-        It cannot go on; what is finished is kept.
-    """
     try:
         with folder.alone(ready.out):
             # Another sweep may have been given the folder since it was prepared.
             where = f"--out {printable(ready.out, 300)}"
             if folder.summary(ready.out, where)["digest"] != ready.task.spec.digest:
-                raise InputError(where, "given to another sweep meanwhile", "another folder")
+                raise ProblemError(
+                    where, "another sweep has taken the folder", "Choose another one."
+                )
             return _execute(ready, begin, report, stop, software)
     finally:
         if ready.client is not None:
@@ -203,8 +113,8 @@ def execute(
 def _execute(
     ready: Ready,
     begin: Begin,
-    report: local.Report,
-    stop: local.Stop,
+    report: _local.Report,
+    stop: _local.Stop,
     software: Sequence[tuple[str, str]],
 ) -> Outcome:
     spec, place = ready.task.spec, ready.out / folder.JOURNAL
@@ -220,9 +130,9 @@ def _execute(
     begin(spec.variants, before)
     if todo:
         if ready.client is None:
-            local.run(ready.task, todo, place, ready.workers, report, stop)
+            _local.run(ready.task, todo, place, ready.workers, report, stop)
         else:
-            cluster.run(ready.client, ready.task, todo, place, report, stop)
+            _cluster.run(ready.client, ready.task, todo, place, report, stop)
     done = folder.spans(folder.journals(ready.out), spec)
     finished = int((done[:, 1] - done[:, 0]).sum())
     seconds = time.monotonic() - clock

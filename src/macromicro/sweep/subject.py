@@ -1,4 +1,4 @@
-"""What a spec says of its job: the name, options, the settings to start from."""
+"""The job of a spec: its name, options, and the settings to start from."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from macromicro import joining
 from macromicro.batch.stage_job import StageJob
 from macromicro.control import outside
 from macromicro.control.macro import NAMES
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.machines import owned
 from macromicro.machines.tree import is_own, joined
 from macromicro.schema.config import difference, load_overrides
@@ -39,51 +39,14 @@ _BESIDE = (
 
 
 class Subject(NamedTuple):
-    """What a spec says of its job.
-
-    Attributes
-    ----------
-    job : Job
-        The job.
-    options : tuple of (str, Any)
-        That make it again, settings included.
-    files : tuple of (str, str)
-        What files that it names say: key of the spec and what stands there.
-    parameters : dict of str to Entry
-        Those that can be varied.
-    """
-
     job: Job
-    options: Options
+    options: Options  # that make it again, settings included
+    # what files that it names say: key of the spec and what stands there
     files: tuple[tuple[str, str], ...]
-    parameters: dict[str, Entry]
+    parameters: dict[str, Entry]  # those that can be varied
 
 
 def read(raw: dict[str, Any], path: Path, factory: Factory, law: str | None = None) -> Subject:
-    """Read what a spec says of its job.
-
-    Parameters
-    ----------
-    raw : dict
-        The spec.
-    path : Path
-        Its file.
-    factory : callable
-        Makes a job from its name and options.
-    law : str or None
-        The macro-stage's, as the option ``--law``; None: that of the settings.
-
-    Returns
-    -------
-    Subject
-        The job, checked.
-
-    Raises
-    ------
-    InputError
-        With file and key: no or an unknown job, an unknown option or one of the wrong kind, what is
-        wrong with the settings file.
-    """
     file = printable(path, 300)
     name = raw.get("job")
     if not isinstance(name, str):
@@ -108,18 +71,7 @@ def read(raw: dict[str, Any], path: Path, factory: Factory, law: str | None = No
 
 
 def laws(job: Job) -> tuple[tuple[str, str], ...]:
-    """Tell what stands for a law, or a machine, of another package that a job runs.
-
-    Parameters
-    ----------
-    job : Job
-        Any.
-
-    Returns
-    -------
-    tuple of (str, str)
-        Its name and the digest of its sources: one that changes is another sweep.
-    """
+    """Identity of the user's law or machine that a job runs."""
     base, found = job.base(), []
     if isinstance(job, StageJob):
         names = [tree.law for tree in job.trees if is_own(tree)]
@@ -138,36 +90,11 @@ def laws(job: Job) -> tuple[tuple[str, str], ...]:
 
 
 def plain_options(job: Job) -> dict[str, Any]:
-    """Tell the options of a job that a file can set.
-
-    Parameters
-    ----------
-    job : Job
-        Any.
-
-    Returns
-    -------
-    dict
-        Name and default.
-    """
     given = inspect.signature(type(job)).parameters.values()
     return {p.name: p.default for p in given if isinstance(p.default, bool | int | float | str)}
 
 
 def parameters(job: Job) -> dict[str, Entry]:
-    """Tell the parameters of a job that can be varied.
-
-    Parameters
-    ----------
-    job : Job
-        Any.
-
-    Returns
-    -------
-    dict of str to Entry
-        By dotted path; beside those of its tree the seed of the noise, and the step of a job that
-        has none in its tree.
-    """
     known = {entry.path: entry for entry in entries(job.base())}
     options = plain_options(job)
     beside = [e for e in _BESIDE if e.path in options and e.path not in known]
@@ -187,7 +114,7 @@ def _options(raw: object, known: dict[str, Any], where: str) -> Options:
 
 
 def _contents(options: Options) -> tuple[tuple[str, str], ...]:
-    """Digests of the files that options name: a programme that changes is another sweep."""
+    """Digests of the files that options name: a changed programme is another sweep."""
     found = []
     for key, value in options:
         if isinstance(value, str) and value.endswith(_READ) and Path(value).is_file():
@@ -197,25 +124,25 @@ def _contents(options: Options) -> tuple[tuple[str, str], ...]:
 
 
 def _made(factory: Factory, name: str, options: Options, file: str) -> Job:
-    """The job; `InputError` with the file's name for what it says of its options."""
+    """The job; errors in its options name the file."""
     try:
         return factory(name, **dict(options))
     except InputError as error:
         where = f"{file}, options.{error.where}"
-        raise InputError(where, error.value, error.accepted) from None
+        raise error.at(where) from None
 
 
 def _tree(raw: object, path: Path, job: Job, law: str | None) -> Any:
-    """The job's parameters with what the settings file beside the spec says, under a law."""
     base = job.base()
     if law is not None:
         if isinstance(job, StageJob):
             if len(job.trees) > 1:
-                accepted = "no such option: the settings file says the law of each axis"
-                raise InputError("--law", printable(law), accepted)
+                raise ProblemError(
+                    "--law", "not allowed here", "Name the law of each axis in the settings file."
+                )
             base = joined(base, law, "--law")
         elif not isinstance(base, Settings):
-            raise InputError("--law", printable(law), f"a job on a bench; {job.name} is none")
+            raise ProblemError("--law", f"only with a job on a bench, not with {job.name}")
         if raw is None:
             return base if isinstance(job, StageJob) else chosen(base, None, law)
     if not isinstance(raw, str) or "\0" in raw:

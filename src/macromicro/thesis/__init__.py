@@ -1,7 +1,6 @@
-"""The thesis' laboratory: a folder a chapter with its procedures, claims and figures.
+"""The thesis' laboratory: a folder per chapter with its procedures, claims and figures.
 
-Only `reproduce` and `collect` use it. The procedures, a file each with a `PROCEDURE`, are listed
-here in the thesis' order.
+Only `reproduce` and `collect` use it; procedures are listed here in the thesis' order.
 """
 
 from __future__ import annotations
@@ -30,5 +29,4 @@ NAMES = (
 
 
 def all_procedures() -> list[Procedure]:
-    """Every procedure, in the thesis' order."""
     return [import_module(f"{__name__}.{name}").PROCEDURE for name in NAMES]

@@ -1,4 +1,4 @@
-"""What `--only` names: claims, figures, tables, equations, sections or procedures of the thesis."""
+"""What `--only` selects: claims, figures, tables, equations, sections or procedures."""
 
 from __future__ import annotations
 
@@ -47,11 +47,10 @@ _SECTION = re.compile(r"(?:section|sec\.?|chapter|ch\.?)\s*(\S.*)", re.IGNORECAS
 
 
 def choose(names: Sequence[str], procedures: Sequence[Procedure]) -> list[Chosen]:
-    """The procedures that `names` ask for, all without any, in their own order.
+    """The procedures that `names` select, in their own order; all without names.
 
-    A name is a claim's id ("M1"), a figure, table or equation as the page labels it ("Figure
-    4.8", "Table 2.1", "Equation (2.1)"), a section with all below it ("4.2", "Appendix D") or a
-    procedure. Raises `InputError`.
+    A name is a claim's id ("M1"), a label ("Figure 4.8", "Table 2.1", "Equation (2.1)"), a
+    section with all below it ("4.2", "Appendix D") or a procedure.
     """
     if not names:
         return [Chosen(p) for p in procedures]
@@ -76,7 +75,7 @@ def choose(names: Sequence[str], procedures: Sequence[Procedure]) -> list[Chosen
 
 
 def _found(name: str, procedures: Sequence[Procedure]) -> list[tuple[Procedure, str, str]]:
-    """What one name asks for: procedure, "whole", "claim" or "figure", and which."""
+    """Procedure, "whole", "claim" or "figure", and which, for one name."""
     low = name.lower()
     for p in procedures:
         if low == p.name:
@@ -100,7 +99,6 @@ def _found(name: str, procedures: Sequence[Procedure]) -> list[tuple[Procedure, 
 
 
 def _by_equation(number: str, procedures: Sequence[Procedure]) -> list[tuple[Procedure, str, str]]:
-    """What measures an equation of the thesis, or shows it."""
     wanted = EQUATIONS.get(number)
     found = [
         (p, kind, what)
@@ -120,7 +118,7 @@ def _by_equation(number: str, procedures: Sequence[Procedure]) -> list[tuple[Pro
 
 
 def _within(name: str, sections: Sequence[str]) -> bool:
-    """Is one of `sections` the named one, or below it?"""
+    """Whether one of `sections` is the named one, or below it."""
     appendix, section = _APPENDIX.fullmatch(name), _SECTION.fullmatch(name)
     if appendix:
         wanted = f"Appendix {appendix.group(1).upper()}"

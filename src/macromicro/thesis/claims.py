@@ -1,7 +1,7 @@
-"""Claims: what the thesis states, what was measured here, and the verdict.
+"""Claims: what the thesis states, what was measured, and the verdict.
 
-Statements, printed values and what counts as reproduced are data, `claims.toml`; what was measured
-is put beside them by `stated`, and each claim is judged by itself.
+Statements, printed values and acceptance bands are data, `claims.toml`; `stated` adds the
+measurement.
 """
 
 from __future__ import annotations
@@ -30,15 +30,10 @@ Band = tuple[float, float]
 
 
 class Statement(NamedTuple):
-    """What the thesis states, apart from what was measured.
+    """A statement of the thesis, without a measurement.
 
-    `printed`: number, list of numbers or names, or None where there is none; `printed_text`: what
-    the thesis prints in words. `kind`: `calibrated` (a parameter of the bench or a gain was chosen
-    with it in view, the bench was made to meet it, or it follows from claims for which that was
-    so), `set` (a setting fixes it, and the measurement gives the setting back), `computed`
-    (arithmetic) or `predicted` (none of these). `procedure`: which measures it. `accept`: from and
-    to, of each number measured, one alone of every one; `of`: what else these are for; `rule`: what
-    more must hold, in words.
+    `kind`: `calibrated` (a parameter of the bench or a gain was chosen for it, or it follows from
+    such claims), `set` (a setting fixes it), `computed` (arithmetic) or `predicted` (all others).
     """
 
     id: str
@@ -49,14 +44,14 @@ class Statement(NamedTuple):
     printed: Number = None
     printed_text: str = ""
     unit: str = ""
-    accept: tuple[Band, ...] = ()
-    of: str = ""
-    rule: str = ""
+    accept: tuple[Band, ...] = ()  # bounds of each number; one band alone holds for all
+    of: str = ""  # what else the bands apply to
+    basis: str = ""  # reason of the bands
+    rule: str = ""  # further conditions, in words
 
 
 class Claim(NamedTuple):
-    """A statement with what was measured: fields as in `Statement`; `reason` says why it differs,
-    or what the agreement rests on."""
+    """A statement with its measurement; `reason`: why it differs, or why it agrees."""
 
     id: str
     section: str
@@ -68,10 +63,14 @@ class Claim(NamedTuple):
     reason: str = ""
     kind: str = PREDICTED
     printed_text: str = ""
+    accept: tuple[Band, ...] = ()
+    of: str = ""
+    basis: str = ""
+    rule: str = ""
 
 
 class NotMeasured(MacromicroError):
-    """What a claim needs is not in the recordings; the message is the claim's reason."""
+    """A claim's data is missing in the recordings; the message is the claim's reason."""
 
 
 def _read() -> dict[str, Statement]:
@@ -93,51 +92,47 @@ def measured_by(procedure: str) -> tuple[str, ...]:
 
 
 def printed(name: str) -> float:
-    """The number that the thesis prints for a claim."""
     value = STATEMENTS[name].printed
     assert isinstance(value, float), name
     return value
 
 
 def printed_list(name: str) -> list[Any]:
-    """The numbers or names that the thesis prints for a claim."""
     value = STATEMENTS[name].printed
     assert isinstance(value, list), name
     return value
 
 
 def band(name: str, k: int = 0) -> Band:
-    """From and to of the k-th number of a claim."""
+    """Lower and upper bound of the k-th number of a claim."""
     return STATEMENTS[name].accept[k]
 
 
 def accepts(name: str, *values: float) -> bool:
-    """Are all `values` within the claim's bands? One band alone is for all; NaN is in none."""
+    """Whether all `values` are within the claim's bands; NaN is in none."""
     bands = STATEMENTS[name].accept
     bands = bands * len(values) if len(bands) == 1 else bands
     return all(low <= v <= high for v, (low, high) in zip(values, bands, strict=True))
 
 
 def within(name: str, *values: float) -> str:
-    """The verdict for what must lie within the claim's bands; NaN counts as not measured."""
+    """The verdict for values within the claim's bands; NaN counts as not measured."""
     if any(math.isnan(v) for v in values):
         return NOT_MEASURED
     return holds(accepts(name, *values))
 
 
 def reached(name: str, value: float) -> str:
-    """As `within`, for a time until something happens: NaN says that it never did in a run
-    that was whole, and differs."""
+    """As `within`, for a time until an event; NaN in a complete run means never, and differs."""
     return DIFFERS if math.isnan(value) else within(name, value)
 
 
 def holds(good: bool) -> str:
-    """The verdict for a claim that holds or does not."""
     return REPRODUCED if good else DIFFERS
 
 
 def stated(name: str, measured: Number, verdict: str, reason: str = "") -> Claim:
-    """The claim `name` with what was measured. Raises KeyError for one that is not listed."""
+    """The claim `name` with its measurement; KeyError for an unknown one."""
     s = STATEMENTS[name]
     return Claim(
         s.id,
@@ -150,18 +145,22 @@ def stated(name: str, measured: Number, verdict: str, reason: str = "") -> Claim
         reason,
         s.kind,
         s.printed_text,
+        s.accept,
+        s.of,
+        s.basis,
+        s.rule,
     )
 
 
 def lost(name: str, reason: str) -> Claim:
-    """The claim `name`, not measured. One that is not listed has no words and no kind."""
+    """The claim `name`, not measured; an unknown one has no words and no kind."""
     if name in STATEMENTS:
         return stated(name, None, NOT_MEASURED, reason)
     return Claim(name, "", "Not measured", None, None, "", NOT_MEASURED, reason, kind="")
 
 
 def in_order(claims: Iterable[Claim]) -> list[Claim]:
-    """The claims as the list has them; those that it lacks last, in the order they came."""
+    """The claims in the order of the list; unknown ones last."""
     return sorted(claims, key=lambda c: _PLACE.get(c.id, len(_PLACE)))
 
 
@@ -169,9 +168,10 @@ Rule = Callable[[], Claim | Sequence[Claim]]
 
 
 def judged(rules: Sequence[tuple[str | tuple[str, ...], Rule]]) -> list[Claim]:
-    """The claims of all rules, in order. Each rule goes with the id or ids that it measures;
-    where it raises, these are not measured, and the reason says why: what spoils one rule does not
-    lose its neighbours."""
+    """The claims of all rules, in order.
+
+    A rule that raises loses only its own claims, with the exception as the reason.
+    """
     found: list[Claim] = []
     for ids, rule in rules:
         names = (ids,) if isinstance(ids, str) else ids
@@ -185,18 +185,17 @@ def judged(rules: Sequence[tuple[str | tuple[str, ...], Rule]]) -> list[Claim]:
 
 
 def why(error: Exception) -> str:
-    """An exception as a reason."""
     if isinstance(error, InputError):
-        return f"the recordings do not give it: {error}"
+        return f"not in the recordings: {error}"
     if isinstance(error, NotMeasured):
         return str(error)
-    return f"its rule could not be worked out: {type(error).__name__}: {error}"
+    return f"its rule could not be evaluated: {type(error).__name__}: {error}"
 
 
 def whole(what: str, *recordings: Recording) -> None:
-    """NotMeasured unless each of `recordings`, named by `what`, came to its programme's end."""
+    """NotMeasured unless each of `recordings` came to its programme's end."""
     for recording in recordings:
         if not recording.attributes.get("finished", 1):
             fault = recording.attributes.get("fault", "its last move did not arrive")
             after = len(recording) * recording.dt
-            raise NotMeasured(f"{what} was cut short after {after:.1f} s: {fault}")
+            raise NotMeasured(f"{what} ended after {after:.1f} s: {fault}")

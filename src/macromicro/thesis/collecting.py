@@ -1,8 +1,7 @@
-"""The laboratory procedures that `macromicro collect` runs: one entry each, or one of the user's.
+"""The laboratory procedures of `macromicro collect`, and those of the user's.
 
-A procedure takes a lab and gives recordings by file name; runs of one file stand below
-each other, separated by the column `run`. To add one, write its function and list it; one
-outside this package is named as "module:procedure" (docs/own-procedures.md).
+A procedure takes a lab and returns recordings by file name; the runs of one file are
+distinguished by the column `run`. One of your own is named "module:procedure".
 """
 
 from __future__ import annotations
@@ -28,56 +27,23 @@ GROUP = "macromicro.procedures"
 FORM = "MODULE:PROCEDURE, one of your own (docs/own-procedures.md)"
 _FULL = 5.0  # V
 _STROKES_FROM = (700.0, 1120.0)  # counts
-RUN = Column("run", "1", "which run a row belongs to, from 1", "i2")
+RUN = Column("run", "1", "number of the row's run, from 1", "i2")
 
 
 class Procedure(NamedTuple):
-    """A laboratory procedure.
-
-    Attributes
-    ----------
-    name : str
-        Of it, and of the folder of its recordings.
-    collect : Callable[[Lab], Recordings]
-        Runs it, and gives recordings by file name.
-    channels : tuple[str, ...]
-        What the rig must measure, as those of `thesis.procedure.Procedure`.
-    needs : str
-        Of the rig and of time, for people.
-    gives : str
-        What is recorded, for people.
-    then : str
-        What to do with the files; {out} is their folder. "": nothing is said.
-    megabytes : int
-        At most, on the disk.
-    """
-
-    name: str
-    collect: Callable[[Lab], Recordings]
-    channels: tuple[str, ...]
-    needs: str
-    gives: str
-    then: str = ""
-    megabytes: int = 50
+    name: str  # of it, and of the folder of its recordings
+    collect: Callable[[Lab], Recordings]  # runs it, and gives recordings by file name
+    channels: tuple[str, ...]  # what the rig must measure, as those of `thesis.procedure.Procedure`
+    needs: str  # of the rig and of time, for people
+    gives: str  # what is recorded, for people
+    then: str = ""  # what to do with the files; {out} is their folder. "": nothing is said
+    megabytes: int = 50  # at most, on the disk
 
 
 def joined(
     runs: Sequence[Recording], attributes: Mapping[str, Attribute] | None = None
 ) -> Recording:
-    """Recordings of the same columns and sample time as one, with the column `run`.
-
-    Parameters
-    ----------
-    runs : Sequence[Recording]
-        One or more; columns of the truth are left out.
-    attributes : Mapping[str, Attribute] | None, optional
-        Of the whole.
-
-    Returns
-    -------
-    Recording
-        One below the other.
-    """
+    """Recordings of the same columns and sample time as one, with the column `run`."""
     columns = (*runs[0].columns, RUN)
     shown = [c for c in columns if c is RUN or not c.name.startswith("true_")]
     arrays = [np.concatenate([r[c.name] for r in runs]) for c in shown if c is not RUN]
@@ -86,7 +52,7 @@ def joined(
 
 
 def _dead_zone(lab: Lab) -> Recordings:
-    from macromicro.thesis.chapter4 import friction_runs as friction
+    from macromicro.thesis.chapter4 import _friction_runs as friction
 
     low, high = friction.TRAVEL
     ends: dict[str, Attribute] = {"travel_low": low, "travel_high": high, **_about(lab)}
@@ -94,19 +60,19 @@ def _dead_zone(lab: Lab) -> Recordings:
 
 
 def _macro_steps(lab: Lab) -> Recordings:
-    from macromicro.thesis.chapter4 import identification_runs
+    from macromicro.thesis.chapter4 import _identification_runs
 
-    found = identification_runs.collect(lab.bench(), lab.seed)
+    found = _identification_runs.collect(lab.bench(), lab.seed)
     return {f"steps-{volts:g}V": joined(runs, _about(lab)) for volts, runs in found.items()}
 
 
 def _drive(lab: Lab) -> Recordings:
-    from macromicro.thesis.chapter4 import friction_runs
+    from macromicro.thesis.chapter4 import _friction_runs
 
     about = _about(lab)
     if not lab.rigs:
         about["delay"] = 1  # the twin's D/A board latches a voltage one period late
-    return {"drive": joined([friction_runs.pulsed(lab.bench())], about)}
+    return {"drive": joined([_friction_runs.pulsed(lab.bench())], about)}
 
 
 def _carriage(lab: Lab) -> Recordings:
@@ -131,9 +97,9 @@ def _kiln(lab: Lab) -> Recordings:
 
 
 def _electrothermal(lab: Lab) -> Recordings:
-    from macromicro.thesis.chapter5 import electrothermal_runs
+    from macromicro.thesis.chapter5 import _electrothermal_runs
 
-    found = electrothermal_runs.collect(lab.bench(), lab.seed)
+    found = _electrothermal_runs.collect(lab.bench(), lab.seed)
     made = {f"step-{v:g}V": joined(runs, _about(lab)) for v, runs in found.steps.items()}
     return made | {f"cooling-{v:g}V": joined(r, _about(lab)) for v, r in found.cooled.items()}
 
@@ -165,7 +131,6 @@ def _hall(lab: Lab) -> Recordings:
 
 
 def _about(lab: Lab) -> dict[str, Attribute]:
-    """Where a recording comes from."""
     named = {r.kind: r.name for r in lab.rigs}
     return {"seed": lab.seed, **named}
 
@@ -247,24 +212,6 @@ PROCEDURES = (
 
 
 def find(name: str) -> Procedure:
-    """The procedure of a name.
-
-    Parameters
-    ----------
-    name : str
-        One of `PROCEDURES`, "module:procedure", or the name of an installed entry point of the
-        group `GROUP`.
-
-    Returns
-    -------
-    Procedure
-        The procedure.
-
-    Raises
-    ------
-    InputError
-        There is none; lists them.
-    """
     for procedure in PROCEDURES:
         if procedure.name == name:
             return procedure
@@ -280,26 +227,7 @@ def find(name: str) -> Procedure:
 
 
 def checked(found: Any, name: str) -> Recordings:
-    """What a procedure gave, before it is saved.
-
-    Parameters
-    ----------
-    found : Any
-        The answer of its `collect`.
-    name : str
-        Of the procedure, for the message.
-
-    Returns
-    -------
-    Recordings
-        The same.
-
-    Raises
-    ------
-    InputError
-        It is no recordings by file name.
-    """
-    where, accepted = f"procedure {printable(name)}", "recordings by file name, one or more"
+    where, accepted = f"procedure {printable(name)}", "one recording or more, by file name"
     if not isinstance(found, dict) or not found:
         raise InputError(where, f"gave {printable(found)}", accepted)
     for file, recording in found.items():

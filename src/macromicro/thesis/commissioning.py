@@ -1,8 +1,7 @@
-"""The two-stage machine commissioned: directions, procedures in order, models, laws, verification.
+"""The two-stage machine commissioned: directions, procedures, models, laws, verification.
 
-What a step records stays in a folder of its own, with what was identified from it, so that an
-interrupted commissioning goes on with the step that is not complete. Without a kiln the micro-stage
-gets the law that needs no model of its wire.
+The recordings and the model of a step stay in a folder of their own, so that an interrupted
+commissioning continues there. Without a kiln the micro-stage gets the law without a wire model.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from macromicro.control.outside import FINE, SHIPPED
-from macromicro.errors import InputError, MacromicroError
+from macromicro.errors import MacromicroError, ProblemError
 from macromicro.identify.kinds import from_files
 from macromicro.identify.result import MODEL, RESULT
 from macromicro.nominal import PERIOD
@@ -24,6 +23,7 @@ from macromicro.rig.session import BENCH, KILN, Fixture
 from macromicro.rig.twin import CompiledTwin
 from macromicro.runs import folder, job
 from macromicro.schema import config
+from macromicro.schema.text import write_text
 from macromicro.settings import Settings
 from macromicro.thesis import collecting
 from macromicro.thesis.procedure import Lab
@@ -42,24 +42,12 @@ _EFFORTS, _HEAT = (3.5, 4.2, 5.0), 1.6  # V
 
 
 class Part(NamedTuple):
-    """A procedure and what is identified from it.
+    """A procedure and the model identified from it."""
 
-    Attributes
-    ----------
-    name : str
-        Of the procedure, and of its folder.
-    kind : str
-        Of the identification.
-    files : str
-        Those of its recordings that are taken, as a pattern.
-    options : Callable[[Path], dict[str, Any]]
-        Of the identification, from the folder of all parts.
-    """
-
-    name: str
-    kind: str
-    files: str
-    options: Callable[[Path], dict[str, Any]]
+    name: str  # of the procedure, and of its folder
+    kind: str  # of the identification
+    files: str  # those of its recordings that are taken, as a pattern
+    options: Callable[[Path], dict[str, Any]]  # of the identification, from the folder of all parts
 
 
 CARRIAGE = Part("carriage", "carriage", "*.h5", lambda parts: {})
@@ -70,57 +58,30 @@ ACTUATOR = Part(
 
 
 class Commissioned(NamedTuple):
-    """What a commissioning found.
-
-    Attributes
-    ----------
-    out : Path
-        Its folder.
-    found : dict[str, Mapping[str, Any]]
-        Each part's result.json.
-    toml : str
-        The machine's file.
-    ended : job.Ended
-        The verification.
-    doubts : list[str]
-        What a person should look at.
-    """
-
-    out: Path
-    found: dict[str, Mapping[str, Any]]
-    toml: str
-    ended: job.Ended
-    doubts: list[str]
+    out: Path  # its folder
+    found: dict[str, Mapping[str, Any]]  # each part's result.json
+    toml: str  # the machine's file
+    ended: job.Ended  # the verification
+    doubts: list[str]  # what a person should look at
 
     @property
     def met(self) -> bool:
-        """Whether every move of the verification arrived and the guard saw nothing."""
+        """Whether every move of the verification arrived without a fault of the guard."""
         return not self.why
 
     @property
     def why(self) -> str:
-        """Why the verification was not met; "" where it was."""
+        """Why the verification failed; "" if it did not."""
         if self.ended.fault is not None:
             return f"{self.ended.fault.message} {self.ended.fault.evidence}"
         if not self.ended.finished:
-            return "the programme did not come to its end"
+            return "the programme did not finish"
         late = [str(m.move + 1) for m in self.ended.moves if m.arrived_s is None]
         return f"move {', '.join(late)} did not arrive" if late else ""
 
 
 def parts(lab: Lab) -> tuple[Part, ...]:
-    """What the machines of a lab can show.
-
-    Parameters
-    ----------
-    lab : Lab
-        Rigs, or the virtual ones.
-
-    Returns
-    -------
-    tuple[Part, ...]
-        The carriage alone where there is no kiln.
-    """
+    """The procedures that the machines of a lab allow."""
     kiln = not lab.rigs or any(rig.kind == KILN for rig in lab.rigs)
     return (CARRIAGE, OVEN, ACTUATOR) if kiln else (CARRIAGE,)
 
@@ -131,71 +92,32 @@ def commission(
     ask: Callable[[str, str], None] = lambda title, intent: None,
     done: Callable[[str], None] = lambda title: None,
 ) -> Commissioned:
-    """Commission both stages.
-
-    Parameters
-    ----------
-    lab : Lab
-        The virtual benches of its settings, or a bench and, for the law with a model, a kiln.
-    out : Path
-        Folder; parts that are complete there are not done again.
-    ask : Callable[[str, str], None], optional
-        Called before each part that moves, with its title and what it will do; may raise.
-    done : Callable[[str], None], optional
-        Called after each, with its title.
-
-    Returns
-    -------
-    Commissioned
-        Models, machine, verification.
-
-    Raises
-    ------
-    InputError
-        A rig lacks a sensor, or `out` holds a commissioning of something else.
-    MacromicroError
-        A stage goes the wrong way, or a part cannot do its work; says why.
-    """
     wanted = parts(lab)
     for part in wanted:
         lab.check(collecting.find(part.name))
     _same(lab, out)
     if not (out / DIRECTIONS).exists():
-        ask("directions", "both stages, a little way, at efforts that rise until they move")
+        ask("directions", "both stages, a short distance; the voltage is increased until they move")
         said = _directions(_bench(lab))
-        (out / DIRECTIONS).write_text(json.dumps(said, indent=2) + "\n", encoding="utf-8")
+        write_text(out / DIRECTIONS, json.dumps(said, indent=2) + "\n")
         done("directions")
     found = {part.name: _done(lab, part, out / STEPS, ask, done) for part in wanted}
     tree = machine(lab.settings, [out / STEPS / p.name / "model" / MODEL for p in wanted])
     chosen = ("controller.macro_law", "controller.micro_law")
     head = "# The two-stage machine as commissioned: macromicro run --config machine.toml\n\n"
     toml = head + config.changed_toml(tree, Settings(), chosen)
-    (out / MACHINE).write_text(toml, encoding="utf-8")
+    write_text(out / MACHINE, toml)
     ask(VERIFICATION, f"the programme {PROGRAMME}, by the laws {MACRO_LAW} and {_micro(tree)}")
     ended = _verified(lab, out)
     done(VERIFICATION)
     doubts = [f"{name}: {text}" for name, one in found.items() for text in one["warnings"]]
     if len(wanted) == 1:
-        why = f"No kiln: the micro-stage is under {PLAIN}, with the gains of the shipped bench."
+        why = f"No kiln: the micro-stage uses the law {PLAIN} with the gains of the shipped bench."
         doubts.append(why)
     return Commissioned(out, found, toml, ended, doubts)
 
 
 def machine(base: Settings, models: list[Path]) -> Settings:
-    """Settings under the laws of the parts' models.
-
-    Parameters
-    ----------
-    base : Settings
-        Of the machine that was commissioned.
-    models : list[Path]
-        The parts' model.toml; what is no setting of this machine is passed over.
-
-    Returns
-    -------
-    Settings
-        Both stages at once; the micro-stage by its model where one is there, else without.
-    """
     tree = base._replace(controller=base.controller.joined(PLAIN, MACHINE))
     for path in models:
         if path.parent.parent.name != OVEN.name:
@@ -208,7 +130,7 @@ def _micro(tree: Settings) -> str:
 
 
 def _same(lab: Lab, out: Path) -> None:
-    """Refuse to go on with what another machine or seed began."""
+    """Refuse to continue a commissioning of another machine or seed."""
     rigs = [rig.name for rig in lab.rigs] or [TWIN]
     asked = {
         "rigs": rigs,
@@ -218,8 +140,12 @@ def _same(lab: Lab, out: Path) -> None:
     place = out / ASKED
     out.mkdir(parents=True, exist_ok=True)
     if place.exists() and json.loads(place.read_text(encoding="utf-8")) != asked:
-        raise InputError("--out", str(out), "another folder, or --overwrite: it is of another rig")
-    place.write_text(json.dumps(asked, indent=2) + "\n", encoding="utf-8")
+        raise ProblemError(
+            f"--out {out}",
+            "begun with another rig or seed",
+            "Choose another folder or add --overwrite.",
+        )
+    write_text(place, json.dumps(asked, indent=2) + "\n")
 
 
 def _bench(lab: Lab) -> Fixture:
@@ -230,7 +156,7 @@ def _bench(lab: Lab) -> Fixture:
 
 
 def _directions(rig: Fixture) -> list[str]:
-    """What was seen; raises where a stage does not move, or the wrong way."""
+    """The directions found; raises where a stage does not move, or the wrong way."""
     said = []
     for volts in _EFFORTS:
         with rig.open() as session:
@@ -253,7 +179,7 @@ def _done(
     ask: Callable[[str, str], None],
     done: Callable[[str], None],
 ) -> Mapping[str, Any]:
-    """A part's result, which is done where it is not there yet."""
+    """A part's result, computed if it is not there yet."""
     place, procedure = every / part.name, collecting.find(part.name)
     if not list(place.glob(part.files)):
         ask(part.name, f"{procedure.gives}; {procedure.needs}")

@@ -1,4 +1,4 @@
-"""What commissioning of both stages gives a person: a page, and the same as JSON."""
+"""Report of the commissioning of both stages: a page, and the same as JSON."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from macromicro.identify.result import rounded
 from macromicro.identify.witnesses import within
 from macromicro.report.write import write as write_run
 from macromicro.runs import folder
-from macromicro.schema.text import plain
+from macromicro.schema.text import plain, write_text
 from macromicro.thesis.commissioning import DIRECTIONS, MACHINE, STEPS, VERIFICATION, Commissioned
 
 FILES = (PAGE, JSON)
@@ -27,22 +27,6 @@ _NOTE = f"Each part's own table, figures and records are in {STEPS}/. The verifi
 
 
 def write(found: Commissioned, name: str, started: str) -> None:
-    """Write page, JSON and the verification's own page.
-
-    Parameters
-    ----------
-    found : Commissioned
-        Everything.
-    name : str
-        What was commissioned.
-    started : str
-        When, in words.
-
-    Raises
-    ------
-    OSError
-        The disk refuses.
-    """
     write_run(found.ended, started)
     text = filled(
         TEMPLATE,
@@ -70,24 +54,13 @@ def write(found: Commissioned, name: str, started: str) -> None:
         "verification": {"met": found.met, "why": found.why, "moves": _moves(found)},
     }
     with folder.staged(found.out) as stage:
-        (stage / PAGE).write_text(text, encoding="utf-8")
+        write_text(stage / PAGE, text)
         content = json.dumps(plain(what), indent=2, allow_nan=False)
-        (stage / JSON).write_text(content + "\n", encoding="utf-8")
+        write_text(stage / JSON, content + "\n")
 
 
 def rows(found: Commissioned) -> list[tuple[str, ...]]:
-    """What was found: quantity, value, half of its 95 % interval, unit.
-
-    Parameters
-    ----------
-    found : Commissioned
-        Everything.
-
-    Returns
-    -------
-    list[tuple[str, ...]]
-        Text.
-    """
+    """The results: quantity, value, half of its 95 % interval, unit."""
     lines: list[tuple[str, ...]] = []
     for name, one in found.found.items():
         for line in one["values"]:
@@ -99,18 +72,6 @@ def rows(found: Commissioned) -> list[tuple[str, ...]]:
 
 
 def half_width(line: Mapping[str, Any]) -> float:
-    """Half of a quantity's 95 % interval.
-
-    Parameters
-    ----------
-    line : Mapping[str, Any]
-        Of a part's result.json.
-
-    Returns
-    -------
-    float
-        In the quantity's unit; NaN where none is told.
-    """
     if line["error"] is None or line["value"] is None:
         return math.nan
     degrees = line.get("freedom") or math.inf  # null in JSON
@@ -118,18 +79,7 @@ def half_width(line: Mapping[str, Any]) -> float:
 
 
 def moves(found: Commissioned) -> list[tuple[str, ...]]:
-    """How the moves of the verification went, under `HEADINGS`.
-
-    Parameters
-    ----------
-    found : Commissioned
-        Everything.
-
-    Returns
-    -------
-    list[tuple[str, ...]]
-        Text.
-    """
+    """The moves of the verification, under `HEADINGS`."""
     lines = []
     for m in found.ended.moves:
         late = "not" if m.settling_s is None else f"{m.settling_s:.3f}"
@@ -144,7 +94,6 @@ def _moves(found: Commissioned) -> list[dict[str, Any]]:
 
 
 def _pictures(out: Path) -> list[Picture]:
-    """The figures of the parts, as they were saved."""
     return [
         Picture(
             f"{path.parts[-3]}-{path.stem}", f"{path.parts[-3]}, {path.stem}", "", path.read_bytes()

@@ -1,4 +1,4 @@
-"""What a laboratory procedure of the thesis consists of, and the lab it runs in."""
+"""A laboratory procedure of the thesis, and the lab it runs in."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.files import DEFAULT
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
 from macromicro.settings import Settings
 from macromicro.thesis.claims import Claim
 
@@ -18,20 +18,19 @@ if TYPE_CHECKING:
 
 
 class Needs(Protocol):
-    """What `Lab.check` looks at: a procedure's name and channels, as in `Procedure`."""
+    """What `Lab.check` reads of a procedure."""
 
     @property
     def name(self) -> str:
-        """The procedure's."""
+        pass
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """What it needs of the rigs."""
+        """Names of the channels that it needs."""
 
 
 class Lab(NamedTuple):
-    """Where procedures run: the virtual benches of `settings`, noise from `seed`; or `rigs`, if
-    there are any, and then nothing virtual. `figures`: formats of the files of their figures."""
+    """Where procedures run: on `rigs`, or, without any, on the virtual benches of `settings`."""
 
     settings: Settings = Settings()
     seed: int = 0
@@ -39,7 +38,13 @@ class Lab(NamedTuple):
     figures: tuple[str, ...] = DEFAULT
 
     def bench(self) -> Machine:
-        """The two-stage bench."""
+        """The two-stage bench.
+
+        Returns
+        -------
+        Machine
+            The first rig of that kind, or the virtual one.
+        """
         from macromicro.plant import bench
 
         if not self.rigs:
@@ -48,34 +53,77 @@ class Lab(NamedTuple):
         return rig._replace(limits=rig.limits or self.settings.guard)
 
     def kiln(self) -> Oven:
-        """The kiln of Section 5.2.1, with the bench's actuator in it."""
+        """The kiln of Section 5.2.1, with the bench's actuator in it.
+
+        Returns
+        -------
+        Oven
+            The first rig of that kind, or the virtual one.
+        """
         from macromicro.plant import kiln
 
         return self.rig("kiln") if self.rigs else kiln.prepare(kiln.beside(self.settings.bench))
 
     def cycle(self) -> CycleBed:
-        """The cycle bench of Appendix D, with the bench's actuator on it."""
+        """The cycle bench of Appendix D, with the bench's actuator on it.
+
+        Returns
+        -------
+        CycleBed
+            The first rig of that kind, or the virtual one.
+        """
         from macromicro.plant import cycle
 
         return self.rig("cycle") if self.rigs else cycle.prepare(cycle.beside(self.settings.bench))
 
     def runner(self) -> Runner:
-        """What runs programmes on the two-stage bench."""
+        """What runs programmes on the two-stage bench.
+
+        Returns
+        -------
+        Runner
+            On the rig, or on the virtual bench.
+        """
         from macromicro.runs.programmed import on_rig, on_twin
 
         return on_rig(self.rig("bench")) if self.rigs else on_twin
 
     def rig(self, kind: str) -> Fixture:
-        """The first rig of a kind; InputError if there is none."""
+        """The first rig of a kind.
+
+        Parameters
+        ----------
+        kind : str
+            "bench", "kiln" or "cycle".
+
+        Returns
+        -------
+        Fixture
+            As it was given.
+
+        Raises
+        ------
+        ProblemError
+            There is none.
+        """
         found = next((r for r in self.rigs if r.kind == kind), None)
         if found is None:
             there = ", ".join(f"{r.name} (a {r.kind})" for r in self.rigs)
-            accepted = f"a {kind} among the rigs, by one more --rig, or the twin alone"
-            raise InputError(f"no {kind} among the rigs", there, accepted)
+            raise ProblemError(
+                "--rig",
+                f"no {kind} among {there}",
+                f"Add a {kind} with one more --rig, or use the simulated machine alone.",
+            )
         return found
 
     def check(self, procedure: Needs) -> None:
-        """InputError unless the rigs measure what `procedure` needs."""
+        """Refuse rigs that do not measure all that a procedure needs.
+
+        Parameters
+        ----------
+        procedure : Needs
+            Its name and channels.
+        """
         if not self.rigs:
             return
         for kind, channels in needed(procedure.channels).items():
@@ -83,8 +131,24 @@ class Lab(NamedTuple):
 
 
 def needed(channels: tuple[str, ...]) -> dict[str, list[str]]:
-    """A procedure's channels by the kind of rig: "kiln.encoder" is the kiln's, "laser" and
-    whatever else has no dot the bench's."""
+    """A procedure's channels by the kind of rig.
+
+    Parameters
+    ----------
+    channels : tuple[str, ...]
+        "kiln.encoder" is the kiln's; names without a dot are the bench's.
+
+    Returns
+    -------
+    dict[str, list[str]]
+        Names without the kind.
+
+    Examples
+    --------
+    >>> from macromicro.thesis.procedure import needed
+    >>> needed(("laser", "hall", "kiln.encoder"))
+    {'bench': ['laser', 'hall'], 'kiln': ['encoder']}
+    """
     found: dict[str, list[str]] = {}
     for name in channels:
         kind, dot, channel = name.partition(".")
@@ -95,25 +159,20 @@ def needed(channels: tuple[str, ...]) -> dict[str, list[str]]:
 class Procedure(NamedTuple):
     """One laboratory procedure.
 
-    `sections`: of the thesis; `channels`: what rigs must measure for it, fields of `Sample`
-    for the bench, "kiln.encoder" and the like for another kind of rig, none for arithmetic;
-    `ids`: the claims that it measures; `figures`: numbers of the figures and tables that
-    `draw` yields; `diagrams`: numbers of the diagrams that belong to it; `seconds`: roughly
-    how long it takes, for the order of work and the progress bar.
-
-    `collect` gives recordings, `claims` and `draw` take what it gave. `arithmetic` gives those
-    of its claims that take no recording, for where `collect` fails.
+    `collect` gives recordings; `claims` and `draw` take what it gave.
     """
 
     name: str
     title: str
-    sections: tuple[str, ...]
+    sections: tuple[str, ...]  #: of the thesis
+    #: what rigs must measure: fields of `Sample` for the bench, "kiln.encoder" for the kiln
     channels: tuple[str, ...]
-    ids: tuple[str, ...]
-    figures: tuple[str, ...]
-    diagrams: tuple[str, ...]
-    seconds: float
+    ids: tuple[str, ...]  #: claims that it measures
+    figures: tuple[str, ...]  #: numbers of the figures and tables that `draw` yields
+    diagrams: tuple[str, ...]  #: numbers of the diagrams that belong to it
+    seconds: float  #: rough duration, for the order of work and the progress bar
     collect: Callable[[Lab], Any]
     claims: Callable[[Any], list[Claim]]
     draw: Callable[[Any], Iterator[Drawn]]
+    #: claims that take no recording, for where `collect` fails
     arithmetic: Callable[[], list[Claim]] | None = None

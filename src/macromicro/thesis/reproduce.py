@@ -1,4 +1,4 @@
-"""The thesis reproduced: procedures chosen, run in processes, their results collected."""
+"""The thesis reproduced: procedures run in processes, and their results."""
 
 from __future__ import annotations
 
@@ -20,8 +20,7 @@ INTERRUPTED = "interrupted"  # the failure of what had not ended when the work w
 
 
 class Chosen(NamedTuple):
-    """A procedure to run. `ids`: the claims asked for, and `figures`: the figures; both None
-    where all of its are wanted."""
+    """A procedure to run; `ids` and `figures` are the selected ones, or None for all."""
 
     procedure: Procedure
     ids: frozenset[str] | None = None
@@ -29,21 +28,17 @@ class Chosen(NamedTuple):
 
 
 class Result(NamedTuple):
-    """What a procedure gave. `failure`: why it gave nothing, empty when it did; `notes`: which
-    exhibits it could not draw and why; `trace`: the same for a programmer."""
-
     name: str
     claims: list[Claim]
     exhibits: list[Exhibit]
     seconds: float
-    failure: str = ""
-    trace: str = ""
-    notes: tuple[str, ...] = ()
+    failure: str = ""  # why there is none
+    trace: str = ""  # of the failure or of the notes
+    notes: tuple[str, ...] = ()  # exhibits that could not be drawn, and why
 
 
 def run_one(procedure: Procedure, lab: Lab) -> Result:
-    """One procedure, whole: recordings, claims, figures. An exception becomes a `failure`; in
-    the drawing, a note: what was measured stays."""
+    """Run one procedure. An exception becomes a `failure`; in the drawing, a note."""
     began = time.perf_counter()
     try:
         data = procedure.collect(lab)
@@ -62,7 +57,7 @@ def run_one(procedure: Procedure, lab: Lab) -> Result:
 
 
 class _Drawing:
-    """Exhibits as they are drawn; `notes`: what could not be, and `traces`: why."""
+    """Exhibits as they are drawn; `notes`: failed ones, and `traces`: why."""
 
     def __init__(self) -> None:
         self.exhibits: list[Exhibit] = []
@@ -70,12 +65,10 @@ class _Drawing:
         self.traces: list[str] = []
 
     def missed(self, number: str, error: Exception) -> None:
-        """Note an exhibit that could not be drawn."""
         self.notes.append(f"{label(number)} was not drawn: {_said(error)}")
         self.traces.append("".join(traceback.format_exception(error)))
 
     def keep(self, number: str, make: Callable[[], Exhibit]) -> None:
-        """Make an exhibit and keep it."""
         try:
             self.exhibits.append(make())
         except Exception as error:
@@ -83,8 +76,10 @@ class _Drawing:
 
 
 def _drawn(procedure: Procedure, data: Any, kinds: tuple[str, ...]) -> _Drawing:
-    """All exhibits of a procedure that can be drawn. Figures come from one generator in the
-    declared order: when it raises, it is at the next one, and those behind it are lost."""
+    """All exhibits of a procedure that can be drawn.
+
+    They come from one generator in the declared order: when it raises, all later ones are lost.
+    """
     done = _Drawing()
     left = list(procedure.figures) or [procedure.name]
     try:
@@ -110,8 +105,7 @@ def _said(error: BaseException) -> str:
 
 
 def failed(procedure: Procedure, why: str, trace: str = "", began: float | None = None) -> Result:
-    """The result of a procedure that gave nothing: its claims, not measured, but for those
-    that are arithmetic."""
+    """The result of a failed procedure: its claims, not measured, except arithmetic ones."""
     seconds = 0.0 if began is None else time.perf_counter() - began
     known = {} if procedure.arithmetic is None else {c.id: c for c in procedure.arithmetic()}
     reason = f"the procedure {procedure.name} failed: {why}"
@@ -126,11 +120,11 @@ def run(
     progress: Callable[[Result, float], None] | None = None,
     stopped: Callable[[], bool] = lambda: False,
 ) -> list[Result]:
-    """All chosen procedures, `jobs` at a time, each in a process; results in their order.
+    """Run all chosen procedures in `jobs` processes; results in their order.
 
     `progress` is called with the result and the expected seconds of each that ended. A procedure
-    that fails, or whose process dies, loses nothing but itself. `stopped` ends the work early: what
-    has not ended by then is reported as failed.
+    that fails, or whose process dies, loses only its own result. `stopped` ends the work early:
+    unfinished procedures are reported as failed.
     """
     order = sorted(chosen, key=lambda c: -c.procedure.seconds)
     found = {}
@@ -148,9 +142,11 @@ def _seconds(chosen: Sequence[Chosen], name: str) -> float:
 def _first(
     order: Sequence[Chosen], lab: Lab, jobs: int, stopped: Callable[[], bool]
 ) -> Iterator[Result]:
-    """Results as they come. A process that dies breaks its whole pool: what was at work in it
-    is tried again, alone, so that only the guilty one is lost. On a real rig nothing is tried
-    twice: nobody knows where the first attempt has left it."""
+    """Results as they come.
+
+    A dying process breaks its whole pool: its work is tried again, one by one, so that only the
+    guilty procedure is lost. On a real rig nothing is repeated: its state is not known.
+    """
     alone: list[Procedure] = []
     for procedure, result in _pooled([c.procedure for c in order], lab, jobs, stopped):
         if result is None:
@@ -197,22 +193,20 @@ def _outcome(future: Future[Result]) -> Result | None:
 
 
 def _kill(pool: ProcessPoolExecutor) -> None:
-    """End a pool's processes now; what they compute is of no use any more."""
     workers: dict[int, Any] = getattr(pool, "_processes", None) or {}
     for worker in list(workers.values()):
         worker.terminate()
 
 
 def _quiet() -> None:
-    """In a worker: Ctrl-C is the parent's to handle."""
+    """In a worker: the parent handles Ctrl-C."""
     import signal
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def narrowed(chosen: Chosen, result: Result) -> Result:
-    """Only what was asked for: a claim with the exhibits that show it, a figure or table with
-    the claims that it shows."""
+    """Only the selection: a claim with its exhibits, or an exhibit with its claims."""
     if chosen.ids is None and chosen.figures is None:
         return result
     ids, figures = chosen.ids or frozenset(), chosen.figures or frozenset()
@@ -222,19 +216,25 @@ def narrowed(chosen: Chosen, result: Result) -> Result:
 
 
 def claims_of(results: Sequence[Result]) -> list[Claim]:
-    """All claims of all results, in the order of the list of claims: D1, D2 .. M1 .. A6."""
+    """All claims in the order of the list: D1, D2 .. M1 .. A6."""
     return in_order(c for result in results for c in result.claims)
 
 
 def as_rows(results: Sequence[Result]) -> list[dict[str, Any]]:
-    """All claims in the order of their list, as plain data: id, section, claim, printed,
-    measured, unit, verdict, reason, kind. Numbers that are not finite become None."""
+    """All claims in the order of their list, as plain data.
+
+    Numbers that are not finite and open ends of a band are None.
+    """
     return [
         {
             "id": c.id,
             "section": c.section,
             "claim": c.claim,
             "printed": plain(c.printed) if c.printed is not None else c.printed_text or None,
+            "accept": plain([list(ends) for ends in c.accept]),
+            "of": c.of,
+            "basis": c.basis,
+            "rule": c.rule,
             "measured": plain(c.measured),
             "unit": c.unit,
             "verdict": c.verdict,

@@ -1,11 +1,12 @@
 """Differential evolution over the unit cube, a whole generation at a time.
 
 Storn and Price, Differential evolution - a simple and efficient heuristic for global
-optimization over continuous spaces, 1997, as `scipy.optimize` has it.
+optimization over continuous spaces, 1997, as in `scipy.optimize`.
 """
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -22,54 +23,26 @@ FEWEST = 5  # members that differential evolution needs
 
 
 class Found(NamedTuple):
-    """What a search found.
-
-    Attributes
-    ----------
-    design : ndarray, shape (k,)
-        The best, from 0 to 1.
-    cost : float
-        Of it.
-    evaluations : int
-        That were made.
-    history : tuple of float
-        The least cost after each generation.
-    ranked : ndarray, shape (m, k)
-        The best designs tried, best first, `KEPT` at most.
-    costs : ndarray, shape (m,)
-        Of these.
-    """
-
-    design: Array
+    design: Array  # the best, from 0 to 1
     cost: float
-    evaluations: int
-    history: tuple[float, ...]
-    ranked: Array
-    costs: Array
+    evaluations: int  # that were made
+    history: tuple[float, ...]  # the least cost after each generation
+    ranked: Array  # the best designs tried, best first, `KEPT` at most
+    costs: Array  # of these
 
 
 def members(evaluations: int, knobs: int, block: int = 1) -> int:
-    """Give the size of a generation: ten for each knob, filled up to whole blocks.
+    """Size of a generation: ten per knob, rounded up to whole blocks.
 
-    It is smaller where not even four generations could be had; all in one where that does not help.
-
-    Parameters
-    ----------
-    evaluations : int
-        The budget.
-    knobs : int
-        Searched quantities.
-    block : int
-        Designs that are computed together.
-
-    Returns
-    -------
-    int
-        `FEWEST` at least, but for a smaller budget.
+    It is smaller if four generations would not fit, and takes all in one as a last resort.
     """
     wanted = -(-PER_KNOB * knobs // block) * block
     fewer = min(wanted, evaluations // 4)
     return fewer if fewer >= FEWEST else min(max(evaluations // 2, FEWEST), evaluations)
+
+
+class Stop(Exception):
+    """Raised by `progress`: the search ends with the best design so far."""
 
 
 def minimise(
@@ -80,30 +53,7 @@ def minimise(
     block: int = 1,
     progress: Callable[[int, float], None] = lambda done, best: None,
 ) -> Found:
-    """Search for the least cost.
-
-    The first generation is a Latin hypercube.
-
-    Parameters
-    ----------
-    costs : callable
-        Takes designs (n, k) within 0 and 1 and gives costs (n,).
-    start : ndarray, shape (k,)
-        Is tried, too.
-    evaluations : int
-        At most so many designs.
-    seed : int
-        Of the search.
-    block : int
-        Designs that are computed together.
-    progress : callable
-        Hears evaluations done and the least cost.
-
-    Returns
-    -------
-    Found
-        The best, and those that came near.
-    """
+    """Search for the least cost; the first generation is a Latin hypercube."""
     knobs = len(start)
     size = members(evaluations, knobs, block)
     drawn = latin(knobs, size, seed)
@@ -121,10 +71,11 @@ def minimise(
         return found
 
     generations = evaluations // size
-    if generations < 2 or size < FEWEST:
-        asked(drawn)
-    else:
-        _evolve(asked, drawn, generations, seed)
+    with contextlib.suppress(Stop):
+        if generations < 2 or size < FEWEST:
+            asked(drawn)
+        else:
+            _evolve(asked, drawn, generations, seed)
     return Found(kept[0][0], history[-1], size * len(history), tuple(history), *kept)
 
 

@@ -11,66 +11,31 @@ import macromicro
 from macromicro.drawing import files as drawings
 from macromicro.runs import folder
 from macromicro.schema import config
-from macromicro.schema.text import plain, printable
+from macromicro.schema.text import plain, printable, write_text
 from macromicro.settings import Settings
-from macromicro.tuning import pictures, tables
+from macromicro.tuning import _pictures, tables
 from macromicro.tuning.tune import Plan, Tuning
 
 SETTINGS, NUMBERS = "tuned.toml", "tuning.json"
-FILES = (SETTINGS, NUMBERS, *drawings.names((pictures.RESPONSE, pictures.BODE)))
+FILES = (SETTINGS, NUMBERS, *drawings.names((_pictures.RESPONSE, _pictures.BODE)))
 _BYTES = 2_000_000
 
 
 def check(out: Path, *, overwrite: bool) -> None:
-    """See that the results can go to a folder.
-
-    Parameters
-    ----------
-    out : Path
-        The folder.
-    overwrite : bool
-        Earlier results there may be replaced.
-
-    Raises
-    ------
-    InputError
-        They cannot.
-    """
+    """Refuse a folder that the results cannot go to."""
     folder.check(out, _BYTES, overwrite=overwrite, names=FILES)
 
 
 def write(out: Path, found: Tuning, kinds: Iterable[str] = drawings.DEFAULT) -> None:
-    """Write all files, or none.
-
-    Parameters
-    ----------
-    out : Path
-        The folder.
-    found : Tuning
-        What was found.
-    kinds : iterable of str, optional
-        Formats of the figures.
-    """
     with folder.staged(out, remove=FILES) as place:
-        (place / SETTINGS).write_text(as_toml(found), encoding="utf-8")
-        (place / NUMBERS).write_text(as_json(found), encoding="utf-8")
-        for name, figure in pictures.drawn(found):
+        write_text(place / SETTINGS, as_toml(found))
+        write_text(place / NUMBERS, as_json(found))
+        for name, figure in _pictures.drawn(found):
             drawings.save(figure, place, name, kinds)
 
 
 def as_toml(found: Tuning) -> str:
-    """Give the tuned law as a file that `macromicro run --config` takes.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Returns
-    -------
-    str
-        The law with its gains, and whatever else the start set otherwise than the defaults.
-    """
+    """The tuned law as a file for `macromicro run --config`."""
     plan, tuned = found.plan, found.tuned
     ways = "the thesis' route" if plan.request.route == "thesis" else "differential evolution"
     about = [
@@ -88,18 +53,7 @@ def _tried(plan: Plan) -> str:
 
 
 def as_json(found: Tuning) -> str:
-    """Give everything but the recordings.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Returns
-    -------
-    str
-        JSON; NaN is null, infinity "inf".
-    """
+    """Everything but the recordings."""
     plan, request = found.plan, found.plan.request
     record: dict[str, Any] = {
         "version": macromicro.__version__,

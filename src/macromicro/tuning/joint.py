@@ -1,8 +1,7 @@
-"""Gains of a machine of two axes: each axis by itself first, then both for the path that they make.
+"""Gains of a machine of two axes: each axis by itself, then both for the path.
 
-The distance from the path is the difference of the axes' errors, so two equal axes that follow
-equally late stay on a straight line. That is tried, too: the position gain of both at the lower of
-the two.
+The distance from the path is the difference of the axes' errors, so equal lag of both axes stays
+on a straight line. So both position gains at the lower of the two are tried as well.
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.errors import InputError
 from macromicro.machines import planning as single
 from macromicro.machines.joint.machine import Joint
 from macromicro.machines.joint.planning import JointPlan
@@ -23,83 +23,37 @@ from macromicro.tuning import stage
 from macromicro.tuning.evolution import minimise
 from macromicro.tuning.stage import FAILED, ROUGH, WIDE, Budget, Objective
 
+LEAST = 3 * stage.LEAST  # designs of a search
 SHEETS, ALONE, MATCHED, PAIR = "sheets", "each alone", "matched", "pair"
 POSITION = "controller.position"
 
 
 class Version(NamedTuple):
-    """Gains that were tried on the pair.
-
-    Attributes
-    ----------
-    name : str
-        One of `SHEETS`, `ALONE`, `MATCHED` and `PAIR`.
-    settings : Any
-        Of the machine.
-    found : JointTrial
-        How they did.
-    cost : float
-        um; of the contour, with penalties.
-    """
-
-    name: str
-    settings: Any
-    found: JointTrial
-    cost: float
+    name: str  # one of `SHEETS`, `ALONE`, `MATCHED` and `PAIR`
+    settings: Any  # of the machine
+    found: JointTrial  # how they did
+    cost: float  # um; of the contour, with penalties
 
 
 class Tuning(NamedTuple):
-    """What was found.
-
-    Attributes
-    ----------
-    machine : Joint
-        The machine.
-    plan : JointPlan
-        What it was judged by.
-    objective : Objective
-        Of each axis alone.
-    versions : tuple[Version, ...]
-        In the order in which they were found.
-    knobs : tuple[str, ...]
-        Gains that were searched.
-    evaluations : int
-        Designs that were tried, of both axes and the pair.
-    seed : int
-        Of the search.
-    """
-
     machine: Joint
-    plan: JointPlan
-    objective: Objective
-    versions: tuple[Version, ...]
-    knobs: tuple[str, ...]
-    evaluations: int
-    seed: int
+    plan: JointPlan  # what it was judged by
+    objective: Objective  # of each axis alone
+    versions: tuple[Version, ...]  # in the order in which they were found
+    knobs: tuple[str, ...]  # gains that were searched
+    evaluations: int  # designs that were tried, of both axes and the pair
+    seed: int  # of the search
 
     @property
     def best(self) -> Version:
-        """The version of least cost; of equals the first."""
         return min(self.versions, key=lambda v: v.cost)
+
+    @property
+    def better(self) -> bool:
+        return self.best.name != SHEETS
 
 
 def cost(found: JointTrial, settings: Any) -> float:
-    """What a run of the pair costs.
-
-    Parameters
-    ----------
-    found : JointTrial
-        The run.
-    settings : Any
-        Whose limits scale the penalties.
-
-    Returns
-    -------
-    float
-        um: the rms distance from the path, and a share of it for each percent of the limit that an
-        effort changes by from period to period; `FAILED` and more for a run that a fault stopped or
-        whose moves did not all arrive.
-    """
     if found.fault != 0.0 or found.missed > 0.0:
         return FAILED * (1.0 + found.missed)
     each = zip((found.rough_x, found.rough_y), of(settings), strict=True)
@@ -108,20 +62,6 @@ def cost(found: JointTrial, settings: Any) -> float:
 
 
 def knobs(machine: Joint, settings: Any) -> tuple[str, ...]:
-    """The gains of both axes that are searched.
-
-    Parameters
-    ----------
-    machine : Joint
-        The machine.
-    settings : Any
-        Its settings.
-
-    Returns
-    -------
-    tuple[str, ...]
-        Paths.
-    """
     return tuple(
         f"{name}.{path}"
         for name, own, tree in zip(AXES, machine.axes, of(settings), strict=True)
@@ -130,18 +70,7 @@ def knobs(machine: Joint, settings: Any) -> tuple[str, ...]:
 
 
 def matched(settings: Any) -> Any:
-    """Both axes with the lower one of their position gains.
-
-    Parameters
-    ----------
-    settings : Any
-        Of the machine.
-
-    Returns
-    -------
-    Any
-        A copy; the same where an axis has another law.
-    """
+    """Both axes with the lower of their position gains."""
     if any(own.law != own._field_defaults["law"] for own in of(settings)):
         return settings
     lower = min(value_at(own, POSITION) for own in of(settings))
@@ -158,30 +87,10 @@ def search(
     budget: Budget,
     progress: Callable[[int, float], None] = lambda done, best: None,
 ) -> Tuning:
-    """Look for better gains: a third of the designs for each axis by itself, on its usual moves,
-    and a third for the pair.
-
-    Parameters
-    ----------
-    machine : Joint
-        The machine.
-    settings : Any
-        Its settings.
-    plan : JointPlan
-        What the pair is judged by.
-    objective : Objective
-        Of each axis by itself.
-    budget : Budget
-        How much is searched; machines that differ from the sheets are not drawn.
-    progress : Callable[[int, float], None], optional
-        Hears designs tried and the least cost.
-
-    Returns
-    -------
-    Tuning
-        What was found.
-    """
-    share, spent, alone = max(budget.evaluations // 3, 10), 0, settings
+    """Search a third of the designs for each axis on its usual moves, and a third for the pair."""
+    if budget.evaluations < LEAST:
+        raise InputError("--evaluations", budget.evaluations, f"{LEAST} or more")
+    share, spent, alone = budget.evaluations // 3, 0, settings
     for name, own, tree in zip(AXES, machine.axes, of(settings), strict=True):
         moves = single.plan(single.usual(tree), tree)
 
@@ -208,7 +117,7 @@ def search(
     def on(design: Array) -> Any:
         tree = begin
         for path, value in zip(searched, start * WIDE ** (2.0 * design - 1.0), strict=True):
-            tree = replaced(tree, path, float(f"{value:.4g}"))  # claims no more than four digits
+            tree = replaced(tree, path, float(f"{value:.{stage.DIGITS}g}"))
         return tree
 
     def costs(designs: Array) -> Array:

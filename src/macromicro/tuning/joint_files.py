@@ -18,44 +18,21 @@ from macromicro.schema.par import entries, value_at
 from macromicro.tuning.joint import Tuning
 from macromicro.tuning.stage import ROUGH
 from macromicro.tuning.stage_files import NUMBERS, SETTINGS, save
+from macromicro.units import printed
 
 FIGURE = "contour"
 FILES = (SETTINGS, NUMBERS, *drawings.names((FIGURE,)))
 
 
 class Row(NamedTuple):
-    """One quantity of every version.
-
-    Attributes
-    ----------
-    name : str
-        What it is.
-    values : tuple[float, ...]
-        In the order of the versions.
-    unit : str
-        Of all.
-    """
-
-    name: str
-    values: tuple[float, ...]
-    unit: str
+    name: str  # what it is
+    values: tuple[float, ...]  # in the order of the versions
+    unit: str  # of all
 
 
 def table(found: Tuning) -> list[Row]:
-    """Gains and measures of every version.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Returns
-    -------
-    list[Row]
-        Gains, then measures, then the cost.
-    """
     versions = found.versions
-    units = {e.path: e.par.unit.replace("*", " ") for e in entries(versions[0].settings)}
+    units = {e.path: printed(e.par.unit) for e in entries(versions[0].settings)}
     rows = [
         Row(path, tuple(float(value_at(v.settings, path)) for v in versions), units[path])
         for path in found.knobs
@@ -68,18 +45,6 @@ def table(found: Tuning) -> list[Row]:
 
 
 def lines(found: Tuning) -> list[str]:
-    """The table in words.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Returns
-    -------
-    list[str]
-        For the terminal.
-    """
     told = [f"{'':62}" + "".join(f"{v.name:>12}" for v in found.versions)]
     for row in table(found):
         values = "".join(f"{value:12.5g}" for value in row.values)
@@ -89,18 +54,7 @@ def lines(found: Tuning) -> list[str]:
 
 
 def as_toml(found: Tuning) -> str:
-    """Settings for ``macromicro run --config``.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Returns
-    -------
-    str
-        The machine, the gains of the best version, and whatever else the start set.
-    """
+    """Settings for ``macromicro run --config``."""
     head = (
         f"# {found.machine.title}: tuned for {found.objective.name} of each axis, then for the "
         f"contour: {found.best.name}\n"
@@ -111,18 +65,6 @@ def as_toml(found: Tuning) -> str:
 
 
 def content(found: Tuning) -> dict[str, Any]:
-    """The content of tuning.json.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Returns
-    -------
-    dict[str, Any]
-        Objective, versions, gains and measures.
-    """
     return {
         "machine": found.machine.name,
         "objective": {"name": found.objective.name, "meaning": found.objective.meaning},
@@ -137,22 +79,11 @@ def content(found: Tuning) -> dict[str, Any]:
 
 
 def draw_figure(found: Tuning) -> Any:
-    """Distance from the path with the gains of the sheets and with the best, over the same moves.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Returns
-    -------
-    Any
-        A figure of matplotlib.
-    """
+    """Distance from the path with the gains of the sheets and with the best, for the same moves."""
     figure, axes = new(4.6, 2, sharex=True)
     both = ((found.versions[0], RED), (found.best, BLUE))
     for ax, (version, color) in zip(axes[:, 0], both, strict=True):
-        done = runs.record(found.machine, version.settings, found.plan, seed=found.seed)
+        done = runs.record(found.machine, version.settings, found.plan, seed=found.seed, warn=False)
         r = done.recording
         for k, trace in enumerate(found.plan.traces):
             part = results.under_way(r, found.plan, k)
@@ -176,15 +107,4 @@ def draw_figure(found: Tuning) -> Any:
 
 
 def write(out: Path, found: Tuning, kinds: Sequence[str]) -> None:
-    """Write all files, or none.
-
-    Parameters
-    ----------
-    out : Path
-        The folder.
-    found : Tuning
-        What was found.
-    kinds : Sequence[str]
-        Formats of the figure.
-    """
     save(out, as_toml(found), content(found), (FIGURE, draw_figure(found)), kinds)

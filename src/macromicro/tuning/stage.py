@@ -1,4 +1,4 @@
-"""Gains of a machine of one stage by search: on the machine as its sheets say, or on several."""
+"""Gains of a machine of one stage by search, on the machine of its sheets or on several."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from macromicro import place as places
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.machines.machine import Machine
 from macromicro.machines.sequence import Plan
 from macromicro.machines.tree import gains_set
@@ -34,27 +34,15 @@ KNOBS = {
 }
 WIDE = 4.0  # a gain is searched from a fourth of its value to four times as much
 FAILED = 1e6
+DIGITS = 4  # of a gain, as it is tried, shown and written
+LEAST = 10  # designs of a search
 
 
 class Objective(NamedTuple):
-    """What is minimised.
-
-    Attributes
-    ----------
-    name : str
-        As the option names it.
-    meaning : str
-        For people.
-    unit : str
-        Of its value.
-    value : Callable[[Trial, float], float]
-        Of a run, and the tolerance, in um or mdeg.
-    """
-
-    name: str
-    meaning: str
-    unit: str
-    value: Callable[[Trial, float], float]
+    name: str  # as the option names it
+    meaning: str  # for people
+    unit: str  # of its value
+    value: Callable[[Trial, float], float]  # of a run, and the tolerance, in um or mdeg
 
 
 OBJECTIVES = (
@@ -76,93 +64,41 @@ OVERSHOOT, ROUGH = 0.5, 0.2
 
 
 class Budget(NamedTuple):
-    """How much is searched, and on what.
+    """The extent of a search, and its machines."""
 
-    Attributes
-    ----------
-    evaluations : int
-        At most so many designs.
-    seed : int
-        Of search, draw and noise.
-    others : int
-        Machines that differ from the sheets to search on beside the nominal one; the worst counts.
-    fresh : int
-        Further ones to judge by.
-    workers : int
-        Threads.
-    named : Sequence[Any]
-        Machines to search on as well, as settings; their gains do not count.
-    allowed : Callable[[Any], bool]
-        Whether a design may be taken, from the nominal machine's settings with its gains.
-    """
-
-    evaluations: int = 300
-    seed: int = 0
+    evaluations: int = 300  # at most so many designs
+    seed: int = 0  # of search, draw and noise
+    # machines that differ from the sheets to search on beside the nominal one; the worst counts
     others: int = 0
-    fresh: int = 0
-    workers: int = 1
+    fresh: int = 0  # further ones to judge by
+    workers: int = 1  # threads
+    # machines to search on as well, as settings; their gains do not count
     named: Sequence[Any] = ()
+    # whether a design may be taken, from the nominal machine's settings with its gains
     allowed: Callable[[Any], bool] = lambda settings: True
 
 
 class Tuning(NamedTuple):
-    """What was found.
-
-    Attributes
-    ----------
-    machine : Machine
-        The machine.
-    start, tuned : Any
-        Settings before and after.
-    plan : Plan
-        The moves that it was judged by.
-    objective : Objective
-        What was minimised.
-    before, after : list[Trial]
-        On the machines that were searched on, the nominal one first.
-    costs : tuple[float, float]
-        Of both.
-    evaluations : int
-        Designs that were tried.
-    fresh : tuple[list[Trial], list[Trial]]
-        Before and after on fresh machines; empty without any.
-    seed : int
-        Of the search.
-    """
-
     machine: Machine
+    # start, tuned: settings before and after
     start: Any
     tuned: Any
-    plan: Plan
-    objective: Objective
+    plan: Plan  # the moves that it was judged by
+    objective: Objective  # what was minimised
+    # before, after: on the machines that were searched on, the nominal one first
     before: list[Trial]
     after: list[Trial]
-    costs: tuple[float, float]
-    evaluations: int
-    fresh: tuple[list[Trial], list[Trial]]
-    seed: int
+    costs: tuple[float, float]  # of both: the objective with its penalties, of the worst machine
+    evaluations: int  # designs that were tried
+    fresh: tuple[list[Trial], list[Trial]]  # before and after on fresh machines; empty without any
+    seed: int  # of the search
+
+    @property
+    def better(self) -> bool:
+        return self.costs[1] < self.costs[0]
 
 
 def named(name: str, place: Place = LENGTH) -> Objective:
-    """The objective of a name.
-
-    Parameters
-    ----------
-    name : str
-        As the option names it.
-    place : Place, optional
-        What the places of the machine are counted in.
-
-    Returns
-    -------
-    Objective
-        What is minimised.
-
-    Raises
-    ------
-    InputError
-        There is none.
-    """
     for each in OBJECTIVES:
         if each.name == name:
             return each._replace(unit=place.named(each.unit))
@@ -170,25 +106,6 @@ def named(name: str, place: Place = LENGTH) -> Objective:
 
 
 def knobs(machine: Machine, settings: Any) -> tuple[str, ...]:
-    """The gains that are searched.
-
-    Parameters
-    ----------
-    machine : Machine
-        The machine.
-    settings : Any
-        Its settings.
-
-    Returns
-    -------
-    tuple[str, ...]
-        Paths: those of `KNOBS`, or of another law every gain above zero.
-
-    Raises
-    ------
-    InputError
-        The law has none.
-    """
     if machine.law.name in KNOBS:
         return KNOBS[machine.law.name]
     which = gains_set(settings)
@@ -198,34 +115,26 @@ def knobs(machine: Machine, settings: Any) -> tuple[str, ...]:
         if isinstance(e.value, float) and e.value > 0.0
     )
     if not found:
-        raise InputError(which, machine.law.name, "a law with a gain above zero to search")
+        raise ProblemError(which, f"{machine.law.name} has no gain above zero to search")
     return found
 
 
 def cost(objective: Objective, found: Trial, settings: Any) -> float:
-    """What a run costs.
-
-    Parameters
-    ----------
-    objective : Objective
-        What is minimised.
-    found : Trial
-        The run.
-    settings : Any
-        Whose tolerance and limit scale the penalties.
-
-    Returns
-    -------
-    float
-        In the objective's unit; `FAILED` and more for a run that a fault stopped or whose moves
-        did not all arrive.
-    """
     if found.fault != 0.0 or found.missed > 0.0:
         return FAILED * (1.0 + found.missed)
+    return sum(value for _, value in terms(objective, found, settings))
+
+
+def terms(objective: Objective, found: Trial, settings: Any) -> list[tuple[str, float]]:
     tolerance = settings.arrival.tolerance * places.of(settings).fines
+    value = float(objective.value(found, tolerance))
     over = found.overshoot / tolerance
     rough = 100.0 * found.rough / settings.guard.effort
-    return float(objective.value(found, tolerance) * (1.0 + OVERSHOOT * over + ROUGH * rough))
+    return [
+        (objective.name, value),
+        ("penalty for overshoot", value * OVERSHOOT * over),
+        ("penalty for a rough effort", value * ROUGH * rough),
+    ]
 
 
 def search(
@@ -236,41 +145,22 @@ def search(
     budget: Budget,
     progress: Callable[[int, float], None] = lambda done, best: None,
 ) -> Tuning:
-    """Look for better gains.
-
-    Parameters
-    ----------
-    machine : Machine
-        The machine.
-    settings : Any
-        Its settings, whose gains are tried, too.
-    plan : Plan
-        The moves to judge by.
-    objective : Objective
-        What is minimised.
-    budget : Budget
-        How much is searched, and on what.
-    progress : Callable[[int, float], None], optional
-        Hears designs tried and the least cost.
-
-    Returns
-    -------
-    Tuning
-        What was found; the start itself where nothing was better.
-    """
     evaluations, seed, others, fresh, workers, named, allowed = budget
     rows = machines.uncertain(machine, settings) if others or fresh else ()
     drawn = machines.machines(settings, rows, others, seed)[1] if others else []
     bodies = [settings, *drawn, *named]
     searched = knobs(machine, settings)
     start = np.array([value_at(settings, path) for path in searched])
+    middle = np.full(len(searched), 0.5)  # the start itself, to its last digit
 
     def gains(design: Array) -> Array:
         return start * WIDE ** (2.0 * design - 1.0)
 
     def on(design: Array, tree: Any) -> Any:
+        if (design == middle).all():
+            return tree
         for path, value in zip(searched, gains(design).tolist(), strict=True):
-            tree = replaced(tree, path, value)
+            tree = replaced(tree, path, float(f"{value:.{DIGITS}g}"))
         return tree
 
     def tried(design: Array, trees: Sequence[Any]) -> list[Trial]:
@@ -290,7 +180,6 @@ def search(
     def refused(tree: Any) -> bool:
         return bool(tree.together()) or not allowed(tree)
 
-    middle = np.full(len(searched), 0.5)
     found = minimise(costs, middle, evaluations, seed, progress=progress)
     before, after = tried(middle, bodies), tried(found.design, bodies)
     paid = worst(before), worst(after)
@@ -302,8 +191,6 @@ def search(
         new_ones = machines.machines(settings, rows, fresh, seed + 1)[1]
         judged = tried(middle, new_ones), tried(design, new_ones)
     tuned = on(design, settings)
-    for path in searched:  # a gain claims no more than four digits
-        tuned = replaced(tuned, path, float(f"{value_at(tuned, path):.4g}"))
     return Tuning(
         machine,
         settings,

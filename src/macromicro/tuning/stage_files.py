@@ -19,27 +19,16 @@ from macromicro.machines.trial import Trial
 from macromicro.runs import folder
 from macromicro.schema import config
 from macromicro.schema.par import entries, value_at
-from macromicro.schema.text import plain
-from macromicro.tuning.stage import OVERSHOOT, ROUGH, Tuning, knobs
+from macromicro.schema.text import plain, write_text
+from macromicro.tuning.stage import OVERSHOOT, ROUGH, Tuning, knobs, terms
+from macromicro.units import printed
 
 SETTINGS, NUMBERS, FIGURE = "tuned.toml", "tuning.json", "response"
 FILES = (SETTINGS, NUMBERS, *drawings.names((FIGURE,)))
 
 
 def table(found: Tuning) -> list[tuple[str, float, float, str]]:
-    """Gains and measures before and after.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Returns
-    -------
-    list[tuple[str, float, float, str]]
-        Name, before, after, unit.
-    """
-    units = {e.path: e.par.unit.replace("*", " ") for e in entries(found.start)}
+    units = {e.path: printed(e.par.unit) for e in entries(found.start)}
     lines = [
         (path, value_at(found.start, path), value_at(found.tuned, path), units[path])
         for path in knobs(found.machine, found.tuned)
@@ -51,11 +40,14 @@ def table(found: Tuning) -> list[tuple[str, float, float, str]]:
         now = [getattr(t[0], name) for t in (found.before, found.after)]
         lines.append((about.meaning + several, now[0], now[1], unit))
     which = f", worst of {len(found.before)} machines" if several else ""
-    first, last = found.costs
-    lines.append((f"cost ({found.objective.name}){which}", first, last, found.objective.unit))
+    if not several:
+        parts = [terms(found.objective, t[0], found.start) for t in (found.before, found.after)]
+        for (name, was), (_, new) in zip(*parts, strict=True):
+            lines.append((f"  {name}", was, new, found.objective.unit))
+    lines.append((f"objective{which}", *found.costs, found.objective.unit))
     if found.fresh[0]:
         late = [sum(t.fault != 0.0 or t.missed > 0.0 for t in group) for group in found.fresh]
-        of = f"of {len(found.fresh[0])} fresh machines, those that fault or do not arrive"
+        of = f"of {len(found.fresh[0])} fresh machines, those with a fault or without arrival"
         lines.append((of, float(late[0]), float(late[1]), ""))
         middle = [float(np.nanmedian([t.rms_error for t in group])) for group in found.fresh]
         lines.append(("on them, median rms error on the way", middle[0], middle[1], place.fine))
@@ -63,37 +55,18 @@ def table(found: Tuning) -> list[tuple[str, float, float, str]]:
 
 
 def lines(found: Tuning) -> list[str]:
-    """The table in words.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Returns
-    -------
-    list[str]
-        For the terminal.
-    """
-    return [
+    told = [
         f"{name:66} {before:12.5g} {after:12.5g} {unit}".rstrip()
         for name, before, after, unit in table(found)
     ]
+    told.append(f"{found.evaluations} designs were tried")
+    if not found.better:
+        told.append("none was better than the start, whose gains stay")
+    return told
 
 
 def as_toml(found: Tuning) -> str:
-    """Settings for ``macromicro run --config``.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Returns
-    -------
-    str
-        The machine, the gains, and whatever else the start set.
-    """
+    """Settings for ``macromicro run --config``."""
     head = (
         f"# {found.machine.title}: {found.machine.law.name}, tuned for {found.objective.name}\n"
         f"# {found.evaluations} designs, seed {found.seed}, macromicro {macromicro.__version__}\n"
@@ -105,18 +78,6 @@ def as_toml(found: Tuning) -> str:
 
 
 def content(found: Tuning) -> dict[str, Any]:
-    """The content of tuning.json.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Returns
-    -------
-    dict[str, Any]
-        Objective, gains and measures.
-    """
     return {
         "machine": found.machine.name,
         "law": found.machine.law.name,
@@ -131,21 +92,9 @@ def content(found: Tuning) -> dict[str, Any]:
 
 
 def draw_figure(found: Tuning) -> Any:
-    """Errors before and after, over the same moves.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Returns
-    -------
-    Any
-        A figure of matplotlib.
-    """
     figure, axes = new(5.2, 2, sharex=True)
     for tree, color, label in ((found.start, RED, "before"), (found.tuned, BLUE, "after")):
-        run = runs.record(found.machine, tree, found.plan, seed=found.seed).recording
+        run = runs.record(found.machine, tree, found.plan, seed=found.seed, warn=False).recording
         line(axes[0, 0], run["t"], (run["target"] - run["position"]) * 1e3, color, label)
         line(axes[1, 0], run["t"], run["effort"], color, label)
     place = found.machine.kind.place
@@ -164,41 +113,16 @@ def draw_figure(found: Tuning) -> Any:
 
 
 def write(out: Path, found: Tuning, kinds: Sequence[str]) -> None:
-    """Write all files, or none.
-
-    Parameters
-    ----------
-    out : Path
-        The folder.
-    found : Tuning
-        What was found.
-    kinds : Sequence[str]
-        Formats of the figure.
-    """
     save(out, as_toml(found), content(found), (FIGURE, draw_figure(found)), kinds)
 
 
 def save(
     out: Path, settings: str, numbers: Any, picture: tuple[str, Any], kinds: Sequence[str]
 ) -> None:
-    """Write settings, numbers and a figure, or none of them.
-
-    Parameters
-    ----------
-    out : Path
-        The folder.
-    settings : str
-        TOML.
-    numbers : Any
-        Content of the JSON file.
-    picture : tuple[str, Any]
-        Name and figure.
-    kinds : Sequence[str]
-        Formats of the figure.
-    """
+    """Write settings, numbers and a figure, or none of them."""
     name, figure = picture
     with folder.staged(out, remove=(SETTINGS, NUMBERS, *drawings.names((name,)))) as place:
-        (place / SETTINGS).write_text(settings, encoding="utf-8")
+        write_text(place / SETTINGS, settings)
         text = json.dumps(plain(numbers), indent=2, allow_nan=False)
-        (place / NUMBERS).write_text(text + "\n", encoding="utf-8")
+        write_text(place / NUMBERS, text + "\n")
         drawings.save(figure, place, name, kinds)

@@ -1,4 +1,4 @@
-"""A tuning in words and numbers: the table before and after, and what to say of it."""
+"""A tuning in words and numbers: the table before and after, and remarks."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from macromicro.schema.par import entries
-from macromicro.tuning.laws import OWN
+from macromicro.tuning._laws import DIGITS, OWN
+from macromicro.tuning._objectives import described
 from macromicro.tuning.loops import LEAST, MOST
-from macromicro.tuning.objectives import described
 from macromicro.tuning.tune import Tuning
 
 _MACRO = (
@@ -19,7 +19,7 @@ _MACRO = (
     ("reversals", "reversals after arrival", ""),
     ("iae", "integral of |error|", "counts s"),
     ("final_error", "error at the end", "counts"),
-    ("peak_effort", "peak effort asked for", "V"),
+    ("peak_effort", "peak effort requested", "V"),
     ("saturated", "samples saturated", ""),
 )
 _MICRO = (
@@ -42,40 +42,19 @@ _MARGINS = (
 
 
 class Line(NamedTuple):
-    """A row of the table.
-
-    Attributes
-    ----------
-    name : str
-        What.
-    before, after : float
-        In `unit`.
-    unit : str
-        For a person.
-    """
-
     name: str
+    # before, after: in `unit`
     before: float
     after: float
-    unit: str
+    unit: str  # for a person
 
 
 def measured(found: Tuning) -> list[Line]:
-    """Give the metrics on the bench, and the cost there.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Returns
-    -------
-    list of Line
-        For the table.
-    """
     lines, objective = _metrics(found), found.plan.objective
-    lines.append(Line(f"objective ({objective.name})", *found.bench_values, objective.unit))
-    lines.append(Line("with penalties", *found.bench_costs, objective.unit))
+    (before, after), (first, last) = found.bench_costs, found.bench_values
+    lines.append(Line(objective.name, *found.bench_values, objective.unit))
+    lines.append(Line("and its penalties", before - first, after - last, objective.unit))
+    lines.append(Line("objective, the sum of both", *found.bench_costs, objective.unit))
     plan = found.plan
     for ensemble, costs, which in (
         (plan.ensemble, found.robust_costs, "searched"),
@@ -83,7 +62,7 @@ def measured(found: Tuning) -> list[Line]:
     ):
         if ensemble is not None and costs is not None:
             words = "worst" if ensemble.aggregate == "worst" else "95 %"
-            name = f"with penalties, {words} of {len(ensemble.draws)} {which}"
+            name = f"objective, {words} of {len(ensemble.draws)} {which}"
             lines.append(Line(name, *costs, objective.unit))
     return lines
 
@@ -95,18 +74,7 @@ def _metrics(found: Tuning) -> list[Line]:
 
 
 def bounds(found: Tuning) -> list[Line]:
-    """Give the margins with the linear model; for the micro-stage the one that was measured.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Returns
-    -------
-    list of Line
-        For the table.
-    """
+    """Margins with the linear model, or the measured one of the micro-stage."""
     if found.margins is not None:
         first, last = found.margins
         return [
@@ -118,18 +86,6 @@ def bounds(found: Tuning) -> list[Line]:
 
 
 def gains(found: Tuning) -> list[Line]:
-    """Give the law's gains.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Returns
-    -------
-    list of Line
-        For the table.
-    """
     law, pair = found.plan.law, (found.plan.start, found.tuned)
     sets = [getattr(s.controller, law.field) for s in pair]
     pars = {e.path: e.par for e in entries(sets[0])}
@@ -142,18 +98,6 @@ def gains(found: Tuning) -> list[Line]:
 
 
 def text(found: Tuning) -> Iterator[str]:
-    """Put a tuning into plain text.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Yields
-    ------
-    str
-        A line.
-    """
     blocks = (
         ("gains", gains(found)),
         ("on the bench", measured(found)),
@@ -162,33 +106,22 @@ def text(found: Tuning) -> Iterator[str]:
     for title, lines in blocks:
         if not lines:
             continue
+        digits = DIGITS if title == "gains" else 5
         yield f"{title:34}{'before':>14}{'after':>14}"
         for each in lines:
-            yield f"  {each.name:32}{_number(each.before):>14}{_number(each.after):>14} {each.unit}"
+            values = "".join(f"{_number(x, digits):>14}" for x in (each.before, each.after))
+            yield f"  {each.name:32}{values} {each.unit}"
     yield ""
     yield from remarks(found)
 
 
 def remarks(found: Tuning) -> Iterator[str]:
-    """Say how the search went, and whether it was any good.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Yields
-    ------
-    str
-        A sentence.
-    """
     plan = found.plan
-    before, after = found.engine_costs
     if plan.request.route != "thesis":
         yield f"Minimised: {described(plan.objective, plan.weights)}."
     yield (
         f"{found.evaluations} {'trials' if plan.request.route == 'thesis' else 'evaluations'} on "
-        f"{plan.engine}: cost {_number(before)} to {_number(after)} {plan.objective.unit}"
+        f"{plan.engine}."
     )
     if plan.request.stage == "micro":
         yield (
@@ -197,37 +130,46 @@ def remarks(found: Tuning) -> Iterator[str]:
             f"2 mm stays within 10 um on the bench; {MOST:g} is the largest tried."
         )
     if plan.law.field == OWN:
-        yield f"Nothing is known of a linear part of {plan.law.name}: it has no margins here."
+        yield f"{plan.law.name} has no known linear part, so no margins."
     if found.rejected:
-        yield (
-            f"Cheaper designs passed over: {found.rejected}, whose ripple margin was below "
-            f"{LEAST:g}."
-        )
+        yield (f"Rejected cheaper designs: {found.rejected}, with a ripple margin below {LEAST:g}.")
     first, last = found.verdict
     where = "on the bench" if found.held_out is None else "on fresh benches"
-    name, unit = plan.objective.name, plan.objective.unit.replace("1", "")
-    figures = f"{name} {_number(first)} to {_number(last)} {unit}".strip()
+    unit = plan.objective.unit.replace("1", "")
+    figures = f"objective {_number(first)} to {_number(last)} {unit}".strip()
     if found.better:
         yield f"The tuned law is better {where}: {figures}."
     elif last == first:
-        yield f"The tuned law is not better {where}: {name} is the same, {_number(first)} {unit}."
+        same = f"the objective is the same, {_number(first)} {unit}"
+        yield f"The tuned law is not better {where}: {same}."
     else:
         yield f"The tuned law is not better {where}: {figures}."
-    was, now = found.bench_costs if found.held_out is None else found.held_out.costs
-    if found.better and now > was:
-        yield f"With its penalties it costs more there: {_number(was)} to {_number(now)}."
+    yield from _beyond(found)
     if found.held_out is not None and plan.held_out is not None:
         yield (
-            f"It costs less on {found.held_out.cheaper} of {len(plan.held_out.draws)} benches that "
-            "the search has not seen."
+            f"Its cost is lower on {found.held_out.cheaper} of {len(plan.held_out.draws)} "
+            "fresh benches."
         )
     worse = [line for line in _metrics(found) if _worse(line)]
     if worse:
         yield f"Worse on the bench than before: {'; '.join(_change(x) for x in worse)}."
 
 
+def _beyond(found: Tuning) -> Iterator[str]:
+    """A remark where the tuned macro law requests more than the limit."""
+    asked = found.bench[1].metrics.get("peak_effort", 0.0)
+    limit = found.plan.start.controller.motor_limit
+    if asked > limit:
+        samples = found.bench[1].metrics["saturated"]
+        yield (
+            f"The law requests up to {_number(asked)} V, but the limit is {limit:g} V: it "
+            f"saturates for {samples:.0f} samples after the first. --penalty saturated=0.01 "
+            "searches for gains that avoid this."
+        )
+
+
 def _worse(line: Line) -> bool:
-    """Larger than before, or (NaN) not reached any more."""
+    """Larger than before, or no longer reached (NaN)."""
     if math.isnan(line.after):
         return not math.isnan(line.before)
     return abs(line.after) > abs(line.before)
@@ -238,7 +180,7 @@ def _change(line: Line) -> str:
     return f"{line.name} {_number(line.before)} to {after}".strip()
 
 
-def _number(value: float) -> str:
+def _number(value: float, digits: int = 5) -> str:
     if math.isnan(value):
         return "-"
-    return "inf" if math.isinf(value) else f"{value:.5g}"
+    return "inf" if math.isinf(value) else f"{value:.{digits}g}"

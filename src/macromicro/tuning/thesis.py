@@ -4,9 +4,8 @@ A PD by phase margin on the linear model (4.4); then, on the tuned model with it
 and limit, damping ratios at their lowest crossovers, and crossovers falling at one
 derivative time, until a step neither overshoots nor saturates after its first sample.
 
-The step is the thesis' own: 3000 counts, 2 s, on its model as printed, whose friction is 3 V
-whatever the settings' bench has. The law's dead-zone inverse, limit and derivative time are
-those of the settings.
+The step is the thesis' own: 3000 counts, 2 s, on its model as printed, with 3 V friction.
+Dead-zone inverse, limit and derivative time of the law come from the settings.
 """
 
 from __future__ import annotations
@@ -53,35 +52,14 @@ TRIALS = len(RATIOS) + len(FREQUENCIES) + 1
 
 
 class Trial(NamedTuple):
-    """A step of 3000 counts on the tuned model.
-
-    Attributes
-    ----------
-    taps : PdTaps
-        The PD.
-    crossover : Crossover
-        With the position model (4.4).
-    first : float
-        Effort asked for at the first sample [V].
-    peak : float
-        The largest after it [V].
-    saturated : int
-        Samples after the first beyond the limit.
-    overshoot : float
-        Counts.
-    settled : float
-        Settling time [s] into 2 %; NaN where it never does.
-    position, effort : ndarray
-        Of every sample, counts and V.
-    """
-
     taps: PdTaps
-    crossover: Crossover
-    first: float
-    peak: float
-    saturated: int
-    overshoot: float
-    settled: float
+    crossover: Crossover  # with the position model (4.4)
+    first: float  # effort asked for at the first sample [V]
+    peak: float  # the largest after it [V]
+    saturated: int  # samples after the first beyond the limit
+    overshoot: float  # counts
+    settled: float  # settling time [s] into 2 %; NaN where it never does
+    # position, effort: of every sample, counts and V
     position: Array
     effort: Array
 
@@ -90,29 +68,7 @@ def tuned(
     progress: Callable[[int, float], None],
     control: Control = Control(),  # noqa: B008
 ) -> tuple[PdTaps, tuple[Row, ...]]:
-    """Follow the thesis' route for the PD law that a controller chooses.
-
-    The rule that ends it, in steps of 0.05 rad/s, is `chosen`.
-
-    Parameters
-    ----------
-    progress : callable
-        Hears trials made and the settling time of the last.
-    control : Control
-        With the law, its dead-zone inverse and limit.
-
-    Returns
-    -------
-    taps : PdTaps
-        That the route ends with.
-    rows : tuple of dict
-        One for each trial.
-
-    Raises
-    ------
-    InputError
-        The rule finds nothing.
-    """
+    """Follow the thesis' route for the PD law that a controller chooses."""
     law = control_settings.prepare(control).macro
     held, width, limit = derivative_time(control), law.dead_zone, law.limit
     ratios = sweep_ratios(width, limit)
@@ -126,19 +82,6 @@ def tuned(
 
 
 def derivative_time(control: Control) -> float:
-    """Give the derivative time of the chosen PD.
-
-    Parameters
-    ----------
-    control : Control
-        With the law.
-
-    Returns
-    -------
-    float
-        In s; that of (4.10) where the law has no lead, as (4.9), because without one no crossover
-        keeps the step from overshooting.
-    """
     mine = PdTaps(*(control.pd_initial if control.macro_law == "pd-initial" else control.pd_tuned))
     if mine.proportional > 0.0 and mine.before < 0.0:
         return mine.derivative_time(DT)
@@ -161,40 +104,11 @@ def _row(swept: str, value: float, trial: Trial) -> Row:
 
 
 def crossover(taps: PdTaps, linear: Linear = Linear()) -> Crossover:  # noqa: B008
-    """Give the gain crossover of D(z) with the position model (4.4).
-
-    Parameters
-    ----------
-    taps : PdTaps
-        Of D(z).
-    linear : Linear
-        The model's (4.3).
-
-    Returns
-    -------
-    Crossover
-        The first one.
-    """
+    """Gain crossover of D(z) with the position model (4.4)."""
     return first_crossover(*open_loop(taps, *position_transfer(linear)), linear.dt)
 
 
 def with_taps(taps: PdTaps, limit: float = LIMIT, dead_zone: float = DEAD_ZONE) -> MacroLaw:
-    """Give the tuned controller with other taps.
-
-    Parameters
-    ----------
-    taps : PdTaps
-        Of the PD.
-    limit : float
-        Of its effort [V].
-    dead_zone : float
-        That its inverse lifts by [V].
-
-    Returns
-    -------
-    MacroLaw
-        To be run.
-    """
     return law("pd-tuned").with_gains(PdTuned(*taps))._replace(limit=limit, dead_zone=dead_zone)
 
 
@@ -204,24 +118,7 @@ def trial(
     dead_zone: float = DEAD_ZONE,
     limit: float = LIMIT,
 ) -> Trial:
-    """Run a step of 3000 counts on the tuned model, which saturates by itself.
-
-    Parameters
-    ----------
-    taps : PdTaps
-        Of the PD.
-    model : MacroModel
-        As printed by default.
-    dead_zone : float
-        Of the law's inverse [V], whatever the model's friction.
-    limit : float
-        The model saturates at it [V] or at its own.
-
-    Returns
-    -------
-    Trial
-        What it shows.
-    """
+    """Run a step of 3000 counts on the tuned model, which saturates by itself."""
     reference = np.full(round(SECONDS / DT), STEP)
     model = model._replace(limit=min(model.limit, limit))
     x, effort = macro.closed_loop(model, with_taps(taps, math.inf, dead_zone), reference)
@@ -240,56 +137,21 @@ def trial(
 
 
 def at_ratio(ratio: float) -> PdTaps:
-    """Give the PD of a damping ratio at the lowest frequency that allows it (Section 4.3.3).
-
-    Parameters
-    ----------
-    ratio : float
-        Of damping.
-
-    Returns
-    -------
-    PdTaps
-        The PD.
-    """
+    """The PD of a damping ratio at the lowest frequency that allows it (Section 4.3.3)."""
     num, den = position_transfer(Linear())
     margin = damping_margin(ratio)
     return pd_by_margin(num, den, DT, lowest_frequency(num, den, DT, margin), margin)
 
 
 def sweep_ratios(dead_zone: float = DEAD_ZONE, limit: float = LIMIT) -> dict[float, Trial]:
-    """Try damping ratios, each at its lowest phase-margin frequency (Figure 4.22).
-
-    Parameters
-    ----------
-    dead_zone, limit : float
-        Of the law [V].
-
-    Returns
-    -------
-    dict of float to Trial
-        By ratio.
-    """
+    """Try damping ratios, each at its lowest phase-margin frequency (Figure 4.22)."""
     return {r: trial(at_ratio(r), dead_zone=dead_zone, limit=limit) for r in RATIOS}
 
 
 def sweep_frequencies(
     derivative_time: float | None = None, dead_zone: float = DEAD_ZONE, limit: float = LIMIT
 ) -> dict[float, Trial]:
-    """Try falling crossovers at one derivative time (Figure 4.23).
-
-    Parameters
-    ----------
-    derivative_time : float, optional
-        In s; that of (4.10) by default.
-    dead_zone, limit : float
-        Of the law [V].
-
-    Returns
-    -------
-    dict of float to Trial
-        By crossover [rad/s].
-    """
+    """Try falling crossovers at one derivative time (Figure 4.23)."""
     return {w: _at(w, derivative_time, dead_zone, limit) for w in FREQUENCIES}
 
 
@@ -304,27 +166,9 @@ def chosen(
 ) -> Trial:
     """Follow the stated rule.
 
-    It keeps the derivative time and lowers the crossover from 9.91 rad/s in steps of 0.05 until the
-    tuned model neither overshoots by half a count nor asks for more than the limit after the first
-    sample.
-
-    Parameters
-    ----------
-    derivative_time : float, optional
-        In s; that of (4.10) by default.
-    dead_zone, limit : float
-        Of the law [V].
-
-    Returns
-    -------
-    Trial
-        The first that meets the rule.
-
-    Raises
-    ------
-    InputError
-        No crossover down to 0.5 rad/s does, as with a dead-zone inverse near the limit or too short
-        a derivative time.
+    At a constant derivative time the crossover is lowered from 9.91 rad/s in steps of 0.05 until
+    the tuned model overshoots by less than half a count and stays below the limit after the
+    first sample.
     """
     for w in np.arange(FREQUENCIES[0], 0.5, -0.05):
         found = _at(float(w), derivative_time, dead_zone, limit)
@@ -340,13 +184,7 @@ def chosen(
 
 
 def ratio_below_limit() -> float:
-    """Give the least damping ratio whose effort stays within 5 V on the step.
-
-    Returns
-    -------
-    float
-        By bisection, to 1e-4.
-    """
+    """The least damping ratio whose effort stays within 5 V on the step."""
     low, high = 1.0, 4.0
     while high - low > 1e-4:
         middle = 0.5 * (low + high)

@@ -1,1 +1,1 @@
-"""What is not known exactly about a machine: one table, and the machines drawn from it."""
+"""Uncertain parameters of a machine: one table, and machines drawn from it."""

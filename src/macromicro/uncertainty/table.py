@@ -1,16 +1,11 @@
-"""The table of what is not known exactly about a machine, read from table.toml beside this file.
-
-Within its range each quantity is taken as uniformly distributed and independent of the others:
-nothing but the range is known of it. `robust` draws all of them; `tune --robust` those of the
-stage that it tunes, on the bench or on the model that was identified from it.
-"""
+"""Uncertain parameters of a machine, from table.toml; uniform and independent."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.schema.text import printable, read_toml
 
 FACTOR, SHIFT, VALUE = "factor", "shift", "value"
@@ -19,69 +14,35 @@ GAIN, POLE, WIDTH = "gain", "pole", "width"
 
 
 class Uncertain(NamedTuple):
-    """One quantity that is uncertain, from `low` to `high`.
+    """An uncertain quantity from `low` to `high`."""
 
-    Attributes
-    ----------
-    name : str
-        One word, unique in the table.
-    stage : {"macro", "micro", "axis", "piezo", "wire"}
-        The stage, or the machine, that it belongs to.
-    parts : tuple of (str, float)
-        Dotted paths within the settings, each with its weight.
-    kind : {"factor", "shift", "value"}
-        An amount multiplies what the settings say at every path, is added to it, times the
-        part's weight, or takes its place.
-    low, high : float
-        The range, in `unit`.
-    unit : str
-        Of `low` and `high`; "" for a factor.
-    meaning, source : str
-        For a person.
-    model : tuple of (str, float)
-        What of the macro-stage's model goes with it: `GAIN`, `POLE` or `WIDTH`, each
-        multiplied by the amount to the power that is given. Empty for what the model has not.
-    """
-
-    name: str
-    stage: str
-    parts: tuple[tuple[str, float], ...]
+    name: str  # one word, unique in the table
+    stage: str  # the stage, or the machine, that it belongs to
+    parts: tuple[tuple[str, float], ...]  # dotted paths within the settings, each with its weight
+    # an amount multiplies what the settings say at every path, is added to it, times the part's
+    # weight, or takes its place
     kind: str
+    # low, high: the range, in `unit`
     low: float
     high: float
-    unit: str
+    unit: str  # of `low` and `high`; "" for a factor
+    # meaning, source: for a person
     meaning: str
     source: str
+    # what of the macro-stage's model goes with it: `GAIN`, `POLE` or `WIDTH`, each multiplied by
+    # the amount to the power that is given. Empty for what the model has not
     model: tuple[tuple[str, float], ...] = ()
 
 
 def read(path: Path) -> tuple[Uncertain, ...]:
-    """The rows of a table.
-
-    Parameters
-    ----------
-    path : Path
-        A file like table.toml beside this one.
-
-    Returns
-    -------
-    tuple[Uncertain, ...]
-        In its order.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, or a row is no quantity; names file, row and key.
-    """
     file = printable(path, 300)
-    rows = read_toml(path, "a table of what is not known (.toml)").get("quantity")
+    rows = read_toml(path, "a table of uncertain quantities (.toml)").get("quantity")
     if not isinstance(rows, list) or not rows:
         raise InputError(f"{file}, quantity", printable(rows), "one table [[quantity]] or more")
     return tuple(_row(told, f"{file}, quantity {n}") for n, told in enumerate(rows, 1))
 
 
 def _row(told: Any, where: str) -> Uncertain:
-    """A row, of its table in the file."""
     if not isinstance(told, dict):
         raise InputError(where, printable(told), "a table [[quantity]]")
 
@@ -100,14 +61,18 @@ def _row(told: Any, where: str) -> Uncertain:
 
     unknown = [key for key in told if key not in _KEYS]
     if unknown:
-        raise InputError(f"{where}, {unknown[0]}", "unknown key", f"one of {', '.join(_KEYS)}")
+        raise ProblemError(
+            f"{where}, {unknown[0]}", "unknown key", f"Use one of {', '.join(_KEYS)}."
+        )
     paths = listed("paths", str, "a list of paths in the settings")
     weights = listed("weights", int | float, "a number for each path", [1.0] * len(paths))
-    span = listed("range", int | float, "the lower and the upper end, two numbers")
+    span = listed("range", int | float, "the lower and the upper limit, two numbers")
     if len(weights) != len(paths):
         raise InputError(f"{where}, weights", len(weights), f"{len(paths)}, one for each path")
     if len(span) != 2 or not span[0] < span[1]:
-        raise InputError(f"{where}, range", printable(span), "the lower and the upper end")
+        raise InputError(
+            f"{where}, range", printable(span), "the lower and the upper limit, rising"
+        )
     kind = text("kind")
     if kind not in (FACTOR, SHIFT, VALUE):
         raise InputError(f"{where}, kind", printable(kind), f"{FACTOR}, {SHIFT} or {VALUE}")
@@ -134,16 +99,5 @@ VARIANTS: tuple[Uncertain, ...] = read(Path(__file__).with_name("variants.toml")
 
 
 def of_stage(stage: str) -> tuple[Uncertain, ...]:
-    """Give the rows of the table that belong to a stage.
-
-    Parameters
-    ----------
-    stage : {"macro", "micro"}
-        Which one.
-
-    Returns
-    -------
-    tuple of Uncertain
-        In the table's order.
-    """
+    """Rows of the table for a stage."""
     return tuple(each for each in UNCERTAIN if each.stage == stage)

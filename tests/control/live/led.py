@@ -32,6 +32,8 @@ class Stage:
         if touch is None:
             self.s = state.begin(self.p, round((place - raw) / PITCH), trusted=True)
         self.place, self.raw, self.wall, self.stuck = place, raw, -math.inf, False
+        self.told = math.nan  # place that its sensor shows for good; NaN: its own
+        self.dither = 0  # counts that it shows more every other period
         self.course, self.tick = Course(), 0
         self.notices: list[Any] = []
         self.fastest = 0.0
@@ -39,7 +41,9 @@ class Stage:
 
     def run(self, periods: int) -> None:
         for _ in range(periods):
-            counts = float(math.floor((self.place - self.raw) / PITCH + 0.5))
+            told = self.place if math.isnan(self.told) else self.told
+            counts = float(math.floor((told - self.raw) / PITCH + 0.5))
+            counts += self.dither * (self.tick % 2)
             sample = Sample(self.tick * DT, counts, *[math.nan] * 4)
             self.s, self.g, self.course, notices = guided.step(
                 self.p, self.q, self.s, self.g, sample, DT

@@ -123,5 +123,6 @@ class Scripted(Machine):
             "modes": [[messages.MODES[modes[k]], k] for k in stays],
             "columns": dict(zip(self.names, columns, strict=True)),
             "events": [telling.event(e) for e in self.events],
-            "ends": self.ends,
+            # Their time is the loop's, which sends them.
+            "ends": [{k: v for k, v in end._asdict().items() if k != "time"} for end in self.ends],
         }

@@ -105,7 +105,7 @@ def test_what_is_asked_of_the_other_stage_is_refused(
         before = machine.s
         reply = machine.ask(request)
         assert isinstance(reply, Refused) and words in reply.reason, request
-        assert reply.remedy == "ask for the stage that it has" and machine.s is before
+        assert reply.remedy == "use the stage that it has" and machine.s is before
     mine = (m.Home(), m.Programme(plan(0))) if stages == CARRIAGE else (m.Programme(plan(1)),)
     for request in (*EITHER, *mine):
         assert alone.refusal(stages, request) is None, request

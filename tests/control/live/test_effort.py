@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from macromicro.control.live.effort import macro_effort, observe
+from macromicro.control.live._effort import macro_effort, observe
 from macromicro.control.live.parameters import Fine
 from macromicro.control.live.state import EMPTY, Window
 from macromicro.control.settings import Control

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from macromicro.control.live import brake, edges, moves, programme, survey
+from macromicro.control.live import _moves, _programme, brake, edges, survey
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.parameters import Live
@@ -77,7 +77,7 @@ def test_when_a_programmes_macro_move_has_arrived() -> None:
     since = at._replace(inside=7.0)
 
     def arrived(before: Any, encoder: float, time: float) -> bool:
-        return programme._arrived(machine.s, before, Sample(time, encoder, 0.0, 0.0, 0.0, 0.0))
+        return _programme._arrived(machine.s, before, Sample(time, encoder, 0.0, 0.0, 0.0, 0.0))
 
     for off in (q.tolerance, -q.tolerance):
         assert arrived(since, 500.0 + off, 7.0 + q.dwell)
@@ -181,7 +181,7 @@ def test_a_micro_stage_is_held_where_it_is_but_not_below_nothing(fine: float, he
     machine = homed()
     machine.ask(m.MoveMicro(2e-3))
     s = machine.s._replace(seen=machine.s.seen._replace(fine=fine))
-    s, _ = moves.stay(machine.p, s, m.STOPPED_BY_REQUEST, t.STOP)
+    s, _ = _moves.stay(machine.p, s, m.STOPPED_BY_REQUEST, t.STOP)
     assert s.drive.micro_reference == held
 
 

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
+import numpy as np
 import pytest
 
-from macromicro.control.live import guided, state
+from macromicro.control.live import guided, leading, state
 from macromicro.control.live import messages as m
 from macromicro.control.live.leading import Aim, Course, Seek
 from macromicro.control.live.messages import Accepted, Finished, Refused
 from macromicro.control.live.state import Search
 from macromicro.motion import s_curve
 
-from .led import PITCH, TOUCH, Stage, enabled
+from .led import ABSOLUTE, DT, PITCH, TOUCH, Stage, enabled
 
 
 def test_it_is_off_until_it_is_enabled_and_then_held_where_it_is() -> None:
@@ -87,12 +89,17 @@ def test_a_jog_that_is_blocked_ends_once_a_free_stage_had_moved(seconds: float) 
     assert not ends or "pushes and the reading does not change" in ends[0].evidence["reason"]
 
 
-def test_before_the_place_is_known_no_speed_is_allowed_that_was_not_asked_for() -> None:
-    stage = enabled(touch=TOUCH)
-    stage.ask(m.Jog(m.MACRO, 0.1))
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize(("search", "most"), [(0.05, 0.05), (0.02, 0.05), (0.08, 0.08)])
+def test_before_the_place_is_known_no_speed_is_allowed_that_was_not_asked_for(
+    way: float, search: float, most: float
+) -> None:
+    stage = enabled(touch=TOUCH._replace(speed=search))
+    assert isinstance(stage.ask(m.Jog(m.MACRO, 0.05 * way)), Accepted)
     stage.run(200)
+    assert stage.course.aim.velocity == pytest.approx(0.05 * way)
     assert stage.course.leant == math.inf  # without a time of its own: as the settings say
-    assert stage.course.speed == pytest.approx(2.0 * 0.05 + 0.25 * stage.q.velocity)
+    assert stage.course.speed == pytest.approx(2.0 * most + 0.25 * stage.q.velocity)
     known = enabled()
     known.ask(m.Jog(m.MACRO, 0.05))
     known.run(50)
@@ -127,6 +134,24 @@ def test_a_stop_decelerates_and_the_stage_is_held() -> None:
     assert ends[0].evidence["way_counts"] == pytest.approx(way / PITCH, abs=30.0)
     stage.run(50)
     assert stage.course.on and stage.course.aim.velocity == 0.0
+
+
+def test_a_stage_that_does_not_come_to_its_set_point_is_let_go_after_its_patience() -> None:
+    """One whose place is known is held at the set point until then."""
+    stage = enabled()
+    stage.stuck = True
+    stage.ask(m.MoveTo(0.01))
+    stage.run(300)
+    before, stopped = stage.course.restart, stage.tick
+    stage.ask(m.Stop())
+    while stage.s.motion is not None:
+        assert stage.course.aim == (0.01, 0.0, 0.0, 0.0) and stage.course.restart == before
+        stage.run(1)
+    patience = stage.p.settings.brake.patience + stage.q.arrival.patience
+    assert (stage.tick - stopped) * 1e-3 == pytest.approx(patience, abs=3e-3)
+    (end,) = (n for n in stage.notices if isinstance(n, Finished))
+    assert end.outcome == m.STALLED and end.evidence["rest"] == "did not come to rest in time"
+    assert stage.course.aim == (stage.place, 0.0, 0.0, 0.0) and stage.course.restart == before + 1
 
 
 @pytest.mark.parametrize(("speed", "limit"), [(0.1, 0.1), (-0.1, -0.005)])
@@ -250,3 +275,179 @@ def test_a_stop_within_the_tolerance_begins_its_rest_anew() -> None:
     assert stage.s.motion is not None
     stage.run(60)
     assert stage.s.motion is None
+
+
+def rubbing(place: float = 0.05) -> Stage:
+    """A stage that friction holds, on a jog; its place can be lost."""
+    stage = Stage(place=place)
+    stage.q = stage.q._replace(rubs=True)
+    stage.s = stage.s._replace(frame=stage.s.frame._replace(carriage=True))
+    stage.ask(m.Enable())
+    return stage
+
+
+def dies(speed: float, *, dither: int = 0) -> tuple[Stage, float]:
+    """It is stopped in a jog as its reading dies; and the way that its set point still goes."""
+    stage, twin = rubbing(), rubbing()
+    twin.q = twin.q._replace(rubs=False)  # it is held at its set point
+    for each in (stage, twin):
+        each.ask(m.Jog(m.MACRO, speed))
+        each.run(150)
+        each.ask(m.Stop())
+    stage.told, stage.dither = stage.place, dither
+    stage.run(1)
+    asked = stage.g.asked
+    stage.run(700)
+    twin.run(701)
+    return stage, abs(twin.course.aim.position - asked)
+
+
+def lost(stage: Stage) -> list[Any]:
+    return [n for n in stage.notices if getattr(n, "cause", "") == guided.DEAD]
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_reading_that_dies_at_a_stop_drives_nothing_and_ends_trust(sign: float) -> None:
+    stage, _ = dies(0.1 * sign)
+    (end,) = [n for n in stage.notices if isinstance(n, Finished)]
+    assert end.outcome == m.STOPPED_BY_REQUEST and "rest" not in dict(end.evidence)
+    (event,) = lost(stage)
+    assert dict(event.evidence)["trusted"] is False and not stage.s.frame.trusted
+    assert stage.course.aim == leading.REST._replace(position=stage.s.seen.encoder * PITCH)
+    assert abs(stage.place - stage.told) < 0.1 * 5 * DT  # m/s; it followed until its law began anew
+
+
+def test_a_reading_counts_as_dead_after_a_quarter_of_the_dwell() -> None:
+    stage = rubbing()
+    stage.ask(m.Jog(m.MACRO, 0.1))
+    stage.run(150)
+    stage.ask(m.Stop())
+    stage.told = stage.place
+    stage.run(1)  # it changes for the last time
+    stage.run(2)
+    assert not lost(stage)
+    stage.run(1)
+    assert lost(stage)
+    assert stage.course.aim == leading.REST._replace(position=stage.s.seen.encoder * PITCH)
+
+
+def test_a_stage_may_stop_a_little_short_of_its_set_point() -> None:
+    short = 1.5 * ABSOLUTE.arrival.tolerance + 0.5 * ABSOLUTE.acceleration * (2 * DT) ** 2
+    ways = []
+    for speed in np.linspace(0.008, 0.02, 25):
+        stage, way = dies(float(speed))
+        assert bool(lost(stage)) == (way > short), (speed, way)
+        assert not lost(stage) or stage.course.restart > 0
+        ways.append(way)
+    near = np.abs(np.array(ways) - short)
+    assert min(ways) < short < max(ways) and np.min(near) < 2e-6
+
+
+def test_it_rests_once_its_reading_has_stood_for_the_dwell() -> None:
+    stage = rubbing()
+    stage.ask(m.Jog(m.MACRO, 0.0108))
+    stage.run(150)
+    stage.ask(m.Stop())
+    stage.told = stage.place
+    periods = 0
+    while not any(isinstance(n, Finished) for n in stage.notices):
+        stage.run(1)
+        periods += 1
+    assert stage.notices[-1].outcome == m.STOPPED_BY_REQUEST and stage.s.frame.trusted
+    assert stage.course.aim.position == stage.s.seen.encoder * PITCH
+    assert periods == 11  # the dwell, which is longer than the braking; not the patience
+
+
+def test_it_does_not_rest_before_its_set_point_does() -> None:
+    stage = rubbing()
+    stage.q = stage.q._replace(arrival=stage.q.arrival._replace(tolerance=0.01))
+    stage.ask(m.Jog(m.MACRO, 0.1))
+    stage.run(150)
+    stage.ask(m.Stop())
+    stage.told = stage.place
+    stage.run(45)  # of the 50 that it slows down for, far longer than the dwell
+    assert not any(isinstance(n, Finished) for n in stage.notices)
+    stage.run(10)
+    assert any(isinstance(n, Finished) for n in stage.notices)
+
+
+@pytest.mark.parametrize(("dither", "dead"), [(1, True), (2, False)])
+def test_a_reading_that_stands_may_dither_by_a_count(dither: int, dead: bool) -> None:
+    stage, _ = dies(0.1, dither=dither)
+    assert bool(lost(stage)) == dead
+
+
+def test_a_stage_that_its_law_has_to_hold_is_held_behind_a_stop() -> None:
+    stage = Stage(place=0.02)
+    stage.ask(m.Enable())
+    stage.ask(m.Jog(m.MACRO, 0.1))
+    stage.run(150)
+    began = stage.course.restart
+    stage.ask(m.Stop())
+    stage.told = stage.place
+    stage.run(300)
+    assert not lost(stage) and stage.course.restart == began
+
+
+def arrived(offset: float, dither: int = 0, *, rubs: bool = True) -> Stage:
+    """Behind a move at whose end the reading stands this far short of the target."""
+    stage = rubbing()
+    stage.q = stage.q._replace(rubs=rubs)
+    reply = stage.ask(m.MoveTo(0.03))
+    while stage.s.mode != m.READY or stage.s.work is not None:
+        if math.isnan(stage.told) and abs(stage.place - 0.03) < 1e-6:
+            stage.told, stage.dither = 0.03 - offset, dither
+        stage.run(1)
+    assert isinstance(reply, Accepted)
+    return stage
+
+
+@pytest.mark.parametrize(("offset", "dither"), [(2e-5, 0), (2e-5, 1), (-2e-5, 0)])
+def test_behind_a_move_it_is_let_go_once_where_it_rests(offset: float, dither: int) -> None:
+    stage = arrived(offset, dither)
+    began = stage.course.restart
+    assert stage.course.aim.position == pytest.approx(0.03, abs=1e-12)
+    stage.run(30)
+    assert stage.course.restart == began + 1
+    assert abs(stage.course.aim.position - stage.told) < (dither + 0.5) * PITCH
+    stage.told += 2e-5  # whoever pushes it meets its law, which begins anew for nobody
+    held = stage.course.aim.position
+    stage.run(100)
+    assert (stage.course.restart, stage.course.aim.position) == (began + 1, held)
+
+
+def test_it_is_not_let_go_before_its_law_had_time_to_move_it() -> None:
+    stage = arrived(2e-5)
+    since, began = stage.g.stood_since, stage.course.restart
+    while stage.course.restart == began:
+        stage.run(1)
+    assert stage.s.time - since == pytest.approx(2.5 * stage.q.arrival.dwell, abs=1.5 * DT)
+
+
+def test_behind_a_move_one_that_its_law_has_to_hold_is_held() -> None:
+    stage = arrived(2e-5, rubs=False)
+    began = stage.course.restart
+    stage.run(100)
+    assert stage.course.restart == began
+
+
+def test_a_set_point_that_still_slows_down_is_not_let_go() -> None:
+    stage = rubbing()
+    stage.ask(m.Jog(m.MACRO, 0.1))
+    stage.run(150)
+    stage.told = stage.place
+    stage.run(40)  # the reading stands for longer than it is pushed behind a motion
+    stage.s = stage.s._replace(work=None)
+    began = stage.course.restart
+    stage.run(45)
+    assert stage.course.restart == began and stage.course.aim.velocity > 0.0
+    stage.run(10)
+    assert stage.course.restart == began + 1
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e-5])
+def test_one_that_stands_where_its_set_point_is_keeps_its_law(offset: float) -> None:
+    stage = arrived(offset)
+    began = stage.course.restart
+    stage.run(100)
+    assert stage.course.restart == began and stage.g.calm

@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from macromicro.control.live import homing, leaning
+from macromicro.control.live import _homing, leaning
 from macromicro.control.live import messages as m
-from macromicro.control.live.homing import GIVE, pace
+from macromicro.control.live._homing import GIVE, pace
 from macromicro.control.live.parameters import Homing, Live
 from macromicro.control.live.state import Frame
 from macromicro.control.macro import NAMES
@@ -83,6 +83,20 @@ def test_a_stop_needs_the_push_and_the_time() -> None:
         assert abs(machine.out.motor) <= QUICK.homing.volts
         assert machine.s.time < 1.0
     assert pushed * DT >= QUICK.homing.stand - 1.5 * DT
+
+
+@pytest.mark.parametrize(("dither", "stands"), [(1.0, True), (2.0, False)])
+def test_a_carriage_that_dithers_by_one_count_stands(dither: float, stands: bool) -> None:
+    machine = Machine(live=QUICK)
+    machine.see(0.0)
+    machine.ask(m.Enable())
+    machine.ask(m.Home())
+    place = 0.0
+    for k in range(100):
+        if machine.out.motor == -QUICK.homing.volts:
+            place = -0.5 * GIVE  # what it leans on gives way a little
+        machine.see(place + dither * (k % 2))
+    assert any(e.cause == "end stop found" for e in machine.events) == stands
 
 
 @pytest.mark.parametrize("law", NAMES)
@@ -176,8 +190,8 @@ def test_above_its_speed_homing_pushes_no_more(
     s = Follower().s
     s = s._replace(seen=s.seen._replace(speed=sign * speed))
     q = Homing(fastest=700.0, volts=3.0)
-    assert homing._slow(q, s, 4.0, pace) == volts
-    assert homing._slow(q, s, -4.0, pace) == -volts
+    assert _homing._slow(q, s, 4.0, pace) == volts
+    assert _homing._slow(q, s, -4.0, pace) == -volts
 
 
 def test_backed_off_it_is_named_after_the_dwell_within_the_tolerance() -> None:
@@ -186,7 +200,7 @@ def test_backed_off_it_is_named_after_the_dwell_within_the_tolerance() -> None:
     f.tick()
     f.ask(m.Enable())
     f.ask(m.Home())
-    search = f.s.work._replace(phase=homing.BACK, since=math.nan, stop=-142.0, sure=True)
+    search = f.s.work._replace(phase=_homing.BACK, since=math.nan, stop=-142.0, sure=True)
     f.s = f.s._replace(work=search)
     f.see(-32.0, seconds=0.05)  # beyond the place by ten counts
     f.see(-52.0, seconds=0.05)

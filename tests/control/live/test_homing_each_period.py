@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from macromicro.control.live import edges, homing, state
+from macromicro.control.live import _homing, edges, state
 from macromicro.control.live import messages as m
-from macromicro.control.live.effort import Efforts
-from macromicro.control.live.homing import BACK, GIVE, PUSH, SEARCH
+from macromicro.control.live._effort import Efforts
+from macromicro.control.live._homing import BACK, GIVE, PUSH, SEARCH
 from macromicro.control.live.parameters import Homing, Live
 from macromicro.control.live.state import NOWHERE, REST, Drive, Frame, LiveState, Search, Targets
 from macromicro.control.live.survey import NOTHING
@@ -55,7 +55,7 @@ def one(
         drive=f.s.drive._replace(**drive),
     )
     assert s.motion is not None and isinstance(s.work, Search)
-    return homing.step(f.p, s, s.motion, s.work, reading(encoder), DT)
+    return _homing.step(f.p, s, s.motion, s.work, reading(encoder), DT)
 
 
 def effort(s: LiveState, memory: Memory, error: float) -> float:
@@ -303,4 +303,4 @@ def test_homing_begins_where_the_carriage_is() -> None:
 def test_above_its_speed_homing_pushes_no_more_though_no_reference_moves() -> None:
     s = Follower().s
     s = s._replace(seen=s.seen._replace(speed=1.2))
-    assert homing._slow(Homing(fastest=1.0, volts=3.0), s, 4.0) == 0.0
+    assert _homing._slow(Homing(fastest=1.0, volts=3.0), s, 4.0) == 0.0

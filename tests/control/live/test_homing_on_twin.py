@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from macromicro.control.live import messages as m
-from macromicro.control.live.homing import GIVE
+from macromicro.control.live._homing import GIVE
 from macromicro.control.live.leaning import SHARE
 from macromicro.control.live.messages import Accepted
 from macromicro.control.live.parameters import Homing

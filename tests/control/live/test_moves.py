@@ -8,8 +8,8 @@ import pytest
 
 from macromicro.control import macro
 from macromicro.control.arrival import Sequence
+from macromicro.control.live import _moves
 from macromicro.control.live import messages as m
-from macromicro.control.live import moves
 from macromicro.control.live.messages import Accepted
 from macromicro.control.settings import Control
 from macromicro.types import SAFE, Sample
@@ -294,7 +294,7 @@ def test_two_witnesses_that_differ_are_told_as_the_reason(laser: float) -> None:
     machine = homed()
     machine.ask(m.MoveMicro(1e-3))
     found = {"error_mm": 0.002, "error_by_laser_mm": laser}
-    s, efforts = moves._gives_up(machine.p, machine.s, found)
+    s, efforts = _moves._gives_up(machine.p, machine.s, found)
     assert efforts[:4] == (0.0, 0.0, 0.0, 0.0) and s.mode == m.STOPPED
     end = next(n for n in efforts.notices if isinstance(n, m.Finished))
     reason = end.evidence.get("reason", "")

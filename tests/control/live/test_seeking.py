@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from macromicro.control.live import guided, seeking
+from macromicro.control.live import _seeking, guided
 from macromicro.control.live import messages as m
 from macromicro.control.live.leading import NEVER, Course, Seek, at
 from macromicro.types import QUIET, Lines, Sample
@@ -159,7 +159,7 @@ def test_a_limit_switch_ends_the_way_before_the_stop() -> None:
     while "switch found" not in stage.causes():
         stage.run(1)
         deepest = min(deepest, stage.place)
-    assert stage.causes() == ["end of the way", "switch found"]
+    assert stage.causes() == ["end of travel", "switch found"]
     braked = TOUCH.speed**2 / (2.0 * stage.q.acceleration)
     assert EDGE - 2.0 * braked < deepest < EDGE
 
@@ -171,7 +171,7 @@ def test_what_pushed_against_the_stop_is_forgotten() -> None:
     stage.ask(m.Home())
     stage.run(100)
     before = stage.g.restart
-    stage.until("end of the way")
+    stage.until("end of travel")
     assert stage.g.restart == before + 1
     assert stage.place == TOUCH.place and stage.g.aim.velocity == 0.0
 
@@ -203,7 +203,7 @@ def test_a_cam_is_found_from_below_after_the_end_of_the_way(place: float, turns:
     stage.run(5)
     homed(stage)
     assert stage.s.frame.offset == pytest.approx(0.0, abs=1.5)
-    assert ("end of the way" in stage.causes()) == turns
+    assert ("end of travel" in stage.causes()) == turns
 
 
 def test_a_cam_above_the_stop_is_found_without_a_limit_switch() -> None:
@@ -212,7 +212,7 @@ def test_a_cam_above_the_stop_is_found_without_a_limit_switch() -> None:
     stage.run(5)
     homed(stage)
     assert stage.s.frame.offset == pytest.approx(0.0, abs=1.5)
-    assert "end of the way" in stage.causes()
+    assert "end of travel" in stage.causes()
 
 
 TURN = 4e-3
@@ -271,12 +271,55 @@ def test_a_mark_has_no_turn_and_is_looked_for_as_long_as_there_is_way() -> None:
 
 @pytest.mark.parametrize(("place", "turns"), [(0.03, False), (0.01, True)])
 @pytest.mark.parametrize("low", [EDGE, -1.0])
-def test_a_mark_alone(place: float, turns: bool, low: float) -> None:
-    stage = enabled(SEEK._replace(line="", pulse=True), place=place, edge=0.02)
+@pytest.mark.parametrize("spacing", [0.0, TURN])
+def test_a_mark_alone(place: float, turns: bool, low: float, spacing: float) -> None:
+    """Without a switch no other pulse is in question, however near one may be."""
+    seek = SEEK._replace(line="", pulse=True, spacing=spacing)
+    stage = enabled(seek, place=place, edge=0.02)
     stage.pulses, stage.low = (0.02,), low
     homed(stage)
     assert stage.s.frame.offset == 0.0
-    assert stage.causes() == [*(["end of the way"] if turns else []), *PULSES, "place found"]
+    assert stage.causes() == [*(["end of travel"] if turns else []), *PULSES, "place found"]
+
+
+def test_a_mark_is_passed_downwards_by_the_way_back_before_it_is_looked_for_again() -> None:
+    stage = enabled(SEEK._replace(line="", pulse=True), place=0.03, edge=0.02)
+    stage.pulses = (0.02,)
+    stage.ask(m.Home())
+    stage.until("index pulse found")
+    assert stage.place == pytest.approx(0.02, abs=1e-4)
+    stage.until("again")
+    assert stage.place == pytest.approx(0.02 - 1e-3, abs=1e-4)
+
+
+def test_a_mark_next_to_the_stop_is_looked_for_again_from_there() -> None:
+    mark = TOUCH.place + 5e-4  # half of the way back
+    stage = enabled(SEEK._replace(line="", pulse=True), place=0.0, edge=mark)
+    stage.pulses, stage.low = (mark,), -1.0
+    homed(stage)
+    assert stage.causes() == [*PULSES, "place found"] and stage.s.frame.offset == 0.0
+
+
+@pytest.mark.parametrize(("off", "again"), [(2, False), (-2, False), (3, True), (-3, True)])
+def test_a_pulse_comes_again_within_two_counts(off: int, again: bool) -> None:
+    stage = enabled(SEEK._replace(line="", pulse=True), place=0.03, edge=0.02)
+    stage.pulses = (0.02,)
+    stage.ask(m.Home())
+    stage.until("index pulse found")
+    stage.pulses = (0.02 + off * PITCH,)
+    stage.until("place found")
+    assert stage.causes() == [*PULSES, *(PULSES if again else []), "place found"]
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize(("apart", "times"), [(0.0, 1), (1.9e-4, 1), (2.2e-4, 2)])
+def test_an_edge_is_the_same_within_its_margin(way: float, apart: float, times: int) -> None:
+    stage = enabled(SEEK._replace(line="home"), edge=0.02)
+    stage.ask(m.Home())
+    stage.until("switch confirmed")
+    stage.edge += way * apart
+    stage.until("place found")
+    assert stage.causes().count("switch confirmed") == times
 
 
 def test_a_switch_that_never_comes_is_told_with_the_reason() -> None:
@@ -447,7 +490,7 @@ def spiked(stage: Lined, looks: int) -> None:
     """Home with one spike of some looks on the switch's line, on the slow way to its edge."""
     stage.ask(m.Home())
     stage.until("switch found")
-    while getattr(stage.s.work, "phase", None) != seeking.EDGE:
+    while getattr(stage.s.work, "phase", None) != _seeking.EDGE:
         stage.run(1)
     stage.run(3)
     edge, stage.edge = stage.edge, 1.0
@@ -480,7 +523,8 @@ def test_an_edge_that_is_never_where_it_was_is_told() -> None:
     end = next(n for n in stage.notices if isinstance(n, m.Finished))
     assert end.outcome == m.STALLED and not stage.s.frame.trusted
     assert "check the switch and its wires" in end.evidence["reason"]
-    assert found == seeking.TRIES
+    assert "at places 1 mm apart, which is more than 0.2 mm" in end.evidence["reason"]
+    assert found == 4
 
 
 def test_a_pulse_that_is_none_names_no_place() -> None:
@@ -490,11 +534,30 @@ def test_a_pulse_that_is_none_names_no_place() -> None:
     stage.ask(m.Home())
     stage.until("index pulse found")
     stage.pulses = (0.02,)
+    stage.until("index pulse not confirmed")
+    assert stage.place == pytest.approx(0.025 + 1e-3, abs=1e-4)
     stage.run(12000)
     ends = [n for n in stage.notices if isinstance(n, m.Finished)]
     assert [e.outcome for e in ends] == [m.DONE], ends
     assert ends[0].evidence["stop_raw_counts"] == round(0.02 / PITCH)
-    assert "index pulse not confirmed" in stage.causes()
+
+
+def test_pulses_that_never_come_again_are_told() -> None:
+    stage = enabled(SEEK._replace(line="", pulse=True), place=0.03)
+    stage.pulses, found, missed = (0.028,), 0, 0
+    stage.ask(m.Home())
+    while stage.s.mode == m.HOMING:
+        stage.run(1)
+        causes = stage.causes()
+        if causes.count("index pulse found") > found:
+            found, stage.pulses = found + 1, ()
+        if causes.count("index pulse not confirmed") > missed:
+            missed, stage.pulses = missed + 1, (stage.place - 3e-3,)
+    stage.run(600)
+    end = next(n for n in stage.notices if isinstance(n, m.Finished))
+    assert end.outcome == m.STALLED
+    assert end.evidence["reason"] == "an index pulse came only once"
+    assert (found, missed) == (5, 4)
 
 
 def test_a_pulse_above_the_switch_that_is_none_names_no_place() -> None:
@@ -509,18 +572,20 @@ def test_a_pulse_above_the_switch_that_is_none_names_no_place() -> None:
     assert ends[0].evidence["stop_raw_counts"] == round(0.022 / PITCH)
 
 
-def test_pulses_at_changing_places_are_told() -> None:
-    stage = turning(0.02, 5e-4)
+@pytest.mark.parametrize("shift", [1e-4, -1e-4])
+def test_pulses_at_changing_places_are_told(shift: float) -> None:
+    stage = turning(0.02, 2e-3)
     stage.ask(m.Home())
     found = 0
     while stage.s.mode == m.HOMING:
         stage.run(1)
         if stage.causes().count("index pulse found") > found:
             found += 1
-            stage.pulses = tuple(x + 1e-4 for x in stage.pulses)
+            stage.pulses = tuple(x + shift for x in stage.pulses)
     stage.run(600)
     end = next(n for n in stage.notices if isinstance(n, m.Finished))
-    assert end.outcome == m.STALLED and "changing places" in end.evidence["reason"]
+    assert end.outcome == m.STALLED and "varying positions" in end.evidence["reason"]
+    assert found == 4
 
 
 def test_a_stage_that_shows_no_motion_is_not_pushed_for_the_whole_stand() -> None:

@@ -87,7 +87,7 @@ def test_what_is_no_number_is_told_with_the_unit_that_is_wanted(value: Any) -> N
         (targets.jog(P, S, "macro", value), "m/s"),
     ):
         told = refused(found)
-        assert "is no finite number" in told.reason
+        assert "is not a finite number" in told.reason
         assert told.remedy == f"give it in {unit}" and told.beyond
 
 
@@ -190,7 +190,7 @@ def test_the_reach_is_bounded_by_both_stages() -> None:
 def test_the_carriage_is_sent_to_whole_counts_of_the_homed_frame() -> None:
     s = seen(0.0, offset=-30.0)
     assert accepted(targets.coarse(s, 100)).coarse == 70.0
-    assert "no whole number" in refused(targets.coarse(s, 100.5)).reason
+    assert "not a whole number" in refused(targets.coarse(s, 100.5)).reason
 
 
 def test_each_stage_has_its_fastest_jog_and_an_unknown_place_a_slow_one() -> None:
@@ -207,7 +207,7 @@ def test_each_stage_has_its_fastest_jog_and_an_unknown_place_a_slow_one() -> Non
             found = refused(targets.jog(P, where, stage, too_fast))
             assert found.reason == f"speed {too_fast:.9g} m/s is too fast{hint}"
             assert found.remedy == f"at most {most:g} m/s" and found.beyond
-    assert refused(targets.jog(P, s, "third", 0.0)).reason == "'third' is no stage"
+    assert refused(targets.jog(P, s, "third", 0.0)).reason == "'third' is not a stage"
 
 
 @pytest.mark.parametrize("trusted", [True, False])
@@ -235,7 +235,7 @@ def plan(**columns: Any) -> Plan:
     return good._replace(**columns)
 
 
-MISSHAPEN = ("this is no programme with moves", "load it with macromicro.programme")
+MISSHAPEN = ("no programme is loaded", "load it with macromicro.programme")
 
 
 @pytest.mark.parametrize("column", ["start", "stage", "target", "hold", "velocity", "acceleration"])
@@ -278,17 +278,17 @@ def test_a_programme_may_have_an_end_or_none(end: float) -> None:
             {"velocity": np.zeros(3), "acceleration": np.zeros(3)},
             "the programme's columns differ in length",
         ),
-        ({"start": np.array([NAN, math.inf])}, "the programme has times that are none"),
-        ({"start": np.array([-math.inf, NAN])}, "the programme has times that are none"),
-        ({"end": -math.inf}, "the programme has times that are none"),
-        ({"end": "x"}, "the programme has times that are none"),
-        ({"end": True}, "the programme has times that are none"),
+        ({"start": np.array([NAN, math.inf])}, "the programme has invalid times"),
+        ({"start": np.array([-math.inf, NAN])}, "the programme has invalid times"),
+        ({"end": -math.inf}, "the programme has invalid times"),
+        ({"end": "x"}, "the programme has invalid times"),
+        ({"end": True}, "the programme has invalid times"),
         ({"stage": np.array([0, 2])}, "the programme has moves without stage or target"),
         ({"stage": np.array([-1, 1])}, "the programme has moves without stage or target"),
         ({"target": np.array([30.0, NAN])}, "the programme has moves without stage or target"),
-        ({"hold": np.array([0.0, -1e-3])}, "the programme has holds that are no times"),
-        ({"hold": np.array([NAN, 1.0])}, "the programme has holds that are no times"),
-        ({"hold": np.array([0.0, math.inf])}, "the programme has holds that are no times"),
+        ({"hold": np.array([0.0, -1e-3])}, "the programme has invalid hold times"),
+        ({"hold": np.array([NAN, 1.0])}, "the programme has invalid hold times"),
+        ({"hold": np.array([0.0, math.inf])}, "the programme has invalid hold times"),
         ({"target": np.array([2991.0, 1e-3])}, "a target of 2991 counts is beyond the soft limits"),
         ({"target": np.array([-131.0, 1e-3])}, "a target of -131 counts is beyond the soft limits"),
         ({"target": np.array([30.0, 3.6e-3])}, "a target of 3.6 mm is beyond the soft limits"),

@@ -177,3 +177,24 @@ def test_a_stage_that_hangs_behind_its_set_point_is_watched_for_the_whole_stand(
     while not any("end stop" in getattr(n, "cause", "") for n in stage.notices[seen:]):
         stage.run(1)
     assert (stage.tick - before) * 1e-3 >= TOUCH.stand
+
+
+@pytest.mark.parametrize(
+    ("stuck", "leaning", "found"),
+    [(True, 0.0189, 0), (True, 0.02, 1), (False, 0.021, 0), (False, 0.0989, 0), (False, 0.1, 1)],
+)
+def test_a_push_is_a_stop_at_once_where_nothing_has_moved(
+    stuck: bool, leaning: float, found: int
+) -> None:
+    """A stage that has moved on this way is pushed for the whole stand; the set point need not
+    have got ahead of either."""
+    assert TOUCH.stand == 0.1
+    stage = enabled(touch=TOUCH._replace(reveal=0.02), place=0.03)
+    stage.stuck = stuck
+    stage.ask(m.Home())
+    stage.run(5 if stuck else 100)
+    assert stuck or stage.place < 0.03 - 10.0 * TOUCH.give
+    stage.g = stage.g._replace(leaning=leaning)
+    stage.run(1)
+    causes = [getattr(n, "cause", "") for n in stage.notices]
+    assert causes.count("end stop found") == found

@@ -2,6 +2,7 @@
 
 import cmath
 import math
+from functools import cache
 
 import pytest
 
@@ -240,9 +241,15 @@ def test_any_delay_up_to_two_periods_is_looked_ahead(delay):
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory):
-    """A run on the bench, nominal and with other friction, each judged move by move."""
+    """A run on the bench, of a share of its friction, each judged move by move."""
 
-    def run(changes):
+    @cache
+    def run(share=1.0):
+        friction = Settings().bench.friction
+        changes = {
+            "bench.friction.coulomb": share * friction.coulomb,
+            "bench.friction.stribeck": share * friction.stribeck,
+        }
         path = tmp_path_factory.mktemp("moves") / "moves.toml"
         path.write_text(
             '[[moves]]\nmacro = ["190 mm", "10 mm", "15 mm", "16 mm"]\nhold = "0.5 s"\n'
@@ -267,7 +274,7 @@ def arrivals(run):
 
 def test_on_the_bench_moves_end_in_the_count_near_the_limit(bench):
     settings = Settings()
-    found = arrivals(bench({}))
+    found = arrivals(bench())
     assert all(left == 0.0 for _, _, left in found)
     assert all(over <= 1.0 for _, over, _ in found[:2])
     for (near, _, _), way in zip(found[:2], (0.19, 0.18), strict=True):
@@ -277,17 +284,12 @@ def test_on_the_bench_moves_end_in_the_count_near_the_limit(bench):
 
 @pytest.mark.parametrize("share", [0.85, 1.15])
 def test_on_a_bench_of_other_friction_no_move_is_missed(bench, share):
-    friction = Settings().bench.friction
-    changes = {
-        "bench.friction.coulomb": share * friction.coulomb,
-        "bench.friction.stribeck": share * friction.stribeck,
-    }
-    assert all(left == 0.0 for _, _, left in arrivals(bench(changes)))
+    assert all(left == 0.0 for _, _, left in arrivals(bench(share)))
 
 
 def test_on_the_bench_little_swing_is_left(bench):
     """60 um are excited by a step of full effort; 5 um are the limit for moves above 40 mm."""
-    run = bench({})
+    run = bench()
     for k in range(2):
         rows = run["move"] == k
         swing = abs(run["true_belt"][rows][600:700]).max()

@@ -47,7 +47,7 @@ def test_thresholds_of_both_directions(file: Path) -> None:
     assert lines["positive"] == Line("positive", 2.0, 0.5, "V", "lowest with steady motion")
     assert lines["negative"] == Line("negative", -3.0, 0.5, "V", "lowest with steady motion")
     assert lines["width"][:2] == ("width", 3.0) and math.isnan(lines["width"].error)
-    assert lines["width"][3:5] == ("V", "the greater one: what an inverse adds")
+    assert lines["width"][3:5] == ("V", "the larger one, which an inverse adds")
     said = dict(found.remarks)
     assert said["runs"] == "6 at 6 voltages, 4 moved without a pause"
     assert said["by place"] == (
@@ -94,7 +94,7 @@ def test_no_voltage_no_dead_zone(tmp_path: Path) -> None:
     t = np.arange(50.0)
     still = table(tmp_path / "0.csv", "t_s,u_V,x_m", t, 0 * t, t)
     with pytest.raises(
-        InputError, match=r"0\.csv: 'no stretch at a constant voltage other than 0'"
+        InputError, match=r"0\.csv: there is no stretch at a constant voltage other than 0"
     ):
         deadzone.identify(given(still), Options())
 
@@ -218,7 +218,7 @@ def test_runs_that_are_not_fitted_are_foretold(file: Path, tmp_path: Path) -> No
     found = deadzone.identify(given(file), options)
     line = facts(found.lines)["test"]
     assert line[1] == 100.0
-    assert line[4] == "of 4 runs, not fitted, move on or not as told: b.csv"
+    assert line[4] == "of 4 test runs behave as predicted: b.csv"
     assert found.data["tests"] == [{"file": str(seen), "runs": 4, "right": 4}]
     series = plots(found.plot()["thresholds"])[0].lines
     assert [x[0] for x in series[2:]] == ["not fitted: moved on", "not fitted: paused"]

@@ -54,7 +54,7 @@ def test_a_file_in_volts_and_metres(tmp_path: Path, asked: list[dict[str, Any]])
     assert lines["coulomb"].unit == "V"
     said = dict(made.remarks)
     assert said["fit"] == "free run 95.75 %, RMS 0.0125 m over 400 samples"
-    assert said["on data that was not fitted to"] == "RMS 0.02 m"
+    assert said["on held-out data"] == "RMS 0.02 m"
     assert said["force, inverse dynamics"] == "error 7.50 %"
     assert said["structure"] == "force error on held-out data: coulomb 0.25, taken"
     assert "gain" not in said and "delay" not in said
@@ -105,11 +105,11 @@ def test_gain_and_delay_of_the_file_or_as_given(
     made = drive.identify(given(none), Options())
     assert {line.unit for line in facts(made.lines).values()} == {""}
     assert dict(made.remarks)["units"] == (
-        "none is named for u and x: parameters in those of the columns"
+        "none given for u and x; the parameters are in the units of the columns"
     )
     gained = drive.identify(given(none), Options(gain=2.0))
     assert {line.unit for line in facts(gained.lines).values()} == {""}
-    assert dict(gained.remarks)["units"].startswith("none is named for u and x")
+    assert dict(gained.remarks)["units"].startswith("none given for u and x")
     assert dict(made.remarks)["fit"].endswith("RMS 0.0125 x over 200 samples")
     assert Options() == (None, "auto", None, None, (), False, False, False, None, False, False)
 
@@ -176,11 +176,11 @@ def test_an_angle_may_hide_an_eccentric_load(
 @pytest.mark.parametrize(
     ("header", "change", "found", "accepted"),
     [
-        ("t_s,u_V,x_m", {}, "x in m", "a position in rad or deg, such as --columns x=angle:deg"),
-        ("t,u,x", {}, "x in no unit", "a position in rad or deg"),
-        ("t_s,u_V,x_deg", {"structure": "lugre"}, "lugre", "no elastic friction beside it"),
-        ("t_s,u_V,x_deg", {"spring": True}, "with one of these", "no spring, dead zone, speeds"),
-        ("t_s,u_V,x_deg", {"dead_zone": True}, "with one of these", "no spring, dead zone"),
+        ("t_s,u_V,x_m", {}, "x is m", "an angle in rad or deg, such as --columns x=angle:deg"),
+        ("t,u,x", {}, "x is unknown", "an angle in rad or deg"),
+        ("t_s,u_V,x_deg", {"structure": "lugre"}, "combined", "--structure lugre"),
+        ("t_s,u_V,x_deg", {"spring": True}, "combined", "a spring, a dead zone"),
+        ("t_s,u_V,x_deg", {"dead_zone": True}, "combined", "a spring, a dead zone"),
     ],
 )
 def test_an_eccentric_load_is_one_that_turns(

@@ -69,10 +69,11 @@ def test_the_machine_of_a_drive_in_metres() -> None:
     head = [line.removeprefix("# ") for line in text.splitlines() if line.startswith("#")]
     assert head[:2] == [
         "A motor-driven axis as a machine: macromicro run --config model.toml",
-        "Its 0 mm is the lowest position in the records, its largest effort the largest there.",
+        "Its 0 mm is the lowest position in the records, "
+        "its effort limit the largest effort there.",
     ]
     assert head[2:] == [
-        "#", "As found, by output error, with standard errors:",
+        "#", "Identified by output error, with standard errors:",
         "  mass = 1.5 +- 0.1 kg", "  viscous = 12 +- 0.5 N*s/m", "  coulomb = 3 N",
     ]  # fmt: skip
     units = drive_words.units_of("V", "m")

@@ -8,8 +8,8 @@ import math
 import pytest
 from tests.identify.kinds.fits import AXIS, NAMES, STD, fit
 
+from macromicro.identify._ripple import Ripple
 from macromicro.identify.kinds import drive_words
-from macromicro.identify.ripple import Ripple
 
 
 @pytest.mark.parametrize(
@@ -32,11 +32,11 @@ def test_units_of_the_parameters(force: str, x: str, mass: str, slope: str, spee
 def test_the_structure_in_words() -> None:
     one = dataclasses.replace(fit(AXIS, NAMES, STD), holdout={}, structure="full")
     assert drive_words.structure(one) == "full, as given"
-    why = {"viscous": "coulomb is better", "full": "no mass above 0, or a friction below 0"}
+    why = {"viscous": "coulomb is better", "full": "the mass or a friction is negative"}
     many = dataclasses.replace(one, holdout={"viscous": 0.5, "coulomb": 0.25}, reasons=why)
     assert drive_words.structure(dataclasses.replace(many, structure="coulomb")) == (
         "force error on held-out data: coulomb 0.25, taken; viscous 0.5: coulomb is better; "
-        "full: no mass above 0, or a friction below 0"
+        "full: the mass or a friction is negative"
     )
 
 

@@ -76,7 +76,7 @@ def test_a_rising_sensor(tmp_path: Path) -> None:
     check_uncertainty(found)
     assert tomllib.loads(found.toml) == {"calibration": {"file": hall.FILE}}
     assert found.toml.startswith(
-        "# A sensor's calibration stands in no setting of `macromicro run --config`.\n"
+        "# No setting of `macromicro run --config` holds a sensor's calibration.\n"
         "# The table is in hall_calibration.csv (volts, millimetres), as macromicro.control reads"
     )
 
@@ -193,7 +193,7 @@ def test_ends_of_the_sensor_are_left_out() -> None:
 )
 def test_a_constant_column_is_refused(v: float, x: float, name: str) -> None:
     ramp = np.linspace(0.0, 1.0, 100)
-    with pytest.raises(InputError, match=f"f, {name}: 'constant'; accepted: a sensor that moves"):
+    with pytest.raises(InputError, match=f"f, {name}: the column is constant"):
         hall.one_way(picked(v * ramp, x * ramp))
     assert len(hall.one_way(picked(ramp, ramp))) == 1
 
@@ -201,7 +201,9 @@ def test_a_constant_column_is_refused(v: float, x: float, name: str) -> None:
 def test_without_a_run_there_is_nothing_to_fit(tmp_path: Path) -> None:
     short = np.linspace(0.0, 5.0, 49)
     file = table(tmp_path / "a.csv", "v_V,x_mm", short, short)
-    with pytest.raises(InputError, match=r"a\.csv: 'no one-way run'.*runs over the sensor's range"):
+    with pytest.raises(
+        InputError, match=r"a\.csv: there is no one-way run.*runs over the sensor's range"
+    ):
         hall.identify(given(file), Options())
 
 
@@ -216,7 +218,7 @@ def test_a_spline_of_either_slope_with_its_interval(tmp_path: Path, slope: float
     )
     found.extra[hall.FILE](tmp_path / "made.csv")
     first = (tmp_path / "made.csv").read_text(encoding="utf-8").splitlines()[0]
-    assert first == "# Sensor calibration: one spline for all runs, lag fitted beside it"
+    assert first == "# Sensor calibration: one spline for all runs, fitted with the lag"
 
 
 def test_an_unknown_method_is_named(tmp_path: Path) -> None:

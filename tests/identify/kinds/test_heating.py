@@ -79,7 +79,7 @@ def test_no_step_and_short_runs_are_refused() -> None:
     with (
         pytest.warns(DataWarning, match="1 runs"),
         pytest.raises(
-            InputError, match=r"f\.csv: .no run that steps to a voltage .*open-loop steps from cold"
+            InputError, match=r"f\.csv: no run steps to a voltage .*open-loop steps from cold"
         ),
     ):
         heating.steps([picked(step(-2.0))], "T")

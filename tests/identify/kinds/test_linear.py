@@ -64,10 +64,10 @@ def test_a_first_order_model_and_all_that_is_said_of_it(tmp_path: Path) -> None:
     assert lines["pole"].error == pytest.approx(fit.std[0] / abs(fit.a[0]) / DT)
     assert lines["pole"][3:5] == ("rad/s", f"time constant {-1.0 / pole:.4g} s")
     said = dict(found.remarks)
-    ends = "ends of the search, by its beginning"
+    ends = "ends of the search, by starting point"
     assert list(said) == ["fit", "residuals", "method", ends]
     reached = [f"{name} {fit.fit:.2f} %" for name in ("mls", "sriv", "least_squares")]
-    assert said[ends] == ", ".join(reached) + "; the nearest is taken"
+    assert said[ends] == ", ".join(reached) + "; the best is taken"
     assert said["fit"] == f"free run {fit.fit:.2f} %, 300 samples of 0.02 s"
     words = "white" if fit.whiteness.white else "not white"
     assert said["residuals"] == f"{words} (p = {fit.whiteness.p_value:.2g})"
@@ -98,8 +98,8 @@ def test_positions_are_differentiated_and_shown_as_positions(tmp_path: Path) -> 
     one, two = (table(tmp_path / f"{n}.csv", "t_s,u_V,x_mm", T, u, x) for n in "ab")
     found = linear.identify(given(one, two), Options(width=0.5))
     said = dict(found.remarks)
-    assert said["records"] == "2 of one input, averaged"
-    assert said["dead zone"] == "0.5 V taken off the input"
+    assert said["records"] == "2 with the same input, averaged"
+    assert said["dead zone"] == "0.5 V subtracted from the input"
     assert said["output"].startswith("speed: the position differentiated; its own fit ")
     lines = facts(found.lines)
     assert lines["b1"].unit == "mm/s/V"
@@ -173,7 +173,7 @@ def test_the_dead_zone_is_taken_off_the_size_of_the_input() -> None:
     assert linear.measured([Picked("f", values, {}, {}, {})], 1.0)[0].x[1] == 1.0
     del values["x"]
     with pytest.raises(
-        InputError, match=r"f: 'neither an output y nor a position x'.*--columns y="
+        InputError, match=r"f: there is neither an output y nor a position x.*--columns y="
     ):
         linear.measured([Picked("f", values, {}, {}, {})], 1.0)
 
@@ -183,7 +183,7 @@ def test_positions_under_one_input_are_averaged_in_both_directions() -> None:
     u = np.sin(t)
     runs = [Run(t, u, t), Run(t, -u, -3.0 * t), Run(t, 2.0 * u, t), Run(t[:9], u[:9], t[:9])]
     made, said = linear.joined(runs, True)
-    assert said == ["2 of one input, 1 of one input, 1 of one input, averaged"]
+    assert said == ["2 with the same input, 1 with the same input, 1 with the same input, averaged"]
     np.testing.assert_allclose(np.diff(made[0].x), 2.0)
     assert [len(r.t) for r in made] == [30, 30, 9]
     assert linear.joined(runs[1:], True)[1] == ["fitted together"]

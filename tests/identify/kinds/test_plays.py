@@ -55,7 +55,7 @@ def test_the_operator_its_loop_and_its_gains(tmp_path: Path) -> None:
     assert said["plays"] == "4, 4 of them with a weight, none below 0"
     # 11.375 V, half a threshold's step below the top, is sample 74; 0.3 of the other 406
     # were held out.
-    assert said["samples"] == "284 fitted, 122 held out; the first 74 depend on what was before"
+    assert said["samples"] == "284 fitted, 122 held out; the first 74 depend on the earlier input"
     assert one.data["stroke"] == pytest.approx(stroke)
     assert one.data["loop_width"] == pytest.approx(width)
     assert one.data["range"] == pytest.approx(float(np.ptp(followed(LAW, U))))
@@ -104,6 +104,11 @@ def test_the_model_file_is_in_volts_and_micrometres_or_as_it_is() -> None:
     assert text.startswith(
         "# For a machine of kind piezo: copy the table into its file. "
         "Here: input from 2 to 12 mV, output 7 mm at rest at 0.\n"
+    )
+    # Whoever runs it as it is runs the default stage with it: the file says which one.
+    head = " ".join(text.partition("machine =")[0].replace("#", " ").split())
+    assert (
+        "other settings are the defaults: amplifier, stack, guide and sensor of a P-621.1CD" in head
     )
     made = tomllib.loads(text)
     assert made == {
@@ -158,7 +163,7 @@ def test_a_prediction_counts_from_where_the_past_is_forgotten(tmp_path: Path) ->
 
 def test_curves_and_short_recordings_are_refused(tmp_path: Path) -> None:
     file = table(tmp_path / "c.csv", "curve,u_V,f_um", U, U, U)
-    with pytest.raises(InputError, match=r"c\.csv, curve: 'curves one by one'"):
+    with pytest.raises(InputError, match=r"c\.csv, curve: the file holds single curves"):
         plays.identify(given(file), Options())
     with pytest.raises(InputError, match="FILE: '2 files'; accepted: one recording over time"):
         plays.identify(given(file, file), Options())

@@ -9,11 +9,11 @@ import pytest
 
 from macromicro.arrays import Array
 from macromicro.identify import presliding_fit
+from macromicro.identify._ripple import Ripple
 from macromicro.identify.driven import Driven
 from macromicro.identify.kinds.presliding import Records, identify
 from macromicro.identify.presliding import Presliding
 from macromicro.identify.presliding_fit import PreslidingFit
-from macromicro.identify.ripple import Ripple
 from macromicro.identify.runs import Run
 
 NAMES = ("mass", "viscous", "offset", "stiffness", "settling", "level 1")

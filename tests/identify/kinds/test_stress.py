@@ -84,7 +84,7 @@ def test_a_load_that_is_measured_scatters() -> None:
 def test_refused(tmp_path: Path) -> None:
     t, y = loop(100.0)
     wild = table(tmp_path / "w.csv", "T_degC,x,load_N", t, y, np.linspace(1.0, 2.0, len(t)))
-    with pytest.raises(InputError, match="loads that are held"):
+    with pytest.raises(InputError, match="Hold each load"):
         stress.identify(given(wild), Options())
     with pytest.raises(InputError, match="two or more"):
         stress.identify(given(file(tmp_path, 50.0)), Options())

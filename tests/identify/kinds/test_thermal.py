@@ -16,7 +16,7 @@ from tests.identify.kinds.seen import degrees, facts, given, plots, table
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis import table_files
-from macromicro.identify.gain import GainFit
+from macromicro.identify._gain import GainFit
 from macromicro.identify.kinds import heating, thermal
 from macromicro.identify.kinds.heating import Source, Steps
 from macromicro.identify.kinds.thermal import Found, Options
@@ -58,9 +58,7 @@ def test_a_step_whose_end_shows_no_temperature_is_left_out() -> None:
     records = {1.0: record(ramp / 100.0), 2.0: stop, 3.0: record(ramp, error=late)}
     assert list(thermal._steady(records, Source(law, None), remarks)) == [1.0]
     assert remarks[1][1].startswith("at 2, 3 V")
-    with pytest.raises(
-        InputError, match="steps: 'none shows a steady temperature'; accepted: a st"
-    ):
+    with pytest.raises(InputError, match="steps: no step shows a steady temperature"):
         thermal._steady({2.0: stop}, Source(law, None), remarks)
 
 
@@ -145,7 +143,7 @@ def test_lines_of_gain_rates_shares_ladder_and_cooling() -> None:
         assert lines[name][1] == value and lines[name].unit == unit
         assert lines[name].error == pytest.approx(reach / half)
     assert lines["b"].note == "(5.2), 95 %: 28 to 32"
-    assert lines["asymptote b + y0"].note == "95 %: 33 to 37; curve off the points by 0.25 K RMS"
+    assert lines["asymptote b + y0"].note == "95 %: 33 to 37; RMS error of the curve 0.25 K"
     for k, (rate, share) in enumerate(zip(MODES[:3], MODES[3:], strict=True)):
         assert lines[f"rate {k + 1}"][1:4] == (rate, ERRORS[k], "rad/s")
         assert lines[f"rate {k + 1}"].note == f"time constant {1.0 / rate:.4g} s"
@@ -180,7 +178,7 @@ def test_a_slowest_rate_that_is_not_told_leaves_the_rise_without_error(tmp_path:
     noise = 0.1 * np.random.default_rng(3).standard_normal(len(t))
     y = 25.0 + 60.0 * step_response(modes, t) + noise
     file = table(tmp_path / "a.csv", "t_s,u_V,temperature_C", t, 0.0 * t + 3.0, y)
-    with pytest.warns(DataWarning, match=r"lasts 39\.9 s and does not tell its slowest time"):
+    with pytest.warns(DataWarning, match=r"lasts 39\.9 s, too short for its slowest time"):
         made = thermal.identify(given(file), Options())
     line = facts(made.lines)["rise at 3 V"]
     assert math.isnan(line.error) and line.note == "at the end of the step"

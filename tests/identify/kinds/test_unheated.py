@@ -12,8 +12,8 @@ from tests.identify.kinds.seen import table
 from tests.identify.test_unheated import DT, foreign, levels, own
 
 from macromicro.errors import InputError
-from macromicro.identify import kinds, unheated
-from macromicro.identify.unheated import UnheatedFit
+from macromicro.identify import _unheated, kinds
+from macromicro.identify._unheated import UnheatedFit
 
 
 @pytest.fixture
@@ -33,13 +33,13 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list:
 
     def found(records, ambient, austenite):
         seen.append((records, ambient, austenite))
-        known = unheated._Known(unheated._nodes(records[0].u), ambient, austenite, 2.0, 0.0)
-        model, relays, values = unheated._model(known, own(known)[0])
+        known = _unheated._Known(_unheated._nodes(records[0].u), ambient, austenite, 2.0, 0.0)
+        model, relays, values = _unheated._model(known, own(known)[0])
         std = dict.fromkeys(values, 0.1) | {"latent": math.nan}
-        free = tuple(unheated.simulate(model, r.u, r.dt) for r in records)
+        free = tuple(_unheated.simulate(model, r.u, r.dt) for r in records)
         return UnheatedFit(model, relays, values, std, 0.02, 2.0, free)
 
-    monkeypatch.setattr(unheated, "unheated", found)
+    monkeypatch.setattr(_unheated, "unheated", found)
     return seen
 
 
@@ -56,7 +56,7 @@ def test_what_was_found_is_told(files: list[Path], asked: list) -> None:
     assert said["fit"] == "20 um RMS, 1.00 % of the range, 1 records"
     assert said["scale of temperature"].startswith("half contracted at 80 degC")
     share = 100.0 * found.data["tests"][0]["rms"] / 2.0
-    assert said["records that were not fitted"] == f"{share:.2f} % of the range at most"
+    assert said["test records"] == f"{share:.2f} % of the range at most"
     drawn = found.plot()
     assert set(drawn) == {"free_run", "branches", "heat"}
     told = tomllib.loads(found.toml)["actuator"]

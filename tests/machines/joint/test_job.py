@@ -6,13 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from macromicro import cli
+from macromicro import ArrivalWarning, cli
 from macromicro.errors import InputError
 from macromicro.machines import machine
 from macromicro.machines.job import Request
-from macromicro.machines.joint import job, results, runs
+from macromicro.machines.joint import course, job, planning, results, runs
+from macromicro.machines.joint import machine as joint
 from macromicro.machines.joint.settings import DEFAULT
 from macromicro.recording import Recording
+from macromicro.runs import folder
+from macromicro.runs.job import Stop
 
 EXAMPLE = Path(__file__).parents[3] / "examples/machines/xy-plotter.toml"
 PATHS = """
@@ -74,7 +77,26 @@ def test_a_run_writes_its_folder(files, monkeypatch, capsys):
     assert called(monkeypatch, *asked(files)) == 2  # the folder is not empty
     assert called(monkeypatch, *asked(files, "--overwrite", "--cycles", "2")) == 0
     said = capsys.readouterr().out
-    assert "contour: at most" in said and " 5 " in said  # between the cycles it goes back
+    assert (
+        "contour: by the encoders at most" in said and " 5 " in said
+    )  # between the cycles it goes back
+
+
+def test_the_headline_judges_the_true_contour_beside_that_of_the_encoders(
+    files, monkeypatch, capsys
+):
+    text = 'machine = "xy"\nhidden.squareness = "0.1 deg"\npath.tolerance = "40 um"\n'
+    (files / "m.toml").write_text(text)
+    (files / "p.toml").write_text('[[moves]]\nx = "0 mm"\ny = "100 mm"\nhold = "0.2 s"\n')
+    assert called(monkeypatch, *asked(files)) == 0
+    (headline,) = [x for x in capsys.readouterr().out.splitlines() if x.startswith("contour: ")]
+    encoders, true, tolerance = headline.split("; ")
+    assert encoders.startswith("contour: by the encoders at most ")
+    assert ", within the tolerance, rms " in encoders
+    assert true.startswith("true at most ") and ", beyond the tolerance, rms " in true
+    assert float(true.split()[3]) == pytest.approx(1e5 * np.radians(0.1), rel=0.1)
+    assert tolerance == "tolerance 40 um"
+    assert "true at most" in (files / "out/report.html").read_text()
 
 
 def test_the_contour_is_measured_on_the_recording(files):
@@ -107,7 +129,7 @@ def test_what_it_does_not_know_is_refused(files, monkeypatch, capsys, words, sai
 def test_a_programme_for_one_stage_is_refused(files, monkeypatch, capsys):
     (files / "p.toml").write_text('[[moves]]\nmacro = "2 mm"\nhold = "1 s"\n')
     assert called(monkeypatch, *asked(files)) == 2
-    assert "move 1, macro: 'unknown key'; accepted: one of x, y" in capsys.readouterr().err
+    assert "move 1, macro: unknown key. Accepted: one of x, y" in capsys.readouterr().err
 
 
 def test_a_fault_of_one_axis_ends_the_run_with_words_and_status_1(files, monkeypatch, capsys):
@@ -125,16 +147,25 @@ def test_a_move_of_which_one_axis_does_not_arrive_is_reported(files, monkeypatch
     text = 'machine = "xy"\n[x.arrival]\npatience = "10 ms"\n[y.arrival]\ndwell = "1 s"\n'
     (files / "m.toml").write_text(text + 'patience = "20 ms"\n')
     assert called(monkeypatch, *asked(files)) == 1
-    assert "moves 1, 2 did not arrive within 0.02 s" in capsys.readouterr().err
+    told = capsys.readouterr()
+    assert "moves 1, 2 did not arrive within 0.02 s" in told.err
+    assert "0 of 2 moves arrived; worst " in told.out
+    found, settings = joint.load(files / "m.toml")
+    plan = planning.plan(course.load(files / "p.toml"), settings)
+    with pytest.warns(ArrivalWarning, match="^moves 1, 2 did not arrive; the worst stopped "):
+        runs.record(found, settings, plan)
 
 
 def test_a_run_stopped_from_outside_keeps_its_recording(files):
     def stop(t, move):
-        raise job.Stop
+        raise Stop
 
-    ended = job.execute(job.check(Request(files / "m.toml", out=files / "out", cycles=3)), stop)
-    assert ended.interrupted and not ended.finished and len(ended.recording) == runs.CHUNK
-    assert ended.moves
+    asked = job.check(Request(files / "m.toml", out=files / "out", cycles=3))
+    with pytest.raises(Stop):
+        job.execute(asked, stop)
+    kept = Recording.load(files / "out" / folder.RECORDING)
+    assert len(kept) == runs.CHUNK
+    assert results.moves(kept, asked.plan, asked.settings)
 
 
 def test_its_settings_are_shown(files, monkeypatch, capsys):
@@ -153,7 +184,7 @@ def test_its_settings_are_shown(files, monkeypatch, capsys):
     assert capsys.readouterr().out.startswith('[y.load]\npayload = "0.2 kg"')
     for words, said in (
         (("--axis", "z"), "--axis: 'z'; accepted: x or y"),
-        (("--machine", "xy", "--config", files / "m.toml"), "nothing beside --config"),
+        (("--machine", "xy", "--config", files / "m.toml"), "not allowed with --config"),
         (("--machine", "xy", "--law", "cascade"), "--law"),
     ):
         assert called(monkeypatch, "config", "show", *words) == 2
@@ -161,7 +192,7 @@ def test_its_settings_are_shown(files, monkeypatch, capsys):
 
 
 def test_what_takes_one_stage_says_how_to_get_one_axis(files):
-    with pytest.raises(InputError, match=r"one axis of it.*config show --config FILE --axis x"):
+    with pytest.raises(InputError, match=r"config show --config FILE --axis x.* one axis"):
         machine.load(files / "m.toml")
 
 

@@ -100,7 +100,7 @@ def test_one_axis_alone_is_a_file_of_the_machine_axis(tmp_path):
 def test_who_knows_one_stage_says_how_to_get_one(tmp_path):
     path = file(tmp_path, 'machine = "xy"\n')
     assert joint.is_joint(path)
-    with pytest.raises(InputError, match=r"one stage.*config show --config FILE --axis x"):
+    with pytest.raises(InputError, match=r"single-stage.*config show --config FILE --axis x"):
         machine.chosen(path)
     assert not joint.is_joint(file(tmp_path, 'machine = "axis"\n'))
     with pytest.raises(InputError, match="two_stage, xy, axis"):

@@ -82,7 +82,7 @@ def test_it_says_what_will_move_and_asks(
 ) -> None:
     assert called("two_mine:x+two_mine:y") == 2
     said = capsys.readouterr().err
-    assert "x on two_mine:x" in said and "y on two_mine:y" in said and "accepted: --yes" in said
+    assert "x on two_mine:x" in said and "y on two_mine:y" in said and "Add --yes" in said
     assert "first to 0 mm by its encoder" in said and not (lab / "out").exists()
 
 

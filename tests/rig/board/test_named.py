@@ -7,12 +7,13 @@ from pathlib import Path
 import pytest
 
 from macromicro.control.live.messages import Refused, SetGains
+from macromicro.control.pd import PdTuned
 from macromicro.control.settings import Control
 from macromicro.errors import InputError
 from macromicro.machines import on_rig
 from macromicro.machines.machine import named as machine_of
 from macromicro.rig.board import control, named, parameters, protocol
-from macromicro.rig.board.link import BoardError
+from macromicro.rig.board._link import BoardError
 from macromicro.rig.board.rig import TICK, BoardRig
 from macromicro.rig.limits import Limits
 from macromicro.rig.opening import open_rig
@@ -32,9 +33,9 @@ def test_options_and_name_are_the_same_board() -> None:
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        (("board", None, None, None), "--port: 'none'"),
-        (("twin", "/dev/ttyUSB0", None, None), "only with --rig board"),
-        (("twin", None, "host", None), "only with --rig board"),
+        (("board", None, None, None), "--port: .*serial port is missing"),
+        (("twin", "/dev/ttyUSB0", None, None), "needs --rig board"),
+        (("twin", None, "host", None), "needs --rig board"),
         (("board", "/dev/ttyUSB0", "both", None), "--loop: 'both'.*board or host"),
     ],
 )
@@ -78,7 +79,7 @@ def test_a_port_that_is_not_there_says_so() -> None:
 
 
 def test_parameters_have_names_and_the_table_comes_last() -> None:
-    flat = parameters.flat(control.thesis(Limits(), None))
+    flat = parameters.flat(control.of(Limits(), None))
     names = list(flat)
     assert len(names) <= 255
     assert names[0] == "guard.limits.motor"
@@ -93,7 +94,7 @@ def _order(**given: float) -> control.Order:
 
 
 def test_silence_lets_the_effort_fall_to_zero_and_latches() -> None:
-    params, state, motors = control.thesis(Limits(), None), control.REST, []
+    params, state, motors = control.of(Limits(), None), control.REST, []
     for k in range(720):
         order = _order(motor=4.0, ctrl=1.0, quiet=1e-3 * k)
         state, motor, ctrl = control.drive(params, state, 0.0, 0.0, order, 1e-3)
@@ -108,7 +109,7 @@ def test_silence_lets_the_effort_fall_to_zero_and_latches() -> None:
 
 
 def test_the_boards_law_pushes_towards_its_set_point() -> None:
-    params = control.thesis(Limits(), None)
+    params = control.of(Limits(), None)
     order = _order(holds=True, macro_reference=100.0, macro_active=True)
     for encoder, sign in ((0.0, 1.0), (200.0, -1.0), (100.0, 0.0)):
         _, motor, ctrl = control.drive(params, control.REST, encoder, 0.0, order, 1e-3)
@@ -152,4 +153,40 @@ def test_gains_that_the_board_would_not_use_are_refused(more: str, refused: bool
 def test_a_machine_of_one_stage_takes_a_board_whose_loop_is_not_named() -> None:
     tree = machine_of("axis", "test").settings
     at_board_period = tree._replace(timing=tree.timing._replace(period=TICK))
-    assert on_rig.found("board:/dev/none", at_board_period, 0) is not None
+    with pytest.raises(InputError, match=r"guard\.effort: '10 V'; accepted: at most 5 V"):
+        on_rig.found("board:/dev/none", at_board_period, 0)
+    within = at_board_period._replace(guard=tree.guard._replace(effort=5.0))
+    fixture = on_rig.found("board:/dev/none", within, 0)
+    assert fixture is not None
+    rig = fixture.make(0)
+    assert rig.yielding  # a limit switch ends its way
+    assert rig._params.guard.limits.motor == 5.0
+    thesis = open_rig("board:/dev/none").make(0)
+    assert not thesis.yielding
+    assert thesis._params.guard.limits == control.of(Limits(), None).guard.limits
+
+
+def test_a_board_is_given_the_gains_and_limits_of_the_settings() -> None:
+    gains = Control()._replace(pd_tuned=PdTuned(0.02, -0.018), dead_zone=2.5)
+    limits = Limits()._replace(motor=4.0)
+    rig = open_rig("board:/dev/none", limits=limits, gains=gains).make(0)
+    sent = parameters.flat(rig._params)
+    assert (sent["macro.now"], sent["macro.before"]) == (0.02, -0.018)
+    assert (sent["width"], sent["guard.limits.motor"]) == (2.5, 4.0)
+
+
+@pytest.mark.parametrize(
+    ("more", "key", "law"),
+    [("", "macro_law", "pid"), (",stages=both", "micro_law", "inverse")],
+)
+def test_a_law_that_the_board_does_not_have_is_refused_in_its_loop(
+    more: str, key: str, law: str
+) -> None:
+    gains = Control()._replace(**{key: law})
+    with pytest.raises(InputError, match=rf"controller\.{key}: '{law}'.*board runs.*--loop host"):
+        open_rig(f"board:/dev/none{more}", gains=gains)
+    open_rig(f"board:/dev/none,loop=host{more}", gains=gains)
+
+
+def test_the_law_of_a_stage_that_is_not_there_does_not_matter() -> None:
+    open_rig("board:/dev/none,stages=macro", gains=Control()._replace(micro_law="inverse"))

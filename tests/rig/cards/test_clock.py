@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from macromicro.rig.cards import clock
+from macromicro.rig.cards import _clock
 
 
 class Time:
@@ -23,8 +23,8 @@ class Time:
 
 def test_the_grid_stays_and_missed_periods_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     time = Time()
-    monkeypatch.setattr(clock, "time", time)
-    made = clock.Deadlines()
+    monkeypatch.setattr(_clock, "time", time)
+    made = _clock.Deadlines()
     time.t += 5.0
     made.start()
     assert made.now() == 0.0

@@ -6,6 +6,7 @@ import contextlib
 import json
 import os
 import socket
+import struct
 import time
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
@@ -16,10 +17,12 @@ from tests.serve.scpi.client import Client, until
 from tests.serve.web.web_parts import Client as Page
 from tests.serve.web.web_parts import Station as PageStation
 
-from macromicro.serve.door import connection
-from macromicro.serve.door.bounds import Bounds
+from macromicro.serve.door import _connection
+from macromicro.serve.door._bounds import Bounds
+from macromicro.serve.epics import _circuits
+from macromicro.serve.epics.server import EpicsServer
 from macromicro.serve.gcs import GcsServer
-from macromicro.serve.gcs.connection import BOUNDS
+from macromicro.serve.gcs._connection import BOUNDS
 from macromicro.serve.hosts import LEAST_TOKEN
 from macromicro.serve.scpi import Server
 from macromicro.serve.threaded import Threaded
@@ -236,7 +239,7 @@ def test_a_client_that_leaves_its_side_is_still_answered(
 def test_wrong_tokens_end_the_connection(
     serve: Any, station: Any, spoken: Protocol, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(connection, "PENALTY", 0.01)
+    monkeypatch.setattr(_connection, "PENALTY", 0.01)
     make = serve(spoken, token=TOKEN)
     client, own = make(), make()
     own.send(spoken.token.format(TOKEN))
@@ -257,7 +260,7 @@ def test_a_wrong_token_costs_time(serve: Any, station: Any, spoken: Protocol) ->
     client, began = serve(spoken, token=TOKEN)(), time.monotonic()
     client.send(spoken.token.format("guess"))
     alive(client, spoken)
-    assert time.monotonic() - began >= 0.9 * connection.PENALTY
+    assert time.monotonic() - began >= 0.9 * _connection.PENALTY
 
 
 @LINES
@@ -307,6 +310,98 @@ def test_the_system_asks_whether_a_client_lives(serve: Any, station: Any, spoken
     client = serve(spoken)()
     alive(client, spoken)
     probed(client.socket.getpeername()[1], client.socket.getsockname()[1])
+
+
+# The records: Channel Access, which begins with a version message and carries no token.
+
+VERSION = struct.pack(">HHHHII", 0, 0, 0, 13, 0, 0)
+ECHO = struct.pack(">HHHHII", 23, 0, 0, 0, 0, 0)
+
+
+@pytest.fixture
+def records(station: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[EpicsServer]:
+    for name in ("EPICS_CA_SERVER_PORT", "EPICS_CAS_SERVER_PORT", "EPICS_CAS_BEACON_PORT"):
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            monkeypatch.setenv(name, str(probe.getsockname()[1]))
+    with EpicsServer(station, "T") as server:
+        yield server
+
+
+def answered(server: EpicsServer) -> socket.socket:
+    """A circuit that was begun, and answers."""
+    circuit = socket.create_connection(server.address, 10.0)
+    circuit.sendall(VERSION + ECHO)
+    said = b""
+    while not said.endswith(ECHO):
+        part = circuit.recv(4096)
+        assert part, f"closed behind {said!r}"
+        said += part
+    return circuit
+
+
+def ends(circuit: socket.socket) -> bool:
+    circuit.settimeout(10.0)
+    try:
+        return circuit.recv(4096) == b""
+    except ConnectionError:
+        return True
+
+
+@pytest.mark.parametrize("data", FOREIGN.values(), ids=FOREIGN)
+def test_the_records_port_does_nothing_of_another_protocol(
+    records: EpicsServer, station: Any, data: bytes
+) -> None:
+    with socket.create_connection(records.address, 10.0) as client:
+        client.sendall(data + VERSION + ECHO)  # nor what is meant for it behind that
+        assert ends(client)
+    answered(records).close()
+    untouched(station)
+
+
+def test_the_system_asks_whether_a_circuit_lives(records: EpicsServer) -> None:
+    with answered(records) as circuit:
+        probed(records.address[1], circuit.getsockname()[1])
+
+
+def test_circuits_are_counted(records: EpicsServer) -> None:
+    """Those beyond the count are closed at once; the ones before go on."""
+    held = [answered(records) for _ in range(_circuits.MOST)]
+    with socket.create_connection(records.address, 10.0) as client:
+        assert ends(client)
+    held[0].sendall(ECHO)
+    assert held[0].recv(4096) == ECHO
+    held.pop().close()
+    until(lambda: not refused(records))
+    for each in held:
+        each.close()
+
+
+def refused(server: EpicsServer) -> bool:
+    with contextlib.suppress(AssertionError, ConnectionError):
+        answered(server).close()
+        return False
+    return True
+
+
+def test_a_circuit_that_floods_holds_nobody_up(records: EpicsServer, station: Any) -> None:
+    with answered(records) as pest:
+        pest.settimeout(0.3)
+        with contextlib.suppress(TimeoutError, ConnectionError):
+            for _ in range(200):
+                pest.send(ECHO * 4000)
+        answered(records).close()
+    untouched(station)
+
+
+def test_a_channel_access_message_that_is_none_ends_its_circuit(records: EpicsServer) -> None:
+    with answered(records) as client:
+        client.sendall(struct.pack(">HHHHII", 9999, 16, 0, 0, 0, 0) + b"x" * 16)
+        client.sendall(struct.pack(">HHHHIIII", 4, 0xFFFF, 0, 0, 0, 0, 1 << 31, 1))
+        client.settimeout(5.0)
+        with contextlib.suppress(OSError):
+            client.recv(4096)
+    answered(records).close()
 
 
 # The page: its port speaks HTTP, which is why it asks for host, origin and a hello.

@@ -14,12 +14,12 @@ from tests import browser
 from tests.serve.fake_station import FakeStation
 from tests.serve.scpi.client import Client, until
 
-from macromicro.serve.door import first_line
-from macromicro.serve.door.first_line import FirstLine, ForeignProtocol, Grammar
+from macromicro.serve.door import _first_line
+from macromicro.serve.door._first_line import FirstLine, ForeignProtocol, Grammar
 from macromicro.serve.gcs import GcsServer
-from macromicro.serve.gcs.grammar import GRAMMAR as GCS
+from macromicro.serve.gcs._grammar import GRAMMAR as GCS
 from macromicro.serve.scpi import Server
-from macromicro.serve.scpi.grammar import GRAMMAR as SCPI
+from macromicro.serve.scpi._grammar import GRAMMAR as SCPI
 from macromicro.serve.web import WebServer
 
 DEADLY = b"\nSYST:LOCK:REQ?;:ENAB\nHOME\nABOR\nSTOP\nSVO 1 1\nFRF\nMOV 1 100\nSTP\n"
@@ -211,13 +211,13 @@ def test_no_page_of_another_site_drives_the_machine(
     browser.needed()
     station: Any = FakeStation()
     heard: list[bytes] = []
-    take = first_line.FirstLine.take
+    take = _first_line.FirstLine.take
 
     def noted(line: FirstLine, data: bytes) -> bytes:
         heard.append(data)
         return take(line, data)
 
-    monkeypatch.setattr(first_line.FirstLine, "take", noted)
+    monkeypatch.setattr(_first_line.FirstLine, "take", noted)
     station.rig, station.recorded = "twin", ()
     with (
         Server(station, port=0, folder=tmp_path) as server,

@@ -18,6 +18,7 @@ pytest.importorskip("caproto")
 sys.path.insert(0, str(Path(__file__).parent))
 import epics_parts as parts
 from epics_parts import PREFIX
+from tests.serve.quick import TEXT
 
 epics = pytest.importorskip("epics")
 ophyd = pytest.importorskip("ophyd")
@@ -26,7 +27,7 @@ bluesky = pytest.importorskip("bluesky")
 
 @pytest.fixture(scope="module")
 def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    with parts.serving(tmp_path_factory.mktemp("epics")):
+    with parts.serving(tmp_path_factory.mktemp("epics"), TEXT):
         yield
 
 
@@ -83,7 +84,7 @@ def test_the_news_of_an_end_come_before_its_put_is_answered(ready: None) -> None
     # Not of the record that ophyd uses, whose channel it would share in this process.
     done = epics.PV(f"{PREFIX}:macro.DMOV", callback=lambda value, **_: seen.append(value))
     assert done.wait_for_connection(20.0)
-    for _ in range(3):
+    for _ in range(2):
         seen.clear()
         put("home")
         assert seen[-1:] == [1] and 0 in seen

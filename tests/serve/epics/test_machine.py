@@ -10,8 +10,8 @@ import pytest
 pytest.importorskip("caproto")
 
 from macromicro.control.live.messages import DONE
-from macromicro.serve.epics import machine
-from macromicro.serve.epics.channels import channel
+from macromicro.serve.epics import _machine
+from macromicro.serve.epics._channels import channel
 
 
 @pytest.mark.parametrize("late", [0, 3, 10_000])
@@ -34,8 +34,8 @@ def test_an_order_is_answered_when_the_snapshot_shows_its_end(
     async def look() -> None:
         seen.append(snapshot().motion)
 
-    monkeypatch.setattr(machine, "POLL_S", 0.0)
-    made = object.__new__(machine.Channels)
+    monkeypatch.setattr(_machine, "POLL_S", 0.0)
+    made = object.__new__(_machine.Channels)
     made._shown = {"failure": channel("")}
     made._order, made.look = order, look
     made._station = SimpleNamespace(
@@ -43,4 +43,4 @@ def test_an_order_is_answered_when_the_snapshot_shows_its_end(
     )
     asyncio.run(made._go(None))
     assert seen == [0 if late < 10_000 else 7]
-    assert asked == min(late + 1, machine._SHOWN_BY) + 1
+    assert asked == min(late + 1, _machine._SHOWN_BY) + 1

@@ -17,10 +17,10 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from fake_station import FakeStation
 
 from macromicro.control.live import messages as m
-from macromicro.serve.epics.channels import WRITER
-from macromicro.serve.epics.machine import Channels
-from macromicro.serve.epics.record import MoveError
-from macromicro.serve.instrument import Instrument
+from macromicro.serve._instrument import Instrument
+from macromicro.serve.epics._channels import WRITER
+from macromicro.serve.epics._machine import Channels
+from macromicro.serve.epics._record import MoveError
 
 
 async def until(true: Callable[[], Any]) -> None:

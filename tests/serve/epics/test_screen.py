@@ -15,10 +15,10 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from fake_station import FakeStation
 
 from macromicro.errors import InputError
-from macromicro.serve.epics.machine import Channels
+from macromicro.serve._instrument import Instrument
+from macromicro.serve.epics._machine import Channels
 from macromicro.serve.epics.server import EpicsServer, checked
 from macromicro.serve.guesses import Token
-from macromicro.serve.instrument import Instrument
 
 
 def test_every_channel_of_the_screen_is_served() -> None:

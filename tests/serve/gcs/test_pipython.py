@@ -47,76 +47,81 @@ def device(folder: Path, text: str) -> Iterator[Any]:
             assert process.wait(30) == 128 + signal.SIGTERM
 
 
-def test_an_axis_references_moves_waits_and_stops(tmp_path: Path) -> None:
-    with device(tmp_path, example("screw")) as stage:
-        assert "macromicro, axis own" in stage.qIDN() and stage.qCSV() == 2.0
-        assert stage.axes == ["1"] and stage.HasMOV() and stage.HasqDRR() and stage.HasStopAll()
-        with pytest.raises(GCSError) as refusal:
-            stage.MOV(1, 30.0)
-        assert refusal.value == 5
-        pitools.startup(stage, refmodes="FRF")
-        assert stage.qFRF() == {"1": True} and stage.qSVO() == {"1": True}
-        low, high = stage.qTMN()["1"], stage.qTMX()["1"]
-        assert low < 0.0 and high > 80.0
-        stage.MOV("1", 30.0)
-        pitools.waitontarget(stage, timeout=60, polldelay=0.02)
-        assert stage.qPOS("1")["1"] == pytest.approx(30.0, abs=0.01)
-        stage.MVR("1", 5.0)
-        pitools.waitontarget(stage, timeout=60, polldelay=0.02)
-        assert stage.qPOS()["1"] == pytest.approx(35.0, abs=0.01)
-        assert stage.qMOV("1")["1"] == pytest.approx(35.0, abs=1e-3)
-        assert not any(stage.IsMoving().values()) and stage.IsControllerReady()
-        with pytest.raises(GCSError) as refusal:
-            stage.MOV("1", high + 1.0)
-        assert refusal.value == 7
-        stage.MOV("1", 70.0)
-        while not stage.IsMoving()["1"]:
-            time.sleep(0.01)
-        stage.StopAll(noraise=True)
-        pitools.waitontarget(stage, timeout=60)
-        assert 35.0 <= stage.qPOS()["1"] < 70.0
-        with pytest.raises(GCSError) as refusal:
-            stage.STP()
-        assert refusal.value == 10
-        assert stage.qERR() == 0
-        speed = stage.qVEL()["1"]
-        for wrong in (0.0, -1.0, 1.01 * speed):
-            with pytest.raises(GCSError) as refusal:
-                stage.VEL("1", wrong)
-            assert refusal.value == 17
-        stage.VEL("1", 0.25 * speed)
-        assert stage.qVEL() == {"1": pytest.approx(0.25 * speed)}
-        stage.RTR(2)
-        stage.MOV("1", 20.0)
-        pitools.waitontarget(stage, timeout=60, polldelay=0.02)
-        # The reference goes no faster: 2 ms between its values.
-        stage.qDRR([1], 1, min(stage.qDRL(1)[1], 1500))
-        while stage.bufstate is not True:
-            time.sleep(0.01)
-        steps = [abs(b - a) / 2e-3 for a, b in itertools.pairwise(stage.bufdata[0])]
-        assert max(steps) == pytest.approx(0.25 * speed, rel=0.02)
+@pytest.fixture(scope="module")
+def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    with device(tmp_path_factory.mktemp("screw"), example("screw")) as made:
+        yield made
 
 
-def test_traces_of_the_last_move_are_read(tmp_path: Path) -> None:
-    with device(tmp_path, example("screw")) as stage:
-        pitools.startup(stage, refmodes="FRF")
-        stage.RTR(2)
-        before = stage.qPOS()["1"]
-        stage.MOV("1", 20.0)
-        pitools.waitontarget(stage, timeout=60, polldelay=0.02)
-        stage.qPOS()
-        count = min(stage.qDRL(1)[1], 300)
-        assert count > 50
-        header = stage.qDRR([8, 5], 1, count)
-        while stage.bufstate is not True:
-            time.sleep(0.01)
-        place, volts = stage.bufdata
-        assert header["SAMPLE_TIME"] == pytest.approx(2e-3) and header["NDATA"] == count
-        assert header["NAME0"] == "position [mm]" and header["NAME1"] == "motor [V]"
-        assert len(place) == len(volts) == count
-        assert place[0] == pytest.approx(before, abs=0.05)
-        assert place[-1] > 5.0 and max(map(abs, volts)) > 0.1
-        assert all(map(math.isfinite, place))
+def test_an_axis_references_moves_waits_and_stops(stage: Any) -> None:
+    assert "macromicro, axis own" in stage.qIDN() and stage.qCSV() == 2.0
+    assert stage.axes == ["1"] and stage.HasMOV() and stage.HasqDRR() and stage.HasStopAll()
+    with pytest.raises(GCSError) as refusal:
+        stage.MOV(1, 30.0)
+    assert refusal.value == 5
+    pitools.startup(stage, refmodes="FRF")
+    assert stage.qFRF() == {"1": True} and stage.qSVO() == {"1": True}
+    low, high = stage.qTMN()["1"], stage.qTMX()["1"]
+    assert low < 0.0 and high > 80.0
+    stage.MOV("1", 30.0)
+    pitools.waitontarget(stage, timeout=60, polldelay=0.02)
+    assert stage.qPOS("1")["1"] == pytest.approx(30.0, abs=0.01)
+    stage.MVR("1", 5.0)
+    pitools.waitontarget(stage, timeout=60, polldelay=0.02)
+    assert stage.qPOS()["1"] == pytest.approx(35.0, abs=0.01)
+    assert stage.qMOV("1")["1"] == pytest.approx(35.0, abs=1e-3)
+    assert not any(stage.IsMoving().values()) and stage.IsControllerReady()
+    with pytest.raises(GCSError) as refusal:
+        stage.MOV("1", high + 1.0)
+    assert refusal.value == 7
+    stage.MOV("1", 70.0)
+    while not stage.IsMoving()["1"]:
+        time.sleep(0.01)
+    stage.StopAll(noraise=True)
+    pitools.waitontarget(stage, timeout=60)
+    assert 35.0 <= stage.qPOS()["1"] < 70.0
+    with pytest.raises(GCSError) as refusal:
+        stage.STP()
+    assert refusal.value == 10
+    assert stage.qERR() == 0
+    speed = stage.qVEL()["1"]
+    for wrong in (0.0, -1.0, 1.01 * speed):
+        with pytest.raises(GCSError) as refusal:
+            stage.VEL("1", wrong)
+        assert refusal.value == 17
+    stage.VEL("1", 0.25 * speed)
+    assert stage.qVEL() == {"1": pytest.approx(0.25 * speed)}
+    stage.RTR(2)
+    stage.MOV("1", 20.0)
+    pitools.waitontarget(stage, timeout=60, polldelay=0.02)
+    # The reference goes no faster: 2 ms between its values.
+    stage.qDRR([1], 1, min(stage.qDRL(1)[1], 1500))
+    while stage.bufstate is not True:
+        time.sleep(0.01)
+    steps = [abs(b - a) / 2e-3 for a, b in itertools.pairwise(stage.bufdata[0])]
+    assert max(steps) == pytest.approx(0.25 * speed, rel=0.02)
+    stage.VEL("1", speed)
+
+
+def test_traces_of_the_last_move_are_read(stage: Any) -> None:
+    pitools.startup(stage, refmodes="FRF")
+    stage.RTR(2)
+    before = stage.qPOS()["1"]
+    stage.MOV("1", 40.0)
+    pitools.waitontarget(stage, timeout=60, polldelay=0.02)
+    stage.qPOS()
+    count = min(stage.qDRL(1)[1], 300)
+    assert count > 50
+    header = stage.qDRR([8, 5], 1, count)
+    while stage.bufstate is not True:
+        time.sleep(0.01)
+    place, volts = stage.bufdata
+    assert header["SAMPLE_TIME"] == pytest.approx(2e-3) and header["NDATA"] == count
+    assert header["NAME0"] == "position [mm]" and header["NAME1"] == "motor [V]"
+    assert len(place) == len(volts) == count
+    assert place[0] == pytest.approx(before, abs=0.05)
+    assert place[-1] > before + 5.0 and max(map(abs, volts)) > 0.1
+    assert all(map(math.isfinite, place))
 
 
 @pytest.mark.slow

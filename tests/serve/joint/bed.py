@@ -9,7 +9,7 @@ from typing import Any
 from macromicro.control.live import messages as m
 from macromicro.machines.joint.settings import of
 from macromicro.machines.rig import CompiledTwin
-from macromicro.serve.joint import opening, settings
+from macromicro.serve.joint import _opening, settings
 from macromicro.serve.persist import Restored
 
 PLOTTER = Path(__file__).parents[3] / "examples" / "machines" / "xy-plotter.toml"
@@ -34,8 +34,8 @@ class Bed:
             twin(axis.kind, own, k)
             for k, (axis, own) in enumerate(zip(found.machine.axes, of(found.tree), strict=True))
         ]
-        self.rig: Any = opening.real(found, self.twins) if real else opening.simulated(found, 0)
-        self.pair = opening.paired(found, self.rig)
+        self.rig: Any = _opening.real(found, self.twins) if real else _opening.simulated(found, 0)
+        self.pair = _opening.paired(found, self.rig)
         offset = 0.0 if known else math.nan
         self.pair.begin(self.rig.read(), Restored(known, offset, "known", offset))
         self.notices: list[Any] = []

@@ -274,10 +274,13 @@ def test_a_stop_of_a_programme_stays_on_its_path(bed: Bed, tmp_path: Path, perio
     aims = np.array(bed.aims)
     x, y = aims.T
     line, arc = np.abs(y - 0.020), np.abs(np.hypot(x - 0.080, y - 0.030) - 0.010)
-    assert np.where(x > 0.080, arc, line).max() < 1e-9
+    off = np.where(x > 0.080, arc, line)
     speed = np.diff(aims, axis=0) / 1e-3
     along = np.hypot(*speed.T)
-    assert along[0] > 0.1 and along[-1] == 0.0 and np.diff(along[1:]).max() < 1e-5
+    rests = int(np.argmax(along == 0.0))
+    assert off[:rests].max() < 1e-9
+    assert off.max() < 2.0 * bed.settings.live.pitch  # then it is where the axes rest, to a count
+    assert along[0] > 0.1 and np.diff(along[1 : rests + 1]).max() < 1e-5
     most = np.array([bed.tree.x.motion.acceleration, bed.tree.y.motion.acceleration])
     used = np.abs(np.diff(speed[1:], axis=0)).max(axis=0) / 1e-3 / most
     assert 0.95 < used.max() < 1.1  # as hard as one may, and a period of the jerk
@@ -316,21 +319,21 @@ def test_a_trajectory_is_run_by_its_times(bed: Bed, tmp_path: Path) -> None:
         (m.MovePoint(0.9, 0.01), "x: position 900 mm"),
         (m.MovePoint(math.nan, 0.0), "x: "),
         (m.MovePoint(0.0, "far"), "y: "),  # type: ignore[arg-type]
-        (m.MoveAxis("z", 0.01), "'z' is no axis"),
+        (m.MoveAxis("z", 0.01), "'z' is not an axis"),
         (m.MoveAxis("y", 0.9), "y: position 900 mm"),
-        (m.MoveAxisBy("z", 0.01), "'z' is no axis"),
+        (m.MoveAxisBy("z", 0.01), "'z' is not an axis"),
         (m.MoveAxisBy("x", math.inf), "x: distance"),
         (m.MovePointBy(0.0, 0.9), "y: position 9"),
         (m.Jog("y", 5.0), "y: speed 5"),
         (m.Programme(None), "no programme"),
         (m.Programme((None, None)), "no programme"),
-        (m.SetGains((("position", 1.0),)), "no gain"),
+        (m.SetGains((("position", 1.0),)), "not a gain"),
         (m.SetGains((("x.position", -1.0),)), "x: "),
-        (m.SetGains((("z.position", 1.0),)), "no gain"),
-        (m.SetGains("x"), "no gain"),  # type: ignore[arg-type]
+        (m.SetGains((("z.position", 1.0),)), "not a gain"),
+        (m.SetGains("x"), "not a gain"),  # type: ignore[arg-type]
         (m.ClearFault(gone=True), "x: there is no fault"),
         (m.Enable(), "x: the positioner is enabled"),
-        ("nonsense", "no request"),
+        ("nonsense", "not a request"),
     ],
 )
 def test_what_cannot_be_is_refused_and_changes_nothing(

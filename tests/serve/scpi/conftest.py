@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 from fake_station import FakeStation
 
+from macromicro.serve._instrument import Instrument
 from macromicro.serve.guesses import Token
-from macromicro.serve.instrument import Instrument
 from macromicro.serve.scpi import Server
-from macromicro.serve.scpi.execution import attempt
-from macromicro.serve.scpi.message import parse
-from macromicro.serve.scpi.session import Session
+from macromicro.serve.scpi._execution import attempt
+from macromicro.serve.scpi._message import parse
+from macromicro.serve.scpi._session import Session
 from macromicro.serve.scpi.tree import TREE
 
 from .client import Client

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from macromicro.serve.scpi.data import Element, elements
+from macromicro.serve.scpi._data import Element, elements
+from macromicro.serve.scpi._parameters import Flag, NameOrBlock, Number, Text, Word, read
 from macromicro.serve.scpi.errors import ScpiError
-from macromicro.serve.scpi.parameters import Flag, NameOrBlock, Number, Text, Word, read
 
 LENGTH = Number("position", "m", -10.0, 10.0)
 

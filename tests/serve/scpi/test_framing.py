@@ -5,8 +5,8 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
+from macromicro.serve.scpi._framing import Framer
 from macromicro.serve.scpi.errors import ScpiError
-from macromicro.serve.scpi.framing import Framer
 
 
 def numbers(found: list[bytes | ScpiError]) -> list[bytes | int]:

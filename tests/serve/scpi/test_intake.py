@@ -6,10 +6,10 @@ import asyncio
 
 import pytest
 
-from macromicro.serve.door.bounds import Bounds
-from macromicro.serve.scpi import intake
-from macromicro.serve.scpi.intake import PIECE, Intake
-from macromicro.serve.scpi.message import MOST_UNITS, SLICE, Message, reading
+from macromicro.serve.door._bounds import Bounds
+from macromicro.serve.scpi import _intake
+from macromicro.serve.scpi._intake import PIECE, Intake
+from macromicro.serve.scpi._message import MOST_UNITS, SLICE, Message, reading
 from macromicro.serve.scpi.tree import TREE
 
 
@@ -25,7 +25,7 @@ class Purse:
 
 def read(data: bytes, price: float = 1.0) -> tuple[list[Message], list[float]]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(intake, "Bucket", Purse)
+        patch.setattr(_intake, "Bucket", Purse)
         made = Intake(Bounds(), lambda: price)
 
     async def messages() -> list[Message]:

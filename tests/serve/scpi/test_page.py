@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from macromicro.serve.door.bounds import Bounds
+from macromicro.serve.door._bounds import Bounds
 from macromicro.serve.scpi import Server
+from macromicro.serve.scpi._message import MOST_UNITS
 from macromicro.serve.scpi.errors import QUEUE
-from macromicro.serve.scpi.message import MOST_UNITS
 from macromicro.serve.scpi.tree import COMMANDS
 
 DOCS = Path(__file__).parents[3] / "docs"
@@ -73,13 +73,13 @@ def test_page_s_session_runs(station: Any, monkeypatch: pytest.MonkeyPatch) -> N
     [("disabled", "done", '0,"No error"'), ("holding", "done", '0,"No error"'),
      ("ready", "stalled", "-240,")],
 )  # fmt: skip
-def test_readme_s_line_tells_whether_the_move_was_made(
+def test_the_line_of_pyvisa_tells_whether_the_move_was_made(
     station: Any, monkeypatch: pytest.MonkeyPatch, capsys: Any, mode: str, outcome: str, last: str
 ) -> None:
     """Enabled before or not; what went wrong is in what it prints."""
     pytest.importorskip("pyvisa")
-    text = (DOCS.parent / "README.md").read_text(encoding="utf-8")
-    block = re.search(r"## Live.*?```python\n(.*?)```", text, re.DOTALL)
+    text = (DOCS / "serve.md").read_text(encoding="utf-8")
+    block = re.search(r"With PyVISA.*?```python\n(.*?)```", text, re.DOTALL)
     assert block is not None
     request, station.mode = station.request, mode
 
@@ -92,7 +92,7 @@ def test_readme_s_line_tells_whether_the_move_was_made(
     monkeypatch.setattr(station, "request", at_once)
     with Server(station, port=0) as server:
         found: dict[str, Any] = {}
-        exec(compile(block[1].replace("5025", str(server.address[1])), "README.md", "exec"), found)
+        exec(compile(block[1].replace("5025", str(server.address[1])), "serve.md", "exec"), found)
         found["stage"].close()
     assert "MoveTo" in [type(r).__name__ for r in station.requests]
     assert capsys.readouterr().out.startswith(f"1;1;42.1234,0.0357,1;{last}")

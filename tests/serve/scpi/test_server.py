@@ -16,7 +16,7 @@ import pytest
 
 from macromicro.control.live import messages as m
 from macromicro.errors import InputError
-from macromicro.serve.door import connection, monitor
+from macromicro.serve.door import _connection, _monitor
 from macromicro.serve.guesses import Token
 from macromicro.serve.hosts import is_loopback
 from macromicro.serve.scpi import Bounds, Server, serve
@@ -322,7 +322,7 @@ def test_connections_without_a_word_keep_nobody_out(station) -> None:
 
 def test_wrong_tokens_end_the_connection(station, monkeypatch) -> None:
     """They count for the address: a new connection has no new tries, nor has the page."""
-    monkeypatch.setattr(connection, "PENALTY", 0.01)
+    monkeypatch.setattr(_connection, "PENALTY", 0.01)
     token = Token("open sesame")
     with Server(station, port=0, token=token) as server:
         own = Client(server.address)
@@ -349,10 +349,10 @@ def test_small_packets_wait_for_nothing(connect, station, server, monkeypatch) -
     seen: list[int] = []
 
     def watched(accepted: socket.socket) -> None:
-        monitor.prepare(accepted)
+        _monitor.prepare(accepted)
         seen.append(accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
 
-    monkeypatch.setattr(connection, "prepare", watched)
+    monkeypatch.setattr(_connection, "prepare", watched)
     connect().ask("*IDN?")
     assert seen == [1]
 
@@ -360,7 +360,9 @@ def test_small_packets_wait_for_nothing(connect, station, server, monkeypatch) -
 def test_port_in_use(server, station) -> None:
     host, port = server.address
     second = Server(station, host, port)
-    with pytest.raises(InputError, match=f"port {port}: 'in use on 127.0.0.1'; accepted: a free"):
+    with pytest.raises(
+        InputError, match=f"port {port}: already in use on 127.0.0.1. Choose a free"
+    ):
         second.start()
     second.stop()
 

@@ -109,6 +109,36 @@ def test_a_slow_jog_without_encoder_ends_soon(name: str) -> None:
     assert abs(bed.moved - start) < 0.3 * (bed.tree.load.stop_high - bed.tree.load.stop_low)
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_stop_behind_a_dead_encoder_does_not_drive_the_carriage_on(sign: float) -> None:
+    """Held at a reading that stood, it ran on by up to 73 mm."""
+    bed = ready("printer")
+    bed.end(m.MoveTo(0.1))
+    bed.ask(m.Jog("macro", 0.038 * sign))
+    bed.run(150)
+    before = bed.moved
+    bed.per_count = 0.0
+    bed.run(40)
+    assert isinstance(bed.ask(m.Stop()), Accepted)
+    bed.run(600)
+    assert bed.fault is None and not bed.trusted and bed.effort == 0.0
+    assert abs(bed.moved - before) < 10e-3
+    bed.per_count = 1.0
+    assert bed.end(m.Home()).outcome == m.DONE and bed.trusted
+
+
+@pytest.mark.parametrize("name", ["printer", "screw", "servo", "emps"])
+def test_a_stop_without_a_fault_ends_no_trust(name: str) -> None:
+    bed = ready(name)
+    travel = bed.tree.travel
+    for share in (0.8, 0.2, 0.5):
+        bed.ask(m.MoveTo(travel.low + share * (travel.high - travel.low)))
+        bed.run(120)
+        bed.ask(m.Stop())
+        bed.run(300)
+        assert bed.machine.view().motion == 0 and bed.trusted
+
+
 @pytest.mark.parametrize("enabled", [True, False])
 @pytest.mark.parametrize("name", ["printer", "screw", "servo"])
 def test_a_jump_at_rest_ends_trust_until_it_is_homed(name: str, enabled: bool) -> None:
@@ -155,6 +185,17 @@ def test_a_count_of_dither_keeps_no_axis_from_its_stop(name: str) -> None:
     end = bed.end(m.Home())
     assert end.outcome == m.DONE and bed.fault is None
     assert bed.off == pytest.approx(ready(name).off, abs=2.0 * bed.machine.guide.touch.give)
+
+
+def test_a_piezo_that_is_switched_off_swings_without_a_fault() -> None:
+    bed = ready("piezo-800um")
+    assert bed.end(m.MoveTo(3e-4)).outcome == m.DONE
+    bed.ask(m.Disable())
+    bed.run(2500)
+    assert bed.fault is None and bed.trusted
+    bed.jump = 5e-5 / bed.tree.encoder.pitch
+    bed.run(5)
+    assert bed.fault is not None and bed.fault.name == "position jump"
 
 
 def test_a_wire_whose_sensor_is_frozen_is_not_heated() -> None:

@@ -15,13 +15,14 @@ from macromicro.errors import InputError
 from macromicro.machines import guarding, stage
 from macromicro.machines import machine as machines
 from macromicro.machines.guarding import Limits
+from macromicro.machines.lines import Held, Wired
 from macromicro.machines.sequence import MOVING, Progress
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Bounds
 from macromicro.serve import faults
-from macromicro.serve.stage import control as controls
+from macromicro.serve.stage import _control as controls
 from macromicro.serve.stage import settings
-from macromicro.serve.stage.control import Control, pulsed
+from macromicro.serve.stage._control import Control, Resting, pulsed
 from macromicro.serve.stage.rig import Simulated
 
 PRINTER = Path(__file__).parents[3] / "examples" / "machines" / "printer.toml"
@@ -127,10 +128,14 @@ class Watched:
             encoder=SimpleNamespace(pitch=1e-4),
             arrival="arrival",
             controller=gains,
+            motion=SimpleNamespace(velocity=0.5),
         )
         self.made: list[str] = []
-        rows = [c.name for c in stage.columns(printer.kind, printer.law)]
+        kind = self.machine.kind
+        rows = [*(c.name for c in stage.columns(kind, printer.law)), "law_speed"]
         self.row = rows.index("effort")
+        self.pulses = rows.index("index_count") if kind.lines else None
+        self.shown = [math.nan] * 4
 
         def known(name: str, loop: Any) -> Any:
             return lambda *which: (self.made.append(name), loop)[1]
@@ -141,7 +146,7 @@ class Watched:
 
         monkeypatch.setattr(controls, "gains", lambda tree: tree.controller)
         monkeypatch.setattr(stage, "columns", lambda *_: [SimpleNamespace(name=n) for n in rows])
-        monkeypatch.setattr(stage, "fastest", known("fastest", self.loop))
+        monkeypatch.setattr(stage, "in_place", known("in_place", self.loop))
         monkeypatch.setattr(stage, "period", known("period", self.loop))
         monkeypatch.setattr(stage, "opened", known("opened", self.free))
         monkeypatch.setattr(stage, "quickest", lambda function, *kinds: compiled(function))
@@ -155,9 +160,14 @@ class Watched:
 
     def loop(self, params: Any, loop: Any, run: Any, noise: Any, out: Any, dt: float) -> Any:
         self.loops.append((params, loop, run, noise.copy(), dt))
+        out[:] = 9.0
+        out[-1] = [1.0, 2.0, 3.0, 4.0]
         out[self.row] = [0.1, 0.2, 0.3, 0.4]
+        if self.pulses is not None:
+            out[self.pulses] = self.shown
         watch = run.watch._replace(fault=self.fault)
-        after = run._replace(stage="driven", memory=(*run.memory, "later"), watch=watch)
+        memory, held = (*run.memory, "later"), run.held._replace(low=run.held.low + 1.0)
+        after = run._replace(stage="driven", memory=memory, watch=watch, held=held)
         return after, self.written
 
     def free(self, params: Any, state: Any, bounds: Any, efforts: Any, *rest: Any) -> Any:
@@ -184,6 +194,7 @@ def test_loop_and_law_are_given_the_course(monkeypatch: pytest.MonkeyPatch) -> N
     control = made.control()
     assert control.effort == 0.0 and control.dt == 0.25e-3
     assert repr(control.watch) == repr(guarding.fresh())
+    assert control.place is made.machine.kind.place
     assert control.run(COURSE, "params", "state", SEEN, NOISE) == "driven"
     params, loop, run, noise, dt = made.loops[0]
     assert (params, dt) == ("params", 0.25e-3) and np.array_equal(noise, NOISE)
@@ -224,6 +235,43 @@ def test_the_sensor_is_watched_while_nothing_is_driven(monkeypatch: pytest.Monke
         control.renew()
         control.run(course, "params", "state", Sample(0.503, 0.0241), NOISE)
         assert control.watch.fault == guarding.OK and control.enable == float(course.waiting)
+
+
+@pytest.mark.parametrize("driven", [True, False])
+def test_a_stage_that_was_driven_is_given_its_time_to_come_to_rest(
+    monkeypatch: pytest.MonkeyPatch, driven: bool
+) -> None:
+    made = Watched(monkeypatch, Gains())
+    made.tree.guard = Limits(leap=1.0, still=1e-3)
+    control, off = made.control(), COURSE._replace(on=False)
+    for t, course in ((0.5, off), (0.7, off), (0.701, COURSE if driven else off)):
+        control.run(course, "params", "state", SEEN._replace(t=t), NOISE)
+    control.run(off, "params", "state", Sample(0.702, SEEN.position + 1.9e-3), NOISE)
+    assert control.watch.fault == (guarding.OK if driven else guarding.JUMP)
+
+
+def test_a_law_takes_other_gains_and_keeps_its_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = Watched(monkeypatch, Gains())
+    control = made.control()
+    control.run(COURSE, "params", "state", SEEN, NOISE)
+    control.take(Gains(1.5))
+    control.run(COURSE, "params", "state", SEEN, NOISE)
+    assert [loop.gains for _, loop, *_ in made.loops] == [Gains(3.0), Gains(1.5)]
+    assert made.begun == 1 and made.loops[1][2].memory[-1] == "later"
+
+
+@pytest.mark.parametrize("written", [2, 4])
+def test_what_the_law_remembers_is_shown_as_of_its_last_period(
+    monkeypatch: pytest.MonkeyPatch, written: int
+) -> None:
+    made = Watched(monkeypatch, Gains())
+    control = made.control()
+    assert control.own == []
+    made.written = written
+    control.run(COURSE, "params", "state", SEEN, NOISE)
+    assert control.own == [float(written)]
+    control.run(COURSE._replace(on=False), "params", "state", SEEN, NOISE)
+    assert control.own == []
 
 
 def test_what_the_guard_cuts_coasts_for_the_rest_and_stays_off(
@@ -289,7 +337,187 @@ def test_a_simulated_stage_is_compiled_and_a_real_rig_is_not(
 ) -> None:
     made = Watched(monkeypatch, Gains())
     made.control()
-    assert made.made == ["fastest", "opened"] and made.compiled == [made.free]
+    assert made.made == ["in_place", "opened"] and made.compiled == [made.free]
     made = Watched(monkeypatch, Gains())
     made.control(made.machine.kind._replace(name="a rig"))
     assert made.made == ["period", "opened"] and made.compiled == []
+
+
+class Lined(Watched):
+    """The same of a rig with lines, which tells what its drive was switched to."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.switched: list[tuple[Any, ...]] = []
+        kind = machines.load(PRINTER)[0].kind
+        names = ("limit_low", "index_count", "enable")
+        lined = kind._replace(lines=names, switch=self.switch)
+        super().__init__(monkeypatch, Gains(), kind=lined)
+
+    def switch(self, params: Any, state: Any, enable: float) -> Any:
+        self.switched.append((params, state, enable))
+        return "switched"
+
+    def control(self, kind: Any = None) -> Control:
+        return super().control(self.machine.kind._replace(name="a rig"))
+
+
+@pytest.mark.parametrize(
+    ("shown", "written", "pulse"),
+    [
+        ([7.0, 3.0, math.nan, math.nan], 4, 3.0),  # the first was seen at the period's begin
+        ([7.0, math.nan, math.nan, 5.0], 4, 5.0),
+        ([7.0, math.nan, 5.0, math.nan], 2, math.nan),  # that was of another period
+    ],
+)
+def test_a_pulse_within_a_period_is_kept_until_the_next_one(
+    monkeypatch: pytest.MonkeyPatch, shown: list[float], written: int, pulse: float
+) -> None:
+    made = Lined(monkeypatch)
+    control = made.control()
+    assert math.isnan(control.captured)
+    made.shown, made.written = shown, written
+    control.run(COURSE, "params", "state", SEEN, NOISE)
+    assert control.captured == pytest.approx(pulse, nan_ok=True)
+    control.run(COURSE._replace(on=False), "params", "state", SEEN, NOISE)
+    assert math.isnan(control.captured)
+    bare = Watched(monkeypatch, Gains()).control()
+    bare.run(COURSE, "params", "state", SEEN, NOISE)
+    assert math.isnan(bare.captured)
+
+
+def test_the_drive_is_switched_by_its_enable_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = Lined(monkeypatch)
+    control = made.control()
+    assert control.enable == 0.0
+    off, waiting = COURSE._replace(on=False), COURSE._replace(waiting=True)
+    for course, enable in ((off, 0.0), (waiting, 1.0), (COURSE, 1.0), (off, 0.0), (COURSE, 1.0)):
+        control.run(course, "params", "state", SEEN, NOISE)
+        assert control.enable == enable
+    # A stage that is driven all the while is switched by its own loop.
+    assert made.switched == [("params", "state", enable) for enable in (0.0, 1.0, 0.0)]
+    assert [state for _, state, *_ in made.coasts] == ["switched"] * 3
+    made.fault, made.written = guarding.LOST, 2
+    for state, course in (("driven", COURSE), ("state", COURSE), ("state", waiting)):
+        control.run(course, "params", "state", SEEN, NOISE)
+        assert control.enable == 0.0 and made.switched[-1] == ("params", state, 0.0)
+
+
+def test_the_lines_are_guarded_from_where_the_law_was_switched_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made = Lined(monkeypatch)
+    control = made.control()
+    off = COURSE._replace(on=False)
+    for course in (COURSE, COURSE, COURSE._replace(homing=True), off, COURSE):
+        control.run(course, "params", "state", SEEN, NOISE)
+    assert [run.held.low for _, _, run, *_ in made.loops] == [0.0, 1.0, 2.0, 0.0]
+    assert repr(made.loops[-1][2].held) == repr(Held())
+    leave = 2.0 * 0.1 * 0.5  # twice a tenth of the greatest speed
+    assert [loop.wired for _, loop, *_ in made.loops] == [
+        Wired(pytest.approx(leave), 0.0, homing) for homing in (0, 0, 1, 0)
+    ]
+    bare = Watched(monkeypatch, Gains())
+    bare.control().run(COURSE, "params", "state", SEEN, NOISE)
+    assert bare.loops[0][1].wired == Wired()
+
+
+def test_a_law_that_begins_without_a_time_is_left_to_its_guard(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made = Watched(monkeypatch, Gains())
+    made.control().run(COURSE, "params", "state", SEEN._replace(t=math.nan), NOISE)
+    assert made.loops[0][2].tick == 0
+
+
+@pytest.mark.parametrize(
+    ("tree", "leap", "surge"),
+    [
+        # Way within a millisecond and what counts as none: 0.4 m/s, or 100 m/s^2, and 1 mm.
+        ({"homing": 0}, 0.4, math.inf),
+        ({"homing": 0}, 0.4, 100.0),
+        ({}, 0.05 * 0.4, math.inf),
+        ({}, 0.05 * 0.4, 10.0),
+    ],
+)
+@pytest.mark.parametrize("start", [0.0, 7.0])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_stage_that_rests_is_watched_more_closely_than_one_that_comes_to_rest(
+    tree: dict[str, Any], leap: float, surge: float, start: float, sign: float
+) -> None:
+    """One that homes may be pushed by hand: as fast as ever, but with less acceleration."""
+    limits = Limits(leap=0.4, surge=0.0 if surge == math.inf else surge, still=1e-3)
+    way = {False: 0.4e-3, True: leap * 1e-3}
+    if surge < math.inf:
+        way = {False: min(0.4e-3, surge * 1e-6), True: min(leap * 1e-3, 0.2 * surge * 1e-6)}
+    for periods, rests in ((100, False), (102, True), (300, True)):
+        for factor, fault in ((0.99, guarding.OK), (1.01, guarding.JUMP)):
+            resting, watch = Resting(SimpleNamespace(guard=limits, **tree)), guarding.fresh()
+            for k in range(periods):
+                watch = resting.look(watch, Sample(start + k * 1e-3, 0.02))
+            place = 0.02 + sign * (1e-3 + factor * way[rests])
+            watch = resting.look(watch, Sample(start + periods * 1e-3, place))
+            assert watch.fault == fault, (periods, factor)
+
+
+@pytest.mark.parametrize("jump", [0.9, 1.1])
+def test_a_stage_that_swings_when_it_is_let_go_comes_to_rest_when_that_has_ended(
+    jump: float,
+) -> None:
+    """By more between two readings than one at rest may move; for 0.3 s."""
+    limits = Limits(leap=0.4, still=1e-6)
+    resting, watch = Resting(SimpleNamespace(guard=limits)), guarding.fresh()
+    strict, tick = 0.05 * 0.4e-3 + 1e-6, 0
+    for k in range(300):
+        watch = resting.look(watch, Sample(k * 1e-3, 0.02 + (k % 2) * 1.2 * strict))
+        assert watch.fault == guarding.OK
+    for tick in range(300, 402):  # the last one moved at 0.299 s
+        watch = resting.look(watch, Sample(tick * 1e-3, 0.02))
+        assert watch.fault == guarding.OK
+    watch = resting.look(watch, Sample((tick + 1) * 1e-3, 0.02 + jump * strict))
+    assert (watch.fault == guarding.JUMP) == (jump > 1.0)
+
+
+def test_that_lasts_as_long_as_it_swings() -> None:
+    """A tenth of a second behind its last quick motion a jump may still be one."""
+    limits = Limits(leap=0.4, still=1e-6)
+    resting, watch = Resting(SimpleNamespace(guard=limits)), guarding.fresh()
+    for k in range(390):
+        place = 0.02 + (k % 2) * 25e-6 * (k < 300)
+        watch = resting.look(watch, Sample(k * 1e-3, place))
+    watch = resting.look(watch, Sample(0.39, 0.02 + 25e-6))
+    assert watch.fault == guarding.OK
+
+
+STRICT = 0.05 * 0.4e-3 + 1e-6  # m a period of 1 ms, of a stage at rest with the limits below
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_stage_that_creeps_either_way_is_not_at_rest(sign: float) -> None:
+    limits = Limits(leap=0.4, still=1e-6)
+    resting, watch = Resting(SimpleNamespace(guard=limits)), guarding.fresh()
+    for k in range(300):
+        watch = resting.look(watch, Sample(k * 1e-3, 0.02 + sign * 1.2 * STRICT * k))
+        assert watch.fault == guarding.OK
+
+
+def test_what_noise_may_show_does_not_delay_its_rest() -> None:
+    """A swing within `still` is none."""
+    limits = Limits(leap=0.4, still=1e-3)
+    resting, watch = Resting(SimpleNamespace(guard=limits)), guarding.fresh()
+    for k in range(103):
+        watch = resting.look(watch, Sample(k * 1e-3, 0.02 + (k % 2) * 0.5e-3))
+    watch = resting.look(watch, Sample(0.103, 0.02 + 1e-3 + 0.5 * 0.4e-3))
+    assert watch.fault == guarding.JUMP
+
+
+def test_a_jump_at_rest_does_not_count_as_a_swing() -> None:
+    """A second one, smaller than a stage in motion may make, is noticed too."""
+    limits = Limits(leap=0.4, still=1e-6)
+    resting, watch = Resting(SimpleNamespace(guard=limits)), guarding.fresh()
+    for k in range(110):
+        watch = resting.look(watch, Sample(k * 1e-3, 0.02))
+    for k in (1, 2):
+        assert watch.missed == 0.0
+        watch = resting.look(watch, Sample((109 + k) * 1e-3, 0.02 + 2.0 * STRICT * k))
+        assert watch.fault == guarding.JUMP
+    assert watch.missed == 1.0

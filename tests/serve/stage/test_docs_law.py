@@ -69,5 +69,5 @@ def test_the_option_names_it_as_well_as_the_file(lab: Path) -> None:
         choosing.load(file, "served")
     pair = lab / "pair.toml"
     pair.write_text('machine = "xy"\n', encoding="utf-8")
-    with pytest.raises(InputError, match="each axis has its own"):
+    with pytest.raises(InputError, match="each axis has a law of its own"):
         choosing.load(pair, law)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from tests.command import command as macromicro
 from tests.serve.stage.test_served import served
 
 from macromicro.commission import collecting
@@ -41,8 +41,7 @@ def file(one: Composition, tmp_path: Path) -> Path:
 
 
 def command(file: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    line = [sys.executable, "-m", "macromicro", *words, "--config", str(file)]
-    return subprocess.run(line, cwd=file.parent, capture_output=True, text=True, check=False)
+    return macromicro(*words, "--config", file, cwd=file.parent)
 
 
 def procedure(one: Composition) -> str:
@@ -68,12 +67,12 @@ def test_its_commands_work(one: Composition, file: Path) -> None:
         ("run", "--out", "ran"),
         ("collect", procedure(one), "--out", "collected"),
         ("robust", "--samples", "10", "--out", "robust"),
-        ("tune", FILES[one.name][1], "--evaluations", "10", "--out", "tuned"),
+        ("tune", FILES[one.name][1], "--evaluations", "30", "--out", "tuned"),
     ):
         done = command(file, *words)
         said[words[0]] = (done.returncode, done.stdout, done.stderr)
         assert "Traceback" not in done.stderr, done.stderr
-    # What was drawn may not meet all requirements, and ten designs need not be better ones.
+    # What was drawn may not meet all requirements, and thirty designs need not be better ones.
     codes = {name: code for name, (code, _, _) in said.items()}
     assert codes.pop("robust") in {0, 1} and codes.pop("doctor") in {0, 1}, said
     assert set(codes.values()) == {0}, {n: s for n, s in said.items() if s[0] != 0}

@@ -16,14 +16,14 @@ from macromicro.machines import machine as machines
 from macromicro.place import LENGTH
 from macromicro.recording import Recording as Recorded
 from macromicro.serve import choosing, shared
-from macromicro.serve.joint import control as joint
-from macromicro.serve.machine import View
-from macromicro.serve.recording import Means, Recording
+from macromicro.serve._machine import View
+from macromicro.serve._recording import Means, Recording
+from macromicro.serve._trail import Trail
+from macromicro.serve.joint import _control as joint
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import COLUMNS, OWN, Shared, Vitals, telemetry
 from macromicro.serve.stage import settings
 from macromicro.serve.stage.rig import Led, Simulated
-from macromicro.serve.trail import Trail
 from macromicro.serve.web import bins
 from macromicro.types import SAFE, Command, Sample
 
@@ -58,7 +58,7 @@ def row(own: list[float]) -> list[float]:
 def test_a_stage_tells_what_its_own_law_remembers(tmp_path: Path, monkeypatch) -> None:
     found = served(tmp_path)
     monkeypatch.setattr(
-        "macromicro.serve.stage.control.checked", lambda *_: None
+        "macromicro.serve.stage._control.checked", lambda *_: None
     )  # it has no limit
     assert found.law_columns == (SPEED,)
     rig = Simulated(found.machine, found.tree, found.live.pitch, 0)

@@ -278,5 +278,7 @@ def test_a_rig_of_a_users_with_lines(lab: tuple[str, Path], tmp_path: Path) -> N
     recording = Recording.load(tmp_path / "live.h5")
     assert set(LINES) <= {c.name for c in recording.columns}
     assert recording["enable"].max() == 1.0 and recording["home"].max() == 1.0
-    with pytest.raises(InputError, match=r'channels.*home and index_count: homing.on = "home'):
+    with pytest.raises(
+        InputError, match=r'channels: homing.on = "home.* needs home and index_count'
+    ):
         Station(f"{name}:bare", settings=patient, state=tmp_path / "p.json").start()

@@ -12,7 +12,7 @@ from macromicro.control.live.leading import REST, Course, Guided
 from macromicro.control.live.messages import Accepted, Change, Event, Refused
 from macromicro.serve.persist import Restored
 from macromicro.serve.stage import guide, settings
-from macromicro.serve.stage.machine import Led
+from macromicro.serve.stage._machine import Led
 from macromicro.serve.stage.rig import Simulated
 from macromicro.types import SAFE, Command
 
@@ -207,13 +207,13 @@ def test_moves_go_at_the_speed_that_was_set_from_the_next_one_on() -> None:
 @pytest.mark.parametrize(
     ("stage", "share", "words"),
     [
-        ("macro", 1.01, "is no speed of its moves"),
-        ("macro", 0.0, "is no speed of its moves"),
-        ("macro", -0.5, "is no speed of its moves"),
-        ("macro", float("nan"), "is no finite number"),
+        ("macro", 1.01, "is not a valid speed of its moves"),
+        ("macro", 0.0, "is not a valid speed of its moves"),
+        ("macro", -0.5, "is not a valid speed of its moves"),
+        ("macro", float("nan"), "is not a finite number"),
         ("micro", 0.5, "no micro-stage"),
         ("x", 0.5, "no axes x and y"),
-        (None, 0.5, "None is no stage"),
+        (None, 0.5, "None is not a stage"),
     ],
 )
 def test_a_speed_that_moves_cannot_have_is_refused(

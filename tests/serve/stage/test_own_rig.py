@@ -54,5 +54,5 @@ def test_it_homes_and_moves_under_the_machines_law(lab: str, tmp_path: Path) -> 
             end = station.finished(reply.id, 60.0)
             assert end is not None and end.outcome == m.DONE
         assert end.position == pytest.approx(0.02, abs=found.tree.arrival.tolerance)
-    with pytest.raises(InputError, match=r"channels.*laser.*encoder"):
+    with pytest.raises(InputError, match=r"serving needs encoder.*measures laser"):
         Station(f"{lab}:blind", settings=patient, state=tmp_path / "p.json").start()

@@ -17,7 +17,7 @@ from macromicro.control.live.parameters import prepare
 from macromicro.control.live.state import Played
 from macromicro.machines.sequence import Plan
 from macromicro.motion import s_curve
-from macromicro.serve.stage import playing
+from macromicro.serve.stage import _playing
 from macromicro.types import Sample
 
 NAN = math.nan
@@ -74,16 +74,16 @@ class Stage:
         return accept.accept(self.p, self.s, request)
 
     def play(self, made: Plan) -> int:
-        found = playing.motion(self.s, made, PITCH)
+        found = _playing.motion(self.s, made, PITCH)
         self.s, reply, notices = accept.begin(
-            self.p, self.s, found, lambda s, motion: playing.start(s, motion, made)
+            self.p, self.s, found, lambda s, motion: _playing.start(s, motion, made)
         )
         assert isinstance(reply, Accepted), reply
         self.notices += notices
         return reply.id
 
     def run(self, periods: int) -> None:
-        works = {**guided.WORKS, Played: playing.step}
+        works = {**guided.WORKS, Played: _playing.step}
         for _ in range(periods):
             counts = float(math.floor((self.place - self.behind) / PITCH + 0.5))
             sample = Sample(self.tick * DT, counts, *[NAN] * 4)
@@ -252,7 +252,7 @@ def test_a_stop_ends_it_on_the_way() -> None:
 
 @pytest.mark.parametrize("wrong", [None, 5, plan([0.0])._replace(target=np.empty(0))])
 def test_what_is_no_plan_is_refused(wrong: Any) -> None:
-    found = playing.motion(Stage().s, wrong, PITCH)
+    found = _playing.motion(Stage().s, wrong, PITCH)
     assert isinstance(found, Refused) and "no programme" in found.reason
 
 
@@ -261,12 +261,12 @@ def test_what_is_no_plan_is_refused(wrong: Any) -> None:
     plan([0.0, 0.01])._replace(pieces=np.add(plan([0.0, 0.01]).pieces, [0, 0.2, 0, 0, 0])),
 ])  # fmt: skip
 def test_what_leaves_the_soft_limits_is_refused(made: Plan) -> None:
-    found = playing.motion(Stage().s, made, PITCH)
+    found = _playing.motion(Stage().s, made, PITCH)
     assert isinstance(found, Refused) and "beyond the soft limits" in found.reason
     assert found.remedy == "stay within -5 to 100 mm"
 
 
 def test_all_of_the_soft_limits_may_be_used() -> None:
     half = 0.5 * PITCH  # soft limits are whole counts
-    found = playing.motion(Stage().s, plan([-0.005 - half, 0.1 + half]), PITCH)
+    found = _playing.motion(Stage().s, plan([-0.005 - half, 0.1 + half]), PITCH)
     assert not isinstance(found, Refused) and found.kind == "programme" and found.id == 1

@@ -45,6 +45,9 @@ def test_the_live_machine_has_the_travel_and_the_speeds_of_its_machine() -> None
     leads = guide.guide(found.machine, tree)
     assert leads.arrival.tolerance == tree.arrival.tolerance
     assert (leads.low, leads.high) == (tree.guard.low, tree.guard.high)
+    assert leads.rubs
+    for held in ("piezo-100um.toml", "wire-150um.toml"):
+        assert not guide.guide(*machines.load(EXAMPLES / held)[:2]).rubs
     piezo = machines.load(EXAMPLES / "piezo-100um.toml")[1]
     assert guide.count(piezo) == pytest.approx(8.0 * piezo.encoder.noise)
 

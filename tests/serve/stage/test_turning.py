@@ -17,12 +17,12 @@ from macromicro.machines import guarding
 from macromicro.place import ANGLE, LENGTH
 from macromicro.serve import faults, shared
 from macromicro.serve.requests import KINDS
+from macromicro.serve.scpi._parameters import Number
+from macromicro.serve.scpi._session import ended
 from macromicro.serve.scpi.errors import ScpiError
-from macromicro.serve.scpi.parameters import Number
-from macromicro.serve.scpi.session import ended
 from macromicro.serve.scpi.tree import COMMANDS, tree
 from macromicro.serve.stage import guide, settings
-from macromicro.serve.web import bins, orders, reporting
+from macromicro.serve.web import _orders, _reporting, bins
 
 TEXT = 'machine = "rotary"\n[load]\ninertia = "0.012 kg*m^2"\n'
 DEG = math.pi / 180.0
@@ -36,7 +36,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 def given(text: str) -> Any:
-    from macromicro.serve.scpi.message import reading
+    from macromicro.serve.scpi._message import reading
 
     steps = reading(tree(ANGLE), text.encode())
     while True:
@@ -123,7 +123,7 @@ def test_the_page_draws_degrees(found: Any) -> None:
     assert made[7] == pytest.approx(np.array([0.1, 0.2, 0.3, 0.4]) / DEG)
     assert made[0] - made[1] == pytest.approx(0.01 / DEG)
     assert bins.traces(block, shared.NAMES, 1e-3)[7] == pytest.approx([100, 200, 300, 400])
-    told = reporting.limits(found)
+    told = _reporting.limits(found)
     assert (told["unit"], told["base"]) == ("deg", "rad")
     assert told["units"] == {"deg": pytest.approx(DEG), "mdeg": pytest.approx(1e-3 * DEG)}
     head = bins.HEADER.unpack_from(
@@ -134,12 +134,12 @@ def test_the_page_draws_degrees(found: Any) -> None:
 
 def test_the_page_orders_angles() -> None:
     value = {"value": 90, "unit": "deg"}
-    assert orders.length(value, ANGLE) == pytest.approx(math.pi / 2.0)
-    assert orders.length({"value": 5, "unit": "mm"}) == pytest.approx(5e-3)
-    with pytest.raises(orders.Refusal, match="no unit of angle"):
-        orders.length({"value": 5, "unit": "mm"}, ANGLE)
-    with pytest.raises(orders.Refusal, match="no unit of length"):
-        orders.length(cast("dict[str, Any]", value))
+    assert _orders.length(value, ANGLE) == pytest.approx(math.pi / 2.0)
+    assert _orders.length({"value": 5, "unit": "mm"}) == pytest.approx(5e-3)
+    with pytest.raises(_orders.Refusal, match="not a unit of angle"):
+        _orders.length({"value": 5, "unit": "mm"}, ANGLE)
+    with pytest.raises(_orders.Refusal, match="not a unit of length"):
+        _orders.length(cast("dict[str, Any]", value))
 
 
 def test_its_position_file_is_its_own(found: Any, tmp_path: Path) -> None:

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from macromicro.serve import station as real
-from macromicro.serve.settings import LiveSettings
 from macromicro.serve.web import WebServer
 from tests import browser
+from tests.serve.quick import quick
 
 sys.path.insert(0, str(Path(__file__).parent))
 from page_parts import Page
@@ -65,28 +65,24 @@ def profile(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="package")
 def station(profile: Path) -> Iterator[real.Station]:
-    """The virtual bench. Machines that run tests are busy: nothing stops for lateness."""
-    settings = LiveSettings()
-    serve = settings.serve._replace(miss_share=1.0, parent_timeout=5.0, client_timeout=2.0)
-    with real.Station(
-        settings=settings._replace(serve=serve), state=profile / "state.json"
-    ) as made:
+    """The virtual bench. No page is lost because the computer is busy."""
+    with real.Station(settings=quick(client_timeout=60.0), state=profile / "state.json") as made:
         yield made
 
 
 @pytest.fixture(scope="package")
-def chromium() -> None:
+def driver(profile: Path) -> Iterator[Any]:
+    """A browser, one for all pages."""
     browser.needed()
+    made = browser.driver(profile / "browser", "127.0.0.1")
+    yield made
+    made.quit()
 
 
 @pytest.fixture(scope="package")
-def page(chromium: None, station: real.Station, profile: Path) -> Iterator[Page]:
+def page(driver: Any, station: real.Station, profile: Path) -> Iterator[Page]:
     with WebServer(station, port=0, folder=profile) as server:
-        driver = browser.driver(profile / "browser", "127.0.0.1")
-        try:
-            yield Page(driver, server, station)
-        finally:
-            driver.quit()
+        yield Page(driver, server, station)
 
 
 @pytest.fixture

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from web_parts import until
 
 from macromicro.control.live import messages as m
+from macromicro.serve import choosing
 from macromicro.serve.station import Station
 from macromicro.serve.web import WebServer
 from tests.browser import DESK, Window
@@ -90,13 +94,20 @@ class Page(Window):
         found: m.Finished = until(end)
         return found.outcome
 
+    def free(self) -> None:
+        """Nobody holds control, and nothing moves: a stop at rest loses no position."""
+        self.station.release(self.station.snapshot().holder)
+        self.station.request("test", m.Stop())
+        until(lambda: self.station.snapshot().motion == 0)
+
     def ready(self) -> None:
-        """A new viewer in control of a machine that is homed and enabled."""
+        """A new viewer in control of a machine that is homed and enabled, where it stands."""
+        self.free()
         self.station.emergency()
         self.show()
         now = self.station.snapshot()
         assert (now.mode, now.fault) == ("disabled", None)
-        until(lambda: isinstance(self.station.acquire("test"), m.Accepted))
+        assert self.station.acquire("test") == m.Accepted()
         self.station.request("test", m.Enable())
         if not self.station.snapshot().trusted:
             reply = self.station.request("test", m.Home())
@@ -124,6 +135,18 @@ class Page(Window):
         until(pressed)
         # The page hears of it later than the station; until then its orders are disabled.
         until(lambda: not self.find("#take").is_enabled())
+
+
+@contextmanager
+def opened(driver: Any, file: Path, folder: Path) -> Iterator[Page]:
+    """The page of the machine in a file."""
+    settings = choosing.load(file)
+    patient = settings.serve._replace(miss_share=1.0, loop_timeout=5.0, parent_timeout=5.0)
+    station = Station(settings=settings._replace(serve=patient), state=folder / "p.json")
+    with station, WebServer(station, port=0, folder=folder) as server:
+        page = Page(driver, server, station)
+        page.show()
+        yield page
 
 
 SAVED = """

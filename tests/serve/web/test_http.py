@@ -16,7 +16,7 @@ from websockets.http11 import Request
 from macromicro.errors import InputError
 from macromicro.serve.hosts import is_loopback
 from macromicro.serve.web import WebServer
-from macromicro.serve.web.http import Gate
+from macromicro.serve.web._http import Gate
 
 LONG = "open sesame, and be quick"
 Serve = Callable[..., WebServer]

@@ -9,9 +9,9 @@ from web_parts import Station
 
 from macromicro.control.live import messages as m
 from macromicro.control.settings import Control
-from macromicro.serve.instrument import Instrument
+from macromicro.serve._instrument import Instrument
 from macromicro.serve.settings import LiveSettings
-from macromicro.serve.web.orders import KEYS, Orders, Refusal, read, surplus
+from macromicro.serve.web._orders import KEYS, Orders, Refusal, read, surplus
 
 ORDERS = Orders(Instrument(Station()))  # type: ignore[arg-type]
 
@@ -130,9 +130,9 @@ def test_soft_limits_are_given_whole_or_not_at_all() -> None:
     assert request(do="limits", values=values) == m.SetLimits(own._replace(whole_high=0.1))
     assert request(do="limits", values=None) == m.SetLimits(None)
     for wrong in ({"whole_low": 0.0}, [1, 2], "all", {**values, "more": 1.0}):
-        with pytest.raises(Refusal, match="no soft limits"):
+        with pytest.raises(Refusal, match="not soft limits"):
             request(do="limits", values=wrong)
-    with pytest.raises(Refusal, match="no finite number"):
+    with pytest.raises(Refusal, match="not a finite number"):
         request(do="limits", values={**values, "micro_low": None})
 
 

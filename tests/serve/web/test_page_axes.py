@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
-from page_parts import Page
+from page_parts import Page, opened
 from web_parts import until
 
 from macromicro.control.live import messages as m
-from macromicro.serve.joint import settings as joint
-from macromicro.serve.station import Station
-from macromicro.serve.web import WebServer
-from tests import browser
 
 FILE = Path(__file__).parents[3] / "examples" / "machines" / "xy-plotter.toml"
 SHOWN = (
@@ -44,27 +40,13 @@ DRIVE = "[y.amplifier]\n", '[y.amplifier]\nenable = "line"\n'
 LAMPS = "return [...document.querySelectorAll('#lines .badge')].map(e => e.textContent)"
 
 
-@pytest.fixture
-def plotter(chromium: None, tmp_path: Path) -> Iterator[Page]:
-    with opened(FILE, tmp_path) as page:
+@pytest.fixture(scope="module")
+def plotter(driver: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    folder = tmp_path_factory.mktemp("plotter")
+    file = folder / FILE.name
+    file.write_text(FILE.read_text(encoding="utf-8").replace(*DRIVE) + LINES, encoding="utf-8")
+    with opened(driver, file, folder) as page:
         yield page
-
-
-@contextmanager
-def opened(file: Path, tmp_path: Path) -> Iterator[Page]:
-    """The page of the machine in a file."""
-    settings = joint.load(file)
-    assert settings is not None
-    patient = settings.serve._replace(miss_share=1.0, loop_timeout=5.0, parent_timeout=5.0)
-    station = Station(settings=settings._replace(serve=patient), state=tmp_path / "p.json")
-    with station, WebServer(station, port=0, folder=tmp_path) as server:
-        driver = browser.driver(tmp_path / "browser", "127.0.0.1")
-        try:
-            page = Page(driver, server, station)
-            page.show()
-            yield page
-        finally:
-            driver.quit()
 
 
 def test_both_axes_are_homed_and_moved_to_a_point_from_the_page(plotter: Page) -> None:
@@ -74,7 +56,6 @@ def test_both_axes_are_homed_and_moved_to_a_point_from_the_page(plotter: Page) -
     assert page.run(SHOWN, "#plane-xy, #point-form, .jog[data-stage=x], .jog[data-stage=y]") == 4
     words = r"Travel: x -?[\d.]+ to 20\d[\d.]* mm, y -?[\d.]+ to 7\d[\d.]* mm"
     until(lambda: re.fullmatch(words, page.text("#travels")) is not None)
-    assert page.run("return document.getElementById('lines').hidden"), "it has no lines"
     page.take()
     page.click("[data-do=enable]")
     until(lambda: station.snapshot().mode == "ready")
@@ -84,7 +65,7 @@ def test_both_axes_are_homed_and_moved_to_a_point_from_the_page(plotter: Page) -
         page.find(field).clear()
         page.find(field).send_keys(text)
     page.click("#move-point")
-    assert page.text("#point-problem").startswith("y: accepted: ")
+    assert page.text("#point-problem").startswith("y: 500 is outside ")
     page.find("#point-y").clear()
     page.find("#point-y").send_keys("60")
     page.click("#move-point")
@@ -95,6 +76,9 @@ def test_both_axes_are_homed_and_moved_to_a_point_from_the_page(plotter: Page) -
         return abs(x - 150.0) < 3e-3 and abs(y - 60.0) < 3e-3
 
     until(there)
+    assert "Effort of xeffort" in page.text("#plots") and "CTRL" not in page.text("#plots")
+    events = page.text("#events")
+    assert "ready to moving:" in events and not re.search(r"\bmacro\b", events)
     until(lambda: page.run(INK) > 0.4)  # the way from home is drawn in the picture
     here = station.snapshot().axes[1].position_m
     page.click(".jog[data-stage=y] .step-button[data-sign='-1']")
@@ -105,14 +89,13 @@ def test_both_axes_are_homed_and_moved_to_a_point_from_the_page(plotter: Page) -
     assert [entry["message"] for entry in page.driver.get_log("browser")] == []
 
 
-def test_switches_and_lines_of_both_axes_are_shown(chromium: None, tmp_path: Path) -> None:
-    file = tmp_path / "switches.toml"
-    file.write_text(FILE.read_text(encoding="utf-8").replace(*DRIVE) + LINES, encoding="utf-8")
-    with opened(file, tmp_path) as page:
-        first = until(lambda: page.run(LAMPS))
-        assert first[:2] == ["x lower limit free", "x upper limit free"]
-        assert first[2] in ("x home switch off", "x home switch on")
-        assert first[3:] == ["y drive off", "y enable line off"]
-        page.take()
-        page.click("[data-do=enable]")
-        until(lambda: page.run(LAMPS)[-2:] == ["y drive on", "y enable line on"])
+def test_switches_and_lines_of_both_axes_are_shown(plotter: Page) -> None:
+    page = plotter
+    page.station.emergency()
+    until(lambda: page.run(LAMPS)[3:] == ["y drive off", "y enable line off"])
+    first = page.run(LAMPS)
+    assert first[:2] == ["x lower limit free", "x upper limit free"]
+    assert first[2] in ("x home switch off", "x home switch on")
+    page.take()
+    page.click("[data-do=enable]")
+    until(lambda: page.run(LAMPS)[-2:] == ["y drive on", "y enable line on"])

@@ -36,8 +36,17 @@ def changes(page: Page) -> int:
     return sum(e.kind == "gains" for e in page.station.events()[1])
 
 
-@pytest.mark.parametrize("size", [DESK, PHONE])
-@pytest.mark.parametrize("how", ["#stop", "#emergency", " ", "\ue00c"])
+@pytest.mark.parametrize(
+    ("how", "size"),
+    [
+        ("#stop", DESK),
+        ("#stop", PHONE),
+        ("#emergency", DESK),
+        ("#emergency", PHONE),
+        (" ", DESK),  # a key's way does not go by the size
+        ("\ue00c", DESK),
+    ],
+)
 def test_both_stops_work_while_changes_are_reviewed(
     ready: Page, how: str, size: tuple[int, int]
 ) -> None:
@@ -101,7 +110,7 @@ def test_numbers_are_compared_as_numbers(ready: Page) -> None:
         typed(ready, same)
         assert not ready.run(OPEN) and "Nothing" in ready.text("#gains-problem")
         assert ready.run("return document.querySelectorAll('tr.changed').length") == 0
-    for bad in ("0x10", "1 2", "1e", "Infinity", "--1", ""):
+    for bad in ("0x10", "1_2", "1e", "Infinity", "--1", ""):
         typed(ready, bad)
         assert not ready.run(OPEN) and "give a number" in ready.text("#gains-problem")
     typed(ready, "1,5")

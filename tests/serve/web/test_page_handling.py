@@ -13,9 +13,9 @@ from web_parts import until
 
 from macromicro.control.live import messages as m
 from macromicro.schema.config import load_overrides
-from macromicro.serve.instrument import Instrument
+from macromicro.serve._instrument import Instrument
 from macromicro.serve.settings import LiveSettings
-from macromicro.serve.web.hub import Hub
+from macromicro.serve.web._hub import Hub
 from tests.browser import DESK
 
 
@@ -176,7 +176,7 @@ def test_points_are_taught_visited_and_saved(in_mm: Page, tmp_path: Path) -> Non
     page.says("arrived and settled")  # or it would say so over what is looked for below
     taught = page.station.snapshot().position_m
     page.click("#teach")
-    page.says("Point kept")
+    page.says("Point saved")
     motion = page.move(taught * 1e3 + 0.8)
     assert page.outcome(motion) == m.DONE
     page.reload()  # points outlive the page
@@ -224,7 +224,7 @@ def test_a_programme_is_uploaded_and_run(ready: Page, tmp_path: Path) -> None:
     [
         ("far.toml", '[[moves]]\nmacro = "900 mm"\nhold = "1 s"\n', "far.toml"),
         ("slip.csv", "t_s,micro_mm\n0,0\n1,x\n", "slip.csv"),
-        ("page.html", "<p>", "no programme's file name"),
+        ("page.html", "<p>", "not a file name of a programme"),
     ],
 )
 def test_a_bad_programme_is_refused_with_its_place(

@@ -35,7 +35,7 @@ def tabs(ready: Page) -> Iterator[tuple[str, str]]:
 
 def test_a_page_that_is_open_elsewhere_says_so(ready: Page, tabs: tuple[str, str]) -> None:
     alarm = ready.text("#alarm-list")
-    assert "open in another tab" in alarm and "by itself" not in alarm
+    assert "active in another tab" in alarm and "by itself" not in alarm
     assert ready.text("#holder") == "" and ready.text("#trust") == ""
     assert ready.find("#here").is_displayed() and not ready.find("#move").is_enabled()
     ready.click("#here")
@@ -61,7 +61,7 @@ def test_a_page_that_is_open_elsewhere_stops_the_machine(
     wanted = m.EMERGENCY if how == "#emergency" else m.STOPPED_BY_REQUEST
     assert ready.outcome(motion) == wanted
     if how == "#emergency":
-        ready.says("the rig was switched off")
+        ready.says("Emergency stop: outputs off")
     else:  # its answer, or already how the motion ended
         until(lambda: any(w in ready.text("#status") for w in ("Stop: done", " stopped.")))
     until(lambda: ready.text("#link") == "connected")
@@ -75,13 +75,13 @@ def test_a_page_that_is_open_elsewhere_stops_the_machine(
 def test_stops_without_a_server_name_the_machines_own_switch(
     page: Page, profile: Path, size: tuple[int, int]
 ) -> None:
+    page.free()
     page.station.emergency()
     server = WebServer(page.station, port=0, folder=profile)
     server.start()
     port = server.address[1]
     left = Page(page.driver, server, page.station)
     left.show(size)
-    until(lambda: page.station.snapshot().holder == "")  # the page before is lost
     left.take()
     until(lambda: "This page holds control" in left.text("#holder"))
     server.stop()
@@ -110,7 +110,7 @@ def test_an_emergency_stop_does_not_wait_for_the_next_try(page: Page, profile: P
     with WebServer(page.station, port=port, folder=profile):
         before = page.station.snapshot().emergency_s
         left.find("#emergency").click()
-        left.says("the rig was switched off")
+        left.says("Emergency stop: outputs off")
         after = page.station.snapshot().emergency_s
         assert after != before and math.isfinite(after)
         assert left.text("#link") == "connected"

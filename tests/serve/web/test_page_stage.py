@@ -2,44 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
-from page_parts import Page, saved
+from page_parts import Page, opened, saved
 from web_parts import until
 
 from macromicro.control.live import messages as m
-from macromicro.serve.stage import settings as stage
-from macromicro.serve.station import Station
-from macromicro.serve.web import WebServer
-from tests import browser
 
 FILE = Path(__file__).parents[3] / "examples" / "machines" / "piezo-100um.toml"
 
 
-@pytest.fixture
-def piezo(chromium: None, tmp_path: Path) -> Iterator[Page]:
-    with opened(FILE, tmp_path) as page:
+@pytest.fixture(scope="module")
+def piezo(driver: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    with opened(driver, FILE, tmp_path_factory.mktemp("piezo")) as page:
         yield page
-
-
-@contextmanager
-def opened(file: Path, tmp_path: Path) -> Iterator[Page]:
-    """The page of the machine in a file."""
-    settings = stage.load(file)
-    assert settings is not None
-    patient = settings.serve._replace(miss_share=1.0, loop_timeout=5.0, parent_timeout=5.0)
-    station = Station(settings=settings._replace(serve=patient), state=tmp_path / "p.json")
-    with station, WebServer(station, port=0, folder=tmp_path) as server:
-        driver = browser.driver(tmp_path / "browser", "127.0.0.1")
-        try:
-            page = Page(driver, server, station)
-            page.show()
-            yield page
-        finally:
-            driver.quit()
 
 
 def test_a_piezo_stage_is_moved_in_micrometres(piezo: Page) -> None:
@@ -47,6 +27,7 @@ def test_a_piezo_stage_is_moved_in_micrometres(piezo: Page) -> None:
     assert "0 to 100 um" in piezo.text("#limits")
     shown = "return [...document.querySelectorAll('[data-of=micro]')].filter(e => !e.hidden).length"
     assert piezo.run(shown) == 0
+    assert piezo.run("return document.getElementById('lines').hidden"), "it has no lines"
     piezo.take()
     piezo.station.request(piezo.station.snapshot().holder, m.Enable())
     until(lambda: piezo.station.snapshot().mode == "ready")
@@ -91,7 +72,55 @@ def test_the_gains_of_its_law_are_shown(piezo: Page) -> None:
     assert piezo.run(shown) == "usual"
 
 
-SWITCHES = """machine = "axis"
+def _all(page: Page, selector: str) -> list[str]:
+    """Texts of what is seen."""
+    script = "return [...document.querySelectorAll(arguments[0])].filter(e => e.checkVisibility())"
+    found: list[str] = page.run(f"{script}.map(e => e.innerText.trim())", selector)
+    return found
+
+
+def test_the_page_of_a_piezo_names_it_and_reads_in_micrometres(piezo: Page) -> None:
+    field = piezo.find("#move-value")
+    assert piezo.outcome(piezo.move(25.0)) == "done"
+    until(lambda: piezo.text("#target") == "25.000 um")
+    settled = r"arrived and settled at 2[45]\.\d{3} um \(kind move to, [^)]* error -?[\d.e-]+ um\)"
+    until(lambda: re.search(settled, piezo.text("#events")))
+    assert "ready to moving: move (target 25 um)" in piezo.text("#events")
+    plots = piezo.run(PLOTS)
+    assert re.fullmatch(r"Piezoreference 25\.00 um.*position 2[45]\.\d\d um", plots[0]), plots
+    assert re.fullmatch(r"Efforteffort -?\d+\.\d\d V", plots[1]) and len(plots) == 2
+    offered = "return [...document.querySelectorAll('#move-kind option')].filter(e => !e.hidden)"
+    assert piezo.run(f"{offered}.map(e => e.textContent)") == ["Position, to", "Position, by"]
+    field.clear()
+    field.send_keys("300")
+    piezo.click("#move")
+    assert piezo.text("#move-problem") == "300 is outside 0 to 100 um."
+    piezo.run("document.querySelector('#soft-limits').open = true")
+    assert _all(piezo, "#limits-fields label") == ["Lowest [um]", "Highest [um]"]
+    labels = "return [...document.querySelectorAll('[data-stage=macro] [aria-label]')]"
+    assert piezo.run(f"{labels}.map(e => e.ariaLabel)") == [
+        "Step piezo down", "Jog piezo down", "Jog piezo up", "Step piezo up",
+        "Speed of the piezo's jog",
+    ]  # fmt: skip
+    piezo.run("document.querySelectorAll('option[hidden]').forEach(e => e.remove())")
+    whole = str(piezo.run("return document.body.innerText"))
+    assert not re.search(r"macro-stage|micro-stage|moving-macro|CTRL|counts", whole, re.IGNORECASE)
+    # What the server refuses in mm, the page says in the unit of the travel.
+    script = "import('/names.js').then((it) => arguments[1](it.said(arguments[0])))"
+    words = "position 0.3 mm of the macro-stage; give one from 0 to 0.1 mm"
+    read = "position 300 um of the piezo; give one from 0 to 100 um"
+    assert piezo.driver.execute_async_script(script, words) == read
+    holder = piezo.station.snapshot().holder
+    own = piezo.station.settings.live.limits
+    piezo.station.request(holder, m.SetLimits(own._replace(whole_high=50e-6)))
+    until(lambda: "(whole high 100 to 50 um)" in piezo.text("#events"))
+    piezo.station.request(holder, m.SetLimits(None))
+
+
+AXIS = """machine = "axis"
+law = "tests.control.own_laws:limited"
+[timing]
+period = "2 ms"
 [switches]
 limits = "both"
 home = "below"
@@ -103,28 +132,32 @@ on = "home"
 """
 
 
-def test_switches_and_lines_of_the_drive_are_shown(chromium: None, tmp_path: Path) -> None:
-    file = tmp_path / "switches.toml"
-    file.write_text(SWITCHES, encoding="utf-8")
-    with opened(file, tmp_path) as page:
-        lamps = "return [...document.querySelectorAll('#lines .badge')].map(e => e.textContent)"
-        until(lambda: page.run(lamps))
-        assert not page.run("return document.getElementById('lines').hidden")
-        before = page.run(lamps)
-        # At 0 mm it stands below the upper edge of the home switch, and in no limit switch.
-        assert before == [
-            "lower limit free", "upper limit free", "home switch on", "drive well", "drive off",
-            "enable line off",
-        ]  # fmt: skip
-        page.take()
-        page.station.request(page.station.snapshot().holder, m.Enable())
-        until(lambda: page.run(lamps)[-2:] == ["drive on", "enable line on"])
-        assert page.run(lamps)[:4] == before[:4]
+@pytest.fixture(scope="module")
+def axis(driver: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    folder = tmp_path_factory.mktemp("axis")
+    file = folder / "own.toml"
+    file.write_text(AXIS, encoding="utf-8")
+    with opened(driver, file, folder) as page:
+        yield page
 
 
-LAW = """machine = "axis"
-law = "tests.control.own_laws:limited"
-"""
+def test_switches_and_lines_of_the_drive_are_shown(axis: Page) -> None:
+    page = axis
+    lamps = "return [...document.querySelectorAll('#lines .badge')].map(e => e.textContent)"
+    until(lambda: page.run(lamps))
+    assert not page.run("return document.getElementById('lines').hidden")
+    before = page.run(lamps)
+    # At 0 mm it stands below the upper edge of the home switch, and in no limit switch.
+    assert before == [
+        "lower limit free", "upper limit free", "home switch on", "drive well", "drive off",
+        "enable line off",
+    ]  # fmt: skip
+    page.take()
+    page.station.request(page.station.snapshot().holder, m.Enable())
+    until(lambda: page.run(lamps)[-2:] == ["drive on", "enable line on"])
+    assert page.run(lamps)[:4] == before[:4]
+
+
 PLOTS = """
 return [...document.querySelectorAll('#plots figure.plot')].filter(e => e.checkVisibility())
   .map(e => e.querySelector('figcaption').textContent);
@@ -143,36 +176,30 @@ return ink > 20;
 """
 
 
-def test_a_column_of_a_law_is_plotted_with_its_words_and_unit(
-    chromium: None, tmp_path: Path
-) -> None:
-    file = tmp_path / "own.toml"
-    file.write_text(LAW, encoding="utf-8")
-    with opened(file, tmp_path) as page:
-        until(lambda: any(words.startswith("Law: ") for words in page.run(PLOTS)))
-        assert page.run(PLOTS)[-1].startswith("Law: filtered speed")
-        assert len([words for words in page.run(PLOTS) if words.startswith("Law: ")]) == 1
-        page.take()
-        page.station.request(page.station.snapshot().holder, m.Enable())
-        until(lambda: page.station.snapshot().mode == "ready")
-        # The law runs: it shows a number with its unit, and a line in its plot.
-        until(lambda: "mm/s" in page.run(PLOTS)[-1] and page.run(PLOTS)[-1][-5] not in "-")
-        until(lambda: page.run(DRAWN))
+def test_a_column_of_a_law_is_plotted_with_its_words_and_unit(axis: Page) -> None:
+    page = axis
+    until(lambda: any(words.startswith("Law: ") for words in page.run(PLOTS)))
+    assert page.run(PLOTS)[-1].startswith("Law: filtered speed")
+    assert len([words for words in page.run(PLOTS) if words.startswith("Law: ")]) == 1
+    page.take()
+    page.station.request(page.station.snapshot().holder, m.Enable())
+    until(lambda: page.station.snapshot().mode == "ready")
+    # The law runs: it shows a number with its unit, and a line in its plot.
+    until(lambda: "mm/s" in page.run(PLOTS)[-1] and page.run(PLOTS)[-1][-5] not in "-")
+    until(lambda: page.run(DRAWN))
 
 
-def test_the_plots_go_by_the_loops_own_period(chromium: None, tmp_path: Path) -> None:
-    file = tmp_path / "slow.toml"
-    file.write_text('machine = "axis"\n[timing]\nperiod = "2 ms"\n', encoding="utf-8")
-    with opened(file, tmp_path) as page:
-        # One look: the page begins another ring whenever its width or what is plotted changes.
-        ring = "const r = window.macromicro.ring(); return r && r.newest > 0 && [r.period, "
-        ring += "r.width * r.columns, r.end(r.newest) - r.time, r.width]"
+def test_the_plots_go_by_the_loops_own_period(axis: Page) -> None:
+    page = axis
+    # One look: the page begins another ring whenever its width or what is plotted changes.
+    ring = "const r = window.macromicro.ring(); return r && r.newest > 0 && [r.period, "
+    ring += "r.width * r.columns, r.end(r.newest) - r.time, r.width]"
 
-        def drawn() -> list[float] | None:
-            found: list[float] | None = page.run(ring)
-            return found if found and found[0] == 2e-3 else None
+    def drawn() -> list[float] | None:
+        found: list[float] | None = page.run(ring)
+        return found if found and found[0] == 2e-3 else None
 
-        period, span, off, width = until(drawn)
-        assert span == pytest.approx(10.0, rel=0.05)
-        # The newest row is in the newest column: its right end is no more than that away.
-        assert -period <= off <= width
+    period, span, off, width = until(drawn)
+    assert span == pytest.approx(10.0, rel=0.05)
+    # The newest row is in the newest column: its right end is no more than that away.
+    assert -period <= off <= width

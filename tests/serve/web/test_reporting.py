@@ -11,22 +11,22 @@ from web_parts import Station
 from macromicro.control.live import messages as m
 from macromicro.control.settings import Control
 from macromicro.schema.par import entries
-from macromicro.serve.instrument import Instrument
-from macromicro.serve.web import reporting
-from macromicro.serve.web.hub import KEPT, Hub
+from macromicro.serve._instrument import Instrument
+from macromicro.serve.web import _reporting
+from macromicro.serve.web._hub import KEPT, Hub
 
 NAN = math.nan
 
 
 def test_plain_values_are_json() -> None:
     value = {"a": np.float64(1.5), "b": np.int64(2), "c": (NAN, math.inf), 3: Control}
-    found = reporting.plain(value)
+    found = _reporting.plain(value)
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     assert (found["a"], found["b"], found["c"]) == (1.5, 2, [None, None])
 
 
 def test_every_setting_has_its_bounds() -> None:
-    told = reporting.settings(Control())
+    told = _reporting.settings(Control())
     assert [t["path"] for t in told] == [e.path for e in entries(Control())]
     low = {t["path"]: t["low"] for t in told}
     assert low["sequence.tolerance"] == 0.0 and low["sequence.patience"] == 0.1
@@ -37,14 +37,14 @@ def test_every_setting_has_its_bounds() -> None:
 
 
 def test_the_page_has_gains_in_volts_per_mm_and_contractions_in_mm() -> None:
-    told = {t["path"]: t for t in reporting.settings(Control())}
+    told = {t["path"]: t for t in _reporting.settings(Control())}
     assert [told["pi_antiwindup.kp"][k] for k in ("value", "unit", "high")] == [3.0, "V/mm", 1e3]
     fake = Station()
-    state = reporting.state(fake.snapshot(), fake.settings.live)
+    state = _reporting.state(fake.snapshot(), fake.settings.live)
     assert state["micro_mm"] == 0.31
     assert (state["limits"]["micro_high"], state["limits"]["whole_high"]) == (3.5, 0.2169)
-    page = reporting.limits(fake.settings)
-    assert (page["micro_high"], page["micro_stroke_mm"], page["whole_low"]) == (3.5, 3.5, -8.8e-3)
+    page = _reporting.limits(fake.settings)
+    assert (page["micro_high"], page["whole_low"]) == (3.5, -8.8e-3)
 
 
 def test_the_hub_keeps_the_last_news_only() -> None:
@@ -84,3 +84,17 @@ def test_the_hub_tells_every_end_once() -> None:
     assert [item["id"] for item in items if item["kind"] == "finished"] == [1, 2, 3]
     numbers = [item["event"] for item in items]
     assert numbers == sorted(set(numbers))
+
+
+def test_the_ends_of_motions_stand_among_the_events_by_their_time() -> None:
+    fake = Station()
+    hub = Hub(Instrument(fake))  # type: ignore[arg-type]
+    fake.told += [m.Event(t, "mode", "ready", "ready", "", {}) for t in (1.0, 2.5, 3.0)]
+    fake.ended[1] = m.Finished(1, m.DONE, 0.0, 0.0, {}, 2.0)
+    fake.ended[2] = m.Finished(2, m.DONE, 0.0, 0.0, {}, 3.0)
+    hub.follow()
+    fake.told += [m.Event(4.0, "mode", "ready", "ready", "", {})]
+    fake.ended[3] = m.Finished(3, m.DONE, 0.0, 0.0, {}, 3.5)
+    hub.follow()
+    news = json.loads(hub.after(0)[1])["news"]
+    assert [item["time"] for item in news] == [1.0, 2.0, 2.5, 3.0, 3.0, 3.5, 4.0]

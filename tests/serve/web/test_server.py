@@ -19,8 +19,8 @@ from websockets.exceptions import ConnectionClosed
 from macromicro.control.live import messages as m
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.web import WebServer, bins
-from macromicro.serve.web.bounds import Bounds
-from macromicro.serve.web.orders import Orders
+from macromicro.serve.web._bounds import Bounds
+from macromicro.serve.web._orders import Orders
 
 Serve = Callable[..., WebServer]
 Make = Callable[..., Client]
@@ -348,7 +348,7 @@ def test_for_a_slow_reader_nothing_piles_up(
     """No more is made than the connection's buffers take, while nobody reads."""
     made, fake.grow = _counted(monkeypatch), 60_000
     port = serve(bounds=Bounds(patience=600.0, frames=2000.0)).address[1]
-    slow = Client(port, {"span": 60.0, "columns": 1200})
+    slow = Client(port, {"span": 60.0, "columns": 1200}, max_queue=16)
     before = -1
     deadline = time.monotonic() + 60.0
     while len(made) != before and time.monotonic() < deadline:
@@ -368,7 +368,7 @@ def test_a_reader_that_takes_nothing_is_sent_away(
     fake.grow = 60_000
     fake.settings = fake.settings._replace(serve=fake.settings.serve._replace(client_timeout=0.2))
     port = serve(bounds=Bounds(patience=0.5, frames=2000.0)).address[1]
-    slow = Client(port, {"span": 60.0, "columns": 1200})
+    slow = Client(port, {"span": 60.0, "columns": 1200}, max_queue=16)
     until(lambda: fake.gone == [slow.welcome["client"]])
 
 
@@ -440,7 +440,7 @@ def test_a_recording_belongs_to_who_holds_control(client: Make, fake: Station) -
 def test_a_recording_can_be_fetched_piece_by_piece(
     client: Make, fake: Station, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("macromicro.serve.web.downloads.PIECE", 1000)
+    monkeypatch.setattr("macromicro.serve.web._downloads.PIECE", 1000)
     viewer = client()
     viewer.order("take")
     name = viewer.order("record")["name"]

@@ -9,10 +9,10 @@ import pytest
 from web_parts import Station
 
 from macromicro import programme
-from macromicro.serve.instrument import Instrument
-from macromicro.serve.web import uploads
-from macromicro.serve.web.orders import Orders, Refusal
-from macromicro.serve.web.uploads import Upload
+from macromicro.serve._instrument import Instrument
+from macromicro.serve.web import _uploads
+from macromicro.serve.web._orders import Orders, Refusal
+from macromicro.serve.web._uploads import Upload
 
 LOAD = Orders(Instrument(Station())).programme
 TEXT = '[[moves]]\nmacro = "10 counts"\nhold = "1 s"\n'
@@ -45,8 +45,8 @@ def test_a_new_upload_drops_the_one_before() -> None:
         (piece("x", 11), "a piece at 11"),
         (piece("x", 10, "b.toml"), "a piece at 10 of b.toml"),
         ({"name": "a.toml", "offset": 10, "text": None}, "without text"),
-        (piece("x", 10, "../a.toml"), "no programme"),
-        (piece("x", 10, "a.py"), "no programme"),
+        (piece("x", 10, "../a.toml"), "is not a file name of a programme"),
+        (piece("x", 10, "a.py"), "is not a file name of a programme"),
     ],
 )
 def test_a_piece_that_does_not_fit_is_refused(second: dict[str, Any], words: str) -> None:
@@ -57,7 +57,7 @@ def test_a_piece_that_does_not_fit_is_refused(second: dict[str, Any], words: str
 
 
 def test_what_is_too_long_is_refused_and_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(uploads, "MOST", 15)
+    monkeypatch.setattr(_uploads, "MOST", 15)
     upload = Upload()
     upload.take(piece("x" * 10), LOAD)
     with pytest.raises(Refusal, match="more than 15 characters"):

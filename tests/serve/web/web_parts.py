@@ -64,10 +64,13 @@ class Station(FakeStation):
 
 
 class Client:
-    """A WebSocket that speaks as the page does."""
+    """A WebSocket that speaks as the page does. `max_queue`: frames that it takes before they are
+    read; without that bound, it hears the end of a connection behind them."""
 
     def __init__(self, port: int, hello: dict[str, Any] | None = None, **rest: Any) -> None:
         rest.setdefault("origin", f"http://127.0.0.1:{port}")
+        rest.setdefault("close_timeout", 1.0)
+        rest.setdefault("max_queue", None)
         rest |= {"proxy": None, "max_size": None, "ping_interval": None}
         self._open = connect(f"ws://127.0.0.1:{port}/live", **rest)
         self.socket: ClientConnection = self._open.__enter__()

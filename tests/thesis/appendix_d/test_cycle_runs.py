@@ -10,7 +10,7 @@ from macromicro.plant import cycle
 from macromicro.plant.cycle import CycleBench
 from macromicro.rig.fixtures import CYCLE_PERIOD, CycleTwin
 from macromicro.rig.session import CYCLE, Fixture
-from macromicro.thesis.appendix_d import cycle_claims, cycle_runs
+from macromicro.thesis.appendix_d import _cycle_claims, cycle_runs
 from macromicro.thesis.appendix_d.cycle_runs import CycleData, Cycles
 from macromicro.thesis.claims import DIFFERS, REPRODUCED, Claim
 
@@ -22,12 +22,16 @@ def data() -> CycleData:
 
 @pytest.fixture(scope="module")
 def claims(data: CycleData) -> dict[str, Claim]:
-    return {c.id: c for c in cycle_claims.claims(data)}
+    return {c.id: c for c in _cycle_claims.claims(data)}
 
 
-@pytest.mark.parametrize("name", ["A1", "A2", "A3", "A4", "A5", "A6"])
+@pytest.mark.parametrize("name", ["A1", "A2", "A4", "A5", "A6"])
 def test_claim_is_reproduced(claims: dict[str, Claim], name: str) -> None:
     assert claims[name].verdict == REPRODUCED
+
+
+def test_a3_is_slower_than_printed_and_says_why(claims: dict[str, Claim]) -> None:
+    assert claims["A3"].verdict == DIFFERS and claims["A3"].reason
 
 
 @pytest.mark.parametrize(
@@ -74,7 +78,7 @@ def test_derivative_per_second_is_too_slow(data: CycleData) -> None:
 def test_other_readings_fail_the_claims(data: CycleData, reading: str) -> None:
     """The verdicts come from the recordings."""
     counts = np.tile(getattr(data, reading), (len(data.counts), 1))
-    found = {c.id: c for c in cycle_claims.claims(data._replace(counts=counts))}
+    found = {c.id: c for c in _cycle_claims.claims(data._replace(counts=counts))}
     assert found["A1"].verdict == DIFFERS
 
 

@@ -7,13 +7,13 @@ import pytest
 
 from macromicro.models.shape_memory import Alloy
 from macromicro.plant.bench import Bench
-from macromicro.thesis.chapter2 import actuator_runs
-from macromicro.thesis.chapter2.actuator_runs import Principle, law_cycle, loaded
+from macromicro.thesis.chapter2 import _actuator_runs
+from macromicro.thesis.chapter2._actuator_runs import Principle, law_cycle, loaded
 
 
 @pytest.fixture(scope="module")
 def data() -> Principle:
-    return actuator_runs.collect(Bench())
+    return _actuator_runs.collect(Bench())
 
 
 def test_area_is_the_work_of_lifting(data: Principle) -> None:
@@ -29,7 +29,7 @@ def test_area_is_the_work_of_lifting(data: Principle) -> None:
 def test_laws_area_by_hand() -> None:
     """A trapezoid's sides, worked out apart: lifted stress times strain A-B, less a triangle of
     elastic unloading, less what lies left of the loading curve D-A."""
-    p, high, low = Alloy(), actuator_runs.HIGH, actuator_runs.BIAS
+    p, high, low = Alloy(), _actuator_runs.HIGH, _actuator_runs.BIAS
     place = {
         "A": high / p.martensite + p.plateau_strain,
         "B": high / p.austenite,

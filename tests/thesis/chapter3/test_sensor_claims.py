@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from macromicro.thesis.chapter2 import technologies
-from macromicro.thesis.chapter3 import sensor_claims
+from macromicro.thesis.chapter3 import _sensor_claims
 from macromicro.thesis.chapter5 import electrothermal_claims
 from macromicro.thesis.claims import COMPUTED, DIFFERS, REPRODUCED, Claim
 
@@ -16,7 +16,7 @@ from macromicro.thesis.claims import COMPUTED, DIFFERS, REPRODUCED, Claim
 @pytest.fixture(scope="module")
 def found() -> dict[str, Claim]:
     made = [
-        *sensor_claims.claims(),
+        *_sensor_claims.claims(),
         *technologies.measured(),
         *electrothermal_claims.printed_gain(),
     ]

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from macromicro.design import steps
-from macromicro.thesis.chapter4 import control, control_claims, control_runs
-from macromicro.thesis.chapter4.control_runs import TRAVEL, MacroData
+from macromicro.thesis.chapter4 import _control_claims, _control_runs, control
+from macromicro.thesis.chapter4._control_runs import TRAVEL, MacroData
 from macromicro.thesis.procedure import Lab
 from macromicro.tuning.thesis import STEP
 
@@ -117,7 +117,7 @@ def test_tuned_pd(data: MacroData, figures: dict[str, list[Any]]) -> None:
     mark = float(move.get_lines()[1].get_xdata()[0])
     t, x = curve(move, "bench")
     assert np.all(np.abs(x[t >= mark] - TRAVEL) <= 0.02 * TRAVEL)
-    assert mark == control_claims.full_move(data.steps["pd-tuned"]).measured
+    assert mark == _control_claims.full_move(data.steps["pd-tuned"]).measured
     counts, millimetres = curve(travel, "laser")
     assert millimetres[-1] / counts[-1] * 2800.0 == pytest.approx(200.0, abs=0.2)
 
@@ -128,7 +128,7 @@ def test_comparison_shows_the_chatter(data: MacroData, figures: dict[str, list[A
     styles = {c.get_label(): c.get_linestyle() for c in full.get_lines()}
     assert styles == {"target": "-.", "PID": "--", "initial PD": ":", "tuned PD": "-"}
     aim = data.square.reference[0]
-    level = data.square.bench["pd-initial"][: control_runs.HOLD]
+    level = data.square.bench["pd-initial"][: _control_runs.HOLD]
     t, x = curve(zoom, "initial PD")
     seen = x[visible(zoom, t, x)]
     np.testing.assert_array_equal(steps.swings(seen, aim), steps.swings(level, aim))

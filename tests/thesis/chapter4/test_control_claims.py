@@ -18,8 +18,8 @@ from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 from macromicro.simulate import simulate
 from macromicro.thesis import all_procedures
-from macromicro.thesis.chapter4 import control_claims, control_runs, readings
-from macromicro.thesis.chapter4.control_runs import Square, tracking
+from macromicro.thesis.chapter4 import _control_claims, _control_runs, _readings
+from macromicro.thesis.chapter4._control_runs import Square, tracking
 from macromicro.thesis.claims import COMPUTED, DIFFERS, REPRODUCED, Claim
 from macromicro.thesis.procedure import Lab
 from macromicro.tuning import thesis
@@ -95,7 +95,7 @@ class Blocks(list[np.ndarray]):
     """A sink for `simulate`."""
 
 
-@pytest.mark.parametrize("name", control_runs.LAWS)
+@pytest.mark.parametrize("name", _control_runs.LAWS)
 def test_drive_is_the_control_loop(name: str) -> None:
     """The runs here are those of the one control loop with parking off, bit for bit."""
     settings = replaced(Settings(), "controller.macro_law", name)
@@ -124,7 +124,7 @@ def test_full_travel_runs_where_it_is_told() -> None:
         return Recording.from_arrays(COLUMNS[:1], [np.zeros(2)], 1e-3, {})
 
     settings = replaced(Settings(), "controller.macro_law", "pd-initial")
-    kept = control_runs.full_travel(settings, 7, run)
+    kept = _control_runs.full_travel(settings, 7, run)
     (programme, used, seed, fan) = asked.pop()
     assert not asked
     assert len(kept) == 2
@@ -143,7 +143,7 @@ def test_readings() -> None:
     assert not len(steps.swings(x, 500.0))
     assert math.isnan(steps.rise_time(x, 500.0))
     assert math.isnan(steps.settling_time(x, 500.0))
-    assert readings.sign_changes(np.array([1.0, 0.0, 2.0, -1.0, 0.0, 1.0])) == 2
+    assert _readings.sign_changes(np.array([1.0, 0.0, 2.0, -1.0, 0.0, 1.0])) == 2
 
 
 def made(over: float, effort: np.ndarray, then: float) -> tuple[np.ndarray, np.ndarray]:
@@ -177,31 +177,31 @@ def test_m9_asks_for_stiction_that_turns_back(
     names = ("t", "macro_position", "motor")
     columns = [next(c for c in COLUMNS if c.name == n) for n in names]
     run = Recording.from_arrays(columns, [np.arange(len(x)) * 1e-3, x, motor], 1e-3, {})
-    assert (control_claims.pid(run).verdict == REPRODUCED) == good
+    assert (_control_claims.pid(run).verdict == REPRODUCED) == good
 
 
 def test_a_stuck_carriage_reproduces_nothing() -> None:
     """M9, M12, M13, M14 and M15 by runs in which nothing moves."""
-    reference = control_runs.decaying()
+    reference = _control_runs.decaying()
     names = ("t", "macro_position", "motor")
     columns = [next(c for c in COLUMNS if c.name == n) for n in names]
     n = 5000
     ramp = np.linspace(0.5, 2.9, n)
     run = Recording.from_arrays(columns, [np.arange(n) * 1e-3, np.zeros(n), ramp], 1e-3, {})
-    assert control_claims.pid(run).verdict == DIFFERS
-    assert control_claims.full_move(run).verdict == DIFFERS
+    assert _control_claims.pid(run).verdict == DIFFERS
+    assert _control_claims.full_move(run).verdict == DIFFERS
     still = np.full(len(reference), 1400.0) + 1e-3 * np.sign(reference - 1400.0)
-    square = Square(reference, dict.fromkeys(control_runs.LAWS, still), still)
-    assert control_claims.tuned_pd(square).verdict == DIFFERS
-    assert control_claims.ranking(square).verdict == DIFFERS
+    square = Square(reference, dict.fromkeys(_control_runs.LAWS, still), still)
+    assert _control_claims.tuned_pd(square).verdict == DIFFERS
+    assert _control_claims.ranking(square).verdict == DIFFERS
 
 
 def test_ranking_can_fail() -> None:
     """M13 and M15 differ when the tuned law's run is as bad as the PID's."""
-    reference = control_runs.decaying()
+    reference = _control_runs.decaying()
     good = reference.copy()
     bad = reference + 40.0 * np.sin(np.arange(len(reference)) / 20.0)
     square = Square(reference, {"pid": bad, "pd-initial": good, "pd-tuned": bad}, good)
-    assert control_claims.ranking(square).verdict == DIFFERS
-    assert control_claims.tuned_pd(square).verdict == DIFFERS
+    assert _control_claims.ranking(square).verdict == DIFFERS
+    assert _control_claims.tuned_pd(square).verdict == DIFFERS
     assert tracking(bad, reference).largest > 1.0

@@ -9,8 +9,8 @@ from macromicro.identify import drive
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Plant, Sensors
 from macromicro.runs import drives
-from macromicro.thesis.chapter4 import identification_runs
-from macromicro.thesis.chapter4.identification_runs import MacroModel
+from macromicro.thesis.chapter4 import _identification_runs
+from macromicro.thesis.chapter4._identification_runs import MacroModel
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +20,7 @@ def plant() -> Plant:
 
 @pytest.fixture(scope="module", params=[0, 1])
 def found(plant: Plant, request: pytest.FixtureRequest) -> MacroModel:
-    return identification_runs.measured(plant, seed=request.param)
+    return _identification_runs.measured(plant, seed=request.param)
 
 
 def test_steady_speeds(found: MacroModel) -> None:
@@ -49,8 +49,8 @@ def test_discontinuous_dead_zone(found: MacroModel) -> None:
 
 
 def test_same_seed_same_recordings(plant: Plant) -> None:
-    once, again = (identification_runs.collect(plant, seed=3, runs=2) for _ in range(2))
-    other = identification_runs.collect(plant, seed=4, runs=2)
+    once, again = (_identification_runs.collect(plant, seed=3, runs=2) for _ in range(2))
+    other = _identification_runs.collect(plant, seed=4, runs=2)
     for volts in once:
         for a, b in zip(once[volts], again[volts], strict=True):
             np.testing.assert_array_equal(a["macro_position"], b["macro_position"])

@@ -11,10 +11,10 @@ from macromicro.drawing.exhibit import Drawn
 from macromicro.identify import thermal
 from macromicro.identify.actuator import AMBIENT
 from macromicro.thesis.chapter5 import actuator_models, electrothermal
+from macromicro.thesis.chapter5._electrothermal_figures import FAST_S
+from macromicro.thesis.chapter5._electrothermal_runs import ABOVE_STOP, BELOW_STOP, HELD_S
 from macromicro.thesis.chapter5.actuator_models import Models
 from macromicro.thesis.chapter5.electrothermal import PROCEDURE
-from macromicro.thesis.chapter5.electrothermal_figures import FAST_S
-from macromicro.thesis.chapter5.electrothermal_runs import ABOVE_STOP, BELOW_STOP, HELD_S
 from macromicro.thesis.chapter5.kiln_runs import KilnData
 from macromicro.thesis.procedure import Lab
 

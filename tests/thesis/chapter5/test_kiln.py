@@ -9,8 +9,8 @@ import pytest
 
 from macromicro.drawing.exhibit import Drawn
 from macromicro.thesis.chapter5 import kiln_runs as kiln
+from macromicro.thesis.chapter5._kiln_claims import KilnRuns
 from macromicro.thesis.chapter5.kiln import PROCEDURE, first_cycle
-from macromicro.thesis.chapter5.kiln_claims import KilnRuns
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from macromicro.recording import Recording
 from macromicro.rig.fixtures import KILN_PERIOD, KilnTwin
 from macromicro.rig.session import KILN, Fixture
 from macromicro.thesis.chapter5 import kiln_runs as kiln
-from macromicro.thesis.chapter5.kiln_claims import KilnRuns
+from macromicro.thesis.chapter5._kiln_claims import KilnRuns
 from macromicro.thesis.chapter5.kiln_runs import KilnData
 
 

@@ -9,9 +9,10 @@ from typing import Any
 
 import pytest
 
+from macromicro.thesis.claims import REPRODUCED, stated
 from macromicro.thesis.page import files
 from macromicro.thesis.page.reproduction import About
-from macromicro.thesis.reproduce import as_rows
+from macromicro.thesis.reproduce import Result, as_rows
 
 ABOUT = About("2026-01-02 03:04:05+00:00", 1.0)
 
@@ -66,6 +67,10 @@ def agrees(text: str, value: Any) -> bool:
 def test_what_is_not_finite_is_empty(written: Path) -> None:
     rows = {r["id"]: r for r in json.loads((written / "claims.json").read_text(encoding="utf-8"))}
     assert rows["X1"]["measured"] == [1.5, None]
+    open_above = stated("M10", [3.0, 4.0], REPRODUCED)
+    result = Result("m", [open_above], [], 0.0)
+    assert as_rows([result])[0]["accept"] == [[1.0, None], [2.0, None]]
+    assert "1.0 to ; 2.0 to " in files.as_csv([result])
     assert files.as_json([]) == "[]\n"
 
 

@@ -11,9 +11,9 @@ from macromicro.plant.cycle import CycleBench
 from macromicro.plant.kiln import KilnBench
 from macromicro.schema.par import entries
 from macromicro.settings import Settings
-from macromicro.thesis.page import free_parameters
-from macromicro.thesis.page.free_parameters import CALIBRATED, GROUPS, grouped
-from macromicro.thesis.page.free_parameters import free_parameters as listed
+from macromicro.thesis.page import _free_parameters
+from macromicro.thesis.page._free_parameters import CALIBRATED, GROUPS, grouped
+from macromicro.thesis.page._free_parameters import free_parameters as listed
 
 SETTINGS = Settings()
 EVERY = [
@@ -90,7 +90,7 @@ def test_values_have_units_and_another_bench_has_its_own() -> None:
     assert by_path["cycle bench: driver.supply"].value == "5 V"
     assert by_path["kiln: encoder.pitch"].value == "14 um"
     assert by_path["cycle bench: encoder.pitch"].value == "17 um"
-    assert by_path["cycle bench: encoder.pitch"].group == free_parameters.THESIS
+    assert by_path["cycle bench: encoder.pitch"].group == _free_parameters.THESIS
     assert by_path["driver.map_ctrl"].value.endswith("2.1, 5 V")
 
 
@@ -111,6 +111,6 @@ def test_a_chosen_stroke_is_not_told_by_the_thesis() -> None:
 
 def test_an_assumed_value_is_no_fact_of_the_thesis() -> None:
     by_path = {p.path: p for p in listed(SETTINGS)}
-    assert by_path["driver.contract_on"].group == free_parameters.ASSUMED
-    assert by_path["flexure.modulus"].group == free_parameters.THESIS
-    assert by_path["wire.austenite"].group == free_parameters.LITERATURE
+    assert by_path["driver.contract_on"].group == _free_parameters.ASSUMED
+    assert by_path["flexure.modulus"].group == _free_parameters.THESIS
+    assert by_path["wire.austenite"].group == _free_parameters.LITERATURE

@@ -13,7 +13,7 @@ import pytest
 from macromicro.settings import Settings
 from macromicro.thesis.claims import DIFFERS, NOT_MEASURED, REPRODUCED
 from macromicro.thesis.errata import ERRATA, evidence
-from macromicro.thesis.page import counting, placing
+from macromicro.thesis.page import _counting, _placing
 from macromicro.thesis.page.reproduction import About, page
 from macromicro.thesis.reproduce import Result
 
@@ -94,8 +94,10 @@ def test_every_claim_stands_in_full_exactly_once(reproduced: Any, parsed: Parsed
     assert sorted(places) == sorted(c.id for c in claims)
     for claim in claims:
         found = spaced(parsed.inside[claim.id])
-        for part in (claim.section, claim.claim, claim.verdict, claim.kind, claim.reason):
+        parts = (claim.section, claim.claim, claim.verdict, claim.kind, claim.reason)
+        for part in (*parts, claim.of, claim.basis, claim.rule):
             assert spaced(part) in found, claim.id
+    assert "accepted 0.4627 to 0.4673 mm" in spaced(parsed.inside["D1"])
 
 
 def class_of(attributes: dict[str, str | None]) -> list[str]:
@@ -103,7 +105,7 @@ def class_of(attributes: dict[str, str | None]) -> list[str]:
 
 
 def test_a_claim_stands_at_the_first_exhibit_that_shows_it(reproduced: Any) -> None:
-    chapters = placing.placed(reproduced.results, reproduced.procedures, placing.Anchors())
+    chapters = _placing.placed(reproduced.results, reproduced.procedures, _placing.Anchors())
     parts = {p.result.name: p for chapter in chapters for p in chapter.parts}
     made = parts["made"]
     assert [c.claim.id for c in made.loose] == ["X1"]
@@ -129,8 +131,8 @@ def test_every_exhibit_is_there(reproduced: Any, parsed: Parsed) -> None:
 
 
 def test_every_exhibit_is_listed_once_in_the_thesis_order(reproduced: Any, parsed: Parsed) -> None:
-    chapters = placing.placed(reproduced.results, reproduced.procedures, placing.Anchors())
-    listed = placing.index(chapters)
+    chapters = _placing.placed(reproduced.results, reproduced.procedures, _placing.Anchors())
+    listed = _placing.index(chapters)
     places = [p.anchor for c in chapters for part in c.parts for p in part.panels]
     assert sorted(anchor for group in listed for _, anchor in group.exhibits) == sorted(places)
     headings = [group.heading for group in listed]
@@ -145,7 +147,7 @@ def test_every_exhibit_is_listed_once_in_the_thesis_order(reproduced: Any, parse
 
 def test_appendices_come_last_and_equations_after_tables() -> None:
     numbers = ["D.9", "(2.1)", "Table 2.1", "2.10 (stop)", "A.1", "10.1", "2.2", "odd"]
-    found = sorted(numbers, key=placing._order)
+    found = sorted(numbers, key=_placing._order)
     assert found == ["2.2", "2.10 (stop)", "Table 2.1", "(2.1)", "10.1", "A.1", "D.9", "odd"]
 
 
@@ -157,8 +159,8 @@ def test_contents_name_the_sections_of_each_procedure(reproduced: Any, parsed: P
 
 def test_counts_are_those_of_the_claims(reproduced: Any, parsed: Parsed) -> None:
     claims = [c for r in reproduced.results for c in r.claims]
-    whole = counting.counts(claims)
-    assert whole == counting.Counts(
+    whole = _counting.counts(claims)
+    assert whole == _counting.Counts(
         sum(c.verdict == REPRODUCED for c in claims),
         sum(c.verdict == DIFFERS for c in claims),
         sum(c.verdict == NOT_MEASURED for c in claims),
@@ -170,12 +172,12 @@ def test_counts_are_those_of_the_claims(reproduced: Any, parsed: Parsed) -> None
 
 
 def test_kinds_add_up_and_a_failed_procedure_proves_no_kind(reproduced: Any) -> None:
-    kinds = {kind: found for kind, _, found in counting.by_kind(reproduced.results)}
+    kinds = {kind: found for kind, _, found in _counting.by_kind(reproduced.results)}
     assert (
         sum(found.total for found in kinds.values())
-        == counting.counts([c for r in reproduced.results for c in r.claims]).total
+        == _counting.counts([c for r in reproduced.results for c in r.claims]).total
     )
-    assert kinds[counting.FAILED] == counting.Counts(0, 0, 2)
+    assert kinds[_counting.FAILED] == _counting.Counts(0, 0, 2)
     assert kinds["calibrated"].reproduced >= 1
 
 
@@ -244,5 +246,5 @@ def test_a_result_of_an_unknown_procedure_has_a_place() -> None:
 
 
 def test_a_repeated_or_unfit_id_gets_one_of_its_own() -> None:
-    anchors = placing.Anchors()
+    anchors = _placing.Anchors()
     assert [anchors.take(x) for x in ("M1", "M1", 'a "b"', "§")] == ["M1", "M1-2", "a-b", "id"]

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from macromicro.thesis.page import counting, terminal
+from macromicro.thesis.page import _counting, terminal
 from macromicro.thesis.reproduce import INTERRUPTED, Result, claims_of, failed
 
 
@@ -28,7 +28,7 @@ def test_a_pipe_gets_plain_text(
 
 
 @pytest.mark.parametrize("columns", [60, 80, 120])
-def test_the_table_fits_and_cuts_no_verdict(
+def test_the_table_fits_and_cuts_nothing(
     columns: int,
     reproduced: Any,
     capsys: pytest.CaptureFixture[str],
@@ -40,11 +40,32 @@ def test_the_table_fits_and_cuts_no_verdict(
     lines = re.sub(r"\x1b\[[0-9;]*m", "", shown(capsys)).splitlines()
     claims = claims_of(reproduced.results)
     table = lines[: lines.index("")]
-    assert len(table) == 1 + len(claims)
     assert max(map(len, table)) <= max(columns, 80)
-    for line, claim in zip(table[1:], claims, strict=True):
+    heads = [line for line in table[1:] if not line.startswith(" ")]
+    for line, claim in zip(heads, claims, strict=True):
         assert line.startswith(f"{claim.id} ")
         assert line.rstrip().endswith(claim.kind) and claim.verdict in line
+    whole = spaced(" ".join(table))
+    for claim in claims:
+        for words in (claim.claim, claim.basis, claim.rule):
+            assert spaced(words) in whole, claim.id
+
+
+def spaced(text: str) -> str:
+    return " ".join(text.split())
+
+
+def test_shows_the_band_and_why(
+    reproduced: Any, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
+    terminal.show(reproduced.results)
+    out = shown(capsys)
+    assert re.search(
+        r"^D1 +0\.465 +0\.4627 to 0\.4673 +0\.46719 +mm +reproduced", out, re.MULTILINE
+    )
+    assert "why this band: 70 GPa is a round figure" in out
+    assert "rule: the 103MG5 changes most" in out
 
 
 def test_says_why_claims_differ_and_what_failed(reproduced: Any) -> None:
@@ -57,7 +78,7 @@ def test_says_why_claims_differ_and_what_failed(reproduced: Any) -> None:
 
 def test_counts_what_there_is(reproduced: Any) -> None:
     lines = terminal.summary(reproduced.results)
-    whole = counting.counts([c for r in reproduced.results for c in r.claims])
+    whole = _counting.counts([c for r in reproduced.results for c in r.claims])
     assert lines[0].startswith(f"{whole.total} claims: {whole.reproduced} reproduced, ")
     kinds = [int(line.split()[0]) for line in lines if line.startswith("  ")]
     assert sum(kinds) == whole.total

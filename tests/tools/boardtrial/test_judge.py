@@ -37,7 +37,7 @@ class Bench:
 @pytest.fixture
 def judge() -> Judge:
     """A board that was configured."""
-    params = control.thesis(Limits()._replace(motor=4.5), calibration.shipped())
+    params = control.of(Limits()._replace(motor=4.5), calibration.shipped())
     made = Judge(Bench(), params, CRC)  # type: ignore[arg-type]
     made.configured = True
     made.bytes_for_board(b"\0")

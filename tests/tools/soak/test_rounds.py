@@ -43,8 +43,10 @@ def made(monkeypatch: pytest.MonkeyPatch) -> Rounds:
     answers = {"POS?": "10,0.05,1", "FAUL?": '0,"","","",""', "MODE?": '"ready"', "MOVE:NUMB?": "0"}
     it._client = Client(answers)  # type: ignore[assignment]
     it._bounds = Bounds(5e-5, 1.0, (5.0,), 1e-3, arrival=1e-4)
-    it._scale, it._unit, it._frame, it._searches, it._error = 1e3, "MM", 0.0, False, ""
+    it.scale, it.unit, it._frame, it._searches, it._error = 1e3, "MM", 0.0, False, ""
+    it._stopped = it._start = 0.0
     it._there = 0.010
+    it.unseen = []
     return it
 
 
@@ -63,6 +65,30 @@ def test_a_wrong_position_that_is_trusted_is_one(made: Rounds) -> None:
     answers(made, POS="10.2,0.05,1")
     made._look("encoder-jump", "MOVE 10 MM", "fault", "", np.nan)
     assert "trusted, and 0.2 MM off" in made.complaints[0]
+
+
+def test_an_encoder_that_dies_as_the_stage_comes_to_rest_is_counted_apart(made: Rounds) -> None:
+    answers(made, POS="17,0.05,1")
+    made._look("encoder-frozen", "MOVE 10 MM", "stopped", "", np.nan)
+    assert made.complaints == [] and made.unseen == [pytest.approx(0.007)]
+    assert "1 times, at most 7 mm off" in table.of_kind(made, [])
+
+
+@pytest.mark.parametrize(
+    ("place", "name", "fault"),
+    [
+        (120.0, "encoder-frozen", "0"),
+        (17.0, "encoder-jump", "0"),
+        (17.0, "encoder-frozen", "207"),
+    ],
+)
+def test_it_is_not_where_it_could_be_seen(
+    made: Rounds, place: float, name: str, fault: str
+) -> None:
+    """Farther than a stage gets, of a sensor that did not die, or behind a fault."""
+    answers(made, POS=f"{place},0.05,1", FAUL=f'{fault},"stuck","It stands.","",""')
+    made._look(name, "MOVE 10 MM", "stopped", "", np.nan)
+    assert len(made.complaints) == 1 and not made.unseen
 
 
 def test_a_wrong_position_that_is_not_trusted_is_none(made: Rounds) -> None:
@@ -104,3 +130,18 @@ def test_the_part_of_the_table(made: Rounds) -> None:
     assert text.startswith("**Slide**")
     assert "| 2 | 1 | 1 fault, 1 stalled | The stage is pushed and stands. |" in text
     assert "- **unexplained**: a complaint" in text
+
+
+@pytest.mark.parametrize(
+    ("start", "stopped", "explained"),
+    [(0.7, 0.6, True), (0.7, 0.4995, True), (0.7, 0.4, False), (0.3, 0.4995, False)],
+)
+def test_a_hot_wire_that_cools_too_slowly_is_explained(
+    made: Rounds, start: float, stopped: float, explained: bool
+) -> None:
+    """It began above its target of 0.5 mm and ended above it, or as it arrived."""
+    made.victim.subject.name = "wire"
+    made._bounds = made._bounds._replace(arrival=1e-6)
+    made._start, made._stopped = 1e-3 * start, 1e-3 * stopped
+    made._look("none", "MOVE 0.5 MM", "stalled", "MOVE 0.5 MM", 0.5e-3)
+    assert (made.complaints == []) == explained

@@ -1,16 +1,11 @@
-"""Place by heat content: the identified model runs beside the machine, and its inverse leads.
-
-The relays' inverse says which temperature belongs to a place, the model which heat content to that
-temperature. The driver gives full heat or none until that content is there, and from then on what
-the wires lose. What the sensor shows beyond the model is an offset of the model's place.
-"""
+"""Position control by heat content, with the inverse of an identified model of the actuator."""
 
 from __future__ import annotations
 
 import math
 from typing import Annotated, NamedTuple
 
-from macromicro.columns import Quantity
+from macromicro.columns import Meaning, Quantity
 from macromicro.control.converter import rounded
 from macromicro.control.inverse import learned
 from macromicro.control.inverse.learned import Learned
@@ -29,80 +24,38 @@ MOST_OWED = 20.0  # K of heat that rounding may owe
 
 
 class State(NamedTuple):
-    """What the law remembers.
-
-    Attributes
-    ----------
-    model : StressedState
-        The actuator at the last sample, by the model.
-    shown : float
-        Its place as the sensor would show it, mm.
-    offset : float
-        What the sensor shows beyond that, mm.
-    drift : float
-        Rate of the offset, mm/s.
-    goal : float
-        Last target, mm.
-    since : float
-        Since it jumped, s.
-    sent : float
-        CTRL that acts in this period, V.
-    owed : float
-        Heat that the D/A's rounding owes, K.
-    """
-
-    model: StressedState
-    shown: float
-    offset: float
-    drift: float
-    goal: float
-    since: float
-    sent: float
-    owed: float
+    model: Annotated[StressedState, Meaning("the actuator at the last sample, by the model")]
+    shown: Annotated[float, Meaning("its place as the sensor would show it", "mm")]
+    offset: Annotated[float, Meaning("what the sensor shows beyond that", "mm")]
+    drift: Annotated[float, Meaning("rate of the offset", "mm/s")]
+    goal: Annotated[float, Meaning("last target", "mm")]
+    since: Annotated[float, Meaning("since it jumped", "s")]
+    sent: Annotated[float, Meaning("CTRL that acts in this period", "V")]
+    owed: Annotated[float, Meaning("heat that the D/A's rounding owes", "K")]
     learned: Learned
 
 
 class Told(NamedTuple):
-    """What is recorded of it."""
-
     place: Annotated[float, Quantity("mm", "place by the law's model", column="place")]
     offset: Annotated[float, Quantity("mm", "sensor beyond the model", column="offset")]
     wire: Annotated[float, Quantity("K", "wires above ambient by the law's model", column="wire")]
     plates: Annotated[
         float, Quantity("K", "plates above ambient by the law's model", column="plates")
     ]
-    base: Annotated[
-        float, Quantity("K", "how much warmer the wires were found to be", column="base")
-    ]
-    more: Annotated[float, Quantity("1", "how much more heat was found", column="heat")]
-    loss: Annotated[float, Quantity("1", "how much more loss was found", column="loss")]
-    late: Annotated[
-        float, Quantity("ms", "how much longer the lags were found", column="late", scale=1e3)
-    ]
+    base: Annotated[float, Quantity("K", "learned warming of the wires", column="base")]
+    more: Annotated[float, Quantity("1", "learned excess heat", column="heat")]
+    loss: Annotated[float, Quantity("1", "learned excess loss", column="loss")]
+    late: Annotated[float, Quantity("ms", "learned excess lag", column="late", scale=1e3)]
 
 
 def start(p: Prepared, sample: Sample) -> State:
-    """Cold and extended.
-
-    Parameters
-    ----------
-    p : Prepared
-        Model.
-    sample : Sample
-        The first; not used.
-
-    Returns
-    -------
-    State
-        Its memory is its own.
-    """
     m = stressed.cold(p.model)
     return State(m, m.x, 0.0, 0.0, m.x, 0.0, 0.0, 0.0, learned.nothing(p.doubts))
 
 
 @kernel
 def _sensed(p: Prepared, s: State, x: float, dt: float) -> float:
-    """The model's place as the sensor shows it a period later: a first-order lag."""
+    """The model's place after the sensor's first-order lag."""
     lag = p.sensor + 0.5 * s.learned.values[learned.LAG]
     if lag <= 1e-6:
         return x
@@ -112,24 +65,7 @@ def _sensed(p: Prepared, s: State, x: float, dt: float) -> float:
 
 @kernel
 def rest(p: Prepared, s: State, sample: Sample, dt: float) -> State:
-    """A period without effort: the model cools, the offset stays.
-
-    Parameters
-    ----------
-    p : Prepared
-        Model.
-    s : State
-        Of the law; its memory is changed in place.
-    sample : Sample
-        What the stage shows.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    State
-        A period later.
-    """
+    """A period without effort: the model cools, the offset stays."""
     m = learned.corrected(p.model, s.learned)
     ahead = stressed.step(m, s.model, s.sent, dt)
     shown = _sensed(p, s, ahead.x, dt)
@@ -139,28 +75,12 @@ def rest(p: Prepared, s: State, sample: Sample, dt: float) -> State:
 
 @kernel
 def _heated(s: StressedState, wrong: float) -> StressedState:
-    """The model with another heat content of the wires."""
     return StressedState(s.heat, s.cut, s.wire, s.plates, s.body, s.content + wrong, s.memory, s.x)
 
 
 @kernel
 def wanted(p: Stressed, s: StressedState, place: float) -> float:
-    """Heat content of the wires that belongs to a place on the way there.
-
-    Parameters
-    ----------
-    p : Stressed
-        Model.
-    s : StressedState
-        Present state; not changed.
-    place : float
-        mm.
-
-    Returns
-    -------
-    float
-        K above ambient.
-    """
+    """Heat content of the wires that belongs to a place (mm) on the way there."""
     h = p.hysteresis
     share = min(max((place - h.low) / h.span, 0.0), 1.0)
     return stressed.content_at(p, s.memory, invert(h.table, s.memory, share))
@@ -171,11 +91,7 @@ def _onward(
     m: Stressed, s: StressedState, aim: float, speed: float, turn: float, content: float,
     loss: float, top: float,
 ) -> float:  # fmt: skip
-    """Place to aim at on a trajectory: never back across the reversals' dead zone but at its turn.
-
-    The way across begins so early that half of it is done at the turn. Before, and afterwards until
-    the set point comes by, the wires wait at the edge.
-    """
+    """Place to aim at on a trajectory; it crosses a reversal's dead zone only at the turn."""
     side = math.copysign(1.0, speed)
     edge = wanted(m, s, s.x - side * EDGE) - content
     power = (loss if side > 0.0 else top - loss) / m.ladder.c1
@@ -187,29 +103,11 @@ def _onward(
 
 
 @kernel
-def step(p: Prepared, s: State, target: Target, sample: Sample, dt: float) -> tuple[State, float]:
-    """One period of the law.
-
-    Parameters
-    ----------
-    p : Prepared
-        Model.
-    s : State
-        Of the law; its memory is changed in place.
-    target : Target
-        m.
-    sample : Sample
-        m.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    state : State
-        New state.
-    effort : float
-        CTRL, V.
-    """
+def step(
+    p: Prepared, s: State, target: Target, sample: Sample, dt: float
+) -> tuple[
+    Annotated[State, Meaning(name="state")], Annotated[float, Meaning("CTRL", "V", name="effort")]
+]:
     m = learned.corrected(p.model, s.learned)
     n = m.ladder
     goal, speed = 1e3 * target.position, 1e3 * target.velocity
@@ -250,18 +148,7 @@ def step(p: Prepared, s: State, target: Target, sample: Sample, dt: float) -> tu
 
 @kernel
 def tell(s: State) -> Told:
-    """What is recorded.
-
-    Parameters
-    ----------
-    s : State
-        Of the law.
-
-    Returns
-    -------
-    Told
-        Places in mm.
-    """
+    """What is recorded, with places in mm."""
     return Told(
         s.model.x,
         s.offset,
@@ -275,5 +162,14 @@ def tell(s: State) -> Told:
 
 
 INVERSE = StageLaw(
-    "inverse", Inverse, Told, start, step, tell=tell, prepare=prepare, params=Prepared, rest=rest
+    "inverse",
+    Inverse,
+    Told,
+    start,
+    step,
+    tell=tell,
+    prepare=prepare,
+    params=Prepared,
+    rest=rest,
+    model_of="micro",
 )

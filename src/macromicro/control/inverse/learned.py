@@ -1,30 +1,21 @@
-"""What the law finds out on its way: base temperature, heat, loss and lag, as far as they are off.
-
-A room that is warmer than told, or transformation temperatures that have aged, shift the model's
-place along its branch; heat and loss that are other than told let it run ahead; longer lags hold it
-back by speed times lag. All of it shows in what the sensor shows beyond the model while the stage
-moves, and hardly in a hold. Where the two are far apart, the model may be at the flat end of its
-branch while the stage is on the steep part of its own: how steep is then what the stage shows. It
-is a Kalman filter of the four, by the sensitivities of the wires' heat content; what is known
-before are the doubts of the settings. The model's own errors are many periods of one kind, so one
-reading is worth little.
-"""
+"""A Kalman filter for the deviations of base temperature, heat, loss and lag from the model's."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.columns import Meaning
 from macromicro.kernel import kernel
 from macromicro.models.heating import Ladder
 from macromicro.models.stressed import Stressed, StressedState
 
 BASE, HEAT, LOSS, LAG = 0, 1, 2, 3
 COUNT = 4
-ERROR = 0.02  # mm: what the model's place errs by at the best
+ERROR = 0.02  # mm: least error of the model's place
 WRONG = 1.0  # and by this share of what it is off
 ALIKE = 0.03  # s: for which it errs alike
 MOVES = 3.0  # K/s: the relays' input moves, and tells something
@@ -32,30 +23,22 @@ STEEP = 0.004  # 1/K of the stroke: flatter branches, after a reversal, tell of 
 FAR = 0.1  # mm beyond the model: the stage itself shows how steep its branch is
 STEEPEST = 0.05  # 1/K of the stroke: no branch is steeper
 SHARE = 0.5  # of its rate, by which it is corrected at most: no correction makes a reversal
-FARTHEST = 3.0  # doubts from what the settings say
+FARTHEST = 3.0  # standard deviations from the settings
 
 
 class Learned(NamedTuple):
-    """What was found. The arrays are changed in place.
+    """The learned deviations; arrays change in place."""
 
-    Attributes
-    ----------
-    values : ndarray, shape (4,)
-        Base (K), heat and loss (shares), lag (s), beyond the model's.
-    spread : ndarray, shape (4, 4)
-        Their covariance.
-    heat, loss : float
-        Heat content per share of heat and loss, K.
-    """
-
-    values: Array
-    spread: Array
-    heat: float
-    loss: float
+    values: Annotated[
+        Array, Meaning("base (K), heat and loss (shares), lag (s), beyond the model's")
+    ]
+    spread: Annotated[Array, Meaning("their covariance")]
+    heat: Annotated[float, Meaning("heat content per share of heat and loss", "K")]
+    loss: Annotated[float, Meaning("heat content per share of heat and loss", "K")]
 
 
 class Four(NamedTuple):
-    """One number for each of what is learned."""
+    """One number for each learned deviation."""
 
     base: float
     heat: float
@@ -64,37 +47,12 @@ class Four(NamedTuple):
 
 
 def nothing(doubts: Array) -> Learned:
-    """Before any motion.
-
-    Parameters
-    ----------
-    doubts : ndarray, shape (4,)
-        Standard deviations.
-
-    Returns
-    -------
-    Learned
-        As the settings say.
-    """
     return Learned(np.zeros(COUNT), np.diag(doubts * doubts), 0.0, 0.0)
 
 
 @kernel
 def corrected(p: Stressed, s: Learned) -> Stressed:
-    """The model with what was found; half of the lag is the driver's.
-
-    Parameters
-    ----------
-    p : Stressed
-        As identified.
-    s : Learned
-        What was found.
-
-    Returns
-    -------
-    Stressed
-        Tables are the same: more heat by the same map is less capacity and more resistance.
-    """
+    """The model with the learned deviations; half of the lag is the driver's."""
     n, more = p.ladder, 1.0 + s.values[HEAT]
     ladder = Ladder(
         n.c1 / more, n.r1 * more / (1.0 + s.values[LOSS]), n.c2 / more, n.r2 * more,
@@ -108,7 +66,7 @@ def corrected(p: Stressed, s: Learned) -> Stressed:
 
 @kernel
 def _row(s: Learned, i: int, h: Four) -> float:
-    """A row of the covariance times what one of each is worth."""
+    """A row of the covariance times the sensitivities."""
     return float(
         s.spread[i, BASE] * h.base
         + s.spread[i, HEAT] * h.heat
@@ -132,37 +90,20 @@ def _taken(
 
 @kernel
 def learn(
-    p: Stressed, before: StressedState, after: StressedState, s: Learned, doubts: Array,
-    forget: float, beyond: float, gone: float, dt: float,
-) -> tuple[Learned, float]:  # fmt: skip
-    """From what the sensor shows beyond the model's place.
-
-    Parameters
-    ----------
-    p : Stressed
-        Model as corrected.
-    before, after : StressedState
-        At the ends of this period.
-    s : Learned
-        So far; its arrays are changed.
-    doubts : ndarray, shape (4,)
-        Standard deviations before any motion.
-    forget : float
-        Time of motion in which what was found is as doubtful again, s.
-    beyond : float
-        mm; NaN tells nothing.
-    gone : float
-        How far the stage went in this period, by the model and what the sensor shows beyond, mm.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    Learned
-        Better known.
-    float
-        What the heat content was wrong by, K.
-    """
+    p: Stressed,
+    before: StressedState,
+    after: StressedState,
+    s: Learned,
+    doubts: Array,
+    forget: float,
+    beyond: float,
+    gone: float,
+    dt: float,
+) -> tuple[
+    Annotated[Learned, Meaning(name="Learned")],
+    Annotated[float, Meaning("error of the heat content", "K", name="float")],
+]:
+    """Update by the sensor's deviation from the model (`beyond`, `gone` in mm)."""
     way, turn = after.x - before.x, after.memory.u - before.memory.u
     slope = 0.0
     if way * turn > 0.0:

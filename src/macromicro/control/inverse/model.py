@@ -1,4 +1,4 @@
-"""What the law `inverse` knows of its actuator: numbers in settings, tables for the kernels."""
+"""The actuator model of the law `inverse`: settings, and tables for the kernels."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.columns import Meaning
 from macromicro.errors import InputError
 from macromicro.hysteresis import Everett
 from macromicro.hysteresis.everett import lookup
@@ -30,9 +31,9 @@ def _time(meaning: str, source: str = _TUNED) -> Par:
 
 
 class Inverse(NamedTuple):
-    """Driver, heat and relays as identified, and how quickly the law acts.
+    """Driver, heat and relays as identified, and the law's gains.
 
-    Heat is counted in K: one K of it warms the wires by 1 K in the end (`models.heating.Ladder`).
+    Heat is counted in K: 1 K of it warms the wires by 1 K in the end (`models.heating.Ladder`).
     """
 
     volts: Annotated[tuple[float, ...], Par("V", "points of the heat map: CTRL", _FIT, lo=0.0)] = (
@@ -73,9 +74,9 @@ class Inverse(NamedTuple):
         float, Par("K", "from one threshold of the relays to the next", _FIT, positive=True)
     ] = _FOUND["spacing"]
     low: Annotated[float, Par("m", "place with all relays down", _FIT, shown="mm")] = _FOUND["low"]
-    span: Annotated[float, Par("m", "way to all relays up", _FIT, shown="mm", positive=True)] = (
-        _FOUND["span"]
-    )
+    span: Annotated[
+        float, Par("m", "distance to the place with all relays up", _FIT, shown="mm", positive=True)
+    ] = _FOUND["span"]
     relays: Annotated[
         tuple[float, ...],
         Par("1", "Everett table, row by row below its diagonal", _FIT, lo=0.0, hi=1.0),
@@ -90,27 +91,20 @@ class Inverse(NamedTuple):
         Par("K/(m*s)", "rate of heat content for a gap", _TUNED, shown="K/(mm*s)", lo=0.0),
     ] = 1e7
     doubt_base: Annotated[
-        float, Par("K", "how far the base temperature may be off the model's", _TUNED, lo=0.0)
+        float, Par("K", "uncertainty of the base temperature", _TUNED, lo=0.0)
     ] = 6.0
-    doubt_heat: Annotated[float, Par("1", "the same of the heat", _TUNED, lo=0.0)] = 0.06
-    doubt_loss: Annotated[float, Par("1", "the same of the wires' loss", _TUNED, lo=0.0)] = 0.12
-    doubt_lag: Annotated[float, _time("the same of the lags together")] = 2e-3
+    doubt_heat: Annotated[float, Par("1", "uncertainty of the heat", _TUNED, lo=0.0)] = 0.06
+    doubt_loss: Annotated[float, Par("1", "uncertainty of the wires' loss", _TUNED, lo=0.0)] = 0.12
+    doubt_lag: Annotated[float, _time("uncertainty of the lags together")] = 2e-3
     forget: Annotated[
         float,
-        Par("s", "motion after which that is as doubtful again", _TUNED, positive=True),
+        Par("s", "motion after which the uncertainty is back", _TUNED, positive=True),
     ] = 10.0
     step: Annotated[
         float, Par("V", "step of the D/A", "MultiQ-3 board, Section 3.3", shown="mV", lo=0.0)
     ] = 10.0 / 4096.0
 
     def problems(self) -> list[tuple[str, Any, str]]:
-        """What cannot be an actuator's.
-
-        Returns
-        -------
-        list[tuple[str, Any, str]]
-            Parameter, value, and what is accepted.
-        """
         found: list[tuple[str, Any, str]] = []
         if len(self.volts) != len(self.heat) or len(self.volts) < 2:
             found.append(
@@ -129,70 +123,25 @@ class Inverse(NamedTuple):
 
 
 class Prepared(NamedTuple):
-    """The same for the kernels.
-
-    Attributes
-    ----------
-    model : Stressed
-        Driver, heat and relays; places in mm.
-    sensor, reach, quick, calm, settle : float
-        As in `Inverse`, s.
-    floor : float
-        K/s.
-    rise : float
-        K/(mm s).
-    step : float
-        V.
-    """
-
-    model: Stressed
-    sensor: float
-    reach: float
-    quick: float
-    calm: float
-    settle: float
-    floor: float
-    rise: float
+    model: Annotated[Stressed, Meaning("driver, heat and relays; places in mm")]
+    sensor: Annotated[float, Meaning("as in Inverse", "s")]
+    reach: Annotated[float, Meaning("as in Inverse", "s")]
+    quick: Annotated[float, Meaning("as in Inverse", "s")]
+    calm: Annotated[float, Meaning("as in Inverse", "s")]
+    settle: Annotated[float, Meaning("as in Inverse", "s")]
+    floor: Annotated[float, Meaning("", "K/s")]
+    rise: Annotated[float, Meaning("", "K/(mm s)")]
     doubts: Array
     forget: float
-    step: float
+    step: Annotated[float, Meaning("", "V")]
 
 
 def nodes(relays: int) -> int:
-    """Thresholds of a table.
-
-    Parameters
-    ----------
-    relays : int
-        Values below its diagonal.
-
-    Returns
-    -------
-    int
-        n, with n (n - 1) / 2 values; 0 where no n fits.
-    """
     n = round(0.5 + math.sqrt(0.25 + 2.0 * relays))
     return n if n * (n - 1) == 2 * relays else 0
 
 
 def everett(p: Inverse) -> Everett:
-    """The relays as a table.
-
-    Parameters
-    ----------
-    p : Inverse
-        As identified.
-
-    Returns
-    -------
-    Everett
-        Thresholds in deg C, output 0 to 1.
-
-    Raises
-    ------
-    InputError
-        The number of values is that of no table.
-    """
     n = nodes(len(p.relays))
     if n < 2:
         raise InputError(
@@ -204,23 +153,7 @@ def everett(p: Inverse) -> Everett:
 
 
 def prepare(p: Inverse) -> Prepared:
-    """Tables for the kernels.
-
-    Parameters
-    ----------
-    p : Inverse
-        As in the settings.
-
-    Returns
-    -------
-    Prepared
-        Places in mm.
-
-    Raises
-    ------
-    InputError
-        The settings are no actuator's.
-    """
+    """Tables for the kernels; places in mm."""
     for name, value, accepted in p.problems():
         raise InputError(f"{_HERE}.{name}", value, accepted)
     model = Stressed(
@@ -252,27 +185,7 @@ def prepare(p: Inverse) -> Prepared:
 
 
 def gains(model: Stressed, sensor: float, rms: float, spacing: float = 3.0) -> Inverse:
-    """The settings of an identified actuator.
-
-    Its base temperature is doubted by what puts the place off by the fit's own error, on a branch
-    of mean steepness: a room changes from day to day. Heat, loss and lags stay what was found.
-
-    Parameters
-    ----------
-    model : Stressed
-        As fitted; places in mm.
-    sensor : float
-        Lag of the position's sensor, s.
-    rms : float
-        What the fit leaves of the place, mm.
-    spacing : float, optional
-        Of the thresholds, at most, K: a coarser table than the kiln's is as good here.
-
-    Returns
-    -------
-    Inverse
-        With the default speed.
-    """
+    """The settings of an identified actuator, from a fit with an rms error in mm."""
     h, n = model.hysteresis, model.ladder
     table = h.table
     width = table.step * (table.n - 1)

@@ -1,1 +1,1 @@
-"""The positioner as a live machine: requests in, motions out, every transition reported."""
+"""The live machine: requests in, motions out, every transition reported."""

@@ -1,8 +1,4 @@
-"""What is asked of the machine: accepted or refused at once, with reason and remedy.
-
-`accept` moves nothing itself: it changes what the next `step` does. Stop, LinkLost,
-Disable and EmergencyStop are accepted in every mode; they cannot fail.
-"""
+"""Accepts or refuses requests at once, with reason and remedy; `step` carries them out."""
 
 from __future__ import annotations
 
@@ -11,15 +7,19 @@ from collections.abc import Callable
 from typing import Any
 
 from macromicro.control.live import (
+    _bounds,
+    _homing,
+    _moves,
     alone,
-    bounds,
     brake,
     gains,
-    homing,
-    jog,
-    moves,
-    programme,
     targets,
+)
+from macromicro.control.live import (
+    _jog as jog,
+)
+from macromicro.control.live import (
+    _programme as programme,
 )
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
@@ -35,29 +35,9 @@ _OK = Accepted(0)
 
 
 def accept(p: LiveParameters, s: LiveState, request: Any) -> Answer:
-    """The machine with a request taken on.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-    request : Any
-        One of `messages`, or anything that a client sent.
-
-    Returns
-    -------
-    state : Answer
-        New state; the same where the request was refused.
-    reply : Answer
-        Accepted, or refused with reason and remedy.
-    notices : Answer
-        What happened at once.
-    """
     handle = _HANDLERS.get(type(request))
     if handle is None:
-        return s, Refused(f"{type(request).__name__} is no request", "see the messages"), ()
+        return s, Refused(f"{type(request).__name__} is not a request", "see the messages"), ()
     absent = alone.refusal(p.stages, request)
     if absent:
         return s, absent, ()
@@ -97,7 +77,7 @@ def _off(p: LiveParameters, s: LiveState, outcome: str, cause: str, client: str)
 
 def _stop(p: LiveParameters, s: LiveState, request: m.Stop) -> Answer:
     if s.mode == m.MOVING_MICRO:
-        s, notices = moves.stay(p, s, m.STOPPED_BY_REQUEST, t.STOP)
+        s, notices = _moves.stay(p, s, m.STOPPED_BY_REQUEST, t.STOP)
         return s, _OK, notices
     if s.mode in m.MOVING:
         s, notices = brake.start(p, s, m.STOPPED_BY_REQUEST, t.STOP)
@@ -107,12 +87,12 @@ def _stop(p: LiveParameters, s: LiveState, request: m.Stop) -> Answer:
 
 def _lost(p: LiveParameters, s: LiveState, request: m.LinkLost) -> Answer:
     if not among(request.action, ("stop", "hold")):
-        return s, Refused(f"{shown(request.action)} is no action", '"stop" or "hold"'), ()
+        return s, Refused(f"{shown(request.action)} is not an action", '"stop" or "hold"'), ()
     notices: tuple[Notice, ...] = ()
     if s.mode in (m.MOVING_MICRO, m.HOLDING) and request.action == "stop":
         s, notices = t.conclude(p, s, m.STOPPED, (m.LOST, t.LINK_LOST), {})
     elif s.mode == m.MOVING_MICRO:
-        s, notices = moves.stay(p, s, m.LOST, t.LINK_LOST)
+        s, notices = _moves.stay(p, s, m.LOST, t.LINK_LOST)
     elif s.mode in m.MOVING:
         s, notices = brake.start(p, s, m.LOST, t.LINK_LOST)
     return s, _OK, notices
@@ -158,14 +138,14 @@ def _speed(p: LiveParameters, s: LiveState, request: m.SetSpeed) -> Answer:
 
 
 def _limits(p: LiveParameters, s: LiveState, request: m.SetLimits) -> Answer:
-    return bounds.change(p, s, request.limits)
+    return _bounds.change(p, s, request.limits)
 
 
 def _clear(p: LiveParameters, s: LiveState, request: m.ClearFault) -> Answer:
     if s.fault is None:
         return s, Refused("there is no fault", "nothing to clear"), ()
     if request.gone is not True:
-        return s, Refused(f"the cause is not gone: {s.fault.words}", "remove it, then clear"), ()
+        return s, Refused(f"the cause persists: {s.fault.words}", "remove it, then clear"), ()
     evidence = {"words": s.fault.words, "client": request.client}
     s, event = t.go(s._replace(fault=None), m.DISABLED, t.FAULT_CLEARED, evidence)
     return s, _OK, (event,)
@@ -174,7 +154,7 @@ def _clear(p: LiveParameters, s: LiveState, request: m.ClearFault) -> Answer:
 def _obstacle(
     p: LiveParameters, s: LiveState, jogging: str = "", replace: Any = False
 ) -> Refused | None:
-    """Why no motion can begin now, whichever it is. `replace`: may it replace one?"""
+    """Why no motion can begin now."""
     if s.mode == m.FAULT:
         return _FAULT
     if s.mode == m.DISABLED:
@@ -188,22 +168,6 @@ def _obstacle(
 
 
 def unready(p: LiveParameters, s: LiveState, replace: Any) -> Refused | None:
-    """Why no move to a place can begin now.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-    replace : Any
-        Whether it may replace a motion under way.
-
-    Returns
-    -------
-    Refused | None
-        None where one can.
-    """
     return _obstacle(p, s, replace=replace) or (None if s.frame.trusted else targets.HOME_FIRST)
 
 
@@ -213,24 +177,7 @@ def begin(
     motion: Motion | Refused,
     start: Callable[[LiveState, Motion], tuple[LiveState, tuple[Notice, ...]]],
 ) -> Answer:
-    """Begin a motion, in place of one under way if there is one.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-    motion : Motion | Refused
-        The motion, or why it cannot be.
-    start : Callable[[LiveState, Motion], tuple[LiveState, tuple[Notice, ...]]]
-        Begins it.
-
-    Returns
-    -------
-    Answer
-        New state, reply and notices.
-    """
+    """Begin a motion, in place of one under way if there is one."""
     if isinstance(motion, Refused):
         return s, motion, ()
     s, ends = t.finished(p, s, m.SUPERSEDED, {"by": motion.kind})
@@ -244,13 +191,12 @@ def _home(p: LiveParameters, s: LiveState, request: m.Home) -> Answer:
         motion = BUSY  # homing never replaces a motion
 
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
-        return homing.start(p, s, motion)
+        return _homing.start(p, s, motion)
 
     return begin(p, s, _obstacle(p, s) or motion, start)
 
 
 def _rests(s: LiveState) -> bool:
-    """Does the carriage stand?"""
     return s.mode not in (m.MOVING_MACRO, m.SETTLING)
 
 
@@ -261,11 +207,11 @@ def _whole(p: LiveParameters, s: LiveState, position: Any, kind: str, replace: A
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
         facts = {f"target_{p.settings.place.base}": motion.target}
         if math.isnan(motion.coarse):
-            return moves.start_micro(
+            return _moves.start_micro(
                 s, motion, t.MICRO_MOVE, {**facts, "micro_mm": motion.fine * 1e3}
             )
         facts["target_counts"] = motion.coarse - s.frame.offset
-        return moves.start_macro(s, motion, t.MACRO_MOVE, facts)
+        return _moves.start_macro(s, motion, t.MACRO_MOVE, facts)
 
     return begin(p, s, motion, start)
 
@@ -302,7 +248,7 @@ def _coarse(p: LiveParameters, s: LiveState, counts: Any, replace: Any) -> Answe
 
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
         facts = {"target_counts": motion.coarse - s.frame.offset}
-        return moves.start_macro(s, motion, t.MACRO_MOVE, facts)
+        return _moves.start_macro(s, motion, t.MACRO_MOVE, facts)
 
     return begin(p, s, refusal or targets.coarse(s, counts), start)
 
@@ -326,7 +272,7 @@ def _contraction(p: LiveParameters, s: LiveState, position: Any, replace: Any) -
 
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
         facts = {"micro_mm": motion.fine * 1e3, "target_m": carriage(p, s) + motion.fine}
-        return moves.start_micro(s, motion, t.MICRO_MOVE, facts)
+        return _moves.start_micro(s, motion, t.MICRO_MOVE, facts)
 
     return begin(p, s, refusal or targets.contraction(s, position), start)
 
@@ -354,10 +300,9 @@ def _jog(p: LiveParameters, s: LiveState, request: m.Jog) -> Answer:
 
 
 def _other_speed(p: LiveParameters, s: LiveState, motion: Motion, request: m.Jog) -> Answer:
-    """A jog under way continues at another speed, or ends."""
     fine = request.stage == m.MICRO
     if request.speed == 0.0:
-        end = moves.stay if fine else brake.start
+        end = _moves.stay if fine else brake.start
         s, notices = end(p, s, m.STOPPED_BY_REQUEST, t.JOG_ENDED)
         return s, Accepted(motion.id), notices
     if isinstance(s.work, Jogged):
@@ -377,7 +322,7 @@ def _programme(p: LiveParameters, s: LiveState, request: m.Programme) -> Answer:
 
 _FAULT = Refused("a fault is latched", "remove its cause and clear it first")
 BUSY = Refused("a motion is under way", "wait for its end, or stop it")
-_NO_SPEED = Refused("the law gives the speed of this machine's moves", "change its settings")
+_NO_SPEED = Refused("the law sets the speed of this machine's moves", "change its settings")
 _NO_SAMPLE = Refused("the sensors have not answered yet", "try again")
 
 _HANDLERS: dict[type, Callable[[LiveParameters, LiveState, Any], Answer]] = {

@@ -1,4 +1,4 @@
-"""The stages of a machine: its rig's sensors decide, and what is asked of another is refused."""
+"""Machines with one stage: the rig's sensors decide, and requests to the other are refused."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from macromicro.control.supervisor import Plan
 SENSORS = {m.MACRO: "encoder", m.MICRO: "hall", **{axis: f"{axis}_count" for axis in m.AXES}}
 # Of a machine with one place.
 _ONE = (*m.ONE_MOVES, m.Zero, m.Fan, m.SetLimits)
-_AXES_ONLY = Refused("this machine has no axes x and y", "ask for the stage that it has")
-_POINT = Refused("this machine has two axes", "ask for a point, or for one of them")
+_AXES_ONLY = Refused("this machine has no axes x and y", "use the stage that it has")
+_POINT = Refused("this machine has two axes", "name a point, or one of them")
 _NEEDS: dict[type, str] = {
     m.Home: m.MACRO,
     m.MoveMacro: m.MACRO,
@@ -30,37 +30,12 @@ _ALL = Control._fields
 
 
 def stages(channels: Iterable[str]) -> tuple[str, ...]:
-    """The stages that a rig has a sensor for.
-
-    Parameters
-    ----------
-    channels : iterable of str
-        What it measures.
-
-    Returns
-    -------
-    tuple[str, ...]
-        Of `messages.STAGES` or `messages.AXES`.
-    """
     there = tuple(channels)
     return tuple(stage for stage, sensor in SENSORS.items() if sensor in there)
 
 
 def refusal(stages: tuple[str, ...], request: Any) -> Refused | None:
-    """Why a machine of these stages cannot do what is asked, whatever its mode.
-
-    Parameters
-    ----------
-    stages : tuple[str, ...]
-        Those that it has.
-    request : Any
-        One of `messages`.
-
-    Returns
-    -------
-    Refused | None
-        None where it has all that is needed.
-    """
+    """Why a machine of these stages cannot do this, whatever its mode."""
     named = request.stage if isinstance(request, m.Jog | m.SetSpeed) else ""
     if stages == m.AXES:
         return _POINT if isinstance(request, _ONE) or among(named, m.STAGES) else None
@@ -71,13 +46,12 @@ def refusal(stages: tuple[str, ...], request: Any) -> Refused | None:
             sensor = SENSORS[stage]
             return Refused(
                 f"this machine has no {stage}-stage: its rig measures no {sensor}",
-                "ask for the stage that it has",
+                "use the stage that it has",
             )
     return None
 
 
 def _needed(request: Any) -> frozenset[str]:
-    """Stages that a request names."""
     kind = type(request)
     if kind in _NEEDS:
         return frozenset({_NEEDS[kind]})
@@ -93,18 +67,4 @@ def _needed(request: Any) -> frozenset[str]:
 
 
 def nearest(position: float, pitch: float) -> float:
-    """The count of a carriage alone that is nearest to a position.
-
-    Parameters
-    ----------
-    position : float
-        m.
-    pitch : float
-        Travel per count, m.
-
-    Returns
-    -------
-    float
-        counts of the homed frame, a whole number.
-    """
     return float(math.floor(position / pitch + 0.5))

@@ -1,10 +1,4 @@
-"""Bringing the macro-stage to rest.
-
-The reference starts at the present place with the present speed and slows down at
-`brake.deceleration`; the macro law follows it. When it stands the motor goes off and
-friction holds the carriage. The carriage ends within speed^2 / (2 deceleration) + margin. A
-reference that had a target ends there at the latest: the way to it was the move's own.
-"""
+"""Brings the macro-stage to rest: a set point decelerates from the present position and speed."""
 
 from __future__ import annotations
 
@@ -12,7 +6,7 @@ import math
 
 from macromicro.control.arrival import TICK
 from macromicro.control.live import messages as m
-from macromicro.control.live.effort import Efforts, macro_effort
+from macromicro.control.live._effort import Efforts, macro_effort
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import (
@@ -30,20 +24,7 @@ from macromicro.types import Sample
 
 
 def distance(p: LiveParameters, speed: float) -> float:
-    """The way within which a carriage comes to rest: speed^2 / (2 deceleration) + margin.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    speed : float
-        Speed, counts/s.
-
-    Returns
-    -------
-    float
-        counts.
-    """
+    """Braking distance (counts): speed^2 / (2 deceleration) + margin; `speed` in counts/s."""
     q = p.settings.brake
     return speed * speed * p.settings.pitch / (2.0 * q.deceleration) + q.margin
 
@@ -51,28 +32,6 @@ def distance(p: LiveParameters, speed: float) -> float:
 def start(
     p: LiveParameters, s: LiveState, outcome: str, cause: str, found: Evidence | None = None
 ) -> tuple[LiveState, tuple[Notice, ...]]:
-    """Begin to brake.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-    outcome : str
-        Outcome of the motion, once the carriage has come to rest.
-    cause : str
-        Cause of the transition.
-    found : Evidence | None, optional
-        Evidence that the motion's end reports beside the way.
-
-    Returns
-    -------
-    state : LiveState
-        New state.
-    notices : tuple[Notice, ...]
-        The transition.
-    """
     q = p.settings.brake
     speed = min(max(s.seen.speed, -q.fastest), q.fastest)
     allowed = distance(p, speed)
@@ -91,30 +50,6 @@ def start(
 def step(
     p: LiveParameters, s: LiveState, motion: Motion, work: Braking, sample: Sample, dt: float
 ) -> tuple[LiveState, Efforts]:
-    """One period of braking.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-    motion : Motion
-        The motion under way.
-    work : Braking
-        How far the braking is.
-    sample : Sample
-        What the rig shows.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    state : LiveState
-        New state.
-    efforts : Efforts
-        Outputs and notices.
-    """
     if work.speed != 0.0:
         return _slow_down(p, s, work, sample, dt)
     late = s.time >= work.until - TICK
@@ -133,7 +68,6 @@ def step(
 def _slow_down(
     p: LiveParameters, s: LiveState, work: Braking, sample: Sample, dt: float
 ) -> tuple[LiveState, Efforts]:
-    """The reference still moves: the law follows it."""
     less = p.settings.brake.deceleration / p.settings.pitch * dt
     left = abs(work.speed) - less
     # A carriage that stands has nothing left to brake.

@@ -1,4 +1,4 @@
-"""New gains for a running machine: checked against the bounds of the settings, all or none."""
+"""New gains for a running machine, checked against their bounds, all or none."""
 
 from __future__ import annotations
 
@@ -23,26 +23,6 @@ FIXED = ("motor_limit", "ctrl_limit")  # they belong to the driver and its guard
 def change(
     p: LiveParameters, s: LiveState, changes: Any
 ) -> tuple[LiveState, Reply, tuple[Notice, ...]]:
-    """Take new values of settings, all or none.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-    changes : Any
-        Pairs of a dotted path within `Control` and a value, or anything that a client sent.
-
-    Returns
-    -------
-    state : LiveState
-        New state.
-    reply : Reply
-        Accepted with what was changed, or refused.
-    notices : tuple[Notice, ...]
-        What was changed.
-    """
     if refused := waits(p, s):
         return s, refused, ()
     found = taken(s.control, changes, FIXED)
@@ -52,7 +32,7 @@ def change(
     most = 2.0 * p.settings.fine.bias_high / p.settings.pitch
     if new.sequence.tolerance > most:
         words = f"sequence.tolerance: {new.sequence.tolerance:g} count is above {most:.0f} count"
-        return s, Refused(words, "twice what the micro-stage can make up for"), ()
+        return s, Refused(words, "the limit is twice the reach of the micro-stage"), ()
     if refused := unfit(new):
         return s, refused, ()
     if busy(s) and (new.macro_law, new.micro_law) != (s.control.macro_law, s.control.micro_law):
@@ -62,20 +42,7 @@ def change(
 
 
 def waits(p: LiveParameters, s: LiveState) -> Refused | None:
-    """Why no gains can be changed now.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-
-    Returns
-    -------
-    Refused | None
-        None where they can.
-    """
+    """Why no gains can be changed now."""
     if busy(s) and p.settings.gains_while_moving != 1:
         return Refused("a motion is under way", "wait for its end, or stop it")
     return None
@@ -84,22 +51,6 @@ def waits(p: LiveParameters, s: LiveState) -> Refused | None:
 def taken(
     control: Any, changes: Any, fixed: tuple[str, ...] = ()
 ) -> tuple[Any, tuple[Change, ...]] | Refused:
-    """A set of gains with new values, each within its own bounds.
-
-    Parameters
-    ----------
-    control : Any
-        The gains in force.
-    changes : Any
-        Pairs of a dotted path and a value, or anything that a client sent.
-    fixed : tuple[str, ...], optional
-        Paths that nobody changes live.
-
-    Returns
-    -------
-    tuple[Any, tuple[Change, ...]] | Refused
-        The new set and what differs, or why not.
-    """
     known = {e.path: e for e in entries(control)}
     done: list[Change] = []
     pairs = changes if isinstance(changes, tuple) and changes else (None,)
@@ -113,18 +64,7 @@ def taken(
 
 
 def unfit(tree: Any) -> Refused | None:
-    """What in a set of settings does not fit the rest of it.
-
-    Parameters
-    ----------
-    tree : Any
-        With the new values.
-
-    Returns
-    -------
-    Refused | None
-        The first such thing.
-    """
+    """The setting that does not fit the others."""
     for path, value, accepted in problems(tree):
         return Refused(f"{path}: {value} does not fit the others", f"accepted: {accepted}")
     unstable = tree.unstable() if hasattr(tree, "unstable") else []
@@ -135,26 +75,13 @@ def unfit(tree: Any) -> Refused | None:
 
 
 def told(s: LiveState, done: tuple[Change, ...]) -> Notice:
-    """The event of new gains.
-
-    Parameters
-    ----------
-    s : LiveState
-        State of the live machine.
-    done : tuple[Change, ...]
-        What was changed.
-
-    Returns
-    -------
-    Notice
-        With the old and new values.
-    """
+    """The event of new gains."""
     facts = {c.path: {"old": c.old, "new": c.new} for c in done}
     return t.reported(s, "gains", "set gains", facts)
 
 
 def _put(p: LiveParameters, s: LiveState, new: Control) -> LiveState:
-    """Settings in force; the micro effort of this moment stays, where the law integrates."""
+    """Put settings in force without a jump of the micro effort, if the law integrates."""
     laws = settings.prepare(new, False, p.calibration, p.settings.pitch)
     old = s.laws.micro
     integral = s.drive.integral
@@ -173,20 +100,19 @@ def _put(p: LiveParameters, s: LiveState, new: Control) -> LiveState:
 
 
 def _parked(s: LiveState) -> bool:
-    """Has the micro-stage its turn, outside a programme, which has macro targets of its own?"""
+    """Whether the micro-stage has its turn outside of a programme."""
     return s.mode in (m.HOLDING, m.MOVING_MICRO) and not isinstance(s.work, Running)
 
 
 def _taken(known: dict[str, Entry], pair: Any, fixed: tuple[str, ...]) -> Change | Refused:
-    """One change, checked."""
     if not isinstance(pair, tuple) or len(pair) != 2:
-        return Refused("this names no setting and its value", LIST)
+        return Refused("the setting or its value is missing", LIST)
     path, value = pair
     entry = known.get(path) if isinstance(path, str) else None
     if path in fixed:
         return Refused(f"{path} follows from the machine", "set it in the settings file")
     if entry is None:
-        return Refused(f"{shown(path)} is no setting of the controller", LIST)
+        return Refused(f"{shown(path)} is not a setting of the controller", LIST)
     try:
         return Change(path, entry.value, entry.check(value, path))
     except InputError as error:

@@ -1,10 +1,6 @@
-"""A live stage that is led by set points: its own law follows them, at its own period.
+"""A live stage moved by set points that its own law follows at its own period.
 
-`accept` and the table of transitions are those of every live machine, whose macro-stage this is.
-What differs is how a motion is carried out: by profiles within the limits of the motion, from the
-set point of now. Enabled, the stage is held by its law wherever it rests.
-
-Positions are in m of the encoder's own frame, as in `Course`; those of `LiveState` in its counts.
+Positions are in m of the encoder's own frame, as in `Course`; those of `LiveState` in counts.
 """
 
 from __future__ import annotations
@@ -15,7 +11,7 @@ from typing import Any
 
 from macromicro.control import arrival
 from macromicro.control.arrival import TICK
-from macromicro.control.live import brake, seeking, survey, touching
+from macromicro.control.live import _seeking, _touching, brake, survey
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.leading import (
@@ -38,7 +34,14 @@ from macromicro.control.live.state import Approach, Braking, Jogged, LiveState, 
 from macromicro.types import QUIET, Lines, Sample
 
 HASTE, SURGE = 2.0, 0.25  # times what was asked, and of the greatest speed, before it is known
+CHANGED = 1.5  # counts; a reading that dithers by less stands
+HUSH = 0.25  # of arrival.dwell: a reading that stands for less may only be coarse
+PUSHES = 0.5  # of arrival.tolerance: a law pushes a stage that rests farther from its set point
+CALM = 2.5  # of arrival.dwell: what a stage that has arrived may still be pushed without motion
+BEHIND = 1.5  # of arrival.tolerance: how far a stage may stop short of a set point that slows down,
+LAST = 2.0  # and periods of the set point's braking by which it may rest before
 SPARE = 0.1  # s; beyond what is taken for the stop, until the guard takes it for a fault
+DEAD = "the reading did not change while the stage decelerated: it may have moved unseen"
 STANDS = {
     "reason": "the motor pushes and the reading does not change: the stage is blocked, at an end "
     "of its way, or its encoder or motor is not connected"
@@ -59,46 +62,12 @@ def step(
     works: Mapping[type, Work] | None = None,
     lines: Lines = QUIET,
 ) -> tuple[LiveState, Guided, Course, tuple[Notice, ...]]:
-    """One control period of the live machine.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    q : Guide
-        What leads the stage.
-    s : LiveState
-        State of the live machine.
-    g : Guided
-        State of the set point.
-    sample : Sample
-        What the rig shows.
-    dt : float
-        Control period, s.
-    look : Look, optional
-        As of `machine.step`.
-    works : Mapping[type, Work] | None, optional
-        How each kind of motion is carried out; None: `WORKS`.
-    lines : Lines, optional
-        What its switches say.
-
-    Returns
-    -------
-    state : LiveState
-        New state.
-    guided : Guided
-        New state of the set point.
-    course : Course
-        Where the law is to lead the stage until the next period.
-    notices : tuple[Notice, ...]
-        What happened.
-    """
     s, sample = perceive(p, s, sample, dt, look)
     place = s.seen.encoder * p.settings.pitch
-    g = g._replace(lines=lines)
+    g = _seen(p, g._replace(lines=lines), place, s.time)
     if q.touch is not None and q.touch.seek is not None:
-        said = seeking.on(q.touch.seek, g)
-        g = seeking.debounced(g, said, s.time, s.seen.encoder, dt)
+        said = _seeking.on(q.touch.seek, g)
+        g = _seeking.debounced(g, said, s.time, s.seen.encoder, dt)
     g = _marked(q, s, g, place - s.frame.offset * p.settings.pitch)
     released = q.heats and s.mode == m.STOPPED and s.work is None
     if s.mode in (m.DISABLED, m.FAULT) or released:  # else it has been seen, or was not enabled
@@ -111,9 +80,9 @@ def step(
     notices: tuple[Notice, ...] = ()
     work = None if s.work is None else (WORKS if works is None else works).get(type(s.work))
     if work is not None:
-        s, g, notices = work(p, q, s, g, place, dt)
+        s, g, notices = work(p, q, s, g._replace(calm=False), place, dt)
     else:
-        g = braked(q, g, dt)
+        g = _calmed(q, braked(q, g, dt), place, s.time)
     low, high, offset = -math.inf, math.inf, s.frame.offset * p.settings.pitch
     effort = speed = leant = math.inf
     homing = isinstance(s.work, Search)
@@ -130,96 +99,60 @@ def step(
     return s, g._replace(on=on), course, notices
 
 
+def _seen(p: LiveParameters, g: Guided, place: float, now: float) -> Guided:
+    """Remember the set point at the last change of the reading."""
+    if abs(place - g.stood) <= CHANGED * p.settings.pitch:
+        return g
+    return g._replace(stood=place, asked=g.aim.position, stood_since=now)
+
+
+def _calmed(q: Guide, g: Guided, place: float, now: float) -> Guided:
+    """Switch the law off once, after a motion has ended on a stage that friction holds."""
+    if (
+        not q.rubs
+        or g.calm
+        or not _stands(g)
+        or now - g.stood_since < CALM * q.arrival.dwell - TICK
+    ):
+        return g
+    pushes = abs(g.aim.position - g.stood) > PUSHES * q.arrival.tolerance
+    return (let_go(g, place) if pushes else g)._replace(calm=True)
+
+
 def leans(q: Touch, work: Any) -> float:
-    """The longest time that a stage whose place is not known may stand and be pushed.
-
-    Parameters
-    ----------
-    q : Touch
-        How it finds its place.
-    work : Any
-        What it is doing.
-
-    Returns
-    -------
-    float
-        s: while the stop is felt for, a little more than that takes; else what a free stage needs
-        to move, and a little more.
-    """
+    """The longest time that a stage of unknown position may stand and push."""
     if not isinstance(work, Search):
         return q.reveal + SPARE
-    away = q.seek is None and work.phase in (touching.BACK, touching.OUT)
+    away = q.seek is None and work.phase in (_touching.BACK, _touching.OUT)
     return q.reveal if away else q.stand + SPARE
 
 
 def _fresh(g: Guided, place: float) -> Guided:
-    """The set point where the stage is, for a law that begins anew."""
     return let_go(g, place)._replace(on=True, inside=math.nan, there=math.nan)
 
 
 def _marked(q: Guide, s: LiveState, g: Guided, place: float) -> Guided:
-    """From a tripped limit switch on, until it is back within its soft limits, a stage goes
-    slowly, and is not stopped by these."""
+    """Limit the speed from a tripped limit switch on until the stage is within its soft limits."""
     low = g.lines.limit_low != 0.0 or (g.off_low and s.frame.trusted and place < q.low)
     high = g.lines.limit_high != 0.0 or (g.off_high and s.frame.trusted and place > q.high)
     return g._replace(off_low=low, off_high=high)
 
 
 def slowed(q: Guide, g: Guided) -> Guide:
-    """The limits of the motion of a stage that may be on its way back from a limit switch.
-
-    Parameters
-    ----------
-    q : Guide
-        What leads the stage.
-    g : Guided
-        State of the set point.
-
-    Returns
-    -------
-    Guide
-        At the speed off a limit switch, if it is.
-    """
+    """The motion limits of a stage that may be returning from a limit switch."""
     if g.off_low or g.off_high:
         return q._replace(velocity=min(q.velocity, q.leave))
     return q
 
 
 def _home(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: float) -> Step:
-    """One period of homing, on the stop or on a switch."""
     touch = q.touch
     assert touch is not None
-    search = touching.step if touch.seek is None else seeking.step
+    search = _touching.step if touch.seek is None else _seeking.step
     return search(p, q, s, g, place, dt)
 
 
 def follow(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: float) -> Step:
-    """One period of a move.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    q : Guide
-        What leads the stage.
-    s : LiveState
-        State of the live machine.
-    g : Guided
-        State of the set point.
-    place : float
-        Where the stage is, m.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    state : LiveState
-        New state.
-    guided : Guided
-        New state of the set point.
-    notices : tuple[Notice, ...]
-        What happened.
-    """
     motion = s.motion
     assert motion is not None
     goal = motion.coarse * p.settings.pitch
@@ -240,54 +173,30 @@ def follow(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, d
 
 
 def let_go(g: Guided, place: float) -> Guided:
-    """The set point where the stage stands, so that nothing pushes any more.
-
-    Parameters
-    ----------
-    g : Guided
-        State of the set point.
-    place : float
-        Where the stage is, m.
-
-    Returns
-    -------
-    Guided
-        For a law that restarts there.
-    """
-    return g._replace(aim=REST._replace(position=place), restart=g.restart + 1, motion=NEVER)
+    """The set point where the stage stands, so that nothing pushes."""
+    aim = REST._replace(position=place)
+    return g._replace(aim=aim, restart=g.restart + 1, motion=NEVER, asked=place)
 
 
 def reached(q: Guide, g: Guided, goal: float, place: float, now: float) -> tuple[Guided, bool]:
-    """Whether a stage has arrived at the end of a profile.
-
-    Parameters
-    ----------
-    q : Guide
-        What leads the stage.
-    g : Guided
-        State of the set point.
-    goal : float
-        m.
-    place : float
-        Where the stage is, m.
-    now : float
-        s.
-
-    Returns
-    -------
-    guided : Guided
-        New state.
-    there : bool
-        Within the tolerance for long enough.
-    """
     inside = arrival.since(q.arrival, goal - place, g.inside, now)
     return g._replace(inside=inside), arrival.arrived(q.arrival, inside, now)
 
 
+def _stands(g: Guided) -> bool:
+    return g.aim == REST._replace(position=g.aim.position)
+
+
 def _alone(q: Guide, g: Guided, dt: float) -> tuple[Guided, bool]:
-    """Its own way to rest; and whether the set point is there."""
+    """Its own way to rest, and whether the set point is there."""
     g = braked(q, g, dt)
-    return g, g.aim == REST._replace(position=g.aim.position)
+    return g, _stands(g)
+
+
+def _unanswered(q: Guide, g: Guided, dt: float) -> bool:
+    """Whether the set point has moved on while the reading has not changed."""
+    short = BEHIND * q.arrival.tolerance + 0.5 * q.acceleration * (LAST * dt) ** 2
+    return abs(g.aim.position - g.asked) > short
 
 
 def slow_down(
@@ -299,34 +208,7 @@ def slow_down(
     dt: float,
     brake: Brake = _alone,
 ) -> Step:
-    """One period of coming to rest: the set point first, then the stage.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    q : Guide
-        What leads the stage.
-    s : LiveState
-        State of the live machine.
-    g : Guided
-        State of the set point.
-    place : float
-        Where the stage is, m.
-    dt : float
-        Control period, s.
-    brake : Brake, optional
-        The set point a period later on its way to rest, and whether it is there.
-
-    Returns
-    -------
-    state : LiveState
-        New state.
-    guided : Guided
-        New state of the set point.
-    notices : tuple[Notice, ...]
-        What happened.
-    """
+    """One period of coming to rest: the set point first, then the stage."""
     work = s.work
     assert isinstance(work, Braking)
     if g.motion != NEVER:  # the profile is given up
@@ -335,48 +217,31 @@ def slow_down(
     if not s.frame.trusted and apart and g.aim.velocity == 0.0 and math.isnan(g.inside):
         # What leaned on something is let go: it is held where it is.
         g = let_go(g, place)
+    stood = s.time - g.stood_since
+    dead = q.rubs and stood >= HUSH * q.arrival.dwell - TICK and _unanswered(q, g, dt)
     g, stands = brake(q, g, dt)
     off = g.aim.position - place
     inside = arrival.since(q.arrival, off, g.inside, s.time) if stands else math.nan
     g = g._replace(inside=inside)
     rested = q.heats or arrival.arrived(q.arrival, inside, s.time)
+    lost: tuple[Notice, ...] = ()
+    rested = rested or (q.rubs and stands and stood >= q.arrival.dwell - TICK)
+    if dead:
+        s, lost = t.untrusted(s, DEAD)
+    if q.rubs and (dead or rested):  # no push that its reading does not answer drives it on
+        g = let_go(g, place)
     if not rested and s.time < work.until + q.arrival.patience - TICK:
-        return s, g, ()
+        return s, g, lost
     evidence = {"way_counts": s.seen.encoder - work.origin, "cause": work.cause, **work.found}
     if not rested:
         evidence["rest"] = "did not come to rest in time"
         g = let_go(g, place)
     s, notices = t.finished(p, s, work.outcome if rested else m.STALLED, evidence)
-    return s, g, notices
+    return s, g, (*lost, *notices)
 
 
 def jog(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: float) -> Step:
-    """One period of a jog: it slows down towards its limit, and ends there.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    q : Guide
-        What leads the stage.
-    s : LiveState
-        State of the live machine.
-    g : Guided
-        State of the set point.
-    place : float
-        Where the stage is, m.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    state : LiveState
-        New state.
-    guided : Guided
-        New state of the set point.
-    notices : tuple[Notice, ...]
-        What happened.
-    """
+    """One period of a jog, which decelerates towards its limit and ends there."""
     work = s.work
     assert isinstance(work, Jogged)
     pitch, aim = p.settings.pitch, at(g.aim, dt)

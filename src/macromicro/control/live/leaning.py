@@ -1,8 +1,4 @@
-"""How long homing and jogs lean on a carriage that stands, beside what the guard allows.
-
-Homing stands for `homing.stand` before it pushes and as long under the push, a jog gives up
-after `jogging.patience`. Both must be over before the guard takes the carriage for stuck.
-"""
+"""Checks that homing and jogs give up before the guard declares the carriage stuck."""
 
 from __future__ import annotations
 
@@ -14,38 +10,11 @@ SHARE = 0.9  # of guard.leant that they may use up: periods may be late
 
 
 def longest(live: Live) -> float:
-    """The longest that homing leans on a stop without a count.
-
-    Parameters
-    ----------
-    live : Live
-        Settings.
-
-    Returns
-    -------
-    float
-        s.
-    """
+    """The longest time that homing pushes against a stop without a count."""
     return 2.0 * live.homing.stand
 
 
 def problems(live: Live, lean: float, leant: float) -> list[tuple[str, Any, str]]:
-    """What the guard would stop.
-
-    Parameters
-    ----------
-    live : Live
-        Settings.
-    lean : float
-        The guard's effort, V.
-    leant : float
-        The guard's time, s.
-
-    Returns
-    -------
-    list[tuple[str, Any, str]]
-        Parameter by its path in the whole tree, value, and what is accepted.
-    """
     homing, jogging = live.homing, live.jogging
     found: list[tuple[str, Any, str]] = []
     if longest(live) > SHARE * leant:

@@ -1,8 +1,4 @@
-"""The live machine: `begin`, `accept` a request, `step` a control period, `fault`, `lose`.
-
-The machine is pure: it takes a sample and gives outputs, reads no clock and no file. It
-calls the control laws that the simulator compiles, interpreted.
-"""
+"""The live machine, pure: `begin`, `accept` a request, `step` a control period, `fault`, `lose`."""
 
 from __future__ import annotations
 
@@ -11,11 +7,11 @@ from collections.abc import Callable
 
 from macromicro.control import calibration
 from macromicro.control.arrival import TICK
-from macromicro.control.live import brake, homing, jog, moves, programme, survey
+from macromicro.control.live import _homing, _jog, _moves, _programme, brake, survey
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
+from macromicro.control.live._effort import NONE, Efforts, rested
 from macromicro.control.live.accept import accept
-from macromicro.control.live.effort import NONE, Efforts, rested
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import Edges, LiveParameters
 from macromicro.control.live.state import (
@@ -49,33 +45,7 @@ _LEAP = 0.1  # s: a longer step of the samples' time is no passing of time
 def step(
     p: LiveParameters, s: LiveState, sample: Sample, dt: float, look: Look = survey.look
 ) -> tuple[LiveState, Command, Outputs, tuple[Notice, ...]]:
-    """One control period. Motor and CTRL are 0 V in disabled, ready, fault, and in stopped once at
-    rest.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-    sample : Sample
-        What the rig shows.
-    dt : float
-        Control period, s.
-    look : Look, optional
-        Does what `survey.look` does, compiled where time counts.
-
-    Returns
-    -------
-    state : LiveState
-        New state.
-    command : Command
-        What is asked for.
-    outputs : Outputs
-        What the guard is to judge.
-    notices : tuple[Notice, ...]
-        What happened.
-    """
+    """One control period; 0 V in disabled, ready, fault, and in stopped once at rest."""
     s, sample = perceive(p, s, sample, dt, look)
     if s.survey.apart >= p.settings.edges.span - TICK and _driven(s):
         s, notices = fault(p, s, DISAGREE, _disagreement(p, s), position_lost=True)
@@ -84,7 +54,7 @@ def step(
     motor, ctrl, macro_active, micro_active, notices = efforts
     if micro_active < 0.5 and not isinstance(s.work, Running):  # whose supervisor sees to it
         s = rested(s, dt)
-    if m.MACRO not in p.stages:  # `sequence.park` = 0 would hold what is not there
+    if m.MACRO not in p.stages:  # `sequence.park` = 0 would hold a missing stage
         motor, macro_active = 0.0, 0.0
     d = s.drive
     command = Command(d.macro_reference, macro_active, d.micro_reference, micro_active, s.seen.fine)
@@ -99,27 +69,23 @@ def step(
 
 
 def _work(p: LiveParameters, s: LiveState, sample: Sample, dt: float) -> tuple[LiveState, Efforts]:
-    """What the machine does just now, by the kind of its work."""
     if s.work is None:  # nor is a motion under way
-        return moves.hold(s, sample, dt) if s.mode == m.HOLDING else (s, NONE)
+        return _moves.hold(s, sample, dt) if s.mode == m.HOLDING else (s, NONE)
     return _WORKS[type(s.work)](p, s, s.motion, s.work, sample, dt)
 
 
 _WORKS: dict[type, Callable[..., tuple[LiveState, Efforts]]] = {
-    Settle: moves.fine,
-    Approach: moves.coarse,
-    Jogged: jog.step,
-    Running: programme.step,
-    Search: homing.step,
+    Settle: _moves.fine,
+    Approach: _moves.coarse,
+    Jogged: _jog.step,
+    Running: _programme.step,
+    Search: _homing.step,
     Braking: brake.step,
 }
 
 
 def _time(s: LiveState, given: float, dt: float) -> tuple[float, float]:
-    """Time [s] that has passed, and what the samples' time is ahead of it.
-
-    A leap of the samples' time is no passing of time, and shortens no wait.
-    """
+    """Time [s] that has passed, without jumps of the samples' clock."""
     if not math.isfinite(given):
         return s.time + dt, s.shift
     time = given - s.shift
@@ -132,28 +98,7 @@ def _time(s: LiveState, given: float, dt: float) -> tuple[float, float]:
 def perceive(
     p: LiveParameters, s: LiveState, sample: Sample, dt: float, look: Look
 ) -> tuple[LiveState, Sample]:
-    """Readings, speed, standstill and position after a sample; what is no number is missing.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-    sample : Sample
-        What the rig shows.
-    dt : float
-        Control period, s.
-    look : Look
-        As of `step`.
-
-    Returns
-    -------
-    state : LiveState
-        New state.
-    sample : Sample
-        The same, without what is no number.
-    """
+    """Readings, speed, standstill and position after a sample; NaN is missing."""
     if m.MACRO not in p.stages:  # nothing carries the micro-stage: it stands at 0
         sample = sample._replace(encoder=0.0)
     encoder, hall = sample.encoder, sample.hall
@@ -188,15 +133,14 @@ def perceive(
 
 
 def _driven(s: LiveState) -> bool:
-    """Does the motor have its turn, or had it just now? What the laser shows of a carriage
-    that is left alone, and of a Hall sensor, waits until then."""
+    """Whether the motor is active, or was just now; until then laser and Hall are not compared."""
     return s.mode in (m.HOMING, m.MOVING_MACRO, m.SETTLING) or (
         s.mode == m.STOPPED and s.motion is not None
     )
 
 
 def _disagreement(p: LiveParameters, s: LiveState) -> Evidence:
-    """Where the carriage is by either witness [counts, homed frame]."""
+    """The carriage's position by either witness [counts, homed frame]."""
     by_encoder = s.seen.encoder - s.frame.offset
     return {
         "by_laser_counts": by_encoder + s.survey.gap,
@@ -214,30 +158,7 @@ def fault(
     *,
     position_lost: bool = False,
 ) -> tuple[LiveState, tuple[Notice, ...]]:
-    """Latch a fault that was found, here or outside (by the guard, by the pacing): all is off.
-
-    A motion ends as "fault" and the place is no longer trusted. The first fault stays.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-    words : str
-        What happened.
-    evidence : Evidence
-        Numbers and words by name, the unit in the name.
-    position_lost : bool, optional
-        Whether counts may have been missed: the place is then not trusted either.
-
-    Returns
-    -------
-    state : LiveState
-        New state.
-    notices : tuple[Notice, ...]
-        What happened.
-    """
+    """Latch a fault: all outputs off, position untrusted; the first fault stays."""
     if s.mode == m.FAULT:
         return s, ()
     lost: tuple[Notice, ...] = ()
@@ -251,26 +172,7 @@ def fault(
 
 
 def doubt(p: LiveParameters, s: LiveState, words: str) -> tuple[LiveState, tuple[Notice, ...]]:
-    """Take note that the Hall sensor's readings are no contraction, or are one again.
-
-    The position is not known meanwhile, unless the laser shows it; the carriage's count stays.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-    words : str
-        Why they are none; "" if they are one again.
-
-    Returns
-    -------
-    state : LiveState
-        New state.
-    notices : tuple[Notice, ...]
-        If trust has changed.
-    """
+    """Note that the Hall sensor's readings are implausible, or plausible again."""
     before = uncertainty(p, s)
     # What was judged by readings that were none is not to be held against the encoder.
     if not words and (s.survey.apart > 0.0 or not by_laser(p, s)):
@@ -283,20 +185,5 @@ def doubt(p: LiveParameters, s: LiveState, words: str) -> tuple[LiveState, tuple
 
 
 def lose(s: LiveState, words: str) -> tuple[LiveState, tuple[Notice, ...]]:
-    """Take note that counts may have been missed, whoever found it: the place is no longer trusted.
-
-    Parameters
-    ----------
-    s : LiveState
-        State of the live machine.
-    words : str
-        Why they may have been missed.
-
-    Returns
-    -------
-    state : LiveState
-        New state.
-    notices : tuple[Notice, ...]
-        If trust has changed.
-    """
+    """Note that counts may have been missed: the position is no longer trusted."""
     return t.untrusted(s, words)

@@ -1,12 +1,8 @@
-"""What the live positioner is asked, what it answers and what it reports.
-
-Requests are NamedTuples; each carries the name of the client that sent it (for the
-events only). Positions of the whole positioner are metres, macro positions counts in the
-homed frame, micro positions metres of contraction. All messages pickle.
-"""
+"""Requests to the live machine, its replies and its events; all messages pickle."""
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 from macromicro.control.live import parameters
@@ -54,352 +50,188 @@ Evidence = dict[str, Any]  # numbers and words by name; the unit is in the name 
 
 
 class Enable(NamedTuple):
-    """Disabled to ready. Nothing moves."""
+    """From disabled to ready; nothing moves."""
 
     client: str = ""
 
 
 class Disable(NamedTuple):
-    """Motor and micro-stage off at once; a motion under way ends as "stopped"."""
+    """Both stages off at once; a motion under way ends as "stopped"."""
 
     client: str = ""
 
 
 class Home(NamedTuple):
-    """Find the low end stop and give the place a known coordinate."""
+    """Find the low end stop and set the position."""
 
     client: str = ""
 
 
 class MoveTo(NamedTuple):
-    """The whole positioner to a place: macro, wait, micro; or the micro-stage alone.
+    """Move the whole positioner: macro, wait, micro; or the micro-stage alone."""
 
-    Attributes
-    ----------
-    position : float
-        m.
-    client : str
-        Who sent it.
-    replace : bool
-        Here and in other moves: a motion under way (no homing, no braking) ends as "superseded" and
-        this one begins where that one is; else the move is refused.
-    """
-
-    position: float
+    position: float  # m
     client: str = ""
+    # here and in other moves: a motion under way (no homing, no braking) ends as "superseded" and
+    # this one begins where that one is; else the move is refused
     replace: bool = False
 
 
 class MoveBy(NamedTuple):
-    """The whole positioner by a distance from the target of the last move, else from the present
-    position.
+    """Move by a distance from the last target, else from the present position."""
 
-    Attributes
-    ----------
-    distance : float
-        m.
-    client : str
-        Who sent it.
-    replace : bool
-        As for `MoveTo`.
-    """
-
-    distance: float
+    distance: float  # m
     client: str = ""
-    replace: bool = False
+    replace: bool = False  # as for `MoveTo`
 
 
 class MoveMacro(NamedTuple):
-    """The macro-stage to a count; the micro-stage goes off.
+    """Move the macro-stage to a count; the micro-stage goes off."""
 
-    Attributes
-    ----------
-    counts : float
-        Homed frame, a whole number.
-    client : str
-        Who sent it.
-    replace : bool
-        As for `MoveTo`.
-    """
-
-    counts: float
+    counts: float  # homed frame, a whole number
     client: str = ""
-    replace: bool = False
+    replace: bool = False  # as for `MoveTo`
 
 
 class MoveMicro(NamedTuple):
-    """The micro-stage to a contraction; the macro-stage stands.
+    """Move the micro-stage to a contraction; the macro-stage stands."""
 
-    Attributes
-    ----------
-    position : float
-        m.
-    client : str
-        Who sent it.
-    replace : bool
-        As for `MoveTo`.
-    """
-
-    position: float
+    position: float  # m
     client: str = ""
-    replace: bool = False
+    replace: bool = False  # as for `MoveTo`
 
 
 class MoveMacroBy(NamedTuple):
-    """The macro-stage by some counts from its last target, else from where it is.
+    """Move the macro-stage by some counts from its last target or position."""
 
-    Attributes
-    ----------
-    counts : float
-        It goes to the nearest whole count; the next one adds to the target as it was meant.
-    client : str
-        Who sent it.
-    replace : bool
-        As for `MoveTo`.
-    """
-
+    # it goes to the nearest whole count; the next one adds to the target as it was meant
     counts: float
     client: str = ""
-    replace: bool = False
+    replace: bool = False  # as for `MoveTo`
 
 
 class MoveMicroBy(NamedTuple):
-    """The micro-stage by a distance from the target that it holds, else from where it is.
+    """Move the micro-stage by a distance from its target or position."""
 
-    Attributes
-    ----------
-    distance : float
-        m.
-    client : str
-        Who sent it.
-    replace : bool
-        As for `MoveTo`.
-    """
-
-    distance: float
+    distance: float  # m
     client: str = ""
-    replace: bool = False
+    replace: bool = False  # as for `MoveTo`
 
 
 class MovePoint(NamedTuple):
-    """Both axes to a point, on a straight line.
+    """Move both axes to a point on a straight line."""
 
-    Attributes
-    ----------
-    x, y : float
-        m.
-    client : str
-        Who sent it.
-    replace : bool
-        Here and in other moves of axes: a motion under way (no homing, no braking) ends as
-        "superseded", comes to rest on its line or path, and this one begins there.
-    """
-
+    # x, y: m
     x: float
     y: float
     client: str = ""
+    # here and in other moves of axes: a motion under way (no homing, no braking) ends as
+    # "superseded", comes to rest on its line or path, and this one begins there
     replace: bool = False
 
 
 class MovePointBy(NamedTuple):
-    """Both axes by a distance, on a straight line, each from the target that it holds, else from
-    where it is.
+    """Move both axes by a distance on a straight line, each from its target or position."""
 
-    Attributes
-    ----------
-    x, y : float
-        m.
-    client : str
-        Who sent it.
-    replace : bool
-        As for `MovePoint`.
-    """
-
+    # x, y: m
     x: float
     y: float
     client: str = ""
-    replace: bool = False
+    replace: bool = False  # as for `MovePoint`
 
 
 class MoveAxis(NamedTuple):
-    """One axis of two to a place; the other one stands.
+    """Move one axis of two."""
 
-    Attributes
-    ----------
-    axis : str
-        One of `AXES`.
-    position : float
-        m.
-    client : str
-        Who sent it.
-    replace : bool
-        As for `MovePoint`.
-    """
-
-    axis: str
-    position: float
+    axis: str  # one of `AXES`
+    position: float  # m
     client: str = ""
-    replace: bool = False
+    replace: bool = False  # as for `MovePoint`
 
 
 class MoveAxisBy(NamedTuple):
-    """One axis of two by a distance from the target that it holds, else from where it is.
+    """Move one axis of two by a distance from its target or position."""
 
-    Attributes
-    ----------
-    axis : str
-        One of `AXES`.
-    distance : float
-        m.
-    client : str
-        Who sent it.
-    replace : bool
-        As for `MovePoint`.
-    """
-
-    axis: str
-    distance: float
+    axis: str  # one of `AXES`
+    distance: float  # m
     client: str = ""
-    replace: bool = False
+    replace: bool = False  # as for `MovePoint`
 
 
 class Jog(NamedTuple):
-    """One stage at a speed until another request; 0 ends it.
+    """Move one stage at a speed until another request; 0 ends it."""
 
-    A jog of the same stage under way takes the new speed and keeps its id.
-
-    Attributes
-    ----------
-    stage : str
-        "macro" or "micro", or one of `AXES`.
-    speed : float
-        m/s.
-    client : str
-        Who sent it.
-    """
-
-    stage: str
-    speed: float
+    stage: str  # "macro" or "micro", or one of `AXES`
+    speed: float  # m/s
     client: str = ""
 
 
 class Stop(NamedTuple):
-    """Decelerate. The micro-stage stops where it is and is held there."""
+    """Decelerate; the micro-stage is held where it is."""
 
     client: str = ""
 
 
 class EmergencyStop(NamedTuple):
-    """All outputs safe from the very next step; leaves the positioner disabled."""
+    """All outputs safe from the next step on; the positioner is disabled."""
 
     client: str = ""
 
 
 class Zero(NamedTuple):
-    """Set the laser and the relative reading to zero here. Absolute coordinates stay."""
+    """Set the laser and the relative reading to zero; absolute coordinates stay."""
 
     client: str = ""
 
 
 class Fan(NamedTuple):
-    """Fan on or off."""
-
     on: bool
     client: str = ""
 
 
 class Programme(NamedTuple):
-    """Run a plan.
-
-    Attributes
-    ----------
-    plan : Any
-        Of the two-stage machine `supervisor.Plan`, macro targets in counts of the homed frame,
-        micro targets in m; of a machine of one stage `machines.sequence.Plan`, in m of that frame;
-        of two axes a pair of these.
-    client : str
-        Who sent it.
-    """
-
+    # of the two-stage machine `supervisor.Plan`, macro targets in counts of the homed frame, micro
+    # targets in m; of a machine of one stage `machines.sequence.Plan`, in m of that frame; of two
+    # axes a pair of these
     plan: Any
     client: str = ""
 
 
 class SetGains(NamedTuple):
-    """New values of gains (of `control.settings.Control`, or of a machine's law), all or none.
+    """New gains of `control.settings.Control` or of a machine's law, all or none."""
 
-    Attributes
-    ----------
-    changes : tuple[tuple[str, float | int | str], ...]
-        Pairs of a dotted path ("pd_tuned.now", "sequence.wait") and its value, in the stored unit.
-    client : str
-        Who sent it.
-    """
-
+    # pairs of a dotted path ("pd_tuned.now", "sequence.wait") and its value, in the stored unit
     changes: tuple[tuple[str, float | int | str], ...]
     client: str = ""
 
 
 class SetSpeed(NamedTuple):
-    """The fastest that the moves of a stage which is led by set points go, from the next one on.
+    """Maximum speed of moves led by set points, from the next one on."""
 
-    Attributes
-    ----------
-    stage : str
-        "macro", or one of `AXES`.
-    speed : float
-        m/s, up to that of the machine's settings.
-    client : str
-        Who sent it.
-    """
-
-    stage: str
-    speed: float
+    stage: str  # "macro", or one of `AXES`
+    speed: float  # m/s, up to that of the machine's settings
     client: str = ""
 
 
 class SetLimits(NamedTuple):
-    """Soft limits for whatever moves from now on, within the machine's own.
+    """Soft limits from now on, within the machine's own."""
 
-    Attributes
-    ----------
-    limits : SoftLimits | None
-        None for the machine's own.
-    client : str
-        Who sent it.
-    """
-
-    limits: SoftLimits | None = None
+    limits: SoftLimits | None = None  # None for the machine's own
     client: str = ""
 
 
 class ClearFault(NamedTuple):
-    """Fault to disabled.
+    """From fault to disabled."""
 
-    Attributes
-    ----------
-    gone : bool
-        Whether the caller has renewed the guard and the cause is away.
-    client : str
-        Who sent it.
-    """
-
-    gone: bool = False
+    gone: bool = False  # whether the caller has renewed the guard and the cause is away
     client: str = ""
 
 
 class LinkLost(NamedTuple):
-    """The client in control is gone; motion ends as "lost".
+    """The client in control is gone; motion ends as "lost"."""
 
-    Attributes
-    ----------
-    action : str
-        "stop": come to rest, micro-stage off; "hold": come to rest, the micro-stage is held where
-        it is.
-    client : str
-        Who it was.
-    """
-
+    # "stop": come to rest, micro-stage off; "hold": come to rest, the micro-stage is held where it
+    # is
     action: str = "stop"
     client: str = ""
 
@@ -436,109 +268,49 @@ Request = (
 
 
 class Change(NamedTuple):
-    """A setting that was changed.
-
-    Attributes
-    ----------
-    path : str
-        Dotted path within the gains.
-    old : float | int | str
-        Value before, in the stored unit.
-    new : float | int | str
-        Value in force.
-    """
-
-    path: str
-    old: float | int | str
+    path: str  # dotted path within the gains
+    old: float | int | str  # value before, in the stored unit
     new: float | int | str
 
 
 class Accepted(NamedTuple):
-    """The request is being done.
+    """The request is being executed."""
 
-    Attributes
-    ----------
-    id : int
-        Number of the motion it began (1, 2, ...), else 0.
-    changes : tuple[Change, ...]
-        Settings that it changed.
-    """
-
-    id: int = 0
-    changes: tuple[Change, ...] = ()
+    id: int = 0  # number of the motion it began (1, 2, ...), else 0
+    changes: tuple[Change, ...] = ()  # settings that it changed
 
 
 class Refused(NamedTuple):
-    """Nothing was changed and nothing moves.
-
-    Attributes
-    ----------
-    reason : str
-        Why.
-    remedy : str
-        What would help.
-    beyond : bool
-        Whether a value is out of range; else it is not the time for the request.
-    """
+    """Nothing was changed and nothing moves."""
 
     reason: str
     remedy: str
-    beyond: bool = False
+    beyond: bool = False  # whether a value is out of range; else it is not the time for the request
 
 
 Reply = Accepted | Refused
 
 
 class Event(NamedTuple):
-    """Something happened.
-
-    Attributes
-    ----------
-    time : float
-        Time of the samples, s.
-    kind : str
-        "mode" (a transition), "move" (a programme's next move, or one cut off), "trust", "gains",
-        "limits", "zero", "fan".
-    from_mode : str
-        By name.
-    to_mode : str
-        By name.
-    cause : str
-        A word or two, for "mode" one of the table's.
-    evidence : Evidence
-        Numbers and words by name, the unit in the name.
-    """
-
-    time: float
+    time: float  # time of the samples, s
+    # "mode" (a transition), "move" (a programme's next move, or one cut off), "trust", "gains",
+    # "limits", "zero", "fan"
     kind: str
     from_mode: str
     to_mode: str
-    cause: str
-    evidence: Evidence
+    cause: str  # A word or two, for "mode" one of the table's
+    evidence: Evidence  # numbers and words by name, the unit in the name
 
 
 class Finished(NamedTuple):
-    """The one end of an accepted motion.
-
-    Attributes
-    ----------
-    id : int
-        Number of the motion.
-    outcome : str
-        One of `OUTCOMES`.
-    position : float
-        Where the whole positioner is then, m.
-    uncertainty : float
-        How well that is known, m; infinite where never homed.
-    evidence : Evidence
-        Numbers and words by name, the unit in the name.
-    """
+    """The end of an accepted motion."""
 
     id: int
-    outcome: str
-    position: float
-    uncertainty: float
-    evidence: Evidence
+    outcome: str  # one of `OUTCOMES`
+    position: float  # where the whole positioner is then, m
+    uncertainty: float  # how well that is known, m; infinite where never homed
+    evidence: Evidence  # numbers and words by name, the unit in the name
+    time: float = math.nan  # when, s; NaN where the loop was gone before it could say it
 
 
 Notice = Event | Finished

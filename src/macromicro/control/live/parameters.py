@@ -1,4 +1,4 @@
-"""What a user may set about the live positioner, with units and bounds."""
+"""Settings of the live positioner."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ BELOW = 0.2  # V; by how much homing pushes less than `guard.push`
 
 
 def _own(unit: str, meaning: str, source: str = CHOICE, **rest: Any) -> Par:
-    """A parameter that is no physics: chosen for this machine."""
+    """A parameter chosen for this machine."""
     return Par(unit, meaning, source, **rest)
 
 
 class SoftLimits(NamedTuple):
-    """Where a motion may end: macro in counts of the homed frame, micro and whole in m."""
+    """Soft limits: macro in counts of the homed frame, micro and whole in m."""
 
     macro_low: Annotated[float, _own("count", "lowest macro position")] = -130.0
     macro_high: Annotated[float, _own("count", "highest macro position")] = 2990.0
@@ -34,7 +34,7 @@ class SoftLimits(NamedTuple):
 
 
 class Fine(NamedTuple):
-    """When the micro-stage counts as arrived, and the share of its stroke that is used."""
+    """When the micro-stage counts as arrived, and the share of its stroke in use."""
 
     bias_low: Annotated[
         float,
@@ -58,7 +58,7 @@ class Fine(NamedTuple):
 
 
 class Homing(NamedTuple):
-    """There is no home switch: the low end stop is felt for."""
+    """Homing by touch: there is no home switch."""
 
     speed: Annotated[
         float, _own("count/s", "speed of the touch that counts, and of backing off", positive=True)
@@ -105,8 +105,6 @@ class Homing(NamedTuple):
 
 
 class Jogging(NamedTuple):
-    """Speeds of a jog."""
-
     macro: Annotated[float, _own("m/s", "fastest macro jog", shown="mm/s", positive=True)] = 0.05
     slow: Annotated[
         float, _own("m/s", "fastest macro jog before homing", shown="mm/s", positive=True)
@@ -126,8 +124,6 @@ class Jogging(NamedTuple):
 
 
 class Brake(NamedTuple):
-    """How a macro motion is brought to rest."""
-
     deceleration: Annotated[
         float, _own("m/s^2", "deceleration of the reference", positive=True)
     ] = 2.0
@@ -146,7 +142,7 @@ class Brake(NamedTuple):
 
 
 class Edges(NamedTuple):
-    """The laser beside the encoder: it places the encoder's edges, and detects lost counts."""
+    """Laser and encoder: position of the edges, detection of lost counts."""
 
     use: Annotated[
         int, _own("", "1: the laser refines the position and watches the count", lo=0, hi=1)
@@ -201,7 +197,7 @@ class Edges(NamedTuple):
 
 
 class Live(NamedTuple):
-    """Everything about the live machine beside the control laws."""
+    """Settings of the live machine beside the control laws."""
 
     pitch: Annotated[float, _own("m", "travel per count", M16, shown="um", positive=True)] = (
         nominal.PITCH
@@ -222,17 +218,9 @@ class Live(NamedTuple):
 
     @property
     def place(self) -> Place:
-        """What its places are counted in."""
         return ANGLE if self.turns else LENGTH
 
     def problems(self) -> list[tuple[str, Any, str]]:
-        """What cannot work.
-
-        Returns
-        -------
-        list[tuple[str, Any, str]]
-            Parameter, value, and what is accepted.
-        """
         q, fine = self.limits, self.fine
         rules = (
             (q.macro_low >= q.macro_high, "limits.macro_low", q.macro_low, "limits.macro_high"),
@@ -247,24 +235,10 @@ class Live(NamedTuple):
 
 
 class LiveParameters(NamedTuple):
-    """What the machine runs on.
-
-    Attributes
-    ----------
-    settings : Live
-        Everything beside the laws.
-    control : Control
-        The laws at the start.
-    calibration : Calibration
-        Calibration of the Hall sensor.
-    stages : tuple[str, ...]
-        Stages that the machine has.
-    """
-
-    settings: Live
+    settings: Live  # everything beside the laws
     control: Control
-    calibration: Calibration
-    stages: tuple[str, ...] = STAGES
+    calibration: Calibration  # calibration of the Hall sensor
+    stages: tuple[str, ...] = STAGES  # stages that the machine has
 
 
 def prepare(
@@ -273,24 +247,7 @@ def prepare(
     table: Calibration | None = None,
     stages: tuple[str, ...] = STAGES,
 ) -> LiveParameters:
-    """The parameters of a machine; what is not given has its default.
-
-    Parameters
-    ----------
-    settings : Live | None, optional
-        Everything beside the laws.
-    control : Control | None, optional
-        The laws at the start.
-    table : Calibration | None, optional
-        Calibration of the Hall sensor.
-    stages : tuple[str, ...], optional
-        Stages that the machine has.
-
-    Returns
-    -------
-    LiveParameters
-        For `machine`.
-    """
+    """Parameters of a machine, with defaults."""
     return LiveParameters(
         Live() if settings is None else settings,
         Control() if control is None else control,

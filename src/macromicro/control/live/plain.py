@@ -1,4 +1,4 @@
-"""What a client sent may be anything: how is it shown in a refusal, is it one of these words?"""
+"""Safe handling of values that a client sent."""
 
 from __future__ import annotations
 
@@ -8,20 +8,7 @@ _MOST = 80  # characters
 
 
 def shown(value: Any, most: int = _MOST) -> str:
-    """A value as Python writes it, cut to length.
-
-    Parameters
-    ----------
-    value : Any
-        Anything that a client sent.
-    most : int, optional
-        Characters.
-
-    Returns
-    -------
-    str
-        On one line where its own form is.
-    """
+    """A value as Python writes it, shortened."""
     try:
         words = repr(value)
     except Exception:  # a whole number of thousands of digits, or an object of somebody's own
@@ -30,19 +17,5 @@ def shown(value: Any, most: int = _MOST) -> str:
 
 
 def among(value: Any, words: tuple[str, ...]) -> bool:
-    """Whether a value is one of some words. What is no word (an array, whose comparison is none) is
-    not.
-
-    Parameters
-    ----------
-    value : Any
-        Anything that a client sent.
-    words : tuple[str, ...]
-        Accepted ones.
-
-    Returns
-    -------
-    bool
-        True if so.
-    """
+    """Whether a value is one of some words; safe for arrays."""
     return isinstance(value, str) and value in words

@@ -1,8 +1,4 @@
-"""Which requests make sense in a mode, whatever is in them: what a client may offer a person.
-
-`accept` decides; this says beforehand what it would refuse for the mode alone, of all requests but
-SetSpeed, which no page has. A test holds both equal over every mode.
-"""
+"""Which requests a mode allows, for user interfaces; `accept` decides."""
 
 from __future__ import annotations
 
@@ -22,26 +18,6 @@ def possible(
     supersede: bool = False,
     stages: tuple[str, ...] = m.STAGES,
 ) -> frozenset[type]:
-    """Kinds of requests that a mode does not rule out.
-
-    Parameters
-    ----------
-    mode : int
-        Index into `messages.MODES`.
-    moving : bool
-        Whether a motion is under way, its braking included.
-    trusted : bool
-        Whether the position is known.
-    supersede : bool, optional
-        Whether a new motion may replace one under way.
-    stages : tuple[str, ...], optional
-        Stages that the machine has.
-
-    Returns
-    -------
-    frozenset[type]
-        Classes of `messages`.
-    """
     if stages == m.AXES:
         one = possible(mode, moving=moving, trusted=trusted)
         replaces = supersede and trusted and mode in (m.MOVING_MACRO, m.SETTLING)

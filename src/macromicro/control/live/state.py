@@ -1,4 +1,4 @@
-"""What the live machine remembers. Raw counts are the encoder's own, without an offset."""
+"""State of the live machine. Raw counts are the encoder's own, without an offset."""
 
 from __future__ import annotations
 
@@ -28,344 +28,135 @@ NAN = math.nan
 
 
 class Seen(NamedTuple):
-    """Last good readings; NaN before the first.
+    """Last good readings; NaN before the first."""
 
-    Attributes
-    ----------
-    encoder : float
-        Raw counts.
-    speed : float
-        counts/s.
-    standing : float
-        Time without a new count, s.
-    fine : float
-        Contraction, m.
-    position : float
-        Position of the whole positioner, m.
-    """
-
-    encoder: float
-    speed: float
-    standing: float
-    fine: float
-    position: float
+    encoder: float  # raw counts
+    speed: float  # counts/s
+    standing: float  # time without a new count, s
+    fine: float  # contraction, m
+    position: float  # position of the whole positioner, m
 
 
 class Frame(NamedTuple):
-    """Where coordinate 0 is.
+    """Where coordinate 0 is."""
 
-    Attributes
-    ----------
-    offset : float
-        Raw counts; NaN before the first sample.
-    first : float
-        Coordinate that the first sample has, counts.
-    trusted : bool
-        Whether the position is known.
-    zero : float
-        Where the relative reading is zero, m.
-    named : bool
-        Whether the offset is that of a homing or of a kept position, trusted or not.
-    carriage : bool
-        Whether a carriage bears the micro-stage: without one the place cannot be lost.
-    """
-
-    offset: float
-    first: float
-    trusted: bool
-    zero: float
+    offset: float  # raw counts; NaN before the first sample
+    first: float  # coordinate that the first sample has, counts
+    trusted: bool  # whether the position is known
+    zero: float  # where the relative reading is zero, m
+    # whether the offset is that of a homing or of a kept position, trusted or not
     named: bool = False
+    # whether a carriage bears the micro-stage: without one the place cannot be lost
     carriage: bool = True
 
 
 class Drive(NamedTuple):
-    """What the laws follow and remember.
+    """Set points and memories of the laws."""
 
-    Attributes
-    ----------
-    macro_reference : float
-        Raw counts.
-    micro_reference : float
-        m.
-    memory : Memory
-        Memory of the macro law.
-    integral : float
-        Integral of the micro law, V.
-    reset : bool
-        Whether a laser reset is still to be given.
-    fine : Kept
-        Memory of a law of the micro-stage that drives instead of the PI.
-    """
-
-    macro_reference: float
-    micro_reference: float
-    memory: Memory
-    integral: float
-    reset: bool
-    fine: Kept = ()
+    macro_reference: float  # raw counts
+    micro_reference: float  # m
+    memory: Memory  # memory of the macro law
+    integral: float  # integral of the micro law, V
+    reset: bool  # whether a laser reset is still to be given
+    fine: Kept = ()  # memory of a law of the micro-stage that drives instead of the PI
 
 
 class Motion(NamedTuple):
-    """The motion under way, as accepted.
-
-    Attributes
-    ----------
-    id : int
-        1, 2, ...
-    kind : str
-        Kind in words.
-    target : float
-        m, or NaN.
-    coarse : float
-        Raw counts, or NaN.
-    fine : float
-        m, or NaN.
-    began : float
-        s.
-    """
-
-    id: int
+    id: int  # 1, 2,
     kind: str
-    target: float
-    coarse: float
-    fine: float
-    began: float
+    target: float  # m, or NaN
+    coarse: float  # raw counts, or NaN
+    fine: float  # m, or NaN
+    began: float  # s
 
 
 class Approach(NamedTuple):
-    """A macro move.
-
-    Attributes
-    ----------
-    inside : float
-        Since when it is within the tolerance, s, or NaN.
-    entered : float
-        Since when it is settling, s, or NaN.
-    """
-
-    inside: float
-    entered: float
+    inside: float  # since when it is within the tolerance, s, or NaN
+    entered: float  # since when it is settling, s, or NaN
 
 
 class Window(NamedTuple):
-    """Micro errors of the present window, and what full ones have shown.
+    """Micro errors of the present window, and results of full ones."""
 
-    Attributes
-    ----------
-    total : float
-        Sum, m.
-    number : int
-        How many.
-    mean : float
-        Mean of the window before, m.
-    held : float
-        For how long such means have been on target, s.
-    hall : float
-        Last reading, V.
-    lives : bool
-        Whether the present window has seen another one.
-    """
-
-    total: float
+    total: float  # sum, m
     number: int
-    mean: float
-    held: float
-    hall: float = NAN
-    lives: bool = False
+    mean: float  # mean of the window before, m
+    held: float  # for how long such means have been on target, s
+    hall: float = NAN  # last reading, V
+    lives: bool = False  # whether the present window has seen another one
 
 
 EMPTY = Window(0.0, 0, NAN, 0.0)
 
 
 class Settle(NamedTuple):
-    """A micro move.
-
-    Attributes
-    ----------
-    entered : float
-        Since when, s.
-    base : float
-        Encoder then, raw counts.
-    window : Window
-        Errors by the Hall sensor.
-    witness : Window
-        Errors by the laser, of an absolute move.
-    """
-
     entered: float
-    base: float
-    window: Window
-    witness: Window = EMPTY
+    base: float  # encoder then, raw counts
+    window: Window  # errors by the Hall sensor
+    witness: Window = EMPTY  # errors by the laser, of an absolute move
 
 
 class Search(NamedTuple):
-    """Homing.
-
-    Attributes
-    ----------
-    phase : int
-        SEARCH, PUSH or BACK of `homing`.
-    since : float
-        Since when, s.
-    origin : float
-        Where it began, raw counts.
-    stop : float
-        Where the stop was felt, raw counts, or NaN.
-    sure : bool
-        Whether at the same place for the second time.
-    expected : float
-        Where the stop is expected, raw counts, or NaN.
-    pace : float
-        Speed of the search, counts/s; NaN before its first period.
-    lowest : float
-        Lowest count since it last moved by more than it dithers.
-    rested : float
-        Since when, s, or NaN.
-    tries : int
-        How often what was found has not been found again.
-    """
-
-    phase: int
+    phase: int  # SEARCH, PUSH or BACK of `homing`
     since: float
-    origin: float
-    stop: float
-    sure: bool = False
-    expected: float = NAN
-    pace: float = NAN
-    lowest: float = NAN
+    origin: float  # where it began, raw counts
+    stop: float  # where the stop was felt, raw counts, or NaN
+    sure: bool = False  # whether at the same place for the second time
+    expected: float = NAN  # where the stop is expected, raw counts, or NaN
+    pace: float = NAN  # speed of the search, counts/s; NaN before its first period
+    lowest: float = NAN  # lowest count since it last moved by more than it dithers
     rested: float = NAN
-    tries: int = 0
+    tries: int = 0  # how often what was found has not been found again
 
 
 class Jogged(NamedTuple):
-    """A jog.
-
-    Attributes
-    ----------
-    goal : float
-        Requested speed, counts/s or m/s.
-    speed : float
-        Speed of the reference at present, in the same unit.
-    held_back : float
-        For how long the carriage has held the reference back, s.
-    settle : Settle
-        The micro-stage's arrival at its limit.
-    """
-
-    goal: float
-    speed: float
-    held_back: float
-    settle: Settle
+    goal: float  # requested speed, counts/s or m/s
+    speed: float  # speed of the reference at present, in the same unit
+    held_back: float  # for how long the carriage has held the reference back, s
+    settle: Settle  # the micro-stage's arrival at its limit
 
 
 class Braking(NamedTuple):
-    """Coming to rest.
-
-    Attributes
-    ----------
-    since : float
-        Since when, s.
-    until : float
-        Until when it may last, s.
-    speed : float
-        Speed of the reference, counts/s.
-    outcome : str
-        How it will be reported.
-    cause : str
-        Likewise.
-    origin : float
-        Where it began, raw counts.
-    allowed : float
-        Way that it may take, counts.
-    found : Evidence
-        What else is reported at its end.
-    goal : float
-        Where the motion was to end, raw counts, or NaN.
-    """
-
     since: float
-    until: float
-    speed: float
-    outcome: str
+    until: float  # until when it may last, s
+    speed: float  # speed of the reference, counts/s
+    outcome: str  # how it will be reported
     cause: str
-    origin: float
-    allowed: float
-    found: Evidence
-    goal: float = NAN
+    origin: float  # where it began, raw counts
+    allowed: float  # way that it may take, counts
+    found: Evidence  # what else is reported at its end
+    goal: float = NAN  # where the motion was to end, raw counts, or NaN
 
 
 class Running(NamedTuple):
-    """A programme.
-
-    Attributes
-    ----------
-    plan : Plan
-        Macro targets in raw counts.
-    progress : Progress
-        The supervisor's state.
-    start : float
-        When it began, s.
-    window : Window
-        Errors of the last move, a fine one.
-    over : float
-        When the plan was completed, s, or NaN.
-    cut_off : Evidence | None
-        What the first move cut off lacked, if any.
-    """
-
-    plan: Plan
+    plan: Plan  # macro targets in raw counts
     progress: Progress
     start: float
-    window: Window
-    over: float
-    cut_off: Evidence | None
+    window: Window  # errors of the last move, a fine one
+    over: float  # when the plan was completed, s, or NaN
+    cut_off: Evidence | None  # what the first move cut off lacked, if any
 
 
 class Played(NamedTuple):
-    """A programme of a stage that is led by set points.
+    """A programme of a stage led by set points."""
 
-    Attributes
-    ----------
-    plan : Any
-        Moves and their profiles, in m of the homed frame.
-    progress : Any
-        State of their sequence.
-    start : float
-        When it began, s; NaN: the stage is on its way to where it begins.
-    cut_off : Evidence | None
-        What the first move cut off lacked, if any.
-    """
-
-    plan: Any
-    progress: Any
-    start: float
-    cut_off: Evidence | None
+    plan: Any  # moves and their profiles, in m of the homed frame
+    progress: Any  # state of their sequence
+    start: float  # when it began, s; NaN: the stage is on its way to where it begins
+    cut_off: Evidence | None  # what the first move cut off lacked, if any
 
 
 Work = Approach | Settle | Search | Jogged | Braking | Running | Played
 
 
 class Trouble(NamedTuple):
-    """A latched fault.
-
-    Attributes
-    ----------
-    time : float
-        When, s.
-    words : str
-        What happened.
-    evidence : Evidence
-        Numbers and words by name.
-    """
-
     time: float
     words: str
-    evidence: Evidence
+    evidence: Evidence  # numbers and words by name
 
 
 class Targets(NamedTuple):
-    """Targets of the move under way, or of the last one: a relative move starts there. NaN where
-    there is none: what stops a stage otherwise, or leads it without a target, forgets it."""
+    """Targets of the present or last move, where relative moves start; NaN without one."""
 
     whole: float = NAN  # m
     macro: float = NAN  # counts of the homed frame
@@ -376,63 +167,23 @@ NOWHERE = Targets()
 
 
 class LiveState(NamedTuple):
-    """State of the live machine.
-
-    Attributes
-    ----------
-    mode : int
-        Index into `messages.MODES`.
-    time : float
-        Without leaps, s.
-    control : Control
-        Settings in force.
-    laws : Supervisor
-        The same for the kernels.
-    limits : SoftLimits
-        Soft limits in force.
-    seen : Seen
-        Last good readings.
-    frame : Frame
-        Where coordinate 0 is.
-    drive : Drive
-        What the laws follow and remember.
-    motion : Motion | None
-        The one under way.
-    work : Work | None
-        How far the motion is.
-    target : Targets
-        Of the move under way or of the last one.
-    fan : float
-        0 or 1.
-    fault : Trouble | None
-        The latched one.
-    given : int
-        Ids so far.
-    survey : Survey
-        What the laser shows beside the encoder.
-    shift : float
-        By how much the samples' time is ahead of `time`, s.
-    doubt : str
-        Why the Hall sensor's readings are no contraction, or "".
-    """
-
-    mode: int
-    time: float
+    mode: int  # index into `messages.MODES`
+    time: float  # without leaps, s
     control: Control
-    laws: Supervisor
+    laws: Supervisor  # the same for the kernels
     limits: SoftLimits
     seen: Seen
     frame: Frame
     drive: Drive
     motion: Motion | None
     work: Work | None
-    target: Targets
-    fan: float
+    target: Targets  # of the move under way or of the last one
+    fan: float  # 0 or 1
     fault: Trouble | None
-    given: int
+    given: int  # ids so far
     survey: Survey = NOTHING
-    shift: float = 0.0
-    doubt: str = ""
+    shift: float = 0.0  # by how much the samples' time is ahead of `time`, s
+    doubt: str = ""  # why the Hall sensor's readings are no contraction, or ""
 
 
 REST = macro.rest(0.0)
@@ -441,23 +192,7 @@ REST = macro.rest(0.0)
 def begin(
     p: LiveParameters, coordinate: float | None = None, *, trusted: bool = False
 ) -> LiveState:
-    """The machine before its first sample: disabled, nothing moves.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    coordinate : float | None, optional
-        Where the carriage was left, as kept from the run before, counts of the homed frame; the
-        encoder's first count is given that name. Without it the place is not trusted.
-    trusted : bool, optional
-        Whether it is known to stand there still.
-
-    Returns
-    -------
-    LiveState
-        State.
-    """
+    """The machine before its first sample: disabled, nothing moves."""
     alone = MACRO not in p.stages
     kept = NAN if coordinate is None else float(coordinate)
     known = not alone and math.isfinite(kept)
@@ -486,26 +221,7 @@ def begin(
 def perceived(
     s: LiveState, times: tuple[float, float], seen: Seen, frame: Frame, watched: Survey
 ) -> LiveState:
-    """The machine after a sample was taken in.
-
-    Parameters
-    ----------
-    s : LiveState
-        State of the live machine.
-    times : tuple[float, float]
-        New `time` and `shift`, s.
-    seen : Seen
-        New readings.
-    frame : Frame
-        New frame.
-    watched : Survey
-        New survey.
-
-    Returns
-    -------
-    LiveState
-        New state.
-    """
+    """The machine after a sample."""
     time, shift = times
     return LiveState(
         s.mode, time, s.control, s.laws, s.limits, seen, frame, s.drive, s.motion, s.work,
@@ -514,22 +230,7 @@ def perceived(
 
 
 def driven(s: LiveState, drive: Drive, work: Work | None) -> LiveState:
-    """The machine after a period of its work.
-
-    Parameters
-    ----------
-    s : LiveState
-        State of the live machine.
-    drive : Drive
-        New drive.
-    work : Work | None
-        How far the motion is now.
-
-    Returns
-    -------
-    LiveState
-        New state.
-    """
+    """The machine after a period of its work."""
     return LiveState(
         s.mode, s.time, s.control, s.laws, s.limits, s.seen, s.frame, drive, s.motion, work,
         s.target, s.fan, s.fault, s.given, s.survey, s.shift, s.doubt,
@@ -537,39 +238,11 @@ def driven(s: LiveState, drive: Drive, work: Work | None) -> LiveState:
 
 
 def now(s: LiveState) -> float:
-    """Time of the last sample, as the rig gives it.
-
-    Parameters
-    ----------
-    s : LiveState
-        State of the live machine.
-
-    Returns
-    -------
-    float
-        s.
-    """
     return s.time + s.shift
 
 
 def uncertainty(p: LiveParameters, s: LiveState) -> float:
-    """Half width of the interval that holds the position.
-
-    By laser where it knows the encoder's edges, else half a count, and more on a fast way or where
-    the laser has it elsewhere.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-
-    Returns
-    -------
-    float
-        m; infinite where the frame is not trusted, or the contraction is not known.
-    """
+    """Half width of the interval that holds the position."""
     if by_laser(p, s):
         return s.survey.half
     if not s.frame.trusted or s.doubt:
@@ -581,110 +254,34 @@ def uncertainty(p: LiveParameters, s: LiveState) -> float:
 
 
 def by_laser(p: LiveParameters, s: LiveState) -> bool:
-    """Whether the position is the laser's; else it is the encoder's and the Hall sensor's.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-
-    Returns
-    -------
-    bool
-        True if so.
-    """
+    """Whether the position comes from the laser, or from encoder and Hall sensor."""
     return s.frame.trusted and s.survey.half < 0.5 * p.settings.pitch
 
 
 def position(p: LiveParameters, s: LiveState) -> float:
-    """Position of the whole positioner by the last readings.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-
-    Returns
-    -------
-    float
-        m.
-    """
     if by_laser(p, s):
         return survey.whole(s.survey, p.settings.pitch, s.frame.offset)
     return coordinate(s) * p.settings.pitch + s.seen.fine
 
 
 def carriage(p: LiveParameters, s: LiveState) -> float:
-    """Position of the carriage: a count's middle, or by laser its place within the count.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-
-    Returns
-    -------
-    float
-        m.
-    """
+    """Position of the carriage: the middle of a count, or within it by the laser."""
     if by_laser(p, s):
         return s.seen.position - s.seen.fine
     return coordinate(s) * p.settings.pitch
 
 
 def coordinate(s: LiveState) -> float:
-    """Macro position.
-
-    Parameters
-    ----------
-    s : LiveState
-        State of the live machine.
-
-    Returns
-    -------
-    float
-        counts of the homed frame; NaN before the first sample.
-    """
     return s.seen.encoder - s.frame.offset
 
 
 def busy(s: LiveState) -> bool:
-    """Whether a motion is under way, its braking included.
-
-    Parameters
-    ----------
-    s : LiveState
-        State of the live machine.
-
-    Returns
-    -------
-    bool
-        True if so.
-    """
+    """Whether a motion is under way, its braking included."""
     return s.motion is not None
 
 
 def target(p: LiveParameters, s: LiveState) -> float:
-    """Target of the whole positioner, of the move under way or of the last one.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-
-    Returns
-    -------
-    float
-        m, or NaN.
-    """
+    """Target of the whole positioner."""
     whole, macro, micro = s.target
     if not math.isnan(whole):
         return whole
@@ -692,22 +289,7 @@ def target(p: LiveParameters, s: LiveState) -> float:
 
 
 def goal(p: LiveParameters, s: LiveState) -> float:
-    """Where the whole positioner is going, or rests on target.
-
-    A jog or a programme goes where its set point is now.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-
-    Returns
-    -------
-    float
-        m; NaN where it goes nowhere and rests on no target.
-    """
+    """Where the whole positioner is going, or rests on target."""
     known = target(p, s)
     if not math.isnan(known):
         return known

@@ -1,16 +1,8 @@
-"""The laser as a second witness of the carriage's place, beside the encoder's count.
+"""The laser as a second witness of the carriage's position, beside the encoder.
 
-Carriage path = laser + base - contraction (Hall). `base` takes up the resets that the machine
-itself gives, so that one costs the laser's noise and no more. Whole position = laser + base -
-phase of the edges (`edges`): the Hall sensor has no part in it but while edges are crossed.
-
-Everything begins anew where the path cannot be followed: the laser gives no number, or the
-same one while the carriage moves, or leaps farther than the carriage can. Whatever is not
-certain is left out: crossings that are fast, or that a period's count does not show alone.
-
-A carriage that jerks makes the slack wire bounce by 0.1 mm in a few milliseconds, and the Hall
-sensor lags by three. So the path is a mean over each period: of the laser at its ends, and of
-the contraction during it, which a first-order lag's two readings give exactly.
+Carriage path = laser + base - contraction (Hall); `base` absorbs the laser's resets. Whole
+position = laser + base - phase of the edges (`edges`). The path is a mean over each period,
+because the slack wire bounces and the Hall sensor lags. Without a laser reading it restarts.
 """
 
 from __future__ import annotations
@@ -31,92 +23,40 @@ _STUCK = 3  # periods with the same reading of the laser while counts pass
 _HALL_STUCK = 20  # the same of the Hall sensor, whatever passes: its noise forbids it
 _LEAP, _LEAP_AT_REST = 5.0, 1.5  # counts in a period that no carriage goes unseen
 _RESTED = 0.1  # s
-_FARTHEST = 1e3  # m: whatever says that it is farther is no reading, nor is what is no number
+_FARTHEST = 1e3  # m; a reading beyond it, or NaN, is missing
 _SETTLED = 2.0  # s: until then the belt rocks the stage after a fast way (Section 6.2)
 
 
 class Survey(NamedTuple):
-    """What the laser shows beside the encoder. NaN: not known.
+    """What the laser shows beside the encoder; NaN: unknown."""
 
-    Attributes
-    ----------
-    phase : Phase | None
-        Phase of the edges.
-    laser : float
-        Last reading, m.
-    base : float
-        What the machine's own resets took from the laser, m.
-    awaited : int
-        Periods left for a reset to show.
-    same : int
-        Periods with the same reading of the laser.
-    held : float
-        The count when it was new.
-    counts : float
-        Encoder in the sample before, raw counts; NaN where it was not complete.
-    whole : float
-        laser + base in the sample before, m.
-    fine : float
-        Contraction in the sample before, m.
-    path : float
-        Path of the carriage, mean of the period before, m.
-    pace : float
-        Its last step, m.
-    hall : float
-        Last reading, V.
-    hall_same : int
-        Periods with the same reading of the Hall sensor.
-    slow : float
-        Time since the carriage was last fast, s.
-    edge : float
-        The last one taken.
-    anchor : float
-        Phase by which counts are judged where edges contradicted it, m; NaN while they agree.
-    gap : float
-        Counts that the encoder is behind the laser.
-    apart : float
-        For how long by too many, s.
-    half : float
-        Half width of the position by laser, m; infinite without one.
-    """
-
-    phase: Phase | None = None
-    laser: float = NAN
-    base: float = 0.0
-    awaited: int = 0
-    same: int = 0
-    held: float = NAN
-    counts: float = NAN
-    whole: float = NAN
-    fine: float = NAN
-    path: float = NAN
-    pace: float = NAN
-    hall: float = NAN
-    hall_same: int = 0
-    slow: float = 0.0
-    edge: float = NAN
+    phase: Phase | None = None  # phase of the edges
+    laser: float = NAN  # last reading, m
+    base: float = 0.0  # sum of the machine's own laser resets, m
+    awaited: int = 0  # periods left for a reset to show
+    same: int = 0  # periods with the same reading of the laser
+    held: float = NAN  # the count when it was new
+    counts: float = NAN  # encoder in the sample before, raw counts; NaN where it was not complete
+    whole: float = NAN  # laser + base in the sample before, m
+    fine: float = NAN  # contraction in the sample before, m
+    path: float = NAN  # path of the carriage, mean of the period before, m
+    pace: float = NAN  # its last step, m
+    hall: float = NAN  # last reading, V
+    hall_same: int = 0  # periods with the same reading of the Hall sensor
+    slow: float = 0.0  # time since the carriage was last fast, s
+    edge: float = NAN  # the last one taken
+    # phase by which counts are judged where edges contradicted it, m; NaN while they agree
     anchor: float = NAN
-    gap: float = 0.0
-    apart: float = 0.0
-    half: float = math.inf
+    gap: float = 0.0  # counts that the encoder is behind the laser
+    apart: float = 0.0  # for how long by too many, s
+    half: float = math.inf  # half width of the position by laser, m; infinite without one
 
 
 NOTHING = Survey()
 
 
 def reset_given(v: Survey) -> Survey:
-    """The survey when the machine resets the laser with this period's outputs.
-
-    Parameters
-    ----------
-    v : Survey
-        What is known before.
-
-    Returns
-    -------
-    Survey
-        What is known then.
-    """
+    """The survey when the machine resets the laser with this period's outputs."""
     if v.phase is None:
         return v
     if abs(v.laser) <= _SMALL:
@@ -125,49 +65,13 @@ def reset_given(v: Survey) -> Survey:
 
 
 class Moving(NamedTuple):
-    """The machine's part of a sample.
-
-    Attributes
-    ----------
-    fine : float
-        Contraction, m.
-    speed : float
-        Speed of the carriage, counts/s.
-    standing : float
-        For how long it has stood, s.
-    offset : float
-        Count of coordinate 0, raw counts.
-    """
-
-    fine: float
-    speed: float
-    standing: float
-    offset: float
+    fine: float  # contraction, m
+    speed: float  # speed of the carriage, counts/s
+    standing: float  # for how long it has stood, s
+    offset: float  # count of coordinate 0, raw counts
 
 
 def look(q: Edges, pitch: float, v: Survey, sample: Sample, moving: Moving, dt: float) -> Survey:
-    """The survey after one more sample.
-
-    Parameters
-    ----------
-    q : Edges
-        Parameters of the edges.
-    pitch : float
-        Travel per count, m.
-    v : Survey
-        What is known before.
-    sample : Sample
-        What the rig shows.
-    moving : Moving
-        The machine's part of it.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    Survey
-        What is known then.
-    """
     if v.phase is None:
         v = v._replace(phase=edges.unknown())
     v = followed(q, pitch, v, sample, moving, dt)
@@ -176,13 +80,13 @@ def look(q: Edges, pitch: float, v: Survey, sample: Sample, moving: Moving, dt: 
 
 @kernel
 def _phase(v: Survey) -> Phase:
-    """Of a survey within kernels, where it is never None but unknown."""
+    """The phase within kernels, unknown instead of None."""
     return v.phase  # type: ignore[return-value]
 
 
 @kernel
 def _anew(laser: float, same: int, held: float) -> Survey:
-    """Nothing is known but how long the laser has said the same."""
+    """Restart, keeping how long the laser has repeated its value."""
     return Survey(
         edges.unknown(), laser, 0.0, 0, same, held, NAN, NAN, NAN,
         NAN, NAN, NAN, 0, 0.0, NAN, NAN, 0.0, 0.0, math.inf,
@@ -193,28 +97,7 @@ def _anew(laser: float, same: int, held: float) -> Survey:
 def followed(
     q: Edges, pitch: float, v: Survey, sample: Sample, moving: Moving, dt: float
 ) -> Survey:
-    """`look` for kernels: a phase that is not known is `edges.unknown`.
-
-    Parameters
-    ----------
-    q : Edges
-        Parameters of the edges.
-    pitch : float
-        Travel per count, m.
-    v : Survey
-        What is known before.
-    sample : Sample
-        What the rig shows.
-    moving : Moving
-        The machine's part of it.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    Survey
-        What is known then.
-    """
+    """`look` for kernels, with `edges.unknown` for None."""
     count = sample.encoder
     if q.use != 1 or not abs(sample.laser) < _FARTHEST:
         return _anew(NAN, 0, NAN)
@@ -247,7 +130,7 @@ def followed(
 
 @kernel
 def _beam(q: Edges, v: Survey, sample: Sample) -> Survey:
-    """The laser followed through a reset; how long it and the Hall sensor have said the same."""
+    """The laser through a reset; how long laser and Hall sensor have repeated their values."""
     laser, hall = sample.laser, sample.hall
     phase, base, awaited = _phase(v), v.base, v.awaited
     if awaited > 0:  # the phase is known then: `reset_given`
@@ -267,8 +150,7 @@ def _beam(q: Edges, v: Survey, sample: Sample) -> Survey:
 
 @kernel
 def _path(q: Edges, v: Survey, whole: float, fine: float, dt: float) -> float:
-    """Carriage path [m], mean of the period: of the laser, less the contraction that the lag
-    `q.lag` of the Hall sensor hides."""
+    """Mean carriage path of the period [m]: laser less contraction, without the Hall's lag."""
     # A lag's output goes from f0 to f1 = keep f0 + (1 - keep) c while its input is c, which this
     # solves for c: the contraction now, of which the sensor will know `q.lag` later.
     keep = math.exp(-dt / q.lag) if q.lag > 0.0 else 0.0
@@ -280,8 +162,7 @@ def _path(q: Edges, v: Survey, whole: float, fine: float, dt: float) -> float:
 def _judged(
     q: Edges, pitch: float, v: Survey, now: Survey, place: float, moving: Moving, dt: float
 ) -> Survey:
-    """An edge taken, if one was crossed, and how far laser and encoder are apart at `place` [m];
-    `v`: the survey before."""
+    """Process a crossed edge, and the distance between laser and encoder at `place` [m]."""
     phase, count, anchor = _phase(now), now.counts, v.anchor
     gap = (place - (edges.at(phase, count) if math.isnan(anchor) else anchor)) / pitch
     pace = now.path - v.path
@@ -313,32 +194,14 @@ def _judged(
 
 @kernel
 def _half(q: Edges, phase: Phase, anchor: float, offset: float) -> float:
-    """Half width [m] of the position by laser; infinite while it is not to be relied on."""
+    """Half width [m] of the position by laser; infinite while it is unreliable."""
     if phase.number < q.needed or not math.isnan(anchor):
         return math.inf
     return q.laser + q.hall + q.factor * edges.error(phase, offset)
 
 
 def contradiction(v: Survey, position: float, pitch: float, offset: float) -> float:
-    """Half width about a position that takes in where the laser has the stage, where it has it
-    elsewhere for sure.
-
-    Parameters
-    ----------
-    v : Survey
-        What is known before.
-    position : float
-        Position by count and Hall sensor, m.
-    pitch : float
-        Travel per count, m.
-    offset : float
-        Count of coordinate 0, raw counts.
-
-    Returns
-    -------
-    float
-        m; 0 where both agree.
-    """
+    """Half width about a position (`offset` in raw counts) that includes the laser's."""
     if v.phase is None or v.awaited or math.isnan(v.counts):
         return 0.0
     off = abs(whole(v, pitch, offset) - position)
@@ -347,66 +210,19 @@ def contradiction(v: Survey, position: float, pitch: float, offset: float) -> fl
 
 
 def homed(q: Edges, v: Survey, offset: float) -> Survey:
-    """The survey when coordinate 0 has another count.
-
-    Parameters
-    ----------
-    q : Edges
-        Parameters of the edges.
-    v : Survey
-        What is known before.
-    offset : float
-        Count of coordinate 0, raw counts.
-
-    Returns
-    -------
-    Survey
-        What is known then.
-    """
+    """The survey after the count of coordinate 0 has changed (`offset` in raw counts)."""
     return v if v.phase is None else v._replace(half=_half(q, v.phase, v.anchor, offset))
 
 
 def whole(v: Survey, pitch: float, offset: float) -> float:
-    """Position of the whole positioner by the laser.
-
-    Parameters
-    ----------
-    v : Survey
-        What is known before.
-    pitch : float
-        Travel per count, m.
-    offset : float
-        Count of coordinate 0, raw counts.
-
-    Returns
-    -------
-    float
-        m; NaN where it has no phase.
-    """
+    """Position of the whole positioner by the laser (`offset` in raw counts)."""
     if v.phase is None:
         return NAN
     return v.laser + v.base - edges.at(v.phase, offset) - offset * pitch
 
 
 def again(v: Survey, pitch: float) -> Survey:
-    """The survey when homing begins: where a count is lost without a fault, the edges lie by whole
-    counts elsewhere.
-
-    The slope stays known, unless edges contradicted one another, or the laser had the carriage
-    elsewhere: that is what homing is for.
-
-    Parameters
-    ----------
-    v : Survey
-        What is known before.
-    pitch : float
-        Travel per count, m.
-
-    Returns
-    -------
-    Survey
-        What is known then.
-    """
+    """The survey when homing begins; the pitch error stays known unless it was contradicted."""
     if v.phase is None or not math.isnan(v.anchor) or v.apart > 0.0:
         return NOTHING
     return v._replace(phase=edges.blurred(v.phase, pitch * pitch))

@@ -1,8 +1,4 @@
-"""The survey with its state inside compiled code, for a loop that runs in real time.
-
-`Surveying` takes the place of `survey.look` and gives the same bits. What the machine does to a
-survey between two samples (a reset, homing) is taken over: it is another object then.
-"""
+"""The survey with its state in compiled code, for real time; bit for bit as `survey.look`."""
 
 from __future__ import annotations
 
@@ -67,8 +63,7 @@ def _restored(r: Array) -> Survey:
 
 
 def _survey(q: Edges, pitch: float, asked: Array, state: Array, dt: float) -> Iterator[int]:
-    """The survey as a coroutine: each `next` takes over `state`, or looks at a sample and gives
-    it there."""
+    """The survey as a coroutine: each `next` reads `state` or processes a sample."""
     v = _restored(state)
     while True:
         if asked[0] == _LOOK:
@@ -83,18 +78,6 @@ def _survey(q: Edges, pitch: float, asked: Array, state: Array, dt: float) -> It
 
 
 class Surveying:
-    """`survey.look` of one machine, compiled.
-
-    Parameters
-    ----------
-    q : Edges
-        Parameters of the edges.
-    pitch : float
-        Travel per count, m.
-    dt : float
-        Control period, s.
-    """
-
     def __init__(self, q: Edges, pitch: float, dt: float) -> None:
         self._begin(q, pitch, dt)
 
@@ -110,7 +93,6 @@ class Surveying:
     def __call__(
         self, q: Edges, pitch: float, v: Survey, sample: Sample, moving: Moving, dt: float
     ) -> Survey:
-        """The survey after one more sample."""
         if (q, pitch, dt) != self._kept:
             self._begin(q, pitch, dt)
         asked = self._asked

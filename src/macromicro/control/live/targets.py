@@ -1,4 +1,4 @@
-"""Which motion a request means, or why it cannot be: targets, soft limits, trust."""
+"""Turns requests into motions, or refuses them: targets, soft limits, trust."""
 
 from __future__ import annotations
 
@@ -26,29 +26,16 @@ from macromicro.place import LENGTH, Place
 from macromicro.schema.par import finite
 
 _LOAD = "load it with macromicro.programme"
-HOME_FIRST = Refused("the position is not known (not homed, or a move was cut off)", "home first")
+HOME_FIRST = Refused(
+    "the position is not known (not homed, or a move was interrupted)", "home first"
+)
 
 
 def number(value: Any, what: str, unit: str) -> Refused | None:
-    """Refuse what is no finite number.
-
-    Parameters
-    ----------
-    value : Any
-        Anything that a client sent.
-    what : str
-        What it is, for the refusal.
-    unit : str
-        Named in the refusal.
-
-    Returns
-    -------
-    Refused | None
-        None for a number.
-    """
+    """Refuse what is not a finite number."""
     if finite(value):
         return None
-    return Refused(f"{what} {shown(value)} is no finite number", f"give it in {unit}", True)
+    return Refused(f"{what} {shown(value)} is not a finite number", f"give it in {unit}", True)
 
 
 def _beyond(
@@ -75,28 +62,8 @@ def whole(
 ) -> Motion | Refused:
     """A move of the whole positioner.
 
-    The micro-stage alone, if the carriage rests where the remaining contraction lies in the band.
-    Otherwise the macro-stage goes to the highest count from which, with its whole tolerance to
-    either side, the rest is within the band; the rest is chosen on arrival. A carriage alone goes
-    to the nearest count, a micro-stage alone to that contraction.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-    target : Any
-        m, or anything that a client sent.
-    kind : str
-        Kind of the motion, in words.
-    carriage_rests : bool
-        Whether the carriage stands.
-
-    Returns
-    -------
-    Motion | Refused
-        The motion, or why it cannot be.
+    The micro-stage alone if it reaches the target; otherwise the macro-stage moves to the highest
+    count from which the rest is within the micro-stage's range.
     """
     q, fine, pitch = s.limits, p.settings.fine, p.settings.pitch
     place = p.settings.place
@@ -132,26 +99,7 @@ def whole(
 
 
 def reach(settings: Live, limits: SoftLimits, tolerance: float) -> tuple[float, float]:
-    """Lowest and highest target that `whole` takes from wherever the carriage stands.
-
-    Within the soft limits, and left to both stages by the macro-stage's tolerance.
-
-    Parameters
-    ----------
-    settings : Live
-        Settings of the machine.
-    limits : SoftLimits
-        Soft limits in force.
-    tolerance : float
-        Tolerance of the macro-stage, counts.
-
-    Returns
-    -------
-    low : float
-        m.
-    high : float
-        m.
-    """
+    """Lowest and highest target that `whole` accepts (`tolerance` in counts)."""
     fine, pitch, slack = settings.fine, settings.pitch, tolerance + 0.5
     low = (math.ceil(limits.macro_low) + slack) * pitch
     high = (math.floor(limits.macro_high) - slack) * pitch
@@ -164,20 +112,6 @@ def reach(settings: Live, limits: SoftLimits, tolerance: float) -> tuple[float, 
 
 
 def coarse(s: LiveState, counts: Any) -> Motion | Refused:
-    """A move of the macro-stage.
-
-    Parameters
-    ----------
-    s : LiveState
-        State of the live machine.
-    counts : Any
-        counts of the homed frame, or anything that a client sent.
-
-    Returns
-    -------
-    Motion | Refused
-        The motion, or why it cannot be.
-    """
     q = s.limits
     refusal = number(counts, "macro position", "counts") or _beyond(
         counts, q.macro_low, q.macro_high, "macro position", "counts"
@@ -186,48 +120,18 @@ def coarse(s: LiveState, counts: Any) -> Motion | Refused:
         return refusal
     if counts != math.floor(counts):
         return Refused(
-            f"{counts!r} counts is no whole number", "give a whole number of counts", True
+            f"{counts!r} counts is not a whole number", "give a whole number of counts", True
         )
     return _motion(s, "move macro", NAN, float(counts) + s.frame.offset, NAN)
 
 
 def origin(p: LiveParameters, s: LiveState) -> float:
-    """Where a relative move of the whole positioner starts.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-
-    Returns
-    -------
-    float
-        Target of the move under way or of the last one; else the present position, m.
-    """
     known = last_target(p, s)
     return s.seen.position if math.isnan(known) else known
 
 
 def coarse_origin(p: LiveParameters, s: LiveState) -> float:
-    """Where a relative move of the macro-stage starts.
-
-    A carriage whose motor is off may be moved by hand: it counts as on target within the tolerance
-    of its moves.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-
-    Returns
-    -------
-    float
-        Its target, else the present count; counts of the homed frame.
-    """
+    """Where a relative move of the macro-stage starts."""
     here, target = coordinate(s), s.target.macro
     free = m.MICRO in p.stages and s.mode not in (m.MOVING_MACRO, m.SETTLING)
     if math.isnan(target) or (free and abs(target - here) > s.laws.sequence.tolerance):
@@ -236,20 +140,6 @@ def coarse_origin(p: LiveParameters, s: LiveState) -> float:
 
 
 def contraction(s: LiveState, position: Any) -> Motion | Refused:
-    """A move of the micro-stage.
-
-    Parameters
-    ----------
-    s : LiveState
-        State of the live machine.
-    position : Any
-        m, or anything that a client sent.
-
-    Returns
-    -------
-    Motion | Refused
-        The motion, or why it cannot be.
-    """
     q = s.limits
     refusal = number(position, "micro position", "m") or _beyond(
         position, q.micro_low, q.micro_high, "micro position", "m"
@@ -258,27 +148,10 @@ def contraction(s: LiveState, position: Any) -> Motion | Refused:
 
 
 def jog(p: LiveParameters, s: LiveState, stage: Any, speed: Any) -> Motion | Refused:
-    """A jog; an untrusted carriage may only creep.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-    stage : Any
-        "macro", "micro", or anything that a client sent.
-    speed : Any
-        m/s, or anything that a client sent.
-
-    Returns
-    -------
-    Motion | Refused
-        The motion, or why it cannot be.
-    """
+    """A jog; an untrusted carriage may only creep."""
     q, limits = p.settings.jogging, s.limits
     if not among(stage, m.STAGES):
-        return Refused(f"{shown(stage)} is no stage", 'name "macro" or "micro"')
+        return Refused(f"{shown(stage)} is not a stage", 'name "macro" or "micro"')
     most = q.micro if stage == m.MICRO else q.macro if s.frame.trusted else q.slow
     refusal = number(speed, "speed", p.settings.place.named("m/s"))
     if refusal:
@@ -296,7 +169,7 @@ def jog(p: LiveParameters, s: LiveState, stage: Any, speed: Any) -> Motion | Ref
 
 
 def _column(values: Any) -> bool:
-    """Is this one number per move, of a kind that floats hold?"""
+    """Whether this is one float per move."""
     if type(values) is not np.ndarray:
         return False
     return values.ndim == 1 and values.dtype.kind in "iuf" and np.can_cast(values.dtype, float)
@@ -307,20 +180,7 @@ def _unset(time: Any) -> bool:
 
 
 def plan(s: LiveState, plan: Any) -> Motion | Refused:
-    """A programme: every target within the soft limits.
-
-    Parameters
-    ----------
-    s : LiveState
-        State of the live machine.
-    plan : Any
-        `Plan` in the homed frame, or anything that a client sent.
-
-    Returns
-    -------
-    Motion | Refused
-        The motion, or why it cannot be.
-    """
+    """A programme with every target within the soft limits."""
     refusal = _misshapen(plan) or _senseless(plan)
     if refusal:
         return refusal
@@ -336,9 +196,9 @@ def plan(s: LiveState, plan: Any) -> Motion | Refused:
 
 def _misshapen(plan: Any) -> Refused | None:
     if not isinstance(plan, Plan) or not all(_column(a) for a in (*plan[:4], *plan[5:])):
-        return Refused("this is no programme with moves", _LOAD)
+        return Refused("no programme is loaded", _LOAD)
     if plan.stage.dtype.kind not in "iu" or not plan.stage.size:
-        return Refused("this is no programme with moves", _LOAD)
+        return Refused("no programme is loaded", _LOAD)
     rates = [a for a in plan[5:] if a.size]
     if any(a.shape != plan.stage.shape for a in (*plan[:4], *rates)) or len(rates) == 1:
         return Refused("the programme's columns differ in length", "give one value per move")
@@ -349,9 +209,9 @@ def _senseless(plan: Plan) -> Refused | None:
     clocked = plan.start == -math.inf  # set points of a profile, behind another one of its stage
     own = np.append(False, plan.stage[1:] == plan.stage[:-1])
     if np.isinf(plan.start[~(clocked & own)]).any() or not (finite(plan.end) or _unset(plan.end)):
-        return Refused("the programme has times that are none", "give seconds, or NaN for no time")
+        return Refused("the programme has invalid times", "give seconds, or NaN for no time")
     if not np.isin(plan.stage, (0, 1)).all() or not np.isfinite(plan.target).all():
         return Refused("the programme has moves without stage or target", "correct these moves")
     if not (np.isfinite(plan.hold).all() and (plan.hold >= 0.0).all()):
-        return Refused("the programme has holds that are no times", "give seconds, 0 or more")
+        return Refused("the programme has invalid hold times", "give seconds, 0 or more")
     return None

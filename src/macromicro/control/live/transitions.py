@@ -82,69 +82,18 @@ TRANSITIONS = _table()
 
 
 def go(s: LiveState, mode: int, cause: str, evidence: Evidence) -> tuple[LiveState, Event]:
-    """The machine in another mode, and the event that reports it.
-
-    Parameters
-    ----------
-    s : LiveState
-        State of the live machine.
-    mode : int
-        Index into `messages.MODES`.
-    cause : str
-        One of the table's.
-    evidence : Evidence
-        Numbers and words by name.
-
-    Returns
-    -------
-    state : LiveState
-        New state.
-    event : Event
-        The transition.
-    """
+    """Change the mode and report it."""
     event = Event(now(s), "mode", m.MODES[s.mode], m.MODES[mode], cause, evidence)
     return s._replace(mode=mode), event
 
 
 def reported(s: LiveState, kind: str, cause: str, evidence: Evidence) -> Event:
-    """An event that is no transition.
-
-    Parameters
-    ----------
-    s : LiveState
-        State of the live machine.
-    kind : str
-        As of `Event`.
-    cause : str
-        A word or two.
-    evidence : Evidence
-        Numbers and words by name.
-
-    Returns
-    -------
-    Event
-        At the time of the last sample.
-    """
+    """An event without a transition."""
     return Event(now(s), kind, m.MODES[s.mode], m.MODES[s.mode], cause, evidence)
 
 
 def untrusted(s: LiveState, why: str) -> tuple[LiveState, tuple[Event, ...]]:
-    """The machine when the place is no longer known.
-
-    Parameters
-    ----------
-    s : LiveState
-        State of the live machine.
-    why : str
-        Cause of the event.
-
-    Returns
-    -------
-    state : LiveState
-        New state.
-    notices : tuple[Event, ...]
-        One if it was known before.
-    """
+    """The machine with an unknown position."""
     if not s.frame.trusted or not s.frame.carriage:  # what stands cannot be lost
         return s, ()
     s = s._replace(frame=s.frame._replace(trusted=False))
@@ -152,69 +101,21 @@ def untrusted(s: LiveState, why: str) -> tuple[LiveState, tuple[Event, ...]]:
 
 
 def trusted(s: LiveState, why: str, offset: float) -> tuple[LiveState, Event]:
-    """The machine when the place is known again without a motion.
-
-    Parameters
-    ----------
-    s : LiveState
-        State of the live machine.
-    why : str
-        Cause of the event.
-    offset : float
-        Raw count of the coordinate 0.
-
-    Returns
-    -------
-    state : LiveState
-        New state.
-    event : Event
-        With the offset.
-    """
+    """The machine with its position known again."""
     frame = s.frame._replace(offset=offset, trusted=True, named=True)
     facts = {"trusted": True, "offset_raw_counts": offset}
     return s._replace(frame=frame), reported(s, "trust", why, facts)
 
 
 def idle(d: Drive) -> Drive:
-    """Both stages off, memories empty; a reset of the laser that was asked for is still to be
-    given.
-
-    Parameters
-    ----------
-    d : Drive
-        What the laws follow and remember.
-
-    Returns
-    -------
-    Drive
-        With the references as they were.
-    """
+    """Both stages off, memories empty; a pending reset of the laser stays pending."""
     return Drive(d.macro_reference, 0.0, REST, 0.0, d.reset, d.fine)
 
 
 def finished(
     p: LiveParameters, s: LiveState, outcome: str, evidence: Evidence
 ) -> tuple[LiveState, tuple[Finished, ...]]:
-    """End the motion under way, if any; the mode stays.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-    outcome : str
-        One of `messages.OUTCOMES`.
-    evidence : Evidence
-        Numbers and words by name.
-
-    Returns
-    -------
-    state : LiveState
-        New state.
-    notices : tuple[Finished, ...]
-        The end, if there was a motion.
-    """
+    """End the motion under way, if any; the mode stays."""
     if s.motion is None:
         return s._replace(work=None), ()
     by = "laser" if by_laser(p, s) else "encoder"
@@ -231,28 +132,6 @@ def finished(
 def conclude(
     p: LiveParameters, s: LiveState, mode: int, how: tuple[str, str], evidence: Evidence
 ) -> tuple[LiveState, tuple[Notice, ...]]:
-    """End the motion and change the mode.
-
-    Parameters
-    ----------
-    p : LiveParameters
-        Parameters of the live machine.
-    s : LiveState
-        State of the live machine.
-    mode : int
-        Index into `messages.MODES`.
-    how : tuple[str, str]
-        Outcome and cause.
-    evidence : Evidence
-        Numbers and words by name.
-
-    Returns
-    -------
-    state : LiveState
-        New state.
-    notices : tuple[Notice, ...]
-        The end and the transition.
-    """
     outcome, cause = how
     s, ends = finished(p, s, outcome, evidence)
     s, event = go(s, mode, cause, evidence)

@@ -1,4 +1,4 @@
-"""What a run has taught of the friction, for the next one."""
+"""Learned friction for the next run."""
 
 from __future__ import annotations
 
@@ -13,23 +13,7 @@ LEAST = 50  # periods of motion; fewer tell too little
 
 
 def adapted(p: Terminal, run: Mapping[str, Array]) -> Terminal:
-    """The model whose Coulomb friction is what the law found on its ways.
-
-    Within a run the estimate follows the friction of each place. From run to run its median over
-    all periods in motion is kept: the level about which the friction of the places lies.
-
-    Parameters
-    ----------
-    p : Terminal
-        Model under which the run was made.
-    run : Mapping[str, ndarray]
-        `speed` (mm/s) and `friction` (V), as recorded.
-
-    Returns
-    -------
-    Terminal
-        The same where the carriage hardly moved.
-    """
+    """The model with the Coulomb friction that the law found: the median over motion of a run."""
     moving = run["friction"][np.abs(run["speed"]) > 0.0]
     if len(moving) < LEAST:
         return p

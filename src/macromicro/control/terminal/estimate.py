@@ -1,17 +1,15 @@
-"""Where the carriage is, how fast, and how much it rubs, from whole counts.
+"""A Kalman filter of position, speed and excess friction from quantized counts.
 
-A Kalman filter of (place, speed, excess friction) over the model, and of the swing as far as these
-tell of it: what a count shows of the speed some periods ago has shaken the swing since. A count
-says that the place lies between its two edges: the update takes the moments of the Gaussian cut off
-there, instead of a reading with noise (Duan, Jilkov, Li, State estimation with quantized
-measurements, 2008).
+The update takes the moments of the Gaussian truncated to the count (Duan, Jilkov, Li, State
+estimation with quantized measurements, 2008).
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
+from macromicro.columns import Meaning
 from macromicro.control.terminal import model
 from macromicro.control.terminal.model import Motion, Terminal
 from macromicro.kernel import kernel
@@ -24,11 +22,7 @@ FIRST = 0.1  # V, standard deviation of the friction before any motion
 
 
 class Spread(NamedTuple):
-    """Covariance of place (m), speed (m/s) and excess friction (V).
-
-    And what deflection (q, m) and speed (s, m/s) of the swing have in common with them: the swing
-    is shaken by the speed, so what a count tells of the speed in the past, it tells of the swing.
-    """
+    """Covariance of position (m), speed (m/s), excess friction (V) and the swing (q m, s m/s)."""
 
     xx: float
     xv: float
@@ -45,41 +39,16 @@ class Spread(NamedTuple):
 
 
 class Belief(NamedTuple):
-    """What is believed of the carriage.
+    """Estimated state of the carriage."""
 
-    Attributes
-    ----------
-    motion : Motion
-        Its state.
-    excess : float
-        Friction beyond the model's, V.
-    spread : Spread
-        How well that is known.
-    """
-
-    motion: Motion
-    excess: float
-    spread: Spread
+    motion: Annotated[Motion, Meaning("its state")]
+    excess: Annotated[float, Meaning("friction beyond the model's", "V")]
+    spread: Annotated[Spread, Meaning("how well that is known")]
 
 
 @kernel
 def standing(p: Terminal, reading: float, excess: float) -> Belief:
-    """At rest somewhere in a count.
-
-    Parameters
-    ----------
-    p : Terminal
-        Model.
-    reading : float
-        Lower edge of the count, m.
-    excess : float
-        Friction beyond the model's, V.
-
-    Returns
-    -------
-    Belief
-        In its middle.
-    """
+    """At rest within a count."""
     wide = p.pitch * p.pitch / 12.0
     return Belief(
         Motion(reading + 0.5 * p.pitch, 0.0, 0.0, 0.0),
@@ -92,10 +61,10 @@ def standing(p: Terminal, reading: float, excess: float) -> Belief:
 def _swung(
     p: Terminal, c: Spread, fall: float, gain: float, lead: float, loose: float, h: float
 ) -> tuple[float, float, float, float, float, float]:
-    """What the swing has in common with place, speed and friction a time later.
+    """The covariance with the swing a time later.
 
-    (x, v, f) -> (x + h v + lead f, fall v + gain f + loose, f), and half of what the speed gains
-    shakes the swing before it turns, half afterwards (`model.swung`).
+    (x, v, f) -> (x + h v + lead f, fall v + gain f + loose, f); half of the speed change excites
+    the swing before it turns, half afterwards (`model.swung`).
     """
     w = 2.0 * math.pi * p.frequency
     if w <= p.decay:
@@ -115,24 +84,6 @@ def _swung(
 
 @kernel
 def later(p: Terminal, b: Belief, u: float, h: float) -> Belief:
-    """The belief after a time under one effort.
-
-    Parameters
-    ----------
-    p : Terminal
-        Model.
-    b : Belief
-        Before.
-    u : float
-        Effort, V.
-    h : float
-        Time, s.
-
-    Returns
-    -------
-    Belief
-        Afterwards.
-    """
     now = model.moved(p, b.motion, b.excess, u, h)
     c = b.spread
     if now.v == 0.0:  # at rest: the speed is known
@@ -166,34 +117,19 @@ def _between(mean: float, deviation: float, low: float, high: float) -> float:
 
 @kernel
 def _known(p: Terminal, b: Belief) -> float:
-    """Variance of the place, never below a hundredth of a count squared."""
+    """Variance of the position, at least 0.01 counts squared."""
     return max(b.spread.xx, 1e-4 * p.pitch * p.pitch)
 
 
 @kernel
 def likely(p: Terminal, b: Belief, reading: float) -> float:
-    """Probability that a count is read.
-
-    Parameters
-    ----------
-    p : Terminal
-        Model.
-    b : Belief
-        Before it is read.
-    reading : float
-        Its lower edge, m.
-
-    Returns
-    -------
-    float
-        0 to 1.
-    """
+    """Probability of a count."""
     return _between(b.motion.x, math.sqrt(_known(p, b)), reading, reading + p.pitch)
 
 
 @kernel
 def _cut(mean: float, deviation: float, low: float, high: float) -> tuple[float, float, bool]:
-    """Mean and variance of a Gaussian between two edges; whether it was plausible at all."""
+    """Moments of a Gaussian between two edges, and whether that was plausible."""
     a, b = (low - mean) / deviation, (high - mean) / deviation
     inside = _between(mean, deviation, low, high)
     if inside < _LEAST:  # the model is wrong: just behind the nearer edge
@@ -207,25 +143,7 @@ def _cut(mean: float, deviation: float, low: float, high: float) -> tuple[float,
 
 @kernel
 def seen(p: Terminal, b: Belief, reading: float) -> Belief:
-    """The belief after a count.
-
-    A count that the belief rules out - the carriage moves where it was taken to stand - corrects
-    the place and leaves speed and friction as unknown as at first.
-
-    Parameters
-    ----------
-    p : Terminal
-        Model.
-    b : Belief
-        Before.
-    reading : float
-        Lower edge of the count, m.
-
-    Returns
-    -------
-    Belief
-        Afterwards.
-    """
+    """The belief after a count; one that contradicts it resets speed and friction."""
     c, m = b.spread, b.motion
     xx = _known(p, b)
     x, variance, plausible = _cut(m.x, math.sqrt(xx), reading, reading + p.pitch)

@@ -1,18 +1,17 @@
-"""Efforts of least energy that bring carriage and swing to rest at a place, a horizon ahead.
+"""Minimum-energy efforts that bring carriage and swing to rest at a place, a horizon ahead.
 
-Without its friction the model is linear: with x and q of `model`, X = (1 + share) x + share q and
-V = X', it has the modes X + V / a, V and a damped swing, each driven by the effort beyond
-friction. The efforts w(k) of least sum of squares that end at a wanted state are
-w(k) = c(N - 1 - k)' (G + R)^-1 eta, c(j) the state that a unit effort leaves j periods later,
-G = sum c c' the Gramian, eta what the free motion lacks, and R what may be missed: terminal
-control by least energy (Bryson and Ho, Applied Optimal Control, 1975, Section 5.3).
+Modes without friction: X + V / a, V and the damped swing, X = (1 + share) x + share q, V = X'.
+w(k) = c(N - 1 - k)' (G + R)^-1 eta: c(j) the state that a unit effort leaves j periods later,
+G = sum c c', eta what the free motion lacks, R the allowed error (Bryson and Ho, Applied
+Optimal Control, 1975, Section 5.3).
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
+from macromicro.columns import Meaning
 from macromicro.control.terminal import model
 from macromicro.control.terminal.model import Motion, Terminal
 from macromicro.kernel import kernel
@@ -22,37 +21,21 @@ _X, _V, _Q, _S = 3e-6, 5e-4, 1e-5, 1.5e-3
 
 
 class Modes(NamedTuple):
-    """The linear model over one period.
-
-    Attributes
-    ----------
-    rate : float
-        Of the speed's decay, 1/s.
-    tied : float
-        Deflection per speed while the speed decays, s.
-    fall : float
-        Of the speed in a period.
-    a, b, c, d : float
-        Swing over a period: q = a q + b s, s = c q + d s.
-    place, speed, deflection, swing : float
-        What a unit effort of one period leaves.
-    """
-
-    rate: float
-    tied: float
-    fall: float
-    a: float
-    b: float
-    c: float
-    d: float
-    place: float
-    speed: float
-    deflection: float
-    swing: float
+    rate: Annotated[float, Meaning("of the speed's decay", "1/s")]
+    tied: Annotated[float, Meaning("deflection per speed while the speed decays", "s")]
+    fall: Annotated[float, Meaning("of the speed in a period")]
+    a: Annotated[float, Meaning("swing over a period: q = a q + b s, s = c q + d s")]
+    b: Annotated[float, Meaning("swing over a period: q = a q + b s, s = c q + d s")]
+    c: Annotated[float, Meaning("swing over a period: q = a q + b s, s = c q + d s")]
+    d: Annotated[float, Meaning("swing over a period: q = a q + b s, s = c q + d s")]
+    place: Annotated[float, Meaning("what a unit effort of one period leaves")]
+    speed: Annotated[float, Meaning("what a unit effort of one period leaves")]
+    deflection: Annotated[float, Meaning("what a unit effort of one period leaves")]
+    swing: Annotated[float, Meaning("what a unit effort of one period leaves")]
 
 
 class Landing(NamedTuple):
-    """What ends the free motion at the wanted state: weights of `c` for each mode."""
+    """Weights of `c` for each mode."""
 
     place: float
     speed: float
@@ -62,20 +45,6 @@ class Landing(NamedTuple):
 
 @kernel
 def modes(p: Terminal, dt: float) -> Modes:
-    """The linear model's modes.
-
-    Parameters
-    ----------
-    p : Terminal
-        Model.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    Modes
-        Of one period.
-    """
     whole = 1.0 + p.share
     rate = p.drag / whole
     fall = math.exp(-rate * dt)
@@ -95,26 +64,6 @@ def modes(p: Terminal, dt: float) -> Modes:
 
 @kernel
 def planned(p: Terminal, m: Modes, at: Motion, goal: float, periods: int) -> Landing:
-    """The landing from a state.
-
-    Parameters
-    ----------
-    p : Terminal
-        Model.
-    m : Modes
-        Of it.
-    at : Motion
-        Where it begins.
-    goal : float
-        Where it ends, at rest, m.
-    periods : int
-        Its length.
-
-    Returns
-    -------
-    Landing
-        For `effort`.
-    """
     g11, g12, g13, g14 = _X * _X, 0.0, 0.0, 0.0
     g22, g23, g24 = _V * _V, 0.0, 0.0
     g33, g34, g44 = _Q * _Q, 0.0, _S * _S
@@ -156,24 +105,6 @@ def planned(p: Terminal, m: Modes, at: Motion, goal: float, periods: int) -> Lan
 
 @kernel
 def efforts(m: Modes, plan: Landing, periods: int) -> tuple[float, float, float]:
-    """Efforts of a landing beyond friction.
-
-    Parameters
-    ----------
-    m : Modes
-        Of the model.
-    plan : Landing
-        The landing.
-    periods : int
-        Its length.
-
-    Returns
-    -------
-    first : float
-        Of its first period, V.
-    lowest, highest : float
-        Of all, V.
-    """
     v, q, s = m.speed, m.deflection, m.swing
     first, lowest, highest = 0.0, math.inf, -math.inf
     for _ in range(periods):  # from the last period to the first

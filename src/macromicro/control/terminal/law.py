@@ -1,9 +1,7 @@
-"""Full effort on the way, a landing of least energy, and impulses for the last counts.
+"""Full effort on the way, a minimum-energy landing, and impulses for the last counts.
 
-The start is shaped for the belt: the effort beyond friction comes in two steps half a swing apart,
-which leave none (Singer and Seering, 1990), or in three, which bear another frequency. From the
-first period on in which a landing (`landing`) keeps within the effort, it is planned anew every
-period over a horizon that shrinks.
+The start is shaped for the belt by two or three steps (Singer and Seering, 1990); the landing is
+replanned every period over a shrinking horizon.
 """
 
 from __future__ import annotations
@@ -11,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
-from macromicro.columns import Quantity
+from macromicro.columns import Meaning, Quantity
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.control.terminal import estimate, landing, model
 from macromicro.control.terminal.adapting import adapted
@@ -32,36 +30,18 @@ _BEGUN = 1e3  # s: a way that begins in motion needs no shaped start
 
 
 class Stage(NamedTuple):
-    """What the law is doing.
-
-    Attributes
-    ----------
-    mode : float
-        REST, WAY, LAND, INCH or TRACK.
-    left : float
-        Periods of a landing or an impulse.
-    gone : float
-        Time in it, s.
-    level : float
-        Effort of an impulse, V.
-    short : float
-        How far before the goal a way is to end, m.
-    """
-
-    mode: float
-    left: float
-    gone: float
-    level: float
-    short: float
+    mode: Annotated[float, Meaning("REST, WAY, LAND, INCH or TRACK")]
+    left: Annotated[float, Meaning("periods of a landing or an impulse")]
+    gone: Annotated[float, Meaning("time in it", "s")]
+    level: Annotated[float, Meaning("effort of an impulse", "V")]
+    short: Annotated[float, Meaning("distance before the goal at which a way ends", "m")]
 
 
 class Memory(NamedTuple):
-    """What the law remembers."""
-
-    x: float  # m
+    x: Annotated[float, Meaning("", "m")]
     v: Annotated[float, Quantity("mm/s", "speed by the law's estimator", column="speed", scale=1e3)]
-    q: float  # m
-    s: float  # m/s
+    q: Annotated[float, Meaning("", "m")]
+    s: Annotated[float, Meaning("", "m/s")]
     excess: Annotated[float, Quantity("V", "friction found beyond the model's", column="friction")]
     xx: float
     xv: float
@@ -78,60 +58,31 @@ class Memory(NamedTuple):
     mode: Annotated[
         float, Quantity("1", "0 rest, 1 way, 2 landing, 3 impulse, 4 tracking", column="mode")
     ]
-    left: float  # periods of a landing or an impulse
-    gone: float  # s in this mode
-    goal: float  # m
-    level: float  # V, of an impulse
-    short: float  # m, how far before the goal a way is to end
-    one: float  # V, efforts of the last periods
+    left: Annotated[float, Meaning("periods of a landing or an impulse")]
+    gone: Annotated[float, Meaning("s in this mode", "s")]
+    goal: Annotated[float, Meaning("", "m")]
+    level: Annotated[float, Meaning("of an impulse", "V")]
+    short: Annotated[float, Meaning("distance before the goal at which a way ends", "m")]
+    one: Annotated[float, Meaning("efforts of the last periods", "V")]
     two: float
     three: float
 
 
 @kernel
 def start(p: Terminal, sample: Sample) -> Memory:
-    """At rest where the sample is.
-
-    Parameters
-    ----------
-    p : Terminal
-        Model.
-    sample : Sample
-        The first.
-
-    Returns
-    -------
-    Memory
-        The goal is there.
-    """
     return _at_rest(p, sample.position, 0.0, estimate.FIRST * estimate.FIRST)
 
 
 @kernel
 def again(p: Terminal, memory: Memory, sample: Sample) -> Memory:
-    """At rest after a pause: the friction that was found is kept, and how well it is known.
-
-    Parameters
-    ----------
-    p : Terminal
-        Model.
-    memory : Memory
-        Of the last period before it.
-    sample : Sample
-        The first after it.
-
-    Returns
-    -------
-    Memory
-        The goal is where the sample is.
-    """
+    """At rest after a pause; the friction estimate stays."""
     known = min(memory.ff + p.wander * p.wander, estimate.FIRST * estimate.FIRST)
     return _at_rest(p, sample.position, memory.excess, known)
 
 
 @kernel
 def _at_rest(p: Terminal, reading: float, excess: float, known: float) -> Memory:
-    """Nothing has moved: friction, and its variance, are told."""
+    """At rest with a friction estimate and its variance."""
     b = estimate.standing(p, reading, excess)
     m, c = b.motion, b.spread
     return Memory(
@@ -143,14 +94,14 @@ def _at_rest(p: Terminal, reading: float, excess: float, known: float) -> Memory
 
 @kernel
 def _whole(p: Terminal, dt: float) -> tuple[bool, float]:
-    """Whether the delay holds a whole period, and the rest of it, s."""
+    """Whether the delay exceeds a period, and the remainder."""
     late = min(p.delay, 2.0 * dt)
     return late >= dt, late - dt if late >= dt else late
 
 
 @kernel
 def _now(p: Terminal, m: Memory, reading: float, dt: float) -> Belief:
-    """The belief of this period: what was sent before has acted, and a count was read."""
+    """The belief after past efforts and this period's count."""
     late, part = _whole(p, dt)
     before, after = (m.three, m.two) if late else (m.two, m.one)
     known = Spread(
@@ -165,7 +116,7 @@ def _now(p: Terminal, m: Memory, reading: float, dt: float) -> Belief:
 
 @kernel
 def _ahead(p: Terminal, m: Memory, b: Belief, dt: float) -> Motion:
-    """Where the carriage will be when an effort of this period begins to act."""
+    """The predicted state when an effort of this period begins to act."""
     late, part = _whole(p, dt)
     at = b.motion
     if part > 0.0:
@@ -175,10 +126,10 @@ def _ahead(p: Terminal, m: Memory, b: Belief, dt: float) -> Motion:
 
 @kernel
 def _impulse(p: Terminal, excess: float, way: float, dt: float) -> tuple[float, float]:
-    """Periods and effort (V) of an impulse that moves the carriage by a way (m, 0 or more).
+    """Periods and effort (V) of an impulse that moves the carriage by a distance >= 0.
 
-    It gains speed with A for m periods and loses it with B by friction alone:
-    way = m^2 dt^2 (A + A^2 / B) / 2.
+    It accelerates with A for m periods and decelerates with B by friction:
+    distance = m^2 dt^2 (A + A^2 / B) / 2.
     """
     held = model.friction(p, excess, 0.0)
     brake = max(p.push * held, 1e-9)
@@ -194,30 +145,16 @@ def _impulse(p: Terminal, excess: float, way: float, dt: float) -> tuple[float, 
 
 @kernel
 def _periods(p: Terminal, dt: float) -> int:
-    """Length of a landing."""
     return int(min(max(math.floor(p.horizon / dt + 0.5), FEWEST), MOST))
 
 
 @kernel
 def shaped(p: Terminal, gone: float) -> float:
-    """By what a start still divides the effort beyond friction.
+    """Divisor of the effort beyond friction during a shaped start.
 
     Steps half a swing apart, 1 and 1, each with the swing's decay up to it; with a specified
-    insensitivity d 1, 2 cos(pi d) and 1. These leave nothing of a swing whose frequency is off by
-    d, and of one in between at most tan(pi d / 2)^2 of what a single step leaves (Singhose,
-    Seering, Singer, J. Mech. Design 116 (1994) 654).
-
-    Parameters
-    ----------
-    p : Terminal
-        Model.
-    gone : float
-        Time on the way, s.
-
-    Returns
-    -------
-    float
-        1 from the last step on.
+    insensitivity d 1, 2 cos(pi d) and 1, which leave at most tan(pi d / 2)^2 of the swing
+    (Singhose, Seering, Singer, J. Mech. Design 116 (1994) 654).
     """
     if p.frequency <= 0.0:
         return 1.0
@@ -233,7 +170,7 @@ def shaped(p: Terminal, gone: float) -> float:
 
 @kernel
 def _pushed(p: Terminal, b: Belief, gone: float, sign: float) -> float:
-    """Effort on the way: full, but for a shaped start."""
+    """Effort on the way: full, except for a shaped start."""
     parts = shaped(p, gone)
     if parts <= 1.0:
         return sign * p.full
@@ -245,7 +182,7 @@ def _pushed(p: Terminal, b: Belief, gone: float, sign: float) -> float:
 def _landed(
     p: Terminal, modes: landing.Modes, at: Motion, goal: float, excess: float, periods: int
 ) -> tuple[bool, float]:
-    """Whether a landing keeps within the effort, and its first effort, V."""
+    """Whether a landing keeps within the effort, and its first effort."""
     sign = math.copysign(1.0, goal - at.x)
     if at.v != 0.0:
         sign = math.copysign(1.0, at.v)
@@ -263,29 +200,10 @@ def _landed(
 @kernel
 def step(
     p: Terminal, memory: Memory, target: Target, sample: Sample, dt: float
-) -> tuple[Memory, float]:
-    """One period of the law.
-
-    Parameters
-    ----------
-    p : Terminal
-        Model.
-    memory : Memory
-        Of the law.
-    target : Target
-        m; the lower edge of the wanted count.
-    sample : Sample
-        m; the lower edge of the count.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    memory : Memory
-        New memory.
-    effort : float
-        V.
-    """
+) -> tuple[
+    Annotated[Memory, Meaning(name="memory")],
+    Annotated[float, Meaning("effort", "V", name="effort")],
+]:
     m = memory
     b = _now(p, m, sample.position, dt)
     at = _ahead(p, m, b, dt)
@@ -318,7 +236,7 @@ def step(
 
 @kernel
 def _begun(b: Belief, goal: float) -> Stage:
-    """A way begins: from rest with a shaped start, and a short one with something left."""
+    """A way begins, with a shaped start from rest."""
     if b.motion.v != 0.0:
         return Stage(WAY, 0.0, _BEGUN, 0.0, 0.0)
     way = goal - b.motion.x
@@ -328,7 +246,7 @@ def _begun(b: Belief, goal: float) -> Stage:
 
 @kernel
 def _corrected(p: Terminal, b: Belief, goal: float, dt: float) -> Stage:
-    """The impulse that closes what is missing."""
+    """The impulse that closes the remaining error."""
     way = goal - b.motion.x
     if p.frequency > 0.0 and abs(way) > _TWICE * p.pitch:
         way *= 0.5  # the other half follows about half a swing later, and takes it back
@@ -340,7 +258,7 @@ def _corrected(p: Terminal, b: Belief, goal: float, dt: float) -> Stage:
 def _driven(
     p: Terminal, s: Stage, b: Belief, at: Motion, goal: float, dt: float
 ) -> tuple[Stage, float]:
-    """On the way, or landing: where that leads, and the effort."""
+    """Prediction and effort on the way or while landing."""
     modes = landing.modes(p, dt)
     periods = _periods(p, dt) if s.mode == WAY else int(min(max(s.left, 1.0), float(MOST)))
     fits, effort = _landed(p, modes, at, goal, b.excess, periods)
@@ -353,7 +271,7 @@ def _driven(
 
 @kernel
 def _late(p: Terminal, b: Belief, at: Motion, goal: float) -> bool:
-    """Whether even full braking would stop no more than at the goal."""
+    """Whether even full braking would only just stop at the goal."""
     f = model.friction(p, b.excess, at.v)
     way = 0.5 * at.v * at.v / (p.push * (f + p.full) + p.drag * abs(at.v))
     return bool(at.v * (goal - at.x) > 0.0 and way >= abs(goal - at.x))
@@ -361,7 +279,7 @@ def _late(p: Terminal, b: Belief, at: Motion, goal: float) -> bool:
 
 @kernel
 def _followed(p: Terminal, b: Belief, at: Motion, target: Target, dt: float) -> float:
-    """Effort along a trajectory: friction, its acceleration, and feedback of place and speed."""
+    """Effort along a trajectory: friction, acceleration, feedback."""
     ahead = min(p.delay, 2.0 * dt)
     v = target.velocity + ahead * target.acceleration
     x = target.position + 0.5 * p.pitch + ahead * target.velocity
@@ -375,5 +293,13 @@ def _followed(p: Terminal, b: Belief, at: Motion, target: Target, dt: float) -> 
 
 
 TERMINAL = StageLaw(
-    "terminal", Terminal, Memory, start, step, compensated=False, again=again, kept=adapted
+    "terminal",
+    Terminal,
+    Memory,
+    start,
+    step,
+    compensated=False,
+    again=again,
+    kept=adapted,
+    model_of="macro",
 )

@@ -1,11 +1,10 @@
-"""What the law believes of a carriage: motor, friction and the swing that a belt leaves.
+"""The law's model of a carriage: motor, friction and the swing of the belt.
 
     x'' = push (u(t - delay) - friction(x') sign x') - drag x' + share (w^2 q + 2 decay q')
     q'' + 2 decay q' + w^2 q = -x''
     friction(v) = coulomb + excess + breakaway exp(-(v / fade)^2)
 
-u is the effort at the D/A in V. `excess` is what the estimator adds to the friction, V. The
-bench is built of other equations; these are what `identify carriage` fits to its counts.
+u is the effort at the D/A in V; `excess` is the estimated deviation of the friction, V.
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
+from macromicro.columns import Meaning
 from macromicro.kernel import kernel
 from macromicro.schema.par import Par
 
@@ -23,17 +23,17 @@ MOST = 400
 
 
 class Terminal(NamedTuple):
-    """Model of the carriage, and how it is driven."""
-
     push: Annotated[float, Par("m/s^2/V", "acceleration per effort", _FOUND, positive=True)] = 9.69
     drag: Annotated[float, Par("1/s", "rate at which speed decays", _FOUND, positive=True)] = 54.0
     coulomb: Annotated[float, Par("V", "effort that friction takes in motion", _FOUND, lo=0.0)] = (
         2.52
     )
-    breakaway: Annotated[float, Par("V", "what it takes more at rest", _FOUND, lo=0.0)] = 0.11
+    breakaway: Annotated[
+        float, Par("V", "additional effort at rest (breakaway)", _FOUND, lo=0.0)
+    ] = 0.11
     fade: Annotated[
         float,
-        Par("m/s", "speed over which that fades", _FOUND, shown="mm/s", positive=True),
+        Par("m/s", "Stribeck speed, over which that fades", _FOUND, shown="mm/s", positive=True),
     ] = 0.104
     delay: Annotated[
         float, Par("s", "from an effort until it acts", _FOUND, shown="ms", lo=0.0, hi=0.1)
@@ -50,7 +50,7 @@ class Terminal(NamedTuple):
         float,
         Par(
             "1",
-            "share by which the swing's frequency may be off for a start in three steps; 0: two",
+            "tolerated error of the swing's frequency for a start in three steps; 0: two",
             _CHOSEN,
             lo=0.0,
             hi=0.5,
@@ -60,18 +60,18 @@ class Terminal(NamedTuple):
         float,
         Par("s", "length of a landing", _CHOSEN, shown="ms", positive=True, hi=1.0),
     ] = 0.062
-    full: Annotated[float, Par("V", "effort on the way", _CHOSEN, positive=True)] = 5.0
-    reserve: Annotated[float, Par("V", "kept back when a landing is planned", _CHOSEN, lo=0.0)] = (
+    full: Annotated[float, Par("V", "effort during the move", _CHOSEN, positive=True)] = 5.0
+    reserve: Annotated[float, Par("V", "effort held in reserve for a landing", _CHOSEN, lo=0.0)] = (
         0.05
     )
     wander: Annotated[
-        float, Par("V", "how far the friction wanders in 10 ms of motion", _CHOSEN, positive=True)
+        float, Par("V", "drift of the friction in 10 ms of motion", _CHOSEN, positive=True)
     ] = 0.07
     unknown: Annotated[
-        float, Par("V", "what the model does not explain, in a period", _CHOSEN, positive=True)
+        float, Par("V", "unexplained effort in a period", _CHOSEN, positive=True)
     ] = 0.10
     wary: Annotated[
-        float, Par("1", "times as much is reckoned with: it is no white noise", _CHOSEN, lo=1.0)
+        float, Par("1", "factor on that, as it is not white noise", _CHOSEN, lo=1.0)
     ] = 2.0
 
 
@@ -86,73 +86,30 @@ class Motion(NamedTuple):
 
 @kernel
 def friction(p: Terminal, excess: float, v: float) -> float:
-    """Effort that friction takes.
-
-    Parameters
-    ----------
-    p : Terminal
-        Model.
-    excess : float
-        By the estimator, V.
-    v : float
-        Speed, m/s.
-
-    Returns
-    -------
-    float
-        V, 0 or more.
-    """
     ratio = v / p.fade
     return max(p.coulomb + excess + p.breakaway * math.exp(-ratio * ratio), 0.0)
 
 
 @kernel
-def turn(w: float, d: float, h: float) -> tuple[float, float, float, float]:
-    """Transition of a damped swing over a time: q = a q + b s, s = c q + d s.
-
-    Parameters
-    ----------
-    w : float
-        Its frequency without damping, rad/s.
-    d : float
-        Rate of its decay, 1/s; below `w`.
-    h : float
-        Time, s.
-
-    Returns
-    -------
-    a, b, c, d : float
-        1, s, 1/s, 1.
-    """
+def turn(
+    w: float, d: float, h: float
+) -> tuple[
+    Annotated[float, Meaning(name="a")],
+    Annotated[float, Meaning(name="b")],
+    Annotated[float, Meaning(name="c")],
+    Annotated[float, Meaning(name="d")],
+]:
+    """Transition of a damped swing over a time: q = a q + b s, s = c q + d s."""
     wd = math.sqrt(max(w * w - d * d, 1e-12))
     fall, c, o = math.exp(-d * h), math.cos(wd * h), math.sin(wd * h) / wd
     return fall * (c + d * o), fall * o, -fall * w * w * o, fall * (c - d * o)
 
 
 @kernel
-def swung(p: Terminal, q: float, s: float, kick: float, h: float) -> tuple[float, float]:
-    """The swing after a time, its place of suspension having gained speed evenly.
-
-    Parameters
-    ----------
-    p : Terminal
-        Model.
-    q : float
-        Deflection, m.
-    s : float
-        Its speed, m/s.
-    kick : float
-        Speed that the carriage gained, m/s.
-    h : float
-        Time, s.
-
-    Returns
-    -------
-    q : float
-        m.
-    s : float
-        m/s.
-    """
+def swung(
+    p: Terminal, q: float, s: float, kick: float, h: float
+) -> tuple[Annotated[float, Meaning(name="q")], Annotated[float, Meaning(name="s")]]:
+    """The swing after a time in which its suspension gained speed evenly."""
     w = 2.0 * math.pi * p.frequency
     if w <= p.decay:
         return 0.0, 0.0
@@ -163,26 +120,7 @@ def swung(p: Terminal, q: float, s: float, kick: float, h: float) -> tuple[float
 
 @kernel
 def moved(p: Terminal, m: Motion, excess: float, u: float, h: float) -> Motion:
-    """The model after a time under one effort. Friction stops it and holds it.
-
-    Parameters
-    ----------
-    p : Terminal
-        Model.
-    m : Motion
-        Its state.
-    excess : float
-        Friction beyond the model's, V.
-    u : float
-        Effort, V.
-    h : float
-        Time, s; a control period at most.
-
-    Returns
-    -------
-    Motion
-        New state.
-    """
+    """The model after a time under one effort, with stiction."""
     f = friction(p, excess, m.v)
     w = 2.0 * math.pi * p.frequency
     back = p.share * (w * w * m.q + 2.0 * p.decay * m.s)

@@ -1,7 +1,4 @@
-"""The kinds of identification from files: from columns of data to a model and its uncertainty.
-
-Each kind is a module with `Options` and ``identify(picking, options) -> Result``.
-"""
+"""Identification from files: each kind is a module with `Options` and `identify`."""
 
 from __future__ import annotations
 
@@ -10,7 +7,7 @@ from importlib import import_module
 from os import PathLike, fspath
 from typing import Any
 
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.identify.kinds.loading import Picking, there
 from macromicro.identify.picking import chosen
 from macromicro.identify.result import Result
@@ -51,6 +48,20 @@ def from_files(
     ------
     InputError
         An unknown kind, option or column, a file that cannot be read or identified from.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import numpy as np
+    >>> from macromicro.identify import from_files
+    >>> volts = 50.0 - 50.0 * np.cos(np.linspace(0.0, 20.0, 2001))
+    >>> with TemporaryDirectory() as folder:
+    ...     file, rows = Path(folder, "loop.csv"), np.c_[volts, 0.1 * volts]
+    ...     np.savetxt(file, rows, delimiter=",", header="drive_V,gauge_um", comments="")
+    ...     result = from_files("plays", file, {"u": "drive_V", "f": "gauge_um"})
+    >>> round(float(result.model.weights.sum()), 3)  # um/V
+    0.1
     """
     names = [files] if isinstance(files, str | PathLike) else list(files)
     pairs = [f"{role}={name}" for role, name in (columns or {}).items()]
@@ -58,27 +69,6 @@ def from_files(
 
 
 def fitted(kind: str, what: Picking, **options: Any) -> Result:
-    """`from_files` with files and columns as a command line's are read.
-
-    Parameters
-    ----------
-    kind : str
-        One of `KINDS`.
-    what : Picking
-        Files, and role to column.
-    **options : Any
-        Those of the kind's `Options`.
-
-    Returns
-    -------
-    Result
-        What was found, with the names of the files.
-
-    Raises
-    ------
-    InputError
-        As for `from_files`; for what no procedure foresaw in the data as well.
-    """
     import numpy as np
 
     if kind not in KINDS:
@@ -89,9 +79,20 @@ def fitted(kind: str, what: Picking, **options: Any) -> Result:
             raise InputError(f"{kind}, option", name, ", ".join(module.Options._fields))
     try:
         found: Result = module.identify(what, module.Options(**options))
+    except InputError as error:
+        if error.where.startswith("--") or error.where in module.Options._fields:
+            raise
+        names = [printable(file, 300) for file in what.files]
+        if any(name in error.where for name in names):
+            raise
+        first = f"{names[0]} and {len(names) - 1} more" if len(names) > 1 else names[0]
+        raise error.at(f"{first}, {error.where}") from None
     except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
         where = printable(what.files[0], 300)
-        accepted = "data of the kind that docs/identify.md describes"
-        raise InputError(where, f"cannot be fitted: {error}", accepted) from error
+        raise ProblemError(
+            where,
+            f"the data cannot be fitted: {error}",
+            "docs/identify.md describes the data that each kind needs.",
+        ) from error
     found.files = tuple(map(str, what.files))
     return found

@@ -1,4 +1,4 @@
-"""`identify actuator`: what the law `inverse` needs, from heatings in open loop."""
+"""`identify actuator`: the model of the law `inverse`, from heatings in open loop."""
 
 from __future__ import annotations
 
@@ -51,46 +51,15 @@ _MEANS = {
 
 
 class Options(NamedTuple):
-    """Options of `identify actuator`.
-
-    Attributes
-    ----------
-    table : Path | None
-        The kiln's table, as `identify hysteresis` writes it; None: from drive and position alone.
-    ambient : float | None
-        Room temperature, deg C; None: 25.
-    tests : tuple[str, ...]
-        Files with records that are not fitted.
-    austenite : float | None
-        Without a table: median temperature of contraction without load, deg C; None: 80.
-    """
-
+    # the kiln's table, as `identify hysteresis` writes it; None: from drive and position alone
     table: Path | None = None
-    ambient: float | None = None
-    tests: tuple[str, ...] = ()
+    ambient: float | None = None  # room temperature, deg C; None: 25
+    tests: tuple[str, ...] = ()  # files with records that are not fitted
+    # without a table: median temperature of contraction without load, deg C; None: 80
     austenite: float | None = None
 
 
 def identify(picking: Picking, options: Options) -> Result:
-    """Driver, heat, latent heat, stress and lags of a wire (`macromicro.identify.heated`).
-
-    Parameters
-    ----------
-    picking : Picking
-        Files to read, and role to column.
-    options : Options
-        Options as on the command line.
-
-    Returns
-    -------
-    Result
-        Its model is an `Inverse`; without a table an `Unheated`.
-
-    Raises
-    ------
-    InputError
-        An option or the data are not accepted.
-    """
     unheated.refused(options.table, options.austenite)
     if options.table is None:
         roles = (T, DRIVE, X, C)
@@ -119,7 +88,7 @@ def identify(picking: Picking, options: Options) -> Result:
     if math.isfinite(found.sensor):
         lines.append(Line("sensor", found.sensor, math.nan, "s", "lag of the position's sensor"))
     else:
-        remarks.append(("sensor's lag", "not seen: no column y; 0 is taken"))
+        remarks.append(("sensor's lag", "unknown without a column y; taken as 0"))
     head = f"An actuator under the law `{LAW}`: macromicro run --config model.toml"
     toml = model_file.gains(head, "fine", found.gains, LAW)
     data = {
@@ -141,7 +110,6 @@ def identify(picking: Picking, options: Options) -> Result:
 
 
 def _records(file: Picked) -> list[Recording]:
-    """The runs of a file, each from cold."""
     made = []
     for run in runs(file):
         t = run["t"]
@@ -157,7 +125,7 @@ def _records(file: Picked) -> list[Recording]:
 
 
 def _free(found: HeatedFit, record: Recording) -> Array:
-    """The model's contraction over a record from cold, by its drive alone, mm."""
+    """The model's contraction over a record from cold, mm."""
     from macromicro.models import stressed
 
     cut = record["contract"] if "contract" in record else np.nan  # noqa: SIM401 -- no dictionary
@@ -170,7 +138,7 @@ def _tried(found: HeatedFit, record: Recording, file: str) -> Trial:
 
 
 def _draw(found: HeatedFit, records: list[Recording], trials: list[Trial]) -> dict[str, Figure]:
-    """The model's free run on the last record and on those that were not fitted; the heat map."""
+    """The last record and the test records with free simulations, and the heat map."""
     from macromicro.identify.kinds import pictures
 
     last, model = records[-1], found.fit.model
@@ -178,7 +146,7 @@ def _draw(found: HeatedFit, records: list[Recording], trials: list[Trial]) -> di
     t = np.asarray(last["t"])
     curves = [
         ("measured", t, 1e-3 * np.asarray(last["laser"]), "-"),
-        ("model, running free", t, made, "--"),
+        ("model, free simulation", t, made, "--"),
     ]
     heat = [("heat map", model.volts, model.heat, "o-")]
     drawn = {

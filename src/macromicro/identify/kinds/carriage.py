@@ -1,4 +1,4 @@
-"""`identify carriage`: what the law `terminal` needs, from strokes in open loop."""
+"""`identify carriage`: the model of the law `terminal`, from strokes in open loop."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.kinds.testing import Trial
@@ -31,47 +31,18 @@ Y = Role("y", "platform by a laser", ("y", "laser"), ("m",), optional=True)
 ROLES = (T, U, X, Y, RUN)
 _SAME = 0.01  # of the sample time
 _NO_NUDGES = (
-    "not shown: no small efforts to and fro at rest, seen by the laser; the swing is that of a "
-    "carriage that gives, a larger share and a little slower"
+    "unknown: no small efforts at rest, seen by the laser; the swing includes the compliance "
+    "of the carriage, so its share is larger and its frequency slightly lower"
 )
 _DOUBTFUL = 0.3  # of a value: records that differ by more tell it poorly
 
 
 class Options(NamedTuple):
-    """Options of `identify carriage`.
-
-    Attributes
-    ----------
-    pitch : str | None
-        Travel per count with its unit; None: as the laser says.
-    tests : tuple[str, ...]
-        Files with strokes that are not fitted.
-    """
-
-    pitch: str | None = None
-    tests: tuple[str, ...] = ()
+    pitch: str | None = None  # travel per count with its unit; None: as the laser says
+    tests: tuple[str, ...] = ()  # files with strokes that are not fitted
 
 
 def identify(picking: Picking, options: Options) -> Result:
-    """Drive, friction, delay and swing of a carriage (`macromicro.identify.carriage`).
-
-    Parameters
-    ----------
-    picking : Picking
-        Files to read, and role to column.
-    options : Options
-        Options as on the command line.
-
-    Returns
-    -------
-    Result
-        Its model is a `Terminal`.
-
-    Raises
-    ------
-    InputError
-        An option or the data are not accepted.
-    """
     from macromicro.identify import carriage
 
     tables = loaded(picking, ROLES)
@@ -92,22 +63,22 @@ def identify(picking: Picking, options: Options) -> Result:
     strokes = sum(len(r.strokes) for r in fit.records)
     remarks = [("strokes", f"{strokes}, both ways")]
     if math.isfinite(fit.swing_rms):
-        remarks.append(("swing", f"explained to {fit.swing_rms * 1e6:.2g} um RMS of the laser"))
+        remarks.append(("swing", f"residual of {fit.swing_rms * 1e6:.2g} um RMS at the laser"))
     else:
-        remarks.append(("swing", "not seen: no laser, or no rest of 0.25 s after a stroke"))
+        remarks.append(("swing", "unknown: no laser, or no rest of 0.25 s after a stroke"))
     if fit.std and fit.give is None:
-        remarks.append(("give of a carriage that stands", _NO_NUDGES))
+        remarks.append(("compliance at rest", _NO_NUDGES))
     if poor:
-        remarks.append(("hardly told by these strokes", ", ".join(poor)))
+        remarks.append(("poorly determined by these strokes", ", ".join(poor)))
     trials = [_tried(fit, part, file.file) for file in others for part in runs(file)]
     values = {f"controller.own.{line.name}": (line.value, line.note) for line in lines[:-1]}
     head = f"A carriage under the law `{LAW}`: macromicro run --config model.toml"
     toml = model_file.settings(head, values, LAW)
     if fit.give is not None:
         way, lag, (of_way, of_lag) = fit.give.carriage
-        what = "of a carriage that stands to an effort at the swing's frequency; not in the swing"
+        what = "at rest, by an effort at the swing's frequency; not included in the swing"
         lines.append(Line("give", way, of_way, "m/V", what))
-        lines.append(Line("give lag", lag, of_lag, "s", "of that, beyond the delay"))
+        lines.append(Line("give lag", lag, of_lag, "s", "of this motion, beyond the delay"))
     lines += testing.lines(trials, "counts")
 
     def draw() -> dict[str, Figure]:
@@ -139,21 +110,23 @@ def identify(picking: Picking, options: Options) -> Result:
 
 
 def _tried(fit: CarriageFit, part: Mapping[str, Array], file: str) -> Trial:
-    """Strokes that were not fitted, run free from where each begins."""
+    """Test strokes, each simulated from its start."""
     from macromicro.identify import carriage
 
     r = carriage.cut(*_columns(part))
     if not r.strokes:
-        raise InputError(f"--test, {file}", "no stroke", "strokes from rest to rest")
+        raise ProblemError(
+            f"--test, {file}", "there is no stroke", "Record strokes from rest to rest."
+        )
     t = np.asarray(part["t"])
     if abs(float(t[1] - t[0]) - fit.dt) > _SAME * fit.dt:
         found = f"samples every {t[1] - t[0]:.3g} s"
-        raise InputError(f"--test, {file}", found, f"{fit.dt:.3g} s, as in what is fitted")
+        raise InputError(f"--test, {file}", found, f"{fit.dt:.3g} s, as in the fitted records")
     return Trial(file, t - t[0], r.counts, carriage.free_run(fit.model, r, fit.dt))
 
 
 def _note(meaning: str, apart: tuple[float, float] | None) -> str:
-    """What a parameter is, and what the records say of it one by one."""
+    """Meaning of a parameter, and its values from single records."""
     if apart is None:
         return meaning
     return f"{meaning}; {apart[0]:.3g} to {apart[1]:.3g} by each record alone"
@@ -166,7 +139,6 @@ def _columns(r: Mapping[str, Array]) -> tuple[Array, ...]:
 def _pitch(
     records: Sequence[Mapping[str, Array]], told: str | None, file: str
 ) -> tuple[float, str]:
-    """Travel per count in m, and where it is from."""
     if told is not None:
         pitch = quantity(told, "m", "--pitch")
         if not pitch > 0.0:
@@ -174,7 +146,9 @@ def _pitch(
         return pitch, "as given"
     seen = [r for r in records if "y" in r]
     if not seen:
-        raise InputError("--pitch", "not given", "travel per count, or a column y of a laser")
+        raise ProblemError(
+            "--pitch", "the travel per count is unknown", "Give --pitch, or a column y of a laser."
+        )
     slope = float(np.polyfit(seen[0]["x"], seen[0]["y"], 1)[0])
     if not slope > 0.0:
         raise InputError(f"{file}, y", f"{slope:.3g} m a count", "a laser that rises with x")

@@ -1,4 +1,4 @@
-"""First-order curves out of a recording of input and output."""
+"""First-order curves from a recording of input and output."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis.curves import Kind, direction
 from macromicro.identify.picking import Picked
 from macromicro.identify.smoothing import window_means
@@ -21,43 +21,15 @@ _WINDOWS = 300  # points of a curve over the whole range
 
 
 class Found(NamedTuple):
-    """`curves` of one `kind`, and the whole `records` (u, f) that they were cut from.
+    """`curves` of one `kind`, and the whole `records` (u, f) that they come from."""
 
-    Attributes
-    ----------
-    curves : list[Pair]
-        Pairs of input and output, shape (m,) each.
-    kind : Kind
-        The kind of all of them.
-    records : list[Pair]
-        The whole records that they were cut from, as pairs.
-    """
-
-    curves: list[Pair]
-    kind: Kind
-    records: list[Pair]
+    curves: list[Pair]  # pairs of input and output, shape (m,) each
+    kind: Kind  # the kind of all of them
+    records: list[Pair]  # the whole records that they were cut from, as pairs
 
 
 def from_tables(tables: list[Picked], kind: str) -> Found:
-    """Curves of the files: by the column `curve`, else cut out of the time record.
-
-    Parameters
-    ----------
-    tables : list[Picked]
-        Tables with the roles u and f.
-    kind : str
-        "descending", "ascending", or "auto" for the kind of most curves.
-
-    Returns
-    -------
-    Found
-        Curves of one kind.
-
-    Raises
-    ------
-    InputError
-        Fewer than two curves.
-    """
+    """Curves of the files: by the column `curve`, or cut out of the time record."""
     if all("curve" in table.values for table in tables):
         pairs = [pair for table in tables for pair in _named(table)]
         ways = [direction(u) for u, _ in pairs]
@@ -69,11 +41,11 @@ def from_tables(tables: list[Picked], kind: str) -> Found:
     way = _requested(kind) or ("ascending" if len(up) > len(down) else "descending")
     curves = up if way == "ascending" else down
     if len(curves) < 2:
-        raise InputError(
+        raise ProblemError(
             tables[0].file,
-            f"{len(curves)} {way} curves: the input never reverses in cycles from one end",
-            "an input that goes from one end of its range to different turning points and "
-            "back, twice or more",
+            f"{len(curves)} {way} curves found: the input never reverses in cycles from one end",
+            "Move the input from one end of its range to different turning points and back, "
+            "twice or more.",
         )
     return Found(curves, way, records)
 
@@ -85,33 +57,20 @@ def _requested(kind: str) -> Kind | None:
 
 
 def _named(table: Picked) -> list[Pair]:
-    """The rows of each curve, in the file's order."""
     u, f, curve = (table.values[n] for n in ("u", "f", "curve"))
     return [(u[curve == c], f[curve == c]) for c in dict.fromkeys(curve.tolist())]
 
 
 def cleaned(table: Picked) -> Pair:
-    """Input and output over time; a thermocouple's without spikes and noise.
-
-    Parameters
-    ----------
-    table : Picked
-        Table with the roles u and f, and t perhaps.
-
-    Returns
-    -------
-    Pair
-        Shape (n,) each.
-
-    Raises
-    ------
-    InputError
-        A constant column, or fewer than 20 rows.
-    """
+    """Input and output over time, a thermocouple's without spikes and noise."""
     u, f = table.values["u"], table.values["f"]
     for name, values in (("u", u), ("f", f)):
         if np.ptp(values) == 0.0:
-            raise InputError(f"{table.file}, {name}", f"constant at {values[0]:g}", "a change")
+            raise ProblemError(
+                f"{table.file}, {name}",
+                f"the column is constant at {values[0]:g}",
+                "Record a change.",
+            )
     if len(u) < 20:
         raise InputError(table.file, f"{len(u)} rows", "20 rows or more")
     if table.names["u"] == "thermocouple" and "t" in table.values:
@@ -130,22 +89,9 @@ def cleaned(table: Picked) -> Pair:
 
 
 def cut(u: Array, f: Array) -> list[Pair]:
-    """Falls of the input that follow a rise from its low end: descending curves.
-
-    A rise begins there, too, where the output is what it is at that end: a record that begins in a
-    cold room is lower than all that follows it. Points are means over windows, so that noise of the
-    input does not shuffle them.
-
-    Parameters
-    ----------
-    u, f : ndarray, shape (n,)
-        Input and output over time.
-
-    Returns
-    -------
-    list[Pair]
-        Pairs of input and output, shape (m,) each.
-    """
+    """Descending curves: falls of the input that follow a rise from its low end."""
+    # A rise also begins where the output equals its value at the low end, since a record may begin
+    # below it in a cold room. Points are means over windows, so that noise does not reorder them.
     from macromicro.identify.kiln import turning_points
 
     extent = float(np.ptp(u))

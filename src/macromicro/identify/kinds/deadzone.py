@@ -1,4 +1,4 @@
-"""`identify deadzone`: the lowest voltages that move an axis without pause."""
+"""`identify deadzone`: the lowest voltages for motion without pause."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.identify.kinds import foretelling, model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.notices import DataWarning, notice
@@ -37,57 +37,26 @@ LEAST = 20
 
 
 class Options(NamedTuple):
-    """Options of `identify deadzone`.
-
-    Attributes
-    ----------
-    travel : tuple[float, float] | None
-        Range over which motion counts, unit of x; None: as the file says, or what all runs cover.
-    pause : float
-        A longer time without a new count is an interruption, s.
-    gain : float | None
-        For (4.5), unit of x per s and V; None: without it.
-    width : float | None
-        Dead zone for (4.5), V; None: the one found.
-    tests : tuple[str, ...]
-        Files with runs that are not fitted.
-    """
-
+    # range over which motion counts, unit of x; None: as the file says, or what all runs cover
     travel: tuple[float, float] | None = None
-    pause: float = 0.05
-    gain: float | None = None
-    width: float | None = None
-    tests: tuple[str, ...] = ()
+    pause: float = 0.05  # A longer time without a new count is an interruption, s
+    gain: float | None = None  # For (4.5), unit of x per s and V; None: without it
+    width: float | None = None  # dead zone for (4.5), V; None: the one found
+    tests: tuple[str, ...] = ()  # files with runs that are not fitted
 
 
 def identify(picking: Picking, options: Options) -> Result:
-    """Dead zone per direction (Section 4.2.3) and, with a gain, (4.5).
-
-    Parameters
-    ----------
-    picking : Picking
-        Files to read, and role to column.
-    options : Options
-        Options as on the command line.
-
-    Returns
-    -------
-    Result
-        Its model is a `DeadZone`.
-
-    Raises
-    ------
-    InputError
-        An option or the data are not accepted.
-    """
     from macromicro.identify import dead_zone
 
     tables = loaded(picking, ROLES)
     others = testing.unseen(options.tests, picking, ROLES, tables[0])
     records = [run for table in tables for run in constant(table)]
     if not records:
-        found = "no stretch at a constant voltage other than 0"
-        raise InputError(tables[0].file, found, "open-loop runs, each at one voltage")
+        raise ProblemError(
+            tables[0].file,
+            "there is no stretch at a constant voltage other than 0",
+            "Record open-loop runs, each at one voltage.",
+        )
     known = tables[0].constants
     travel = options.travel
     if travel is None and {"travel_low", "travel_high"} <= set(known):
@@ -98,7 +67,7 @@ def identify(picking: Picking, options: Options) -> Result:
     lines = [
         Line("positive", zone.positive, step_below(zone, 1.0), "V", "lowest with steady motion"),
         Line("negative", -zone.negative, step_below(zone, -1.0), "V", "lowest with steady motion"),
-        Line("width", zone.width, math.nan, "V", "the greater one: what an inverse adds"),
+        Line("width", zone.width, math.nan, "V", "the larger one, which an inverse adds"),
     ]
     places = tables[0].units["x"] or "x"
     moved = sum(t.uninterrupted for t in zone.trials)
@@ -158,23 +127,7 @@ def identify(picking: Picking, options: Options) -> Result:
 
 
 def constant(table: Picked) -> list[Run]:
-    """The stretches of constant voltage other than 0, of 20 samples or more.
-
-    Parameters
-    ----------
-    table : Picked
-        Table with the roles t, u and x.
-
-    Returns
-    -------
-    list[Run]
-        A run per stretch.
-
-    Raises
-    ------
-    InputError
-        A stretch is no run.
-    """
+    """Stretches of constant voltage other than 0, of 20 samples or more."""
     found, short = [], 0
     for part in runs(table):
         cuts = np.flatnonzero(np.diff(part["u"])) + 1
@@ -194,20 +147,6 @@ def constant(table: Picked) -> list[Run]:
 
 
 def step_below(zone: DeadZone, direction: float) -> float:
-    """From the dead zone to the next lower voltage that was tried.
-
-    Parameters
-    ----------
-    zone : DeadZone
-        The dead zone that was found.
-    direction : float
-        1 or -1.
-
-    Returns
-    -------
-    float
-        V; NaN without a lower one.
-    """
     mine = {abs(t.volts) for t in zone.trials if t.volts * direction > 0.0}
     edge = zone.positive if direction > 0.0 else zone.negative
     lower = [v for v in mine if v < edge]
@@ -215,20 +154,7 @@ def step_below(zone: DeadZone, direction: float) -> float:
 
 
 def spread(zone: DeadZone, unit: str) -> str:
-    """Where motion breaks away first and last, in words.
-
-    Parameters
-    ----------
-    zone : DeadZone
-        The dead zone that was found.
-    unit : str
-        Unit of positions.
-
-    Returns
-    -------
-    str
-        Both directions; "" if nothing moved.
-    """
+    """Range of the breakaway positions in words."""
     said = []
     for sign, name in ((1, "forwards"), (-1, "backwards")):
         starts, lowest = zone.thresholds(sign)
@@ -245,29 +171,7 @@ def spread(zone: DeadZone, unit: str) -> str:
 def jump(
     records: list[Run], gain: float, width: float, remarks: list[tuple[str, str]]
 ) -> DiscontinuousDeadZone:
-    """a0 and delta of (4.5) from the runs beyond the dead zone.
-
-    Parameters
-    ----------
-    records : list[Run]
-        Runs of one voltage each.
-    gain : float
-        Static gain of the linear model, unit of x per s and V.
-    width : float
-        Dead zone, V.
-    remarks : list[tuple[str, str]]
-        One is appended.
-
-    Returns
-    -------
-    DiscontinuousDeadZone
-        Both directions, and both together.
-
-    Raises
-    ------
-    InputError
-        The runs are not enough.
-    """
+    """a0 and delta of (4.5) from the runs beyond the dead zone."""
     from macromicro.identify import discontinuous_dead_zone
 
     beyond = [r for r in records if abs(float(r.u[0])) > width + 1e-9]
@@ -277,18 +181,6 @@ def jump(
 
 
 def jump_lines(law: DiscontinuousDeadZone) -> list[Line]:
-    """(4.5) in the table.
-
-    Parameters
-    ----------
-    law : DiscontinuousDeadZone
-        As found.
-
-    Returns
-    -------
-    list[Line]
-        Two lines per direction, and two for both.
-    """
     lines = []
     for name, side in (("forwards", law.positive), ("backwards", law.negative), ("", law.both)):
         lines.append(Line(f"a0 {name}".strip(), side.a0, side.a0_std, "V"))
@@ -297,18 +189,6 @@ def jump_lines(law: DiscontinuousDeadZone) -> list[Line]:
 
 
 def settings(zone: DeadZone) -> str:
-    """The controller's dead zone, as model.toml.
-
-    Parameters
-    ----------
-    zone : DeadZone
-        The dead zone that was found.
-
-    Returns
-    -------
-    str
-        TOML.
-    """
     head = "The dead zone that the controller's inverse compensates (Section 4.2.3).\n"
     head += "Use: macromicro run --config model.toml"
     if zone.width >= FULL_SCALE:

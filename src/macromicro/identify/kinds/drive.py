@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.identify.driven import FIT, Driven
 from macromicro.identify.kinds import drive_file, drive_words, presliding, sprung, testing
 from macromicro.identify.kinds.loading import Picking, loaded
@@ -19,84 +19,40 @@ if TYPE_CHECKING:
 
 U = Role(
     "u",
-    "drive voltage, current or force; where nothing drives: --free",
+    "drive voltage, current or force; --free without a drive",
     ("u", "U", "motor", "voltage", "volts", "v", "V", "force", "f", "vir", "input"),
     ("V", "N", "A"),
 )
 X = Role(
     "x",
-    "position; a speed instead: --columns v=COLUMN",
+    "position, or a speed with --columns v=COLUMN",
     ("x", "X", "macro_position", "position", "pos", "qm", "q", "y", "Y", "angle"),
     ("m", "rad", "counts"),
 )
 ROLES = (T, U, X, RUN)
 GAINS = ("gain", "gtau")
+_OTHERS = "a spring, a dead zone, a measured speed or a free motion"
 
 
 class Options(NamedTuple):
-    """Options of `identify drive`.
-
-    Attributes
-    ----------
-    gain : float | None
-        Force per unit of u; None: as the file says, else 1.
-    structure : str
-        Structure of the friction.
-    limit : float | None
-        u saturates there.
-    delay : int | str | None
-        Samples by which u acts late, or "fit": found with the parameters; None: as the file says,
-        else 0.
-    tests : tuple[str, ...]
-        Files with records that are not fitted.
-    spring : bool
-        Whether a spring pulls (`kinds.sprung`).
-    dead_zone : bool
-        Whether the drive has a dead zone.
-    free : bool
-        Whether nothing drives: a decay.
-    along : int | None
-        Nodes of the friction's level along the travel, of elastic friction; None: as pieces held
-        out ask for.
-    eccentric : bool
-        Whether gravity pulls at an eccentric load, which turns.
-    endless : bool
-        Whether it turns on, without end stops.
-    """
-
-    gain: float | None = None
-    structure: str = "auto"
-    limit: float | None = None
+    gain: float | None = None  # force per unit of u; None: as the file says, else 1
+    structure: str = "auto"  # structure of the friction
+    limit: float | None = None  # u saturates there
+    # samples by which u acts late, or "fit": found with the parameters; None: as the file says,
+    # else 0
     delay: int | str | None = None
-    tests: tuple[str, ...] = ()
-    spring: bool = False
-    dead_zone: bool = False
-    free: bool = False
+    tests: tuple[str, ...] = ()  # files with records that are not fitted
+    spring: bool = False  # see `kinds.sprung`
+    dead_zone: bool = False  # of the drive
+    free: bool = False  # no drive: a decay
+    # nodes of the friction's level along the travel, of elastic friction; None: as pieces held out
+    # ask for
     along: int | None = None
-    eccentric: bool = False
-    endless: bool = False
+    eccentric: bool = False  # eccentric load of a rotary axis
+    endless: bool = False  # continuous rotation, without end stops
 
 
 def identify(picking: Picking, options: Options) -> Result:
-    """Physical parameters by inverse dynamics and output error (`macromicro.identify.drive`).
-
-    Parameters
-    ----------
-    picking : Picking
-        Files to read, and role to column.
-    options : Options
-        Options as on the command line.
-
-    Returns
-    -------
-    Result
-        Its model is an `Axis`.
-
-    Raises
-    ------
-    InputError
-        An option or the data are not accepted.
-    """
     from macromicro.identify import drive
     from macromicro.identify.presliding import FRICTIONS
 
@@ -117,8 +73,11 @@ def identify(picking: Picking, options: Options) -> Result:
     u_unit, x_unit = first.units["u"] or "u", first.units["x"] or "x"
     for name in ("eccentric", "endless"):
         if getattr(options, name) and x_unit != ANGLE.base:
-            accepted = "a position in rad or deg, such as --columns x=angle:deg"
-            raise InputError(f"--{name}", f"x in {first.units['x'] or 'no unit'}", accepted)
+            raise ProblemError(
+                f"--{name}",
+                f"the unit of x is {first.units['x'] or 'unknown'}",
+                "Name an angle in rad or deg, such as --columns x=angle:deg.",
+            )
     newton = (ANGLE if x_unit == ANGLE.base else LENGTH).named("N")
     force = newton if gain != 1.0 else u_unit
     named = bool(first.units["x"]) and (gain != 1.0 or bool(first.units["u"]))
@@ -147,14 +106,16 @@ def identify(picking: Picking, options: Options) -> Result:
     samples = sum(len(r.t) for r in records)
     remarks = [
         ("fit", f"free run {fit.fit:.2f} %, RMS {fit.rms:.4g} {x_unit} over {samples} samples"),
-        ("on data that was not fitted to", f"RMS {fit.holdout_rms:.4g} {x_unit}"),
+        ("on held-out data", f"RMS {fit.holdout_rms:.4g} {x_unit}"),
         ("force, inverse dynamics", f"error {fit.inverse.percent:.2f} %"),
         ("structure", drive_words.structure(fit)),
         *drive_words.repeated(fit.inverse.repeats, force, x_unit),
     ]
     if not named:
         bare = " and ".join(n for n in ("u", "x") if not first.units[n])
-        remarks.append(("units", f"none is named for {bare}: parameters in those of the columns"))
+        remarks.append(
+            ("units", f"none given for {bare}; the parameters are in the units of the columns")
+        )
     if gain != 1.0:
         remarks.append(("gain", f"{gain:g} {newton}/{u_unit}, {said}"))
     remarks += drive_words.late(delay)
@@ -186,6 +147,7 @@ def identify(picking: Picking, options: Options) -> Result:
     title = "M dv/dt = gain u - (Fv +- Fa) v -+ (Fc + Fs exp(-(v/vs)^2)) - F0"
     title += " - unbalance sin(x - hangs)" if options.eccentric else ""
     toml = drive_file.settings(fit, records, force, x_unit, units, options.endless)
+    remarks += drive_file.limits(toml, records, (u_unit, x_unit))
     return Result("drive", title, fit.axis, lines, remarks, toml, draw, data)
 
 
@@ -195,55 +157,38 @@ def _checked(options: Options) -> None:
     if options.limit is not None and not options.limit > 0.0:
         raise InputError("--limit", options.limit, "a value above zero")
     if options.along is not None and options.structure not in FRICTIONS:
-        accepted = f"only with --structure {' or '.join(FRICTIONS)}"
-        raise InputError("--along", options.along, accepted)
+        raise ProblemError(
+            "--along", "it needs elastic friction", f"Add --structure {' or '.join(FRICTIONS)}."
+        )
     if options.delay == FIT and options.structure in FRICTIONS:
         raise InputError("--delay", FIT, "a whole number of samples with elastic friction")
     for name in ("eccentric", "endless"):
         if getattr(options, name) and options.structure in FRICTIONS:
-            raise InputError(f"--{name}", options.structure, "no elastic friction beside it")
+            raise ProblemError(
+                f"--{name}", f"it cannot be combined with --structure {options.structure}"
+            )
 
 
 def _other(picking: Picking, options: Options) -> bool:
-    """Whether the axis is one for `kinds.sprung`."""
     flags = options.spring or options.dead_zone or options.free
     return flags or sprung.in_speeds(picking, X)
 
 
 def _asked(options: Options) -> sprung.Asked:
-    """The options that it shares. Raises InputError for those that it does not have."""
+    """Options for `kinds.sprung`; rejects those that it does not have."""
     if options.limit is not None:
-        accepted = "no limit with a spring, a dead zone, speeds or a free motion"
-        raise InputError("--limit", options.limit, accepted)
+        raise ProblemError("--limit", f"it cannot be combined with {_OTHERS}")
     for name in ("eccentric", "endless"):
         if getattr(options, name):
-            accepted = "no spring, dead zone, speeds or free motion beside it"
-            raise InputError(f"--{name}", "with one of these", accepted)
+            raise ProblemError(f"--{name}", f"it cannot be combined with {_OTHERS}")
     if options.delay is not None and not (isinstance(options.delay, int) and options.delay >= 0):
-        accepted = "a whole number of samples from 0 with one of these"
+        accepted = f"a whole number of samples from 0 with {_OTHERS}"
         raise InputError("--delay", options.delay, accepted)
     shared = {n: getattr(options, n) for n in sprung.Asked._fields}
     return sprung.Asked(**shared)
 
 
 def measured(table: Picked) -> list[Run]:
-    """The runs of a file, checked.
-
-    Parameters
-    ----------
-    table : Picked
-        Columns t, u and x.
-
-    Returns
-    -------
-    list[Run]
-        One or more.
-
-    Raises
-    ------
-    InputError
-        One of them is unusable.
-    """
     found = []
     for part in runs(table):
         railed(part["x"], f"{table.file}, x")

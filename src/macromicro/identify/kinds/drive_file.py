@@ -1,4 +1,4 @@
-"""The files of a drive that was identified: a machine, settings of the bench, or plain values."""
+"""Files of an identified drive: a machine, settings of the bench, or plain values."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from macromicro.place import PLACES, Place
 if TYPE_CHECKING:
     from macromicro.identify.axis_fit import DriveFit
 
+ABOUT = LIMITS, ASSUMED = "limits of the machine", "assumed"
 _FINEST = 1e-9  # of the travel; smaller steps are rounding, not counts
 
 
@@ -27,29 +28,6 @@ def settings(
     units: dict[str, str],
     endless: bool = False,
 ) -> str:
-    """Settings of the bench for an axis in counts and volts, of the machine `axis` for one in
-    metres and `rotary` for one in radians, else the parameters as they are.
-
-    Parameters
-    ----------
-    fit : DriveFit
-        What was found.
-    records : list[Run]
-        In what.
-    force : str
-        Unit of the force.
-    x : str
-        Unit of the position.
-    units : dict[str, str]
-        By name of the parameter.
-    endless : bool, optional
-        Whether it turns on, without end stops.
-
-    Returns
-    -------
-    str
-        TOML.
-    """
     errors = dict(zip(fit.refined.names, fit.refined.std, strict=True))
     if (force, x) == ("V", "counts"):
         return bench(fit, errors)
@@ -66,20 +44,6 @@ def settings(
 
 
 def about(error: float, unit: str = "") -> str:
-    """A standard error in words.
-
-    Parameters
-    ----------
-    error : float
-        NaN where none is known.
-    unit : str, optional
-        Its unit.
-
-    Returns
-    -------
-    str
-        "" where none is known.
-    """
     return "" if math.isnan(error) else f"+- {error:.2g} {unit}".rstrip()
 
 
@@ -91,31 +55,7 @@ def machine(
     place: Place,
     endless: bool = False,
 ) -> str:
-    """The machine `axis` that follows from a drive in metres, or `rotary` from one in radians.
-
-    Its travel, its largest effort and its period are those of the records, its count is the
-    smallest step of the position in them.
-
-    Parameters
-    ----------
-    fit : DriveFit
-        In m, and in N or V; or in rad, and in N m or V.
-    records : list[Run]
-        What it was found in.
-    units : dict[str, str]
-        By name of the parameter.
-    errors : dict[str, float]
-        Standard error by name of the parameter.
-    place : Place
-        What its places are counted in.
-    endless : bool, optional
-        Whether it turns on, without end stops.
-
-    Returns
-    -------
-    str
-        TOML.
-    """
+    """The machine `axis` (m) or `rotary` (rad) of a drive, its limits from the records."""
     from macromicro.identify import axis_settings, eccentric
     from macromicro.identify.axis_settings import Around
 
@@ -138,14 +78,16 @@ def machine(
     axis = fit.axis._replace(lag=fit.delay * dt + fit.axis.lag)
     head = [
         "A motor-driven axis as a machine: macromicro run --config model.toml",
-        f"Its 0 {place.unit} is the lowest position in the records, its largest effort the "
-        "largest there.",
+        (
+            f"Its 0 {place.unit} is the lowest position in the records, its effort limit the "
+            "largest effort there."
+        ),
     ]
     if fit.gain == 1.0:
         head.append(
             f"No gain was known: 1 {place.named('N')} below stands for one unit of the effort."
         )
-    head += ["", "As found, by output error, with standard errors:"]
+    head += ["", "Identified by output error, with standard errors:"]
     for name, (value, error, _) in told(fit.refined).items():
         head.append(" ".join(filter(None, (f"  {name} = {value:.5g}", about(error), units[name]))))
     values, name = axis_settings.values(axis, around), "axis"
@@ -155,27 +97,28 @@ def machine(
         values, name = axis_settings.turned(values, load), "rotary"
         values = axis_settings.endless(values) if endless else values
         if "offset" in errors:
-            head.append("A constant torque is no part of this machine: it is left out.")
-    return axis_settings.as_toml(values, "\n".join(head), name)
+            head.append("This machine has no constant torque: it is left out.")
+    return axis_settings.as_toml(values, "\n".join(head), name, axis_settings.SOURCES)
+
+
+def limits(toml: str, records: list[Run], units: tuple[str, str]) -> list[tuple[str, str]]:
+    """Warnings of a machine's limits, which no record shows."""
+    if "\nmachine = " not in toml:
+        return []
+    effort = max(float(np.abs(r.u).max()) for r in records)
+    low, high = (f(float(f(r.x)) for r in records) for f in (min, max))
+    said = f"travel {high - low:.4g} {units[1]}, effort {effort:.4g} {units[0]}"
+    return [
+        (LIMITS, f"the records' range, {said}; --machine FILE: a sheet's"),
+        (ASSUMED, "motor force, resistance, inductance and current: only their effect shows"),
+    ]
 
 
 def bench(fit: DriveFit, errors: dict[str, float]) -> str:
-    """What follows for the bench's carriage and friction, its motor taken as it is.
+    """The bench's carriage and friction from a drive, with the motor's known values.
 
-    One volt at the D/A board is worth g = K duty supply / (full scale r R) newtons at the belt;
-    back-EMF, K^2 / (r^2 R), is part of the viscous slope that was measured.
-
-    Parameters
-    ----------
-    fit : DriveFit
-        In counts and volts.
-    errors : dict[str, float]
-        Standard error by name of the parameter.
-
-    Returns
-    -------
-    str
-        TOML.
+    One volt at the D/A board gives g = K duty supply / (full scale r R) newtons at the belt; the
+    back-EMF K^2 / (r^2 R) is part of the measured viscous friction.
     """
     from macromicro.settings import Settings
 

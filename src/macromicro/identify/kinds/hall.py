@@ -1,4 +1,4 @@
-"""`identify hall`: the table that turns a sensor's volts into millimetres."""
+"""`identify hall`: the table from a sensor's volts to millimetres."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import RUN, Picked, Role, railed, runs
 from macromicro.identify.result import Line, Result
+from macromicro.schema.text import write_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,54 +34,20 @@ FILE = "hall_calibration.csv"
 LEAST = 50
 METHODS = {
     "mean": "mean of runs both ways",
-    "spline": "one spline for all runs, lag fitted beside it",
+    "spline": "one spline for all runs, fitted with the lag",
 }
 
 
 class Options(NamedTuple):
-    """Options of `identify hall`.
-
-    Attributes
-    ----------
-    low : float
-        Lowest voltage of the table, V.
-    high : float
-        Highest, V.
-    points : int
-        Number of voltages.
-    tests : tuple[str, ...]
-        Files with sweeps that are not fitted.
-    method : str
-        One of `METHODS`: the mean of the runs, or one spline with the sensor's lag beside it.
-    """
-
-    low: float = 0.0
-    high: float = 5.0
-    points: int = 126
-    tests: tuple[str, ...] = ()
+    low: float = 0.0  # lowest voltage of the table, V
+    high: float = 5.0  # highest, V
+    points: int = 126  # number of voltages
+    tests: tuple[str, ...] = ()  # files with sweeps that are not fitted
+    # one of `METHODS`: the mean of the runs, or one spline with the sensor's lag beside it
     method: str = "mean"
 
 
 def identify(picking: Picking, options: Options) -> Result:
-    """Calibration with its uncertainty (Section 3.2.3, Figure 3.9).
-
-    Parameters
-    ----------
-    picking : Picking
-        Files to read, and role to column.
-    options : Options
-        Options as on the command line.
-
-    Returns
-    -------
-    Result
-        Its model is a `Calibration`.
-
-    Raises
-    ------
-    InputError
-        An option or the data are not accepted.
-    """
     if options.method not in METHODS:
         raise InputError("--method", options.method, ", ".join(METHODS))
     if not (options.low < options.high and 10 <= options.points <= 2000):
@@ -89,7 +56,9 @@ def identify(picking: Picking, options: Options) -> Result:
     tables = loaded(picking, ROLES)
     sweeps = [(v, x / 1e3) for table in tables for v, x in one_way(table)]
     if not sweeps:
-        raise InputError(tables[0].file, "no one-way run", "runs over the sensor's range")
+        raise ProblemError(
+            tables[0].file, "there is no one-way run", "Record runs over the sensor's range."
+        )
     v, x = (np.concatenate([sweep[k] for sweep in sweeps]) for k in (0, 1))
     falling = float(np.corrcoef(v, x)[0, 1]) < 0.0
     # The table is made monotone as a rising one.
@@ -114,7 +83,9 @@ def identify(picking: Picking, options: Options) -> Result:
         Line("error, mean", float(np.nanmean(fit.error)) * 1e6, unit="um", note="of the table"),
         Line("error, largest", float(np.nanmax(fit.error)) * 1e6, unit="um"),
         Line("up from down", lag * 1e6, unit="um", note="largest half difference: lag, cancelled"),
-        Line("bend", float(np.abs(bent).max()) * 1e6, unit="um", note="largest, off a line"),
+        Line(
+            "bend", float(np.abs(bent).max()) * 1e6, unit="um", note="largest deviation from a line"
+        ),
         *beside,
     ]
     others = testing.unseen(options.tests, picking, ROLES, tables[0])
@@ -123,7 +94,7 @@ def identify(picking: Picking, options: Options) -> Result:
     remarks = [
         ("runs", f"{fit.runs}, one way each; {int(seen.sum())} of {len(seen)} voltages seen"),
         ("beyond them", "the table continues with its last slope"),
-        ("settings", f"none hold a table: it is in {FILE} with --out"),
+        ("settings", f"no setting holds a table; it is in {FILE} with --out"),
     ]
 
     def draw() -> dict[str, Figure]:
@@ -155,7 +126,7 @@ def identify(picking: Picking, options: Options) -> Result:
             ),
         }
 
-    head = "A sensor's calibration stands in no setting of `macromicro run --config`.\n"
+    head = "No setting of `macromicro run --config` holds a sensor's calibration.\n"
     head += f"The table is in {FILE} (volts, millimetres), as macromicro.control reads it."
     toml = model_file.plain(head, {"calibration": {"file": (FILE, f"{len(seen)} points")}})
     lengths = {"position_mm": place, "error_mm": fit.error, "std_mm": fit.std}
@@ -167,13 +138,12 @@ def identify(picking: Picking, options: Options) -> Result:
 
 
 def _fitted(sweeps: list[tuple[Array, Array]], options: Options) -> tuple[HallFit, list[Line]]:
-    """The table by the method that was asked for, and what else that finds."""
     asked = (options.low, options.high, options.points)
     if options.method == "mean":
         from macromicro.identify.hall import calibrated
 
         return calibrated(sweeps, *asked), []
-    from macromicro.identify.hall_spline import splined
+    from macromicro.identify._hall_spline import splined
 
     made = splined(sweeps, *asked)
     half = made.wide * float(np.nanmean(made.fit.error)) * 1e6
@@ -181,26 +151,12 @@ def _fitted(sweeps: list[tuple[Array, Array]], options: Options) -> tuple[HallFi
     return made.fit, [
         Line("within, 95 %", half, unit="um", note=share),
         Line("lag", made.lag, made.lag_error, "readings", "of the sensor, fitted"),
-        Line("pieces", made.pieces, note="of the spline, as the runs foretell each other best"),
+        Line("pieces", made.pieces, note="of the spline, by cross-validation over runs"),
         Line("residual", made.residual * 1e6, unit="um", note="RMS of a run's bins, the noise"),
     ]
 
 
 def tried(table: Calibration, sweep: Picked) -> Trial:
-    """The table's positions for the voltages of a record that was not fitted.
-
-    Parameters
-    ----------
-    table : Calibration
-        As found.
-    sweep : Picked
-        Columns v and x.
-
-    Returns
-    -------
-    Trial
-        In mm, over volts.
-    """
     volts = sweep.values["v"]
     grid = table.low + table.step * np.arange(len(table.position))
     made = 1e3 * np.interp(volts, grid, table.position)
@@ -208,29 +164,13 @@ def tried(table: Calibration, sweep: Picked) -> Trial:
 
 
 def _few(trial: Trial) -> tuple[Array, Array]:
-    """Some hundred points of it."""
+    """Some hundred points of a trial."""
     every = max(len(trial.t) // 300, 1)
     return trial.t[::every], trial.measured[::every]
 
 
 def one_way(table: Picked) -> list[tuple[Array, Array]]:
-    """Each rise and fall of the position, ends of the sensor's range left out.
-
-    Parameters
-    ----------
-    table : Picked
-        Table with the roles v and x.
-
-    Returns
-    -------
-    list[tuple[Array, Array]]
-        Pairs of sensor voltage (V) and position (mm), shape (n,) each.
-
-    Raises
-    ------
-    InputError
-        A column is constant, or most of the record is at an end of the range.
-    """
+    """Each rise and fall of the position, without the ends of the sensor's range."""
     from macromicro.identify.kiln import turning_points
 
     found = []
@@ -239,7 +179,9 @@ def one_way(table: Picked) -> list[tuple[Array, Array]]:
         stuck = railed(v, f"{table.file}, v", "left out")
         if np.ptp(x) == 0.0 or np.ptp(v) == 0.0:
             name = "x" if np.ptp(x) == 0.0 else "v"
-            raise InputError(f"{table.file}, {name}", "constant", "a sensor that moves")
+            raise ProblemError(
+                f"{table.file}, {name}", "the column is constant", "Record a sensor that moves."
+            )
         v, x = v[~stuck], x[~stuck]
         turns = turning_points(x, 0.2 * float(np.ptp(x)))
         pieces = [slice(a, b + 1) for a, b in pairwise(turns)]
@@ -248,7 +190,7 @@ def one_way(table: Picked) -> list[tuple[Array, Array]]:
 
 
 def _long(x: Array, extent: float) -> bool:
-    """Whether a piece goes through a good part of the range; rests at an end do not."""
+    """Whether a piece covers a good part of the range, unlike rest at an end."""
     return len(x) >= LEAST and float(np.ptp(x)) > 0.2 * extent
 
 
@@ -256,4 +198,4 @@ def _write(path: Path, fit: HallFit, method: str) -> None:
     lines = [f"# Sensor calibration: {method}", "hall_V,position_mm"]
     place = fit.calibration.position * 1e3
     lines += [f"{v:.4f},{x:.6f}" for v, x in zip(fit.volts, place, strict=True)]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_text(path, "\n".join(lines) + "\n")

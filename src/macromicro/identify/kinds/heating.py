@@ -1,4 +1,4 @@
-"""Records of heating and cooling steps, sorted by voltage, as temperatures."""
+"""Heating and cooling steps, sorted by voltage, as temperatures."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.columns import Column
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import Picked, railed, runs
@@ -24,73 +24,23 @@ _COLUMNS = (Column("t", "s", ""), Column("ctrl", "V", ""), Column("laser", "um",
 
 
 class Source(NamedTuple):
-    """How a temperature is found.
-
-    Attributes
-    ----------
-    table : FodTable | None
-        From position; None: it was measured.
-    ambient : float | None
-        deg C; None: the first temperature of each record, or 25 deg C.
-    """
-
-    table: FodTable | None
-    ambient: float | None
+    table: FodTable | None  # from position; None: it was measured
+    ambient: float | None  # deg C; None: the first temperature of each record, or 25 deg C
 
 
 class Cold(NamedTuple):
-    """What was seen before a step.
-
-    Attributes
-    ----------
-    mean : float
-        Of a temperature, deg C, or a position, mm.
-    samples : int
-        How many, with the one at which the step begins.
-    """
-
-    mean: float
-    samples: int
+    mean: float  # of a temperature, deg C, or a position, mm
+    samples: int  # number, with the first of the step
 
 
 class Steps(NamedTuple):
-    """Runs by voltage (V).
-
-    Attributes
-    ----------
-    held : dict[float, list[Run]]
-        Those of a constant voltage.
-    cooled : dict[float, list[Run]]
-        Those that end at 0 V.
-    cold : dict[float, list[Cold]]
-        What was seen before the steps of each voltage.
-    """
-
-    held: dict[float, list[Run]]
-    cooled: dict[float, list[Run]]
+    held: dict[float, list[Run]]  # those of a constant voltage
+    cooled: dict[float, list[Run]]  # those that end at 0 V
+    # what was seen before the steps of each voltage
     cold: Mapping[float, list[Cold]] = MappingProxyType({})
 
 
 def steps(tables: Sequence[Picked], role: str) -> Steps:
-    """Sort all runs by voltage.
-
-    Parameters
-    ----------
-    tables : Sequence[Picked]
-        Tables with the roles t, u and `role`.
-    role : str
-        "T" or "x": what x of a run holds, temperature (deg C) or position (mm).
-
-    Returns
-    -------
-    Steps
-        By voltage.
-
-    Raises
-    ------
-    InputError
-        No run is an open-loop step from cold.
-    """
     held: dict[float, list[Run]] = {}
     cooled: dict[float, list[Run]] = {}
     cold: dict[float, list[Cold]] = {}
@@ -119,8 +69,11 @@ def steps(tables: Sequence[Picked], role: str) -> Steps:
         accepted = "a constant voltage from a cold start, then 0 V perhaps"
         notice(DataWarning, f"{left} runs are no steps ({accepted}); left out")
     if not held and not cooled:
-        found = "no run that steps to a voltage and stays there"
-        raise InputError(tables[0].file, found, "open-loop steps from cold")
+        raise ProblemError(
+            tables[0].file,
+            "no run steps to a voltage and stays there",
+            "Record open-loop steps from cold.",
+        )
     for volts, group in cooled.items():  # a fall's rise will do where there is nothing better
         if volts not in held:
             cut = [int(np.argmax(r.u == 0.0)) for r in group]
@@ -129,7 +82,7 @@ def steps(tables: Sequence[Picked], role: str) -> Steps:
 
 
 def _alike(group: list[Run]) -> list[Run]:
-    """The longest runs of a group with the first one's sample time, cut to one length."""
+    """The longest runs of a group with equal sample times, cut to one length."""
     long = max(r.t[-1] for r in group)
     kept = [r for r in group if r.t[-1] > 0.9 * long]
     kept = [r for r in kept if abs(r.dt - kept[0].dt) < 1e-3 * kept[0].dt]
@@ -138,7 +91,6 @@ def _alike(group: list[Run]) -> list[Run]:
 
 
 def _recordings(group: list[Run]) -> list[Recording]:
-    """Runs of a position [mm] as the recordings that `identify.thermal` takes."""
     return [
         Recording.from_arrays(_COLUMNS, [r.t, r.u, r.x * 1e3], float(f"{r.dt:.9g}"), {})
         for r in group
@@ -146,25 +98,9 @@ def _recordings(group: list[Run]) -> list[Recording]:
 
 
 def record(group: list[Run], source: Source, cold: Sequence[Cold] = ()) -> StepRecord:
-    """The mean of one voltage's runs as temperature rise over ambient.
-
-    Where nobody tells the room's temperature it is the mean of what was measured before the steps,
-    and how sure that is by the scatter of the record's samples counts as its error.
-
-    Parameters
-    ----------
-    group : list[Run]
-        Runs of one voltage.
-    source : Source
-        How a temperature is found.
-    cold : Sequence[Cold], optional
-        What was seen before the runs; by default their first samples.
-
-    Returns
-    -------
-    StepRecord
-        K.
-    """
+    """Mean temperature rise over ambient of one voltage's runs."""
+    # An unknown ambient temperature is the mean of the readings before the steps; its error is
+    # their scatter.
     group = _alike(group)
     if source.table is not None:
         ambient = 25.0 if source.ambient is None else source.ambient
@@ -179,7 +115,6 @@ def record(group: list[Run], source: Source, cold: Sequence[Cold] = ()) -> StepR
 
 
 def _cold(group: list[Run], cold: Sequence[Cold]) -> Sequence[Cold]:
-    """What was seen before the runs, or their first samples."""
     return cold or [Cold(float(r.x[0]), 1) for r in group]
 
 
@@ -188,26 +123,12 @@ def _ambient(cold: Sequence[Cold]) -> float:
 
 
 def _scatter(x: Array) -> float:
-    """Standard deviation of single samples about the smooth way that they are of: by their second
-    differences, whose variance is six times theirs (J. von Neumann, 1941), over the last half."""
+    """Noise over the last half, by second differences (J. von Neumann, 1941)."""
     return float(np.sqrt(np.mean(np.diff(x[len(x) // 2 :], 2) ** 2) / 6.0))
 
 
 def clear_of_stop(step: StepRecord, source: Source) -> bool:
-    """Whether the end of a step shows a temperature.
-
-    Parameters
-    ----------
-    step : StepRecord
-        One voltage's mean.
-    source : Source
-        How a temperature is found.
-
-    Returns
-    -------
-    bool
-        False where a position is near the stop.
-    """
+    """Whether the end of a step shows a temperature."""
     if source.table is None:
         return True
     table = source.table
@@ -215,18 +136,7 @@ def clear_of_stop(step: StepRecord, source: Source) -> bool:
 
 
 def drift(step: StepRecord) -> float:
-    """By how much the rise still changed over the last tenth of a record.
-
-    Parameters
-    ----------
-    step : StepRecord
-        One voltage's mean.
-
-    Returns
-    -------
-    float
-        As a share of the rise; NaN for too short a record.
-    """
+    """Change of the rise over the last tenth of a record."""
     last = step.t >= step.t[-1] - 0.1 * (step.t[-1] - step.t[0])
     rise = step.rise[last]
     if len(rise) < 10:
@@ -236,27 +146,7 @@ def drift(step: StepRecord) -> float:
 
 
 def fall(group: list[Run], source: Source, cold: Sequence[Cold] = ()) -> CoolingFit:
-    """The cooling constant of (5.9) from one voltage's runs.
-
-    Parameters
-    ----------
-    group : list[Run]
-        Runs that end at 0 V.
-    source : Source
-        How a temperature is found.
-    cold : Sequence[Cold], optional
-        As for `record`.
-
-    Returns
-    -------
-    CoolingFit
-        With the exponential that was fitted.
-
-    Raises
-    ------
-    InputError
-        The record does not cover 63 % of the way to ambient.
-    """
+    """Cooling constant of (5.9) from one voltage's runs."""
     group = _alike(group)
     if source.table is not None:
         ambient = 25.0 if source.ambient is None else source.ambient

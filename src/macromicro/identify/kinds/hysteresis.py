@@ -1,4 +1,4 @@
-"""`identify hysteresis`: a table of first-order curves, the Preisach model of (2.11)."""
+"""`identify hysteresis`: a table of first-order curves, the Preisach model (2.11)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.files.reading import is_forc, read
 from macromicro.hysteresis import FodTable, Preisach, congruency, wiping_out
 from macromicro.hysteresis.shape import ROUGH, ROUNDS
@@ -51,70 +51,26 @@ _ENOUGH = 2 + 2 * _FOLDS  # curves by which something is chosen: the outer ones,
 
 
 class Options(NamedTuple):
-    """Options of `identify hysteresis`.
-
-    Attributes
-    ----------
-    curves : str
-        Their kind, or "auto".
-    shape : str
-        Shape of the density, as for ``FodTable.from_curves``.
-    smooth : float | str
-        Grid steps; "auto": what predicts curves held out best (`chosen`).
-    tests : tuple[str, ...]
-        Recordings to predict.
-    drift : bool
-        Whether each curve of a MicroMag file is scaled by the calibration before it.
-    between : str
-        "input" or "output", as for ``FodTable.from_curves``; "auto": what predicts best, too.
-    """
-
-    curves: str = "auto"
-    shape: str = "monotone"
-    smooth: float | str = 1.0
-    tests: tuple[str, ...] = ()
+    curves: str = "auto"  # their kind, or "auto"
+    shape: str = "monotone"  # shape of the density, as for ``FodTable.from_curves``
+    smooth: float | str = 1.0  # grid steps; "auto": what predicts curves held out best (`chosen`)
+    tests: tuple[str, ...] = ()  # recordings to predict
+    # whether each curve of a MicroMag file is scaled by the calibration before it
     drift: bool = False
+    # "input" or "output", as for ``FodTable.from_curves``; "auto": what predicts best, too
     between: str = "input"
 
 
 class Errors(NamedTuple):
-    """Curves that a table from every second one did not see.
+    """Errors of a table from every second curve on the others."""
 
-    Attributes
-    ----------
-    rms : float
-        Unit of the output.
-    largest : float
-        Unit of the output.
-    curves : list[tuple[Array, Array, Array]]
-        Input, output, and predicted output of each, shape (m,).
-    """
-
-    rms: float
-    largest: float
+    rms: float  # unit of the output
+    largest: float  # unit of the output
+    # input, output, and predicted output of each, shape (m,)
     curves: list[tuple[Array, Array, Array]]
 
 
 def identify(picking: Picking, options: Options) -> Result:
-    """The table, how well half of it predicts the other half, and what contradicts it.
-
-    Parameters
-    ----------
-    picking : Picking
-        Files to read, and role to column.
-    options : Options
-        Options as on the command line.
-
-    Returns
-    -------
-    Result
-        Its model is a `FodTable`.
-
-    Raises
-    ------
-    InputError
-        An option or the data are not accepted.
-    """
     _checked(options)
     found, units = _found(picking, options)
     pairs = sorted(found.curves, key=lambda pair: float(pair[0][0]))
@@ -122,11 +78,11 @@ def identify(picking: Picking, options: Options) -> Result:
     limits = (float(ends.min()), float(ends.max()))
     starts = np.array([u[np.isfinite(u)][:1].sum() for u, _ in pairs])
     if float(np.ptp(starts)) < 0.05 * (limits[1] - limits[0]):
-        same = f"all {len(pairs)} curves reverse at {starts[0]:.4g}: the major loop alone"
-        accepted = (
-            "curves from different reversals, over most of the input's range (or `identify plays`)"
+        raise ProblemError(
+            printable(picking.files[0], 300),
+            f"all {len(pairs)} curves reverse at {starts[0]:.4g}: they show the major loop only",
+            "Record reversals over most of the input's range, or use `identify plays`.",
         )
-        raise InputError(printable(picking.files[0], 300), same, accepted)
     make = _Maker(found, options, limits)
     tried = chosen(make, pairs) if make.open else {}
     if tried:
@@ -147,7 +103,7 @@ def identify(picking: Picking, options: Options) -> Result:
         note = "RMS on every second curve, by a table from the others"
         lines.append(Line("prediction", 100.0 * held.rms / extent, unit="% of range", note=note))
     share = round(100.0 * table.negative_share, 6)
-    lines.append(Line("negative weight", share, unit="%", note="of the relays; none has any"))
+    lines.append(Line("negative weight", share, unit="%", note="of the relays; ideally 0"))
     lines += _broken(found)
     remarks = [
         ("curves", f"{len(table.raw)} {table.kind}, {sum(len(u) for u, _ in pairs)} points"),
@@ -177,14 +133,14 @@ def identify(picking: Picking, options: Options) -> Result:
         if held is not None:
             some = held.curves[:: max(1, math.ceil(len(held.curves) / _SHOWN))]
             drawn["residuals"] = pictures.points(
-                "curves that the table did not see: measured less predicted",
+                "held-out curves: measured less predicted",
                 f"input [{u_unit}]",
                 f"output [{f_unit}]",
                 [(f"from {u[0]:.4g}", u, f - model, ".-") for u, f, model in some],
             )
         return drawn
 
-    head = "A table of first-order curves stands in no setting of `macromicro run --config`.\n"
+    head = "No setting of `macromicro run --config` holds a table of first-order curves.\n"
     head += "Read it with macromicro.hysteresis.table_files.load_table, or the CSV with anything."
     toml = model_file.plain(
         head,
@@ -208,7 +164,6 @@ def identify(picking: Picking, options: Options) -> Result:
 
 
 def _checked(options: Options) -> None:
-    """Refuse options that are none."""
     if isinstance(options.smooth, str) and options.smooth != AUTO:
         raise InputError("--smooth", options.smooth, f"a length in grid steps, or {AUTO}")
     if options.between not in (*BETWEENS, AUTO):
@@ -218,12 +173,13 @@ def _checked(options: Options) -> None:
 
 
 def _found(picking: Picking, options: Options) -> tuple[Found, dict[str, str]]:
-    """Curves of the files and the units of u and f."""
     if not any(is_forc(file) for file in picking.files):
         if options.drift:
-            named = printable(picking.files[0], 300)
-            accepted = "a MicroMag file: no other has calibrations between its curves"
-            raise InputError("--drift", named, accepted)
+            raise ProblemError(
+                "--drift",
+                f"{printable(picking.files[0], 300)} is not a MicroMag file",
+                "Other files have no calibrations between their curves.",
+            )
         tables = loaded(picking, ROLES)
         for table in tables:
             railed(table.values["f"], f"{table.file}, f")
@@ -231,9 +187,9 @@ def _found(picking: Picking, options: Options) -> tuple[Found, dict[str, str]]:
     from macromicro.hysteresis.forc import read_forc
 
     if len(picking.files) > 1:
-        raise InputError("FILE", f"{len(picking.files)} files", "one MicroMag file alone")
+        raise InputError("FILE", f"{len(picking.files)} files", "a single MicroMag file")
     if options.curves not in ("auto", "ascending"):
-        raise InputError("--curves", options.curves, "ascending: a MicroMag file has no others")
+        raise InputError("--curves", options.curves, "ascending, the only kind in a MicroMag file")
     file = read_forc(picking.files[0], drift=options.drift)
     cgs = "cgs" in file.settings.get("Units of measure", "").lower()
     units = {"u": "Oe", "f": "emu"} if cgs else {"u": "T", "f": "A*m^2"}
@@ -241,7 +197,7 @@ def _found(picking: Picking, options: Options) -> tuple[Found, dict[str, str]]:
 
 
 class _Maker:
-    """Makes tables of one kind and grid from some of the curves; `open`: choices to be made."""
+    """Builder of tables of one kind and grid; `open` are the choices to be made."""
 
     def __init__(self, found: Found, options: Options, limits: tuple[float, float]) -> None:
         self.found, self.options, self.limits = found, options, limits
@@ -270,34 +226,18 @@ class _Maker:
 
 
 def chosen(make: _Maker, pairs: list[Pair]) -> dict[Choice, float]:
-    """How well tables of each choice predict curves that they did not see.
-
-    Parameters
-    ----------
-    make : _Maker
-        Makes a table of some curves.
-    pairs : list[tuple[Array, Array]]
-        Input and output of each curve, by their reversals.
-
-    Returns
-    -------
-    dict[tuple[float, str], float]
-        RMS by smoothness in grid steps and by the way between curves: every third curve is held
-        out in turn, but the outer ones.
-
-    Raises
-    ------
-    InputError
-        There are too few curves for that.
-    """
+    """Prediction error of each choice on held-out curves."""
     import warnings
 
     if len(pairs) < _ENOUGH:
         by_length = make.options.smooth == AUTO
         name = "--smooth" if by_length else "--between"
         other = "a length in grid steps" if by_length else " or ".join(BETWEENS)
-        accepted = f"{other}, or {_ENOUGH} curves or more"
-        raise InputError(name, f"{AUTO}, {len(pairs)} curves", accepted)
+        raise ProblemError(
+            name,
+            f"{AUTO} needs {_ENOUGH} curves or more, and there are {len(pairs)}",
+            f"Give {other}, or more curves.",
+        )
     found = {}
     for choice in make.open:
         squares, count = 0.0, 0
@@ -318,7 +258,7 @@ def chosen(make: _Maker, pairs: list[Pair]) -> dict[Choice, float]:
 
 
 def _best(make: _Maker, pairs: list[Pair]) -> Choice:
-    """What is chosen by these curves alone, or as it is where they are too few."""
+    """The best choice by these curves; the given one where they are too few."""
     if not make.open or len(pairs) < _ENOUGH:
         return make.first
     tried = chosen(make, pairs)
@@ -326,7 +266,7 @@ def _best(make: _Maker, pairs: list[Pair]) -> Choice:
 
 
 def _held_out(make: Callable[[list[Pair]], FodTable], pairs: list[Pair]) -> Errors | None:
-    """Curves 2, 4, ... by a table from curves 1, 3, ...; the last one is always in it."""
+    """Errors of a table from curves 1, 3, ... and the last one on curves 2, 4, ..."""
     import warnings
 
     if len(pairs) < _FEWEST:
@@ -346,7 +286,7 @@ def _held_out(make: Callable[[list[Pair]], FodTable], pairs: list[Pair]) -> Erro
 
 
 def _broken(found: Found) -> list[Line]:
-    """How far a recording is from any Preisach model, where the recording shows it."""
+    """Deviation of a recording from any Preisach model."""
     lines = []
     for name, check in (("wiping-out", wiping_out), ("congruency", congruency)):
         for u, f in found.records[:1]:
@@ -360,7 +300,6 @@ def _broken(found: Found) -> list[Line]:
 
 
 def _tested(table: FodTable, test: str, columns: dict[str, str]) -> tuple[str, str]:
-    """The prediction of a recording that was not used, from its first point on."""
     picked = pick(read(Path(test)), ROLES, columns)
     u, f = cutting.cleaned(picked)
     model = Preisach(table)

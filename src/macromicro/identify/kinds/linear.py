@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
-from macromicro.identify import coverage, linear_hints
+from macromicro.errors import InputError, ProblemError
+from macromicro.identify import _linear_hints, coverage
 from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.kinds.testing import Trial
@@ -21,8 +21,8 @@ from macromicro.units import quotient
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from macromicro.identify._linear_hints import Asked
     from macromicro.identify.linear_fit import Complex, LinearFit
-    from macromicro.identify.linear_hints import Asked
 
 
 U = Role("u", "input", ("u", "U", "motor", "voltage", "volts", "input", "force", "vir", "ctrl"))
@@ -39,49 +39,14 @@ STARTS = ("rest", "free")
 
 
 class Options(NamedTuple):
-    """Options of `identify linear`.
-
-    Attributes
-    ----------
-    method : str
-        One of `METHODS`.
-    order : str
-        "na,nb" or "na,nb,delay".
-    start : str
-        "rest" or "free".
-    width : float
-        Dead zone taken off the input's size, unit of u.
-    tests : tuple[str, ...]
-        Files with records that are not fitted.
-    """
-
-    method: str = METHODS[0]
-    order: str = "1,1"
-    start: str = "rest"
-    width: float = 0.0
-    tests: tuple[str, ...] = ()
+    method: str = METHODS[0]  # one of `METHODS`
+    order: str = "1,1"  # "na,nb" or "na,nb,delay"
+    start: str = "rest"  # "rest" or "free"
+    width: float = 0.0  # dead zone taken off the input's size, unit of u
+    tests: tuple[str, ...] = ()  # files with records that are not fitted
 
 
 def identify(picking: Picking, options: Options) -> Result:
-    """A discrete linear model by one of the methods of `macromicro.identify`.
-
-    Parameters
-    ----------
-    picking : Picking
-        Files to read, and role to column.
-    options : Options
-        Options as on the command line.
-
-    Returns
-    -------
-    Result
-        Its model is a `LinearFit`.
-
-    Raises
-    ------
-    InputError
-        An option or the data are not accepted.
-    """
     import macromicro.identify as methods
 
     if options.method not in METHODS:
@@ -120,13 +85,13 @@ def identify(picking: Picking, options: Options) -> Result:
     remarks += [("errors withheld", fit.doubt)] if fit.doubt else []
     if fit.starts:
         ends = ", ".join(f"{name} {end:.2f} %" for name, end in fit.starts.items())
-        remarks.append(("ends of the search, by its beginning", f"{ends}; the nearest is taken"))
-    remarks += better(linear_hints.Asked(u, y, na, nb, delay, dt, options.start), in_unit)
+        remarks.append(("ends of the search, by starting point", f"{ends}; the best is taken"))
+    remarks += better(_linear_hints.Asked(u, y, na, nb, delay, dt, options.start), in_unit)
     if position:
         remarks.append(("output", f"speed: the position differentiated; {_travel(fit, y)}"))
     remarks += [("records", text) for text in averaged]
     if options.width:
-        remarks.append(("dead zone", f"{options.width:g} {in_unit} taken off the input"))
+        remarks.append(("dead zone", f"{options.width:g} {in_unit} subtracted from the input"))
 
     def draw() -> dict[str, Figure]:
         from macromicro.identify.kinds import pictures
@@ -151,21 +116,7 @@ def identify(picking: Picking, options: Options) -> Result:
 
 
 def better(asked: Asked, unit: str) -> list[tuple[str, str]]:
-    """What else would foretell the records better, as a remark; none where nothing does.
-
-    Parameters
-    ----------
-    asked : Asked
-        Records and the model that was fitted.
-    unit : str
-        Of the input.
-
-    Returns
-    -------
-    list[tuple[str, str]]
-        One or none.
-    """
-    found = linear_hints.hints(asked, unit)
+    found = _linear_hints.hints(asked, unit)
     if not found:
         return []
     each = "; ".join(f"{hint.words}, by {100.0 * hint.lowered:.0f} %" for hint in found)
@@ -173,29 +124,7 @@ def better(asked: Asked, unit: str) -> list[tuple[str, str]]:
 
 
 def tried(fit: LinearFit, run: Run, file: str, *, position: bool) -> Trial:
-    """A free run of the model from rest over a record that was not fitted.
-
-    Parameters
-    ----------
-    fit : LinearFit
-        What was found.
-    run : Run
-        The record; x holds the output, or a position.
-    file : str
-        Its name.
-    position : bool
-        Whether it holds a position, and the model's output is its speed.
-
-    Returns
-    -------
-    Trial
-        Outputs, or positions from the start.
-
-    Raises
-    ------
-    InputError
-        The record has another sample time.
-    """
+    """A free simulation from rest over a test record."""
     from macromicro.identify import differentiated
 
     if abs(run.dt - fit.dt) > 1e-3 * fit.dt:
@@ -208,7 +137,7 @@ def tried(fit: LinearFit, run: Run, file: str, *, position: bool) -> Trial:
 
 
 def _travel(fit: LinearFit, y: list[Array]) -> str:
-    """The fit of the positions, which differentiation does not drown in rounding."""
+    """Fit of the positions, free of the rounding noise of a derivative."""
     from macromicro.identify.linear_fit import percent
 
     places = [np.cumsum(one) for one in y]
@@ -216,27 +145,6 @@ def _travel(fit: LinearFit, y: list[Array]) -> str:
 
 
 def order(text: str) -> tuple[int, int, int]:
-    """Orders from text.
-
-    Parameters
-    ----------
-    text : str
-        "2,1" or "2,1,3".
-
-    Returns
-    -------
-    na : int
-        Coefficients a.
-    nb : int
-        Coefficients b.
-    delay : int
-        Samples; 1 if not given.
-
-    Raises
-    ------
-    InputError
-        Another text.
-    """
     parts = text.split(",")
     try:
         numbers = [int(part) for part in parts]
@@ -248,30 +156,15 @@ def order(text: str) -> tuple[int, int, int]:
 
 
 def measured(tables: list[Picked], width: float) -> list[Run]:
-    """All runs, evenly sampled, the dead zone taken off.
-
-    Parameters
-    ----------
-    tables : list[Picked]
-        Tables with the roles t, u, and y or x.
-    width : float
-        Dead zone, unit of u.
-
-    Returns
-    -------
-    list[Run]
-        x of a run holds y or x.
-
-    Raises
-    ------
-    InputError
-        Neither y nor x, or a run is unusable.
-    """
+    """All runs, evenly sampled, without the dead zone."""
     found = []
     for table in tables:
         if "y" not in table.values and "x" not in table.values:
-            accepted = "a column for one of them, by name or by --columns y=COLUMN or x=COLUMN"
-            raise InputError(table.file, "neither an output y nor a position x", accepted)
+            raise ProblemError(
+                table.file,
+                "there is neither an output y nor a position x",
+                "Name a column with --columns y=COLUMN or x=COLUMN.",
+            )
         role = "y" if "y" in table.values else "x"
         for part in runs(table):
             railed(part[role], f"{table.file}, {role}")
@@ -282,22 +175,7 @@ def measured(tables: list[Picked], width: float) -> list[Run]:
 
 
 def joined(records: list[Run], position: bool) -> tuple[list[Run], list[str]]:
-    """Positions under one input, in both directions perhaps, averaged; and what was done.
-
-    Parameters
-    ----------
-    records : list[Run]
-        All runs.
-    position : bool
-        Whether they hold positions: outputs are not averaged.
-
-    Returns
-    -------
-    made : list[Run]
-        The runs to fit to.
-    said : list[str]
-        What was done, in words; none for a single run.
-    """
+    """Positions under equal inputs averaged, and a note of what was done."""
     from macromicro.identify import average_runs
 
     if not position or len(records) < 2:
@@ -315,12 +193,12 @@ def joined(records: list[Run], position: bool) -> tuple[list[Run], list[str]]:
     for group in groups:
         u, x = average_runs([(r.u, r.x) for r in group])
         made.append(Run(group[0].t, u, x))
-        said.append(f"{len(group)} of one input")
+        said.append(f"{len(group)} with the same input")
     return made, [", ".join(said) + ", averaged" if len(made) < len(records) else "fitted together"]
 
 
 def _shown(fit: LinearFit, line: Line, slope: Array) -> Line:
-    """A line with the error of what follows from a and b, to first order."""
+    """A line with the error of a function of a and b, to first order."""
     error = float(coverage.errors(fit.covariance, slope[None])[0])
     return line._replace(error=error, factor=float(coverage.factors(fit.draws, slope[None])[1, 0]))
 
@@ -339,20 +217,6 @@ def _pair(fit: LinearFit, name: str, pole: complex, slope: Complex) -> Line:
 
 
 def coefficients(fit: LinearFit, out_unit: str, in_unit: str) -> list[Line]:
-    """a, b, static gain and poles as lines.
-
-    Parameters
-    ----------
-    fit : LinearFit
-        What was found.
-    out_unit, in_unit : str
-        Units of output and input.
-
-    Returns
-    -------
-    list[Line]
-        A line each.
-    """
     slope = quotient(out_unit, in_unit)
     names = [f"a{k + 1}" for k in range(len(fit.a))] + [f"b{k + 1}" for k in range(len(fit.b))]
     units = [""] * len(fit.a) + [slope] * len(fit.b)
@@ -376,18 +240,6 @@ def coefficients(fit: LinearFit, out_unit: str, in_unit: str) -> list[Line]:
 
 
 def data(fit: LinearFit) -> dict[str, Any]:
-    """More for result.json.
-
-    Parameters
-    ----------
-    fit : LinearFit
-        What was found.
-
-    Returns
-    -------
-    dict[str, Any]
-        By name.
-    """
     return {
         "a": fit.a,
         "b": fit.b,
@@ -405,20 +257,6 @@ def data(fit: LinearFit) -> dict[str, Any]:
 
 
 def coefficients_toml(fit: LinearFit, in_unit: str, out_unit: str) -> str:
-    """The coefficients, for other programs.
-
-    Parameters
-    ----------
-    fit : LinearFit
-        What was found.
-    in_unit, out_unit : str
-        Units of input and output.
-
-    Returns
-    -------
-    str
-        TOML.
-    """
     head = "A linear model y = (b1 z^-1 + ...) / (1 + a1 z^-1 + ...) u, for other programs.\n"
     head += "Not for `macromicro run --config`: the bench is no linear model."
     values: dict[str, tuple[model_file.Value, str]] = {

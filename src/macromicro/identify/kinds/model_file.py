@@ -1,4 +1,4 @@
-"""model.toml: settings for ``macromicro run --config`` where the bench has such, else notes."""
+"""model.toml: settings for ``macromicro run --config``, or plain notes."""
 
 from __future__ import annotations
 
@@ -10,27 +10,6 @@ Value = float | int | str | Sequence[float] | Sequence[str]
 
 
 def settings(head: str, values: Mapping[str, tuple[float, str]], law: str = "") -> str:
-    """A settings file; values are rounded to six digits.
-
-    Parameters
-    ----------
-    head : str
-        Comment at its top.
-    values : Mapping[str, tuple[float, str]]
-        Dotted path to value (in the stored unit) and comment.
-    law : str, optional
-        Law of the macro-stage that they are for; "": any.
-
-    Returns
-    -------
-    str
-        TOML.
-
-    Raises
-    ------
-    InputError
-        A value is out of its bounds, or does not work with the others.
-    """
     from macromicro.schema import config
     from macromicro.schema.par import entries
     from macromicro.settings import Settings
@@ -53,29 +32,7 @@ def settings(head: str, values: Mapping[str, tuple[float, str]], law: str = "") 
 
 
 def gains(head: str, name: str, found: Any, law: str) -> str:
-    """A settings file with all gains of a law.
-
-    Parameters
-    ----------
-    head : str
-        Comment at its top.
-    name : str
-        Set of `controller` that they are: own or fine.
-    found : Any
-        The gains.
-    law : str
-        Of them.
-
-    Returns
-    -------
-    str
-        TOML.
-
-    Raises
-    ------
-    InputError
-        The gains do not work together.
-    """
+    """A settings file with all gains of a law."""
     from macromicro.schema import config
     from macromicro.schema.par import entries
     from macromicro.settings import Settings
@@ -94,27 +51,12 @@ def gains(head: str, name: str, found: Any, law: str) -> str:
 
 
 def _rounded(value: Any) -> Any:
-    """To six digits, each number of a list."""
     if isinstance(value, tuple):
         return tuple(map(_rounded, value))
     return float(f"{value:.6g}")
 
 
 def plain(head: str, tables: Mapping[str, Mapping[str, tuple[Value, str]]]) -> str:
-    """A TOML file for other programs.
-
-    Parameters
-    ----------
-    head : str
-        Comment at its top.
-    tables : Mapping[str, Mapping[str, tuple[Value, str]]]
-        Table to name to value and comment.
-
-    Returns
-    -------
-    str
-        TOML.
-    """
     body = []
     for table, values in tables.items():
         lines = [_line(name, _toml(v), comment) for name, (v, comment) in values.items()]

@@ -1,4 +1,4 @@
-"""Figures of an identification: measured against free run, and what is left over."""
+"""Figures of an identification: measurement, free simulation and residual."""
 
 from __future__ import annotations
 
@@ -27,26 +27,7 @@ def free_runs(
     x: str = "time [s]",
     names: Sequence[str] = (),
 ) -> Figure:
-    """Each record with its free run, and below it the difference; at most three records.
-
-    Parameters
-    ----------
-    t : Sequence[Array]
-        Axes, shape (n,) per record.
-    measured, model : Sequence[Array]
-        Shape (n,) per record.
-    label : str
-        Label of the y axis, with unit.
-    x : str, optional
-        Label of the x axis, with unit.
-    names : Sequence[str], optional
-        Titles of the records; by default their numbers.
-
-    Returns
-    -------
-    Figure
-        Two rows, a column per record.
-    """
+    """Up to three records with their free simulations and differences."""
     count = min(len(t), _MOST)
     figure, axes = new(4.6, 2, count, sharex="col", gridspec_kw={"height_ratios": [2, 1]})
     for k in range(count):
@@ -65,7 +46,6 @@ def free_runs(
 
 
 def _less(t: Array, measured: Array, model: Array) -> tuple[Array, Array]:
-    """A difference over time, thinned in stretches: records may be long."""
     cuts = np.linspace(0, len(t), _STRETCHES + 1).astype(np.intp)
     bins = BINS // _STRETCHES
     parts = [thinned(t[a:b], measured[a:b] - model[a:b], bins) for a, b in pairwise(cuts)]
@@ -74,22 +54,7 @@ def _less(t: Array, measured: Array, model: Array) -> tuple[Array, Array]:
 
 
 def leftover(residuals: Sequence[Array], dt: float, label: str) -> Figure:
-    """Residuals over time, and their autocorrelation with the 99 % band of white noise.
-
-    Parameters
-    ----------
-    residuals : Sequence[Array]
-        Shape (n,) per record.
-    dt : float
-        Length of the step, s.
-    label : str
-        Label of the y axis, with unit.
-
-    Returns
-    -------
-    Figure
-        Two axes.
-    """
+    """Residuals over time, and their autocorrelation with the 99 % band of white noise."""
     figure, axes = new(3.4, 1, 2)
     e = residuals[0] if len(residuals) == 1 else np.concatenate(list(residuals))
     t, thin = thinned(np.arange(len(e), dtype=np.int32), e)
@@ -113,22 +78,6 @@ def points(
     y: str,
     series: Sequence[tuple[str, Array, Array, str]],
 ) -> Figure:
-    """Several series in one plot.
-
-    Parameters
-    ----------
-    title : str
-        Title above it.
-    x, y : str
-        Labels of the axes, with units.
-    series : Sequence[tuple[str, Array, Array, str]]
-        Label, x, y and matplotlib's format of each.
-
-    Returns
-    -------
-    Figure
-        One pair of axes.
-    """
     figure, axes = new(3.6, 1)
     ax = axes[0, 0]
     for (label, xs, ys, form), color in zip(series, (BLUE, ORANGE, RED) * 9, strict=False):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.files.reading import read
 from macromicro.hysteresis import prandtl, prandtl_loop, prandtl_rate
 from macromicro.hysteresis.prandtl_fit import PLAYS, PrandtlFit, fit
@@ -26,56 +26,31 @@ from macromicro.units import convert, quotient
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-HELD = "RMS over the end of the recording, which was held out"
+STAGE = """\
+This is the law's hysteresis alone. Run as it is, the file is a machine whose other settings are
+the defaults: amplifier, stack, guide and sensor of a P-621.1CD of Physik Instrumente (PI), 100 um,
+20 g on it. `controller.invert = 0` switches the inverse off."""
+HELD = "RMS over the held-out end of the recording"
 HEAD = """\
 Play operators: output = offset + sum of weights y, y = max(u - r, min(u + r, y)) for each
 threshold r. macromicro.hysteresis.prandtl.operator takes these lists."""
 
 
 class Options(NamedTuple):
-    """Options of `identify plays`.
-
-    Attributes
-    ----------
-    plays : int
-        How many, the one without a threshold included.
-    tests : tuple[str, ...]
-        Recordings to predict.
-    rate : bool
-        Whether the loop may depend on how fast it is run through (column t).
-    """
-
-    plays: int = PLAYS
-    tests: tuple[str, ...] = ()
-    rate: bool = False
+    plays: int = PLAYS  # number, with the one without a threshold
+    tests: tuple[str, ...] = ()  # recordings to predict
+    rate: bool = False  # rate-dependent loop (column t)
 
 
 def identify(picking: Picking, options: Options) -> Result:
-    """Weights of play operators, their loop, and how they predict what was held out.
-
-    Parameters
-    ----------
-    picking : Picking
-        A file to read, and role to column.
-    options : Options
-        Options as on the command line.
-
-    Returns
-    -------
-    Result
-        Its model is a `Prandtl`.
-
-    Raises
-    ------
-    InputError
-        More than one file, curves instead of a recording, or what `prandtl_fit.fit` refuses.
-    """
     if len(picking.files) > 1:
         accepted = "one recording over time; others are predicted with --test"
         raise InputError("FILE", f"{len(picking.files)} files", accepted)
     table = loaded(picking, ROLES)[0]
     if "curve" in table.values:
-        raise InputError(f"{table.file}, curve", "curves one by one", "a recording over time")
+        raise ProblemError(
+            f"{table.file}, curve", "the file holds single curves", "Give a recording over time."
+        )
     u, f = cutting.cleaned(table)
     rated: RateFit | None = None
     try:
@@ -84,7 +59,7 @@ def identify(picking: Picking, options: Options) -> Result:
             rated = prandtl_rate.fit(u, f, dt, options.plays)
         found = rated.fit if rated else fit(u, f, options.plays)
     except InputError as error:
-        raise InputError(f"{table.file}: {error.where}", error.value, error.accepted) from None
+        raise error.at(f"{table.file}: {error.where}") from None
     u_unit, f_unit = table.units["u"], table.units["f"]
     p = found.operator
     extent, span = float(np.ptp(f)), float(np.ptp(u))
@@ -104,7 +79,7 @@ def identify(picking: Picking, options: Options) -> Result:
     if rated:
         lines += _rate_lines(rated, extent)
     used = int(np.count_nonzero(p.weights))
-    began = f"the first {found.known} depend on what was before"
+    began = f"the first {found.known} depend on the earlier input"
     held = f"{u.size - found.fitted} held out"
     remarks = [
         ("plays", f"{options.plays}, {used} of them with a weight, none below 0"),
@@ -127,17 +102,18 @@ def identify(picking: Picking, options: Options) -> Result:
 
 
 def _timed(table: Picked) -> tuple[Array, Array, float]:
-    """Input and output over even times, and the sample time."""
     if "t" not in table.values:
-        raise InputError("recording, t", "no column", "times, which a rate is of (--rate)")
+        raise ProblemError(
+            "recording, t", "there is no column of times", "Name one, or omit --rate."
+        )
     run = checked(table.values["t"], table.values["u"], table.values["f"], "recording")
     return run.u, run.x, run.dt
 
 
 def _rate_lines(rated: RateFit, extent: float) -> list[Line]:
-    """What the loop's rate does, and what is gained by it."""
+    """Effect of the rate, and the gain in accuracy."""
     still = 100.0 * rated.still.held_rms / extent
-    verdict = "worse than this" if rated.better else "no worse: the rate does not show"
+    verdict = "worse than this" if rated.better else "no worse: no effect of the rate"
     return [
         Line("widening", rated.fit.operator.widening, unit="s", note="of thresholds, by the rate"),
         Line("lag", rated.lag, unit="s", note="of the output, of first order"),
@@ -146,22 +122,7 @@ def _rate_lines(rated: RateFit, extent: float) -> list[Line]:
 
 
 def written(p: prandtl.Prandtl, units: tuple[str, str], ends: tuple[float, float]) -> str:
-    """The text of model.toml: settings of a piezo stage where volts move it, else notes.
-
-    Parameters
-    ----------
-    p : Prandtl
-        What was found.
-    units : tuple[str, str]
-        Of input and output.
-    ends : tuple[float, float]
-        Of the input.
-
-    Returns
-    -------
-    str
-        TOML.
-    """
+    """Settings of a piezo stage for an input in volts, else plain values."""
     u, f = units
     where = f"input from {ends[0]:g} to {ends[1]:g} {u}, output {p.offset:.6g} {f} at rest at 0"
     try:
@@ -178,28 +139,12 @@ def written(p: prandtl.Prandtl, units: tuple[str, str], ends: tuple[float, float
         "loop_thresholds": ([f"{volts * r:.9g} V" for r in p.thresholds], "at the stack"),
         "loop_weights": ([f"{w:.9g} um/V" for w in weights], "inverted by the law"),
     }
-    head = f"For a machine of kind piezo: copy the table into its file. Here: {where}."
+    head = f"For a machine of kind piezo: copy the table into its file. Here: {where}.\n{STAGE}"
     comment, _, body = model_file.plain(head, {"controller": law}).partition("\n\n")
     return f'{comment}\nmachine = "piezo"\n\n{body}'
 
 
 def drawn(u: Array, f: Array, found: PrandtlFit, units: tuple[str, str]) -> dict[str, Figure]:
-    """The loop, what is left over, and the weights.
-
-    Parameters
-    ----------
-    u, f : ndarray, shape (n,)
-        The recording.
-    found : PrandtlFit
-        What was fitted to it.
-    units : tuple[str, str]
-        Of input and output.
-
-    Returns
-    -------
-    dict[str, Figure]
-        By name.
-    """
     from macromicro.identify.kinds import pictures
 
     known, fitted = found.known, found.fitted
@@ -238,7 +183,7 @@ def drawn(u: Array, f: Array, found: PrandtlFit, units: tuple[str, str]) -> dict
 def _tested(
     p: prandtl.Prandtl, test: str, what: Picking, extent: float, lag: float | None = None
 ) -> tuple[str, str]:
-    """The prediction of another recording, from where its own past counts."""
+    """Prediction of another recording, once its past is known."""
     picked = pick(read(Path(test)), ROLES, what.columns)
     if lag is None:
         u, f = cutting.cleaned(picked)

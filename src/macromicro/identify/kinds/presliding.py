@@ -22,62 +22,23 @@ MEANINGS = {
     "mass": "inertia",
     "viscous": "viscous friction",
     "offset": "constant force",
-    "asymmetry": "viscous, forwards more than backwards by",
+    "asymmetry": "viscous, excess of forwards over backwards",
     "stribeck": "breakaway above Coulomb",
     "stribeck_speed": "speed over which that fades",
     "stiffness": "before it slides",
-    "settling": "damping before it slides over that stiffness",
+    "settling": "presliding damping over that stiffness",
 }
 
 
 class Records(NamedTuple):
-    """Records, and what their columns are told in.
-
-    Attributes
-    ----------
-    runs : list[Run]
-        That are fitted.
-    tests : list[tuple[str, Run]]
-        File and record of those that are not.
-    force : str
-        Unit of the force.
-    place : str
-        Unit of the position.
-    units : dict[str, str]
-        Of the parameters that an axis with rigid friction has.
-    """
-
-    runs: list[Run]
-    tests: list[tuple[str, Run]]
-    force: str
-    place: str
-    units: dict[str, str]
+    runs: list[Run]  # that are fitted
+    tests: list[tuple[str, Run]]  # file and record of those that are not
+    force: str  # unit of the force
+    place: str  # unit of the position
+    units: dict[str, str]  # of the parameters that an axis with rigid friction has
 
 
 def identify(records: Records, friction: str, along: int | None, driven: Driven) -> Result:
-    """Parameters by output error (`macromicro.identify.presliding_fit`).
-
-    Parameters
-    ----------
-    records : Records
-        Of `identify drive`.
-    friction : str
-        "lugre" or "gms".
-    along : int | None
-        Nodes of the level along the travel; None: as pieces held out ask for.
-    driven : Driven
-        The drive.
-
-    Returns
-    -------
-    Result
-        Its model is a `Presliding`.
-
-    Raises
-    ------
-    InputError
-        An option or the data are not accepted.
-    """
     from macromicro.identify.presliding_fit import presliding_drive
 
     runs, place = records.runs, records.place
@@ -139,7 +100,6 @@ def identify(records: Records, friction: str, along: int | None, driven: Driven)
 
 
 def _nodes(fit: PreslidingFit) -> Array:
-    """Places of the levels."""
     model = fit.model
     return np.linspace(model.low, model.high, len(model.levels))
 
@@ -171,7 +131,7 @@ def _of(lines: list[Line], kind: str) -> list[Line]:
 
 
 def _judged(fit: PreslidingFit, place: str) -> str:
-    """What was tried, and by what it was judged, in words."""
+    """The structures tried and their scores, in words."""
     told = []
     for name, error in fit.judged.items():
         why = "taken" if name == fit.taken else fit.reasons.get(name, "")

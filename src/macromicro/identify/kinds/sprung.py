@@ -1,4 +1,4 @@
-"""`identify drive` with a spring, a dead zone, a speed for its output, or nothing that drives."""
+"""`identify drive` with a spring, a dead zone, a measured speed, or no drive."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
 from macromicro.files.reading import is_forc, read
 from macromicro.identify import coverage
 from macromicro.identify.kinds import drive_words, model_file, testing
@@ -34,61 +34,27 @@ _MEANINGS = {
     "mass": "inertia",
     "viscous": "viscous friction",
     "coulomb": "Coulomb friction",
-    "asymmetry": "viscous, forwards more than backwards by",
+    "asymmetry": "viscous, excess of forwards over backwards",
     "offset": "constant force",
     "spring": "stiffness",
-    "dead_zone": "what u needs before the drive gives any force",
+    "dead_zone": "input below which the drive gives no force",
     "frequency": "undamped, of mass and spring",
-    "damping": "of the critical one",
-    "rest": "where the spring rests",
+    "damping": "relative to critical damping",
+    "rest": "rest position of the spring",
 }
 
 
 class Asked(NamedTuple):
-    """What the options say of the drive.
-
-    Attributes
-    ----------
-    gain : float | None
-        Force per unit of u; None: as the file says, else 1.
-    structure : str
-        Friction, or "auto".
-    delay : int | None
-        Samples by which u acts late; None: as the file says, else 0.
-    tests : tuple[str, ...]
-        Files with records that are not fitted.
-    spring : bool
-        Whether there is one.
-    dead_zone : bool
-        Whether the drive has one.
-    free : bool
-        Whether nothing drives.
-    """
-
-    gain: float | None
-    structure: str
-    delay: int | None
-    tests: tuple[str, ...]
+    gain: float | None  # force per unit of u; None: as the file says, else 1
+    structure: str  # friction, or "auto"
+    delay: int | None  # samples by which u acts late; None: as the file says, else 0
+    tests: tuple[str, ...]  # files with records that are not fitted
     spring: bool
-    dead_zone: bool
-    free: bool
+    dead_zone: bool  # of the drive
+    free: bool  # no drive
 
 
 def in_speeds(what: Picking, place: Role) -> bool:
-    """Whether the first file has a speed and no position.
-
-    Parameters
-    ----------
-    what : Picking
-        Files and columns.
-    place : Role
-        The position.
-
-    Returns
-    -------
-    bool
-        As the columns that were named say, else as their names in the file do.
-    """
     if V.name in what.columns or place.name in what.columns:
         return place.name not in what.columns
     if is_forc(what.files[0]):
@@ -98,36 +64,17 @@ def in_speeds(what: Picking, place: Role) -> bool:
 
 
 def identify(what: Picking, roles: tuple[Role, Role, Role], asked: Asked, gains: Any) -> Result:
-    """Mass, spring, friction and dead zone by output error (`macromicro.identify.sprung_fit`).
-
-    Parameters
-    ----------
-    what : Picking
-        Files to read, and role to column.
-    roles : tuple[Role, Role, Role]
-        Time, input and position as `identify drive` has them.
-    asked : Asked
-        Options.
-    gains : Any
-        Names of a file's constants that are gains.
-
-    Returns
-    -------
-    Result
-        Its model is a `Sprung`.
-
-    Raises
-    ------
-    InputError
-        An option or the data are not accepted.
-    """
     from macromicro.identify.picking import RUN
     from macromicro.identify.sprung_fit import same, sprung_drive
 
     time, force, place = roles
     speed = in_speeds(what, place)
     if asked.free and force.name in what.columns:
-        raise InputError("--free", f"a column for {force.name}", "no input where nothing drives")
+        raise ProblemError(
+            "--free",
+            f"a column is named for {force.name}, but a free motion has no input",
+            "Remove one of them.",
+        )
     wanted = [time, *(() if asked.free else (force,)), V if speed else place, RUN]
     tables = loaded(what, wanted)
     others = testing.unseen(asked.tests, what, wanted, tables[0])
@@ -162,11 +109,11 @@ def identify(what: Picking, roles: tuple[Role, Role, Role], asked: Asked, gains:
         ("fit", f"free run {percent:.2f} %, RMS {fit.rms:.4g} {shown} over {samples} samples"),
         ("structure", _chosen(fit, shown)),
         ("searches", f"{same(fit.ends)} of {len(fit.ends)} end there; RMS {_ends(fit)} {shown}"),
-        ("starts", "position and speed at the start of each record are found with the parameters"),
+        ("starts", "position and speed at the start of each record are fitted too"),
     ]
     remarks += drive_words.repeated(fit.repeats, units["coulomb"], shown)
     if asked.free:
-        remarks.append(("free motion", "nothing drives, so that forces are told per mass"))
+        remarks.append(("free motion", "without a drive, forces are per mass"))
     data = {
         "structure": fit.model.friction,
         "spring": fit.model.spring,
@@ -231,7 +178,7 @@ def _units(place: str, force: str, u: str, driven: bool) -> dict[str, str]:
 
 
 def _lines(fit: SprungFit, units: dict[str, str]) -> list[Line]:
-    """The parameters, and what follows from mass and spring."""
+    """The parameters and results from mass and spring."""
     lines = []
     if fit.model.spring:
         for name in ("frequency", "damping"):
@@ -249,7 +196,6 @@ def _lines(fit: SprungFit, units: dict[str, str]) -> list[Line]:
 
 
 def _rest(fit: SprungFit, unit: str) -> Line:
-    """Where the spring rests."""
     k, f0 = fit.axis.spring, fit.axis.offset
     i, j = fit.names.index("offset"), fit.names.index("spring")
     slopes = np.zeros((1, len(fit.names)))
@@ -260,7 +206,6 @@ def _rest(fit: SprungFit, unit: str) -> Line:
 
 
 def _chosen(fit: SprungFit, unit: str) -> str:
-    """The friction that was chosen, and by what, in words."""
     if not fit.holdout:
         return f"{fit.model.friction}, as given"
     told = []
@@ -282,7 +227,7 @@ def _ends(fit: SprungFit) -> str:
 
 
 def _tried(fit: SprungFit, run: Run, file: str) -> Trial:
-    """A free run over a record that was not fitted; its start alone is found in it."""
+    """A free simulation over a test record, its initial state fitted."""
     from macromicro.identify.sprung_fit import started
 
     x, v = started(fit, run)

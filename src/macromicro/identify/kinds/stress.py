@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
+from macromicro.identify._stress_cycles import SHARES, Cycle, cycle
+from macromicro.identify._stress_map import StressMap, fit, missed
 from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import Picked, Role
 from macromicro.identify.result import Line, Result
-from macromicro.identify.stress_cycles import SHARES, Cycle, cycle
-from macromicro.identify.stress_map import StressMap, fit, missed
 from macromicro.units import quotient
 
 if TYPE_CHECKING:
@@ -34,37 +34,11 @@ _STARTED, _HALF, _ENDED = (int(np.abs(SHARES - q).argmin()) for q in (0.1, 0.5, 
 
 
 class Options(NamedTuple):
-    """Options of `identify stress`.
-
-    Attributes
-    ----------
-    tests : tuple[str, ...]
-        Files with loads that are not fitted.
-    """
-
-    tests: tuple[str, ...] = ()
+    tests: tuple[str, ...] = ()  # files with loads that are not fitted
 
 
 def identify(picking: Picking, options: Options) -> Result:
-    """Transformation temperatures, linear in the load by branch, and the levels.
-
-    Parameters
-    ----------
-    picking : Picking
-        Files to read, and role to column.
-    options : Options
-        Options as on the command line.
-
-    Returns
-    -------
-    Result
-        Its model is a `StressMap`.
-
-    Raises
-    ------
-    InputError
-        An option or the data are not accepted.
-    """
+    """Transformation temperatures, linear in the load by branch, and the levels."""
     tables = loaded(picking, ROLES)
     others = testing.unseen(options.tests, picking, ROLES, tables[0])
     found = fit(_cycles(tables))
@@ -108,7 +82,6 @@ def identify(picking: Picking, options: Options) -> Result:
 
 
 def _cycles(tables: list[Picked]) -> list[Cycle]:
-    """What each load of the files showed."""
     kept: dict[float, list[tuple[str, Array, Array]]] = {}
     levels = held(np.concatenate([table.values["load"] for table in tables]), tables[0].file)
     ends = np.cumsum([len(table.values["load"]) for table in tables])[:-1]
@@ -125,39 +98,24 @@ def _cycles(tables: list[Picked]) -> list[Cycle]:
 
 
 def held(loads: Array, file: str) -> Array:
-    """The load that is held, for each measured one: the median of those that lie together.
-
-    Parameters
-    ----------
-    loads : ndarray, shape (n,)
-        As measured, in any order.
-    file : str
-        For messages.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        With four digits.
-
-    Raises
-    ------
-    InputError
-        Loads go on without a gap over a tenth of the greatest one.
-    """
+    """The held load of each measured one: the median of its cluster."""
     order = np.argsort(loads, kind="stable")
     rising, most = loads[order], float(np.abs(loads).max())
     made = np.empty(len(loads))
     for group in np.split(order, np.flatnonzero(np.diff(rising) > _APART * most) + 1):
         own = loads[group]
         if np.ptp(own) > _WIDE * most:
-            found = f"every load from {own.min():g} to {own.max():g}"
-            raise InputError(f"{file}, load", found, "loads that are held, each for a cycle")
+            raise ProblemError(
+                f"{file}, load",
+                f"the load varies from {own.min():g} to {own.max():g}",
+                "Hold each load for a cycle.",
+            )
         made[group] = float(f"{np.median(own):.{_DIGITS}g}")
     return made
 
 
 def _sides(found: StressMap, load: str, middle: float) -> list[Line]:
-    """Slopes, and where 10, 50 and 90 % are done at the mean load."""
+    """Slopes, and temperatures of 10, 50 and 90 % at the mean load."""
     lines = []
     for name, side in (("heating", found.heating), ("cooling", found.cooling)):
         slope, spread = side.slopes[_HALF], side.spread[_HALF]
@@ -178,7 +136,7 @@ def _words(found: StressMap) -> str:
     if found.way.saturating:
         level = "hot" if found.way.from_hot else "cold"
         stroke = f"a stroke that saturates, from the {level} level"
-    why = "; what predicts loads left out best" if found.inside else ""
+    why = "; chosen by the prediction of left-out loads" if found.inside else ""
     return f"{slopes}, {stroke}{why}"
 
 
@@ -199,20 +157,7 @@ def _tried(found: StressMap, one: Cycle, file: str) -> Trial:
 
 
 def drawn(found: StressMap, load: str, out: str) -> dict[str, Figure]:
-    """Measured and by the map, and the temperatures over the load.
-
-    Parameters
-    ----------
-    found : StressMap
-        The map.
-    load, out : str
-        Units of load and output.
-
-    Returns
-    -------
-    dict[str, Figure]
-        By name.
-    """
+    """Measurement and map, and the temperatures over the load."""
     from macromicro.identify.kinds import pictures
 
     loops = []
@@ -251,7 +196,6 @@ def _toml(lines: list[Line]) -> str:
 
 
 def _sheet(found: StressMap, path: Path) -> None:
-    """The map, a row for each share."""
     sides = (found.heating, found.cooling)
     table = np.column_stack([SHARES, *(c for s in sides for c in (s.at_zero, s.slopes, s.spread))])
     names = ("at_zero_degC", "slope_K_per_load", "slope_error")

@@ -1,4 +1,4 @@
-"""`--test FILE`: what was found, on a record that was not fitted."""
+"""`--test FILE`: the result on a record that was not fitted."""
 
 from __future__ import annotations
 
@@ -26,33 +26,18 @@ _SHOWN = 3  # records in a figure
 
 
 class Trial(NamedTuple):
-    """A record that was not fitted, and what the model makes of it.
-
-    Attributes
-    ----------
-    file : str
-        Its name.
-    t : ndarray, shape (n,)
-        Time, or what it is drawn over.
-    measured : ndarray, shape (n,)
-        The output.
-    model : ndarray, shape (n,)
-        The output by the model, from the input alone.
-    """
-
     file: str
-    t: Array
-    measured: Array
-    model: Array
+    t: Array  # time, or what it is drawn over
+    measured: Array  # the output
+    model: Array  # the output by the model, from the input alone
 
     @property
     def rms(self) -> float:
-        """RMS of the difference, in the output's unit."""
         return float(np.sqrt(np.mean((self.measured - self.model) ** 2)))
 
     @property
     def percent(self) -> float:
-        """Fit in percent; 100 is perfect, NaN for an output that stays."""
+        """Fit in percent; 100 is perfect, NaN for a constant output."""
         extent = float(np.std(self.measured))
         return 100.0 * (1.0 - self.rms / extent) if extent > 0.0 else float("nan")
 
@@ -60,29 +45,7 @@ class Trial(NamedTuple):
 def unseen(
     tests: Sequence[str], what: Picking, roles: Sequence[Role], first: Picked
 ) -> list[Picked]:
-    """The columns of records that were not fitted, in the units of those that were.
-
-    Parameters
-    ----------
-    tests : Sequence[str]
-        Files.
-    what : Picking
-        Of the fit; its columns are taken from these files as well.
-    roles : Sequence[Role]
-        What the kind needs.
-    first : Picked
-        A record that was fitted.
-
-    Returns
-    -------
-    list[Picked]
-        One per file.
-
-    Raises
-    ------
-    InputError
-        A file cannot be read, was fitted, lacks a column, or has other units.
-    """
+    """Columns of test records, in the units of the fitted ones."""
     if not tests:
         return []
     fitted = {file.resolve() for file in what.files}
@@ -96,22 +59,7 @@ def unseen(
 
 
 def driven(fit: DriveFit | PreslidingFit, run: Run, file: str) -> Trial:
-    """A free run of an axis over a record that was not fitted, from its measured start.
-
-    Parameters
-    ----------
-    fit : DriveFit | PreslidingFit
-        What was found.
-    run : Run
-        The record.
-    file : str
-        Its name.
-
-    Returns
-    -------
-    Trial
-        Measured and simulated positions.
-    """
+    """A free simulation of an axis over a test record, from its measured start."""
     from macromicro.identify.axis_fit import start
 
     x, v = start(run, fit.gain, fit.delay)
@@ -119,20 +67,6 @@ def driven(fit: DriveFit | PreslidingFit, run: Run, file: str) -> Trial:
 
 
 def lines(trials: Sequence[Trial], unit: str) -> list[Line]:
-    """A line of the table for each record that was not fitted.
-
-    Parameters
-    ----------
-    trials : Sequence[Trial]
-        The records.
-    unit : str
-        Of the output.
-
-    Returns
-    -------
-    list[Line]
-        Fit in percent.
-    """
     return [
         Line(
             f"test {k}" if len(trials) > 1 else "test",
@@ -146,18 +80,6 @@ def lines(trials: Sequence[Trial], unit: str) -> list[Line]:
 
 
 def data(trials: Sequence[Trial]) -> list[dict[str, Any]]:
-    """The same for result.json.
-
-    Parameters
-    ----------
-    trials : Sequence[Trial]
-        The records.
-
-    Returns
-    -------
-    list[dict[str, Any]]
-        One for each.
-    """
     return [
         {"file": one.file, "fit_percent": one.percent, "rms": one.rms, "samples": len(one.t)}
         for one in trials
@@ -171,22 +93,7 @@ def drawn(
     trials: Sequence[Trial],
     label: str,
 ) -> Figure:
-    """Free runs over records that were fitted, and beside them over those that were not.
-
-    Parameters
-    ----------
-    t, measured, model : Sequence[Array]
-        Of the records that were fitted, shape (n,) each.
-    trials : Sequence[Trial]
-        Those that were not.
-    label : str
-        Of the output, with its unit.
-
-    Returns
-    -------
-    Figure
-        Of three records at most, one of which was fitted.
-    """
+    """Free simulations over fitted records beside those over test records."""
     from macromicro.identify.kinds import pictures
 
     if not trials:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.identify.kinds import heating as steps
 from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.heating import Source
@@ -23,7 +23,7 @@ from macromicro.identify.witnesses import within
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from macromicro.identify.gain import GainFit
+    from macromicro.identify._gain import GainFit
     from macromicro.models.heating import Modes
 
 
@@ -40,73 +40,24 @@ _STILL = 0.01  # a rise that changes by less than this part in its last tenth ha
 
 
 class Options(NamedTuple):
-    """Options of `identify thermal`.
-
-    Attributes
-    ----------
-    table : Path | None
-        File that turns positions into temperatures; None: temperatures were measured.
-    ambient : float | None
-        deg C; None: see `heating.Source`.
-    step : float | None
-        Voltage whose step shows the dynamics, V; None for the middle one.
-    tests : tuple[str, ...]
-        Files with steps that are not fitted.
-    """
-
+    # file that turns positions into temperatures; None: temperatures were measured
     table: Path | None = None
-    ambient: float | None = None
-    step: float | None = None
-    tests: tuple[str, ...] = ()
+    ambient: float | None = None  # deg C; None: see `heating.Source`
+    step: float | None = None  # voltage whose step shows the dynamics, V; None for the middle one
+    tests: tuple[str, ...] = ()  # files with steps that are not fitted
 
 
 class Found(NamedTuple):
-    """What was found, by voltage (V).
-
-    Attributes
-    ----------
-    records : dict[float, StepRecord]
-        Steps from cold.
-    rises : dict[float, float]
-        Steady rises, K.
-    chosen : float
-        Voltage of the step for the dynamics, V.
-    heating : HeatingFit
-        (5.6).
-    gain : GainFit | None
-        (5.2), where there are enough voltages.
-    cooling : dict[float, CoolingFit]
-        (5.9).
-    """
-
-    records: dict[float, StepRecord]
-    rises: dict[float, float]
-    chosen: float
-    heating: HeatingFit
-    gain: GainFit | None
-    cooling: dict[float, CoolingFit]
+    records: dict[float, StepRecord]  # steps from cold
+    rises: dict[float, float]  # steady rises, K
+    chosen: float  # voltage of the step for the dynamics, V
+    heating: HeatingFit  # (5.6)
+    gain: GainFit | None  # (5.2), where there are enough voltages
+    cooling: dict[float, CoolingFit]  # (5.9)
 
 
 def identify(picking: Picking, options: Options) -> Result:
-    """(5.2), (5.6) as modes and as a ladder, and (5.9).
-
-    Parameters
-    ----------
-    picking : Picking
-        Files to read, and role to column.
-    options : Options
-        Options as on the command line.
-
-    Returns
-    -------
-    Result
-        Its model is a `Found`.
-
-    Raises
-    ------
-    InputError
-        An option or the data are not accepted.
-    """
+    """(5.2), (5.6) as modes and as a ladder, and (5.9)."""
     source = Source(None, options.ambient)
     role = "T"
     if options.table is not None:
@@ -136,9 +87,9 @@ def identify(picking: Picking, options: Options) -> Result:
         slowest, lasted = 1.0 / fit.modes[_MODES - 1], float(records[chosen].t[-1])
         notice(
             DataWarning,
-            f"the step to {chosen:g} V lasts {lasted:.4g} s and does not tell its slowest time "
-            f"constant ({slowest:.2g} s found, wrong by any factor): neither slowest rate and "
-            "share, nor c3 and r3, nor what is still to come of the rises; a longer step does",
+            f"the step to {chosen:g} V lasts {lasted:.4g} s, too short for its slowest time "
+            f"constant ({slowest:.2g} s found, uncertain by any factor): the slowest rate and "
+            "share, c3, r3 and the remainder of the rises are unknown. Record a longer step",
         )
     if abs(rest) > _STILL:
         text = f"the step to {chosen:g} V still changed by {100.0 * rest:.1f} % in its last tenth; "
@@ -160,7 +111,7 @@ def identify(picking: Picking, options: Options) -> Result:
 
 
 def _tried(found: Found, others: list[Picked], role: str, source: Source) -> list[Trial]:
-    """Heating of steps that were not fitted: by (5.2), or the rise at the same voltage."""
+    """Heating of test steps: by (5.2), or the rise at the same voltage."""
     from macromicro.models.heating import step_response
     from macromicro.models.weighted_gain import exponential
 
@@ -208,21 +159,23 @@ def _steady(
         listed = ", ".join(f"{v:g}" for v in stopped)
         remarks.append(("no steady temperature", f"at {listed} V: the position does not show it"))
     if not rises:
-        raise InputError(
-            "steps", "none shows a steady temperature", "a step that stays clear of the stop"
+        raise ProblemError(
+            "steps",
+            "no step shows a steady temperature",
+            "Record a step that stays clear of the stop.",
         )
     return rises
 
 
 def _end(step: StepRecord) -> float:
-    """How long the end of a step is [s] over which its steady rise is the mean."""
+    """Duration [s] of the end of a step, for the mean steady rise."""
     return min(2.0, 0.1 * float(step.t[-1]))
 
 
 def _chosen(
     records: dict[float, StepRecord], rises: dict[float, float], requested: float | None
 ) -> float:
-    """The step that shows the dynamics: as requested, or the middle one, clear of the stop."""
+    """The step for the dynamics: as requested, or the middle one, clear of the stop."""
     if requested is not None:
         near = min(rises, key=lambda v: abs(v - requested))
         if abs(near - requested) > 1e-6:
@@ -235,8 +188,8 @@ def _chosen(
 
 
 def _gain(rises: dict[float, float], remarks: list[tuple[str, str]]) -> GainFit | None:
-    """(5.2) where there are four voltages or more that allow it."""
-    from macromicro.identify.gain import nonlinear
+    """(5.2) from four voltages or more."""
+    from macromicro.identify._gain import nonlinear
 
     if len(rises) < 4:
         remarks.append(("static gain", f"{len(rises)} steady voltages; four are needed for (5.2)"))
@@ -249,7 +202,7 @@ def _gain(rises: dict[float, float], remarks: list[tuple[str, str]]) -> GainFit 
 
 
 def _falls(sorted_: steps.Steps, source: Source) -> dict[float, CoolingFit]:
-    """Cooling by voltage; what does not show is left out with a warning."""
+    """Cooling by voltage; unusable steps are left out with a warning."""
     found = {}
     for volts, group in sorted(sorted_.cooled.items()):
         try:
@@ -272,7 +225,7 @@ def _lines(found: Found) -> list[Line]:
             note = f"(5.2), 95 %: {low:.4g} to {high:.4g}"
             lines.append(Line(name, value, (high - low) / reach, unit, note, 0.5 * reach))
         low, high = gain.asymptote_interval
-        note = f"95 %: {low:.4g} to {high:.4g}; curve off the points by {gain.rms:.2g} K RMS"
+        note = f"95 %: {low:.4g} to {high:.4g}; RMS error of the curve {gain.rms:.2g} K"
         error = (high - low) / reach
         lines.append(Line("asymptote b + y0", gain.asymptote, error, "K", note, 0.5 * reach))
     heated = found.heating
@@ -292,7 +245,7 @@ def _lines(found: Found) -> list[Line]:
 
 
 def _risen(found: Found, volts: float) -> Line:
-    """The rise at the end of a step; what was to come after it is its error, too."""
+    """Rise at the end of a step; the predicted remainder counts as its error."""
     step, rise = found.records[volts], found.rises[volts]
     error, left = _doubt(step), rise * _left(found.heating.modes, float(step.t[-1]))
     if not _told(found.heating):
@@ -302,13 +255,13 @@ def _risen(found: Found, volts: float) -> Line:
 
 
 def _left(modes: Modes, t: float) -> float:
-    """What is still to come of a steady rise after a time [s], by (5.6)."""
+    """Remainder of a steady rise after a time [s], by (5.6)."""
     rates, shares = np.split(np.array(modes), 2)
     return float(shares @ np.exp(-rates * t))
 
 
 def _told(fit: HeatingFit) -> bool:
-    """Whether the step was long enough to tell its slowest rate, to a half at least."""
+    """Whether the step was long enough for the slowest rate, to a half at least."""
     return fit.std[_MODES - 1] < 0.5 * fit.modes[_MODES - 1]
 
 
@@ -344,7 +297,6 @@ def _draw(found: Found, trials: list[Trial]) -> dict[str, Figure]:
 
 
 def _toml(found: Found) -> str:
-    """All numbers, for other programs."""
     modes, ladder = found.heating.modes, found.heating.ladder
     tables: dict[str, dict[str, Any]] = {
         "heating": {

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
 from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.kinds.testing import Trial
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from macromicro.identify.unheated import Heated, Unheated, UnheatedFit
+    from macromicro.identify._unheated import Heated, Unheated, UnheatedFit
 
 _LEAST = 50  # samples of a record
 _MEANS = {
@@ -52,33 +52,9 @@ def identify(
     austenite: float | None,
     tests: tuple[str, ...],
 ) -> Result:
-    """Heat, ladder, latent heat, stress, expansion and relays (`macromicro.identify.unheated`).
-
-    Parameters
-    ----------
-    what : Picking
-        Files to read, and role to column.
-    roles : tuple[Role, Role, Role, Role]
-        Time, drive, position, and whether a switch takes the drive away.
-    ambient : float | None
-        Room temperature, deg C; None: the usual one.
-    austenite : float | None
-        Median temperature of contraction without load, deg C; None: of a usual alloy.
-    tests : tuple[str, ...]
-        Files with records that are not fitted.
-
-    Returns
-    -------
-    Result
-        Its model is an `Unheated`.
-
-    Raises
-    ------
-    InputError
-        An option or the data are not accepted.
-    """
+    """Heat, ladder, latent heat, stress, expansion and relays; `ambient`, `austenite` in deg C."""
+    from macromicro.identify._unheated import AUSTENITE, unheated
     from macromicro.identify.actuator import AMBIENT
-    from macromicro.identify.unheated import AUSTENITE, unheated
 
     wanted = (*roles, RUN)
     tables = loaded(what, wanted)
@@ -96,11 +72,14 @@ def identify(
     share = 100.0 * fit.rms / fit.range
     remarks = [
         ("fit", f"{1e3 * fit.rms:.3g} um RMS, {share:.2f} % of the range, {len(records)} records"),
-        ("scale of temperature", f"half contracted at {median:g} degC while it warms; not found"),
+        (
+            "scale of temperature",
+            f"half contracted at {median:g} degC while it warms; given, not identified",
+        ),
     ]
     if trials:
         worst = max(100.0 * t.rms / fit.range for t in trials)
-        remarks.append(("records that were not fitted", f"{worst:.2f} % of the range at most"))
+        remarks.append(("test records", f"{worst:.2f} % of the range at most"))
     data: dict[str, Any] = {
         "rms_mm": fit.rms,
         "range_mm": fit.range,
@@ -132,8 +111,8 @@ def _meaning(name: str, u: str) -> tuple[str, str]:
 
 
 def _records(file: Picked) -> list[Heated]:
-    """The runs of a file, each from cold; the drive is 0 while a switch takes it away."""
-    from macromicro.identify.unheated import Heated
+    """Runs of a file, each from cold; the drive is 0 while a switch interrupts it."""
+    from macromicro.identify._unheated import Heated
 
     made = []
     for part in runs(file):
@@ -146,14 +125,13 @@ def _records(file: Picked) -> list[Heated]:
 
 
 def _tried(model: Unheated, record: Heated, file: str) -> Trial:
-    from macromicro.identify.unheated import simulate
+    from macromicro.identify._unheated import simulate
 
     t = np.arange(len(record.u), dtype=np.float64) * record.dt
     return Trial(file, t, record.x, simulate(model, record.u, record.dt))
 
 
 def _branches(fit: UnheatedFit) -> Figure:
-    """Both outer branches, as the relays say them."""
     from macromicro.identify.kinds import pictures
 
     table = fit.table
@@ -183,20 +161,9 @@ def _toml(lines: list[Line], fit: UnheatedFit) -> str:
 
 
 def refused(table: Path | None, austenite: float | None) -> None:
-    """Refuse an option that a table leaves nothing to say.
-
-    Parameters
-    ----------
-    table : Path | None
-        The kiln's table.
-    austenite : float | None
-        As given.
-
-    Raises
-    ------
-    InputError
-        Both are given.
-    """
     if table is not None and austenite is not None:
-        accepted = "no --austenite beside --table, whose temperatures were measured"
-        raise InputError("--austenite", austenite, accepted)
+        raise ProblemError(
+            "--austenite",
+            "it cannot be combined with --table, whose temperatures were measured",
+            "Remove one of them.",
+        )

@@ -1,3 +1,1 @@
-"""What a file of measured data holds: its columns (`columns`), its time (`timing`), and which
-command goes on with it (`onward`); `told` puts them together.
-"""
+"""Contents of a measured file: columns, time, and the command to continue with."""

@@ -1,4 +1,4 @@
-"""What a column of times holds: its rate, gaps, times twice and times that fall."""
+"""A time column: rate, gaps, repeated and falling times."""
 
 from __future__ import annotations
 
@@ -12,57 +12,23 @@ GAP = 5.0  # usual steps; a longer one is a gap, as in `identify.runs`
 
 
 class Timing(NamedTuple):
-    """What was seen in times.
-
-    Attributes
-    ----------
-    rows : int
-        How many there are.
-    duration : float
-        From first to last, of all runs together, s.
-    rate : float
-        Rows a second by the usual step, Hz; 0 where times do not increase.
-    uneven : float
-        By how much steps that are no gaps differ from the usual one, part of it.
-    gaps, twice, falls : int
-        Steps that are gaps, times that are repeated, times that fall.
-    first_gap, first_twice, first_fall : int
-        Row of the first one, from 1; 0 where there is none.
-    longest : float
-        The longest gap, s.
-    runs : int
-        Records in the file, each with times of its own.
-    """
-
     rows: int
-    duration: float
-    rate: float
-    uneven: float
+    duration: float  # from first to last, of all runs together, s
+    rate: float  # rows a second by the usual step, Hz; 0 where times do not increase
+    uneven: float  # largest relative deviation of steps without gaps
+    # gaps, twice, falls: steps that are gaps, times that are repeated, times that fall
     gaps: int
     twice: int
     falls: int
+    # first_gap, first_twice, first_fall: row of the first one, from 1; 0 where there is none
     first_gap: int
     first_twice: int
     first_fall: int
-    longest: float
-    runs: int = 1
+    longest: float  # the longest gap, s
+    runs: int = 1  # records in the file, each with times of its own
 
 
 def timing(t: Array, run: Array | None = None) -> Timing:
-    """Look at times.
-
-    Parameters
-    ----------
-    t : ndarray, shape (n,)
-        s, finite; two or more.
-    run : ndarray, shape (n,), optional
-        Which run each belongs to: no step is judged from one to the next.
-
-    Returns
-    -------
-    Timing
-        What was seen.
-    """
     steps = np.diff(t)
     apart = np.zeros(len(steps), dtype=np.bool_) if run is None else np.diff(run) != 0.0
     steps[apart] = np.nan
@@ -94,18 +60,6 @@ def timing(t: Array, run: Array | None = None) -> Timing:
 
 
 def words(seen: Timing) -> list[str]:
-    """The same in words.
-
-    Parameters
-    ----------
-    seen : Timing
-        What was seen.
-
-    Returns
-    -------
-    list[str]
-        Lines.
-    """
     if not seen.rate:
         return [f"{seen.rows} rows; times do not increase"]
     said = [f"{seen.rows} rows over {seen.duration:.6g} s, {seen.rate:.6g} Hz"]

@@ -1,4 +1,4 @@
-"""All that is seen in a file, for `macromicro look`."""
+"""Everything that `macromicro look` reports."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from macromicro.errors import InputError
 from macromicro.files.reading import is_forc, read
 from macromicro.files.recordings import timed
 from macromicro.files.table import Table
-from macromicro.identify.look.columns import Seen, seen
-from macromicro.identify.look.onward import Onward, onward
+from macromicro.identify.look._columns import Seen, seen
+from macromicro.identify.look._onward import Onward, onward
 from macromicro.identify.look.timing import Timing, timing
 from macromicro.identify.picking import RUN, matched
 from macromicro.schema.text import printable
@@ -21,39 +21,14 @@ from macromicro.units import convert
 
 
 class Look(NamedTuple):
-    """What was seen in a file.
-
-    Attributes
-    ----------
-    file : str
-        Its name.
-    columns : tuple[Seen, ...]
-        In the file's order.
-    constants : dict[str, float]
-        Scalars beside them.
-    time : str
-        The column of times, "" where there is none.
-    timing : Timing | None
-        Of it.
-    onward : Onward
-        The command to go on with.
-    """
-
     file: str
-    columns: tuple[Seen, ...]
-    constants: dict[str, float]
-    time: str
+    columns: tuple[Seen, ...]  # in the file's order
+    constants: dict[str, float]  # scalars beside them
+    time: str  # the column of times, "" where there is none
     timing: Timing | None
-    onward: Onward
+    onward: Onward  # the command to go on with
 
     def content(self) -> dict[str, Any]:
-        """The same as plain dictionaries.
-
-        Returns
-        -------
-        dict[str, Any]
-            For JSON.
-        """
         return {
             "file": self.file,
             "columns": [column._asdict() for column in self.columns],
@@ -66,23 +41,6 @@ class Look(NamedTuple):
 
 
 def look(path: Path) -> Look:
-    """Look at a file of measured data.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    Look
-        What was seen; a column that cannot be read says so in its remarks.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read.
-    """
     if is_forc(path):
         where = printable(path, 300)
         reason = "first-order reversal curves as MicroMag writes them"
@@ -101,14 +59,13 @@ def look(path: Path) -> Look:
         run = matched(table._replace(columns=numbers), (RUN,)).get("run")
         which = numbers[run][good] if run and len(numbers[run]) == len(t) else None
         times = timing(t[good], which) if good.sum() > 1 else None
-        if times is not None and times.runs > 1:  # its times begin anew, they do not wrap
+        if times is not None and times.runs > 1:  # its times restart, they do not wrap
             columns = tuple(c._replace(remarks=()) if c.name == time else c for c in columns)
     forward = onward(table, numbers)
     return Look(table.file, columns, table.constants, time, times, forward)
 
 
 def _looked(table: Table) -> tuple[dict[str, Array], tuple[Seen, ...]]:
-    """Columns of numbers, and what was seen in all."""
     likely = [n for n in table.columns if n not in table.words and n not in table.doubtful]
     try:
         numbers = table.several(likely)
@@ -127,6 +84,6 @@ def _looked(table: Table) -> tuple[dict[str, Array], tuple[Seen, ...]]:
         if name in numbers:
             found.append(seen(name, unit, reason, numbers[name]))
             continue
-        why = failed.get(name) or table.doubtful.get(name) or "words, or nothing"
+        why = failed.get(name) or table.doubtful.get(name) or "text, or empty"
         found.append(Seen(name, unit, reason, remarks=(why,)))
     return numbers, tuple(found)

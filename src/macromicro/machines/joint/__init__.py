@@ -1,1 +1,1 @@
-"""Machines of several axes on one clock: today `xy`, two of the machine `axis`."""
+"""Machines of several axes on one clock: `xy`."""

@@ -1,4 +1,4 @@
-"""How far from its path a load is: what the two axes' errors make in the plane."""
+"""Contour error in the plane."""
 
 from __future__ import annotations
 
@@ -11,39 +11,14 @@ from macromicro.machines.joint.planning import Trace
 
 
 class Off(NamedTuple):
-    """Places beside the path.
-
-    Attributes
-    ----------
-    distance : ndarray, shape (n,)
-        From the nearest point of the path, m.
-    x, y : ndarray, shape (n,)
-        That point, m.
-    """
-
-    distance: Array
+    distance: Array  # from the nearest point of the path, m
+    # x, y: that point, m
     x: Array
     y: Array
 
 
 def off(trace: Trace, x: Array, y: Array) -> Off:
-    """How far from the path of a move places are, one each control period.
-
-    Only that part of the path counts in which the set point is near: a path that crosses itself
-    has two, and the place belongs to one of them.
-
-    Parameters
-    ----------
-    trace : Trace
-        The path.
-    x, y : ndarray, shape (n,)
-        Places since the move's begin, m.
-
-    Returns
-    -------
-    Off
-        Of each place.
-    """
+    """Contour error of places, one each control period, near the set point's part of the path."""
     n = len(x)
     s = trace.s[np.minimum(np.arange(n), len(trace.s) - 1)]
     best, near_x, near_y = np.full(n, np.inf), np.empty(n), np.empty(n)
@@ -60,8 +35,7 @@ def off(trace: Trace, x: Array, y: Array) -> Off:
 
 
 def _window(trace: Trace, x: Array, y: Array, s: Array) -> float:
-    """Way along the path within which the nearest point is: twice the largest distance from the
-    set point."""
+    """Range of the path in which to search: twice the largest distance from the set point."""
     k = np.clip(np.searchsorted(trace.border, s, side="right") - 1, 0, len(trace.pieces) - 1)
     farthest = 0.0
     for number in np.unique(k):

@@ -1,4 +1,4 @@
-"""Programmes of two axes: moves, lines and arcs from TOML, a trajectory from CSV."""
+"""Programmes of two axes: moves, lines and arcs (TOML), trajectories (CSV)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.machines.joint.settings import AXES
 from macromicro.motion import path as paths
 from macromicro.motion.path import Piece
@@ -39,68 +39,23 @@ Point = tuple[float, float]
 
 
 class Leg(NamedTuple):
-    """One move, from rest to rest, along a path without corners or by times.
+    """One move, from rest to rest, along a smooth path or by times."""
 
-    Attributes
-    ----------
-    name : str
-        For people: line, arc, path or trajectory.
-    pieces : tuple[Piece, ...]
-        Of the path; none for one by times, and for one that stays.
-    speeds : tuple[float, ...]
-        Greatest speed of each piece, m/s; infinity: no own limit.
-    end : tuple[float, float]
-        m.
-    hold : float
-        s.
-    times : ndarray, shape (3, n)
-        t (s), x and y (m) of a trajectory; n is 0 for a path.
-    """
-
-    name: str
-    pieces: tuple[Piece, ...]
-    speeds: tuple[float, ...]
-    end: Point
-    hold: float
-    times: Array = np.empty((3, 0))
+    name: str  # for people: line, arc, path or trajectory
+    pieces: tuple[Piece, ...]  # of the path; none for one by times, and for one that stays
+    speeds: tuple[float, ...]  # greatest speed of each piece, m/s; infinity: no own limit
+    end: Point  # m
+    hold: float  # s
+    times: Array = np.empty((3, 0))  # t (s), x and y (m) of a trajectory; n is 0 for a path
 
 
 class Course(NamedTuple):
-    """A programme of two axes.
-
-    Attributes
-    ----------
-    title : str
-        For people.
-    legs : tuple[Leg, ...]
-        One after the other, from (0, 0) on.
-    source : str
-        The file.
-    """
-
     title: str
-    legs: tuple[Leg, ...]
+    legs: tuple[Leg, ...]  # one after the other, from (0, 0) on
     source: str
 
 
 def load(path: Path) -> Course:
-    """Read a programme.
-
-    Parameters
-    ----------
-    path : Path
-        .toml with [[moves]] or [[paths]], or .csv of times and places.
-
-    Returns
-    -------
-    Course
-        Not yet looked at by any machine's limits.
-
-    Raises
-    ------
-    InputError
-        Names file, entry and key, or file and line.
-    """
     if path.suffix.lower() == ".csv":
         return _table(path)
     raw, file = read_toml(path, WHAT), printable(path, 300)
@@ -110,13 +65,15 @@ def load(path: Path) -> Course:
         accepted = f"one line of text of at most {MAX_TITLE} characters"
         raise InputError(f"{file}, title", printable(title), accepted)
     if "moves" in raw and "paths" in raw:
-        accepted = "one of them, for TOML does not say which comes first: a path may be a line, too"
-        raise InputError(file, "moves and paths", accepted)
+        remedy = "Use one of them, because TOML keeps no order; a path may be a line, too."
+        raise ProblemError(file, "both moves and paths are given", remedy)
     key = "paths" if "paths" in raw else "moves"
     tables = raw.get(key)
     if not isinstance(tables, list) or not tables or not all(isinstance(t, dict) for t in tables):
         raise InputError(f"{file}, {key}", found(tables), _TABLES)
-    return Course(title or path.stem, tuple(_legs(tables, key[:-1], file)), str(path))
+    return Course(
+        title or printable(path.stem, 200), tuple(_legs(tables, key[:-1], file)), str(path)
+    )
 
 
 def _legs(tables: list[dict[str, Any]], word: str, file: str) -> list[Leg]:
@@ -133,10 +90,10 @@ def _legs(tables: list[dict[str, Any]], word: str, file: str) -> list[Leg]:
             legs.append(whole)
         if _flag(table, where):
             if number == len(tables):
-                raise InputError(f"{where}, on", "true", "false at the end: nothing follows")
+                raise InputError(f"{where}, on", "true", "false: nothing follows the last one")
             open_leg = legs.pop()
         if len(legs) > MAX_MOVES:
-            raise InputError(where, "too many moves", f"at most {MAX_MOVES} in all")
+            raise ProblemError(where, f"more than {MAX_MOVES} moves", "Shorten the programme.")
     return legs
 
 
@@ -148,13 +105,14 @@ def _flag(table: dict[str, Any], where: str) -> bool:
 
 
 def _on(before: Leg, after: Leg, where: str) -> Leg:
-    """Two legs as one, without a stop where they meet."""
+    """Join two legs without a stop."""
     if not before.pieces or not after.pieces:
-        raise InputError(where, "no way", "a way, where the path before goes on into this one")
+        remedy = "Give it a length, or end the path before it without `on`."
+        raise ProblemError(where, "the path has no length", remedy)
     turn = paths.turning(before.pieces[-1], after.pieces[0])
     if abs(turn) > _TANGENT:
-        accepted = "a path that begins in the direction in which the one before ends, or no `on`"
-        raise InputError(where, f"a corner of {math.degrees(turn):.4g} deg", accepted)
+        remedy = "Begin in the direction in which the path before ends, or remove its `on`."
+        raise ProblemError(where, f"a corner of {math.degrees(turn):.4g} deg", remedy)
     return Leg(
         "path",
         (*before.pieces, *after.pieces),
@@ -180,7 +138,7 @@ def _entry(table: dict[str, Any], here: Point, where: str) -> list[Leg]:
         only(table, _THROUGH, where)
         return _through(table, here, (speed, hold), where)
     if "x" not in table and "y" not in table:
-        raise InputError(where, "no way", "x, y or both; or centre and angle; or points")
+        raise ProblemError(where, "no path", "Give x, y or both; or centre and angle; or points.")
     only(table, _LINE, where)
     x, y = (
         _length(table[name], f"{where}, {name}") if name in table else at
@@ -200,10 +158,10 @@ def _arc(table: dict[str, Any], here: Point, where: str) -> tuple[Piece, Point]:
     written = text(table, "angle", where, "90 deg")
     angle = quantity(written, "rad", f"{where}, angle", "deg")
     if math.dist(here, centre) <= paths.MEET:
-        accepted = "a point away from the path's beginning"
+        accepted = "a point other than the path's start"
         raise InputError(f"{where}, centre", printable(table["centre"]), accepted)
     if angle == 0.0:
-        raise InputError(f"{where}, angle", written, "more or less than 0 deg")
+        raise InputError(f"{where}, angle", written, "an angle other than 0 deg")
     piece = paths.arc(here, centre, angle)
     closed = abs(math.remainder(angle, paths.TURN)) < 1e-12
     return piece, here if closed else piece.end
@@ -247,7 +205,7 @@ def _point(raw: object, where: str) -> Point:
 
 
 def _header(cells: list[str], where: str) -> None:
-    """InputError unless there are a time, x and y."""
+    """Require a time, x and y."""
     names = [c.rpartition("_")[0] for c in cells if c.rpartition("_")[2] in _SCALES]
     times = [c for c in cells if c in _TIMES]
     places = sorted(n for n in names if n in AXES)
@@ -256,11 +214,11 @@ def _header(cells: list[str], where: str) -> None:
 
 
 def _table(path: Path) -> Course:
-    """A trajectory: to its first place by a move, then by its times."""
+    """A trajectory: a move to its first place, then its times."""
     file = printable(path, 300)
     rows = list(csv_rows.table(read_text(path, WHAT), file, _header, _HEADER))
     if len(rows) < 3:
-        raise InputError(file, f"{len(rows)} rows", "three rows or more")
+        raise ProblemError(file, f"{len(rows)} rows", "A trajectory needs three or more.")
     names = list(rows[0].cells)
     time = next(name for name in names if name in _TIMES)
     columns = [(time, _TIMES[time])]
@@ -279,22 +237,13 @@ def _table(path: Path) -> Course:
     hold = quantity(HOLD, "s", file)
     first, last = (float(values[1, 0]), float(values[2, 0])), (values[1, -1], values[2, -1])
     track = Leg("trajectory", (), (), (float(last[0]), float(last[1])), hold, values)
-    return Course(path.stem, (_straight((0.0, 0.0), first, math.inf, hold), track), str(path))
+    return Course(
+        printable(path.stem, 200), (_straight((0.0, 0.0), first, math.inf, hold), track), str(path)
+    )
 
 
 def usual(tree: Any) -> Course:
-    """A square with exact stops, a circle and a diagonal, over most of the smaller travel.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of the machine.
-
-    Returns
-    -------
-    Course
-        From (0, 0) and back.
-    """
+    """A square with exact stops, a circle and a diagonal."""
     span = min(tree.x.travel.high, tree.y.travel.high)
     low, high, middle, hold = 0.1 * span, 0.9 * span, 0.5 * span, quantity(HOLD, "s", "hold")
     corners = [(low, low), (high, low), (high, high), (low, high), (low, low)]

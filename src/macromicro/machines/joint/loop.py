@@ -1,9 +1,4 @@
-"""One control period of two stages on one clock, interpreted and compiled.
-
-Each stage has its own kind, law and guard, whose kernels run as they do for one stage alone
-(`machines.stage`). What joins them is here: a move begins once both have arrived, and what trips
-one guard is told to the other before any effort goes out.
-"""
+"""One control period of two stages on one clock, interpreted and compiled."""
 
 from __future__ import annotations
 
@@ -33,105 +28,54 @@ from macromicro.types import Enable
 
 
 class Joined(NamedTuple):
-    """State of the sequence of both stages.
+    """State of the sequence of both stages."""
 
-    Attributes
-    ----------
-    progress : Progress
-        Of both; its `inside` is the first stage's.
-    inside : float
-        Since when the second stage is within its tolerance, s; NaN: it is not.
-    """
-
-    progress: Progress
-    inside: float
+    progress: Progress  # of both; its `inside` is the first stage's
+    inside: float  # since when the second stage is within its tolerance, s; NaN: it is not
 
 
 class Half(NamedTuple):
-    """State of one stage of a run.
-
-    Attributes
-    ----------
-    stage : Any
-        The stage's.
-    memory : Any
-        The law's.
-    watch : Watch
-        The guard's.
-    held : Held
-        The guard's, of a stage with lines.
-    """
+    """State of one stage."""
 
     stage: Any
     memory: Any
     watch: Watch
-    held: Held = Held()
+    held: Held = Held()  # the guard's, of a stage with lines
 
 
 class Run(NamedTuple):
-    """State of a run.
-
-    Attributes
-    ----------
-    tick : int
-        Control periods so far.
-    joined : Joined
-        The sequence's.
-    first, second : Half
-        Each stage's.
-    """
-
-    tick: int
+    tick: int  # control periods so far
     joined: Joined
+    # first, second: each stage's
     first: Half
     second: Half
 
     @property
     def over(self) -> bool:
-        """Whether the programme is done or a guard has tripped."""
         tripped = self.first.watch.fault != OK or self.second.watch.fault != OK
         return self.joined.progress.phase == DONE or tripped
 
 
 class Clock(NamedTuple):
-    """What both stages share."""
-
     t: Annotated[float, Quantity("s", "time since the start")]
 
 
 class Place(NamedTuple):
-    """Where the load truly is in the plane, with the axes as square as they are."""
+    """The true place of the load in the plane."""
 
     x: Annotated[float, Quantity("mm", "true place in the plane", column="true_x", scale=1e3)]
     y: Annotated[float, Quantity("mm", "true place in the plane", column="true_y", scale=1e3)]
 
 
 class Plane(NamedTuple):
-    """How the second axis lies in the plane, whose x is the first one.
+    """Orientation of the second axis against the first."""
 
-    Attributes
-    ----------
-    along : float
-        What a way of the second axis is along x, m/m.
-    across : float
-        And across it.
-    """
-
-    along: float
+    along: float  # what a way of the second axis is along x, m/m
     across: float
 
 
 class Bench(NamedTuple):
-    """Runtime parameters of both stages.
-
-    Attributes
-    ----------
-    first, second : Any
-        Of each kind.
-    plane : Plane
-        How they stand.
-    """
-
+    # first, second: of each kind
     first: Any
     second: Any
     plane: Plane
@@ -142,20 +86,6 @@ Period = Callable[..., tuple[Run, int]]
 
 @kernel
 def placed(plane: Plane, first: float, second: float) -> Place:
-    """Where the load is in the plane.
-
-    Parameters
-    ----------
-    plane : Plane
-        How the axes stand.
-    first, second : float
-        True positions along each axis, m.
-
-    Returns
-    -------
-    Place
-        m.
-    """
     return Place(first + plane.along * second, plane.across * second)
 
 
@@ -163,24 +93,7 @@ def placed(plane: Plane, first: float, second: float) -> Place:
 def aims(
     loops: tuple[Loop, Loop], s: Joined, first: Sample, second: Sample
 ) -> tuple[Joined, Target, Target]:
-    """One control period of the sequence: where both are to be.
-
-    Parameters
-    ----------
-    loops : tuple[Loop, Loop]
-        Of each stage; their plans have the same times.
-    s : Joined
-        State.
-    first, second : Sample
-        What the stages show.
-
-    Returns
-    -------
-    joined : Joined
-        New state.
-    first, second : Target
-        Set points with their derivatives.
-    """
+    """One period of the sequence: the set points of both."""
     plan, other = loops[0].plan, loops[1].plan
     now, t = s.progress, first.t
     if sequence.over(plan, now, t):
@@ -214,26 +127,7 @@ def aims(
 
 @kernel
 def told(watch: Watch, other: Watch, effort: float, t: float) -> tuple[Watch, float]:
-    """A guard that hears of the other one, in the same control period.
-
-    Parameters
-    ----------
-    watch : Watch
-        Its state.
-    other : Watch
-        That of the other axis' guard.
-    effort : float
-        V; what it let through.
-    t : float
-        Now, s.
-
-    Returns
-    -------
-    watch : Watch
-        As it was, unless the other has tripped and this one has not.
-    effort : float
-        V: 0 if any of both has tripped.
-    """
+    """A guard informed of the other one's fault, in the same period."""
     if other.fault == OK:
         return watch, effort
     if watch.fault != OK:
@@ -246,20 +140,6 @@ _SHARED = ("t", *(c.name for c in layout(Inside).columns))
 
 @lru_cache(maxsize=64)
 def columns(kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw]) -> tuple[Column, ...]:
-    """What a run of two stages records.
-
-    Parameters
-    ----------
-    kinds : tuple[Kind, Kind]
-        Kinds of the stages.
-    laws : tuple[StageLaw, StageLaw]
-        Their laws.
-
-    Returns
-    -------
-    tuple[Column, ...]
-        Time and sequence, the true place, then each stage's with its letter in front.
-    """
     found = list(layout(Clock, Inside, Place).columns)
     for name, kind, law in zip(AXES, kinds, laws, strict=True):
         own = [c for c in stage.columns(kind, law) if c.name not in _SHARED]
@@ -268,7 +148,7 @@ def columns(kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw]) -> tuple[
 
 
 def _rows(name: str, kind: Kind, law: StageLaw, every: tuple[Column, ...]) -> tuple[Any, ...]:
-    """Where the parts of `stage.laid_out` go in a row."""
+    """Row indices of the parts of `stage.laid_out`."""
     index = {c.name: k for k, c in enumerate(every)}
     names = [c.name for c in stage.columns(kind, law)]
     place = np.array([index[n if n in _SHARED else f"{name}_{n}"] for n in names])
@@ -280,22 +160,6 @@ def _rows(name: str, kind: Kind, law: StageLaw, every: tuple[Column, ...]) -> tu
 def period(  # noqa: PLR0915 - each line for either axis
     kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw]
 ) -> Period:
-    """The loop of two stages under their laws.
-
-    Parameters
-    ----------
-    kinds : tuple[Kind, Kind]
-        Kinds of the stages.
-    laws : tuple[StageLaw, StageLaw]
-        Their laws.
-
-    Returns
-    -------
-    Period
-        ``run(bench, loops, state, noise, out, dt) -> (state, written)``: runs for up to
-        ``len(noise[0])`` control periods, until the programme is done or a guard trips (that period
-        is the last written), with draws for each stage and `out` of shape (columns, periods).
-    """
     (kind_a, kind_b), (law_a, law_b) = kinds, laws
     measure_a, advance_a, show_a, step_a = kind_a.measure, kind_a.advance, kind_a.show, law_a.step
     measure_b, advance_b, show_b, step_b = kind_b.measure, kind_b.advance, kind_b.show, law_b.step
@@ -338,7 +202,7 @@ def period(  # noqa: PLR0915 - each line for either axis
             watch_b, effort_b = guarding.step(guard_b, watch_b, seen_b, aim_b, effort_b)
             watch_a, effort_a = told(watch_a, watch_b, effort_a, t)
             watch_b, effort_b = told(watch_b, watch_a, effort_b, t)
-            tripped = watch_a.fault != OK  # and so has the other: it was told
+            tripped = watch_a.fault != OK  # which trips the other one, too
             enable = 0.0 if tripped else 1.0
             now = joined.progress
             phase = float(FAULT if tripped else now.phase)
@@ -376,20 +240,12 @@ def period(  # noqa: PLR0915 - each line for either axis
 
 
 def fastest(kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw]) -> Period:
-    """The loop of two stages, as fast as it can run.
+    """The loop of two stages at machine speed."""
+    return stage.owning(in_place(kinds, laws))
 
-    Parameters
-    ----------
-    kinds : tuple[Kind, Kind]
-        Kinds of the stages.
-    laws : tuple[StageLaw, StageLaw]
-        Their laws.
 
-    Returns
-    -------
-    Period
-        `period`, compiled; with a law in plain Python interpreted, over compiled kernels.
-    """
+def in_place(kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw]) -> Period:
+    """`fastest` that may change the state given to it."""
     if all(map(stage.compiles, laws)):
         return stage.quickest(period(kinds, laws), *kinds)
     return period((stage.quick(kinds[0]), stage.quick(kinds[1])), laws)
@@ -398,24 +254,6 @@ def fastest(kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw]) -> Period
 def beginning(
     kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw], bench: Bench, loops: Any
 ) -> Run:
-    """The state at the start of a run.
-
-    Parameters
-    ----------
-    kinds : tuple[Kind, Kind]
-        Kinds of the stages.
-    laws : tuple[StageLaw, StageLaw]
-        Their laws.
-    bench : Bench
-        The stages.
-    loops : tuple[Loop, Loop]
-        What controls them.
-
-    Returns
-    -------
-    Run
-        At rest at 0.
-    """
     halves = []
     for kind, law, params, loop in zip(kinds, laws, bench[:2], loops, strict=True):
         memory = law.start(loop.gains, Sample(0.0, loop.plan.origin))

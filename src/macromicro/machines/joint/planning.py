@@ -1,5 +1,4 @@
-"""A programme of two axes as a plan of each: one profile along the path, within the limits of both
-axes and of the path."""
+"""Plans a programme of two axes: one profile along the path within all limits."""
 
 from __future__ import annotations
 
@@ -30,59 +29,21 @@ FINE = 4  # pieces of a trajectory for each control period
 
 
 class Trace(NamedTuple):
-    """The path of one move, for measuring how far from it the load is.
+    """The path of one move."""
 
-    Attributes
-    ----------
-    pieces : tuple[Piece, ...]
-        Of the path; none where it stays.
-    border : ndarray, shape (pieces + 1,)
-        Way at the beginning of each piece, and at the end, m.
-    s : ndarray, shape (periods,)
-        Way of the set point at each control period since the move's begin, m.
-    """
-
-    pieces: tuple[Piece, ...]
-    border: Array
-    s: Array
+    pieces: tuple[Piece, ...]  # of the path; none where it stays
+    border: Array  # way at the beginning of each piece, and at the end, m
+    s: Array  # way of the set point at each control period since the move's begin, m
 
 
 class JointPlan(NamedTuple):
-    """A programme for both axes.
-
-    Attributes
-    ----------
-    plans : tuple[Plan, Plan]
-        Of each axis; their times are the same.
-    legs : tuple[Leg, ...]
-        The moves.
-    traces : tuple[Trace, ...]
-        Their paths.
-    """
-
-    plans: tuple[Plan, Plan]
+    plans: tuple[Plan, Plan]  # of each axis; their times are the same
     legs: tuple[Leg, ...]
     traces: tuple[Trace, ...]
 
 
 def limits(piece: Piece, tree: Any, speed: float = math.inf) -> Limits:
-    """What both axes and the path allow along a piece.
-
-    Parameters
-    ----------
-    piece : Piece
-        Of a path.
-    tree : Any
-        Settings of the machine.
-    speed : float, optional
-        A limit of its own, m/s.
-
-    Returns
-    -------
-    Limits
-        On a straight piece each axis takes its share. In an arc every direction occurs: `CENTRAL`
-        of the acceleration is for the centre, which with `FORWARD` along the path is all of it.
-    """
+    """Limits of axes and path along a piece."""
     x, y = (each.motion for each in of(tree))
     path = tree.path
     if piece.curvature == 0.0:
@@ -102,30 +63,7 @@ def limits(piece: Piece, tree: Any, speed: float = math.inf) -> Limits:
 
 
 def plan(course: Course, tree: Any, cycles: int = 1, *, step: float | None = None) -> JointPlan:
-    """Moves and their profiles, from (0, 0) on.
-
-    Parameters
-    ----------
-    course : Course
-        The programme.
-    tree : Any
-        Settings of the machine.
-    cycles : int, optional
-        How often in a row; each begins where the one before ended, by a straight move if the first
-        path begins elsewhere.
-    step : float | None, optional
-        Longest cubic of an arc while the speed changes, s; None: the control period or `STEP`.
-
-    Returns
-    -------
-    JointPlan
-        In m.
-
-    Raises
-    ------
-    InputError
-        A path leaves the travel of an axis, or a trajectory is faster than its guard allows.
-    """
+    """Moves and their profiles, from (0, 0) on."""
     where = printable(course.source, 300)
     legs = _repeated(course, cycles)
     ways: tuple[list[Way], list[Way]] = ([], [])
@@ -144,7 +82,7 @@ def plan(course: Course, tree: Any, cycles: int = 1, *, step: float | None = Non
 
 
 def _repeated(course: Course, cycles: int) -> tuple[Leg, ...]:
-    """All cycles; between them a straight move, where it must be."""
+    """All cycles, joined by straight moves where needed."""
     legs = course.legs
     first = legs[0]
     begin = (first.pieces[0].x, first.pieces[0].y) if first.pieces else first.end
@@ -159,7 +97,6 @@ def _repeated(course: Course, cycles: int) -> tuple[Leg, ...]:
 
 
 def _check_travel(leg: Leg, tree: Any, where: str) -> None:
-    """InputError for a path beyond an axis' travel."""
     boxes = [piece.extent for piece in leg.pieces]
     if leg.times.size:
         boxes = [tuple(f(leg.times[k]) for k in (1, 2) for f in (np.min, np.max))]
@@ -175,7 +112,7 @@ def _check_travel(leg: Leg, tree: Any, where: str) -> None:
 
 
 def _leg(leg: Leg, tree: Any, step: float) -> tuple[tuple[Array, Array], Trace]:
-    """Pieces of both axes' profiles, and the path."""
+    """Profile pieces of both axes, and the path."""
     dt = tree.x.timing.period
     if leg.times.size:
         return _tracked(leg, dt)
@@ -198,7 +135,7 @@ def _leg(leg: Leg, tree: Any, step: float) -> tuple[tuple[Array, Array], Trace]:
 
 
 def _cubics(piece: Piece, segment: Segment, step: float) -> Iterator[tuple[float, ...]]:
-    """A segment of the way as cubics of both axes: duration, then x and y with derivatives."""
+    """A segment as cubics of both axes: duration, then x and y with derivatives."""
     h, s, v, a, j = segment
     if piece.curvature == 0.0:
         x, y = (float(p) for p in piece.at(s))
@@ -219,14 +156,14 @@ def _cubics(piece: Piece, segment: Segment, step: float) -> Iterator[tuple[float
 
 
 def _hermite(h: float, place: Array, speed: Array) -> tuple[Array, Array, Array, Array]:
-    """Cubics of one duration through places with speeds: place, speed, acceleration, jerk."""
+    """Cubics through places with speeds: place, speed, acceleration, jerk."""
     far, p, v, w = np.diff(place), place[:-1], speed[:-1], speed[1:]
     a = (6.0 * far - h * (4.0 * v + 2.0 * w)) / h**2
     return p, v, a, (6.0 * h * (v + w) - 12.0 * far) / h**3
 
 
 def _ways(runs: list[list[Segment]], border: Array, dt: float) -> Array:
-    """Way of the set point, each control period from the begin to the end."""
+    """Distance along the path each control period."""
     rows = np.array(
         [
             (s.duration, border[k] + s.position, s.velocity, s.acceleration, s.jerk)
@@ -238,7 +175,6 @@ def _ways(runs: list[list[Segment]], border: Array, dt: float) -> Array:
 
 
 def _sampled(rows: Array, dt: float) -> Array:
-    """Cubics, one after the other, each control period."""
     begin = np.concatenate(([0.0], np.cumsum(rows[:, 0])))
     t = np.arange(math.ceil(begin[-1] / dt) + 1) * dt
     k = np.clip(np.searchsorted(begin, t, side="right") - 1, 0, len(rows) - 1)
@@ -249,7 +185,7 @@ def _sampled(rows: Array, dt: float) -> Array:
 
 
 def _tracked(leg: Leg, dt: float) -> tuple[tuple[Array, Array], Trace]:
-    """A trajectory: splines over its times, and their path as short straight pieces."""
+    """A trajectory as splines, and its path as short straight pieces."""
     t, x, y = leg.times
     first, second = (planning.track(t, place).pieces for place in (x, y))
     fine = dt / FINE

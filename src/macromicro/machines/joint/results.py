@@ -1,7 +1,9 @@
-"""How the moves of two axes went, from the recording and the paths."""
+"""Results of two-axis moves, from recording and paths."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,82 +16,37 @@ from macromicro.machines.joint.settings import AXES, of
 from macromicro.machines.results import MoveResult
 from macromicro.machines.sequence import HOLDING
 from macromicro.recording import Recording
+from macromicro.runs.arrivals import Rest
 
 
 class Beside(NamedTuple):
-    """Distance from the path while the profile lasts; lengths in mm.
+    """Contour error while the profile lasts; mm."""
 
-    Attributes
-    ----------
-    rms, peak : float
-        Of the places that the encoders show.
-    true_rms, true_peak : float
-        Of the true places in the plane; NaN on a rig, which does not know them.
-    """
-
+    # rms, peak: of the places that the encoders show
     rms: float
     peak: float
-    true_rms: float
-    true_peak: float
+    true_rms: float  # of the true places in the plane
+    true_peak: float  # NaN on a rig, which does not know them
 
 
 class JointMove(NamedTuple):
-    """One move; lengths in mm. None: cannot be known.
-
-    Attributes
-    ----------
-    move : int
-        Index.
-    name : str
-        Line, arc, path or trajectory.
-    target : tuple[float, float]
-        Where to.
-    way : float
-        Length of the path.
-    start_s : float
-        When it began, s.
-    profile_s : float
-        Duration of its profile, s.
-    arrived_s : float | None
-        From its begin until both axes stay within their tolerances, s.
-    contour : Beside | None
-        Distance from the path; None for a move that stays where it is.
-    axes : tuple[MoveResult, MoveResult]
-        How each axis followed.
-    true_error : float | None
-        Distance of the true place from the target at rest.
-    complete : bool
-        Whether its hold began.
-    """
+    """One move; mm. None: unknown."""
 
     move: int
-    name: str
+    name: str  # line, arc, path or trajectory
     target: tuple[float, float]
-    way: float
+    way: float  # length of the path
     start_s: float
-    profile_s: float
-    arrived_s: float | None
-    contour: Beside | None
+    profile_s: float  # duration of its profile, s
+    arrived_s: float | None  # from its begin until both axes stay within their tolerances, s
+    contour: Beside | None  # distance from the path; None for a move that stays where it is
     axes: tuple[MoveResult, MoveResult]
-    true_error: float | None
-    complete: bool
+    true_error: float | None  # distance of the true place from the target at rest
+    complete: bool  # whether its hold began
 
 
 def alone(recording: Recording, name: str) -> Recording:
-    """What a recording shows of one axis, as that of a machine of one stage.
-
-    Parameters
-    ----------
-    recording : Recording
-        Of both axes.
-    name : str
-        One of `AXES`.
-
-    Returns
-    -------
-    Recording
-        Its columns without the letter in front, and those of time and sequence.
-    """
+    """One axis of a recording, as that of a single-stage machine."""
     letters = tuple(f"{each}_" for each in AXES)
     kept = [
         c
@@ -103,22 +60,6 @@ def alone(recording: Recording, name: str) -> Recording:
 
 
 def moves(recording: Recording, plan: JointPlan, settings: Any) -> list[JointMove]:
-    """How each move went.
-
-    Parameters
-    ----------
-    recording : Recording
-        Of a run of the plan.
-    plan : JointPlan
-        Its moves.
-    settings : Any
-        Of the machine.
-
-    Returns
-    -------
-    list[JointMove]
-        Those that began.
-    """
     if not len(recording):
         return []
     each = [
@@ -128,42 +69,22 @@ def moves(recording: Recording, plan: JointPlan, settings: Any) -> list[JointMov
     return [_move(recording, plan, pair) for pair in zip(*each, strict=True)]
 
 
+def rests(those: Iterable[JointMove]) -> list[Rest]:
+    """How moves ended, for a verdict."""
+    found = []
+    for m in those:
+        errors = [one.rest_error for one in m.axes if one.rest_error is not None]
+        away = 1e-3 * math.hypot(*errors) if len(errors) == len(m.axes) else None
+        found.append(Rest(m.move + 1, m.arrived_s is not None, m.complete, away))
+    return found
+
+
 def rows(recording: Recording, move: int) -> slice:
-    """The rows of one move.
-
-    Parameters
-    ----------
-    recording : Recording
-        Of a run.
-    move : int
-        Index.
-
-    Returns
-    -------
-    slice
-        Those in which it is the present one.
-    """
     found = np.flatnonzero(recording["move"] == move)
     return slice(int(found[0]), int(found[-1]) + 1) if len(found) else slice(0, 0)
 
 
 def under_way(recording: Recording, plan: JointPlan, move: int) -> slice:
-    """The rows of one move in which its profile lasts.
-
-    Parameters
-    ----------
-    recording : Recording
-        Of a run.
-    plan : JointPlan
-        Its moves.
-    move : int
-        Index.
-
-    Returns
-    -------
-    slice
-        From its begin on; at least one row of a move that began.
-    """
     own = rows(recording, move)
     t = recording["t"][own]
     n = int(np.sum(t - t[0] < plan.plans[0].length[move] - 1e-9)) if len(t) else 0
@@ -171,7 +92,7 @@ def under_way(recording: Recording, plan: JointPlan, move: int) -> slice:
 
 
 def _distance(recording: Recording, names: tuple[str, str], part: slice, trace: Any) -> Array:
-    """From the path, mm; what has no reading counts as where it was, NaN where nothing has any."""
+    """Contour error, mm; a missing reading repeats the last one."""
     columns = [recording[name][part] for name in names]
     if any(np.isnan(column).all() for column in columns):
         return np.full(len(columns[0]), np.nan)
@@ -180,18 +101,7 @@ def _distance(recording: Recording, names: tuple[str, str], part: slice, trace: 
 
 
 def known(values: Array) -> Array:
-    """A column with the last reading where there is none.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        A column; NaN: no new reading.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Without gaps; 0 before the first reading.
-    """
+    """A column with gaps filled by the last reading."""
     good = ~np.isnan(values)
     if good.all() or not good.any():
         return np.nan_to_num(values)

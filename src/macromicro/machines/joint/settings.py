@@ -1,4 +1,4 @@
-"""Settings of the machine `xy`: two whole axes, what one carries of the other, and the path."""
+"""Settings of the machine `xy`: two axes, their stacking, the path."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, NamedTuple
 
 from macromicro.machines import axis, owned
-from macromicro.machines.rounding import rounded
+from macromicro.machines._rounding import rounded
 from macromicro.machines.tree import Checked, Problem, Rule, settled, under_law, with_
 from macromicro.schema.par import Par, changed
 
@@ -40,8 +40,6 @@ class Stack(NamedTuple):
 
 
 class Along(NamedTuple):
-    """Limits along the path."""
-
     speed: Annotated[float, Par("m/s", "greatest speed in the plane", _DERIVED, positive=True)] = (
         1.0
     )
@@ -54,7 +52,7 @@ class Along(NamedTuple):
 
 
 class Hidden(NamedTuple):
-    """What the bench has, and no law, guard or data sheet knows."""
+    """Properties of the bench that no law or data sheet knows."""
 
     squareness: Annotated[
         float,
@@ -70,7 +68,7 @@ class Hidden(NamedTuple):
 
 
 class XY(NamedTuple):
-    """The tree behind ``machine = "xy"``; `DEFAULT` has what is derived filled in."""
+    """Settings of ``machine = "xy"``; `DEFAULT` has derived values filled in."""
 
     stack: Stack = Stack()
     path: Along = Along()
@@ -79,40 +77,14 @@ class XY(NamedTuple):
     y: Any = axis.Axis()
 
     def derived(self) -> tuple[Rule, ...]:
-        """What follows from other settings.
-
-        Returns
-        -------
-        tuple[Rule, ...]
-            Paths and rules, none of which depends on a later one.
-        """
         return RULES
 
     def together(self) -> list[Problem]:
-        """What cannot work together, beside what each axis finds in itself.
-
-        Returns
-        -------
-        list[Problem]
-            Path, value, and what is accepted and why.
-        """
+        """Conflicts beyond those of each axis."""
         return [(path, value, words) for wrong, path, value, words in _checks(self) if wrong]
 
     def grown(self, table: Mapping[str, object], where: str) -> XY:
-        """With the gains of the laws, and the parts, that a table of settings names.
-
-        Parameters
-        ----------
-        table : Mapping[str, object]
-            Of a file; paths dotted or nested.
-        where : str
-            The file, for messages.
-
-        Returns
-        -------
-        XY
-            A copy.
-        """
+        """With the gains and parts that a table names."""
         laws: dict[str, Any] = {}
         parts: dict[str, Any] = {}
         for name in AXES:
@@ -128,53 +100,28 @@ class XY(NamedTuple):
         return made
 
     def with_(self, changes: str | Mapping[str, object], value: object = None) -> XY:
-        """These settings with other values, and with what follows from them.
-
-        Parameters
-        ----------
-        changes : str | Mapping[str, object]
-            Path of a parameter; or several paths with their values.
-        value : object, optional
-            Of the one path.
-
-        Returns
-        -------
-        XY
-            A changed copy.
-        """
+        """With other values and what follows from them."""
         return with_(self, changes, value)
 
 
 def of(tree: XY) -> tuple[Any, Any]:
-    """The settings of each axis.
-
-    Parameters
-    ----------
-    tree : XY
-        Settings.
-
-    Returns
-    -------
-    tuple[Any, Any]
-        In the order of `AXES`.
-    """
     return tree.x, tree.y
 
 
 def _carried(tree: XY) -> float:
-    """All that x carries of y."""
+    """Mass of y that x carries."""
     if tree.stack.carries == NOTHING:
         return 0.0
     return float(tree.stack.body + tree.y.load.mass + tree.y.load.payload)
 
 
 def _within(name: str, rule: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """A rule of one axis as one of the whole tree."""
+    """A rule of one axis within the whole tree."""
     return lambda tree: rule(getattr(tree, name))
 
 
 def _both(what: Callable[[Any], float]) -> Callable[[XY], float]:
-    """What both axes do together, at right angles."""
+    """Limits of both axes together."""
     return lambda tree: rounded(math.hypot(what(tree.x), what(tree.y)))
 
 
@@ -190,7 +137,6 @@ RULES: tuple[Rule, ...] = (
 
 
 def _checks(tree: XY) -> Iterator[Checked]:
-    """What the axes cannot do together."""
     yield (
         tree.x.timing.period != tree.y.timing.period,
         "y.timing.period",

@@ -1,4 +1,4 @@
-"""One run of a machine of two axes in figures, for studies of many: tuning and robustness."""
+"""Results of a two-axis run as figures, for tuning and robustness."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from macromicro.recording import Recording
 
 
 class JointTrial(NamedTuple):
-    """How a run went; infinity: a move never arrived; NaN: a guard stopped the run before."""
+    """Results of a run; infinity: no arrival; NaN: stopped by a guard."""
 
     fault: Annotated[float, Quantity("1", "code of the fault that stopped the run, 0 for none")]
     missed: Annotated[float, Quantity("1", "moves that did not arrive")]
@@ -38,49 +38,13 @@ class JointTrial(NamedTuple):
 
 
 def trial(machine: Joint, settings: Any, plan: JointPlan, seed: int) -> JointTrial:
-    """Run a plan and measure it.
-
-    Parameters
-    ----------
-    machine : Joint
-        The machine.
-    settings : Any
-        Its settings.
-    plan : JointPlan
-        What is to be run.
-    seed : int
-        Of the sensors' noise.
-
-    Returns
-    -------
-    JointTrial
-        In figures.
-    """
-    done = runs.record(machine, settings, plan, seed=seed)
+    done = runs.record(machine, settings, plan, seed=seed, warn=False)
     return measured(done.recording, done.outcome, plan, settings)
 
 
 def measured(
     recording: Recording, outcome: runs.Outcome, plan: JointPlan, settings: Any
 ) -> JointTrial:
-    """A run in figures.
-
-    Parameters
-    ----------
-    recording : Recording
-        Of the run.
-    outcome : runs.Outcome
-        How it ended.
-    plan : JointPlan
-        What was run.
-    settings : Any
-        Of the machine.
-
-    Returns
-    -------
-    JointTrial
-        In figures.
-    """
     moves = results.moves(recording, plan, settings)
     fault = next((w.fault for w in outcome.watches if w.fault not in (0, OTHER_AXIS)), 0)
     whole = fault == 0 and len(moves) == len(plan.legs)
@@ -121,28 +85,7 @@ def trials(
     workers: int,
     done: Callable[[int], bool] = lambda n: False,
 ) -> list[JointTrial]:
-    """Run the same plan on many machines, in threads; the compiled runs do not hold the lock.
-
-    Parameters
-    ----------
-    machine : Joint
-        The machine.
-    trees : Sequence[Any]
-        Settings, one a run.
-    plan : JointPlan
-        What is to be run.
-    seeds : Sequence[int]
-        Of each run's noise.
-    workers : int
-        Threads.
-    done : Callable[[int], bool], optional
-        Hears runs done; when it answers True, the rest is left out.
-
-    Returns
-    -------
-    list[JointTrial]
-        In the order of the settings, perhaps fewer; the same for any number of threads.
-    """
+    """Run a plan on many machines, in threads; compiled runs release the lock."""
     if trees:
         runs.compile_machine(machine, trees[0], plan)
     return threaded(

@@ -1,4 +1,4 @@
-"""Both axes of a machine on two rigs of the user's: whether they can be, the way to their start."""
+"""Both axes of a machine on two user rigs: checks, and the way to the start."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from macromicro.machines.joint.on_rig import Pair, driven
 from macromicro.machines.joint.planning import JointPlan
 from macromicro.machines.joint.runs import Outcome
 from macromicro.machines.joint.settings import AXES, of
-from macromicro.machines.runs import Blocks
 from macromicro.rig.opening import OPTION, TWIN
 from macromicro.rig.session import Fixture
 from macromicro.schema.text import printable
@@ -25,29 +24,6 @@ Two = tuple[Fixture, Fixture]
 
 
 def found(name: str, settings: Any, seed: int, what: str = "a programme") -> Two | None:
-    """The rigs that ``--rig`` names.
-
-    Parameters
-    ----------
-    name : str
-        "twin", or two names as a machine of one stage takes them, "+" between.
-    settings : Any
-        Of the machine.
-    seed : int
-        Given to the factories; the second gets the next one.
-    what : str, optional
-        What is wanted of them, for messages.
-
-    Returns
-    -------
-    tuple[Fixture, Fixture] | None
-        None: the simulated machine.
-
-    Raises
-    ------
-    InputError
-        They are not two, or one of them is not to be had.
-    """
     if name == TWIN:
         return None
     made = [
@@ -59,39 +35,10 @@ def found(name: str, settings: Any, seed: int, what: str = "a programme") -> Two
 
 
 def several(name: str) -> bool:
-    """Whether a name is that of more than one rig.
-
-    Parameters
-    ----------
-    name : str
-        As of ``--rig``.
-
-    Returns
-    -------
-    bool
-        False for a file that has a "+" in its name.
-    """
     return AND in name and not Path(name).is_file()
 
 
 def named(name: str) -> list[str]:
-    """The rig of each axis.
-
-    Parameters
-    ----------
-    name : str
-        As of ``--rig``: two names, "+" between.
-
-    Returns
-    -------
-    list[str]
-        x first.
-
-    Raises
-    ------
-    InputError
-        They are not two, or one of them is the twin.
-    """
     names = [one.strip() for one in name.split(AND)]
     if len(names) != len(AXES) or TWIN in names:
         raise InputError(OPTION, printable(name), ACCEPTED)
@@ -99,20 +46,7 @@ def named(name: str) -> list[str]:
 
 
 def opened(rigs: Two, seed: int) -> Pair:
-    """Both rigs on one clock, to be entered for one run.
-
-    Parameters
-    ----------
-    rigs : tuple[Fixture, Fixture]
-        From `found`.
-    seed : int
-        Given to the factories.
-
-    Returns
-    -------
-    Pair
-        Of sessions.
-    """
+    """Both rigs on one clock, for one run."""
     return Pair([rig.open(seed + k) for k, rig in enumerate(rigs)])
 
 
@@ -125,69 +59,19 @@ def perform(
     rests: tuple[float, float] = (0.0, 0.0),
     progress: Callable[[float, int], None] | None = None,
 ) -> Outcome:
-    """Run a plan on two rigs, from wherever they stand.
-
-    Each is brought to where the plan begins, one after the other, under its own law and guard; then
-    both are driven in step. The sink has everything at the end, as of `on_rig.from_start`.
-
-    Parameters
-    ----------
-    machine : Joint
-        The machine.
-    settings : Any
-        Its settings.
-    plan : JointPlan
-        The programme.
-    sink : Sink
-        As for `runs.perform`.
-    pair : Pair
-        From `opened`.
-    rests : tuple[float, float], optional
-        How long each is left switched off first, s.
-    progress : Callable[[float, int], None] | None, optional
-        As for `runs.perform`.
-
-    Returns
-    -------
-    Outcome
-        How it ended.
-
-    Raises
-    ------
-    MacromicroError
-        An axis did not come to its start.
-    """
+    """Run a plan on two rigs: each goes to the start of the plan, then both run in step."""
     halves = (pair.halves[0], pair.halves[1])
     each = zip(machine.axes, of(settings), plan.plans, halves, rests, strict=True)
 
-    def run(blocks: Blocks) -> Outcome:
+    def run(behind: Sink) -> Outcome:
         pair.together = True
-        return driven(machine, settings, plan, halves, blocks, progress)
+        return driven(machine, settings, plan, halves, behind, progress)
 
     return on_rig.from_start([on_rig.Standing(*one) for one in each], sink, run)
 
 
 def said(settings: Any, plan: JointPlan, title: str, rigs: Two, expected: float) -> list[str]:
-    """What a run on two rigs will move, how far and how hard.
-
-    Parameters
-    ----------
-    settings : Any
-        Of the machine.
-    plan : JointPlan
-        The programme.
-    title : str
-        Of it.
-    rigs : tuple[Fixture, Fixture]
-        From `found`.
-    expected : float
-        Usual duration, s.
-
-    Returns
-    -------
-    list[str]
-        Lines.
-    """
+    """What a run will move, how far and how hard."""
     lines = [f"{title or 'a programme'}, about {expected:.0f} s, both axes in step:"]
     for name, own, each, rig in zip(AXES, of(settings), plan.plans, rigs, strict=True):
         told = on_rig.said(XY_MACHINE.axes[0], own, each, "", f"{name} on {rig.name}", expected)

@@ -1,15 +1,13 @@
-"""One control period of the board: its laws, and what limit switches and silence of the host do.
-
-The firmware runs the C that is exported from it (`macromicro export c two_stage.board --float`).
-"""
+"""One control period of the board, from which the firmware's C is exported."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from macromicro.columns import Meaning
 from macromicro.control import calibration, deadzone, pd, pi
 from macromicro.control.calibration import Calibration
 from macromicro.control.pd import PdTuned
@@ -20,93 +18,50 @@ from macromicro.rig import guard
 from macromicro.rig.board.protocol import SPEC, TABLE
 from macromicro.rig.codes import ILLEGAL, OK
 from macromicro.rig.guard import Guard
-from macromicro.rig.limits import Limits
+from macromicro.rig.limits import NEVER, Limits
 
 SILENCE = 1e-3 * SPEC["silence"]  # s
 DECELERATE = 1e-3 * SPEC["decelerate"]  # s
 LIMIT_SWITCH: int = SPEC["faults"]["limit_switch"]
 BRIDGE: int = SPEC["faults"]["bridge"]
-_NEVER = 1e9  # s, V; beyond anything measured
 HOST_SILENT: int = SPEC["faults"]["host_silent"]
 
 
 class Board(NamedTuple):
-    """What the host writes into the board before it drives.
+    """Parameters that the host writes before the board drives."""
 
-    Attributes
-    ----------
-    guard : Guard
-        Limits, envelopes and the Hall sensor's table.
-    macro : PdTuned
-        Law of the macro-stage, in counts and V.
-    micro : PiAntiWindup
-        Law of the micro-stage, in m and V.
-    width : float
-        Dead zone that the macro-stage's effort is lifted over, V.
-    """
-
-    guard: Guard
-    macro: PdTuned
-    micro: PiAntiWindup
-    width: float
+    guard: Annotated[Guard, Meaning("limits, envelopes and the Hall sensor's table")]
+    macro: Annotated[PdTuned, Meaning("law of the macro-stage, in counts and V")]
+    micro: Annotated[PiAntiWindup, Meaning("law of the micro-stage, in m and V")]
+    width: Annotated[float, Meaning("dead zone that the macro-stage's effort is lifted over", "V")]
 
 
 class Order(NamedTuple):
-    """What the host asked for last, and the lines.
+    """The host's last command, and the lines."""
 
-    Attributes
-    ----------
-    holds : bool
-        Whether the board closes the loop.
-    macro_reference : float
-        Set point for that, counts.
-    micro_reference : float
-        m.
-    macro_active, micro_active : bool
-        Which stage is under control.
-    motor, ctrl : float
-        What to put out where it does not, V.
-    quiet : float
-        For how long the host has said nothing, s.
-    low, high, fault : bool
-        Limit switches and the bridge's fault, active.
-    """
-
-    holds: bool
-    macro_reference: float
-    micro_reference: float
-    macro_active: bool
-    micro_active: bool
-    motor: float
-    ctrl: float
-    quiet: float
-    low: bool
-    high: bool
-    fault: bool
+    holds: Annotated[bool, Meaning("whether the board closes the loop")]
+    macro_reference: Annotated[float, Meaning("set point for that", "counts")]
+    micro_reference: Annotated[float, Meaning("", "m")]
+    macro_active: Annotated[bool, Meaning("which stage is under control")]
+    micro_active: Annotated[bool, Meaning("which stage is under control")]
+    motor: Annotated[float, Meaning("what to put out where it does not", "V")]
+    ctrl: Annotated[float, Meaning("what to put out where it does not", "V")]
+    quiet: Annotated[float, Meaning("for how long the host has said nothing", "s")]
+    low: Annotated[bool, Meaning("limit switches and the bridge's fault, active")]
+    high: Annotated[bool, Meaning("limit switches and the bridge's fault, active")]
+    fault: Annotated[bool, Meaning("limit switches and the bridge's fault, active")]
 
 
 class Effort(NamedTuple):
-    """What the laws remember, and a fault that latches.
+    """Memories of the laws, and a latched fault."""
 
-    Attributes
-    ----------
-    reference : float
-        Set point of the macro-stage in the last period, counts; NaN: none.
-    error : float
-        Its last error, counts.
-    integral : float
-        Integral effort of the micro-stage, V.
-    motor : float
-        Last effort of the motor, V.
-    fault : int
-        `ILLEGAL`, or one of the board alone; 0 is none.
-    """
-
-    reference: float
-    error: float
-    integral: float
-    motor: float
-    fault: int
+    reference: Annotated[
+        float, Meaning("set point of the macro-stage in the last period, counts; NaN: none")
+    ]
+    error: Annotated[float, Meaning("its last error", "counts")]
+    integral: Annotated[float, Meaning("integral effort of the micro-stage", "V")]
+    motor: Annotated[float, Meaning("last effort of the motor", "V")]
+    fault: Annotated[int, Meaning("ILLEGAL, or one of the board alone; 0 is none")]
 
 
 REST = Effort(math.nan, 0.0, 0.0, 0.0, OK)
@@ -114,64 +69,20 @@ REST = Effort(math.nan, 0.0, 0.0, 0.0, OK)
 
 def prepare(limits: Limits, table: Calibration, macro: PdTuned, micro: PiAntiWindup,
             width: float) -> Board:  # fmt: skip
-    """Parameters of the board, with a table of its length.
-
-    Parameters
-    ----------
-    limits : Limits
-        Of the guard.
-    table : Calibration
-        The Hall sensor's, of any length.
-    macro : PdTuned
-        Law of the macro-stage.
-    micro : PiAntiWindup
-        Law of the micro-stage.
-    width : float
-        Dead zone, V.
-
-    Returns
-    -------
-    Board
-        Parameters.
-    """
     return Board(guard.prepare(limits, shortened(table)), macro, micro, width)
 
 
-def thesis(limits: Limits, table: Calibration | None) -> Board:
-    """Parameters with the thesis' laws, for a machine with this Hall sensor or without one.
-
-    Parameters
-    ----------
-    limits : Limits
-        Of the guard.
-    table : Calibration | None
-        The Hall sensor's; None: there is none, and nothing is expected of it.
-
-    Returns
-    -------
-    Board
-        Parameters.
-    """
-    gains = Control()
+def of(limits: Limits, table: Calibration | None, gains: Control | None = None) -> Board:
+    """Parameters for a machine with this Hall sensor or without one."""
+    gains = gains or Control()
     if table is None:
         table = Calibration(0.0, 1.0, np.zeros(2))
-        limits = limits._replace(frozen=_NEVER, rail_time=_NEVER, noise=_NEVER, silent=_NEVER)
+        limits = limits._replace(frozen=NEVER, rail_time=NEVER, noise=NEVER, silent=NEVER)
     return prepare(limits, table, gains.pd_tuned, gains.pi_antiwindup, gains.dead_zone)
 
 
 def shortened(table: Calibration) -> Calibration:
-    """The table over the same voltages, with as many points as the board has room for.
-
-    Parameters
-    ----------
-    table : Calibration
-        Of any length.
-
-    Returns
-    -------
-    Calibration
-        Of `TABLE` points.
-    """
+    """The table with as many points as the board has room for."""
     step = table.step * (len(table.position) - 1) / (TABLE - 1)
     volts = [table.low + k * step for k in range(TABLE)]
     return Calibration(table.low, step, np.array([calibration.position(table, v) for v in volts]))
@@ -179,34 +90,18 @@ def shortened(table: Calibration) -> Calibration:
 
 @kernel
 def drive(
-    p: Board, s: Effort, encoder: float, hall: float, order: Order, dt: float
-) -> tuple[Effort, float, float]:
-    """One control period of the laws; `guard.step` watches beside it.
-
-    Parameters
-    ----------
-    p : Board
-        Parameters.
-    s : Effort
-        State.
-    encoder : float
-        counts.
-    hall : float
-        V; NaN: no value.
-    order : Order
-        What the host asked for, and the lines.
-    dt : float
-        Control period, s.
-
-    Returns
-    -------
-    state : Effort
-        New state; a fault in it latches.
-    motor : float
-        Effort of the motor from the next period on, V.
-    ctrl : float
-        CTRL from then on, V.
-    """
+    p: Board,
+    s: Effort,
+    encoder: Annotated[float, Meaning("count", "counts")],
+    hall: Annotated[float, Meaning("NaN: no value", "V")],
+    order: Order,
+    dt: float,
+) -> tuple[
+    Annotated[Effort, Meaning(name="state")],
+    Annotated[float, Meaning("effort of the motor from the next period on", "V", name="motor")],
+    Annotated[float, Meaning("CTRL from then on", "V", name="ctrl")],
+]:
+    """One control period of the laws (`encoder` in counts); `guard.step` watches beside it."""
     motor, ctrl = order.motor, order.ctrl
     reference, error, integral = math.nan, 0.0, 0.0
     limits = p.guard.limits

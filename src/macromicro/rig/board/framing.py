@@ -1,4 +1,4 @@
-"""Frames on a serial line: COBS between zero bytes, a CRC at the end."""
+"""Frames on a serial line: COBS between zero bytes, with a CRC."""
 
 from __future__ import annotations
 
@@ -9,36 +9,12 @@ LONGEST = 64  # bytes of a frame, its CRC included
 
 
 def crc16(data: bytes, crc: int = _START) -> int:
-    """CRC-16/CCITT-FALSE: polynomial 0x1021, from 0xFFFF, nothing reflected.
-
-    Parameters
-    ----------
-    data : bytes
-        Any.
-    crc : int, optional
-        Of what came before.
-
-    Returns
-    -------
-    int
-        0 to 0xFFFF; "123456789" gives 0x29B1.
-    """
+    """CRC-16/CCITT-FALSE: polynomial 0x1021, from 0xFFFF, nothing reflected."""
     return crc_hqx(data, crc)
 
 
 def stuffed(data: bytes) -> bytes:
-    """Consistent overhead byte stuffing (Cheshire and Baker, 1999): no zero is left.
-
-    Parameters
-    ----------
-    data : bytes
-        Any.
-
-    Returns
-    -------
-    bytes
-        Longer by one byte, and by one for each 254 without a zero.
-    """
+    """Consistent overhead byte stuffing (Cheshire and Baker, 1999)."""
     out, block = bytearray(), bytearray()
     for byte in data:
         if byte:
@@ -55,18 +31,7 @@ def stuffed(data: bytes) -> bytes:
 
 
 def plain(data: bytes) -> bytes | None:
-    """What `stuffed` made the bytes of.
-
-    Parameters
-    ----------
-    data : bytes
-        Without the zero behind them.
-
-    Returns
-    -------
-    bytes | None
-        None for what cannot be.
-    """
+    """The inverse of `stuffed`."""
     out, place = bytearray(), 0
     while place < len(data):
         length = data[place]
@@ -81,34 +46,11 @@ def plain(data: bytes) -> bytes | None:
 
 
 def framed(data: bytes) -> bytes:
-    """Bytes as a frame on the line, CRC and zero included.
-
-    Parameters
-    ----------
-    data : bytes
-        Id, sequence, fields.
-
-    Returns
-    -------
-    bytes
-        What is sent.
-    """
+    """A frame for the line, CRC and zero included."""
     return stuffed(data + crc16(data).to_bytes(2, "little")) + b"\0"
 
 
 def unframed(data: bytes) -> bytes | None:
-    """Contents of a frame.
-
-    Parameters
-    ----------
-    data : bytes
-        As on the line, without the zero behind it.
-
-    Returns
-    -------
-    bytes | None
-        Id, sequence, fields; None where the CRC says that something was lost or changed.
-    """
     found = plain(data)
     if found is None or len(found) < 4:
         return None
@@ -117,25 +59,13 @@ def unframed(data: bytes) -> bytes | None:
 
 
 class Stream:
-    """Frames out of a stream of bytes, and how many were no good."""
+    """Splits a byte stream into frames and counts bad ones."""
 
     def __init__(self) -> None:
         self._rest = bytearray()
         self.bad = 0
 
     def take(self, data: bytes) -> list[bytes]:
-        """Frames that end within these bytes.
-
-        Parameters
-        ----------
-        data : bytes
-            As they came.
-
-        Returns
-        -------
-        list[bytes]
-            Contents of each whole one.
-        """
         found = []
         *ended, rest = data.split(b"\0")
         for part in ended:

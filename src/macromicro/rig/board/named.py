@@ -1,4 +1,4 @@
-"""A board by its name: board:PORT, and how it is to work."""
+"""A board by its name board:PORT with options."""
 
 from __future__ import annotations
 
@@ -6,56 +6,49 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from macromicro.control import calibration
-from macromicro.errors import InputError
-from macromicro.rig.board.rig import BOARD_LOOP, BOTH, LOOPS, MACRO, STAGES, BoardRig
+from macromicro.control.settings import Control
+from macromicro.errors import InputError, ProblemError
+from macromicro.rig.board import control
+from macromicro.rig.board.rig import BOARD_LOOP, BOTH, HOST_LOOP, LOOPS, MACRO, STAGES, BoardRig
+from macromicro.rig.limits import Limits
 from macromicro.schema.text import printable, read_text
 
 BOARD = "board"
 _SCHEME = f"{BOARD}:"
 _KEYS = ("loop", "calibration", "stages")
+MACRO_LAW, MICRO_LAW = "pd-tuned", "pi-antiwindup"  # the board's own
 
 
 @dataclass(frozen=True)
 class Boarded:
-    """A board at a port.
-
-    Attributes
-    ----------
-    device : str
-        The port.
-    loop : str | None
-        Of `LOOPS`; None: the board closes it where it can, which is that of the two-stage machine.
-    calibration : Path | None
-        File of the Hall sensor's table.
-    stages : str | None
-        Of `STAGES`; None: both, if there is a table.
-    """
+    """A board at a port."""
 
     device: str
+    # of `LOOPS`; None: the board closes it where it can, which is that of the two-stage machine
     loop: str | None = None
-    calibration: Path | None = None
-    stages: str | None = None
+    calibration: Path | None = None  # file of the Hall sensor's table
+    stages: str | None = None  # of `STAGES`; None: both, if there is a table
+    limits: Limits | None = None  # of the board's guard; None: those of the thesis' machine
+    gains: Control | None = None  # of the board's laws; None: those of the thesis
+    yielding: bool = False  # whether a limit switch is the end of a way, as of `BoardRig`
 
     def __call__(self, seed: int) -> BoardRig:
-        """The rig; not opened. InputError for a calibration that cannot be read."""
+        """The rig, not opened."""
         table = None
         if self.calibration is not None:
             table = calibration.read(read_text(self.calibration, "Hall calibration"))
-        return BoardRig(self.device, self.loop or BOARD_LOOP, table, both=self._both)
+        params = control.of(self.limits or Limits(), table, self.gains)
+        rig = BoardRig(self.device, self.loop or BOARD_LOOP, table, params, both=self.both)
+        rig.yielding = self.yielding
+        return rig
 
     @property
-    def _both(self) -> bool:
+    def both(self) -> bool:
         with_table = BOTH if self.calibration is not None else MACRO
         return (self.stages or with_table) == BOTH
 
     def check(self) -> None:
-        """Read the calibration, without opening the port.
-
-        Raises
-        ------
-        InputError
-            It cannot be read.
-        """
+        """Read the calibration, without opening the port."""
         self(0)
 
     def __str__(self) -> str:
@@ -66,48 +59,26 @@ class Boarded:
         return ",".join([_SCHEME + self.device, *more])
 
 
+def check_laws(board: Boarded, gains: Control) -> None:
+    """Check that a board that closes the loop has the chosen laws."""
+    asked = {"macro_law": gains.macro_law, "micro_law": gains.micro_law}
+    own = {"macro_law": MACRO_LAW, "micro_law": MICRO_LAW}
+    for key, name in asked.items():
+        closes = (board.loop or BOARD_LOOP) == BOARD_LOOP
+        if closes and name != own[key] and (key == "macro_law" or board.both):
+            accepted = f"{own[key]}, which the board runs; or --loop {HOST_LOOP}"
+            raise InputError(f"controller.{key}", name, accepted)
+
+
 def is_board(name: str) -> bool:
-    """Whether a name of a rig is that of a board.
-
-    Parameters
-    ----------
-    name : str
-        Of `--rig`.
-
-    Returns
-    -------
-    bool
-        True for "board" alone, too.
-    """
     return name == BOARD or name.startswith(_SCHEME)
 
 
 def read(name: str) -> Boarded:
-    """The board of a name.
-
-    Parameters
-    ----------
-    name : str
-        "board:/dev/ttyUSB0,loop=host,calibration=hall_calibration.csv,stages=both".
-
-    Returns
-    -------
-    Boarded
-        Not opened.
-
-    Raises
-    ------
-    InputError
-        No port, or a key, loop or stages that there are not.
-    """
     device, *more = name.removeprefix(_SCHEME).split(",")
     if name == BOARD or not device:
-        raise InputError(
-            "--port",
-            "none",
-            "the board's serial port, such as /dev/ttyUSB0; or a rig's name with it, "
-            "such as board:/dev/ttyUSB0",
-        )
+        remedy = "Give it, such as --port /dev/ttyUSB0, or name the rig board:/dev/ttyUSB0."
+        raise ProblemError("--port", "the board's serial port is missing", remedy)
     given = {}
     for part in more:
         key, sign, value = part.partition("=")
@@ -126,32 +97,15 @@ def read(name: str) -> Boarded:
 
 
 def joined(rig: str, port: str | None, loop: str | None, calibration: Path | None) -> str:
-    """The name of a rig with what the command line says of a board.
-
-    Parameters
-    ----------
-    rig : str
-        Of `--rig`.
-    port, loop : str | None
-        Of `--port` and `--loop`.
-    calibration : Path | None
-        Of `--calibration`.
-
-    Returns
-    -------
-    str
-        `rig` itself, where it is no board.
-
-    Raises
-    ------
-    InputError
-        An option of a board with another rig, or none of the port.
-    """
+    """The name of a rig with the board's options of the command line."""
     given = {"--port": port, "--loop": loop, "--calibration": calibration}
     if rig != BOARD:
         for option, value in given.items():
             if value is not None:
-                raise InputError(option, str(value), f"only with --rig {BOARD}")
+                remedy = ""
+                if option == "--port":
+                    remedy = "The ports of a server are --web, --scpi and --gcs."
+                raise ProblemError(option, f"needs --rig {BOARD}", remedy)
         return rig
     if port is None:
         return str(read(rig))

@@ -1,4 +1,4 @@
-"""The board's parameters as a list of numbers, in the order in which they are written."""
+"""The board's parameters as a list of numbers in the order of transmission."""
 
 from __future__ import annotations
 
@@ -12,20 +12,7 @@ from macromicro.rig.board.protocol import BOARD, FORMATS, HOST
 
 
 def flat(params: Any, path: str = "") -> dict[str, float]:
-    """Every number of the parameters, by its path; the numbers of tables last.
-
-    Parameters
-    ----------
-    params : Any
-        A `control.Board`, or a part of it.
-    path : str, optional
-        Of the part.
-
-    Returns
-    -------
-    dict[str, float]
-        As they are.
-    """
+    """Every number of the parameters, by its path; tables last."""
     found: dict[str, float] = {}
     tables: dict[str, float] = {}
     for name, value in zip(params._fields, params, strict=True):
@@ -41,50 +28,17 @@ def flat(params: Any, path: str = "") -> dict[str, float]:
 
 
 def words(params: Board) -> bytes:
-    """The parameters as the board keeps them: 32 bits each.
-
-    Parameters
-    ----------
-    params : Board
-        What is to be written.
-
-    Returns
-    -------
-    bytes
-        Little endian; `begin` carries their CRC.
-    """
+    """The parameters as 32-bit words."""
     return np.array(list(flat(params).values()), "<f4").tobytes()
 
 
 def layout(params: Board) -> int:
-    """A number that changes with the protocol's frames and the names of the parameters.
-
-    Parameters
-    ----------
-    params : Board
-        Any.
-
-    Returns
-    -------
-    int
-        16 bits, which the board says in `identity`.
-    """
+    """A checksum of the protocol's frames and the parameters' names."""
     known = [f"{m.id} {m.name} {m.fields}" for m in (*HOST.values(), *BOARD.values())]
     text = "\n".join([*known, *FORMATS, *flat(params)])
     return framing.crc16(text.encode())
 
 
 def single(value: float) -> float:
-    """A number as 32 bits hold it.
-
-    Parameters
-    ----------
-    value : float
-        Any.
-
-    Returns
-    -------
-    float
-        The nearest one.
-    """
+    """A number rounded to 32 bits."""
     return float(np.float32(value))

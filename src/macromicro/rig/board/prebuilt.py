@@ -1,7 +1,4 @@
-"""The built firmware for an Arduino Uno or Nano, which the package carries.
-
-`make hex` renews the file and its SHA-256.
-"""
+"""The built firmware for an Arduino Uno or Nano; `make hex` renews it."""
 
 from __future__ import annotations
 
@@ -16,18 +13,6 @@ COMPILER = "5.4.0"  # version of avr-gcc that built it
 
 
 def firmware() -> bytes:
-    """The file to flash.
-
-    Returns
-    -------
-    bytes
-        Intel HEX.
-
-    Raises
-    ------
-    MacromicroError
-        It is not the file of the recorded SHA-256.
-    """
     folder = files(__package__)
     data = folder.joinpath(FILE).read_bytes()
     recorded = folder.joinpath(f"{FILE}.sha256").read_text("utf-8").split()[0]
@@ -37,18 +22,7 @@ def firmware() -> bytes:
 
 
 def write(out: Path) -> str:
-    """Write the file to flash, and FILE.sha256 beside it.
-
-    Parameters
-    ----------
-    out : Path
-        The file; replaced if it is there.
-
-    Returns
-    -------
-    str
-        Its SHA-256.
-    """
+    """Write the file and its FILE.sha256."""
     data = firmware()
     digest = hashlib.sha256(data).hexdigest()
     out.write_bytes(data)

@@ -1,4 +1,4 @@
-"""A microcontroller board as a rig: the host closes the loop, or the board does."""
+"""A microcontroller board as a rig: host or board closes the loop."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import NamedTuple, Self
 
 from macromicro.control.calibration import Calibration
 from macromicro.nominal import FULL_SCALE
-from macromicro.rig.board import control, framing, link, parameters, protocol, telling
+from macromicro.rig.board import _link, _telling, control, framing, parameters, protocol
+from macromicro.rig.board._link import BoardError, Link, Port
 from macromicro.rig.board.control import Board
-from macromicro.rig.board.link import BoardError, Link, Port
 from macromicro.rig.board.protocol import SPEC, Frame
 from macromicro.rig.codes import OK
 from macromicro.rig.limits import Limits
@@ -28,63 +28,20 @@ _TRUSTED = 1 << SPEC["state"]["trusted"]
 
 
 class BoardSample(NamedTuple):
-    """What a board shows: a `Sample` and its limit switches.
-
-    Attributes
-    ----------
-    t : float
-        s.
-    encoder : float
-        counts.
-    hall : float
-        V.
-    laser : float
-        NaN: there is none.
-    extend, contract : float
-        The wire's driver at an end, 0 or 1.
-    limit_low, limit_high : float
-        0 while free, 1: tripped.
-    """
-
-    t: float
-    encoder: float
-    hall: float
-    laser: float
+    t: float  # s
+    encoder: float  # counts
+    hall: float  # V
+    laser: float  # NaN: there is none
+    # extend, contract: the wire's driver at an end, 0 or 1
     extend: float
     contract: float
+    # limit_low, limit_high: 0 while free, 1: tripped
     limit_low: float
     limit_high: float
 
 
 class BoardRig:
-    """A board behind a serial port, as a `Rig`.
-
-    Opening it writes all parameters and reads them back. The board begins to drive with the first
-    outputs that are not safe, and its clock is the rig's.
-
-    Parameters
-    ----------
-    device : str
-        The port.
-    loop : str, optional
-        BOARD_LOOP: where the controller says what it is after (`aim`), the board's own laws get
-        there; HOST_LOOP: the board puts out what it is told.
-    calibration : Calibration | None, optional
-        Of the Hall sensor; None: the board expects nothing of it.
-    params : Board | None, optional
-        The board's parameters; None for those of the thesis.
-    open_port : Callable[[str], Port], optional
-        Opens the port.
-    both : bool | None, optional
-        Whether there is a micro-stage behind the macro-stage; None: if there is a calibration.
-        Without one its Hall sensor and lines are shown as no value.
-
-    Attributes
-    ----------
-    yielding : bool
-        Whether a limit switch that is pushed on is the end of a way, as a stop is: the board puts
-        nothing out, and drives again for what does not push on it. Else it ends the run.
-    """
+    """A board behind a serial port, as a `Rig`; it drives from the first unsafe outputs on."""
 
     kind = BENCH
     _SWITCHES = ("limit_low", "limit_high")
@@ -99,7 +56,7 @@ class BoardRig:
         loop: str = BOARD_LOOP,
         calibration: Calibration | None = None,
         params: Board | None = None,
-        open_port: Callable[[str], Port] = link.opened,
+        open_port: Callable[[str], Port] = _link.opened,
         both: bool | None = None,
     ) -> None:
         self.device, self.loop, self.calibration = device, loop, calibration
@@ -107,11 +64,12 @@ class BoardRig:
         self.channels = self._BOTH if self._both else self._MACRO
         self.clock = self
         self.yielding = False
-        self._params = control.thesis(Limits(), calibration) if params is None else params
+        self._params = control.of(Limits(), calibration) if params is None else params
         self._open_port = open_port
         self.link: Link | None = None
         self._last: Frame | None = None
         self._driving = self._answered = False
+        self._held = False  # by the board's own laws
         self._switched = False  # a limit switch has stopped the board, and that was read
         self._before: int | None = None  # sample behind which the board began to drive
         self._pause = 0  # periods that this took, all of them
@@ -119,7 +77,7 @@ class BoardRig:
 
     @property
     def own_gains(self) -> bool:
-        """Whether the board's own laws close the loop, by gains that the host cannot change."""
+        """Whether the board's own laws close the loop."""
         return self.loop == BOARD_LOOP
 
     @property
@@ -129,24 +87,20 @@ class BoardRig:
         return self.link
 
     def now(self) -> float:
-        """Time of the last sample.
-
-        Returns
-        -------
-        float
-            Of the board's clock since its reset, s, without the periods in which it compares its
-            parameters before it begins to drive: a run that begins then has no gap.
-        """
         return (self._last.values["time"] - self._pause) * TICK if self._last is not None else 0.0
 
-    def wait(self, dt: float) -> None:
-        """Take the next sample; tell the board first that the host is there.
+    @property
+    def put_out(self) -> Outputs | None:
+        """What the board puts out by its own laws, by its last sample; None under the host's."""
+        if self._last is None or not (self._driving and self._held):
+            return None
+        motor, ctrl = (
+            self._last.values[name] * FULL_SCALE / SPEC["full"] for name in ("motor", "ctrl")
+        )
+        return Outputs(motor, ctrl, 0.0, 0.0)
 
-        Parameters
-        ----------
-        dt : float
-            The board's own period, s.
-        """
+    def wait(self, dt: float) -> None:
+        """Take the next sample, after a heartbeat."""
         if not self._answered:
             self._board.tell("keep", sample=self._number)
         self._last = self._board.sample(newest=True)
@@ -160,18 +114,6 @@ class BoardRig:
         return int(self._last.values["sample"]) if self._last is not None else 0
 
     def read(self) -> BoardSample:
-        """What the board measured last.
-
-        Returns
-        -------
-        BoardSample
-            NaN for a Hall sensor that gave no value.
-
-        Raises
-        ------
-        BoardError
-            The board stopped by a fault of its own, but for a limit switch.
-        """
         if self._last is None:
             self.wait(TICK)
         assert self._last is not None
@@ -179,7 +121,7 @@ class BoardRig:
         lines = protocol.bits(seen["lines"], SPEC["lines"])
         switches = (float(lines["limit_low"]), float(lines["limit_high"]))
         if self._driving and seen["fault"] != OK:
-            # A limit switch is no error for who then asks for nothing more: `write` tells.
+            # A tripped limit switch is an error only for a command against it (`write`).
             self._switched = seen["fault"] == SPEC["faults"]["limit_switch"]
             if not self._switched:
                 raise BoardError(self._why())
@@ -191,34 +133,15 @@ class BoardRig:
         return BoardSample(self.now(), encoder, hall, none, *ends, *switches)
 
     def _why(self) -> str:
-        """The board's fault in words."""
         told = self.status()
         self._driving = self._switched = False
-        return f"{self.device}: the board stopped: {telling.fault(told)}"
+        return f"{self.device}: the board stopped: {_telling.fault(told)}"
 
     def status(self) -> dict[str, float]:
-        """How the board is.
-
-        Returns
-        -------
-        dict[str, float]
-            Fields of `status`.
-        """
         return self._board.ask("ask", "status")
 
     def round_trips(self, count: int = 200) -> list[float]:
-        """How long the link takes, with outputs safe: stops are answered in the next period.
-
-        Parameters
-        ----------
-        count : int, optional
-            How many are measured.
-
-        Returns
-        -------
-        list[float]
-            s.
-        """
+        """Round-trip times with safe outputs; the answer comes in the next period."""
         board = self._board
         self.stop()
         board.trips.clear()
@@ -228,34 +151,19 @@ class BoardRig:
         return list(board.trips)
 
     def aim(self, command: Command) -> None:
-        """Say what the controller is after in this period, before its `write`.
-
-        Parameters
-        ----------
-        command : Command
-            Set points; in the board's loop its own laws get there.
-        """
+        """Send the controller's set points, before `write`."""
         self._command = command
 
     def write(self, outputs: Outputs) -> None:
-        """Set all outputs from the next period on.
-
-        Parameters
-        ----------
-        outputs : Outputs
-            Motor and CTRL; the board has neither fan nor laser.
-
-        Raises
-        ------
-        BoardError
-            One is not a number, the board is gone, or a limit switch has stopped it, that was
-            read, and more than safe outputs is asked for before a stop; not where it is `yielding`.
-        """
+        """Set all outputs from the next period on."""
         command, self._command = self._command, None
         if not (math.isfinite(outputs.motor) and math.isfinite(outputs.ctrl)):
             self.stop()
-            raise BoardError(f"{self.device}: asked for {outputs}; all outputs were made safe")
+            raise BoardError(
+                f"{self.device}: illegal outputs {outputs}; all outputs were made safe"
+            )
         held = self.loop == BOARD_LOOP and command is not None and _active(command)
+        self._held = held
         if self._switched:
             if outputs == SAFE and not held:
                 return  # until a stop
@@ -283,7 +191,7 @@ class BoardRig:
         self._answered = True
 
     def _pushes(self, motor: float, command: Command | None) -> bool:
-        """Whether an effort, or the way to a set point, goes against a switch that is tripped."""
+        """Whether an effort or set point leads against a tripped switch."""
         assert self._last is not None
         seen = self._last.values
         if command is not None:
@@ -301,7 +209,7 @@ class BoardRig:
             self._before = int(self._last.values["time"])
 
     def stop(self) -> None:
-        """Safe outputs, at once; returns when the board has said so."""
+        """Set safe outputs at once and wait for the confirmation."""
         if self.link is None:
             return
         self._driving = self._switched = False
@@ -340,5 +248,4 @@ class BoardRig:
 
 
 def _active(command: Command) -> bool:
-    """Does it ask for either stage?"""
     return command.macro_active > 0.5 or command.micro_active > 0.5

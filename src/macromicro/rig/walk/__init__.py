@@ -1,1 +1,1 @@
-"""First power-up of a rig, step by step with the person beside it."""
+"""Guided first power-up of a rig."""

@@ -1,4 +1,4 @@
-"""The steps of a first power-up, each with what it will do and what it finds."""
+"""The steps of a first power-up."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from macromicro.control.contract import Finding
 from macromicro.rig.session import Fixture
-from macromicro.rig.walk import strokes
-from macromicro.rig.walk.strokes import ENOUGH, HAND, LIMITS, LONGEST, STILL, Driven
+from macromicro.rig.walk import _strokes
+from macromicro.rig.walk._strokes import ENOUGH, HAND, LIMITS, LONGEST, STILL, Driven
 
 CTRL = 1.7  # V, for `HEATED`: the virtual wire then contracts by some tenths of a millimetre
 HEATED = 1.0  # s
@@ -21,79 +21,34 @@ _ENDS = (0.02, 4.98)  # V, of a sensor and converter of 0 to 5 V
 
 
 class Limits(NamedTuple):
-    """How hard a person lets it be driven.
+    """Limits of the drive, chosen by the operator."""
 
-    Attributes
-    ----------
-    motor : float
-        At most, V.
-    ctrl : float
-        V, for one second.
-    """
-
-    motor: float
-    ctrl: float = CTRL
+    motor: float  # at most, V
+    ctrl: float = CTRL  # V, for one second
 
 
 class Known(NamedTuple):
-    """What earlier steps found.
+    """Results of earlier steps."""
 
-    Attributes
-    ----------
-    upward, downward : float
-        V that the stage breaks away at; NaN as long as that is not known.
-    sense : bool
-        Whether a hand showed that counts rise towards the upper end.
-    """
-
-    upward: float = math.nan
-    downward: float = math.nan
-    sense: bool = False
+    upward: float = math.nan  # V that the stage breaks away at
+    downward: float = math.nan  # NaN as long as that is not known
+    sense: bool = False  # whether a hand showed that counts rise towards the upper end
 
 
 Done = tuple[Finding, Known]
 
 
 class Step(NamedTuple):
-    """A step.
-
-    Attributes
-    ----------
-    name : str
-        For people.
-    needs : tuple[str, ...]
-        Channels.
-    by_hand : bool
-        Whether a person moves something.
-    said : Callable[[Limits, Known], list[str]]
-        What it will do.
-    go : Callable[[Driven, Limits, Known], Done]
-        It.
-    ready : Callable[[Known], bool]
-        Whether what it needs to know is known.
-    """
-
     name: str
     needs: tuple[str, ...]
-    by_hand: bool
+    by_hand: bool  # whether a person moves something
     said: Callable[[Limits, Known], list[str]]
     go: Callable[[Driven, Limits, Known], Done]
-    ready: Callable[[Known], bool] = lambda known: True
+    ready: Callable[[Known], bool] = lambda known: True  # whether what it needs to know is known
 
 
 def of(fixture: Fixture) -> list[Step]:
-    """The steps that a rig has the channels for.
-
-    Parameters
-    ----------
-    fixture : Fixture
-        A bench.
-
-    Returns
-    -------
-    list[Step]
-        In their order.
-    """
+    """The steps that a rig has the channels for."""
     return [step for step in _STEPS if fixture.has(*step.needs)]
 
 
@@ -105,7 +60,7 @@ def _encoder(driven: Driven, limits: Limits, known: Known) -> Done:
         found = f"counts rise towards the upper end: {moved:+.0f}"
         return Finding("encoder", True, found), known._replace(sense=True)
     if moved <= -ENOUGH:
-        remedy = "exchange its channels A and B, then begin again"
+        remedy = "swap its channels A and B, then start again"
         found = f"counts fall towards the upper end: {moved:+.0f}"
         return Finding("encoder", False, found, remedy), known
     remedy = (
@@ -115,16 +70,16 @@ def _encoder(driven: Driven, limits: Limits, known: Known) -> Done:
 
 
 def _direction(driven: Driven, limits: Limits, known: Known) -> Done:
-    up, there = strokes.breakaway(driven, 1.0, limits.motor)
+    up, there = _strokes.breakaway(driven, 1.0, limits.motor)
     driven.rest(0.5)
-    down, back = strokes.breakaway(driven, -1.0, limits.motor)
+    down, back = _strokes.breakaway(driven, -1.0, limits.motor)
     driven.rest(0.5)
     found = f"at {up:.2g} V {there:+.0f} counts, at {down:.2g} V {back:+.0f} counts"
     if abs(there) < 2.0 and abs(back) < 2.0:
         remedy = "the amplifier's supply and enable line, the motor's wires; or a higher --move"
         return Finding("direction", False, f"it does not move: {found}", remedy), known
     if there < 0.0 < back:
-        remedy = "exchange the motor's two wires" + ("" if known.sense else ", or A and B")
+        remedy = "swap the motor's wires" + ("" if known.sense else ", or A and B")
         found = f"counts fall with a positive voltage: {found}"
         return Finding("direction", False, found, remedy), known
     if not back < 0.0 < there:
@@ -135,7 +90,7 @@ def _direction(driven: Driven, limits: Limits, known: Known) -> Done:
 
 
 def _pushing(breakaway: float, limits: Limits) -> float:
-    """Enough to go on where friction is higher."""
+    """A voltage with margin for higher friction."""
     volts = min(1.3 * abs(breakaway) + 0.2, limits.motor)
     return math.copysign(volts, breakaway)
 
@@ -147,19 +102,19 @@ def _ends(driven: Driven, limits: Limits, known: Known) -> Done:
         found = f"{', '.join(before.tripped)} tripped in the middle of the travel"
         return Finding("ends", False, found, remedy), known
     down, up = _pushing(known.downward, limits), _pushing(known.upward, limits)
-    low = strokes.to_end(driven, down)
+    low = _strokes.to_end(driven, down)
     driven.rest(0.5)
-    high = strokes.to_end(driven, up)
+    high = _strokes.to_end(driven, up)
     driven.rest(0.5)
     if low is None or high is None:
         found = f"no end in {LONGEST:g} s at {(down if low is None else up):.2g} V"
         return Finding("ends", False, found, "a higher --move; then the encoder's wires"), known
-    strokes.to_place(driven, down, 0.5 * (low.place + high.place))
+    _strokes.to_place(driven, down, 0.5 * (low.place + high.place))
     lines = [n for n in LIMITS if n in driven.fixture.channels]
     return _judged(low, high, lines), known
 
 
-def _judged(low: strokes.Seen, high: strokes.Seen, lines: list[str]) -> Finding:
+def _judged(low: _strokes.Seen, high: _strokes.Seen, lines: list[str]) -> Finding:
     way = (
         f"{high.place - low.place:.0f} counts from {low.place:.0f} to {high.place:.0f}; "
         "is that the travel?"
@@ -172,7 +127,7 @@ def _judged(low: strokes.Seen, high: strokes.Seen, lines: list[str]) -> Finding:
         told = f"{', '.join(low.tripped) or 'none'} at the lower end, " + (
             f"{', '.join(high.tripped) or 'none'} at the upper end"
         )
-        return Finding("ends", False, told, "exchange the two switches, or their wires")
+        return Finding("ends", False, told, "swap the two switches, or their wires")
     silent = [name for name in lines if name not in at[name]]
     if silent:
         found = f"{', '.join(silent)} did not trip before the stage stood; {way}"
@@ -222,19 +177,19 @@ def _heat(driven: Driven, limits: Limits, known: Known) -> Done:
 
 _STEPS = (
     Step("encoder", ("encoder",), True, lambda limits, known: [
-        "encoder: all outputs stay off. Push the stage by hand towards the end that shall be the",
+        "encoder: all outputs stay off. Push the stage by hand towards the end that will be the",
         f"  upper one, {ENOUGH:g} counts or more, within {HAND:g} s of your answer.",
     ], _encoder),
     Step("direction", ("encoder",), False, lambda limits, known: [
         "direction: the motor's voltage rises from 0 by 1 V each second until the stage has moved",
-        f"  {strokes.BREAK:g} counts, to {limits.motor:g} V at most; then the same with the other",
+        f"  {_strokes.BREAK:g} counts, to {limits.motor:g} V at most; then the same with the other",
         "  sign. Put the stage in the middle of its travel, a hand at the switch of the supply.",
     ], _direction),
     Step("ends", ("encoder",), False, lambda limits, known: [
         f"ends: the motor at {_pushing(known.downward, limits):.2g} V, until a limit switch trips",
         f"  or the stage stands for {STILL:g} s, {LONGEST:g} s at most; then at "
         f"{_pushing(known.upward, limits):.2g} V to the other end,",
-        "  and back to the middle. It goes the whole way: keep fingers out of it.",
+        "  and back to the middle. It moves over its whole travel: keep your fingers away.",
     ], _ends, lambda known: not math.isnan(known.upward)),
     Step("Hall sensor", ("hall",), True, lambda limits, known: [
         "Hall sensor: all outputs stay off. Let it stand for half a second, then push the platform",

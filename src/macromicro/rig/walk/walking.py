@@ -1,4 +1,4 @@
-"""The first power-up of a rig with a person beside it: each step asks before it does anything."""
+"""The guided first power-up: each step asks for confirmation."""
 
 from __future__ import annotations
 
@@ -8,32 +8,15 @@ from macromicro.control.contract import Finding
 from macromicro.rig.contract import failed
 from macromicro.rig.session import Fixture
 from macromicro.rig.walk import steps
+from macromicro.rig.walk._strokes import Driven
 from macromicro.rig.walk.steps import Known, Limits
-from macromicro.rig.walk.strokes import Driven
 
 GO, SKIP, END = "go", "skip", "end"
 Ask = Callable[[steps.Step, list[str]], str]
 
 
 def walk(fixture: Fixture, limits: Limits, ask: Ask) -> Iterator[Finding]:
-    """Walk through the steps that a rig has the channels for.
-
-    The rig is opened for each step and left again, its outputs safe, while the person reads.
-
-    Parameters
-    ----------
-    fixture : Fixture
-        A bench, opened by nobody.
-    limits : Limits
-        How hard it may be driven.
-    ask : Callable[[Step, list[str]], str]
-        Given a step and what it will do, in lines: `GO`, `SKIP` or `END`.
-
-    Yields
-    ------
-    Finding
-        One for each step that was gone, and last what that comes to.
-    """
+    """Walk through the steps that a rig has the channels for; it is closed between the steps."""
     known, found = Known(), []
     skipped, without = [], []
     ended = False
@@ -57,19 +40,18 @@ def _gone(fixture: Fixture, step: steps.Step, limits: Limits, known: Known) -> s
         with fixture.open() as rig:
             return step.go(Driven(fixture, rig), limits, known)
     except Exception as error:
-        remedy = "mend what the message names; then begin again"
+        remedy = "fix what the message names, then begin again"
         return failed(step.name, error, remedy), known
 
 
 def _sum(found: list[Finding], skipped: list[str], without: list[str]) -> Finding:
-    """What the walk comes to, in words."""
     right = [each.what for each in found if each.passed]
     wrong = [each.what for each in found if not each.passed]
     parts = [f"right: {', '.join(right)}" if right else "nothing was found right"]
     for words, names in (("not right", wrong), ("skipped", skipped)):
         parts += [f"{words}: {', '.join(names)}"] if names else []
     parts += [f"not looked at without a direction: {', '.join(without)}"] if without else []
-    remedy = "" if not wrong else f"begin with {wrong[0]}: what follows may hang on it"
+    remedy = "" if not wrong else f"start with {wrong[0]}: later steps may depend on it"
     if not wrong and not right:
         remedy = "nothing was looked at: answer y where the rig may do what is said"
     return Finding("walk", bool(right) and not wrong, "; ".join(parts), remedy)

@@ -1,6 +1,1 @@
-"""The one way in for every protocol that this package speaks over TCP.
-
-A protocol on `door.connection.Connection`, served by `door.server`, has all of it: the check of the
-first line, limits of rate and size, keep-alive, and the rule by which a client that is gone, dead
-or deaf is lost.
-"""
+"""Shared TCP front end: check of the first line, rate and size limits, keep-alive, lost clients."""

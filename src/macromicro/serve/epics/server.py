@@ -1,4 +1,4 @@
-"""The Channel Access server: its own thread, its own event loop."""
+"""The Channel Access server with its own thread and event loop."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from macromicro.errors import InputError, MacromicroError
 from macromicro.extras import remedy
+from macromicro.serve._instrument import Instrument
 from macromicro.serve.guesses import Token
 from macromicro.serve.hosts import HOST, guarded
-from macromicro.serve.instrument import Instrument
 from macromicro.serve.threaded import Threaded
 
 if TYPE_CHECKING:
@@ -28,19 +28,17 @@ _QUIET = {"EPICS_CAS_AUTO_BEACON_ADDR_LIST": "NO", "EPICS_CAS_BEACON_ADDR_LIST":
 
 
 def checked(prefix: str) -> str:
-    """A prefix of channel names. Raises InputError."""
+    """Check a prefix of channel names."""
     if not _PREFIX.fullmatch(prefix):
         raise InputError("--epics", prefix, "a prefix such as LAB:STAGE, at most 30 characters")
     return prefix.rstrip(":")
 
 
 class EpicsServer(Threaded):
-    """The machine as channels with names that begin with `prefix`; a context manager.
+    """Serves the machine as channels named `prefix`...; a context manager.
 
-    It listens at 127.0.0.1, or where EPICS_CAS_INTF_ADDR_LIST says, at the port of
-    EPICS_CA_SERVER_PORT. Channel Access carries no token: where the server asks for one, all
-    channels but those that stop are read only. Raises InputError for a prefix that cannot be, and
-    for an address that others reach where no token is asked for; MacromicroError without caproto.
+    Address and port: EPICS_CAS_INTF_ADDR_LIST (default 127.0.0.1) and EPICS_CA_SERVER_PORT.
+    Channel Access carries no token: where one is required, all channels but stops are read-only.
     """
 
     def __init__(self, station: Station, prefix: str, token: Token | None = None) -> None:
@@ -61,8 +59,8 @@ class EpicsServer(Threaded):
         logging.getLogger("caproto").addHandler(logging.NullHandler())
         for name in ("caproto", "caproto.ctx", "caproto.circ", "caproto.bcast", "caproto.ch"):
             logging.getLogger(name).setLevel(logging.CRITICAL)  # a refused put is no news
-        from macromicro.serve.epics.circuits import Circuits
-        from macromicro.serve.epics.machine import Channels
+        from macromicro.serve.epics._circuits import Circuits
+        from macromicro.serve.epics._machine import Channels
 
         channels = Channels(self._instrument)
         context: Any = Circuits(channels.named(self.prefix), self._interfaces, channels.left)

@@ -1,4 +1,4 @@
-"""GCS 2.0: the machine as a motion controller of that command set."""
+"""GCS 2.0 server."""
 
 from macromicro.serve.gcs.server import GcsServer
 

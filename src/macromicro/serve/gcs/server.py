@@ -1,17 +1,15 @@
-"""The GCS server."""
-
 from __future__ import annotations
 
 import asyncio
 import contextlib
 from typing import TYPE_CHECKING
 
-from macromicro.serve.door import server as door
-from macromicro.serve.door.bounds import Bounds
-from macromicro.serve.gcs.connection import BOUNDS, GcsConnection
+from macromicro.serve._instrument import Instrument
+from macromicro.serve.door import _server as door
+from macromicro.serve.door._bounds import Bounds
+from macromicro.serve.gcs._connection import BOUNDS, GcsConnection
 from macromicro.serve.guesses import Token
 from macromicro.serve.hosts import HOST
-from macromicro.serve.instrument import Instrument
 from macromicro.serve.threaded import Threaded
 
 if TYPE_CHECKING:
@@ -19,12 +17,7 @@ if TYPE_CHECKING:
 
 
 class GcsServer(Threaded):
-    """GCS 2.0 at a port, in a thread of its own; a context manager that starts and stops it.
-
-    `port` 0 is any free one; `address` is it. `token`: what a client must give (CCL 1 TOKEN)
-    before it may change anything (stops need none), or a `Token` that other servers share. Raises
-    InputError for a host that others reach, without a token.
-    """
+    """GCS 2.0 at a TCP port, in a thread of its own; a context manager."""
 
     def __init__(
         self,

@@ -1,1 +1,1 @@
-"""A machine of two axes, served: what of the server is other than for one stage."""
+"""Server parts of a two-axis machine."""

@@ -1,4 +1,4 @@
-"""What a command is: one entry of the table that the parser and the manual are made from."""
+"""An entry of the table behind parser and manual."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from macromicro.serve.requests import EVERYONE
-from macromicro.serve.scpi.parameters import Parameter
-from macromicro.serve.scpi.session import Session
+from macromicro.serve.scpi._parameters import Parameter
+from macromicro.serve.scpi._session import Session
 
 
 class Call(NamedTuple):
-    """One command as it is to be done: whose, its values, its numeric suffixes."""
+    """One command to be executed: session, values, numeric suffixes."""
 
     session: Session
     values: tuple[Any, ...]
@@ -23,21 +23,17 @@ Handler = Callable[[Call], Answer]
 
 
 class Command(NamedTuple):
-    """`header`: pattern as SCPI writes it; `act`: what does it, returning the response data
-    of a query; `text`: what it does; `parameters`; `answer`: what a query answers, with
-    units; `access`: who may (of `serve.requests`); `waits`: only once all motions of this
-    client have ended; `cost`: of how many simple commands in the rate limit."""
+    """One SCPI command."""
 
-    header: str
-    act: Handler
+    header: str  # pattern in SCPI notation
+    act: Handler  # returns the response of a query
     text: str
     parameters: tuple[Parameter, ...] = ()
-    answer: str = ""
+    answer: str = ""  # what a query answers, with units
     access: str = EVERYONE
-    waits: bool = False
-    cost: int = 1
+    waits: bool = False  # until all motions of this client have ended
+    cost: int = 1  # in simple commands, for the rate limit
 
     @property
     def query(self) -> bool:
-        """Does it answer?"""
         return self.header.endswith("?")

@@ -1,4 +1,4 @@
-"""SCPI's error numbers, and the queue that a client reads them from (SCPI-99, volume 2, 21.8)."""
+"""SCPI's error numbers and error queue (SCPI-99, volume 2, 21.8)."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ OPERATION_COMPLETE, QUERY, DEVICE, EXECUTION, COMMAND, POWER_ON = 1, 4, 8, 16, 3
 
 
 class ScpiError(Exception):
-    """A command that cannot be done: a standard number, and what is particular in words."""
+    """A failed command: a standard number and details."""
 
     def __init__(self, number: int, detail: str = "") -> None:
         super().__init__(number, detail)
@@ -60,7 +60,7 @@ class ScpiError(Exception):
 
 
 class Entry(NamedTuple):
-    """An error as it stands in the queue."""
+    """An error in the queue."""
 
     number: int
     text: str
@@ -83,14 +83,14 @@ def event_bit(number: int) -> int:
 
 
 class ErrorQueue:
-    """First in, first out; a full queue's last entry becomes -350 (21.8.1)."""
+    """First in, first out; the last entry of a full queue becomes -350 (21.8.1)."""
 
     def __init__(self, size: int = QUEUE) -> None:
         self._size = size
         self._entries: deque[Entry] = deque()
 
     def put(self, error: ScpiError) -> int:
-        """Append an error; what does not fit is lost, and -350 says so. The number queued."""
+        """Append an error; the number queued, -350 on overflow."""
         if len(self._entries) >= self._size:
             self._entries[-1] = Entry(-350, TEXTS[-350])
             return -350
@@ -99,11 +99,10 @@ class ErrorQueue:
         return error.number
 
     def get(self) -> Entry:
-        """The oldest error, taken out; 0 "No error" of an empty queue."""
+        """Take the oldest error; 0 "No error" if empty."""
         return self._entries.popleft() if self._entries else Entry(0, TEXTS[0])
 
     def clear(self) -> None:
-        """Forget all."""
         self._entries.clear()
 
     def __len__(self) -> int:

@@ -1,5 +1,3 @@
-"""The SCPI server."""
-
 from __future__ import annotations
 
 import asyncio
@@ -7,13 +5,13 @@ import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from macromicro.serve.door import server as door
-from macromicro.serve.door.bounds import Bounds
+from macromicro.serve._instrument import Instrument
+from macromicro.serve.door import _server as door
+from macromicro.serve.door._bounds import Bounds
 from macromicro.serve.guesses import Token
 from macromicro.serve.hosts import HOST
 from macromicro.serve.hosts import SCPI_PORT as PORT
-from macromicro.serve.instrument import Instrument
-from macromicro.serve.scpi.connection import ScpiConnection
+from macromicro.serve.scpi._connection import ScpiConnection
 from macromicro.serve.threaded import Threaded
 
 if TYPE_CHECKING:
@@ -21,13 +19,7 @@ if TYPE_CHECKING:
 
 
 class Server(Threaded):
-    """The SCPI server in a thread of its own; a context manager that starts and stops it.
-
-    `port` 0 is any free one; `address` is it. `token`: what a client must give before
-    it may change anything (stops need none), or a `Token` that other servers share, so that
-    wrong ones count together. `folder`: where recordings go. Raises InputError for a host
-    that others reach, without a token.
-    """
+    """The SCPI server in a thread of its own; a context manager."""
 
     def __init__(
         self,
@@ -58,10 +50,7 @@ async def serve(
     bounds: Bounds | None = None,
     ready: door.Ready | None = None,
 ) -> None:
-    """Serve in the running event loop until cancelled; arguments as of `Server`.
-
-    `ready` is called with host and port once it listens. Raises InputError as `start` does.
-    """
+    """Serve in the running event loop until cancelled; `ready` gets host and port."""
     instrument = Instrument(station, folder, door.token(host, token))
     await _serve(instrument, host, port, bounds or Bounds(), ready)
 

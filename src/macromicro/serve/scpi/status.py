@@ -1,4 +1,4 @@
-"""SCPI's status registers, and which bit of them says what (SCPI-99, volume 1, 20)."""
+"""SCPI's status registers (SCPI-99, volume 1, 20)."""
 
 from __future__ import annotations
 
@@ -50,17 +50,15 @@ _FAULTS = {
 
 
 def of_mode(mode: str) -> int:
-    """Bits of the operation register that follow from a mode alone."""
+    """Bits of the operation register for a mode."""
     return _MODES.get(mode, 0) | (0 if mode in OFF else 1 << 13)
 
 
 def operation(now: Snapshot) -> int:
-    """Condition of the operation register."""
     return of_mode(now.mode) | (1 << 12 if now.recording.active else 0)
 
 
 def questionable(now: Snapshot) -> int:
-    """Condition of the questionable register."""
     bits = 0 if now.trusted else 1 << 8
     if now.fault is not None:
         bits |= 1 << 11
@@ -86,17 +84,16 @@ class Register:
         self.negative = 0
 
     def see(self, condition: int) -> None:
-        """Take a new condition; what changed becomes an event where the filters let it."""
+        """Take a new condition; filtered changes become events."""
         rising, falling = condition & ~self.condition, self.condition & ~condition
         self.event |= (rising & self.positive) | (falling & self.negative)
         self.condition = condition
 
     def read(self) -> int:
-        """The event register, which reading clears."""
+        """Read and clear the event register."""
         event, self.event = self.event, 0
         return event
 
     @property
     def summary(self) -> bool:
-        """Is an enabled event set?"""
         return bool(self.event & self.enable)

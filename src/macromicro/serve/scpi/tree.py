@@ -1,4 +1,4 @@
-"""All commands: the one table that the parser is made from, and docs/scpi.md."""
+"""The table of all commands, behind the parser and docs/scpi.md."""
 
 from __future__ import annotations
 
@@ -6,33 +6,33 @@ from functools import cache
 
 from macromicro.place import ANGLE, Place
 from macromicro.serve.requests import REQUESTS
-from macromicro.serve.scpi import common, motion, queries, setting, system, waveform
+from macromicro.serve.scpi import _common, _motion, _queries, _setting, _system, _waveform
+from macromicro.serve.scpi._header import Tree
+from macromicro.serve.scpi._parameters import Number, Parameter
 from macromicro.serve.scpi.command import Command
-from macromicro.serve.scpi.header import Tree
-from macromicro.serve.scpi.parameters import Number, Parameter
 
 _LISTED: tuple[Command, ...] = (
-    *common.COMMON,
-    *system.COMMANDS,
-    *motion.COMMANDS,
-    *queries.COMMANDS,
-    *setting.COMMANDS,
-    *waveform.COMMANDS,
-    *common.STATUS,
+    *_common.COMMON,
+    *_system.COMMANDS,
+    *_motion.COMMANDS,
+    *_queries.COMMANDS,
+    *_setting.COMMANDS,
+    *_waveform.COMMANDS,
+    *_common.STATUS,
 )
 _HEADERS = {command.header for command in _LISTED}
 # A request that has no place among those has one behind them.
 COMMANDS = _LISTED + tuple(
     command
     for kind in REQUESTS
-    for command in motion.commands(kind.name)
+    for command in _motion.commands(kind.name)
     if command.header not in _HEADERS
 )
 _FARTHER = 1e3  # angles are as many radians, where lengths are less than so many metres
 
 
 def turned(command: Command) -> Command:
-    """A command of a machine that turns: its places are angles."""
+    """A command for a rotary machine: its positions are angles."""
 
     def made(parameter: Parameter) -> Parameter:
         unit = ANGLE.named(getattr(parameter, "unit", ""))
@@ -50,5 +50,5 @@ TREE = Tree(COMMANDS)
 
 @cache
 def tree(place: Place) -> Tree:
-    """The commands of a machine whose places are counted in `place`."""
+    """The commands of a machine with positions in `place`."""
     return Tree(tuple(map(turned, COMMANDS))) if place.turns else TREE

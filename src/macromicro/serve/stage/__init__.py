@@ -1,1 +1,1 @@
-"""A machine of one stage, served: what of the server is other than for the two-stage machine."""
+"""Server parts of a single-stage machine."""

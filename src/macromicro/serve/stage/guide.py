@@ -1,4 +1,4 @@
-"""From the settings of a machine of one stage to what leads it live."""
+"""Parameters of the live machine from the settings of a single-stage machine."""
 
 from __future__ import annotations
 
@@ -25,38 +25,11 @@ JOG = 0.25  # of the greatest speed
 
 
 def count(tree: Any) -> float:
-    """Way of the stage per count of the live machine: what its encoder can tell.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of the machine.
-
-    Returns
-    -------
-    float
-        m.
-    """
+    """Travel per count of the live machine, by the encoder's resolution."""
     return float(max(tree.encoder.pitch, WIDE * tree.encoder.noise))
 
 
 def guide(machine: Machine, tree: Any, *, switched: bool = False) -> Guide:
-    """What leads the stage.
-
-    Parameters
-    ----------
-    machine : Machine
-        The machine.
-    tree : Any
-        Its settings.
-    switched : bool, optional
-        Whether its drive has an enable line.
-
-    Returns
-    -------
-    Guide
-        Within its motion limits and its guard's.
-    """
     arrival, motion, guard = tree.arrival, tree.motion, tree.guard
     touch = None if machine.touch is None else machine.touch(tree)
     return Guide(
@@ -70,24 +43,11 @@ def guide(machine: Machine, tree: Any, *, switched: bool = False) -> Guide:
         lines.leaving(tree),
         lines.rise(tree) if switched else 0.0,
         guard.heat > 0.0,
+        guard.lean > 0.0 and guard.heat == 0.0,
     )
 
 
 def live(machine: Machine, tree: Any) -> Live:
-    """The settings of the live machine.
-
-    Parameters
-    ----------
-    machine : Machine
-        The machine.
-    tree : Any
-        Its settings.
-
-    Returns
-    -------
-    Live
-        Soft limits from its travel, speeds from its motion limits.
-    """
     pitch, travel, motion = count(tree), tree.travel, tree.motion
     plain, lead = Live(), guide(machine, tree)
     slow = motion.velocity * JOG if lead.touch is None else lead.touch.speed
@@ -109,18 +69,4 @@ def live(machine: Machine, tree: Any) -> Live:
 
 
 def parameters(machine: Machine, tree: Any) -> LiveParameters:
-    """The parameters of the live machine.
-
-    Parameters
-    ----------
-    machine : Machine
-        The machine.
-    tree : Any
-        Its settings.
-
-    Returns
-    -------
-    LiveParameters
-        Of one stage, in counts of `count`.
-    """
     return prepare(live(machine, tree), stages=(MACRO,))

@@ -1,5 +1,4 @@
-"""Opening a machine of one stage for the loop process, and everything once before the first
-period."""
+"""Opens a single-stage machine for the loop process and warms it up."""
 
 from __future__ import annotations
 
@@ -16,21 +15,20 @@ from macromicro.control.live.messages import (
     MoveTo,
     Stop,
 )
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
 from macromicro.machines import guarding, lines, on_rig
 from macromicro.machines import rig as machine_rig
 from macromicro.machines.machine import Machine
-from macromicro.rig.opening import TWIN, open_rig
-from macromicro.rig.session import BENCH, Fixture, Session
+from macromicro.rig.session import Fixture, Session
 from macromicro.rig.twin import VirtualClock
+from macromicro.serve._machine import Guard
 from macromicro.serve.choosing import AnySettings
 from macromicro.serve.link import Outbox, pair
 from macromicro.serve.loop_spec import Spec
-from macromicro.serve.machine import Guard
 from macromicro.serve.persist import Evident, Restored
 from macromicro.serve.shared import Shared
+from macromicro.serve.stage import _machine as live
 from macromicro.serve.stage import guide
-from macromicro.serve.stage import machine as live
 from macromicro.serve.stage import rig as stage_rig
 from macromicro.serve.stage.settings import StageSettings
 from macromicro.serve.ticking import Loop
@@ -40,7 +38,7 @@ REST = 100  # periods within which a set point is braked and the stage stands
 
 
 class Opened(NamedTuple):
-    """What `loop_process.Opened` is for the bench."""
+    """As `loop_process.Opened`."""
 
     rig: stage_rig.Simulated | stage_rig.Real
     made: live.Led
@@ -49,19 +47,15 @@ class Opened(NamedTuple):
     settings: StageSettings
 
     def witness(self, sample: Sample) -> Evident:
-        """What confirms a position that was kept."""
         return Evident(self.counted, math.nan)
 
     def machine(self) -> live.Led:
-        """The live machine."""
         return self.made
 
     def guarded(self, session: Session) -> stage_rig.Led:
-        """The rig under its guard."""
         return stage_rig.Led(session, self.rig)
 
     def warm(self) -> None:
-        """Drive a simulated stage of the same kind through the very loop."""
         settings = self.settings
         twin = _simulated(settings, 0)
         rig: stage_rig.Simulated | stage_rig.Real = twin
@@ -87,19 +81,7 @@ class Opened(NamedTuple):
 
 
 def rehearsed(led: Guard, machine: Any, settings: AnySettings, requests: Any) -> None:
-    """Requests, each with the periods behind it, on a rig that nothing else drives.
-
-    Parameters
-    ----------
-    led : Guard
-        The rig under its guard.
-    machine : Any
-        What the loop drives.
-    settings : StageSettings | JointSettings
-        Of the machine and the server.
-    requests : tuple[tuple[Any, int], ...]
-        As of `Loop.rehearse`; once with a known place, and where it has to be found without one.
-    """
+    """Requests, each with the periods after it."""
     shared = Shared.create(256)
     ours, theirs = pair()
     try:
@@ -117,17 +99,7 @@ def rehearsed(led: Guard, machine: Any, settings: AnySettings, requests: Any) ->
 
 
 class Like(machine_rig.Twin):
-    """A twin that names the channels and outputs of another rig: lines that it has not are quiet.
-
-    Parameters
-    ----------
-    machine : Machine
-        The machine, or an axis of one.
-    tree : Any
-        Its settings.
-    channels, outputs : tuple[str, ...]
-        Of the other rig.
-    """
+    """A twin with the channels and outputs of another rig; missing lines stay quiet."""
 
     def __init__(
         self, machine: Machine, tree: Any, channels: tuple[str, ...], outputs: tuple[str, ...]
@@ -136,7 +108,6 @@ class Like(machine_rig.Twin):
         self.channels, self.outputs = channels, outputs
 
     def read(self) -> Any:
-        """Measure now."""
         shown = super().read()
         if isinstance(shown, machine_rig.Seen) or not lines.of(self.channels):
             return shown
@@ -144,18 +115,13 @@ class Like(machine_rig.Twin):
 
 
 def opened(spec: Spec) -> Opened:
-    """The machine of one stage that `spec` names; nothing is switched on. Raises InputError."""
+    """The single-stage machine of `spec`; nothing is switched on."""
     settings = spec.settings
     assert isinstance(settings, StageSettings)
-    if spec.rig == TWIN:
+    fixture = on_rig.found(spec.rig, settings.tree, spec.seed, "serving")
+    if fixture is None:
         twin = _simulated(settings, spec.seed)
         return Opened(twin, _live(settings, twin), False, False, settings)
-    fixture = open_rig(spec.rig, spec.seed, alone=True)
-    if fixture.kind != BENCH or not fixture.has("encoder"):
-        shown = ", ".join(fixture.channels) or "nothing"
-        where = f"--rig {fixture.name}, channels"
-        raise InputError(where, shown, "encoder: the stage's, in counts of encoder.pitch")
-    on_rig.in_step(settings.tree, fixture)
     needed(settings.machine, settings.tree, fixture)
     made = fixture.make(spec.seed)
     paced = not isinstance(made.clock, VirtualClock)
@@ -164,19 +130,7 @@ def opened(spec: Spec) -> Opened:
 
 
 def needed(machine: Machine, tree: Any, fixture: Fixture, where: str = "") -> None:
-    """InputError where a rig lacks a line that homing needs.
-
-    Parameters
-    ----------
-    machine : Machine
-        The machine, or an axis of one.
-    tree : Any
-        Its settings.
-    fixture : Fixture
-        The rig.
-    where : str, optional
-        What stands before the setting's name.
-    """
+    """Refuse a rig without a line that homing needs."""
     touch = guide.guide(machine, tree).touch
     seek = None if touch is None else touch.seek
     if seek is None:
@@ -184,9 +138,9 @@ def needed(machine: Machine, tree: Any, fixture: Fixture, where: str = "") -> No
     needs = (seek.line, "index_count" if seek.pulse else "")
     missing = [name for name in needs if name and not fixture.has(name)]
     if missing:
-        shown, on = ", ".join(fixture.channels), tree.homing.on
-        accepted = f'{" and ".join(missing)}: {where}homing.on = "{on}" needs it'
-        raise InputError(f"--rig {fixture.name}, channels", shown, accepted)
+        problem = f'{where}homing.on = "{tree.homing.on}" needs {" and ".join(missing)}'
+        remedy = f"The rig has {', '.join(fixture.channels)}."
+        raise ProblemError(f"--rig {fixture.name}, channels", problem, remedy)
 
 
 def _simulated(settings: StageSettings, seed: int) -> stage_rig.Simulated:

@@ -1,4 +1,4 @@
-"""A stage under its own law as the loop's rig, and its guard as the loop's guard."""
+"""A stage with its law as the loop's rig, and its guard as the loop's guard."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from macromicro.rig.twin import VirtualClock, noise_source
 from macromicro.serve import faults
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.stage import guide
-from macromicro.serve.stage.control import Control
-from macromicro.serve.stage.counts import counted, shared_out, with_pulse
+from macromicro.serve.stage._control import Control
+from macromicro.serve.stage._counts import counted, shared_out, with_pulse
 from macromicro.types import ENABLE, QUIET, SAFE, Clock, Command, Outputs, Rig
 from macromicro.types import Sample as Shown
 
@@ -30,13 +30,12 @@ Source = Callable[[], Course]
 
 
 class Entered:
-    """A simulated rig, which is stopped wherever it is left."""
+    """A simulated rig that stops whenever it is left."""
 
     def write(self, outputs: Outputs) -> None:
         """The law gives the effort."""
 
-    def stop(self) -> None:
-        """No effort until the machine leads it again."""
+    def stop(self) -> None: ...
 
     def __enter__(self) -> Self:
         return self
@@ -51,20 +50,6 @@ class Entered:
 
 
 class Simulated(Entered):
-    """The simulated stage of a machine, which its law leads while the loop waits.
-
-    Parameters
-    ----------
-    machine : Machine
-        The machine.
-    tree : Any
-        Its settings.
-    pitch : float
-        Way per count that it shows, m.
-    seed : int
-        Seed of its sensor's noise.
-    """
-
     def __init__(self, machine: Machine, tree: Any, pitch: float, seed: int) -> None:
         kind = self.kind = machine.kind
         self.channels: tuple[str, ...] = ("encoder", *kind.lines)
@@ -91,7 +76,6 @@ class Simulated(Entered):
         return found
 
     def read(self) -> Shown:
-        """What the stage shows now, in whole counts."""
         seen = self._seen()
         if self.kind.lines:
             told = self._sense(self._params, self._state)
@@ -99,35 +83,24 @@ class Simulated(Entered):
         return counted(seen.t, seen.position / self.pitch)
 
     def advance(self) -> None:
-        """One period of the loop passes."""
         seen = self._seen()
         self._state = self.control.run(self.source(), self._params, self._state, seen, self._noise)
         self.tick += 1
         self._draw()
 
     def stop(self) -> None:
-        """No effort until the machine leads it again."""
         self.control.effort = 0.0
 
 
 class Real:
-    """A rig of a user's with an encoder, driven by a machine's law while the loop waits.
-
-    Parameters
-    ----------
-    machine : Machine
-        Whose law and guard it is under.
-    tree : Any
-        Its settings.
-    rig : Rig
-        The user's.
-    """
+    """A user's rig with an encoder, driven by a machine's law."""
 
     def __init__(self, machine: Machine, tree: Any, rig: Rig) -> None:
         self.kind = open_rig.of(rig, machine.kind.place)
         self.control = Control(machine, tree, self.kind)
         self.source: Source = Course
         self.outputs = tuple(getattr(rig, "outputs", ()))
+        self.timed = bool(getattr(rig, "timed", False))
         self.channels = tuple(dict.fromkeys((*rig.channels, *self.kind.lines)))
         self.lines = QUIET
         self._rig, self._pitch = rig, float(tree.encoder.pitch)
@@ -137,7 +110,6 @@ class Real:
         self.clock: Clock = self
 
     def read(self) -> Shown:
-        """What the rig shows now."""
         self._sample = self._rig.read()
         count = shared_out(self._sample.encoder, self._share)
         if not self.kind.lines:
@@ -150,18 +122,16 @@ class Real:
         """The law gives the effort."""
 
     def now(self) -> float:
-        """The rig's time, s."""
         return self._rig.clock.now()
 
     def wait(self, dt: float) -> None:
-        """Give the law's effort, and wait for the next period."""
+        """Give the law's effort and wait for the next period."""
         seen = Sample(self._sample.t, self._sample.encoder * self._pitch)
         read: Any = _Read(self._rig, self._sample)
         opened = open_rig.opened(read, self._pitch)
         self.control.run(self.source(), opened, 0.0, seen, self._noise)
 
     def stop(self) -> None:
-        """Set every output to its safe value."""
         self.control.effort = 0.0
         self._rig.stop()
 
@@ -179,7 +149,7 @@ class Real:
 
 
 class _Read:
-    """A rig that has been read in the first of these periods already."""
+    """A rig whose first reading of these periods exists already."""
 
     def __init__(self, rig: Rig, sample: Shown) -> None:
         self._sample: Shown | None = sample
@@ -193,20 +163,12 @@ class _Read:
 
 
 def doubtful(watch: Watch) -> bool:
-    """Whether the guard has found the position wrong, beside a fault that it did not find."""
+    """Whether the guard has found the position wrong, beside other faults."""
     return bool(watch.missed) or guarding.blind(watch)
 
 
 class Led:
-    """What the loop drives: a session with one of these, and the guard of its machine.
-
-    Parameters
-    ----------
-    session : Session
-        The opened rig.
-    rig : Simulated | Real
-        The rig itself, with its law and guard.
-    """
+    """A session with one of these and its machine's guard."""
 
     doubt = ""
     temperature = math.nan
@@ -217,57 +179,50 @@ class Led:
 
     @property
     def given(self) -> Outputs:
-        """The outputs of the last period."""
         return SAFE._replace(motor=self._control.effort)
 
     @property
     def tripped(self) -> bool:
-        """Has the guard switched off?"""
         return bool(self._control.watch.fault != OK)
 
     def read(self) -> Shown:
-        """What the stage shows."""
         found: Shown = self._session.read()
         return found
 
     def lines(self) -> tuple[float, ...]:
-        """What its lines say, NaN where it has none, and the enable line."""
+        """State of the lines and of the enable line; NaN where it has none."""
         rig, there = self._rig, self._rig.kind.lines
         enable = self._control.enable if ENABLE in there else math.nan
         return (*lines.shown(rig.lines, there), enable)
 
     def own(self) -> list[float] | None:
-        """What the law shows of its memory, [] while it is off; None of one that shows nothing."""
+        """The law's memory for the telemetry; [] while it is off, None if it shows nothing."""
         found: list[float] | None = self._control.own if self._control.own_rows else None
         return found
 
     def expect(self, command: Command) -> None:
-        """The law is led by the course."""
+        """The law follows the course."""
 
     def write(self, outputs: Outputs) -> None:
-        """As the session."""
         self._session.write(outputs)
 
     def stop(self) -> None:
-        """Set every output to its safe value."""
         self._session.stop()
 
     def evidence(self) -> tuple[float, float, float, float]:
-        """Code, value, limit and time of the latched fault, for the loop's status."""
         watch = self._control.watch
         return float(faults.STAGE + watch.fault), watch.value, watch.limit, watch.time
 
     def fault(self) -> tuple[Trouble, bool]:
-        """The latched fault in words, and whether counts may have been missed."""
+        """The latched fault, and whether counts may have been missed."""
         found = faults.of_stage(*self.evidence(), self._control.place)
         return found, guarding.blind(self._control.watch)
 
     def renew(self) -> None:
-        """Forget the fault."""
         self._control.renew()
 
     def overlooked(self) -> str:
-        """Why the position may be wrong although the latched fault says nothing of it, or ""."""
+        """Why the position may be wrong despite the latched fault, or ""."""
         return MISSED if doubtful(self._control.watch) else ""
 
     def __enter__(self) -> Self:

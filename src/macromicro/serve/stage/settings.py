@@ -1,4 +1,4 @@
-"""The settings of a served machine of one stage: its file's, and the server's."""
+"""Settings of a served single-stage machine."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from macromicro.schema.text import printable, read_toml
 from macromicro.serve.persist import identity
 from macromicro.serve.settings import ServeSettings, kept
 from macromicro.serve.stage import guide
-from macromicro.serve.stage.programmes import OneStage
+from macromicro.serve.stage._programmes import OneStage
 
 _SERVE = "serve"
+EFFORT = "effort", "V"
 
 
 class _Own(NamedTuple):
-    """What a machine's file may say of the server."""
+    """The server's tables in a machine's file."""
 
     serve: ServeSettings = ServeSettings()
 
 
 class StageSettings(NamedTuple):
-    """What `serve.settings.LiveSettings` is for the two-stage machine. `tree`: settings of the
-    machine `name`; `model`: what it is called."""
+    """Settings of a served single-stage machine."""
 
     name: str
     model: str
@@ -44,50 +44,53 @@ class StageSettings(NamedTuple):
 
     @property
     def machine(self) -> Machine:
-        """The machine, under the law of its settings."""
         return machines.under(machines.named(self.name, "machine"), self.tree)
 
     @property
     def controller(self) -> Any:
-        """Gains of its law."""
         return gains(self.tree)
 
     @property
+    def names(self) -> dict[str, str]:
+        name = self.name.rpartition(":")[2].lower()  # MODULE:MACHINE of another package
+        return {MACRO: "rotary axis" if name == "rotary" else name}
+
+    @property
+    def efforts(self) -> dict[str, tuple[str, str]]:
+        return {MACRO: EFFORT}
+
+    @property
+    def limited(self) -> tuple[str, ...]:
+        return ("whole",)
+
+    @property
     def period(self) -> float:
-        """Of the live machine, s."""
         return pace.period(self.tree)
 
     @property
     def law_columns(self) -> tuple[Column, ...]:
-        """What its law shows of its memory, of one of another package."""
         machine = self.machine
         return stage.own(machine.kind, machine.law)
 
     @property
     def speeds(self) -> dict[str, float]:
-        """Its fastest moves [m/s, or rad/s], by the stage's name."""
         return {MACRO: self.tree.motion.velocity}
 
     @property
     def programmes(self) -> OneStage:
-        """What clients may run."""
         return OneStage(self.tree)
 
     def kept_as(self, rig: str) -> str:
-        """What the position file calls this machine: with other settings it is another one."""
         return identity(rig, self.name, of_position(self.machine, self.tree))
 
     def rigs(self, name: str) -> tuple[str, ...]:
-        """The rigs that ``--rig`` names."""
         return (name,)
 
     def place(self, rig: str) -> str:
-        """What its position file is called by default."""
         return f"{rig}-{self.name}"
 
     def as_toml(self, control: Any, limits: SoftLimits) -> str:
-        """A file for `--config`: the settings of the machine, its travel as the soft limits are
-        now."""
+        """A file for `--config` with the machine's settings and the soft limits in force."""
         travel = self.tree.travel._replace(low=limits.whole_low, high=limits.whole_high)
         changed = {gains_set(self.tree): control, "travel": travel}
         return as_toml(self.machine, self.tree._replace(**changed))
@@ -97,8 +100,7 @@ _NOT_OF_POSITION = ("law", "controller", "own", "motion", "arrival", "guard")
 
 
 def of_position(machine: Machine, tree: Any, where: str = "") -> dict[str, Any]:
-    """The settings of a stage that its position depends on, each behind `where`: all but those of
-    its law, its moves and its guard, of which the place of the stop may depend on one."""
+    """The settings that the position of a stage depends on."""
     known = {
         where + e.path: e.value
         for e in entries(tree)
@@ -109,10 +111,7 @@ def of_position(machine: Machine, tree: Any, where: str = "") -> dict[str, Any]:
 
 
 def parted(path: Path) -> tuple[str, dict[str, Any], ServeSettings]:
-    """What a machine's file says of the machine, and of the server.
-
-    Raises InputError for what the server's table does not know, and for no TOML.
-    """
+    """Split a machine's file into settings of the machine and of the server."""
     file, table = printable(path, 300), read_toml(path, config.WHAT)
     del table[machines.KEY]
     own = {_SERVE: table.pop(_SERVE)} if _SERVE in table else {}
@@ -120,11 +119,7 @@ def parted(path: Path) -> tuple[str, dict[str, Any], ServeSettings]:
 
 
 def load(path: Path, law: str | None = None) -> StageSettings:
-    """The settings in a file of a machine of one stage, under its law or another.
-
-    Raises InputError as `machines.machine.load` does, and for a control period that the server is
-    too slow for.
-    """
+    """Read the settings of a single-stage machine, for a period that the server can keep."""
     machine = machines.chosen(path)
     file, table, serve = parted(path)
     defaults = machine.settings if law is None else joined(machine.settings, law, "--law")

@@ -1,4 +1,4 @@
-"""The positioner in a browser: one page, one WebSocket, nothing from elsewhere."""
+"""The web page: one page, one WebSocket."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Telemetry for a viewer's plots: the smallest and largest value in each pixel's time.
+"""Telemetry for plots: the smallest and largest value in each pixel's time.
 
-A frame is little-endian: `HEADER`, then float32[bins, channels, 2]. Its first bins replace
-those that the viewer has already, for the last one of a frame is still being filled.
+A frame is little-endian: `HEADER`, then float32[bins, channels, 2]; its first bins replace
+those that were still incomplete.
 """
 
 from __future__ import annotations
@@ -40,12 +40,11 @@ HEADER = struct.Struct("<4I8d")
 
 
 def channels(stages: Sequence[str]) -> tuple[str, ...]:
-    """What the plots of a machine of these stages show."""
     return (*CHANNELS, *SECOND) if AXES[1] in stages else CHANNELS
 
 
 class View(NamedTuple):
-    """What a viewer wants to see: `width` rows a bin, `columns` bins, a row each `period` [s]."""
+    """A viewer's plot: `width` rows a bin, `columns` bins, `period` seconds a row."""
 
     number: int
     width: int
@@ -54,13 +53,11 @@ class View(NamedTuple):
 
     @property
     def rows(self) -> int:
-        """Rows that it shows."""
         return self.width * self.columns
 
 
 def view(number: int, span: float, columns: int, period: float = PERIOD) -> View:
-    """A view of `span` [s], at least, in about `columns` columns, of a loop of this
-    `period` [s]."""
+    """A view of at least `span` seconds in about `columns` columns."""
     rows = max(round(min(span, RING_S) / period), 1)
     width = max(-(-rows // columns), 1)
     return View(number, width, -(-rows // width), period)
@@ -74,13 +71,7 @@ def traces(
     second: float = math.nan,
     own: Sequence[str] = (),
 ) -> Array:
-    """The channels float64[channels, rows] of telemetry; `pitch` [m or rad] a count; `place`:
-    what places are counted in; `second`: as `pitch`, of a second axis, NaN where there is none;
-    `own`: columns of the law, which come last.
-
-    Macro positions are those of the homed frame: what the whole position leaves when the
-    micro-stage's share is taken off.
-    """
+    """The displayed channels of telemetry, float64[channels, rows], in the homed frame."""
     column = {name: block[k] for k, name in enumerate(names)}
     share = 1e-3 * place.per  # of what people read, in a thousandth of what is counted in
     position, fine = column["position"] * share, column["hall_position"] * share
@@ -108,11 +99,7 @@ def traces(
 
 
 def binned(values: Array, first: int, width: int) -> NDArray[np.float32]:
-    """Min and max float32[bins, channels, 2] of the rows `values`, float64[channels, rows].
-
-    `first`: number of the first row; row n belongs to bin n // width. NaN where a bin has
-    no number.
-    """
+    """Min and max, float32[bins, channels, 2], of rows; row n belongs to bin n // width."""
     rows = values.shape[1]
     if rows == 0:
         return np.empty((0, values.shape[0], 2), np.float32)
@@ -134,7 +121,7 @@ def frame(
     second: float = math.nan,
     own: Sequence[str] = (),
 ) -> bytes:
-    """A frame of the rows `block` up to row number `last`; b"" of none; the rest as of `traces`."""
+    """A frame of the rows `block` up to row number `last`; b"" if there are none."""
     rows = block.shape[1]
     if rows == 0:
         return b""

@@ -1,5 +1,3 @@
-"""The web server: its own thread, its own event loop; page and WebSocket on one port."""
-
 from __future__ import annotations
 
 import asyncio
@@ -12,19 +10,20 @@ from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 from macromicro.errors import MacromicroError
-from macromicro.serve.door.monitor import prepare
+from macromicro.extras import remedy
+from macromicro.serve.door._monitor import prepare
 from macromicro.serve.guesses import Guesses, Token
 from macromicro.serve.hosts import HOST, guarded, is_loopback, url
 from macromicro.serve.hosts import WEB_PORT as PORT
 from macromicro.serve.threaded import Threaded, check_port, refused
-from macromicro.serve.web.bounds import Bounds
+from macromicro.serve.web._bounds import Bounds
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import Server, ServerConnection
 
     from macromicro.hysteresis.table import FodTable
     from macromicro.serve.station import Station
-    from macromicro.serve.web.context import Context
+    from macromicro.serve.web._context import Context
 
 LOOK_S = 0.1
 _LOG = logging.getLogger("macromicro.web")
@@ -33,17 +32,7 @@ _LOG.propagate = False
 
 
 class WebServer(Threaded):
-    """The page of a station; a context manager that starts and stops it.
-
-    `port` 0 is any free one; `address` is it, `url` where to look. `token`: what a
-    viewer must give before it may order anything (stops need none), or a `Token` that other
-    servers share, so that wrong ones count together. `folder`: where recordings
-    go; `names`: host names under which this server is reached, beside "localhost", its
-    addresses, `host` itself, and, where others reach it, this computer's own; `table`: the
-    kiln's table of the actuator, for the contraction that the model expects.
-
-    Raises InputError for a host that others reach, without a token.
-    """
+    """The web page of a station; a context manager. `url` is where to look."""
 
     def __init__(
         self,
@@ -58,12 +47,12 @@ class WebServer(Threaded):
         bounds: Bounds | None = None,
     ) -> None:
         try:
-            from macromicro.serve.web.http import Gate
+            from macromicro.serve.web._http import Gate
         except ModuleNotFoundError as error:
             if error.name != "websockets":
                 raise
             raise MacromicroError(
-                "the page needs the package websockets: pip install 'macromicro[web]'"
+                f"the page needs the package websockets; {remedy('web')}"
             ) from None
         self._bounds = bounds or Bounds()
         if not isinstance(token, Token):
@@ -77,11 +66,9 @@ class WebServer(Threaded):
 
     @property
     def url(self) -> str:
-        """Where a browser finds the page."""
         return url(*self.address)
 
     def start(self) -> None:
-        """Listen. Raises InputError where the address cannot be had (port in use)."""
         if not is_loopback(self._where[0]):
             name = socket.gethostname()
             self._gate.answer_to(name)
@@ -96,7 +83,7 @@ class WebServer(Threaded):
             self._gate.answer_to(full)
 
     async def _serve(self) -> None:
-        from macromicro.serve.web.context import Context
+        from macromicro.serve.web._context import Context
 
         context = Context(self._station, self._token, self._folder, self._table, self._bounds)
         try:
@@ -115,10 +102,9 @@ class WebServer(Threaded):
             context.close()
 
     async def _listen(self, context: Context) -> Server:
-        """Bind and listen; InputError in words where that fails."""
         from websockets.asyncio.server import serve
 
-        from macromicro.serve.web.http import Files
+        from macromicro.serve.web._http import Files
 
         host, port = self._where
         check_port(port)
@@ -144,7 +130,7 @@ class WebServer(Threaded):
             raise refused(host, port, error) from None
 
     async def _view(self, context: Context, opened: Any) -> None:
-        from macromicro.serve.web.connection import PageConnection
+        from macromicro.serve.web._connection import PageConnection
 
         prepare(opened.transport.get_extra_info("socket"))
         connection = PageConnection(context, opened)

@@ -1,8 +1,6 @@
-"""Every channel of the rig, and where it goes in a recording (Appendix C).
+"""Every channel of the rig, and its columns in a recording (Appendix C).
 
-The schematic's place is taken by the code itself: channels are the fields of `Sample` and
-`Outputs`, converters the settings', and the way into the recording is traced by writing a
-marked period with the loop's own `note`.
+The way into the recording is traced: a marked period is written with the loop's own `note`.
 """
 
 from __future__ import annotations
@@ -38,7 +36,7 @@ class Way(NamedTuple):
 
     @property
     def unit(self) -> str:
-        """The field's own unit: the column's where the factor is 1, SI where it is not."""
+        """The field's unit: the column's if the factor is 1, else SI."""
         if self.factor == 1.0:
             return self.column.unit
         unit = {"mm": "m", "um": "m", "mm/s": "m/s"}[self.column.unit]
@@ -48,11 +46,10 @@ class Way(NamedTuple):
 
 
 class Channel(NamedTuple):
-    """A channel of the rig: `direction` "in" or "out"; `hardware` and `range`, `step`, `safe`
-    in words ("" where there is none); `ways` into the recording."""
+    """A channel of the rig; hardware, range, step and safe state in words, "" where unknown."""
 
     name: str
-    direction: str
+    direction: str  # "in" or "out"
     hardware: str
     range: str
     step: str
@@ -61,7 +58,6 @@ class Channel(NamedTuple):
 
 
 def ways() -> list[Way]:
-    """Every field of sample, outputs, command and bench truth with the columns it reaches."""
     parts: tuple[tuple[str, type[Any]], ...] = (
         ("sample", Sample),
         ("outputs", Outputs),
@@ -99,7 +95,6 @@ def _noted(marked: dict[str, str]) -> np.ndarray[Any, np.dtype[np.float64]]:
 
 
 def channels(settings: Settings) -> list[Channel]:
-    """All channels of the rig, inputs first; ranges and steps by the settings."""
     traced = ways()
     facts = {**_inputs(settings), **_outputs(settings)}
     rows = []
@@ -114,7 +109,7 @@ def channels(settings: Settings) -> list[Channel]:
 
 
 def _inputs(settings: Settings) -> dict[str, tuple[str, str, str]]:
-    """Hardware, range and step of each field of `Sample` but the time."""
+    """Hardware, range and step of each field of `Sample` except the time."""
     encoder, converter = settings.sensors.encoder, settings.sensors.converter
     driver, laser = settings.bench.driver, settings.sensors.laser
     volts = converter.full_scale / 2.0**converter.bits
@@ -170,24 +165,19 @@ def _outputs(settings: Settings) -> dict[str, tuple[str, str, str]]:
 
 
 class Wiring(NamedTuple):
-    """The rig's channels, and every field's way into the recording."""
-
     channels: list[Channel]
     ways: list[Way]
 
 
 def collect(lab: Lab) -> Wiring:
-    """Channels by the settings, and the traced ways."""
     return Wiring(channels(lab.settings), ways())
 
 
 def claims(data: Wiring) -> list[Claim]:
-    """None: an appendix."""
     return []
 
 
 def draw(data: Wiring) -> Iterator[Drawn]:
-    """Tables C.1 and C.2."""
     rows: list[tuple[str, ...]] = [
         (
             c.name,
@@ -204,8 +194,8 @@ def draw(data: Wiring) -> Iterator[Drawn]:
     yield Drawn(
         "Table C.1",
         "Channels of the rig",
-        "What the electrical schematic becomes: every input and output with its converter as set, "
-        "the value at which an output is safe, and the recording's column that it goes to. "
+        "The electrical schematic as data: every input and output with its converter's settings, "
+        "the value at which an output is safe, and its column in the recording. "
         "Outputs take effect one period after they are written.",
         Grid(
             ("channel", "direction", "unit", "hardware", "range", "step", "safe", "recorded as"),
@@ -226,7 +216,7 @@ def draw(data: Wiring) -> Iterator[Drawn]:
 
 
 def _times(way: Way) -> str:
-    """The factor into the recording's unit, where it is not 1."""
+    """The factor into the recording's unit, if it is not 1."""
     return "" if way.factor == 1.0 else f" * {way.factor:g}"
 
 

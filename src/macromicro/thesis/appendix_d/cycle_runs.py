@@ -1,7 +1,7 @@
 """Cycle testing of the actuator alone (Appendix D, its Figures 9 to 14).
 
 150 encoder counts every 4 s, half an hour of rest between the runs, logged at 1 ms. The
-printed PID has gains but no form; `Law` holds what it leaves open.
+thesis prints the PID's gains but not its form; `Law` defines what it leaves open.
 """
 
 from __future__ import annotations
@@ -87,33 +87,29 @@ def _run(
 
 @kernel
 def _rest(plant: CyclePlant, s: CycleState, periods: int, dt: float) -> CycleState:
-    """Switched off."""
     for _ in range(periods):
         s = cycle.advance(plant, s, 0.0, 0.0, dt)
     return s
 
 
 def reference(cycles: int) -> Array:
-    """The pulse train [counts], a value each ms."""
+    """The pulse train [counts], one value per ms."""
     return signals.pulse_train(signals.times(cycles * PERIOD_S, DT), PEAK, PERIOD_S)
 
 
 class CycleData(NamedTuple):
-    """`counts` of every run, shape (runs, samples); `room` [degC] of each, NaN where nothing
-    measured it; `literal` and `unlimited`: one cold run each with the other readings of the
-    PID (`PER_SECOND`, `UNLIMITED`)."""
+    """Counts of every run, and one cold run each with the other readings of the PID."""
 
-    counts: Array
-    room: Array
-    literal: Array
-    unlimited: Array
+    counts: Array  # (runs, samples)
+    room: Array  # [degC] at the start of each run, or NaN
+    literal: Array  # as `PER_SECOND`
+    unlimited: Array  # as `UNLIMITED`
 
 
 def _one_run(session: Session, p: Law, requested: Array) -> tuple[Array, float]:
-    """One run on an opened rig, sample by sample: its counts, shape (samples,), and the room
-    [degC] at its start, NaN without a thermometer.
+    """Counts (samples,) of one run on an opened rig, and the room [degC] at its start, or NaN.
 
-    A missing count leaves the law as it is, its output off; MacromicroError after 5 ms of it.
+    While counts are missing the law stands still and its output is off; after 5 ms it is an error.
     """
     memory, silent = Memory(0.0, 0.0), 0
     counts = np.empty(len(requested))
@@ -125,7 +121,7 @@ def _one_run(session: Session, p: Law, requested: Array) -> tuple[Array, float]:
         counts[k], ctrl = sample.encoder, 0.0
         silent = silent + 1 if math.isnan(sample.encoder) else 0
         if silent > SILENT:
-            raise MacromicroError("cycle bench: the encoder gives no value; check its plug")
+            raise MacromicroError("cycle bench: no reading from the encoder; check its plug")
         if not silent:
             memory, ctrl = step(p, memory, float(goal) - counts[k], DT)
         session.write(CycleOutputs(ctrl, 0.0))
@@ -134,7 +130,7 @@ def _one_run(session: Session, p: Law, requested: Array) -> tuple[Array, float]:
 
 
 def _on_rig(rig: Fixture, seed: int, runs: int, cycles: int, rest_s: float) -> CycleData:
-    """All runs on any rig, as `collect` does them; the room is what it is."""
+    """All runs on any rig, as `collect` does them; the room temperature is not controlled."""
     rig.need("cycle testing", "encoder")
     requested = reference(cycles)
     found = []
@@ -162,8 +158,7 @@ def collect(
 ) -> CycleData:
     """All runs, the first from cold, each later one after `rest_s` [s] of rest.
 
-    By default on the twin, whose room is drawn anew for each run with the spread `room_std`
-    [K].
+    By default on the twin, whose room temperature varies from run to run by `room_std` [K].
     """
     if isinstance(bed, Fixture):
         return _on_rig(bed, seed, runs, cycles, rest_s)
@@ -189,20 +184,16 @@ def collect(
 
 
 class Cycles(NamedTuple):
-    """Of every cycle of a run, shape (cycles,): `tau1` from the step to 149 counts, `tau2`
-    from the last 0 to 149, `fall` from the step back to 0 [s]; `first`, `last`: share [%] of
-    1000 samples at 150 counts from the first of them on, and before the output drops. NaN
-    where the output does not get there."""
+    """Times [s] and shares [%] of every cycle of a run, shape (cycles,); NaN if not reached."""
 
-    tau1: Array
-    tau2: Array
-    fall: Array
-    first: Array
-    last: Array
+    tau1: Array  # from the step to 149 counts
+    tau2: Array  # from the last 0 to 149 counts
+    fall: Array  # from the step back to 0 counts
+    first: Array  # of 1000 samples, share at 150 counts from the first of them
+    last: Array  # of 1000 samples, share at 150 counts before the output drops
 
 
 def measured(counts: Array) -> Cycles:
-    """Times and shares of one run's `counts`."""
     rows = [_one(part) for part in counts.reshape(-1, round(PERIOD_S / DT))]
     return Cycles(*np.array(rows).T)
 
@@ -222,8 +213,10 @@ def _one(part: Array) -> tuple[float, float, float, float, float]:
 
 
 def share(part: Array, level: float) -> tuple[float, float]:
-    """Share [%] of samples at `level` [counts] in both windows of one cycle (its Figures 13,
-    14); NaN where the output does not reach 150 counts in time for a whole window."""
+    """Share [%] of samples at `level` [counts] in both windows of a cycle (its Figures 13, 14).
+
+    NaN where the output does not reach 150 counts in time for a whole window.
+    """
     half = len(part) // 2
     reached = np.flatnonzero(part[:half] >= PEAK)
     if not len(reached) or reached[0] + WINDOW > len(part):
@@ -235,11 +228,10 @@ def share(part: Array, level: float) -> tuple[float, float]:
 
 
 class Trend(NamedTuple):
-    """Change of a run's mean total time [s] from run to run, room temperature allowed for,
-    and its 95 % half width."""
+    """Change of a run's mean total time [s] per run, corrected for room temperature."""
 
     slope: float
-    reach: float
+    reach: float  # half width of the 95 % interval
 
 
 def run_trend(totals: Array, room: Array) -> Trend:

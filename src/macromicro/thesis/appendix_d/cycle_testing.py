@@ -10,7 +10,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLUE, GREEN, ORANGE, PURPLE, RED, finish, new
-from macromicro.thesis.appendix_d import cycle_claims, cycle_runs
+from macromicro.thesis.appendix_d import _cycle_claims, cycle_runs
 from macromicro.thesis.appendix_d.cycle_runs import PEAK, PERIOD_S, CycleData, Cycles
 from macromicro.thesis.claims import measured_by, printed
 from macromicro.thesis.procedure import Lab, Procedure
@@ -23,12 +23,11 @@ LEVELS = ((149.0, BLUE, "s"), (150.0, RED, "o"), (151.0, GREEN, "^"), (152.0, PU
 
 
 def collect(lab: Lab) -> CycleData:
-    """Eleven runs of forty cycles, and one each by the other readings of the printed PID."""
+    """Eleven runs of forty cycles, and one each with the other readings of the printed PID."""
     return cycle_runs.collect(lab.cycle(), lab.seed)
 
 
 def draw(data: CycleData) -> Iterator[Drawn]:
-    """Figures D.9 to D.14."""
     runs = Cycles(*np.stack([cycle_runs.measured(c) for c in data.counts], axis=1))
     yield _time("D.9", "Rise time tau1", "from the step to 149 counts", runs.tau1, "A1")
     yield _rise(runs)
@@ -41,8 +40,7 @@ def draw(data: CycleData) -> Iterator[Drawn]:
 
 
 def shares(counts: Array) -> tuple[Array, Array]:
-    """Mean share [%] of samples at each of `LEVELS` in either window of every cycle, over the
-    runs that have one; each of shape (levels, cycles)."""
+    """Mean share [%] of samples at each of `LEVELS` in both windows; shape (levels, cycles)."""
     cycles = counts.reshape(len(counts), -1, round(PERIOD_S / cycle_runs.DT))
     each = np.array(
         [[[cycle_runs.share(c, level) for c in run] for run in cycles] for level, _, _ in LEVELS]
@@ -52,7 +50,6 @@ def shares(counts: Array) -> tuple[Array, Array]:
 
 
 def _light(ax: Axes, values: Array) -> None:
-    """A light line for every run, the mean bold."""
     cycle = np.arange(1, values.shape[1] + 1)
     ax.plot(cycle, values.T, color="0.75", linewidth=0.7)
     ax.lines[0].set_label("each run")
@@ -60,7 +57,6 @@ def _light(ax: Axes, values: Array) -> None:
 
 
 def _time(number: str, name: str, meaning: str, values: Array, claim: str) -> Drawn:
-    """One time over the cycles."""
     figure, axes = new(3.4, 1)
     ax = axes[0, 0]
     _light(ax, values)
@@ -70,7 +66,7 @@ def _time(number: str, name: str, meaning: str, values: Array, claim: str) -> Dr
         number,
         f"{name} over the cycles",
         f"Time {meaning}, {len(values)} runs with half an hour of rest between them. It settles "
-        f"at {cycle_claims.settled(values.mean(axis=0)):.3f} s (mean of the last ten cycles); "
+        f"at {_cycle_claims.settled(values.mean(axis=0)):.3f} s (mean of the last ten cycles); "
         "dashed: the value that the thesis prints.",
         figure,
         (claim,),
@@ -82,7 +78,7 @@ def _printed(ax: Axes, value: float) -> None:
 
 
 def _rise(runs: Cycles) -> Drawn:
-    """Figure D.10, and what tau1 has more than tau2."""
+    """Figure D.10, and the excess of tau1 over tau2."""
     figure, axes = new(3.4, 1, 2)
     rise, delay = axes[0]
     _light(rise, runs.tau2)
@@ -95,7 +91,7 @@ def _rise(runs: Cycles) -> Drawn:
         "D.10",
         "Rise time tau2 over the cycles",
         "(a) Time from the last sample at 0 counts to 149 counts. It settles at "
-        f"{cycle_claims.settled(runs.tau2.mean(axis=0)):.3f} s. (b) The difference to tau1 is the "
+        f"{_cycle_claims.settled(runs.tau2.mean(axis=0)):.3f} s. (b) The difference to tau1 is the "
         f"time before the actuator answers: at least {1e3 * (runs.tau1 - runs.tau2).min():.0f} ms "
         "in every cycle, so it cools fully.",
         figure,
@@ -104,7 +100,6 @@ def _rise(runs: Cycles) -> Drawn:
 
 
 def _total(runs: Cycles, room: Array) -> Drawn:
-    """Figure D.12, and the mean of each run."""
     total = runs.tau1 + runs.fall
     figure, axes = new(3.4, 1, 2, gridspec_kw={"width_ratios": [1.5, 1]})
     by_cycle, by_run = axes[0]
@@ -140,7 +135,6 @@ def _total(runs: Cycles, room: Array) -> Drawn:
 
 
 def _share(number: str, window: str, bound: str, which: int, both: tuple[Array, Array]) -> Drawn:
-    """Figure D.13 or D.14, on the same scale."""
     figure, axes = new(3.4, 1)
     ax = axes[0, 0]
     cycle = np.arange(1, both[which].shape[1] + 1)
@@ -157,7 +151,7 @@ def _share(number: str, window: str, bound: str, which: int, both: tuple[Array, 
         f"Share of the {window} samples at the set point",
         f"The {window} samples {bound}: how many read 149, 150, 151 and 152 counts, mean of all "
         f"runs, on the scale of both figures. At 150: "
-        f"{here[0]:.0f} % in cycle 1 and {cycle_claims.settled(here):.0f} % over the last ten.",
+        f"{here[0]:.0f} % in cycle 1 and {_cycle_claims.settled(here):.0f} % over the last ten.",
         figure,
         ("A5",),
     )
@@ -173,6 +167,6 @@ PROCEDURE = Procedure(
     diagrams=("D.2",),
     seconds=2.0,
     collect=collect,
-    claims=cycle_claims.claims,
+    claims=_cycle_claims.claims,
     draw=draw,
 )

@@ -1,34 +1,30 @@
-"""Principle of the actuator (Section 2.3) and calorimetry (Appendix A): Figures 2.8 to 2.10,
-(2.1) and A.1."""
+"""Principle of the actuator (Section 2.3) and calorimetry (Appendix A)."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from macromicro.drawing.exhibit import Drawn
-from macromicro.thesis.chapter2 import actuator_figures, actuator_runs
-from macromicro.thesis.chapter2.actuator_runs import Principle
+from macromicro.thesis.chapter2 import _actuator_figures, _actuator_runs
+from macromicro.thesis.chapter2._actuator_runs import Principle
 from macromicro.thesis.claims import Claim, measured_by
 from macromicro.thesis.procedure import Lab, Procedure
 
 
 def collect(lab: Lab) -> Principle:
-    """The wires of the bench on a virtual test machine and in a virtual calorimeter."""
-    return actuator_runs.collect(lab.settings.bench)
+    return _actuator_runs.collect(lab.settings.bench)
 
 
 def claims(data: Principle) -> list[Claim]:
-    """None: the section explains, it prints no figures."""
     return []
 
 
 def draw(data: Principle) -> Iterator[Drawn]:
-    """Figures 2.8 to 2.10, (2.1) and A.1."""
-    yield actuator_figures.hysteresis(data)
-    yield actuator_figures.stress_strain(data)
-    yield actuator_figures.work(data)
-    yield actuator_figures.heat()
-    yield actuator_figures.calorimeter(data)
+    yield _actuator_figures.hysteresis(data)
+    yield _actuator_figures.stress_strain(data)
+    yield _actuator_figures.work(data)
+    yield _actuator_figures.heat()
+    yield _actuator_figures.calorimeter(data)
 
 
 PROCEDURE = Procedure(

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
-from macromicro.thesis.chapter2 import preisach_runs
-from macromicro.thesis.chapter2.preisach_runs import EXTENT, FOD, Geometry, Stage, Trapezoid
+from macromicro.thesis.chapter2 import _preisach_runs
+from macromicro.thesis.chapter2._preisach_runs import EXTENT, FOD, Geometry, Stage, Trapezoid
 from macromicro.thesis.claims import Claim, measured_by
 from macromicro.thesis.procedure import Lab, Procedure
 
@@ -31,7 +31,7 @@ _MOVES = (
 
 
 def plane(ax: Any, title: str) -> None:
-    """Axes of the half-plane with the triangle T, marked with its corner."""
+    """Axes of the half-plane with the triangle T and its corner."""
     reach = 1.25 * EXTENT
     ax.plot([-reach, reach], [-reach, reach], color="0.5", linewidth=0.8, linestyle="--")
     ax.plot([-EXTENT, -EXTENT, EXTENT], [-EXTENT, EXTENT, EXTENT], color=BLACK, linewidth=1.0)
@@ -53,7 +53,6 @@ def sets(ax: Any, stage: Stage) -> None:
 
 
 def word(ax: Any, text: str, place: tuple[float, float], **options: Any) -> None:
-    """Text centred on a place of the plane."""
     centred = {"horizontalalignment": "center", "verticalalignment": "center"}
     ax.text(*place, text, **{"fontsize": 9, **centred, **options})
 
@@ -92,7 +91,6 @@ def step(data: Geometry, k: int) -> Figure:
 
 
 def _output(ax: Any, data: Geometry, k: int) -> None:
-    """Output over input up to stage `k`, over the major loop."""
     u, rising, falling = data.major
     for branch in (rising, falling):
         line(ax, u, branch, "0.7", "", linewidth=0.8)
@@ -107,7 +105,6 @@ def _output(ax: Any, data: Geometry, k: int) -> None:
 
 
 def trapezoids(data: Geometry) -> Figure:
-    """Figure 2.17: S+ of the last stage in trapezoids, and what each adds to the output."""
     figure, axes = new(4.3, 1, 2)
     left, right = axes[0]
     sets(left, data.stages[-1])
@@ -139,7 +136,6 @@ def trapezoids(data: Geometry) -> Figure:
 
 
 def triangles(q: Trapezoid, k: int) -> Figure:
-    """Figure 2.18: one trapezoid, the larger triangle and the smaller one."""
     figure, axes = new(3.5, 1, 3)
     shapes = (
         (f"(a) trapezoid Q{k}", None),
@@ -166,17 +162,14 @@ def trapezoid(ax: Any, q: Trapezoid, colour: str) -> None:
 
 
 def collect(lab: Lab) -> Geometry:
-    """Drive a Preisach model through the inputs of the figures."""
-    return preisach_runs.collect()
+    return _preisach_runs.collect()
 
 
 def claims(data: Geometry) -> list[Claim]:
-    """None: the section derives, it prints no figures."""
     return []
 
 
 def draw(data: Geometry) -> Iterator[Drawn]:
-    """Figures 2.12 to 2.19."""
     for k, words in enumerate(_MOVES):
         stage = data.stages[k]
         title = "Preisach plane" if k == 0 else f"Preisach plane with u(t) = u{k}"
@@ -212,7 +205,6 @@ def draw(data: Geometry) -> Iterator[Drawn]:
 
 
 def _fod(data: Geometry) -> Drawn:
-    """Figure 2.19."""
     u, rising, falling = data.major
     alpha, beta = FOD
     first, second, integrated = data.corner

@@ -1,5 +1,4 @@
-"""Micro-positioning technologies and their costs (Sections 2.2, 6.4.3): Tables 2.1, 6.1 and
-6.2, claims D9 and D10."""
+"""Micro-positioning technologies and their costs: Tables 2.1, 6.1 and 6.2."""
 
 from __future__ import annotations
 
@@ -21,7 +20,6 @@ LOWEST = 0.1e-9
 
 
 def measured() -> list[Claim]:
-    """D9 and D10. The parts' and the rivals' prices are the thesis' tables; sums are ours."""
     own = costs.micro_stage()
     summed = own.cost[0]
     row = [summed, *(t.cost[0] for t in costs.TABLE_6_2)]
@@ -49,7 +47,7 @@ def measured() -> list[Claim]:
 
 
 class Words(NamedTuple):
-    """A technology in words, as the tables print it; "-" where they are silent."""
+    """A technology in words, as the tables print it; "-" for unknown."""
 
     name: str
     accuracy: str
@@ -88,12 +86,10 @@ def collect(lab: Lab) -> None:
 
 
 def claims(_: None) -> list[Claim]:
-    """D9 and D10."""
     return measured()
 
 
 def draw(_: None) -> Iterator[Drawn]:
-    """Tables 2.1, 6.1, 6.2, and a picture of the last."""
     yield Drawn(
         "Table 2.1",
         "Micro-positioning technologies",

@@ -14,7 +14,7 @@ from macromicro.drawing.style import BLACK, BLUE, ORANGE, RED, finish, line, new
 from macromicro.identify.hall import HallFit, calibrated
 from macromicro.runs import hall as hall_calibration
 from macromicro.runs.machine import Machine
-from macromicro.thesis.chapter3.sensor_claims import SENSITIVITY, SPAN
+from macromicro.thesis.chapter3._sensor_claims import SENSITIVITY, SPAN
 from macromicro.thesis.claims import Claim, measured_by, stated, within
 from macromicro.thesis.procedure import Lab, Procedure
 
@@ -26,36 +26,30 @@ MEANS = 240
 
 
 class Slopes(NamedTuple):
-    """Slopes [um/mV] over the travel and at its two ends, the converter's step [V] as the
-    readings show it, and the places [mm] and voltages [V] between which the slopes are
-    taken, shape (4,): both ends of the extended end, both of the contracted."""
+    """Slopes [um/mV] over the travel and at its two ends."""
 
     mean: float
     extended: float
     contracted: float
-    step: float
-    place: Array
-    volts: Array
+    step: float  # of the converter [V], by the readings
+    place: Array  # [mm], both ends of the extended end, both of the contracted
+    volts: Array  # at these places
 
 
 class HallRuns(NamedTuple):
-    """`runs`: (Hall [V], laser [m]), up and down in turn; the table fitted to them; slopes."""
-
-    runs: list[tuple[Array, Array]]
+    runs: list[tuple[Array, Array]]  # (Hall [V], laser [m]), up and down in turn
     fit: HallFit
     slopes: Slopes
 
 
 def calibrated_by(plant: Machine, seed: int = 0) -> HallRuns:
-    """Run the calibration's ramps, fit the table and read its slopes."""
     runs = hall_calibration.collect(plant, seed)
     fit = calibrated(runs)
     return HallRuns(runs, fit, slopes(runs, fit))
 
 
 def slopes(runs: list[tuple[Array, Array]], fit: HallFit) -> Slopes:
-    """Mean: travel over voltage between 0.05 mm from either end of what the runs cover; ends:
-    straight lines through the 0.2 mm there."""
+    """Slopes of the whole travel (without 0.05 mm at both ends) and of its last 0.2 mm."""
     volts, place = fit.volts, 1e3 * fit.calibration.position
     seen = np.isfinite(fit.std)
     low, high = max(0.0, place[seen][0]) + MARGIN, min(place[seen][-1], 3.98) - MARGIN
@@ -73,7 +67,6 @@ def slopes(runs: list[tuple[Array, Array]], fit: HallFit) -> Slopes:
 
 
 def claims(data: HallRuns) -> list[Claim]:
-    """D6."""
     found = data.slopes
     reach = 0.5 * SPAN / SENSITIVITY
     return [
@@ -90,12 +83,10 @@ def claims(data: HallRuns) -> list[Claim]:
 
 
 def collect(lab: Lab) -> HallRuns:
-    """Slow ramps of CTRL up and down, three times; Hall voltage and laser."""
     return calibrated_by(lab.bench(), lab.seed)
 
 
 def draw(data: HallRuns) -> Iterator[Drawn]:
-    """Figure 3.9."""
     fit, found = data.fit, data.slopes
     figure, axes = new(3.9, 1, 2, gridspec_kw={"width_ratios": [1.25, 1]})
     whole, near = axes[0]

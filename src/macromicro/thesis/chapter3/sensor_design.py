@@ -14,8 +14,8 @@ from macromicro.drawing.exhibit import Drawn, Grid
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
 from macromicro.plant import hall
 from macromicro.plant.hall import Hall
-from macromicro.thesis.chapter3 import sensor_claims
-from macromicro.thesis.chapter3.sensor_claims import MILLIMETRE, SENSITIVITY, SLOPE
+from macromicro.thesis.chapter3 import _sensor_claims
+from macromicro.thesis.chapter3._sensor_claims import MILLIMETRE, SENSITIVITY, SLOPE
 from macromicro.thesis.claims import Claim, measured_by, printed_list
 from macromicro.thesis.procedure import Lab, Procedure
 
@@ -32,7 +32,7 @@ BUDGET = ("D2", "D3", "D4", "D5", "D11")
 
 
 def flexure() -> Drawn:
-    """Figure 3.6: how beams and guide bend, and deflection over load."""
+    """Figure 3.6: bending of beams and guide, and deflection over load."""
     beam = Beam()
     figure, axes = new(4.0, 1, 3, gridspec_kw={"width_ratios": [1, 1.1, 1.5]})
     single, guide, load = axes[0]
@@ -75,7 +75,6 @@ def flexure() -> Drawn:
 
 
 def _guide(ax: Any, beam: Beam) -> None:
-    """Both rows of the guide, beside each other: at rest (grey) and at full stroke."""
     along, aside, _ = flexure_sheet.shape(beam, HALF_STROKE)
     length, rest = 1e3 * beam.length, np.zeros_like(along)
     first, second = (along, aside), (along[-1] - along, aside[-1] + aside)
@@ -139,36 +138,31 @@ def flux(sensor: Hall) -> Drawn:
 
 
 def gauss(sensor: Hall, x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Flux [G] that the bench's sensor feels at contractions `x` [m], by its sensitivity."""
+    """Flux [G] at the bench's sensor at contractions `x` [m], by its sensitivity."""
     return np.array([(hall.volts(sensor, float(v), 0.0) - sensor.null) / SENSITIVITY for v in x])
 
 
 def end_slope(sensor: Hall, place: float) -> float:
-    """Slope [G/m] over the 0.2 mm inside of `place` [m], which counts from the middle."""
+    """Slope [G/m] over the 0.2 mm inside of `place` [m], counted from the middle."""
     inside = place - np.copysign(0.2e-3, place)
     low, high = gauss(sensor, sensor.centre + np.array([inside, place]))
     return float((high - low) / (place - inside))
 
 
 class Sheets(NamedTuple):
-    """The claims, and the bench's sensor with its magnets."""
-
     claims: list[Claim]
     sensor: Hall
 
 
 def collect(lab: Lab) -> Sheets:
-    """Work out the design sheets."""
-    return Sheets(sensor_claims.claims(), lab.settings.sensors.hall)
+    return Sheets(_sensor_claims.claims(), lab.settings.sensors.hall)
 
 
 def claims(data: Sheets) -> list[Claim]:
-    """D1-D5, D7, D8 and D11."""
     return data.claims
 
 
 def draw(data: Sheets) -> Iterator[Drawn]:
-    """Figures 3.6 and 3.7, Tables 3.1 and 3.2, and the budget of Section 3.2.3."""
     found = {c.id: c for c in data.claims}
     yield flexure()
     yield _magnets(found["D7"])
@@ -211,7 +205,7 @@ def _magnets(claim: Claim) -> Drawn:
 
 
 def _sensors(found: dict[str, Claim]) -> Drawn:
-    """Table 3.2, with what speaks against each sensor."""
+    """Table 3.2, with the drawbacks of each sensor."""
     floor = found["D11"].measured
     assert isinstance(floor, float)
     needs = hall_sensors.Needs(sensitivity=1e-3 * floor)

@@ -1,5 +1,4 @@
-"""The macro-stage's three controllers (Sections 4.3, 6.4.2): Figures 4.18 to 4.25, and the
-procedure of claims M9 to M16."""
+"""The macro-stage's three controllers (Sections 4.3, 6.4.2): claims M9 to M16."""
 
 from __future__ import annotations
 
@@ -15,13 +14,13 @@ from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new,
 from macromicro.recording import Recording
 from macromicro.runs.drives import DT
 from macromicro.thesis.chapter4 import (
-    control_claims,
-    control_runs,
-    design,
-    readings,
-    tuning_figures,
+    _control_claims,
+    _control_runs,
+    _design,
+    _readings,
+    _tuning_figures,
 )
-from macromicro.thesis.chapter4.control_runs import HOLD, TRAVEL, MacroData, Square
+from macromicro.thesis.chapter4._control_runs import HOLD, TRAVEL, MacroData, Square
 from macromicro.thesis.claims import measured_by
 from macromicro.thesis.procedure import Lab, Procedure
 
@@ -32,7 +31,6 @@ AROUND = (-0.12, 0.3)  # s about arrival, zooms of Figures 4.24 and 4.25
 
 
 def pid(data: MacroData) -> Drawn:
-    """Figure 4.18."""
     run = data.steps["pid"]
     x, motor = run["macro_position"], run["motor"]
     rows = slice(0, len(run))
@@ -55,14 +53,14 @@ def pid(data: MacroData) -> Drawn:
         f"{len(run) * run.dt:.0f} s of it. The text's slow stretch is 4 to 10 s, its overshoot "
         f"comes after 10 s. This bench is at 98 % after {rise:.2f} s and overshoots by {over:.0f} "
         f"counts at once; {stuck}. The output changes its sign "
-        f"{_times(readings.sign_changes(motor))} in all.",
+        f"{_times(_readings.sign_changes(motor))} in all.",
         figure,
         ("M9",),
     )
 
 
 def _stuck(x: Array, motor: Array) -> str:
-    found = readings.sticking(x, motor, TRAVEL, DEAD_ZONE)
+    found = _readings.sticking(x, motor, TRAVEL, DEAD_ZONE)
     if found is None:
         return "it never sticks off the target while the output ramps"
     back = " and creeps back at the edge of motion" if found.back else ""
@@ -77,7 +75,6 @@ def _times(count: int) -> str:
 
 
 def initial_pd(data: MacroData) -> Drawn:
-    """Figure 4.20."""
     run = data.steps["pd-initial"]
     x, t = run["macro_position"], run["t"]
     figure, axes = new(3.4, 1, 2)
@@ -121,7 +118,7 @@ def _target(ax: Any, square: Square, t: Array, rows: slice) -> None:
 
 
 def tuned_pd(data: MacroData) -> Drawn:
-    """Figure 4.24, with the full-travel move in two panels of its own."""
+    """Figure 4.24, with the full-travel move in two panels."""
     square, run = data.square, data.steps["pd-tuned"]
     t = np.asarray(np.arange(len(square.reference)) * DT, dtype=np.float64)
     near = zoomed(square, "pd-tuned")
@@ -138,7 +135,7 @@ def tuned_pd(data: MacroData) -> Drawn:
     axes[0, 0].set_ylim(top=3300.0)
     settled = _full_move(axes[1, 0], run)
     counts = _travel(axes[1, 1], data.travel)
-    error = readings.nrmse(square.simulated, x)
+    error = _readings.nrmse(square.simulated, x)
     return Drawn(
         "4.24",
         "Tuned nonlinear controller: bench and model",
@@ -152,7 +149,6 @@ def tuned_pd(data: MacroData) -> Drawn:
 
 
 def _full_move(ax: Any, run: Recording) -> float:
-    """Figure 4.24 (c); settling time [s]."""
     x = run["macro_position"]
     rows = slice(0, round(1.5 / run.dt))
     settled = steps.settling_time(x, TRAVEL, BAND)
@@ -165,17 +161,15 @@ def _full_move(ax: Any, run: Recording) -> float:
 
 
 def _travel(ax: Any, run: Recording) -> float:
-    """Figure 4.24 (d); counts in 200 mm."""
     resets = np.flatnonzero(run["laser_reset"])
     rows = slice(0, int(resets[0]) if len(resets) else len(run))
     gone = (run["laser"][rows] - run["laser"][0]) * 1e-3
     smooth(ax, run["macro_position"][rows], gone, GREEN, "laser")
     finish(ax, "(d) laser over encoder", "encoder [counts]", "laser [mm]")
-    return control_runs.counts_per_200_mm(run)
+    return _control_runs.counts_per_200_mm(run)
 
 
 def comparison(data: MacroData) -> Drawn:
-    """Figure 4.25."""
     square = data.square
     t = np.asarray(np.arange(len(square.reference)) * DT, dtype=np.float64)
     near = zoomed(square, "pd-initial")
@@ -194,7 +188,7 @@ def comparison(data: MacroData) -> Drawn:
     axes[1, 0].set_ylim(target - 35.0, target + 20.0)
     axes[0, 0].set_ylim(top=3300.0)
     axes[0, 0].legend(fontsize=7.5, loc="upper right", ncols=4, frameon=False)
-    seen = {law: control_runs.tracking(square.bench[law], square.reference) for law in styles}
+    seen = {law: _control_runs.tracking(square.bench[law], square.reference) for law in styles}
     errors = ", ".join(f"{names[k]} {s.settled:.1f}" for k, s in seen.items())
     return Drawn(
         "4.25",
@@ -210,16 +204,14 @@ def comparison(data: MacroData) -> Drawn:
 
 
 def collect(lab: Lab) -> MacroData:
-    """Steps, decaying squares and a full-travel move, the design and its simulations."""
-    return control_runs.collect(lab.bench(), lab.settings, lab.seed, lab.runner())
+    return _control_runs.collect(lab.bench(), lab.settings, lab.seed, lab.runner())
 
 
 def draw(data: MacroData) -> Iterator[Drawn]:
-    """Figures 4.18, 4.20, 4.22 to 4.25."""
     yield pid(data)
     yield initial_pd(data)
-    yield tuning_figures.ratios(data.design)
-    yield tuning_figures.frequencies(data.design)
+    yield _tuning_figures.ratios(data.design)
+    yield _tuning_figures.frequencies(data.design)
     yield tuned_pd(data)
     yield comparison(data)
 
@@ -234,7 +226,7 @@ PROCEDURE = Procedure(
     diagrams=("4.19", "4.21"),
     seconds=2.5,
     collect=collect,
-    claims=control_claims.claims,
+    claims=_control_claims.claims,
     draw=draw,
-    arithmetic=design.margins,
+    arithmetic=_design.margins,
 )

@@ -14,8 +14,8 @@ from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, fi
 from macromicro.identify.deadzone import DeadZone
 from macromicro.models import macro
 from macromicro.recording import Recording
-from macromicro.thesis.chapter4 import friction_runs
-from macromicro.thesis.chapter4.friction_runs import Coulomb
+from macromicro.thesis.chapter4 import _friction_runs
+from macromicro.thesis.chapter4._friction_runs import Coulomb
 from macromicro.thesis.claims import Claim, holds, measured_by, stated, within
 from macromicro.thesis.procedure import Lab, Procedure
 
@@ -30,29 +30,24 @@ _COLOURS = (BLACK, PURPLE, ORANGE, GREEN, BLUE, RED)
 
 
 class FrictionData(NamedTuple):
-    """`runs`: low voltages from many places, `zone`: the dead zone from them; `coulomb`: the
-    Coulomb level from steady speeds; `held`: volts [V] under which the carriage stood."""
-
     runs: list[Recording]
     zone: DeadZone
     coulomb: Coulomb
-    held: Array
+    held: Array  # [V], at which the carriage stood
 
 
 def collect(lab: Lab) -> FrictionData:
-    """The runs at low voltages (Figure 4.8) and a few beyond (Figure 4.4)."""
     plant = lab.bench()
-    runs, zone = friction_runs.probed(plant)
+    runs, zone = _friction_runs.probed(plant)
     return FrictionData(
         runs,
         zone,
-        friction_runs.fitted(friction_runs.pushed(plant)),
-        friction_runs.at_rest(runs),
+        _friction_runs.fitted(_friction_runs.pushed(plant)),
+        _friction_runs.at_rest(runs),
     )
 
 
 def claims(data: FrictionData) -> list[Claim]:
-    """M1."""
     zone = data.zone
     spread = max(float(np.ptp(zone.thresholds(way)[1])) for way in (1, -1))
     verdict = within("M1", zone.width) if spread > 0.0 else holds(False)
@@ -72,7 +67,7 @@ def easiest(zone: DeadZone) -> float:
 def forward(
     runs: list[Recording], start: float, levels: tuple[float, ...] = SHOWN
 ) -> dict[float, Recording]:
-    """Of `runs`, at each voltage of `levels` the one that begins nearest `start` [counts]."""
+    """For each voltage of `levels` the run that begins nearest to `start` [counts]."""
     found = {}
     for volts in levels:
         here = [r for r in runs if abs(r["motor"][0] - volts) < 1e-9]
@@ -81,12 +76,10 @@ def forward(
 
 
 def evaluated(function: Callable[[float], float], volts: Array) -> Array:
-    """A characteristic at each of `volts`."""
     return np.array([function(float(v)) for v in volts])
 
 
 def draw(data: FrictionData) -> Iterator[Drawn]:
-    """Figures 4.4, 4.8, 4.9."""
     yield _coulomb(data)
     yield _low_voltages(data)
     yield _characteristics(data.zone.width)
@@ -172,11 +165,10 @@ def _thresholds(ax: Any, zone: DeadZone) -> None:
 
 
 def speed_by_place(run: Recording) -> tuple[Array, Array]:
-    """Place [counts] and speed [counts/s] under way: means over `_MEAN` samples, without the
-    start and the end of the travel."""
+    """Place [counts] and speed [counts/s], averaged over `_MEAN` samples, without the ends."""
     x = run["macro_position"]
-    begun = round(friction_runs.BEGUN / run.dt)
-    end = int(np.searchsorted(x, friction_runs.TRAVEL[1]))
+    begun = round(_friction_runs.BEGUN / run.dt)
+    end = int(np.searchsorted(x, _friction_runs.TRAVEL[1]))
     x = x[begun:end]
     return 0.5 * (x[_MEAN:] + x[:-_MEAN]), (x[_MEAN:] - x[:-_MEAN]) / (_MEAN * run.dt)
 

@@ -1,5 +1,4 @@
-"""Open-loop models of the macro-stage (Sections 4.2.2, 4.2.4, 4.2.5): Figures 4.11, 4.13,
-4.14 and 4.17, claims M2 to M8."""
+"""Open-loop models of the macro-stage (Sections 4.2.2, 4.2.4, 4.2.5): claims M2 to M8."""
 
 from __future__ import annotations
 
@@ -16,9 +15,9 @@ from macromicro.identify.records import average_runs, differentiated
 from macromicro.models import macro
 from macromicro.recording import Recording
 from macromicro.runs.drives import DT
-from macromicro.thesis.chapter4 import friction_runs, identification_runs, validation
-from macromicro.thesis.chapter4.identification_runs import MacroModel
-from macromicro.thesis.chapter4.validation import Case
+from macromicro.thesis.chapter4 import _friction_runs, _identification_runs, _validation
+from macromicro.thesis.chapter4._identification_runs import MacroModel
+from macromicro.thesis.chapter4._validation import Case
 from macromicro.thesis.claims import Claim, holds, judged, measured_by, printed, stated, within
 from macromicro.thesis.procedure import Lab, Procedure
 
@@ -26,37 +25,31 @@ _FROM = "follows from the parameters that were chosen for M3 and M4a"
 
 
 class IdentificationData(NamedTuple):
-    """`steps`: runs by volts beyond the dead zone, `found`: the model from them; `cases`: the
-    bench and both nonlinear models on six inputs."""
-
     steps: dict[float, list[Recording]]
     found: MacroModel
     cases: list[Case]
 
 
 def collect(lab: Lab) -> IdentificationData:
-    """Steps beyond this machine's own dead zone, the model, and its validation."""
     plant = lab.bench()
-    width = friction_runs.measured(plant).width
-    steps = identification_runs.collect(plant, lab.seed, width)
-    found = identification_runs.identified(steps, width)
-    return IdentificationData(steps, found, validation.collect(plant, found))
+    width = _friction_runs.measured(plant).width
+    steps = _identification_runs.collect(plant, lab.seed, width)
+    found = _identification_runs.identified(steps, width)
+    return IdentificationData(steps, found, _validation.collect(plant, found))
 
 
 def claims(data: IdentificationData) -> list[Claim]:
-    """M2 to M8."""
     first = ("M2", "M3", "M3b", "M4a", "M4b", "M5", "M6a", "M6b")
     return judged(
         [
             (first, lambda: open_loop(data.found)),
-            (("M7", "M8"), lambda: validation.claims(data.cases)),
+            (("M7", "M8"), lambda: _validation.claims(data.cases)),
         ]
     )
 
 
 def averaged(data: IdentificationData) -> tuple[Array, Array, Array]:
-    """Mean position [counts] of the 1 V steps, their speed [counts/s], (n,) and (n-1,), and
-    the model's speed (n-1,)."""
+    """Mean position [counts] of the 1 V steps (n,), speed and the model's [counts/s] (n-1,)."""
     width = data.found.zone.width
     runs = [
         (r["motor"] - width * np.sign(r["motor"]), r["macro_position"]) for r in data.steps[1.0]
@@ -67,7 +60,6 @@ def averaged(data: IdentificationData) -> tuple[Array, Array, Array]:
 
 
 def draw(data: IdentificationData) -> Iterator[Drawn]:
-    """Figures 4.11, 4.13, 4.14, 4.17."""
     yield _step(data)
     yield _responses(data.cases, tuned=False)
     yield _friction_model(data.found)
@@ -102,7 +94,6 @@ def _step(data: IdentificationData) -> Drawn:
 
 
 def _responses(cases: list[Case], *, tuned: bool) -> Drawn:
-    """Figure 4.13, or 4.17 with the tuned model."""
     figure, axes = new(6.6, 3, 2)
     name = "tuned model" if tuned else "initial model"
     for ax, letter, case in zip(axes.flat, "abcdef", cases, strict=True):
@@ -183,7 +174,6 @@ def _friction_model(found: MacroModel) -> Drawn:
 
 
 def open_loop(found: MacroModel) -> list[Claim]:
-    """M2 to M6 from the averaged steps beyond the dead zone."""
     return [*_speeds(found), *_linear(found), *_jump(found)]
 
 

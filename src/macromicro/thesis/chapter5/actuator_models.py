@@ -1,7 +1,7 @@
-"""From raw recordings of the micro-stage and the kiln's table to both actuator models (5.2).
+"""Both actuator models (5.2) from recordings of the micro-stage and the kiln's table.
 
-Nothing but measured channels goes in: CTRL, laser, CONTRACT, and the kiln's thermocouple
-and encoder by way of the table.
+Only measured channels are used: CTRL, laser, CONTRACT, and the kiln's thermocouple and encoder
+through the table.
 """
 
 from __future__ import annotations
@@ -20,22 +20,18 @@ from macromicro.models import stressed as better_model
 from macromicro.models.weighted_gain import Weighted
 from macromicro.recording import Recording
 from macromicro.runs.machine import Machine
-from macromicro.thesis.chapter5 import electrothermal_runs
-from macromicro.thesis.chapter5.electrothermal_runs import StepData
+from macromicro.thesis.chapter5 import _electrothermal_runs
+from macromicro.thesis.chapter5._electrothermal_runs import StepData
 
 
 class Compared(NamedTuple):
-    """One recording that no model was fitted to: the thesis' model with the identified gain
-    and with the printed (5.8), and the better model."""
-
-    thesis: Judgement
-    printed: Judgement
+    thesis: Judgement  # with the identified gain
+    printed: Judgement  # with the gain of (5.8)
     better: Judgement
 
 
 class Trace(NamedTuple):
-    """A step, mean of its trials, and what the models make of its CTRL: `record` as the
-    laser showed it, contraction [mm] by the `thesis`' model and by the `better` one, (n,)."""
+    """Mean of a step's trials and both models' response to its CTRL; contraction [mm], (n,)."""
 
     record: StepRecord
     thesis: Array
@@ -43,22 +39,17 @@ class Trace(NamedTuple):
 
 
 class Models(NamedTuple):
-    """`table` of Figure 5.8; `data`: the steps' recordings; fits of both models; `traces` and
-    `steps`: both models along the steps by voltage, and how the thesis' model does on these,
-    from which it was made (S10); `unseen`: all models on other runs, by name."""
-
-    table: FodTable
+    table: FodTable  # Figure 5.8
     data: StepData
     thesis: ThesisFit
     better: StressedFit
-    traces: dict[float, Trace]
-    steps: dict[float, Judgement]
-    unseen: dict[str, Compared]
+    traces: dict[float, Trace]  # by voltage [V]
+    steps: dict[float, Judgement]  # the thesis' model on the data of its fit (S10)
+    unseen: dict[str, Compared]  # all models on other runs, by name
 
 
 class Unfitted(NamedTuple):
-    """`table` and `data` as in `Models`, where no model of Section 5.2 could be made of them;
-    `why`."""
+    """Table and data for which the models of Section 5.2 could not be fitted."""
 
     table: FodTable
     data: StepData
@@ -66,8 +57,8 @@ class Unfitted(NamedTuple):
 
 
 def attempted(table: FodTable, plant: Machine | None = None, seed: int = 0) -> Models | Unfitted:
-    """As `measured`; on a bench whose steps the thesis' procedure cannot use, what there is."""
-    data = electrothermal_runs.collect(plant, seed)
+    """As `measured`, or `Unfitted` on a bench whose steps the procedure cannot use."""
+    data = _electrothermal_runs.collect(plant, seed)
     try:
         return _fitted(table, data, plant, seed)
     except InputError as error:
@@ -76,12 +67,12 @@ def attempted(table: FodTable, plant: Machine | None = None, seed: int = 0) -> M
 
 def measured(table: FodTable, plant: Machine | None = None, seed: int = 0) -> Models:
     """All open-loop runs of a bench, by default the default one, and all fits to them."""
-    return _fitted(table, electrothermal_runs.collect(plant, seed), plant, seed)
+    return _fitted(table, _electrothermal_runs.collect(plant, seed), plant, seed)
 
 
 def _fitted(table: FodTable, data: StepData, plant: Machine | None, seed: int) -> Models:
     first = actuator.thesis(table, data.steps, data.cooled[1.575])
-    better = stressed.fit(table, electrothermal_runs.for_fit(plant, seed + 10_000))
+    better = stressed.fit(table, _electrothermal_runs.for_fit(plant, seed + 10_000))
     printed = first.model._replace(gain=Weighted())
     unseen = {
         name: Compared(
@@ -89,7 +80,7 @@ def _fitted(table: FodTable, data: StepData, plant: Machine | None, seed: int) -
             actuator.against(printed, [r]),
             stressed.against(better.model, r),
         )
-        for name, r in electrothermal_runs.for_judgement(plant, seed + 20_000).items()
+        for name, r in _electrothermal_runs.for_judgement(plant, seed + 20_000).items()
     }
     traces = {v: _traced(table, first, better, trials) for v, trials in data.steps.items()}
     steps = {
@@ -102,7 +93,6 @@ def _fitted(table: FodTable, data: StepData, plant: Machine | None, seed: int) -
 def _traced(
     table: FodTable, first: ThesisFit, better: StressedFit, trials: list[Recording]
 ) -> Trace:
-    """Both models along the CTRL of one voltage's trials."""
     record = thermal.inferred_step(table, trials, AMBIENT)
     sent, dt = trials[0]["ctrl"][: len(record.t)], trials[0].dt
     return Trace(

@@ -1,18 +1,16 @@
-"""Open-loop steps and the actuator models (Sections 5.2.2 and 5.2.3): Figures 5.10 to 5.17,
-claims S5a, S5b, S7 to S10."""
+"""Open-loop steps and the actuator models (Sections 5.2.2 and 5.2.3)."""
 
 from __future__ import annotations
 
 from macromicro.identify.kiln import fod_table
 from macromicro.thesis.chapter5 import actuator_models, electrothermal_claims, kiln_runs
+from macromicro.thesis.chapter5._electrothermal_figures import draw
 from macromicro.thesis.chapter5.actuator_models import Models, Unfitted
-from macromicro.thesis.chapter5.electrothermal_figures import draw
 from macromicro.thesis.claims import measured_by
 from macromicro.thesis.procedure import Lab, Procedure
 
 
 def collect(lab: Lab) -> Models | Unfitted:
-    """The kiln's table, steps of CTRL on the micro-stage, and the models fitted to them."""
     curves = kiln_runs.run(lab.kiln(), kiln_runs.cycles(), lab.seed)
     return actuator_models.attempted(fod_table([curves]), lab.bench(), lab.seed)
 

@@ -1,5 +1,4 @@
-"""The electro-thermal and the full actuator model judged (Sections 5.2.2 and 5.2.3): claims
-S5a, S5b, S7, S8 and S10."""
+"""Claims S5a, S5b, S7 to S10 on the electro-thermal and the full actuator model."""
 
 from __future__ import annotations
 
@@ -16,9 +15,9 @@ from macromicro.identify.notices import ConvergenceWarning
 from macromicro.models import heating
 from macromicro.models.heating import from_transfer, step_response, transfer
 from macromicro.models.weighted_gain import Weighted, exponential, weighted
-from macromicro.thesis.chapter5 import electrothermal_runs
+from macromicro.thesis.chapter5 import _electrothermal_runs
+from macromicro.thesis.chapter5._electrothermal_runs import CYCLES_BEFORE, WARM, StepData
 from macromicro.thesis.chapter5.actuator_models import Models, Unfitted
-from macromicro.thesis.chapter5.electrothermal_runs import CYCLES_BEFORE, WARM, StepData
 from macromicro.thesis.claims import (
     Claim,
     NotMeasured,
@@ -59,7 +58,7 @@ def claims(models: Models | Unfitted) -> list[Claim]:
 
 
 def _without_models(seen: Unfitted) -> list[Claim]:
-    """S8 and S9, which take no model of the whole, and why the others are not measured."""
+    """S8 and S9, which need no model, and why the others are not measured."""
 
     def lacking() -> Claim:
         raise NotMeasured(f"the thesis' procedure does not fit this bench's steps: {seen.why}")
@@ -115,7 +114,7 @@ def _dynamics(models: Models) -> Claim:
 
 
 def _mls(models: Models) -> str:
-    """How (5.6) comes out by MLS, as Section 5.2.2 identifies it."""
+    """(5.6) by MLS, as Section 5.2.2 identifies it, in words."""
     try:
         record = models.traces[1.575].record
         with warnings.catch_warnings():
@@ -132,7 +131,7 @@ def _mls(models: Models) -> str:
 
 
 def _cooling(table: FodTable, data: StepData) -> Claim:
-    """S8 as Section 5.2.2 takes it, of an actuator cycled a few times; from cold beside it."""
+    """S8 as in Section 5.2.2, for an actuator cycled a few times; also from cold."""
     warm = thermal.cooling(table, data.warm, AMBIENT)
     return stated(
         "S8",
@@ -145,7 +144,6 @@ def _cooling(table: FodTable, data: StepData) -> Claim:
 
 
 def _cold(table: FodTable, data: StepData) -> str:
-    """The same from a cold start."""
     try:
         return f"{thermal.cooling(table, data.cooled[WARM], AMBIENT).time:.2f} s from cold; "
     except InputError as error:
@@ -154,7 +152,7 @@ def _cold(table: FodTable, data: StepData) -> str:
 
 def _whole(models: Models) -> Claim:
     steps = models.steps
-    steady = 100.0 * max(abs(steps[v].steady) for v in electrothermal_runs.BELOW_STOP)
+    steady = 100.0 * max(abs(steps[v].steady) for v in _electrothermal_runs.BELOW_STOP)
     ratio = steps[1.8].dynamic / steps[1.575].dynamic
     return stated(
         "S10",
@@ -174,15 +172,13 @@ def curve(low: float = 1.4, high: float = 1.9, points: int = 251) -> tuple[Array
 
 
 def exponentials(volts: Array) -> tuple[Array, Array]:
-    """The two that (5.8) joins, each by itself [K above ambient]: the lower, at least 0, and
-    the upper, shape of `volts` [V] each."""
+    """The lower (at least 0) and the upper exponential of (5.8) [K above ambient]."""
     p = Weighted()
     lower = [max(0.0, exponential(p.low, float(v))) for v in volts]
     return np.array(lower), p.scale * np.exp(p.rate * (volts - p.start)) + p.offset
 
 
 def printed_gain() -> list[Claim]:
-    """S9."""
     found = [weighted(Weighted(), v) for v in VOLTS]
     _, everywhere = curve(0.0, 5.0, 5001)
     volts, rise = curve(1.3, 1.6, 3001)

@@ -1,4 +1,4 @@
-"""Hysteresis in the kiln (Section 5.2.1): Figures 5.5 to 5.9 and D.5 to D.7, and the procedure."""
+"""Hysteresis in the kiln (Section 5.2.1): Figures 5.5 to 5.9 and D.5 to D.7."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from macromicro.identify.inference import full_contraction
 from macromicro.identify.kiln import Prediction, cleaned
 from macromicro.identify.smoothing import window_means, without_spikes
 from macromicro.recording import Recording
-from macromicro.thesis.chapter5 import kiln_claims, kiln_runs
-from macromicro.thesis.chapter5.kiln_claims import KilnRuns
+from macromicro.thesis.chapter5 import _kiln_claims, kiln_runs
+from macromicro.thesis.chapter5._kiln_claims import KilnRuns
 from macromicro.thesis.claims import measured_by
 from macromicro.thesis.procedure import Lab, Procedure
 
@@ -35,7 +35,6 @@ IN_5_9 = 2
 
 
 def draw(runs: KilnRuns) -> Iterator[Drawn]:
-    """Figures 5.5 to 5.9 and D.5 to D.7."""
     example = first_cycle(runs.heated.curves)
     yield _smoothing(example)
     yield _loop(example)
@@ -56,7 +55,6 @@ def first_cycle(recording: Recording) -> Recording:
 
 
 def _smoothing(example: Recording) -> Drawn:
-    """Figure 5.5."""
     t, shown = example["t"], example["thermocouple"]
     smooth = without_spikes(t, shown)
     figure, axes = new(5.4, 2, sharex=True, sharey=True)
@@ -75,7 +73,6 @@ def _smoothing(example: Recording) -> Drawn:
 
 
 def _loop(example: Recording) -> Drawn:
-    """Figure 5.6."""
     t, x = example["t"], example["position"]
     smooth = without_spikes(t, example["thermocouple"]).values
     profile = cleaned(example)
@@ -109,7 +106,6 @@ def _rising(ax: Any, table: FodTable, label: str, **options: Any) -> None:
 
 
 def _curves(table: FodTable) -> Drawn:
-    """Figure 5.7."""
     figure, axes = new(4.2, 1)
     ax = axes[0, 0]
     curves = sorted(table.raw, key=lambda c: float(c[0][0]))
@@ -133,7 +129,6 @@ def _curves(table: FodTable) -> Drawn:
 
 
 def _three_d(figure: Figure, ax: Any) -> None:
-    """Labels of a 3-D plot over M_k, m_k, and its room."""
     ax.set_xlabel("$M_k$ [degC]", fontsize=8.5)
     ax.set_ylabel("$m_k$ [degC]", fontsize=8.5)
     ax.set_zlabel(SHORT, fontsize=8.5)
@@ -143,7 +138,6 @@ def _three_d(figure: Figure, ax: Any) -> None:
 
 
 def _surface(table: FodTable) -> Drawn:
-    """Figure 5.8."""
     figure, axes = new(4.8, 1, subplot_kw={"projection": "3d"})
     every = 3
     grid, height = table.grid[::every], table.first_order[::every, ::every]
@@ -167,7 +161,6 @@ def _surface(table: FodTable) -> Drawn:
 
 
 def _pair(axes: Any, p: Prediction, letters: str, name: str, legend: bool) -> None:
-    """A profile's contraction over time and over temperature."""
     t, u, x = p.profile
     line(axes[0], t, x, BLUE, "measured", linewidth=1.6)
     line(axes[0], t, p.model, RED, "Preisach model", linestyle="--")
@@ -179,7 +172,6 @@ def _pair(axes: Any, p: Prediction, letters: str, name: str, legend: bool) -> No
 
 
 def _comparison(predictions: list[Prediction]) -> Drawn:
-    """Figure 5.9."""
     figure, axes = new(2.9 * len(predictions), len(predictions), 2)
     for k, p in enumerate(predictions):
         _pair(axes[k], p, "abcdefgh"[2 * k : 2 * k + 2], f"profile {k + 1}", k == 0)
@@ -195,7 +187,7 @@ def _comparison(predictions: list[Prediction]) -> Drawn:
 
 
 def _chosen(table: FodTable) -> list[tuple[Array, Array]]:
-    """Raw curves whose maxima part the stroke most evenly, lowest first."""
+    """Raw curves whose maxima divide the stroke most evenly, lowest first."""
     curves = sorted(table.raw, key=lambda c: float(c[1][0]))
     starts = np.array([f[0] for _, f in curves])
     goals = np.linspace(0.08, 1.0, EXAMPLES) * starts.max()
@@ -204,7 +196,6 @@ def _chosen(table: FodTable) -> list[tuple[Array, Array]]:
 
 
 def _examples(table: FodTable) -> Drawn:
-    """Figure D.5."""
     chosen = _chosen(table)
     figure, axes = new(4.2, 1)
     ax = axes[0, 0]
@@ -224,7 +215,6 @@ def _examples(table: FodTable) -> Drawn:
 
 
 def _points(table: FodTable) -> Drawn:
-    """Figure D.6."""
     figure, axes = new(4.8, 1, subplot_kw={"projection": "3d"})
     top = np.concatenate([np.full(len(u), u[0]) for u, _ in table.raw])
     low = np.concatenate([u for u, _ in table.raw])
@@ -241,7 +231,6 @@ def _points(table: FodTable) -> Drawn:
 
 
 def _another(predictions: list[Prediction], k: int) -> Drawn:
-    """Figure D.7: profile `k`."""
     p = predictions[k]
     figure, axes = new(5.6, 2, 2)
     _pair(axes[0], p, "ab", f"profile {k + 1}", True)
@@ -262,8 +251,7 @@ def _another(predictions: list[Prediction], k: int) -> Drawn:
 
 
 def collect(lab: Lab) -> KilnRuns:
-    """Heating cycles with falling maxima, new profiles, and the table from the former."""
-    return kiln_claims.identified(kiln_runs.collect(lab.kiln(), lab.seed))
+    return _kiln_claims.identified(kiln_runs.collect(lab.kiln(), lab.seed))
 
 
 PROCEDURE = Procedure(
@@ -276,6 +264,6 @@ PROCEDURE = Procedure(
     diagrams=("5.4",),
     seconds=5.0,
     collect=collect,
-    claims=kiln_claims.claims,
+    claims=_kiln_claims.claims,
     draw=draw,
 )

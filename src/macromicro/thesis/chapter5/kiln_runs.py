@@ -1,8 +1,7 @@
 """First-order curves in the kiln (Section 5.2.1, Figure 5.3), and profiles to test them.
 
-A thermostat switches the heater's relay so that the thermocouple passes a list of turning
-temperatures, up and down in turn. It is the lab's micro-controller: it sees only the
-thermocouple, spikes included.
+A thermostat switches the heater's relay so that the thermocouple passes turning temperatures,
+up and down in turn. It sees only the thermocouple, spikes included.
 """
 
 from __future__ import annotations
@@ -53,18 +52,13 @@ _CHUNK = 20_000
 
 
 class Thermostat(NamedTuple):
-    """`turns`: turning temperatures [degC], the first above the start, then down and up in
-    turn; `confirm`: samples beyond a turning point that are believed."""
-
-    turns: Array
-    confirm: int
+    turns: Array  # turning temperatures [degC], first up
+    confirm: int  # samples beyond a turning point that confirm it
 
 
 class ThermostatState(NamedTuple):
-    """leg: index of the turning point ahead; beyond: samples in a row beyond it."""
-
-    leg: int
-    beyond: int
+    leg: int  # index of the next turning point
+    beyond: int  # samples in a row beyond it
 
 
 @kernel
@@ -95,8 +89,10 @@ def _rollout(
     out: Array,
     dt: float,
 ) -> tuple[KilnState, ThermostatState, int]:
-    """Closed loop until the thermostat is finished or `out` is full; columns as COLUMNS,
-    without the position by the encoder. Returns the states and the samples written."""
+    """Closed loop until the thermostat is finished or `out` is full.
+
+    Columns as COLUMNS, without the encoder's position. Returns the states and the samples written.
+    """
     n = 0
     while n < out.shape[1] and c.leg < len(p.turns):
         draw = kiln.drawn(noise, n)
@@ -115,7 +111,7 @@ def _rollout(
 
 
 def _checked(turns: Sequence[float], ambient: float) -> Array:
-    """The turning temperatures as an array; InputError for an order that never turns."""
+    """The turning temperatures as an array; InputError where they do not alternate."""
     t = np.asarray(turns, dtype=np.float64)
     accepted = f"temperatures up and down in turn, the first and all lows above {ambient} degC"
     steps = np.diff(t)
@@ -132,10 +128,10 @@ def _beyond_reach(leg: int, turn: float) -> InputError:
 
 
 def run(plant: Oven, turns: Sequence[float], seed: int = 0, dt: float = KILN_PERIOD) -> Recording:
-    """A cold start, then the thermocouple through `turns` [degC], recorded every `dt` [s], or
-    as often as a rig measures.
+    """A cold start, then the thermocouple through `turns` [degC], recorded every `dt` [s].
 
-    Raises InputError for a profile that does not turn or that the kiln cannot reach.
+    A rig is recorded as often as it measures. InputError for a profile that does not turn or that
+    the kiln cannot reach.
     """
     if isinstance(plant, Fixture):
         return _on_rig(plant, turns, seed)
@@ -160,9 +156,9 @@ def run(plant: Oven, turns: Sequence[float], seed: int = 0, dt: float = KILN_PER
 
 
 def _on_rig(rig: Fixture, turns: Sequence[float], seed: int) -> Recording:
-    """The same on a rig, sample by sample; only what the rig shows is recorded.
+    """The same on a rig, sample by sample, with its channels only.
 
-    A thermocouple that gives no value switches the heater off, and after 6 s ends the run.
+    Missing readings switch the heater off, and end the run after 6 s.
     """
     rig.need("the kiln's procedure", "thermocouple", "encoder")
     p = Thermostat(_checked(turns, -273.15), max(round(CONFIRM_S / rig.dt), 1))
@@ -178,7 +174,7 @@ def _on_rig(rig: Fixture, turns: Sequence[float], seed: int) -> Recording:
             c, on = command(p, c, sample.thermocouple)
             silent = silent + 1 if math.isnan(sample.thermocouple) else 0
             if silent > p.confirm:
-                lost = "the thermocouple gives no value, the heater is off; check its plug"
+                lost = "no reading from the thermocouple, the heater is off; check its plug"
                 raise MacromicroError(f"{rig.name}: {lost}")
             on = 0.0 if silent else on
             place = sample.encoder * rig.pitch * 1e3
@@ -205,23 +201,22 @@ def profiles(cold: float = COLD) -> list[list[float]]:
 
 
 def coldest(plant: Oven, seed: int = 0) -> float:
-    """To what temperature [degC] a kiln is left to cool: a little above its room.
+    """Temperature [degC] to which a kiln cools: a little above its room.
 
-    A rig's thermocouple shows that before it is heated. Raises InputError for a kiln that is still
-    hot, or whose room is as warm as the profiles' lows.
+    InputError for a kiln that is still hot, or whose room is as warm as the profiles' lows.
     """
     if not isinstance(plant, Fixture):
         return max(COLD, float(plant.oven.ambient) + COOLED)
     room = _shown(plant, seed)
     if not room <= HOTTEST - COOLED:
         found = f"{room:.1f} degC before it is heated"
-        accepted = f"at most {HOTTEST - COOLED:g} degC: let it cool, or look at its thermocouple"
+        accepted = f"at most {HOTTEST - COOLED:g} degC: let it cool, or check its thermocouple"
         raise InputError(f"{plant.name}, thermocouple", found, accepted)
     return max(COLD, room + COOLED)
 
 
 def _shown(rig: Fixture, seed: int) -> float:
-    """What the thermocouple of a kiln shows that is not heated [degC], spikes aside."""
+    """Reading [degC] of an unheated kiln's thermocouple, without spikes."""
     shown = []
     with rig.open(seed) as session:
         session.idle(rig.rest)
@@ -234,8 +229,6 @@ def _shown(rig: Fixture, seed: int) -> float:
 
 
 class KilnData(NamedTuple):
-    """`curves`: one recording of heating cycles with falling maxima; `tests`: new profiles."""
-
     curves: Recording
     tests: list[Recording]
 

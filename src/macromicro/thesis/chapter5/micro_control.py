@@ -1,32 +1,29 @@
-"""The micro-stage alone (Sections 5.2.2 and 5.3): where it begins and stops, and P, PI and
-anti-windup control. Figures 5.19 to 5.27, claims S3, S4 and S11 to S13c."""
+"""The micro-stage alone (Sections 5.2.2 and 5.3): Figures 5.19 to 5.27, S3, S4, S11 to S13c."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from macromicro.drawing.exhibit import Drawn
-from macromicro.thesis.chapter5 import gain_figures, micro_claims, micro_runs, sequence_figures
+from macromicro.thesis.chapter5 import _gain_figures, _micro_claims, _sequence_figures, micro_runs
 from macromicro.thesis.chapter5.micro_runs import MicroRuns
 from macromicro.thesis.claims import measured_by
 from macromicro.thesis.procedure import Lab, Procedure
 
 
 def collect(lab: Lab) -> MicroRuns:
-    """Steps in open loop, steps to 3.8 mm with every gain, sequences and holds."""
     return micro_runs.collect(lab.settings, lab.seed, lab.runner(), lab.bench())
 
 
 def draw(runs: MicroRuns) -> Iterator[Drawn]:
-    """Where the stage begins and stops, then Figures 5.19 to 5.27."""
-    yield gain_figures.stop(runs)
-    yield gain_figures.effort(runs)
-    yield gain_figures.proportional(runs)
-    yield gain_figures.integral(runs)
-    yield sequence_figures.windup(runs)
-    yield sequence_figures.anti_windup(runs)
-    yield gain_figures.held_back(runs)
-    yield sequence_figures.final(runs)
+    yield _gain_figures.stop(runs)
+    yield _gain_figures.effort(runs)
+    yield _gain_figures.proportional(runs)
+    yield _gain_figures.integral(runs)
+    yield _sequence_figures.windup(runs)
+    yield _sequence_figures.anti_windup(runs)
+    yield _gain_figures.held_back(runs)
+    yield _sequence_figures.final(runs)
 
 
 PROCEDURE = Procedure(
@@ -39,6 +36,6 @@ PROCEDURE = Procedure(
     diagrams=("5.18", "5.21", "5.24"),
     seconds=7.0,
     collect=collect,
-    claims=micro_claims.claims,
+    claims=_micro_claims.claims,
     draw=draw,
 )

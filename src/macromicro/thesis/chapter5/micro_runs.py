@@ -1,4 +1,4 @@
-"""The micro-stage alone: where it stops and begins, and P, PI and anti-windup control.
+"""The micro-stage alone: where it begins and stops, and P, PI and anti-windup control.
 
 Sections 5.2.2 and 5.3, Figures 5.10, 5.19, 5.20, 5.22, 5.23 and 5.25 to 5.27. Positions
 come from the laser, which no controller sees.
@@ -21,7 +21,7 @@ from macromicro.runs.machine import Machine
 from macromicro.runs.programmed import Runner, moves_of, on_twin
 from macromicro.runs.sequence import BAND_UM, LEVELS, TIMES, micro_steps
 from macromicro.settings import Settings
-from macromicro.thesis.chapter5 import electrothermal_runs
+from macromicro.thesis.chapter5 import _electrothermal_runs
 
 BELOW_STOP = (1.5, 1.55, 1.575, 1.6)
 AT_STOP = (1.65,)
@@ -64,13 +64,12 @@ def collect(
     run: Runner = on_twin,
     plant: Machine | None = None,
 ) -> MicroRuns:
-    """The whole procedure. `run` drives the closed loops: the twin, or another rig; `plant`
-    is driven in open loop, by default the bench of `settings`."""
+    """The whole procedure; `run` drives the closed loops, `plant` runs in open loop."""
     base = settings or Settings()
     machine = plant or bench.prepare(base.bench, base.sensors)
 
     def opened(volts: float, seconds: float) -> Recording:
-        ctrl = electrothermal_runs.step(volts, seconds)
+        ctrl = _electrothermal_runs.step(volts, seconds)
         return heated(machine, ctrl, seed, 10 if seconds > 30.0 else 1)
 
     def closed(law: str, levels: Sequence[float], hold: float, **gains: float) -> Recording:
@@ -100,7 +99,6 @@ def _holds() -> Programme:
 
 
 def with_law(settings: Settings, law: str, **gains: float) -> Settings:
-    """The settings with one of the micro laws, its gains changed where given."""
     field = law.replace("-", "_")
     changed = getattr(settings.controller, field)._replace(**gains)
     controller = settings.controller._replace(micro_law=law)._replace(**{field: changed})
@@ -108,7 +106,7 @@ def with_law(settings: Settings, law: str, **gains: float) -> Settings:
 
 
 def highest(recording: Recording) -> float:
-    """Largest contraction [mm] by the laser, its fast noise averaged over 21 samples."""
+    """Largest contraction [mm] by the laser, averaged over 21 samples."""
     return float(smoothed(recording["laser"], _MEAN).max()) * 1e-3
 
 
@@ -119,8 +117,7 @@ def first_response(feet: dict[float, Recording]) -> float:
 
 
 class Swing(NamedTuple):
-    """A step under proportional control: `error` [um] that is left, `overshoot` [um] beyond
-    the place where it comes to rest, `ripple` [V]: path of the effort beyond its net change."""
+    """Step under P control: final error and overshoot of the rest [um], ripple of CTRL [V]."""
 
     error: float
     overshoot: float
@@ -128,8 +125,7 @@ class Swing(NamedTuple):
 
 
 def swing(recording: Recording, target: float = TARGET_MM) -> Swing:
-    """What a step to `target` [mm] shows; the first 0.2 s, where the effort falls from its
-    peak, do not count as ripple. A run that the guard cut short gives NaN."""
+    """A step to `target` [mm] without its first 0.2 s; NaN for a run that the guard ended."""
     if not recording.attributes.get("finished", 1):
         return Swing(*[float("nan")] * 3)
     place, rest = smoothed(recording["laser"][:-1], _MEAN), recording["laser"][-1001:-1].mean()
@@ -139,8 +135,7 @@ def swing(recording: Recording, target: float = TARGET_MM) -> Swing:
 
 
 def chosen_gain(swings: dict[float, Swing]) -> float:
-    """The rule of Section 5.3.1 with a number: the largest Kp that overshoots its rest by no
-    more than the 10 um band."""
+    """The rule of Section 5.3.1: the largest Kp that overshoots its rest by at most 10 um."""
     return max((k for k, s in swings.items() if s.overshoot <= BAND_UM), default=float("nan"))
 
 
@@ -151,8 +146,7 @@ def integral_overshoot(recording: Recording) -> float:
 
 
 def chosen_integral_gain(integral: dict[float, Recording]) -> float:
-    """The largest Ki whose integral effort rises to its last value without overshoot, that
-    is, by less than a hundredth of it. Runs that the guard cut short do not count."""
+    """The largest Ki whose integral effort overshoots its last value by less than 1 %."""
     calm = [
         k
         for k, r in integral.items()
@@ -163,8 +157,7 @@ def chosen_integral_gain(integral: dict[float, Recording]) -> float:
 
 
 def unrest(recording: Recording, seconds: float = 3.0) -> float:
-    """Peak to peak [V] of the integral effort over the last `seconds`, less a straight line;
-    NaN for a run that the guard cut short."""
+    """Peak to peak [V] of the detrended integral effort over the last `seconds`, or NaN."""
     if not recording.attributes.get("finished", 1):
         return float("nan")
     late = recording["micro_integral"][-round(seconds / recording.dt) - 1 : -1]
@@ -173,8 +166,7 @@ def unrest(recording: Recording, seconds: float = 3.0) -> float:
 
 
 def error_after(recording: Recording, step: float, seconds: float = 1.0) -> float:
-    """Reference minus laser [um] `seconds` after a step at `step` [s], mean of 21 samples; NaN
-    where the recording ends before."""
+    """Reference minus laser [um] `seconds` after a step at `step` [s], mean of 21 samples."""
     k = round((step + seconds) / recording.dt)
     if k + _MEAN // 2 >= len(recording):
         return float("nan")
@@ -183,8 +175,7 @@ def error_after(recording: Recording, step: float, seconds: float = 1.0) -> floa
 
 
 def undershoot(recording: Recording, step: float, hold: float = 2.0) -> float:
-    """How far the integral effort [V] falls below its value at the end of a hold; NaN where
-    the recording ends before."""
+    """Drop of the integral effort [V] below its value at the end of a hold, or NaN."""
     a, b = (round(t / recording.dt) for t in (step, step + hold))
     if b > len(recording):
         return float("nan")
@@ -193,8 +184,7 @@ def undershoot(recording: Recording, step: float, hold: float = 2.0) -> float:
 
 
 def hold_errors(runs: MicroRuns) -> Array:
-    """Level [mm] and error [um] of every hold, shape (2, holds): target minus the laser's mean
-    over the hold's last 0.5 s. NaN for a hold that was cut short."""
+    """Level [mm] and error [um] of every hold over its last 0.5 s, shape (2, holds), or NaN."""
     programme = _holds()
     found = [m for r in runs.held for m in moves_of(r, programme, runs.settings)]
     errors = [float("nan") if m.final_error is None else m.final_error for m in found]
@@ -202,7 +192,7 @@ def hold_errors(runs: MicroRuns) -> Array:
 
 
 def worst_hold(runs: MicroRuns) -> float:
-    """Largest error [um] of a hold; NaN unless every hold was held."""
+    """Largest error [um] of a hold; NaN unless all were completed."""
     errors = np.abs(hold_errors(runs)[1])
     whole = len(errors) == len(HOLDS) * len(runs.held)
     return float(errors.max()) if whole and np.isfinite(errors).all() else float("nan")

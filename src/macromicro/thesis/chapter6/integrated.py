@@ -1,5 +1,4 @@
-"""The integrated test (Chapter 6): both stages in turn, and ten cycles of it. Figures 6.2 to
-6.5, claims I1 to I4 and I6."""
+"""The integrated test (Chapter 6): both stages in turn, ten cycles. Claims I1 to I4 and I6."""
 
 from __future__ import annotations
 
@@ -16,7 +15,7 @@ from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
 from macromicro.programme import MACRO
 from macromicro.thesis.chapter6 import integrated_runs as integrated
-from macromicro.thesis.chapter6.cycling_figures import cycling
+from macromicro.thesis.chapter6._cycling_figures import cycling
 from macromicro.thesis.chapter6.integrated_runs import IntegratedRuns
 from macromicro.thesis.claims import measured_by
 from macromicro.thesis.procedure import Lab, Procedure
@@ -71,12 +70,10 @@ def response(runs: IntegratedRuns) -> Drawn:
 
 
 def _on(ax: Axes) -> dict[str, object]:
-    """Text at a time in seconds and a share of the height."""
     return {"transform": ax.get_xaxis_transform()}
 
 
 def _spans(holds: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> list[tuple[int, int]]:
-    """First and last row of every span where `holds` holds."""
     padded = np.r_[False, holds, False]
     begin, end = (
         np.flatnonzero(~padded[:-1] & padded[1:]),
@@ -86,7 +83,6 @@ def _spans(holds: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> list[tuple[int,
 
 
 def vibration(runs: IntegratedRuns) -> Drawn:
-    """Figure 6.3: what a macro move leaves."""
     r = runs.warm
     found = integrated.shaken(runs)
     calm = _spans((r["phase"] == SETTLING) & (r["move"] == 0))
@@ -156,7 +152,6 @@ def _envelope(ax: Axes, since: np.ndarray[tuple[int], np.dtype[np.float64]], v: 
 
 
 def squares(runs: IntegratedRuns) -> Drawn:
-    """The squares that Section 6.4.2 counts the bandwidth by."""
     r, dt = runs.square, runs.square.dt
     last = integrated.squares(runs)[-2:]
     t = r["t"][:-1]
@@ -187,12 +182,10 @@ def squares(runs: IntegratedRuns) -> Drawn:
 
 
 def collect(lab: Lab) -> IntegratedRuns:
-    """Ten cycles without a fan, ten with one, and squares."""
     return integrated.collect(lab.settings, lab.seed, lab.runner())
 
 
 def draw(runs: IntegratedRuns) -> Iterator[Drawn]:
-    """Figures 6.2 to 6.5 and the squares."""
     yield response(runs)
     yield vibration(runs)
     yield cycling("6.4", runs, runs.warm, "I3")

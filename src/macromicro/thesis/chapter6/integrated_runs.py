@@ -1,7 +1,7 @@
-"""The integrated test (Chapter 6): both stages in turn, ten cycles of it, with and without a fan.
+"""The integrated test (Chapter 6): both stages in turn, ten cycles, with and without a fan.
 
-Figures 6.2 to 6.5. Nothing is read from the bench but what shows that the bias of Section
-6.3 is in the laser's zero, not in the position; without that column it is left out.
+Figures 6.2 to 6.5. One bench truth is read: it shows that the bias of Section 6.3 is in the
+laser's zero. Without that column it is left out.
 """
 
 from __future__ import annotations
@@ -43,18 +43,14 @@ PEAK_UM, DECAY_S = band("I2"), band("I2", 1)  # what counts as 20 um and 2 s, Se
 
 
 class IntegratedRuns(NamedTuple):
-    """`single`: one cycle of the test, `programme`; `warm`, `cooled`: ten cycles without and
-    with a fan; `square`: the micro-stage between 0.3 and 3.8 mm, with a fan."""
-
     settings: Settings
-    single: Programme
-    warm: Recording
-    cooled: Recording
-    square: Recording
+    single: Programme  # one cycle of `programme`
+    warm: Recording  # ten cycles without a fan
+    cooled: Recording  # ten cycles with a fan
+    square: Recording  # the micro-stage between 0.3 and 3.8 mm, with a fan
 
 
 def thesis_input(settings: Settings) -> Programme:
-    """The thesis' test input: decaying square wave and sequential steps."""
     return load(programmes.find("thesis"), settings)
 
 
@@ -65,7 +61,6 @@ def _squares() -> Programme:
 def collect(
     settings: Settings | None = None, seed: int = 0, run: Runner = on_twin
 ) -> IntegratedRuns:
-    """The whole procedure; `run` drives the twin, or another rig."""
     base = settings or Settings()
     single = thesis_input(base)
     ten = single.repeated(CYCLES)
@@ -79,14 +74,10 @@ def collect(
 
 
 class Turn(NamedTuple):
-    """A macro move and what follows it [s]: `moved` until arrival is declared, `waited` until
-    the micro-stage is enabled, `reset` from then to the laser's reset; `quiet`: CTRL stayed
-    at 0 V until then."""
-
-    moved: float
-    waited: float
-    reset: float
-    quiet: bool
+    moved: float  # until arrival is declared
+    waited: float  # from then until the micro-stage is enabled
+    reset: float  # from then to the laser's reset
+    quiet: bool  # CTRL stayed at 0 V until then
 
 
 def turns(recording: Recording, single: Programme) -> list[Turn]:
@@ -114,20 +105,17 @@ def turns(recording: Recording, single: Programme) -> list[Turn]:
 
 
 def shaken(runs: IntegratedRuns) -> list[Vibration]:
-    """Vibration after each macro move of the first cycle."""
     return vibrations(runs.warm, runs.single, runs.settings)
 
 
 def vibrations(recording: Recording, single: Programme, settings: Settings) -> list[Vibration]:
-    """Vibration after each macro move of a recording's first cycle of `single`."""
     done = moves_of(recording, single.repeated(CYCLES), settings)
     first = [m for m in done if m.stage == "macro" and m.move < len(single.target)]
     return [v for m in first if (v := vibration(recording, m)) is not None]
 
 
 def extrapolated(recording: Recording, found: list[Vibration]) -> int:
-    """How many of the vibrations are down to 2 um only after the laser's reset, where the
-    fitted envelope is all that shows it."""
+    """Number of vibrations that decay to 2 um only after the laser's reset, by their envelope."""
     resets = recording["t"][np.flatnonzero(recording["laser_reset"])]
     over = [v.rest_s + _number(v.decay_s) for v in found]
     first = [float(np.min(resets[resets > v.rest_s], initial=np.inf)) for v in found]
@@ -139,15 +127,13 @@ def _moves(runs: IntegratedRuns, recording: Recording) -> list[MoveResult]:
 
 
 class Bias(NamedTuple):
-    """Tenth cycle against the first: `cycles`; `worst` [um]: largest final error by the laser
-    in the last cycle."""
+    """Tenth cycle against the first."""
 
     cycles: list[Cycle]
-    worst: float
+    worst: float  # final error by the laser in the last cycle [um]
 
 
 def cycled(runs: IntegratedRuns, recording: Recording) -> Bias:
-    """Returns to zero and bias over the cycles of a recording."""
     done = _moves(runs, recording)
     each = per_cycle(done, extension(recording), len(runs.single.target))
     last = [m for m in done if m.stage == "micro"][-int(np.sum(runs.single.stage != MACRO)) :]
@@ -164,13 +150,11 @@ class CycleTime(NamedTuple):
 
 
 def squares(runs: IntegratedRuns) -> list[MoveResult]:
-    """Every move of the squares, up and down in turn."""
     return moves_of(runs.square, _squares(), runs.settings)
 
 
 def cycle_time(runs: IntegratedRuns) -> CycleTime:
-    """Section 6.4.2: how long the micro-stage takes there and back; NaN where it was cut short
-    or did not settle."""
+    """Section 6.4.2: times of the micro-stage there and back, or NaN."""
     done = squares(runs)
     if len(done) < 2 * SQUARES:
         return CycleTime(math.nan, math.nan)
@@ -183,7 +167,6 @@ def _number(value: float | None) -> float:
 
 
 def claims(runs: IntegratedRuns | None = None) -> list[Claim]:
-    """I1 to I4 and I6, from recordings or from the default bench."""
     seen = runs or collect()
     return judged(
         [

@@ -17,7 +17,7 @@ from macromicro.plant.bench import Bench, Sensors
 from macromicro.recording import Recording
 from macromicro.runs.drives import by_laser, heated
 from macromicro.runs.machine import Machine
-from macromicro.thesis.chapter5 import electrothermal_runs
+from macromicro.thesis.chapter5 import _electrothermal_runs
 from macromicro.thesis.claims import (
     Claim,
     accepts,
@@ -53,23 +53,18 @@ PRINTED_UM = 2.0
 def controlled(
     plant: Machine, target: float, law: PiAntiWindup = CALMER, seed: int = 0
 ) -> Recording:
-    """A step to `target` [m] by the laser's reading, held for 40 s."""
     return by_laser(plant, target, law, SETTLE_S + WINDOW_S, seed)
 
 
 class LaserRuns(NamedTuple):
-    """`rest`: nothing moves (Figure 6.6), `RECORDS` times 10 s; `printed`, `calmer`: under
-    control by the laser with either gains, at every set point and seed."""
-
-    rest: Recording
-    printed: list[Recording]
-    calmer: list[Recording]
+    rest: Recording  # nothing moves (Figure 6.6), `RECORDS` times 10 s
+    printed: list[Recording]  # under control by the laser with the printed gains
+    calmer: list[Recording]  # the same with lower gains
 
 
 def recorded(plant: Machine | None = None, seed: int = 0) -> LaserRuns:
-    """The whole procedure on a bench, by default the default one."""
     machine = plant or bench.prepare(Bench(), Sensors())
-    still = electrothermal_runs.step(0.0, RECORDS * WINDOW_S)
+    still = _electrothermal_runs.step(0.0, RECORDS * WINDOW_S)
 
     def held(law: PiAntiWindup) -> list[Recording]:
         return [
@@ -82,7 +77,6 @@ def recorded(plant: Machine | None = None, seed: int = 0) -> LaserRuns:
 
 
 def amplitude(laser: npt.ArrayLike) -> float:
-    """Half of peak to peak, in the unit of `laser`."""
     return 0.5 * float(np.ptp(np.asarray(laser, dtype=np.float64)))
 
 
@@ -92,14 +86,13 @@ def last_window(recording: Recording) -> float:
 
 
 def astray(recording: Recording) -> float:
-    """How far [um] the laser's mean over a recording's last 10 s is from the set point."""
+    """Distance [um] of the laser's mean over the last 10 s from the set point."""
     late = slice(-round(WINDOW_S / recording.dt), None)
     goal = 1e3 * float(recording["micro_reference"][-1])
     return abs(float(recording["laser"][late].mean()) - goal)
 
 
 def claims(runs: LaserRuns | None = None) -> list[Claim]:
-    """I5 and I7, from recordings or from the default bench."""
     seen = runs or recorded()
     return judged([("I5", lambda: _rest(seen)), ("I7", lambda: _accuracy(seen))])
 
@@ -137,12 +130,10 @@ def _accuracy(seen: LaserRuns) -> Claim:
 
 
 def collect(lab: Lab) -> LaserRuns:
-    """Ten seconds at rest, five times, and holds under control by the laser."""
     return recorded(lab.bench(), lab.seed)
 
 
 def draw(runs: LaserRuns) -> Iterator[Drawn]:
-    """Figure 6.6: at rest, under control by the laser, and the amplitudes of all records."""
     figure, axes = new(5.6, 2, 2)
     rest = runs.rest
     rows = slice(0, round(WINDOW_S / rest.dt))
@@ -174,7 +165,6 @@ def draw(runs: LaserRuns) -> Iterator[Drawn]:
 
 
 def _reading(ax: Axes, t: Array, values: Array, colour: str, label: str) -> None:
-    """Readings [um] and the amplitude of 2 um that the thesis prints."""
     line(ax, t, values, colour, label, linewidth=0.6)
     for edge in (-PRINTED_UM, PRINTED_UM):
         ax.axhline(edge, color="0.3", linestyle="--", linewidth=1.0)
@@ -182,7 +172,6 @@ def _reading(ax: Axes, t: Array, values: Array, colour: str, label: str) -> None
 
 
 def _amplitudes(ax: Axes, runs: LaserRuns, rest: list[float]) -> None:
-    """Half peak to peak over 10 s of every record: at rest at 0 mm, and over the set points."""
     ax.plot([0.0] * len(rest), rest, color=BLUE, marker="o", ms=4, linestyle="", label="at rest")
     for held, law, colour, marker in (
         (runs.calmer, CALMER, GREEN, "^"),

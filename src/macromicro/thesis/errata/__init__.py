@@ -1,7 +1,7 @@
 """Misprints and contradictions of the thesis, numbered from 1.
 
-The words are data, `errata.toml`; what can be worked out anew is a function here, under the
-erratum's number. `ERRATA` holds them in order; `evidence` puts one's proof into words.
+The words are data, `errata.toml`; recomputed numbers are functions here, under the erratum's
+number.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What an erratum is: a misprint or a contradiction, its evidence, and the reading used."""
+"""An erratum: a misprint or a contradiction, its evidence, and the reading used."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class Figure(NamedTuple):
-    """A recomputed number: `what` it is, its value and unit, and what is printed instead."""
+    """A recomputed number with its unit, and the printed one."""
 
     what: str
     value: float
@@ -16,24 +16,19 @@ class Figure(NamedTuple):
 
 
 class Quote(NamedTuple):
-    """A few words of the thesis, or a formula as plain text, and where they stand."""
-
     place: str
     words: str
     formula: bool = False
 
 
 class Erratum(NamedTuple):
-    """One entry. `place` and `printed`: where it stands and what stands there; `fault`: what
-    is wrong with it; `reading`: what is used here. Evidence: `recompute()` gives numbers,
-    `quotes` the words and formulas that contradict each other; an entry has one of them or
-    both."""
+    """One entry; its evidence is recomputed numbers, contradicting quotes, or both."""
 
     number: int
     place: str
     printed: str
-    fault: str
-    reading: str
+    fault: str  # what is wrong
+    reading: str  # what is used here
     quotes: tuple[Quote, ...] = ()
     recompute: Callable[[], tuple[Figure, ...]] | None = None
 

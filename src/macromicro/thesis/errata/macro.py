@@ -54,7 +54,7 @@ def _pole() -> tuple[Figure, ...]:
 
 
 def _regression() -> tuple[Figure, ...]:
-    """A known system, y_k = 0.9 y_(k-1) + 0.5 u_(k-1), put into the printed regression."""
+    """A known system, y_k = 0.9 y_(k-1) + 0.5 u_(k-1), in the printed regression."""
     u = np.array([1.0, 0.0, -1.0, 2.0, 0.5, -0.5, 1.5, 0.0])
     y = np.zeros(9)
     for k in range(8):
@@ -108,8 +108,10 @@ def _reach() -> tuple[Figure, ...]:
 
 
 def _asked(ratio: float) -> float:
-    """First and greatest effort [V] of a 3000-count step under the PD of a damping ratio, at the
-    lowest phase-margin frequency that it allows, where no derivative action is left."""
+    """First and largest effort [V] of a 3000-count step under the PD of a damping ratio.
+
+    The crossover is the lowest that the ratio allows, where no derivative action is left.
+    """
     num, den = position_transfer(Linear())
     margin = damping_margin(ratio)
     frequency = lowest_frequency(num, den, Linear().dt, margin)

@@ -15,7 +15,6 @@ STROKE = 3.98  # mm, Section 5.2.2
 
 
 def _logarithm() -> tuple[Figure, ...]:
-    """(5.4) on points of (5.5) itself: it should give back the exponent."""
     p = Exponential()
     log = math.log(1.0 - (exponential(p, 1.55) - p.y0) / p.b)
     return (
@@ -77,8 +76,10 @@ def _saturating() -> tuple[Figure, ...]:
 
 
 def _held_back() -> tuple[Figure, ...]:
-    """An error of 2 mm with the effort at its limit of 1.9 V: where the integral comes to
-    rest, K_i e = K_aw (K_p e + i - 1.9), and how fast."""
+    """The integral at an error of 2 mm with the effort at its limit of 1.9 V, and its speed.
+
+    It comes to rest at K_i e = K_aw (K_p e + i - 1.9).
+    """
     kp, error, limit = 3.0, 2.0, 1.9
     return (
         Figure("proportional effort of the first step, 2 mm", kp * error, "V"),
@@ -104,7 +105,7 @@ def _digits() -> tuple[Figure, ...]:
 
 
 def _start() -> tuple[Figure, ...]:
-    """(2.11) before any heating: the sum is empty, its first term alone is the output."""
+    """(2.11) before any heating: the sum is empty, the output is its first term."""
     return (
         Figure("first term as printed, -f+, for a stroke from 0", -STROKE, "mm"),
         Figure("output of the extended actuator, f-", 0.0, "mm"),

@@ -1,4 +1,4 @@
-"""Numbers of claims as a person reads them: five significant digits, lists with commas."""
+"""Numbers of claims in text: five significant digits, lists with commas."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ _WHOLE = 1e7  # below it no exponent is needed
 
 
 def number(value: float | str) -> str:
-    """Five significant digits; whole numbers whole; NaN and infinity as nothing; words as
-    they are."""
+    """Five significant digits; integers in full; NaN and infinity as ""; words unchanged."""
     if isinstance(value, str):
         return value
     if not math.isfinite(value):
@@ -30,7 +29,6 @@ def number(value: float | str) -> str:
 
 
 def numbers(value: float | Sequence[float | str] | str | None, most: int | None = None) -> str:
-    """A number, or a list of them; of a longer one the first `most`, and how many follow."""
     if value is None or value == "":
         return NOTHING
     if isinstance(value, str) or not isinstance(value, Sequence):
@@ -41,8 +39,27 @@ def numbers(value: float | Sequence[float | str] | str | None, most: int | None 
 
 
 def printed(claim: Claim, most: int | None = None) -> str:
-    """What the thesis prints, without unit: numbers, else words."""
     return numbers(claim.printed_text if claim.printed is None else claim.printed, most)
+
+
+def accepted(claim: Claim, most: int | None = None) -> str:
+    """The acceptance band of each number, else a note that a rule decides."""
+    if not claim.accept:
+        return "by the rule" if claim.rule else NOTHING
+    shown = ", ".join(_ends(low, high) for low, high in claim.accept[:most])
+    left = len(claim.accept) - len(claim.accept[:most])
+    return f"{shown} and {left} more" if left else shown
+
+
+def _ends(low: float, high: float) -> str:
+    if math.isinf(high):
+        return f"{number(low)} or more"
+    return number(low) if low == high else f"{number(low)} to {number(high)}"
+
+
+def notes(claim: Claim) -> list[tuple[str, str]]:
+    parts = (("band of", claim.of), ("why this band", claim.basis), ("rule", claim.rule))
+    return [(name, " ".join(words.split())) for name, words in parts if words]
 
 
 def with_unit(text: str, unit: str) -> str:

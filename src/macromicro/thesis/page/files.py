@@ -12,7 +12,8 @@ from typing import Any
 from macromicro.drawing.exhibit import Exhibit, Grid
 from macromicro.drawing.files import FORMATS, SVG
 from macromicro.runs import folder
-from macromicro.thesis.page.placing import Anchors
+from macromicro.schema.text import write_text
+from macromicro.thesis.page._placing import Anchors
 from macromicro.thesis.page.reproduction import About, page
 from macromicro.thesis.procedure import Procedure
 from macromicro.thesis.reproduce import Result, as_rows
@@ -21,21 +22,23 @@ PAGE, JSON, CSV = "reproduction.html", "claims.json", "claims.csv"
 FIGURES = "figures"
 FILES = (PAGE, JSON, CSV)
 _SUFFIXES = ("csv", *FORMATS)
-_COLUMNS = ("id", "section", "claim", "printed", "measured", "unit", "verdict", "reason", "kind")
+_COLUMNS = (
+    *("id", "section", "claim", "printed", "accept", "of", "basis", "rule"),
+    *("measured", "unit", "verdict", "reason", "kind"),
+)
 
 
 def write(
     out: Path, results: Sequence[Result], procedures: Sequence[Procedure], about: About
 ) -> Path:
-    """Write everything to `out`, all of it or nothing; the page's path.
+    """Write everything to `out`, all of it or nothing, and return the page's path.
 
-    Figures and tables of an earlier reproduction are removed. Raises OSError where the disk
-    refuses.
+    Figures and tables of an earlier reproduction are removed.
     """
     with folder.staged(out, remove=_earlier(out)) as place:
-        (place / PAGE).write_text(page(results, procedures, about), encoding="utf-8")
-        (place / JSON).write_text(as_json(results), encoding="utf-8")
-        (place / CSV).write_text(as_csv(results), encoding="utf-8", newline="")
+        write_text(place / PAGE, page(results, procedures, about))
+        write_text(place / JSON, as_json(results))
+        write_text(place / CSV, as_csv(results), newline="")
         (place / FIGURES).mkdir()
         names = Anchors()
         for exhibit in (e for result in results for e in result.exhibits):
@@ -51,14 +54,15 @@ def as_json(results: Sequence[Result]) -> str:
 
 
 def as_csv(results: Sequence[Result]) -> str:
-    """The same as CSV, numbers to the last digit; lists are separated by "; "."""
+    """The same as CSV in full precision; lists are separated by "; ", bands read "0.4 to 0.65"."""
     rows = [[_cell(row[name]) for name in _COLUMNS] for row in as_rows(results)]
     return _csv([_COLUMNS, *rows])
 
 
 def _cell(value: Any) -> str:
     if isinstance(value, list):
-        return "; ".join(_cell(v) for v in value)
+        bands = bool(value) and isinstance(value[0], list)
+        return "; ".join(" to ".join(map(_cell, v)) if bands else _cell(v) for v in value)
     if value is None:
         return ""
     return value if isinstance(value, str) else repr(value)
@@ -71,7 +75,6 @@ def _csv(rows: Sequence[Sequence[str]]) -> str:
 
 
 def _contents(exhibit: Exhibit) -> dict[str, bytes]:
-    """Its files, by suffix."""
     data = exhibit.data
     if isinstance(data, Grid):
         return {"csv": _csv([data.headings, *data.rows]).encode()}
@@ -79,7 +82,6 @@ def _contents(exhibit: Exhibit) -> dict[str, bytes]:
 
 
 def _earlier(out: Path) -> list[str]:
-    """Figures and tables that lie in `out`, as paths below it."""
     return [
         f"{FIGURES}/{path.name}"
         for stem in ("figure-*", "table-*", "equation-*")

@@ -1,4 +1,4 @@
-"""The thesis' claims beside what was measured: one self-contained HTML file."""
+"""The thesis' claims beside the measurements: one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from macromicro.schema import config
 from macromicro.settings import Settings
 from macromicro.thesis.claims import DIFFERS, REPRODUCED
 from macromicro.thesis.errata import ERRATA, Erratum, evidence
-from macromicro.thesis.page import claim_text, counting, free_parameters
-from macromicro.thesis.page.placing import Anchors, Card, index, placed
+from macromicro.thesis.page import _counting, _free_parameters, claim_text
+from macromicro.thesis.page._placing import Anchors, Card, index, placed
 from macromicro.thesis.procedure import Procedure
 from macromicro.thesis.reproduce import Result, claims_of
 
@@ -35,28 +35,21 @@ _LABEL = re.compile(r"""(\baria-(?:labelledby|describedby)=["'])([^"']+)""")
 
 
 class About(NamedTuple):
-    """How the results came to be. `started`: date and time as text; `seconds`: it took in
-    all; `rigs`: names of the rigs other than the virtual benches."""
-
-    started: str
+    started: str  # date and time
     seconds: float
     seed: int = 0
     settings: Settings = Settings()
-    rigs: tuple[str, ...] = ()
+    rigs: tuple[str, ...] = ()  # real rigs only
 
 
 class _Proof(NamedTuple):
-    """An erratum and its evidence in words."""
-
     erratum: Erratum
     anchor: str
     lines: list[str]
 
 
 def page(results: Sequence[Result], procedures: Sequence[Procedure], about: About) -> str:
-    """The page as HTML. `procedures` give the results' titles and sections, and how many
-    claims there are in all. All text is escaped; diagrams, which are ours, are inserted.
-    """
+    """The page as HTML. All text is escaped; our own diagrams are inserted."""
     anchors = Anchors()
     for taken in (
         "main",
@@ -76,7 +69,7 @@ def page(results: Sequence[Result], procedures: Sequence[Procedure], about: Abou
     ]
     order = {id(claim): k for k, claim in enumerate(claims_of(results))}
     claims = [c.claim for c in cards]
-    parameters = free_parameters.free_parameters(about.settings)
+    parameters = _free_parameters.free_parameters(about.settings)
     return filled(
         TEMPLATE,
         about=about,
@@ -86,16 +79,18 @@ def page(results: Sequence[Result], procedures: Sequence[Procedure], about: Abou
         undrawn=[p for p in parts if p.result.notes],
         cards=sorted(cards, key=lambda card: order[id(card.claim)]),
         place=lambda name: _place(name, cards),
-        counts=counting.counts(claims),
+        counts=_counting.counts(claims),
         asked=sum(len(p.ids) for p in procedures),
-        kinds=counting.by_kind(results),
-        parameters=free_parameters.grouped(parameters),
-        calibrated=free_parameters.CALIBRATED,
+        kinds=_counting.by_kind(results),
+        parameters=_free_parameters.grouped(parameters),
+        calibrated=_free_parameters.CALIBRATED,
         proofs=[_Proof(e, anchors.take(f"erratum-{e.number}"), evidence(e)) for e in ERRATA],
         provenance=_provenance(results, about),
         overrides=config.difference(about.settings, Settings()),
         few=_FEW,
         printed=claim_text.printed,
+        accepted=claim_text.accepted,
+        notes=claim_text.notes,
         numbers=claim_text.numbers,
         with_unit=claim_text.with_unit,
         tone=lambda claim: _TONES.get(claim.verdict, "open"),
@@ -109,7 +104,7 @@ def page(results: Sequence[Result], procedures: Sequence[Procedure], about: Abou
 
 
 def _place(name: str, cards: Sequence[Card]) -> str:
-    """Where a claim stands; "S5" is found as "S5a" if it was measured in parts."""
+    """The place of a claim; "S5" is found as "S5a" if it was measured in parts."""
     same = (c.anchor for c in cards if re.fullmatch(f"{re.escape(name)}[a-z]?", c.claim.id))
     return next(same, "")
 
@@ -126,7 +121,6 @@ def _provenance(results: Sequence[Result], about: About) -> list[tuple[str, str]
 
 
 def _uri(exhibit: Exhibit) -> str:
-    """A PNG picture inlined."""
     assert isinstance(exhibit.data, bytes)
     return f"data:image/png;base64,{base64.b64encode(exhibit.data).decode()}"
 
@@ -138,7 +132,7 @@ def _size(exhibit: Exhibit) -> tuple[int, int]:
 
 
 def _room(svg: str) -> int:
-    """Width [pixels] below which a diagram is not shrunk: its own, at most 46 rem."""
+    """Smallest width of a diagram [pixels]: its own, at most 46 rem."""
     box = _BOX.search(svg)
     return min(_LEGIBLE, round(float(box[1]))) if box else _LEGIBLE
 

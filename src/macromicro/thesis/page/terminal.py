@@ -1,4 +1,4 @@
-"""A reproduction in the terminal: a bar while it runs, then the claims and what is amiss."""
+"""A reproduction in the terminal: a bar while it runs, then the claims and the problems."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from macromicro.drawing.bar import progress_bar
 from macromicro.drawing.exhibit import TABLE
 from macromicro.thesis.claims import DIFFERS, REPRODUCED
-from macromicro.thesis.page import claim_text, counting
+from macromicro.thesis.page import _counting, claim_text
 from macromicro.thesis.procedure import Procedure
 from macromicro.thesis.reproduce import INTERRUPTED, Result, claims_of
 
@@ -21,16 +21,14 @@ Report = Callable[[Result, float], None]
 _PIPED, _LEAST = 120, 80
 _STYLES = {REPRODUCED: "green", DIFFERS: "bold red"}
 _OTHER_STYLE = "yellow"
+_COLUMNS = ("id", "printed", "accepted", "measured", "unit", "verdict", "kind")
 # Shares of what id, verdict, kind and the gaps leave of a line.
-_SHARES = {"claim": 0.46, "printed": 0.2, "measured": 0.2, "unit": 0.14}
+_SHARES = {"printed": 0.26, "accepted": 0.32, "measured": 0.24, "unit": 0.18}
 
 
 @contextmanager
 def progress(procedures: Sequence[Procedure]) -> Iterator[Report]:
-    """A bar on stderr by the procedures' expected seconds, and the names still at work; a
-    line for each that ended where stderr is no terminal. Yields what `reproduce.run` calls
-    of each procedure that ended.
-    """
+    """A bar on stderr by the procedures' expected seconds, or a line for each that ended."""
     left = [p.name for p in procedures]
     if not sys.stderr.isatty():
 
@@ -53,7 +51,7 @@ def progress(procedures: Sequence[Procedure]) -> Iterator[Report]:
 
 
 def _ending(result: Result) -> str:
-    """How a procedure ended, in a word; what was not drawn is listed at the end."""
+    """The end of a procedure in a word."""
     if not result.failure:
         return "done"
     return INTERRUPTED if result.failure == INTERRUPTED else "failed"
@@ -65,7 +63,6 @@ def _at_work(left: Sequence[str]) -> str:
 
 
 def show(results: Sequence[Result]) -> None:
-    """The table of claims; reasons of those that were not reproduced; counts. On stdout."""
     from rich.text import Text
 
     console = _console()
@@ -78,8 +75,7 @@ def show(results: Sequence[Result]) -> None:
 
 
 def amiss(results: Sequence[Result]) -> list[str]:
-    """Why claims differ or were not measured, a line each; one for a procedure that failed
-    and for an exhibit that was not drawn."""
+    """Why claims differ or were not measured, and failed procedures and exhibits, a line each."""
     lines = []
     for result in results:
         lines += [f"{result.name}: {note}" for note in result.notes]
@@ -89,18 +85,17 @@ def amiss(results: Sequence[Result]) -> list[str]:
             continue
         for claim in result.claims:
             if claim.verdict != REPRODUCED:
-                reason = claim.reason or "no reason is known"
+                reason = claim.reason or "reason unknown"
                 lines.append(f"{claim.id} {claim.verdict}: {reason}")
     return lines
 
 
 def summary(results: Sequence[Result]) -> list[str]:
-    """Counts in words: all claims, each kind, figures and tables."""
-    whole = counting.counts([c for r in results for c in r.claims])
+    whole = _counting.counts([c for r in results for c in r.claims])
     lines = [_counted(_several(whole.total, "claim"), whole)]
     lines += [
         f"  {_counted(f'{found.total} {kind}', found)}"
-        for kind, _, found in counting.by_kind(results)
+        for kind, _, found in _counting.by_kind(results)
         if found.total
     ]
     exhibits = [e for r in results for e in r.exhibits]
@@ -114,7 +109,7 @@ def _several(count: int, what: str) -> str:
     return f"{count} {what}{'' if count == 1 else 's'}"
 
 
-def _counted(what: str, found: counting.Counts) -> str:
+def _counted(what: str, found: _counting.Counts) -> str:
     return (
         f"{what}: {found.reproduced} reproduced, {found.differs} "
         f"{'differs' if found.differs == 1 else 'differ'}, {found.not_measured} not measured"
@@ -131,6 +126,8 @@ def _console() -> Console:
 
 
 def _table(console: Console, results: Sequence[Result]) -> None:
+    """A line of numbers for each claim; below it its words and those of its band."""
+    from rich.padding import Padding
     from rich.table import Table
     from rich.text import Text
 
@@ -142,23 +139,25 @@ def _table(console: Console, results: Sequence[Result]) -> None:
     }
     room = console.width - sum(fixed.values()) - 7
     widths = {**fixed, **{name: int(room * share) for name, share in _SHARES.items()}}
-    table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
-    for name in ("id", "claim", "printed", "measured", "unit", "verdict", "kind"):
-        table.add_column(name, width=widths[name], no_wrap=True)
+
+    def row(cells: Sequence[Text]) -> None:
+        table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False, show_header=False)
+        for name in _COLUMNS:
+            table.add_column(width=widths[name], overflow="fold")
+        table.add_row(*cells)
+        console.print(table)
+
+    row([Text(name, style="bold") for name in _COLUMNS])
     for claim in claims:
-        texts = {
-            "claim": claim.claim,
-            "printed": claim_text.printed(claim),
-            "measured": claim_text.numbers(claim.measured),
-            "unit": claim.unit,
-        }
-        cut = [Text(_cut(text, widths[name])) for name, text in texts.items()]
+        numbers = (
+            claim_text.printed(claim),
+            claim_text.accepted(claim),
+            claim_text.numbers(claim.measured),
+            claim.unit,
+        )
         verdict = Text(claim.verdict, style=_STYLES.get(claim.verdict, _OTHER_STYLE))
-        table.add_row(Text(claim.id), *cut, verdict, Text(claim.kind))
-    console.print(table)
-
-
-def _cut(text: str, width: int) -> str:
-    """`text` on one line, shortened to `width`."""
-    text = " ".join(text.split())
-    return text if len(text) <= width else f"{text[: width - 2].rstrip()}.."
+        row([Text(claim.id), *map(Text, numbers), verdict, Text(claim.kind)])
+        told = [" ".join(claim.claim.split())]
+        told += [f"{name}: {words}" for name, words in claim_text.notes(claim)]
+        for line in told:
+            console.print(Padding(Text(line), (0, 0, 0, fixed["id"] + 1)))

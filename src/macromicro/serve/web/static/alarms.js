@@ -1,5 +1,7 @@
 // What is wrong, with its remedy, in the fixed footer.
 
+import { said } from "./names.js";
+
 const $ = (id) => document.getElementById(id);
 
 export class Alarms {
@@ -8,8 +10,8 @@ export class Alarms {
   // now: the state; link: the connection.
   show(now, link) {
     const list = link.welcome ? this.of(now) : [link.elsewhere
-      ? ["This page is open in another tab, which goes on there.", "\"Use it here\" takes it back. STOP and EMERGENCY work in this tab, too.", true]
-      : ["The page has no connection to the server.", "What it shows is old. It tries again by itself; to stop the machine, use its own switch.", false]];
+      ? ["This page is active in another tab.", "\"Use it here\" takes it back. STOP and EMERGENCY work in this tab, too.", true]
+      : ["The page has no connection to the server.", "The values shown are old. The page reconnects by itself; to stop the machine, use its own switch.", false]];
     $("here").hidden = !link.elsewhere;
     $("clear").hidden = !now.fault || !now.running || !link.welcome;
     const text = JSON.stringify(list);
@@ -23,9 +25,9 @@ export class Alarms {
     const list = [];
     if (now.fault) list.push([`Fault: ${now.fault.message}`, now.fault.remedy, false, now.fault.evidence]);
     else if (now.running === false) list.push(["The loop process does not run.", "Start the server again.", false]);
-    if (now.running && now.age_s > 0.5) list.push(["The loop has reported nothing for more than half a second.", "Make an emergency stop; see the server's terminal.", false]);
-    if (now.recording?.error) list.push([`The recording ended early: ${now.recording.error}`, "Make room on the disk and record again.", true]);
-    if (now.running && this.missing(now)) list.push(["The loop has missed more than 5 % of its periods in a second lately.", "Close what else is computing; see macromicro latency.", true]);
+    if (now.running && now.age_s > 0.5) list.push(["No report from the loop for more than half a second.", "Make an emergency stop; see the server's terminal.", false]);
+    if (now.recording?.error) list.push([`The recording ended early: ${now.recording.error}`, "Free disk space and record again.", true]);
+    if (now.running && this.missing(now)) list.push(["The loop has missed more than 5 % of its periods within a second.", "Close other programs; see macromicro latency.", true]);
     if (now.running && !now.trusted) list.push([`The position is not known (${now.trust}).`, "Enable, then home.", true]);
     return list;
   }
@@ -43,7 +45,7 @@ function box([what, remedy, mild, evidence]) {
   for (const line of [what, evidence && `Evidence: ${evidence}.`, `Remedy: ${remedy}`]) {
     if (!line) continue;
     const p = document.createElement("p");
-    p.textContent = line;
+    p.textContent = said(line);
     found.append(p);
   }
   return found;

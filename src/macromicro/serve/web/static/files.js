@@ -28,7 +28,7 @@ export class Upload {
       const piece = text.slice(offset, offset + PIECE), last = offset + PIECE >= text.length;
       const reply = await this.link.order("upload", { name: file.name, offset, text: piece, last });
       if (!reply.ok) { say(`${file.name}: refused. ${reply.reason}. ${capital(reply.remedy)}`, true); return; }
-      say(last ? `${file.name}: ${reply.moves} moves. Run runs it.` : `${file.name}: ${Math.round(100 * offset / text.length)} % uploaded.`);
+      say(last ? `${file.name}: ${reply.moves} moves. Press Run to start it.` : `${file.name}: ${Math.round(100 * offset / text.length)} % uploaded.`);
     }
     document.querySelector("#programme option[data-uploaded]")?.remove();
     const option = new Option(UPLOADED + file.name, file.name);
@@ -39,7 +39,7 @@ export class Upload {
 }
 
 const FIELDS = [
-  ["whole_low", "Both stages, lowest", 1], ["whole_high", "Both stages, highest", 1],
+  ["whole_low", "Lowest", 1], ["whole_high", "Highest", 1],
   ["macro_low", "Macro-stage, lowest", 0], ["macro_high", "Macro-stage, highest", 0],
   ["micro_low", "Micro-stage, lowest", 1e-3], ["micro_high", "Micro-stage, highest", 1e-3],
 ]; // name, words, metres in one stored unit; 0: counts
@@ -71,17 +71,21 @@ export class SoftLimits {
     const key = JSON.stringify([FIELDS.map(([name]) => q[name]), length.name]);
     if (key === this.key) return; // what is being typed stays
     this.key = key;
-    for (const [name, , scale] of FIELDS) {
-      const input = this.inputs.get(name);
+    for (const [name] of FIELDS) this.inputs.get(name).parentElement.hidden = !(name in q);
+    for (const [name, , scale] of this.fields) {
+      const input = this.inputs.get(name), { words } = input.parentElement.dataset;
       input.value = scale ? length.short(q[name] * scale) : String(q[name]);
       input.previousSibling.previousSibling.textContent =
-        `${input.parentElement.dataset.words} [${scale ? length.name : "counts"}]`;
+        `${words} [${scale ? length.name : "counts"}]`;
     }
   }
 
+  // Those that this machine has.
+  get fields() { return FIELDS.filter(([name]) => name in this.page.limits); }
+
   set() {
     const values = {};
-    for (const [name, words, scale] of FIELDS) {
+    for (const [name, words, scale] of this.fields) {
       const value = parsed(this.inputs.get(name).value);
       if (!Number.isFinite(value)) { this.problem(`${words}: give a number.`); return; }
       // A limit that was not touched is given as it is, not through its rounded text.
@@ -105,6 +109,6 @@ export function saveSettings(link, page) {
     const reply = await link.order("settings");
     if (!reply.ok) { page.say(`Settings: ${reply.reason}. ${capital(reply.remedy)}`, true); return; }
     download("settings.toml", reply.text, "application/toml");
-    page.say("settings.toml: handed to the browser.");
+    page.say("settings.toml: downloaded.");
   });
 }

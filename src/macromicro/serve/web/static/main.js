@@ -5,6 +5,7 @@ import { SoftLimits, Upload, saveSettings } from "./files.js";
 import { Gains } from "./gains.js";
 import { chooseUnit, length } from "./length.js";
 import { Link } from "./link.js";
+import { names, said } from "./names.js";
 import { News, outcome } from "./news.js";
 import { Orders } from "./orders.js";
 import { drawPlane } from "./plane.js";
@@ -17,16 +18,18 @@ import { FIRST, Plane } from "./xy.js";
 const $ = (id) => document.getElementById(id);
 const FEWEST = 16, MOST = 1200, SPAN = "10";
 const STALE_MS = 1000; // without a word from the server, what is shown is old
-const page = { state: {}, limits: null, say, put, uploaded: () => upload.chosen };
+const page = { state: {}, limits: null, say, put, uploaded: () => upload.chosen, ordered: -Infinity };
+// Does something move, or may it, since what was ordered last is not shown yet?
+page.moving = () => Boolean(page.state.motion) || performance.now() - page.ordered < STALE_MS;
 // For whoever measures: frames that came, pictures that were drawn, the last emergency stop.
 window.macromicro = { frames: 0, drawn: 0, emergencyMs: 0, state: () => page.state, ring: () => ring };
 
 const plots = [
-  new Plot($("plots"), "Macro-stage", [[0, "two", "reference", "mm", 3], [1, "one", "position", "mm", 3]], 0.5),
-  new Plot($("plots"), "Micro-stage", [[2, "two", "reference", "mm", 4], [3, "one", "by Hall sensor", "mm", 4]], 0.02, "micro"),
-  new Plot($("plots"), "Axis y", [[8, "two", "reference", "mm", 3], [9, "one", "position", "mm", 3]], 0.5, "y"),
-  new Plot($("plots"), "Effort", [[4, "two", "motor", "V", 2], [5, "one", "CTRL", "V", 2]], 1),
-  new Plot($("plots"), "Effort of y", [[10, "two", "motor", "V", 2]], 1, "y"),
+  new Plot($("plots"), "Position", [[0, "two", "reference", , 1], [1, "one", "position", , 1]], 0.5),
+  new Plot($("plots"), "Micro-stage", [[2, "two", "reference", , 0], [3, "one", "by Hall sensor", , 0]], 0.02, "micro"),
+  new Plot($("plots"), "Axis y", [[8, "two", "reference", , 1], [9, "one", "position", , 1]], 0.5, "y"),
+  new Plot($("plots"), "Effort", [], 1),
+  new Plot($("plots"), "Effort of y", [], 1, "y"),
   new Plot($("plots"), "Wire temperature, estimated", [[6, "two", "estimate", "degC", 1]], 5, "micro"),
 ];
 const ruler = new Ruler($("ruler"), pick), news = new News($("events"));
@@ -60,11 +63,11 @@ function welcome(server) {
   page.axes = server.axes;
   if (length.suit(server.limits)) units();
   plots[0].least = Math.min(0.5, (server.limits.whole_high - server.limits.whole_low) / length.scale / 20);
-  for (const line of plots[0].lines) line.splice(3, 2, length.main, Math.max(3, length.finest - 1));
   points.open(`${server.rig} ${server.model}`.trim(), server.stages.length === 1);
   const simulated = server.model ? "simulated" : "virtual bench";
   $("rig").textContent = `${server.model} ${server.rig === "twin" ? `(${simulated})` : server.rig}`.trim();
   $("login").hidden = server.admitted;
+  names.open(server);
   suit(server);
   own(server);
   if (channels !== server.channels.length || period !== server.period) {
@@ -102,12 +105,20 @@ function own(server) {
 function suit(server) {
   const there = (stages) => stages.split(" ").every((stage) => server.stages.includes(stage));
   for (const part of document.querySelectorAll("[data-of]")) part.hidden = !there(part.dataset.of);
+  if (names.own) for (const part of document.querySelectorAll("[data-thesis]")) part.hidden = true;
   page.alone = server.stages.length === 1;
   if (page.alone) {
     for (const option of document.querySelectorAll("[data-one]")) option.textContent = option.dataset.one;
   }
   bothAxes.open(server.axes);
-  plots[0].title = bothAxes.there ? "Axis x" : "Macro-stage";
+  $("jog-macro").textContent = names.own ? names.title("macro") : "Macro";
+  plots[0].show(bothAxes.there ? "Axis x" : names.title("macro"));
+  const volts = (stage, channel, colour) => {
+    const [label, unit] = server.efforts[stage] ?? [];
+    return label ? [[channel, colour, label, unit, 2]] : [];
+  };
+  plots[3].show(bothAxes.there ? "Effort of x" : "Effort", [...volts(server.stages[0], 4, "two"), ...volts("micro", 5, "one")]);
+  plots[4].show("Effort of y", volts("y", 10, "two"));
   $("programme-form").hidden = !server.programmes.length;
   $("points-save").hidden = !server.programmes.length;
 }
@@ -139,7 +150,7 @@ function tidings(items) {
 }
 
 function say(words, bad = false) {
-  $("status").textContent = words;
+  $("status").textContent = said(words);
   $("status").className = bad ? "bad" : "";
 }
 
@@ -205,7 +216,8 @@ function lamps(lines) {
 
 function words(now) {
   const bad = ["fault", "off"].includes(now.mode);
-  set("mode", now.mode + (now.motion ? `, motion ${now.motion}` : ""));
+  if (now.motion) page.ordered = -Infinity;
+  set("mode", said(now.mode) + (now.motion ? `, motion ${now.motion}` : ""));
   $("mode").className = bad ? "badge bad" : now.mode === "disabled" ? "badge warn" : "badge good";
   if (bothAxes.there) set("travels", bothAxes.limits());
   set("position", bothAxes.there ? bothAxes.words(now) : length.words(now.position_m));
@@ -222,7 +234,7 @@ function words(now) {
   $("fan").setAttribute("aria-pressed", String(now.fan));
   const plane = now.plane;
   set("plane-words", `Now ${plane.u.toFixed(1)} degC` +
-    (plane.contraction == null ? "." : `; the kiln's table expects ${length.words(plane.contraction * 1e-3, 1)}, the Hall sensor says ${length.words(now.micro_mm * 1e-3, 1)}.`));
+    (plane.contraction == null ? "." : `; the kiln's table expects ${length.words(plane.contraction * 1e-3, 1)}, the Hall sensor shows ${length.words(now.micro_mm * 1e-3, 1)}.`));
 }
 
 // Why the position shown is not to be relied on, or "": it looks so. Old, or not known.
@@ -231,7 +243,7 @@ function trusting() {
   const old = !link.ready || performance.now() - heard > STALE_MS || now.running === false || now.age_s > 0.5;
   const why = old ? "stale" : now.trusted ? "" : "untrusted";
   $("reading").className = `reading ${why}`;
-  set("uncertainty", old ? "OLD: not the position of this moment" : !now.trusted ? "not known: home first"
+  set("uncertainty", old ? "OLD: not the present position" : !now.trusted ? "not known: home first"
     : `within ${bothAxes.there ? bothAxes.within(now) : length.words(now.uncertainty_m)} either way`);
   set("trust", !link.welcome ? "" : old ? "position old" : now.trusted ? "position trusted" : "position not trusted");
   $("trust").className = why === "" ? "badge good" : old ? "badge bad" : "badge warn";
@@ -244,7 +256,7 @@ function pick(value, step) {
   ruler.proposed = value;
   orders.propose(value * length.scale, digits);
   if ($("click-moves").checked) $("move-form").requestSubmit();
-  else say(`Target ${length.words(value * length.scale)} filled in. Move moves there.`);
+  else say(`Target ${length.words(value * length.scale)} filled in. Press Move to go there.`);
 }
 
 // What the chosen unit changes.
@@ -252,6 +264,7 @@ function units() {
   steps.units();
   orders.units();
   points.show();
+  news.show();
   if (!page.limits) return;
   orders.speeds();
   softLimits.show();

@@ -1,11 +1,12 @@
 // Events and ends of motions in words, and the marks that they leave in the plots.
 
 import { length } from "./length.js";
+import { names, said } from "./names.js";
 
 const KEPT = 200;
 const OUTCOMES = {
-  done: "arrived and settled", stopped: "stopped", emergency: "cut off by an emergency stop",
-  fault: "cut off by a fault", limit: "ended at a limit", stalled: "did not arrive in time",
+  done: "arrived and settled", stopped: "stopped", emergency: "ended by an emergency stop",
+  fault: "ended by a fault", limit: "ended at a limit", stalled: "did not arrive in time",
   lost: "ended because its client was lost", superseded: "replaced by another one",
 };
 
@@ -24,12 +25,16 @@ export class News {
         if (this.marks.length > KEPT) this.marks.shift();
       }
       const line = document.createElement("li");
-      line.textContent = `${item.time === null ? "-" : item.time.toFixed(3)} s  ${words(item)}`;
+      line.item = item;
+      line.textContent = words(item);
       if (item.kind === "fault" || item.to_mode === "fault") line.className = "bad";
       this.list.prepend(line);
       if (this.list.children.length > KEPT) this.list.lastChild.remove();
     }
   }
+
+  // In the unit that is chosen now.
+  show() { for (const line of this.list.children) line.textContent = words(line.item); }
 
   clear() {
     this.list.replaceChildren();
@@ -39,22 +44,44 @@ export class News {
   }
 }
 
-function words(item) {
+function words(item) { return `${item.time === null ? "-" : item.time.toFixed(3)} s  ${said(told(item))}`; }
+
+function told(item) {
   if (item.kind === "finished") {
-    const place = item.position === null ? "" : ` at ${(item.position / length.scale).toFixed(4)} ${length.main}`;
-    return `motion ${item.id} ${OUTCOMES[item.outcome] ?? item.outcome}${place}${facts(item.evidence)}`;
+    const place = item.position === null ? "" : ` at ${length.words(item.position)}`;
+    return `motion ${item.id} ${OUTCOMES[item.outcome] ?? item.outcome}${place}${facts(item)}`;
   }
   const change = item.kind === "mode" ? `${item.from_mode} to ${item.to_mode}: ` : `${item.kind}: `;
-  return `${change}${item.cause}${facts(item.evidence)}`;
+  return `${change}${item.cause}${facts(item)}`;
 }
 
-function facts(evidence) {
-  const parts = Object.entries(evidence ?? {}).map(([name, value]) => {
-    const shown = typeof value === "number" && !Number.isInteger(value) ? Number(value.toPrecision(6)) : value;
-    return `${name} ${typeof shown === "object" && shown ? `${shown.old} to ${shown.new}` : shown}`;
-  });
-  return parts.length ? ` (${parts.join(", ")})` : "";
+function facts({ kind, evidence }) {
+  const parts = Object.entries(evidence ?? {}).map(([name, value]) => kind === "limits" ? limit(name, value) : fact(name, value));
+  const shown = parts.filter((part) => part);
+  return shown.length ? ` (${shown.join(", ")})` : "";
 }
+
+// The unit of a number is the end of its name: "error_um", "speed_m_per_s".
+function fact(name, value) {
+  if (typeof value !== "number") {
+    return `${plain(name)} ${typeof value === "object" && value ? `${value.old} to ${value.new}` : value}`;
+  }
+  const [, what, unit, rate = ""] = /^(.+)_(m|mm|um|rad|deg|mdeg|counts)(_per_s)?$/.exec(name) ?? [];
+  const counts = unit === "counts" && names.own && names.pitch; // of a machine of one stage: its own lengths
+  const taken = unit && length.taken(counts ? value * names.pitch : value, counts ? length.base : unit);
+  if (taken !== undefined) return counts && what === "target" ? "" : `${plain(what)} ${taken} ${length.name}${rate && "/s"}`;
+  return `${plain(name)} ${Number.isInteger(value) ? value : Number(value.toPrecision(6))}`;
+}
+
+// A soft limit that was changed: of the whole in m, of the micro-stage in mm, of the macro-stage in counts.
+function limit(name, { old, new: next }) {
+  const unit = { whole: length.base, micro: "mm" }[name.split("_")[0]];
+  if (names.own && !name.startsWith("whole")) return "";
+  const value = (v) => unit ? length.taken(v, unit) : v;
+  return `${plain(name)} ${value(old)} to ${value(next)} ${unit ? length.name : "counts"}`;
+}
+
+function plain(name) { return name.replaceAll("_", " "); }
 
 export function outcome(end) {
   return end ? `Motion ${end.id} ${OUTCOMES[end.outcome] ?? end.outcome}.` : "";

@@ -34,11 +34,12 @@ export class Orders {
     document.addEventListener("visibilitychange", () => { if (document.hidden) this.endJog(); });
     document.addEventListener("keydown", (event) => this.key(event), true);
     document.addEventListener("keyup", (event) => {
-      if (event.code === "Space" && !typing(event.target)) event.preventDefault();
+      if (event.code === "Space" && !writing(event.target)) event.preventDefault();
     }, true);
   }
 
   async give(what, fields, words) {
+    this.page.ordered = performance.now();
     return this.answered(await this.link.order(what, fields), words);
   }
 
@@ -64,8 +65,8 @@ export class Orders {
     window.macromicro.emergencyMs = took;
     this.safeAt = performance.now();
     if (reply.ok) {
-      this.page.say(`Emergency stop: the rig was switched off ${(reply.safe_s * 1e3).toFixed(2)} ms after the server ` +
-        `knew of it, and known here ${took.toFixed(1)} ms after the click or key.`);
+      this.page.say(`Emergency stop: outputs off ${(reply.safe_s * 1e3).toFixed(2)} ms after the server ` +
+        `received it, confirmed here ${took.toFixed(1)} ms after the click or key.`);
     } else this.page.say(`EMERGENCY STOP NOT CONFIRMED: ${reply.reason}. ${capital(reply.remedy)}`, true);
   }
 
@@ -73,9 +74,10 @@ export class Orders {
     if (event.key === "Escape") {
       event.preventDefault();
       if (!event.repeat) this.emergency(event);
-    } else if (event.code === "Space" && !typing(event.target)) {
-      event.preventDefault();
-      if (!event.repeat) this.stop();
+    } else if (event.code === "Space") {
+      const text = writing(event.target); // there it is a letter as well
+      if (!text) event.preventDefault();
+      if (!event.repeat && (!text || this.page.moving())) this.stop();
     }
   }
 
@@ -106,20 +108,16 @@ export class Orders {
 
   beyond(kind, value) {
     const q = this.page.limits, metres = value * length.factor;
-    const bare = (metres) => length.words(metres).split(" ")[0];
-    const accepted = (low, high) => `Accepted: ${bare(low)} to ${length.words(high)}.`;
     if (kind === "move macro") {
       if (!Number.isInteger(value)) return "Give a whole number of counts.";
       return value < q.macro_low || value > q.macro_high
-        ? `Accepted: ${q.macro_low} to ${q.macro_high} counts.` : "";
+        ? `${value} is outside ${q.macro_low} to ${q.macro_high} counts.` : "";
     }
-    if (kind === "move micro") {
-      const low = q.micro_low * 1e-3, high = q.micro_high * 1e-3;
-      return metres < low || metres > high ? accepted(low, high) : "";
-    }
-    const base = kind === "move by" ? (this.page.state.target_m ?? this.page.state.position_m ?? 0) : 0;
-    const low = q.whole_low - base, high = q.whole_high - base;
-    return metres < low || metres > high ? accepted(low, high) : "";
+    if (kind === "move micro") return outside(metres, q.micro_low * 1e-3, q.micro_high * 1e-3);
+    if (kind === "move to") return outside(metres, q.whole_low, q.whole_high);
+    const base = this.page.state.target_m ?? this.page.state.position_m ?? 0;
+    const problem = outside(base + metres, q.whole_low, q.whole_high);
+    return problem && `From ${length.short(base)} by ${length.short(metres)} ${length.name}: ${problem}`;
   }
 
   // Speeds to choose from: shares of what the machine allows just now.
@@ -185,9 +183,15 @@ export class Orders {
   }
 }
 
-function typing(target) {
-  return target instanceof HTMLElement && (target.tagName === "TEXTAREA" || target.isContentEditable ||
-    (target.tagName === "INPUT" && !["button", "checkbox", "radio", "submit"].includes(target.type)));
+// Why a place [m] is refused, in the page's unit; "" within its limits.
+export function outside(metres, low, high) {
+  return metres < low || metres > high
+    ? `${length.short(metres)} is outside ${length.short(low)} to ${length.short(high)} ${length.name}.` : "";
+}
+
+// Is it a field of words? A number has no spaces.
+function writing(target) {
+  return target instanceof HTMLInputElement && ["text", "password"].includes(target.type) && target.inputMode !== "decimal";
 }
 
 export function capital(words) {

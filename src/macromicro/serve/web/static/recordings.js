@@ -30,7 +30,7 @@ export class Recordings {
   // How far it is stands beside the button: read aloud are only its beginning and its end.
   async save(name, share) {
     const say = this.page.say;
-    say(`${name}: being fetched.`);
+    say(`${name}: downloading.`);
     try {
       const file = await this.link.download(name, (part) => { share.textContent = `${(part * 100).toFixed(0)} %`; });
       const anchor = document.createElement("a");
@@ -38,7 +38,7 @@ export class Recordings {
       anchor.download = name;
       anchor.click();
       setTimeout(() => URL.revokeObjectURL(anchor.href), 60000);
-      say(`${name}: handed to the browser.`);
+      say(`${name}: downloaded.`);
     } catch (error) {
       say(`${name}: ${error.message}`, true);
     }

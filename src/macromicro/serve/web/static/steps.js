@@ -67,13 +67,13 @@ export class Points {
   teach() {
     const now = this.page.state;
     if (!now.trusted || now.position_m == null) {
-      return this.page.say("Point: not kept. The position is not known. Home first.", true);
+      return this.page.say("Point: not saved. The position is not known. Home first.", true);
     }
-    if (this.list.length >= MOST) return this.page.say(`Point: not kept. There are ${MOST} points. Delete one.`, true);
+    if (this.list.length >= MOST) return this.page.say(`Point: not saved. There are ${MOST} points. Delete one.`, true);
     const place = now.target_m ?? now.position_m;
     this.list.push({ name: `point ${this.list.length + 1}`, place, macro: Math.round(now.macro_count), micro: Math.max(now.micro_mm, 0) });
     this.keep();
-    return this.page.say(`Point kept at ${length.words(place)}.`);
+    return this.page.say(`Point saved at ${length.words(place)}.`);
   }
 
   keep() {
@@ -98,7 +98,7 @@ export class Points {
 
   // A motion programme that visits the points in turn.
   save() {
-    if (!this.list.length) return this.page.say("There are no points to save. Keep a position first.", true);
+    if (!this.list.length) return this.page.say("There are no points to save. Save a position first.", true);
     const move = (stage, target, hold) => `[[moves]]\n${stage} = "${target}"\nhold = "${hold}"\n`;
     const text = this.list.map((point) => `# ${point.name.replace(/[^\x20-\x7e]/g, "?")}\n` +
       (this.alone ? move("macro", `${(point.place / length.scale).toFixed(6)} ${length.main}`, "2 s")

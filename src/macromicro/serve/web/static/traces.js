@@ -1,6 +1,7 @@
 // Telemetry as the plots keep it: a ring of columns with smallest and largest value of each.
 
 import { colours, decimals, niceStep, surface } from "./canvas.js";
+import { length } from "./length.js";
 
 const LEFT = 46, BOTTOM = 16, TOP = 6;
 export const MARGIN = LEFT + 4;
@@ -41,45 +42,50 @@ export class Ring {
 }
 
 export class Plot {
-  // lines: [channel, colour name, label, unit, digits]; `stage`: whose it is alone, if any's.
+  // lines: [channel, colour name, label, unit, digits]; without a unit places, in the page's, with so
+  // many digits fewer than its finest. `stage`: whose it is alone, if any's.
   constructor(parent, title, lines, least, stage = "") {
-    this.lines = lines;
     this.least = least;
     this.low = 0;
     this.high = least;
     const figure = document.createElement("figure");
     figure.className = "plot";
     if (stage) figure.dataset.of = stage;
-    const caption = document.createElement("figcaption");
-    this.head = document.createElement("strong");
-    caption.append(this.head);
+    this.caption = document.createElement("figcaption");
+    this.canvas = document.createElement("canvas");
+    this.canvas.setAttribute("role", "img");
+    this.show(title, lines);
+    figure.append(this.caption, this.canvas);
+    parent.append(figure);
+  }
+
+  show(title, lines = this.lines) {
+    this.lines = lines;
+    const head = document.createElement("strong");
+    head.textContent = title;
+    this.caption.replaceChildren(head);
     this.outputs = lines.map(([, colour, label]) => {
       const item = document.createElement("span"), key = document.createElement("span");
       key.className = `key ${colour}`;
       const words = document.createTextNode("");
       item.append(key, label, " ", words);
-      caption.append(item);
+      this.caption.append(item);
       return words;
     });
-    this.canvas = document.createElement("canvas");
-    this.canvas.setAttribute("role", "img");
-    this.title = title;
-    figure.append(caption, this.canvas);
-    parent.append(figure);
-  }
-
-  set title(title) {
-    this.head.textContent = title;
     this.canvas.setAttribute("aria-label", `${title} over time; its present values are given above`);
   }
 
   get width() { return this.canvas.clientWidth - MARGIN; }
 
+  // What is shown of a value of the telemetry: places come in the machine's larger unit.
+  get scale() { return this.lines.some((line) => line[3] === undefined) ? length.scale / length.factor : 1; }
+
   words(ring) {
     const slot = ring.newest % ring.columns;
     this.lines.forEach(([channel, , , unit, digits], k) => {
       const value = ring.newest < 0 ? NaN : ring.values[(slot * ring.channels + channel) * 2 + 1];
-      this.outputs[k].data = Number.isFinite(value) ? `${value.toFixed(digits)} ${unit}` : "-";
+      const words = unit === undefined ? length.words(value * length.scale, digits) : `${value.toFixed(digits)} ${unit}`;
+      this.outputs[k].data = Number.isFinite(value) ? words : "-";
     });
   }
 
@@ -157,11 +163,12 @@ export class Plot {
     g.textAlign = "right";
     g.textBaseline = "middle";
     g.beginPath();
-    const step = niceStep(this.high - this.low, 4);
-    for (let v = Math.ceil(this.low / step) * step; v <= this.high; v += step) {
-      g.moveTo(LEFT, y(v));
-      g.lineTo(LEFT + inner, y(v));
-      g.fillText(v.toFixed(decimals(step)), LEFT - 4, Math.max(y(v), 6));
+    const scale = this.scale, low = this.low * scale, high = this.high * scale, step = niceStep(high - low, 4);
+    for (let v = Math.ceil(low / step) * step; v <= high; v += step) {
+      const at = y(v / scale);
+      g.moveTo(LEFT, at);
+      g.lineTo(LEFT + inner, at);
+      g.fillText(v.toFixed(decimals(step)), LEFT - 4, Math.max(at, 6));
     }
     g.textAlign = "center";
     g.textBaseline = "top";

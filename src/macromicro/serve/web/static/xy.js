@@ -2,6 +2,7 @@
 
 import { colours, decimals, niceStep, surface } from "./canvas.js";
 import { length } from "./length.js";
+import { outside } from "./orders.js";
 
 const $ = (id) => document.getElementById(id);
 const X = 7, Y_AIM = 8, Y = 9, X_AIM = 0; // channels of the telemetry
@@ -64,7 +65,7 @@ export class Plane {
     ["point-x", "point-y"].forEach((id, k) => { $(id).value = (point[k] / length.factor).toFixed(digits); });
     this.proposed = point;
     $("point-problem").textContent = "";
-    this.page.say(`Point ${point.map((m) => length.words(m)).join(", ")} filled in. Move moves there.`);
+    this.page.say(`Point ${point.map((m) => length.words(m)).join(", ")} filled in. Press Move to go there.`);
   }
 
   // Checks here, so that a slip is reported at once; the server and the machine check again.
@@ -79,8 +80,8 @@ export class Plane {
 
   beyond(value, { name, low, high }) {
     if (!Number.isFinite(value)) return `${name}: give a number.`;
-    const metres = value * length.factor;
-    return metres < low || metres > high ? `${name}: accepted: ${length.short(low)} to ${length.short(high)} ${length.name}.` : "";
+    const problem = outside(value * length.factor, low, high);
+    return problem && `${name}: ${problem}`;
   }
 
   // One step [m] of an axis; the machine adds it to its last target.

@@ -1,0 +1,108 @@
+"""Checks of the user's own laws, machines, parts and rigs for ``macromicro doctor``."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+
+from macromicro.commands import asking
+from macromicro.control import contract, outside
+from macromicro.control.settings import Control
+from macromicro.control.stage_law import Sample, StageLaw, Target
+from macromicro.errors import InputError, ProblemError
+from macromicro.machines import contract as machine_contract
+from macromicro.machines import machine as machines
+from macromicro.machines import part_contract
+from macromicro.nominal import PERIOD
+from macromicro.plant import own_part
+from macromicro.rig import contract as rig_contract
+from macromicro.rig import contract_moving
+from macromicro.rig.opening import TWIN, open_rig
+from macromicro.rig.session import BENCH, Fixture
+from macromicro.schema import plugins
+from macromicro.serve.health import FAIL, OK, Finding
+from macromicro.units import quantity
+
+OPTION = "--law"
+_CALLS = 20_000
+
+
+def law(name: str) -> Iterator[Finding]:
+    """Check a law against its contract and time one of its periods."""
+    if not plugins.spelled(name):  # an entry point, or a slip
+        Control().joined(name, OPTION)
+    made, whole = outside.imported(name, OPTION), True
+    with suppress(InputError):  # what is wrong is said below; compiled beside its own sources
+        outside.find(name, OPTION)
+    for each in contract.check(made, name):
+        whole = whole and each.passed
+        yield told(each)
+    if whole:
+        yield Finding("speed", OK, _speed(outside.checked(made, name, OPTION)))
+
+
+def machine(name: str) -> Iterator[Finding]:
+    """Check a machine against its contract and measure its speed."""
+    for each in machine_contract.check(machines.named(name, "--machine")):
+        yield told(each)
+
+
+def part(name: str) -> Iterator[Finding]:
+    made = own_part.imported(name, "--part")
+    with suppress(InputError):  # what is wrong is said below; compiled beside its own sources
+        own_part.find(name, "--part")
+    for each in part_contract.check(made, name):
+        yield told(each)
+
+
+def rig(name: str, move: str | None, *, yes: bool) -> Iterator[Finding]:
+    """Check a rig against its contract; with `move` (text in V) also in motion."""
+    volts = 0.0 if move is None else volts_of(move, "--move")
+    fixture, whole = fixture_of(name), True
+    if move is not None and fixture.kind != BENCH:
+        raise ProblemError("--move", f"only for a rig of kind bench, not {fixture.kind}")
+    for each in rig_contract.check(fixture):
+        whole = whole and each.passed
+        yield told(each)
+    if move is not None and whole:
+        asking.agreed(contract_moving.said(fixture, volts), f"--rig {name}", yes=yes)
+        for each in contract_moving.check(fixture, volts):
+            yield told(each)
+
+
+def fixture_of(name: str) -> Fixture:
+    """The rig of that name; the simulated machine is refused, as it needs no check."""
+    if name == TWIN:
+        raise ProblemError(
+            "--rig",
+            "the simulated machine needs no check",
+            "Name a rig of your own (docs/rigs.md).",
+        )
+    found = open_rig(name, alone=True)
+    return open_rig(name) if found.has("hall") else found
+
+
+def volts_of(text: str, option: str) -> float:
+    """A permitted voltage in V; one that is too high is refused."""
+    volts = quantity(text, "V", option)
+    if not 0.0 < volts <= 10.0:
+        raise InputError(option, text, "more than 0 V, at most 10 V")
+    return volts
+
+
+def told(each: contract.Finding) -> Finding:
+    """A finding as `doctor` prints it."""
+    return Finding(each.what, OK if each.passed else FAIL, each.found, each.remedy)
+
+
+def _speed(law: StageLaw) -> str:
+    """Time of one interpreted period, as the live machine runs it."""
+    gains, target = outside.given(law, law.gains()), Target(0.1, 0.0, 0.0, math.inf)
+    memory, began = law.start(gains, Sample(0.0, 0.0)), time.perf_counter()
+    for k in range(_CALLS):
+        sample = Sample(k * PERIOD, 1e-6 * k)
+        memory, _ = law.step(gains, memory, target, sample, PERIOD)
+    each = 1e6 * (time.perf_counter() - began) / _CALLS
+    return f"{each:.2g} us a period interpreted, as `serve` runs it (a period is 1000 us)"

@@ -1,0 +1,244 @@
+"""``tune`` and ``robust`` for the machines of one stage and of two axes."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import typer
+
+from macromicro.commands import machine_run
+from macromicro.commands.signals import Signals
+from macromicro.errors import InputError, ProblemError
+from macromicro.schema.text import printable
+
+OTHERS, FRESH = 8, 50  # machines of a robust search, and to judge it by
+MOST = 1000  # of them
+MAX_WORKERS = 256
+ENDING = "stopping after this generation with the best so far (again: stop at once without results)"
+
+
+class Asked(NamedTuple):
+    config: Path
+    law: str | None
+    out: Path
+    overwrite: bool
+    figures: str
+    as_json: bool
+    seed: int
+
+
+def only(given: dict[str, object], name: str) -> None:
+    """Refuse an option that has no meaning for the machine."""
+    for option, value in given.items():
+        if value:
+            raise ProblemError(option, f"the machine {name} has no such choice")
+
+
+def name_of(config: Path) -> str:
+    from macromicro.machines.compositions import chosen
+
+    return chosen(config).name
+
+
+def tune(
+    asked: Asked,
+    stage: str,
+    objective: str,
+    evaluations: int,
+    machines: tuple[int | None, int | None],
+) -> None:
+    """Search for better gains; `machines`: numbers of varied and of fresh ones, or None."""
+    from macromicro.batch import cores
+    from macromicro.drawing.bar import progress
+    from macromicro.drawing.files import formats
+    from macromicro.report.summary import as_json as to_json
+    from macromicro.runs import folder
+    from macromicro.schema import keys
+    from macromicro.tuning import stage as tuning
+    from macromicro.tuning.evolution import Stop
+
+    kinds = formats(asked.figures)
+    pick = _tuned_pair if machine_run.in_step(asked.config) else _tuned_stage
+    names, search, told, search_least = pick(asked)
+    if stage not in names:
+        raise InputError("stage", stage, f"{names[0]} for this machine")
+    aim = tuning.named(objective)
+    keys.seed(asked.seed, "--seed")
+    keys.whole(evaluations, search_least, 1_000_000, "--evaluations")
+    for option, count in zip(("--benches", "--held-out"), machines, strict=True):
+        if count is not None:
+            keys.whole(count, 1, MOST, option)
+    folder.check(asked.out, 2_000_000, overwrite=asked.overwrite, names=told.FILES)
+    with (
+        Signals() as signals,
+        folder.held(asked.out, overwrite=asked.overwrite, names=told.FILES),
+        progress(f"{names[0]}, objective {aim.name}", "designs at most") as pace,
+    ):
+        pace.begin(evaluations)
+
+        def tell(done: int, best: float) -> None:
+            pace.reach(done, evaluations, f"least cost {best:.4g}")
+            if signals.received:
+                raise Stop
+
+        others, fresh = (count or 0 for count in machines)
+        budget = tuning.Budget(evaluations, asked.seed, others, fresh, cores())
+        signals.later(ENDING)
+        try:
+            found = search(aim, budget, tell)
+        except KeyboardInterrupt:  # a second signal
+            print("macromicro: interrupted, nothing was written", file=sys.stderr)
+            raise typer.Exit(signals.status) from None
+        told.write(asked.out, found, kinds)
+    if asked.as_json:
+        print(to_json(told.content(found)), end="")
+    else:
+        print("\n".join(told.lines(found)))
+        print(results(asked.out, told.SETTINGS, better=found.better))
+    ended(signals, found.evaluations)
+
+
+def ended(signals: Signals, designs: int) -> None:
+    """Note that a signal ended a search early, and exit with its status."""
+    if signals.received:
+        print(
+            f"macromicro: interrupted after {designs} designs; the best is kept",
+            file=sys.stderr,
+        )
+        raise typer.Exit(signals.status)
+
+
+def results(out: Path, settings: str, *, better: bool) -> str:
+    return f"results: {out}" + (f"; try: macromicro run --config {out / settings}" * better)
+
+
+def _tuned_stage(asked: Asked) -> tuple[tuple[str, ...], Any, Any, int]:
+    """Names of the tuned set, search, files and fewest designs for a machine of one stage."""
+    from macromicro.machines import doubts, planning
+    from macromicro.machines.machine import load
+    from macromicro.tuning import stage, stage_files
+
+    machine, settings = load(asked.config, asked.law)
+    doubts.refuse(settings, printable(asked.config, 300), "tune")
+    plan = planning.plan(planning.usual(settings), settings)
+
+    def search(aim: Any, budget: Any, tell: Any) -> Any:
+        aim = stage.named(aim.name, machine.kind.place)
+        return stage.search(machine, settings, plan, aim, budget, tell)
+
+    return (machine.kind.name, machine.name, "macro"), search, stage_files, stage.LEAST
+
+
+def _tuned_pair(asked: Asked) -> tuple[tuple[str, ...], Any, Any, int]:
+    from functools import partial
+
+    from macromicro.machines import doubts
+    from macromicro.machines.joint import course, planning
+    from macromicro.machines.joint.machine import load
+    from macromicro.tuning import joint, joint_files
+
+    only({"--law": asked.law}, name_of(asked.config))
+    machine, settings = load(asked.config)
+    doubts.refuse(settings, printable(asked.config, 300), "tune")
+    plan = planning.plan(course.usual(settings), settings)
+    search = partial(joint.search, machine, settings, plan)
+    return (machine.name,), search, joint_files, joint.LEAST
+
+
+def robust(
+    asked: Asked, programme: str | None, samples: int, how: tuple[int | None, Path | None]
+) -> None:
+    """Vary a machine's parameters under the nominal law; `how`: threads, requirements file."""
+    from macromicro.batch import cores
+    from macromicro.drawing.bar import progress
+    from macromicro.drawing.files import formats
+    from macromicro.report.summary import as_json as to_json
+    from macromicro.robustness import stage_files as told
+    from macromicro.runs import folder
+    from macromicro.schema import keys
+    from macromicro.uncertainty.machines import counted
+
+    kinds = formats(asked.figures)
+    keys.seed(asked.seed, "--seed")
+    workers, limits = how
+    counted(samples)
+    if workers is not None:
+        keys.whole(workers, 1, MAX_WORKERS, "--workers")
+    pick = _pair if machine_run.in_step(asked.config) else _stage
+    title, required, study = pick(asked, programme, limits)
+    folder.check(asked.out, 2_000_000, overwrite=asked.overwrite, names=told.FILES)
+    with (
+        Signals() as signals,
+        folder.held(asked.out, overwrite=asked.overwrite, names=told.FILES),
+    ):
+        signals.later()
+        with progress(title, "runs") as pace:
+            pace.begin(samples + 1)
+
+            def done(n: int) -> bool:
+                pace.reach(n, samples + 1)
+                return bool(signals.received)
+
+            found = study(samples, asked.seed, workers or cores(), done)
+        if not found.found:
+            print("macromicro: interrupted; nothing written", file=sys.stderr)
+            raise typer.Exit(signals.status)
+        found = found._replace(required=required)
+        told.write(asked.out, found, kinds)
+    if asked.as_json:
+        print(to_json(told.content(found)), end="")
+    else:
+        print("\n".join(told.lines(found)))
+        print(f"results: {asked.out}")
+    if len(found.found) < samples:
+        said = f"interrupted after {len(found.found)} of {samples} machines"
+        print(f"macromicro: {said}", file=sys.stderr)
+        raise typer.Exit(signals.status or 1)
+
+
+def _warn(settings: Any) -> None:
+    from macromicro.machines import doubts
+
+    for each in doubts.found(settings):
+        print(f"macromicro: warning: {each.text}", file=sys.stderr)
+
+
+def _stage(asked: Asked, programme: str | None, limits: Path | None) -> tuple[str, Any, Any]:
+    """Title, requirements and study of a machine of one stage."""
+    from functools import partial
+
+    from macromicro import programme as programmes
+    from macromicro.batch.stage_job import metrics
+    from macromicro.machines import planning
+    from macromicro.machines.machine import load
+    from macromicro.robustness import requirements, stage
+
+    machine, settings = load(asked.config, asked.law)
+    _warn(settings)
+    required = () if limits is None else requirements.load(limits, metrics(machine.kind.place), ())
+    if programme is None:
+        moves = planning.usual(settings)
+    else:
+        moves = planning.load(programmes.find(programme), settings)
+    plan = planning.plan(moves, settings)
+    return moves.title, required, partial(stage.study, machine, settings, plan)
+
+
+def _pair(asked: Asked, programme: str | None, limits: Path | None) -> tuple[str, Any, Any]:
+    from functools import partial
+
+    from macromicro.machines.joint import job, planning
+    from macromicro.machines.joint.machine import load
+    from macromicro.robustness import joint, requirements
+
+    only({"--law": asked.law}, name_of(asked.config))
+    machine, settings = load(asked.config)
+    _warn(settings)
+    required = joint.required(settings)
+    if limits is not None:
+        required = requirements.load(limits, joint.METRICS, required)
+    moves = job.chosen(settings, programme)
+    plan = planning.plan(moves, settings)
+    return moves.title, required, partial(joint.study, machine, settings, plan)

@@ -1,0 +1,168 @@
+"""Page of an axis: values, figures and points to check."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from macromicro.commission import _mode_page, _pole
+from macromicro.commission._friction import FrictionMap
+from macromicro.commission._model import UNITS, Model
+from macromicro.commission.procedure import Drawn, Estimate, Work
+from macromicro.commission.stand import Record
+from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
+from macromicro.identify.axis import simulate
+from macromicro.identify.coverage import NORMAL
+from macromicro.place import LENGTH, Place
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MEANINGS = {
+    "mass": "mass",
+    "viscous": "viscous friction and back-EMF",
+    "coulomb": "sliding friction",
+    "offset": "constant force",
+    "lag": "lag of the effort",
+    "sine": "gravity, by the angle's sine",
+    "cosine": "gravity, by its cosine",
+    "resonance": "resonance of the structure",
+    "antiresonance": "antiresonance, the load on the drive",
+    "damping": "damping ratio of the load on the drive",
+}
+_WIDE = 0.2  # an interval that is a larger part of its value is doubtful
+_UNEVEN = 0.3  # friction that differs by more along the travel
+_SHOWN = 4  # strokes
+
+
+def estimates(found: Model) -> dict[str, Estimate]:
+    told = {
+        name: Estimate(
+            MEANINGS[name], getattr(found.whole, name), found.half_width(name), UNITS[name]
+        )
+        for name in found.names
+    }
+    if found.limber is not None:
+        for name, value in found.limber.values.items():
+            half = NORMAL[1] * found.limber.errors[name]
+            told[name] = Estimate(MEANINGS[name], value, half, UNITS[name])
+    return told
+
+
+def rows(work: Work) -> list[tuple[str, ...]]:
+    ends, direction, weight = work["ends"], work["direction"], work["weight"]
+    p = work.stand.place
+    held = [("effort to hold the weight", f"{weight.hold:.4g}", "", "V")] if weight.hold else []
+    return [
+        *held,
+        ("travel", f"{ends.travel * p.per:.5g}", "", p.unit),
+        ("breakaway forwards", f"{direction.forward:.3g}", "", "V"),
+        ("breakaway backwards", f"{direction.backward:.3g}", "", "V"),
+    ]
+
+
+def doubts(work: Work, model: Model) -> list[str]:
+    """Points to check before the result is used."""
+    said = []
+    if work["weight"].hold:
+        said.append(
+            "Only the motor holds the weight: the axis sinks when the drive is off or a "
+            "guard stops a run. A brake or a counterweight would hold it."
+        )
+    if not work["ends"].found and not work.options.endless:
+        said.append("The window was given; the end stops were not searched.")
+    friction = work["friction"]
+    known = [e for e in (*friction.forward, *friction.backward) if not math.isnan(e)]
+    spread = (max(known) - min(known)) / friction.mean
+    if spread > _UNEVEN:
+        said.append(
+            f"The breakaway force varies by {spread:.0%} along the travel and between the "
+            "directions. Check for dirt, a bent rail or a weight."
+        )
+    if model.axis.limit < work.options.effort:
+        said.append(
+            f"The current of the drive limits the force to {model.axis.limit:.3g} V of "
+            f"{work.options.effort:.3g} V."
+        )
+    for name in ("mass", "coulomb"):
+        value, half = getattr(model.axis, name), model.half_width(name)
+        if half > _WIDE * value:
+            said.append(
+                f"The {MEANINGS[name]} is known to {half / value:.0%} only. A longer travel "
+                "or a larger effort would improve it."
+            )
+    if not _pole.told(model.axis, work.stand.dt):
+        said.append(
+            "The strokes do not determine the time constant (mass over viscous friction); "
+            f"the mass is the smallest that suits a period of {work.stand.dt * 1e3:.3g} ms. A "
+            "shorter period or a finer encoder would show it."
+        )
+    said += _mode_page.doubts(model.mode, work.stand.dt)
+    if model.axis.lag > 3.0 * work.stand.dt:
+        said.append(
+            f"The effort acts {model.axis.lag * 1e3:.2g} ms late "
+            f"({model.axis.lag / work.stand.dt:.2g} control periods): the drive or the bus is "
+            "slow, which limits the gains."
+        )
+    return said
+
+
+def friction(found: FrictionMap, model: Model, place: Place = LENGTH) -> Figure:
+    """Breakaway along the travel, and the kinetic friction of the model."""
+    figure, axes = new(2.6, 1)
+    ax, places = axes[0, 0], np.array(found.places) * place.per
+    ax.plot(places, found.forward, "o-", color=BLUE, label="starts forwards", linewidth=1.0)
+    ax.plot(places, found.backward, "s--", color=RED, label="starts backwards", linewidth=1.0)
+    ax.axhline(model.axis.coulomb, color=BLACK, linewidth=0.9, linestyle=":", label="sliding")
+    ax.set_ylim(bottom=0.0)
+    finish(
+        ax, "Friction over position", f"from the low end [{place.unit}]", "effort [V]", legend=True
+    )
+    return figure
+
+
+def strokes(records: Sequence[Record], model: Model, dt: float, place: Place = LENGTH) -> Figure:
+    """Some strokes with free simulations from the same start, and the difference."""
+    picked = [records[k] for k in np.linspace(0, len(records) - 1, _SHOWN).round().astype(int)]
+    figure, axes = new(5.2, 3, _SHOWN)
+    figure.subplots_adjust(wspace=0.4)
+    for k, one in enumerate(picked):
+        free = simulate(model.axis, one.u, dt, float(one.x[0]))
+        line(axes[0, k], one.t, (one.x - one.x[0]) * place.per, BLUE, "measured")
+        line(axes[0, k], one.t, (free - one.x[0]) * place.per, RED, "model", linestyle="--")
+        line(axes[1, k], one.t, (one.x - free) * place.fines, BLACK, "")
+        line(axes[2, k], one.t, one.u, BLUE, "")
+        finish(
+            axes[0, k],
+            "" if k else "strokes",
+            "",
+            f"way [{place.unit}]" if not k else "",
+            legend=k == _SHOWN - 1,
+        )
+        finish(
+            axes[1, k], "" if k else "measured less model", "", f"[{place.fine}]" if not k else ""
+        )
+        finish(axes[2, k], "" if k else "effort", "time [s]", "[V]" if not k else "")
+    return figure
+
+
+FIGURES = {
+    "friction": Drawn(
+        "Friction over position",
+        "Breakaway effort in both directions, and the model's sliding friction.",
+        lambda work, model: friction(work["friction"], model, work.stand.place),
+    ),
+    "strokes": Drawn(
+        "Strokes and model",
+        "Some strokes with the model's free simulation from the same start under the same effort.",
+        lambda work, model: strokes(work["strokes"], model, work.stand.dt, work.stand.place),
+    ),
+    "modes": Drawn(
+        "Chirp and mode",
+        "Measured position per effort, with the model including the mode and with a rigid axis.",
+        lambda work, model: _mode_page.bode(model.mode, work.stand.place),
+    ),
+}

@@ -1,0 +1,191 @@
+"""Homing on a switch, an index pulse, or the index pulse next to a switch."""
+
+from __future__ import annotations
+
+import math
+
+from macromicro.control.arrival import TICK
+from macromicro.control.live import _touching, brake
+from macromicro.control.live import messages as m
+from macromicro.control.live import transitions as t
+from macromicro.control.live.leading import (
+    NEVER,
+    REST,
+    Guide,
+    Guided,
+    Seek,
+    Touch,
+    ahead,
+    at,
+    ramped,
+)
+from macromicro.control.live.messages import Evidence, Notice
+from macromicro.control.live.parameters import LiveParameters
+from macromicro.control.live.state import LiveState, Search
+
+SEEK, RISE, OUT, UP, EDGE, PULSE, CHECK = range(7)  # OUT as in `touching`
+HOLDS, LOOKS = 2.5e-3, 2  # s, and looks; a switch that says the same for longer has turned
+TRIES = 4  # times that an edge or pulse may be found elsewhere
+SAME = 2.5  # counts between two findings of one pulse
+_WHY = {
+    SEEK: "it stands, and no switch was on",
+    RISE: "it stands, and the switch stays on",
+    UP: "it stands above, and no switch was on",
+    EDGE: "it stands before the switch is on again",
+    PULSE: "it stands, and no index pulse came",
+}
+Step = tuple[LiveState, Guided, tuple[Notice, ...]]
+
+
+def step(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: float) -> Step:
+    work, motion, touch = s.work, s.motion, q.touch
+    assert isinstance(work, Search) and motion is not None and touch is not None
+    seek = touch.seek
+    assert seek is not None
+    if s.time - motion.began >= touch.patience - TICK:
+        s, notices = brake.start(p, s, m.STALLED, t.STALLED)
+        return s, g, notices
+    if work.phase == OUT:
+        return _touching.leave(p, q, touch, s, work, g, place, dt)
+    slow = {SEEK: -touch.speed, UP: touch.speed, EDGE: -touch.slow, CHECK: -seek.rise}
+    g = g._replace(aim=ramped(q, at(g.aim, dt), slow.get(work.phase, seek.rise), dt))
+    g, held = ahead(touch, g, place)
+    if math.isnan(g.there) or not held or abs(place - g.there) > touch.give:
+        g = g._replace(there=place, since=s.time)
+    stands = s.time - g.since >= touch.stand - TICK
+    stands = stands or _touching.revealed(touch, work, g, place, p.settings.pitch)
+    return _judged(p, touch, s, work, g, place, stands)
+
+
+def on(seek: Seek, g: Guided) -> bool:
+    return seek.line != "" and bool(getattr(g.lines, seek.line) == 1.0)
+
+
+def debounced(g: Guided, said: bool, now: float, here: float, dt: float) -> Guided:
+    """The debounced state of a switch, and the count at which it began."""
+    if said == g.switch:
+        return g._replace(turned=math.nan)
+    if math.isnan(g.turned):
+        return g._replace(turned=now, edge=here)
+    if now - g.turned < max(HOLDS, LOOKS * dt) - TICK:
+        return g
+    return g._replace(switch=said, turned=math.nan)
+
+
+def _judged(
+    p: LiveParameters,
+    touch: Touch,
+    s: LiveState,
+    work: Search,
+    g: Guided,
+    place: float,
+    stands: bool,
+) -> Step:
+    """What this period's lines say, and whether the stage stands at an obstacle."""
+    seek, lines = touch.seek, g.lines
+    assert seek is not None
+    step: Step | None = None
+    if not seek.line and work.phase in (SEEK, UP) and not math.isnan(lines.index_count):
+        found = work._replace(stop=lines.index_count, expected=-math.inf)
+        step = _next(s, found, g, CHECK, "index pulse found")
+    elif work.phase in (SEEK, UP) and g.switch:
+        step = _next(s, work._replace(expected=math.nan), g, RISE, "switch found")
+    elif work.phase == SEEK and (stands or lines.limit_low == 1.0) and _may_turn(seek):
+        if stands:  # what pushed is forgotten
+            g = g._replace(aim=REST._replace(position=place), restart=g.restart + 1)
+        step = _next(s, work, g, UP, "end of travel")
+    elif work.phase == RISE:
+        free = math.nan if g.switch else g.edge if math.isnan(work.expected) else work.expected
+        risen = place >= free * p.settings.pitch + touch.back
+        s = s._replace(work=work._replace(expected=free, phase=EDGE if risen else RISE))
+    elif work.phase == EDGE and g.switch:
+        step = _edge(p, seek, s, work, g, place)
+    elif work.phase == PULSE:
+        step = _pulse(p, touch, seek, s, work, g, place)
+    elif work.phase == CHECK and (stands or place <= work.stop * p.settings.pitch - touch.back):
+        step = _next(s, work, g, PULSE, "again")
+    if step is None and stands:
+        step = _given_up(p, s, g, {"reason": _WHY[work.phase]})
+    return (s, g, ()) if step is None else step
+
+
+def _edge(
+    p: LiveParameters, seek: Seek, s: LiveState, work: Search, g: Guided, place: float
+) -> Step:
+    """Compare a slowly found edge with the previous one."""
+    apart = abs(g.edge - work.stop) * p.settings.pitch
+    if not apart <= seek.margin:
+        if work.tries >= TRIES:
+            reason = (
+                f"the edge of the switch is at places {1e3 * apart:.4g} mm apart, which is more "
+                f"than {1e3 * seek.margin:.4g} mm: check the switch and its wires"
+            )
+            return _given_up(p, s, g, {"reason": reason})
+        again = work._replace(stop=g.edge, expected=math.nan, tries=work.tries + 1)
+        return _next(s, again, g, RISE, "switch confirmed")
+    if not seek.pulse:
+        return _named(s, work, g, place, g.edge)
+    found = work._replace(expected=g.edge, stop=math.nan, tries=0)
+    return _next(s, found, g, PULSE, "switch confirmed")
+
+
+def _may_turn(seek: Seek) -> bool:
+    """Whether the sought switch may lie above the end of travel."""
+    return seek.above or not seek.line
+
+
+def _pulse(
+    p: LiveParameters, touch: Touch, seek: Seek, s: LiveState, work: Search, g: Guided, place: float
+) -> Step | None:
+    """Verify the first index pulse above the edge."""
+    pitch, count = p.settings.pitch, g.lines.index_count
+    if not count >= work.expected:
+        return _no_pulse(p, touch, seek, s, work, g, place)
+    above = (count - work.expected) * pitch
+    near = min(above, seek.spacing - above) if seek.spacing > 0.0 else above
+    if seek.line and near < seek.margin:
+        reason = (
+            f"the index pulse is {1e3 * near:.4g} mm from the edge of the switch, which is "
+            f"uncertain by {1e3 * seek.margin:.4g} mm: move the switch"
+        )
+        return _given_up(p, s, g, {"reason": reason, "index_from_switch_um": 1e6 * near})
+    if abs(count - work.stop) <= SAME:
+        return _named(s, work, g, place, count)
+    if work.tries >= TRIES:
+        return _given_up(p, s, g, {"reason": "the index pulses come at varying positions"})
+    found = work._replace(stop=count, tries=work.tries + 1)
+    return _next(s, found, g, CHECK, "index pulse found")
+
+
+def _no_pulse(
+    p: LiveParameters, touch: Touch, seek: Seek, s: LiveState, work: Search, g: Guided, place: float
+) -> Step | None:
+    pitch = p.settings.pitch
+    if seek.line and place - work.expected * pitch > 1.5 * seek.spacing > 0.0:
+        reason = "no index pulse within 1.5 turns above the switch"
+        return _given_up(p, s, g, {"reason": reason})
+    if not place > work.stop * pitch + touch.back:  # NaN: none has come yet
+        return None
+    again = work._replace(stop=math.nan, tries=work.tries + 1)
+    if again.tries > TRIES:
+        return _given_up(p, s, g, {"reason": "an index pulse came only once"})
+    return _next(s, again, g, PULSE if seek.line else SEEK, "index pulse not confirmed")
+
+
+def _next(s: LiveState, work: Search, g: Guided, phase: int, cause: str) -> Step:
+    event = t.reported(s, "move", cause, {"raw_counts": s.seen.encoder})
+    work = work._replace(phase=phase, origin=s.seen.encoder)
+    return s._replace(work=work), g._replace(there=math.nan), (event,)
+
+
+def _named(s: LiveState, work: Search, g: Guided, place: float, count: float) -> Step:
+    """Set the position by the count of the home position."""
+    event = t.reported(s, "move", "place found", {"raw_counts": count})
+    aim = REST._replace(position=place)
+    g = g._replace(aim=aim, restart=g.restart + 1, motion=NEVER, there=math.nan)
+    return s._replace(work=work._replace(phase=OUT, stop=count)), g, (event,)
+
+
+def _given_up(p: LiveParameters, s: LiveState, g: Guided, found: Evidence) -> Step:
+    s, notices = brake.start(p, s, m.STALLED, t.STALLED, found)
+    return s, g, notices

@@ -1,0 +1,254 @@
+"""Names, fields and constants of a kernel, and values in C."""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from macromicro.export import kinds
+from macromicro.export._expr import LANGUAGE, LITERAL, PLACE, POINTER, PREFIX, VALUE, Expr
+from macromicro.export._naming import legal
+from macromicro.export._sources import Source, Unknown
+from macromicro.export.kinds import REAL, TRUTH, WHOLE, Kind, Rows, Several, Struct, empty
+
+if TYPE_CHECKING:
+    from macromicro.export._program import Program
+
+
+class Reading:
+    """Reader of the expressions of one kernel."""
+
+    def __init__(self, program: Program, source: Source) -> None:
+        self.program = program
+        self.source = source
+        self.local: set[str] = set()
+        self.kinds: dict[str, Kind] = {}
+        self.forms: dict[str, str] = {}
+        self.layouts: dict[str, Any] = {}
+        self.named: dict[str, str] = {}
+        self.steady: set[str] = set()
+        self.before: list[str] = []  # lines that the present statement needs before it
+        self.taken: set[str] = set()
+        self.depends = 0  # above 0: what is read may never be computed
+        self.statement: ast.AST = source.node  # the present one
+        self.mutates = False  # whether it writes into any array
+        self.called, self.changing = 0, False  # kernels that the present statement calls
+        self.written: set[str] = set()  # parameters whose arrays are written into
+
+    def refuse(self, node: ast.AST, found: str, accepted: str = LANGUAGE) -> NoReturn:
+        self.source.refuse(node, found, accepted)
+
+    @contextmanager
+    def perhaps(self) -> Iterator[None]:
+        """Mark expressions that are evaluated under a condition."""
+        self.depends += 1
+        try:
+            yield
+        finally:
+            self.depends -= 1
+
+    def read(self, node: ast.AST) -> Expr:
+        try:
+            return self.constant(node, self.source.constant(node, self.local))
+        except Unknown:
+            pass
+        method = getattr(self, f"_{type(node).__name__.lower()}", None)
+        if method is None:
+            self.refuse(node, ast.unparse(node))
+        found: Expr = method(node)
+        return found
+
+    def constant(self, node: ast.AST, value: Any) -> Expr:
+        named = isinstance(node, ast.Name | ast.Attribute)
+        if isinstance(value, bool | int | float):
+            kind = kinds.of_value(value)
+            exact = value if kind is not REAL else None
+            if named and not isinstance(value, bool) and math.isfinite(value):
+                name = ast.unparse(node).rpartition(".")[2]
+                text = self.program.constant(name, self.source.home(node), value)
+                return Expr(kind, text, value=exact)
+            text = self.program.number(value)
+            return Expr(kind, text, PREFIX if text.startswith("-") else LITERAL, value=exact)
+        if isinstance(value, tuple):
+            try:
+                kind = kinds.of_value(value)
+            except kinds.Unlike as error:
+                self.refuse(node, f"{ast.unparse(node)}, {error}")
+            return Expr(kind, self.program.literal(value, kind))
+        return self.refuse(node, ast.unparse(node))
+
+    # Names, fields, items
+
+    def _name(self, node: ast.Name) -> Expr:
+        if node.id not in self.kinds:
+            self.refuse(node, node.id, "a variable that has a value here, or a constant")
+        kind = self.kinds[node.id]
+        return Expr(
+            kind,
+            self.named[node.id],
+            form=self.forms.get(node.id, PLACE),
+            layout=self.layouts.get(node.id),
+            stable=node.id in self.steady,
+        )
+
+    def _attribute(self, node: ast.Attribute) -> Expr:
+        if node.attr == "shape":
+            rows = self.read(node.value)
+            if isinstance(rows.kind, Rows):
+                items = tuple(self._length(node, n) for n in rows.kind.shape)
+                return Expr(Several((WHOLE,) * len(items)), "", items=items)
+        base = self.read(node.value)
+        if not isinstance(base.kind, Struct) or node.attr not in base.kind.fields:
+            self.refuse(node, f"{ast.unparse(node)} of {base.kind}", f"a field of it; {LANGUAGE}")
+        return self.field(base, node.attr)
+
+    def field(self, base: Expr, name: str) -> Expr:
+        if base.items is not None:
+            found: Expr = base.items[base.kind.fields.index(name)]
+            return found
+        kind = base.kind.part(name)
+        dot = "->" if base.form == POINTER else "."
+        text = f"{base.within(LITERAL)}{dot}{legal(name)}"
+        form = VALUE if base.form == VALUE else PLACE
+        return Expr(kind, text, form=form, stable=base.stable)
+
+    def items(self, whole: Expr, name: str = "pair") -> tuple[Expr, ...]:
+        if whole.items is not None:
+            return whole.items
+        if isinstance(whole.kind, Struct):
+            return tuple(self.field(whole, each) for each in whole.kind.fields)
+        if empty(whole.kind):
+            return tuple(Expr(kind, "", items=()) for kind in whole.kind.types)
+        base = self.kept(whole, name) if whole.form == VALUE else whole
+        names = self.program.parts(whole.kind, whole.layout)
+        dot = "->" if base.form == POINTER else "."
+        return tuple(
+            Expr(kind, f"{base.text}{dot}{n}", form=PLACE, stable=base.stable)
+            for n, kind in zip(names, whole.kind.types, strict=True)
+        )
+
+    def kept(self, found: Expr, name: str) -> Expr:
+        """A value stored in a variable before the present statement."""
+        if self.depends:
+            accepted = "a separate statement before it, as this part is not always evaluated"
+            self.refuse(self.statement, found.text, accepted)
+        free = self.fresh(name)
+        declared = self.program.declared(found.kind, free, layout=found.layout)
+        self.before.append(f"const {declared} = {found.text};")
+        return found._replace(text=free, form=PLACE, level=LITERAL, stable=True)
+
+    def fresh(self, name: str) -> str:
+        free, number = name, 2
+        while free in self.taken or free in self.named.values():
+            free, number = f"{name}_{number}", number + 1
+        self.taken.add(free)
+        return free
+
+    def _length(self, node: ast.AST, number: int | None) -> Expr:
+        if number is None:
+            self.refuse(node, "the length of an array without a fixed size")
+        return Expr(WHOLE, str(number), value=number)
+
+    def _subscript(self, node: ast.Subscript) -> Expr:
+        base = self.read(node.value)
+        if isinstance(base.kind, Rows):
+            return self._element(node, base)
+        if not isinstance(base.kind, Several | Struct):
+            self.refuse(node, ast.unparse(node))
+        items = self.items(base)
+        if isinstance(node.slice, ast.Slice):
+            bounds = [self._whole(each) for each in (node.slice.lower, node.slice.upper)]
+            chosen = items[bounds[0] : bounds[1]]
+            return Expr(Several(tuple(each.kind for each in chosen)), "", items=chosen)
+        index = self._whole(node.slice)
+        if index is None or not -len(items) <= index < len(items):
+            accepted = f"a constant below {len(items)}, as its parts differ in type"
+            self.refuse(node, ast.unparse(node), accepted)
+        found: Expr = items[index]
+        return found
+
+    def _whole(self, node: ast.AST | None) -> int | None:
+        if node is None:
+            return None
+        found = self.read(node)
+        if type(found.value) is not int:
+            self.refuse(node, ast.unparse(node), "a constant")
+        return int(found.value)
+
+    def _element(self, node: ast.Subscript, base: Expr) -> Expr:
+        places = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+        if len(places) != len(base.kind.shape):
+            accepted = f"{len(base.kind.shape)} indices, whole numbers"
+            self.refuse(node, ast.unparse(node), accepted)
+        text = base.within(LITERAL)
+        for place, number in zip(places, base.kind.shape, strict=True):
+            index = self.read(place)
+            if index.kind is not WHOLE:
+                self.refuse(place, f"{ast.unparse(place)}, {index.kind}", "a whole number")
+            shown = index.text
+            if index.value is not None and index.value < 0:
+                shown = self._length(node, number).text if number is None else (
+                    str(number + index.value)
+                )  # fmt: skip
+            text += f"[{shown}]"
+        return Expr(base.kind.element, text, form=PLACE)
+
+    def number(self, node: ast.AST) -> Expr:
+        found = self.read(node)
+        if found.kind not in (REAL, WHOLE, TRUTH):
+            self.refuse(node, f"{ast.unparse(node)}, {found.kind}", "a number")
+        return found
+
+    def spread(self, nodes: list[ast.expr]) -> list[Expr]:
+        """Expressions, starred ones part by part."""
+        found: list[Expr] = []
+        for node in nodes:
+            if isinstance(node, ast.Starred):
+                found += self.items(self.read(node.value))
+            else:
+                found.append(self.read(node))
+        return found
+
+    # Values where they are needed
+
+    def given(self, found: Expr, kind: Kind, node: ast.AST, layout: Any = None) -> tuple[str, int]:
+        """The text of a value of a type, and its precedence."""
+        if isinstance(kind, Several):
+            if found.items is None and found.layout is layout:
+                return ("*" if found.form == POINTER else "") + found.text, PREFIX
+            pairs = zip(self.items(found), kind.types, strict=True)
+            parts = [self.given(e, k, node)[0] for e, k in pairs if not empty(k)]
+            name = self.program.tuple_name(kind, layout)
+            return f"({name}){{{', '.join(parts)}}}", LITERAL
+        if isinstance(kind, Struct):
+            if found.kind != kind:
+                self.refuse(node, f"{found.kind}", f"a {kind} with fields of the same types")
+            return (f"*{found.text}", PREFIX) if found.form == POINTER else (found.text, LITERAL)
+        if kinds.joined(found.kind, kind) != kind:
+            self.refuse(node, f"{ast.unparse(node)}, {found.kind}", f"a value of type {kind}")
+        return found.text, found.level
+
+    def address(self, found: Expr, node: ast.AST, name: str = "given") -> str:
+        if isinstance(found.kind, Several) and (found.items is not None or found.layout):
+            text, _ = self.given(found, found.kind, node)
+            return f"&{text}"
+        if found.form == POINTER:
+            return found.text
+        if found.form == PLACE or found.text.startswith("("):
+            return f"&{found.text}"
+        if self.depends:  # C99: an array of one, without a name
+            return f"({self.program.struct(found.kind)}[]){{{found.text}}}"
+        return f"&{self.kept(found, name).text}"
+
+    def writes(self, node: ast.AST) -> None:
+        """Note that an array is written to: a parameter or a field."""
+        if isinstance(node, ast.Name) and node.id in self.source.parameters:
+            self.written.add(node.id)
+        elif isinstance(node, ast.Attribute):
+            base = self.read(node.value).kind
+            self.program.written.add((base.instance_class, node.attr))
+        else:
+            self.refuse(node, ast.unparse(node), "an array that is a parameter or a field")

@@ -1,0 +1,128 @@
+"""The source of a kernel: its tree, its comments, and the meaning of its names."""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import inspect
+import io
+import operator
+import textwrap
+import tokenize
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, NoReturn
+
+from macromicro.errors import InputError
+from macromicro.export.kinds import hints_of
+
+_COMPUTED: dict[type, Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+}
+
+_TOOLS = ("noqa", "fmt:")  # comments that are for tools
+
+
+class Unknown(Exception):
+    """A name that is not a constant."""
+
+
+class Source:
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.function = function
+        self.file = Path(function.__code__.co_filename)
+        try:
+            lines, first = inspect.getsourcelines(function)
+        except (OSError, TypeError):
+            accepted = "a kernel whose source is a file"
+            raise InputError(f"{self.file}", function.__name__, accepted) from None
+        text = textwrap.dedent("".join(lines))
+        self.first = max(first, 1)
+        self.text = text.splitlines()
+        self.parameters: list[str]
+        self.body: list[ast.stmt]
+        self._read(text)
+        free = inspect.getclosurevars(function)
+        self.names = {**vars(builtins), **function.__globals__, **free.nonlocals}
+        self.comments = _comments(text)
+        self.summary = (inspect.getdoc(function) or "").partition("\n\n")[0]
+        self.hints = hints_of(function, noted=True)
+
+    def _read(self, text: str) -> None:
+        tree = ast.parse(text)
+        names = list(inspect.signature(self.function).parameters)
+        self.parameters = names
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef) and node.name == self.function.__name__:
+                self.body = node.body
+                self.node: ast.AST = node
+                return
+            if isinstance(node, ast.Lambda) and [a.arg for a in node.args.args] == names:
+                value = ast.Return(node.body)
+                self.body = [ast.copy_location(value, node.body)]
+                self.node = node
+                return
+        self.refuse(tree, "no function", "a kernel whose source is a file")
+
+    def where(self, node: ast.AST) -> str:
+        return f"{self.file}:{self.first + getattr(node, 'lineno', 1) - 1}"
+
+    def refuse(self, node: ast.AST, found: str, accepted: str) -> NoReturn:
+        raise InputError(f"{self.where(node)}, {self.function.__name__}", found, accepted)
+
+    def constant(self, node: ast.AST, local: set[str]) -> Any:
+        """The value of a constant expression; `Unknown` for any other."""
+        if isinstance(node, ast.Constant):
+            return node.value
+        if isinstance(node, ast.Tuple):
+            return tuple(self.constant(each, local) for each in node.elts)
+        if isinstance(node, ast.Name):
+            if node.id in local or node.id not in self.names:
+                raise Unknown(node.id)
+            return self.names[node.id]
+        if isinstance(node, ast.Attribute):
+            base = self.constant(node.value, local)
+            if not hasattr(base, node.attr):
+                raise Unknown(node.attr)
+            return getattr(base, node.attr)
+        return self._computed(node, local)
+
+    def _computed(self, node: ast.AST, local: set[str]) -> Any:
+        """A constant with a sign, or integers added, subtracted or multiplied."""
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+            found = self.constant(node.operand, local)
+            if type(found) is not int and type(found) is not float:
+                raise Unknown("no number")
+            return -found
+        if not isinstance(node, ast.BinOp) or type(node.op) not in _COMPUTED:
+            raise Unknown(type(node).__name__)
+        left, right = self.constant(node.left, local), self.constant(node.right, local)
+        if not (type(left) is type(right) is int):
+            raise Unknown("no whole number")
+        return int(_COMPUTED[type(node.op)](left, right))
+
+    def home(self, node: ast.AST) -> str:
+        """The module in which a constant's name is looked up, for its name in C."""
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+            base = self.names.get(node.value.id)
+            if inspect.ismodule(base):
+                return base.__name__
+        return str(self.function.__module__)
+
+
+@cache
+def source(function: Callable[..., Any]) -> Source:
+    return Source(function)
+
+
+def _comments(text: str) -> dict[int, tuple[str, bool]]:
+    """Comments by line: the words, and whether they stand alone."""
+    found = {}
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        words = token.string.lstrip("# ").rstrip()
+        if token.type == tokenize.COMMENT and words and not words.startswith(_TOOLS):
+            found[token.start[0]] = (words, token.line.lstrip().startswith("#"))
+    return found

@@ -1,0 +1,224 @@
+"""Programmes of motion profiles and trajectories: a set point each control period."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.errors import InputError, ProblemError
+from macromicro.motion import Profile, Trajectory, s_curve, trapezoid
+from macromicro.nominal import PERIOD, PITCH
+from macromicro.place import Place
+from macromicro.programme import entries, travel
+from macromicro.programme.moves import (
+    FEWEST,
+    MACRO,
+    MAX_HOLD,
+    MAX_MOVES,
+    MICRO,
+    Limits,
+    Programme,
+    Span,
+)
+from macromicro.schema.keys import unknown
+from macromicro.schema.text import printable
+from macromicro.units import quantity
+
+PROFILES = "one table [[profiles]] or more, each with macro or micro, velocity and acceleration"
+_STAGES = {"macro": MACRO, "micro": MICRO}
+_UNITS = {
+    "velocity": "m/s",
+    "acceleration": "m/s^2",
+    "deceleration": "m/s^2",
+    "jerk": "m/s^3",
+}
+KEYS = (*_STAGES, *_UNITS, "hold")
+
+
+class Leg(NamedTuple):
+    stage: int  # MACRO or MICRO
+    way: Trajectory  # its set points, in m
+    hold: int  # how long its end is held, control periods
+
+
+def expanded(
+    tables: list[dict[str, Any]], limits: Limits, path: Path, title: str = ""
+) -> Programme:
+    """The programme of tables [[profiles]], one after the other from both stages at 0."""
+    file = printable(path, 300)
+    for number, table in enumerate(tables, 1):  # an unknown key, often a slip, before all others
+        unknown(table, KEYS, f"{file}, profile {number}, ")
+    legs: list[Leg] = []
+    places = [0.0, 0.0]  # of both stages, m
+    rows = 0
+    for number, table in enumerate(tables, 1):
+        where = f"{file}, profile {number}"
+        for leg in ways(table, places, limits, where):
+            rows += len(leg.way.position) - 1
+            if rows > MAX_MOVES:
+                most = MAX_MOVES * PERIOD
+                raise ProblemError(where, "too long", f"Profiles last {most:g} s at most in total.")
+            legs.append(leg)
+    return _programme(title, legs, limits, str(path))
+
+
+def follow(
+    trajectory: Trajectory,
+    stage: str = "macro",
+    *,
+    hold: float = 2.0,
+    limits: Limits | None = None,
+    title: str = "",
+) -> Programme:
+    """A programme in which one stage follows a trajectory.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        It begins at 0 m, the position at the beginning of a run.
+    stage : str, optional
+        "macro" or "micro".
+    hold : float, optional
+        Duration of the hold at its end, s.
+    limits : Limits | None, optional
+        Travel of the stages; None: that of the nominal machine.
+    title : str, optional
+        Title of the programme.
+
+    Returns
+    -------
+    Programme
+        With the set points of the trajectory as targets.
+
+    Raises
+    ------
+    InputError
+        No such stage; the trajectory leaves the stage's travel, begins elsewhere than at 0 m, has
+        a period below the control period, or too few or too many set points; or the hold is bad.
+
+    Examples
+    --------
+    >>> from macromicro.motion import Trajectory, trapezoid
+    >>> from macromicro.programme import follow
+    >>> there = Trajectory.from_profile(trapezoid(0.05, velocity=0.1, acceleration=1.0))
+    >>> programme = follow(there, "macro", hold=1.0)
+    >>> len(programme.target), programme.end
+    (600, 1.6)
+    """
+    if stage not in _STAGES:
+        raise InputError("stage", stage, "'macro' or 'micro'")
+    if not 0.0 <= hold <= MAX_HOLD:
+        raise InputError("hold", hold, f"0 to {MAX_HOLD:g} s")
+    count, first = len(trajectory.position) - 1, float(trajectory.position[0])
+    if not FEWEST <= count <= MAX_MOVES:
+        found = f"{count} set points behind its first"
+        raise InputError("trajectory", found, f"{FEWEST} to {MAX_MOVES}")
+    if trajectory.period < PERIOD:
+        accepted = f"{PERIOD:g} s, the control period, or more"
+        raise InputError("trajectory, period", trajectory.period, accepted)
+    limits = travel.limits(travel.Travel(), PITCH) if limits is None else limits
+    place = _STAGES[stage]
+    if place == MACRO:
+        lowest, highest = (x / limits.counts_per_metre for x in limits[:2])
+    else:
+        lowest, highest = limits.micro_lo, limits.micro_hi
+    if abs(first) > 1e-9:
+        accepted = "0 m, the position at the beginning of a run; prepend a motion with `then`"
+        raise InputError("trajectory, first position", f"{first:g} m", accepted)
+    trajectory.check(lowest, highest)
+    leg = Leg(place, trajectory, math.ceil(hold / PERIOD - 1e-6))
+    return _programme(title or f"trajectory of the {stage}-stage", [leg], limits, "")
+
+
+def ways(table: dict[str, Any], places: list[float], limits: Limits, where: str) -> Iterator[Leg]:
+    given = [name for name in _STAGES if name in table]
+    if len(given) != 1:
+        found = "both macro and micro" if given else "neither macro nor micro"
+        raise ProblemError(where, found, "Give exactly one of them.")
+    stage, key = _STAGES[given[0]], f"{where}, {given[0]}"
+    texts = entries.texts(table, given[0], where)
+    if not texts:
+        raise ProblemError(where, "the list is empty", "Give one target or more.")
+    most = {name: _limit(table, name, limits.place, where) for name in _UNITS}
+    if most["jerk"] is not None and most["deceleration"] is not None:
+        accepted = "Give one of them: an S-curve decelerates as it accelerates."
+        raise ProblemError(where, "both jerk and deceleration", accepted)
+    hold = entries.hold(entries.text(table, "hold", where), f"{where}, hold", zero=True)
+    if stage == MACRO:
+        places[MICRO] = 0.0  # a macro move lets the micro-stage go
+    for text in texts:
+        target = entries.target(text, stage, limits, key)
+        target /= limits.counts_per_metre if stage == MACRO else 1.0
+        way = _sampled(_shape(places[stage], target, most), limits.place, key, text)
+        places[stage] = target
+        yield Leg(stage, way, math.ceil(hold / PERIOD - 1e-6))
+
+
+def _limit(table: dict[str, Any], name: str, place: Place, where: str) -> float | None:
+    """The limit of that name; None for a missing optional one."""
+    unit = place.named(_UNITS[name])
+    if name in ("jerk", "deceleration") and name not in table:
+        return None
+    such = f"1 {unit.replace('rad', 'deg')}"
+    text = entries.text(table, name, where, such)
+    value = quantity(text, unit, f"{where}, {name}")
+    if value > 0.0:
+        return value
+    raise InputError(f"{where}, {name}", text, f"more than 0 {unit}")
+
+
+def _shape(here: float, there: float, most: dict[str, float | None]) -> Profile:
+    v, a, b, j = (most[name] for name in _UNITS)
+    assert v is not None and a is not None
+    if j is None:
+        made = trapezoid(there - here, v, a, b, start=here)
+    else:
+        made = s_curve(there - here, v, a, j, start=here)
+    return made._replace(end=there)
+
+
+def _sampled(profile: Profile, place: Place, where: str, text: str) -> Trajectory:
+    """A profile's set points; refused if they are too few or too many."""
+    if profile.start == profile.end:
+        raise InputError(where, text, "a target other than the present position")
+    count = profile.duration / PERIOD
+    if FEWEST <= count <= MAX_MOVES:
+        return Trajectory.from_profile(profile, PERIOD)
+    found = f"{text} from {place.told(profile.start)} in {profile.duration:.3g} s"
+    raise InputError(where, found, f"profiles of {FEWEST * PERIOD:g} to {MAX_MOVES * PERIOD:g} s")
+
+
+def _programme(title: str, legs: list[Leg], limits: Limits, source: str) -> Programme:
+    """The targets of all legs; each begins when the hold of the one before it ends."""
+    begin, count = 0.0, 0
+    starts: list[Array] = []
+    spans: list[Span] = []
+    for leg in legs:
+        way = leg.way
+        starts.append(begin + way.t[1:])
+        finish = begin + way.duration
+        ends = float(way.position[0]), float(way.position[-1])
+        # Its last target needs a period of its own.
+        until = finish + max(leg.hold, 1) * PERIOD
+        rows = count, count + len(way.t) - 1
+        spans.append(Span(leg.stage, begin, finish, until, *ends, *rows))
+        count = rows[1]
+        begin = round(until / PERIOD) * PERIOD
+    start = np.concatenate(starts)
+    stage = np.concatenate([np.full(len(leg.way.t) - 1, leg.stage) for leg in legs])
+    place = np.concatenate([leg.way.position[1:] for leg in legs])
+    return Programme(
+        title=title,
+        start=start,
+        stage=stage.astype(np.int64),
+        target=np.where(stage == MACRO, place * limits.counts_per_metre, place),
+        hold=np.diff(start, append=begin),
+        end=begin,
+        source=source,
+        profiles=tuple(spans),
+    )

@@ -1,0 +1,134 @@
+"""TOML programmes: [[moves]], [[profiles]], or both in turn."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.errors import InputError, ProblemError
+from macromicro.nominal import PERIOD
+from macromicro.programme import _profiled, _sequenced
+from macromicro.programme._profiled import PROFILES, Leg
+from macromicro.programme._sequenced import MOVES
+from macromicro.programme.moves import (
+    CLOCKED,
+    MACRO,
+    MAX_MOVES,
+    MAX_TITLE,
+    MICRO,
+    WHAT,
+    Limits,
+    Move,
+    Programme,
+    Span,
+    programme,
+)
+from macromicro.schema.keys import found, unknown
+from macromicro.schema.text import printable, read_text, read_toml
+
+_KEYS = ("title", "moves", "profiles")
+_HEADER = re.compile(r"""^[ \t]*\[\[[ \t]*["']?(moves|profiles)["']?[ \t]*\]\]""", re.MULTILINE)
+
+
+class _Entry(NamedTuple):
+    """A table of the file: "moves" or "profiles", its place, and its content."""
+
+    kind: str
+    where: str
+    table: dict[str, Any]
+
+
+def load_toml(path: Path, limits: Limits) -> Programme:
+    """Read a sequenced programme, one of motion profiles, or a mixed one."""
+    raw, file = read_toml(path, WHAT), printable(path, 300)
+    unknown(raw, _KEYS, f"{file}, ")
+    title = raw.get("title", "")
+    if not isinstance(title, str) or not title.isprintable() or len(title) > MAX_TITLE:
+        accepted = f"one line of text of at most {MAX_TITLE} characters"
+        raise InputError(f"{file}, title", printable(title), accepted)
+    name = title or printable(path.stem, 200)
+    if "profiles" not in raw:
+        moves: list[Move] = []
+        for entry in _entries(raw, "moves", file):
+            moves += _moves(entry, limits, len(moves))
+        return programme(name, moves, math.nan, path)
+    if "moves" not in raw:
+        return _profiled.expanded(_tables(raw, "profiles", file), limits, path, name)
+    entries = {kind: _entries(raw, kind, file) for kind in ("moves", "profiles")}
+    order = _HEADER.findall(read_text(path, WHAT))
+    if any(order.count(kind) != len(tables) for kind, tables in entries.items()):
+        accepted = "Write each under a header [[moves]] or [[profiles]], in their order."
+        raise ProblemError(file, "the order of moves and profiles is not clear", accepted)
+    rest = {kind: iter(tables) for kind, tables in entries.items()}
+    return _mixed([next(rest[kind]) for kind in order], limits, path, name)
+
+
+def _tables(raw: dict[str, Any], key: str, file: str) -> list[dict[str, Any]]:
+    tables = raw.get(key)
+    if isinstance(tables, list) and tables and all(isinstance(t, dict) for t in tables):
+        return tables
+    raise InputError(f"{file}, {key}", found(tables), MOVES if key == "moves" else PROFILES)
+
+
+def _entries(raw: dict[str, Any], key: str, file: str) -> list[_Entry]:
+    """The tables of a key; an unknown key is reported before all other errors."""
+    keys = _sequenced.KEYS if key == "moves" else _profiled.KEYS
+    made = []
+    for number, table in enumerate(_tables(raw, key, file), 1):
+        where = f"{file}, {key.removesuffix('s')} {number}"
+        unknown(table, keys, f"{where}, ")
+        made.append(_Entry(key, where, table))
+    return made
+
+
+def _moves(entry: _Entry, limits: Limits, before: int) -> list[Move]:
+    return list(_sequenced.steps(entry.table, limits, entry.where, MAX_MOVES - before))
+
+
+def _mixed(entries: list[_Entry], limits: Limits, path: Path, title: str) -> Programme:
+    """Moves and profiles in the order of the file, from both stages at 0."""
+    rows: list[Array] = []
+    spans: list[Span] = []
+    count, places = 0, [0.0, 0.0]  # m
+    for entry in entries:
+        if entry.kind == "moves":
+            made = _moves(entry, limits, count)
+            for move in made:
+                _go(places, move.stage, move.target, limits)
+            rows.append(np.array([move[:4] for move in made]))
+            count += len(made)
+            continue
+        for leg in _profiled.ways(entry.table, places, limits, entry.where):
+            rows.append(_set_points(leg, limits))
+            ends = float(leg.way.position[0]), float(leg.way.position[-1])
+            behind = count + len(rows[-1])
+            spans.append(Span(leg.stage, math.nan, math.nan, math.nan, *ends, count, behind))
+            count = behind
+            if count > MAX_MOVES:
+                accepted = f"At most {MAX_MOVES} moves and set points, one each {PERIOD:g} s."
+                raise ProblemError(entry.where, "too long", accepted)
+    start, stage, target, hold = np.concatenate(rows).T
+    return Programme(
+        title, start, stage.astype(np.int64), target, hold, math.nan, str(path), tuple(spans)
+    )
+
+
+def _go(places: list[float], stage: int, target: float, limits: Limits) -> None:
+    """Positions of both stages after a move; a macro move releases the micro-stage."""
+    places[stage] = target / limits.counts_per_metre if stage == MACRO else target
+    if stage == MACRO:
+        places[MICRO] = 0.0
+
+
+def _set_points(leg: Leg, limits: Limits) -> Array:
+    """A profile's rows, timed by the clock; its last waits for the arrival, as a move does."""
+    n = len(leg.way.position) - 1
+    start, hold = np.full(n, CLOCKED), np.full(n, PERIOD)
+    start[0], hold[-1] = math.nan, leg.hold * PERIOD
+    scale = limits.counts_per_metre if leg.stage == MACRO else 1.0
+    return np.column_stack((start, np.full(n, leg.stage), leg.way.position[1:] * scale, hold))

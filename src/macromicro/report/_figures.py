@@ -1,0 +1,303 @@
+"""The figures of a run, after Figures 6.2 to 6.5; None where a recording lacks the data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.control.supervisor import MICRO as ENABLED
+from macromicro.design import zero
+from macromicro.design.response import MICRO_BAND, smoothed
+from macromicro.design.tracking import course
+from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
+from macromicro.programme import MACRO
+from macromicro.programme import MICRO as FINE
+from macromicro.recording import Recording
+from macromicro.runs.job import Ended
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Drawn(NamedTuple):
+    name: str  # name of its file, without suffix
+    title: str  # heading
+    caption: str  # what to look at
+    figure: Figure  # belongs to no window
+
+
+def draw(ended: Ended) -> Iterator[Drawn]:
+    if not len(ended.recording):
+        return
+    for function in (response, tracking, vibration, micro, efforts, temperatures, cycles):
+        drawn = function(ended)
+        if drawn is not None:
+            yield drawn
+
+
+def fine_laser(recording: Recording) -> Array:
+    enabled = (recording["phase"] == ENABLED) & (recording["laser_reset"] == 0)
+    return np.where(enabled, zero.contraction(recording), np.nan)
+
+
+def first_cycle(ended: Ended) -> slice:
+    """Rows of the first cycle: the whole run, if there is only one."""
+    end = np.searchsorted(ended.recording["move"], ended.job.per_cycle)
+    return slice(0, int(end))
+
+
+def stages(ended: Ended) -> tuple[int, ...]:
+    return tuple(s for s in (MACRO, FINE) if np.any(ended.job.programme.stage == s))
+
+
+def response(ended: Ended) -> Drawn | None:
+    """Figure 6.2: the moving stages with their references, a whole cycle and its first moves."""
+    if ended.tracking and not ended.moves:
+        return None
+    recording, pitch = ended.recording, ended.job.settings.sensors.encoder.pitch * 1e3
+    t, whole, shown = recording["t"], first_cycle(ended), stages(ended)
+    macros = [m for m in ended.moves if m.stage == "macro"]
+    until = macros[1].start_s if len(macros) > 1 else min(float(t[-1]), 20.0)
+    near = slice(0, max(2, int(np.searchsorted(t, until + 0.5))))
+    figure, axes = new(
+        5.0 if len(shown) > 1 else 3.0,
+        len(shown), 2, sharex="col", gridspec_kw={"width_ratios": [1.7, 1]},
+    )  # fmt: skip
+    for row, stage in enumerate(shown):
+        if stage == MACRO:
+            names, scale, sensor = ("macro_reference", "macro_position"), pitch, "encoder"
+            color, name, what = BLUE, "macro-stage", "position [mm]"
+        else:
+            names, scale, sensor = ("micro_reference", "hall_position"), 1.0, "Hall sensor"
+            color, name, what = GREEN, "micro-stage", "contraction [mm]"
+        for ax, rows in zip(axes[row], (whole, near), strict=True):
+            target, place = (recording[n][rows] * scale for n in names)
+            line(ax, t[rows], target, ORANGE, "reference", linestyle="--")
+            line(ax, t[rows], place, color, sensor)
+        last = row == len(shown) - 1
+        below = "time [s]" if last else ""
+        finish(axes[row, 0], f"(a) {name}" if row == 0 else name, below, what, legend=True)
+        finish(axes[row, 1], "(b) the first moves" if row == 0 else "", below)
+    several = "the first cycle" if ended.job.request.cycles > 1 else "the whole run"
+    if len(shown) > 1:
+        title = "Response of both stages"
+        caption = (
+            f"Both stages with their references: (a) {several}, (b) the first macro move and the "
+            "following ones. The macro move comes first, then a wait for the belt to calm, then "
+            "the micro-stage's steps. While disabled, the micro-stage returns to zero during the "
+            "next macro move."
+        )
+    else:
+        title = f"Response of the {'macro' if shown[0] == MACRO else 'micro'}-stage"
+        caption = f"The stage with its reference: (a) {several}, (b) the first moves."
+    return Drawn("response", title, caption, figure)
+
+
+def tracking(ended: Ended) -> Drawn | None:
+    """A stage on a trajectory: reference and reading, and the error between them."""
+    if not ended.tracking:
+        return None
+    count = len(ended.tracking)
+    figure, axes = new(4.2, 2, count, sharex="col", gridspec_kw={"height_ratios": [1.6, 1]})
+    pitch = ended.job.settings.sensors.encoder.pitch
+    for column, result in enumerate(ended.tracking):
+        stage = MACRO if result.stage == "macro" else FINE
+        seen = course(ended.recording, ended.job.programme, stage, pitch)
+        assert seen is not None
+        above, below = axes[:, column]
+        line(above, seen.t, seen.reading, BLUE, "encoder" if stage == MACRO else "laser")
+        line(above, seen.t, seen.reference, ORANGE, "reference", linestyle="--")
+        line(below, seen.t, seen.reference - seen.reading, RED, "", linewidth=0.8)
+        finish(above, f"{result.stage}-stage", "", f"position [{result.unit}]", legend=True)
+        finish(below, "", y=f"error [{result.unit}]")
+    lags = [
+        f"the {r.stage}-stage lags by {r.lag_s * 1e3:.0f} ms"
+        for r in ended.tracking
+        if r.lag_s is not None
+    ]
+    caption = "Targets that change all the time, what was reached, and the error between them"
+    caption += f"; {', '.join(lags)}." if lags else "."
+    return Drawn("tracking", "Following a trajectory", caption, figure)
+
+
+def vibration(ended: Ended) -> Drawn | None:
+    """Figure 6.3: the laser after the first macro move, with the fitted decay."""
+    if not ended.vibration:
+        return None
+    v, recording = ended.vibration[0], ended.recording
+    t = recording["t"]
+    a = int(np.searchsorted(t, v.rest_s - 0.05))
+    b = int(np.searchsorted(recording["move"], v.move + 1))
+    resets = np.flatnonzero(recording["laser_reset"][a:b])
+    b = a + int(resets[0]) if len(resets) else b
+    since = t[a:b] - v.rest_s
+    y = recording["laser"][a:b] - v.settled_um
+    figure, axes = new(3.3, 1, 2, gridspec_kw={"width_ratios": [1.7, 1]})
+    start = max(v.amplitude_um, 1.0)
+    for ax, end in zip(axes[0], (since[-1], 0.4), strict=True):
+        rows = slice(0, int(np.searchsorted(since, end)))
+        line(ax, since[rows], y[rows], BLUE, "laser", linewidth=0.9)
+        decay = start * np.exp(-v.decay_rate * np.maximum(since[rows], 0.0))
+        line(ax, since[rows], decay, RED, "fitted decay", linestyle="--")
+        line(ax, since[rows], -decay, RED, "", linestyle="--")
+        ax.axhspan(-2.0, 2.0, color=GREEN, alpha=0.18, linewidth=0, label="±2 um")
+        ax.set_ylim(-2.0 * start - 2.0, 2.0 * start + 2.0)
+    finish(
+        axes[0, 0],
+        "(a) until the laser reset",
+        "time since the carriage stands [s]",
+        "stage position [um]",
+        legend=True,
+    )
+    finish(axes[0, 1], "(b) zoom", "time since the carriage stands [s]")
+    decayed = "" if v.decay_s is None else f" It is down to 2 um after {v.decay_s:.2f} s."
+    caption = (
+        f"What the first macro move leaves at the micro-stage: the belt swings at "
+        f"{v.frequency_hz:.1f} Hz with a first peak of {v.amplitude_um:.1f} um.{decayed} The "
+        "micro-stage waits for this."
+    )
+    return Drawn("vibration", "Vibration after the first macro move", caption, figure)
+
+
+def micro(ended: Ended) -> Drawn | None:
+    """Figures 6.4 and 6.5: the micro-stage in the last cycle, whole and on a set point."""
+    fine = [m for m in ended.moves if m.stage == "micro"]
+    if not fine:
+        return None
+    recording, size = ended.recording, ended.job.per_cycle
+    t, laser = recording["t"], fine_laser(recording)
+    cycle = ended.moves[-1].move // size
+    a = int(np.searchsorted(recording["move"], cycle * size))
+    zoom = max(([m for m in fine if m.complete] or fine)[-4:], key=lambda m: m.target)
+    left, right = (int(np.searchsorted(recording["move"], zoom.move + k)) for k in (0, 1))
+    figure, axes = new(3.6, 1, 2, gridspec_kw={"width_ratios": [1.7, 1]})
+    whole, near = axes[0]
+    line(whole, t[a:], recording["micro_reference"][a:], ORANGE, "reference", linestyle="--")
+    line(whole, t[a:], recording["hall_position"][a:], GREEN, "Hall sensor", linewidth=0.8)
+    line(whole, t[a:], laser[a:] * 1e-3, BLUE, "laser", linewidth=0.9)
+    rows = slice(left, right)
+    # Readings pale, their means over 51 ms strong, the laser's broad below the Hall sensor's:
+    # neither hides the other, not even where they agree.
+    hall = recording["hall_position"][rows] * 1e3 - zoom.target
+    for reading, color, name, width in (
+        (laser[rows] - zoom.target, BLUE, "laser", 3.0),
+        (hall, GREEN, "Hall sensor", 1.0),
+    ):
+        line(near, t[rows], reading, color, "", linewidth=0.4, alpha=0.3)
+        known = np.isfinite(reading)
+        mean = smoothed(reading[known], round(0.05 / recording.dt) | 1)
+        line(near, t[rows][known], mean, color, name, linewidth=width)
+    near.axhline(0.0, color=ORANGE, linestyle="--", linewidth=1.1)
+    near.axhspan(-5.0, 5.0, color=BLACK, alpha=0.08, linewidth=0)
+    near.set_ylim(-3.0 * MICRO_BAND, 3.0 * MICRO_BAND)
+    finish(whole, f"(a) cycle {cycle + 1}", y="contraction [mm]", legend=True)
+    near.text(
+        0.98,
+        0.03,
+        f"{zoom.target * 1e-3:g} mm; grey: ±5 um",
+        fontsize=8,
+        transform=near.transAxes,
+        horizontalalignment="right",
+    )
+    finish(near, "(b)", y="reading - target [um]", legend=True)
+    caption = (
+        "The micro-stage in the last cycle. The laser is shown while the micro-stage is enabled. "
+        "In (b) each reading is pale and its mean over 51 ms strong: the Hall sensor sits on the "
+        "target, as integral action makes it; the laser shows whether the stage does. A laser "
+        "that stays off by a steady amount was reset before the "
+        "actuator had fully extended."
+    )
+    return Drawn("micro", "Micro-stage in the last cycle", caption, figure)
+
+
+def efforts(ended: Ended) -> Drawn | None:
+    recording, rows, shown = ended.recording, first_cycle(ended), stages(ended)
+    t = recording["t"][rows]
+    figure, axes = new(3.8 if len(shown) > 1 else 2.2, len(shown), sharex=True)
+    words = []
+    for ax, stage in zip(axes[:, 0], shown, strict=True):
+        name, color = ("motor", BLUE) if stage == MACRO else ("CTRL", RED)
+        line(ax, t, recording[name.lower()][rows], color, name, linewidth=0.8)
+        below = "time [s]" if stage == shown[-1] else ""
+        finish(ax, name, below, "D/A output [V]")
+        words.append(
+            "The motor is off once a move has arrived."
+            if stage == MACRO
+            else "CTRL rises with every contraction and is 0 V while the micro-stage is disabled."
+        )
+    several = " in the first cycle" if ended.job.request.cycles > 1 else ""
+    caption = " ".join([f"Outputs at the D/A converter{several}.", *words])
+    return Drawn("efforts", "Efforts", caption, figure)
+
+
+def temperatures(ended: Ended) -> Drawn | None:
+    if FINE not in stages(ended):
+        return None
+    recording = ended.recording
+    t = recording["t"]
+    figure, axes = new(3.3, 1)
+    ax = axes[0, 0]
+    kinds = (
+        ("true_wire", RED, "wire (bench truth)", 0.8),
+        ("temperature_estimate", PURPLE, "wire (guard's estimate)", 0.6),
+        ("true_plates", BLUE, "plates (bench truth)", 1.2),
+        ("true_body", BLACK, "body (bench truth)", 1.6),
+    )
+    for name, color, label, width in kinds:
+        if name in recording:
+            line(ax, t, recording[name], color, label, linewidth=width)
+    finish(ax, "", y="temperature [degC]", legend=True)
+    caption = (
+        "Temperatures of the actuator. Plates and body warm slowly and make the wire cool, and "
+        "so extend, more slowly. The guard estimates the wire's temperature from CTRL alone."
+    )
+    return Drawn("temperatures", "Temperatures", caption, figure)
+
+
+def cycles(ended: Ended) -> Drawn | None:
+    if len(ended.cycles) < 2:
+        return None
+    number = [c.cycle for c in ended.cycles]
+    figure, axes = new(3.3, 1, 2)
+    nan = float("nan")
+    panels = (
+        (
+            axes[0, 0],
+            "return to zero, to within 20 um",
+            "time [s]",
+            (
+                ("mean of the cycle", BLUE, "o", [c.extension_s for c in ended.cycles]),
+                ("slowest of the cycle", RED, "^", [c.slowest_s for c in ended.cycles]),
+            ),
+        ),
+        (
+            axes[0, 1],
+            "bias at the set points",
+            "target - reading [um]",
+            (
+                ("laser", BLUE, "o", [c.bias_um for c in ended.cycles]),
+                ("left at the laser's reset", RED, "^", [c.left_um for c in ended.cycles]),
+                ("bench truth", GREEN, "s", [c.true_bias_um for c in ended.cycles]),
+            ),
+        ),
+    )
+    for ax, title, label, series in panels:
+        for name, color, marker, values in series:
+            shown = [nan if v is None else v for v in values]
+            if not all(v is None for v in values):
+                ax.plot(
+                    number, shown, color=color, marker=marker, markersize=4, linewidth=1, label=name
+                )
+        ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
+        ax.xaxis.get_major_locator().set_params(integer=True)
+        finish(ax, title, "cycle", label)
+        ax.legend(fontsize=7.5, loc="best", framealpha=0.8)
+    caption = (
+        "As the actuator warms over the cycles it returns to zero more slowly. What it has not "
+        "yet given back when the laser is reset appears as the laser's bias at all later set "
+        "points; the true error stays small."
+    )
+    return Drawn("cycles", "Return to zero and bias by cycle", caption, figure)

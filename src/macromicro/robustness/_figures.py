@@ -1,0 +1,265 @@
+"""Figures of a study: yields, tornado, distributions, and the two most influential parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from macromicro.drawing import style
+from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED
+from macromicro.robustness import words
+from macromicro.robustness._findings import Influence, overall, strongest, yields
+from macromicro.robustness._metrics import METRICS, NAMES
+from macromicro.robustness.study import Study
+from macromicro.uncertainty.table import FACTOR, Uncertain
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FIGURES = ("yields", "tornado", "distributions", "scatter")
+_BARS = 6
+_FAINT = "0.45"
+
+
+class Drawn(NamedTuple):
+    name: str  # of its file, without an ending
+    # title, caption: for the page
+    title: str
+    caption: str
+    figure: Figure  # of matplotlib
+
+
+def draw(study: Study) -> Iterator[Drawn]:
+    yield _yields(study)
+    if not np.isnan(study.single[:, :, 0]).all():
+        yield _tornado(study)
+    yield _distributions(study)
+    if len(study.rows) > 1:
+        yield _scatter(study)
+
+
+def _yields(study: Study) -> Drawn:
+    found, whole = yields(study), overall(study)
+    labels = [f"{y.requirement.metric.meaning}\n{y.requirement.text}" for y in found]
+    shares = [y.all for y in found]
+    figure, axes = style.new(0.9 + 0.48 * (len(found) + 1), 1)
+    ax = axes[0, 0]
+    figure.subplots_adjust(left=0.37)
+    places = np.arange(len(found) + 1)[::-1]
+    for place, s, colour in zip(
+        places, [*shares, whole], [BLUE] * len(shares) + [BLACK], strict=True
+    ):
+        ax.barh(place, 100.0 * s.share, color=colour, alpha=0.75, height=0.62)
+        ax.plot([100 * s.low, 100 * s.high], [place, place], color=ORANGE, linewidth=2.2)
+        ax.plot([100 * s.low, 100 * s.high], [place, place], "|", color=ORANGE, markersize=9)
+        ax.text(102, place, f"{s.passed} of {s.total}", va="center", fontsize=8)
+    ax.set_yticks(places, [*labels, "all together"], fontsize=8)
+    style.finish(ax, "Share of machines that meet each requirement", "yield [%]")
+    ax.set_xlim(0.0, 114.0)
+    ax.set_xticks(range(0, 101, 20))
+    return Drawn(
+        "yields",
+        "Yields and their intervals",
+        f"{len(study.rows)} machines of a Latin hypercube over the uncertain parameters. Bars: "
+        "the share that meets the requirement; lines: its exact (Clopper-Pearson) 95 % interval. "
+        "A machine stopped by its guard fails every requirement whose metric is unknown.",
+        figure,
+    )
+
+
+def _tornado(study: Study) -> Drawn:
+    names = [n for n in words.MAIN if math.isfinite(study.nominal[NAMES.index(n)])]
+    rows = max(1, (len(names) + 1) // 2)
+    height = 0.7 + 2.25 * rows
+    figure, axes = style.new(height, rows, 2)
+    figure.subplots_adjust(left=0.155, wspace=0.52, hspace=0.62, right=0.97)
+    for ax in axes.flat[len(names) :]:
+        ax.set_visible(False)
+    for letter, ax, name in zip("abcdef", axes.flat, names, strict=False):
+        _bars(ax, study, name, letter)
+    _legend(figure, height)
+    return Drawn(
+        "tornado",
+        "One parameter at a time",
+        "Each parameter alone at its low end (blue) and high end (orange), the others nominal "
+        f"(vertical line), all with the same noise; of {len(study.request.uncertain)} parameters "
+        f"the {_BARS} with most effect. Hatched to the edge: a move never settled, or the guard "
+        "stopped the run before the metric was known.",
+        figure,
+    )
+
+
+def _legend(figure: Figure, height: float) -> None:
+    """One legend of colours and hatching for all panels, above them."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    figure.subplots_adjust(top=1.0 - 0.68 / height)
+    figure.legend(
+        handles=[
+            Patch(facecolor=BLUE, label="at the low end"),
+            Patch(facecolor=ORANGE, label="at the high end"),
+            Patch(
+                facecolor="white",
+                edgecolor=_FAINT,
+                hatch="////",
+                linewidth=0.6,
+                label="never settled, or stopped",
+            ),
+            Line2D([], [], color=BLACK, linewidth=0.9, label="nominal"),
+        ],
+        loc="upper center",
+        ncols=4,
+        fontsize=8,
+        frameon=False,
+    )
+
+
+def _bars(ax: Any, study: Study, name: str, letter: str) -> None:
+    metric = METRICS[NAMES.index(name)]
+    middle = float(study.nominal[NAMES.index(name)])
+    found = words.top_influences(study, name, _BARS)
+    known = [v for i in found for v in (i.low, i.high) if math.isfinite(v)]
+    low, high = min([middle, *known]), max([middle, *known])
+    room = 0.12 * (high - low) or max(0.1 * abs(middle), 0.1)
+    edge = high + 2.0 * room
+    places = range(_BARS - 1, _BARS - 1 - len(found), -1)
+    for place, each in zip(places, found, strict=True):
+        _pair(ax, place, each, middle, edge)
+    ax.axvline(middle, color=BLACK, linewidth=0.9)
+    ax.set_yticks(places, [_label(i) for i in found], fontsize=7.5)
+    unit = f" [{metric.unit}]" if metric.unit else ""
+    style.finish(ax, f"({letter}) {name.replace('_', ' ')}", f"{metric.meaning}{unit}")
+    ax.set_xlim(low - room, edge)
+    ax.set_ylim(-0.6, _BARS - 0.4)
+
+
+def _pair(ax: Any, place: int, each: Influence, middle: float, edge: float) -> None:
+    """The bars of both ends, one below the other where both have the same sign."""
+    for value, colour, offset in ((each.low, BLUE, 0.19), (each.high, ORANGE, -0.19)):
+        if math.isfinite(value):
+            ax.barh(place + offset, value - middle, left=middle, height=0.36, color=colour)
+        else:
+            ax.barh(
+                place + offset,
+                edge - middle,
+                left=middle,
+                height=0.36,
+                facecolor="white",
+                edgecolor=colour,
+                hatch="////",
+                linewidth=0.6,
+            )
+
+
+def _label(each: Influence) -> str:
+    p = each.parameter
+    return f"{p.name}\n{words.amount(p, p.low)} .. {words.amount(p, p.high)}"
+
+
+def _distributions(study: Study) -> Drawn:
+    figure, axes = style.new(5.6, 2, 3)
+    figure.subplots_adjust(left=0.06, wspace=0.25, hspace=0.6)
+    limits = {r.metric.name: r.limit for r in study.request.requirements}
+    for letter, ax, name in zip("abcdef", axes.flat, words.MAIN, strict=True):
+        values = study.rows[:, NAMES.index(name)]
+        finite = values[np.isfinite(values)]
+        metric = METRICS[NAMES.index(name)]
+        if len(finite):
+            ax.hist(finite, bins=_edges(finite, name), rwidth=0.92, color=BLUE, alpha=0.75)
+        if name in limits:
+            ax.axvline(limits[name], color=RED, linewidth=1.2, linestyle="--")
+        never, unknown = int(np.isposinf(values).sum()), int(np.isnan(values).sum())
+        ax.text(
+            0.98,
+            0.95,
+            f"{never} never\n{unknown} unknown",
+            transform=ax.transAxes,
+            ha="right",
+            va="top",
+            fontsize=7.5,
+            color=_FAINT,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5},
+        )
+        unit = f" [{metric.unit}]" if metric.unit else ""
+        style.finish(ax, f"({letter}) {name.replace('_', ' ')}", f"{metric.meaning}{unit}")
+        if metric.unit == "count":
+            ax.xaxis.get_major_locator().set_params(integer=True)
+        ax.xaxis.label.set_fontsize(7.5)
+        ax.yaxis.get_major_locator().set_params(integer=True)
+        ax.set_ylim(0.0, 1.3 * ax.get_ylim()[1])  # room for the counts
+        if letter in "ad":
+            ax.set_ylabel("machines", fontsize=8)
+    return Drawn(
+        "distributions",
+        "Distributions over the sample",
+        "Finite values only; the counts in each panel are machines with a move that never "
+        "settled, and machines that their guard stopped. Dashed: the limit, where one is required.",
+        figure,
+    )
+
+
+def _edges(finite: Any, name: str) -> Any:
+    if name == "macro_overshoot":
+        return np.arange(-0.5, finite.max() + 1.5)
+    return 25
+
+
+def _scatter(study: Study) -> Drawn:
+    name, ranked = strongest(study)
+    first, second = ranked[0].parameter, ranked[1].parameter
+    order = [u.name for u in study.request.uncertain]
+    amounts = study.sample.amounts[: len(study.rows)]
+    x, y = (amounts[:, order.index(p.name)] for p in (first, second))
+    requirement = next(r for r in study.request.requirements if r.metric.name == name)
+    met = requirement.met(study.rows)
+    known = ~np.isnan(study.rows[:, NAMES.index(name)])
+    every = np.all([r.met(study.rows) for r in study.request.requirements], axis=0)
+    stopped = study.rows[:, NAMES.index("fault")] > 0.0
+    figure, axes = style.new(3.9, 1, 2)
+    titles = (
+        f"(a) {requirement.metric.meaning}\n     {requirement.text}",
+        "(b) everything",
+    )
+    groups = (
+        (
+            (met, GREEN, "o", "met"),
+            (known & ~met, RED, "x", "not met"),
+            (~known, BLACK, "+", "not known"),
+        ),
+        (
+            (every, GREEN, "o", "met"),
+            (~every & ~stopped, RED, "x", "not met"),
+            (stopped, BLACK, "+", "stopped by the guard"),
+        ),
+    )
+    for ax, title, group in zip(axes[0], titles, groups, strict=True):
+        for chosen, colour, marker, label in group:
+            ax.scatter(
+                x[chosen], y[chosen], s=16, c=colour, marker=marker, label=label, linewidths=1.0
+            )
+        style.finish(ax, title, _axis(first))
+        ax.set_ylabel(_axis(second), fontsize=8.5)
+        ax.margins(0.03)
+        ax.legend(
+            fontsize=7.5, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3, frameon=False
+        )
+    figure.subplots_adjust(top=0.86, bottom=0.22)
+    tried = len(study.request.uncertain)
+    one, other = (words.rank(each.correlation, tried) for each in ranked[:2])
+    return Drawn(
+        "scatter",
+        "Where requirements fail",
+        f"Every machine of the sample over the two parameters that go furthest with "
+        f'"{requirement.metric.meaning}" (rank correlations {one} and {other}, '
+        "in brackets where they may be chance, "
+        "over the machines of which it is known), the requirement met least often.",
+        figure,
+    )
+
+
+def _axis(each: Uncertain) -> str:
+    return f"{each.name} [{'of nominal' if each.kind == FACTOR else each.unit}]"

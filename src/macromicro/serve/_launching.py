@@ -1,0 +1,75 @@
+"""Starts the loop process and waits until it is ready."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+import time
+from typing import Any, NamedTuple
+
+from macromicro.errors import InputError, MacromicroError, ProblemError
+from macromicro.serve import link
+from macromicro.serve.loop_spec import Spec
+from macromicro.serve.shared import Shared
+
+START_S = 120.0  # twice the compilation time of the bench on a slow machine
+_CODE = "from macromicro.serve.loop_process import main; main()"
+
+
+class Child(NamedTuple):
+    """A running loop process."""
+
+    process: subprocess.Popen[bytes]
+    end: socket.socket
+    privileges: Any
+    channels: tuple[str, ...]
+
+
+def launch(spec: Spec, shared: Shared, lock_fd: int) -> Child:
+    """Start the loop process, which inherits the lock; returns shortly before its first period."""
+    ours, theirs = link.pair()
+    fds = (theirs.fileno(), shared.fd, lock_fd)
+    paths = [p or os.getcwd() for p in sys.path]
+    try:
+        process = subprocess.Popen(
+            [sys.executable, "-P", "-c", _CODE, *map(str, fds)],
+            pass_fds=fds,
+            stdin=subprocess.DEVNULL,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
+            start_new_session=True,
+        )
+    finally:
+        theirs.close()
+    try:
+        ours.send(link.packed(spec))
+        return Child(process, ours, *_greeting(process, ours))
+    except BaseException:
+        process.kill()
+        process.wait()
+        ours.close()
+        raise
+
+
+def _greeting(process: subprocess.Popen[bytes], ours: socket.socket) -> tuple[Any, Any]:
+    ours.settimeout(START_S)
+    began = time.monotonic()
+    try:
+        kind, *said = link.receive(ours)
+    except TimeoutError:
+        waited = time.monotonic() - began
+        raise MacromicroError(f"the loop process was not ready after {waited:.0f} s") from None
+    except (EOFError, OSError):
+        status = process.wait()
+        raise MacromicroError(
+            f"the loop process ended at its start (status {status}); its messages are above"
+        ) from None
+    if kind == "refused":
+        raise InputError(*said)
+    if kind == "problem":
+        raise ProblemError(*said)
+    if kind != "ready":
+        raise MacromicroError(f"the machine cannot be opened: {said[0]}")
+    ours.settimeout(None)
+    return said[0], said[1]

@@ -1,0 +1,331 @@
+"""The connection to one loop process at a time."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import socket
+import subprocess
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from macromicro.control.live import alone
+from macromicro.control.live import messages as m
+from macromicro.control.live.messages import Event, Finished, Reply
+from macromicro.errors import MacromicroError
+from macromicro.serve import _safing, _sending, _watching, faults, link, persist
+from macromicro.serve._launching import Child, launch
+from macromicro.serve._ledger import Ledger
+from macromicro.serve._position_store import Place, PositionStore
+from macromicro.serve._pulse import silence
+from macromicro.serve._sending import Allowed, Sender, Stops
+from macromicro.serve._trail import LOG, Trail
+from macromicro.serve.choosing import AnySettings
+from macromicro.serve.loop_spec import Spec
+from macromicro.serve.shared import HEARTBEAT, LEAVE, WRITTEN, Shared
+from macromicro.serve.snapshot import Trouble
+
+END_S = 3.0
+
+
+class LoopConnection:
+    """The serving process' side; thread-safe except `start` and `stop`."""
+
+    def __init__(
+        self, rig: str, seed: int, settings: AnySettings, state: Path | None, machine: str
+    ) -> None:
+        self._path = state or persist.default_path(settings.place(rig))
+        self._rig, self._seed, self._settings, self._machine = rig, seed, settings, machine
+        self.shared: Shared | None = None
+        self.trail = Trail(settings.controller)
+        self.ledger = Ledger(self.trail)
+        self.trouble: Trouble | None = None
+        self.trust = "not started"
+        self.realtime = ""
+        self.running = False
+        self.switched_off = True  # was that the last order to the rig, and did it return?
+        self.ended: Callable[[str], None] = lambda reason: None  # called once it has ended
+        self._leaving = False
+        self._left: str | None = None  # what became of the rig's stop, by the loop process
+        self._how = ""  # how a loop that did not end by itself was ended
+        self.stages: tuple[str, ...] = m.STAGES
+        self.channels: tuple[str, ...] = ()
+        self._child: Child | None = None
+        self._store: PositionStore | None = None
+        self._lock: persist.Lock | None = None
+        self.turn = threading.RLock()  # for sending and for changes of control; held briefly
+        self._sender: Sender | None = None
+        self._threads: list[threading.Thread] = []
+        self._watcher: threading.Thread | None = None
+
+    # Start and end
+
+    def start(self) -> None:
+        """Lock the state file, start the loop process, listen and beat."""
+        lock = persist.Lock(self._path)
+        lock.take()
+        shared = None
+        try:
+            shared = Shared.create()
+            kept, settings = persist.load(self._path), self._settings
+            spec = Spec(self._rig, self._seed, settings, kept, self._machine, os.getpid())
+            child = launch(spec, shared, lock.fd)
+        except BaseException:
+            if shared is not None:
+                shared.close()
+            lock.drop()
+            raise
+        lock.write(f"process {os.getpid()}, its loop is process {child.process.pid}")
+        self.trouble, self.trust = None, "not known yet"
+        self._leaving, self._left, self._how, self.switched_off = False, None, "", False
+        self.realtime, self.stages = child.privileges.words, alone.stages(child.channels)
+        self.channels = tuple(child.channels)
+        self._lock, self._child, self.shared = lock, child, shared
+        self._store = PositionStore(
+            self._path, settings.kept_as(self._rig), self._place, self._report
+        )
+        self._sender = Sender(
+            child,
+            shared,
+            self._store,
+            self.ledger,
+            self.turn,
+            settings.serve.reply_timeout,
+            lambda: self.running,
+            self._report,
+        )
+        self.ledger.open()
+        self.tell("loop", "started", {"process": child.process.pid, "realtime": self.realtime})
+        self.running = True
+        self._threads = [
+            threading.Thread(target=self._listen, args=(child,), name="listener", daemon=True),
+            threading.Thread(target=self._beat, args=(shared,), name="heartbeat", daemon=True),
+        ]
+        self._watcher = threading.Thread(
+            target=self._watch, args=(child, shared), name="pulse", daemon=True
+        )
+        self._threads.append(self._watcher)
+        for thread in self._threads:
+            thread.start()
+
+    def stop(self) -> None:
+        """End the loop process with outputs safe, or kill it."""
+        child, shared = self._child, self.shared
+        if child is None or shared is None:
+            return
+        shared.cells[LEAVE] = 1
+        try:
+            child.process.wait(END_S)
+        except subprocess.TimeoutExpired:
+            self._how = f"it did not end within {END_S:g} s; {_safing.end(child.process)}"
+        for thread in self._threads:
+            thread.join()
+        child.end.close()
+        shared.close()
+        if self._lock is not None:
+            self._lock.drop()
+        self._child, self._lock, self._threads = None, None, []
+
+    @property
+    def rig_failed(self) -> bool:
+        trouble = self.trouble
+        return not self.running and trouble is not None and trouble.code == faults.RIG_FAILED
+
+    def reopen(self) -> None:
+        """Start again after a failure of the rig, if its `stop` works again."""
+        for thread in self._threads:  # `_over` sees to the rig first
+            thread.join()
+        self.stop()
+        if not _safing.stop(self._settings.rigs(self._rig), self._seed).done:
+            return
+        try:
+            self.start()
+        except (MacromicroError, OSError) as error:
+            self.tell("loop", "not started again", {"reason": str(error)})
+        else:
+            self.tell("loop", "rig back", {"rig": self._rig})
+
+    def ask(
+        self, request: Any, allowed: Allowed = _sending.anybody, since: Stops | None = None
+    ) -> Reply:
+        """See `Sender.ask`."""
+        sender = self._sender
+        return sender.ask(request, allowed, since) if sender and self.running else _sending.OFF
+
+    def post(self, request: Any) -> None:
+        """Send a request without waiting for its reply."""
+        if self._sender is not None and self.running:
+            self._sender.post(request)
+
+    def released(self) -> None:
+        """See `Sender.released`."""
+        if self._sender is not None and self.running:
+            self._sender.released()
+
+    @property
+    def stops(self) -> Stops:
+        return self._sender.stops if self._sender is not None else (0, 0)
+
+    def emergency(self, client: str) -> float:
+        """See `Station.emergency`."""
+        sender = self._sender
+        return sender.emergency(client) if sender and self.running else math.nan
+
+    # What comes by itself
+
+    @property
+    def moving(self) -> bool:
+        """Whether a motion is under way or the carriage coasts."""
+        place = self._place()
+        return self.running and place is not None and place.moving
+
+    def keep(self) -> None:
+        """Update the position file."""
+        if self._store is not None and self.running:
+            self._store.update()
+
+    def tell(self, kind: str, cause: str, evidence: dict[str, Any]) -> None:
+        """Report an event of the server at the machine's time."""
+        self.ledger.event(Event(self.time, kind, "", "", cause, evidence))
+
+    @property
+    def time(self) -> float:
+        """The machine's time; NaN before its first row."""
+        row = self.shared.last() if self.shared is not None else None
+        return float(row[0]) if row is not None else math.nan
+
+    def _report(self, text: str) -> None:
+        self.tell("loop", "trouble", {"reason": text})
+
+    def _place(self) -> Place | None:
+        return (
+            _watching.place(self.shared, self.trust, self._settings.period)
+            if self.shared is not None
+            else None
+        )
+
+    def _beat(self, shared: Shared) -> None:
+        pause = min(self._settings.serve.parent_timeout / 10.0, 0.05)
+        while self.running:
+            shared.cells[HEARTBEAT] += 1
+            time.sleep(pause)
+
+    def _watch(self, child: Child, shared: Shared) -> None:
+        """End a loop process that shows no period."""
+        allowed = self._settings.serve.loop_timeout
+        silent = silence(
+            lambda: int(shared.cells[WRITTEN]),
+            lambda: self.running and not shared.cells[LEAVE],
+            lambda: END_S if self._leaving else allowed,
+            allowed,
+        )
+        if silent:
+            self._silent(child, silent, allowed)
+
+    def _silent(self, child: Child, silent: float, allowed: float) -> None:
+        last = _watching.last_written(self.shared)
+        text = f"no period for {silent:.2f} s, allowed {allowed:g} s; {last}"
+        self._fault(faults.failed(faults.LOOP_SILENT, text))
+        self.trust = "the loop does not respond"
+        self.running = False
+        self.ledger.close(m.FAULTED, text)
+        self._how = _safing.end(child.process)
+        with contextlib.suppress(OSError):  # one that does not end keeps its end open
+            child.end.shutdown(socket.SHUT_RDWR)
+
+    def _fault(self, trouble: Trouble) -> None:
+        self.trouble = trouble
+        self.tell("fault", trouble.name, {"evidence": trouble.evidence})
+
+    def _listen(self, child: Child) -> None:
+        """Process the loop's messages until it has ended."""
+        said = ""
+        try:
+            while True:
+                kind, *rest = link.receive(child.end)
+                said = self._hear(kind, rest) or said
+        except (EOFError, OSError):
+            pass
+        self._over(child, said)
+
+    def _hear(self, kind: str, rest: list[Any]) -> str:
+        if kind == "reply":
+            self.ledger.reply(*rest)
+        elif kind == "notice":
+            notice = self._sender.signed(rest[0]) if self._sender else rest[0]
+            if isinstance(notice, Finished):
+                self.ledger.end(notice)
+            else:
+                if notice.kind == "trust":
+                    self.trust = notice.cause
+                self.ledger.event(notice)
+        elif kind == "begun":
+            self.trust = rest[0].why
+            self.tell("trust", self.trust, {"trusted": rest[0].trusted})
+        elif kind == "traceback":
+            LOG.error("the controller ended with an error\n%s", rest[0])
+        elif kind == "trouble":
+            self._fault(rest[0])
+        elif kind == "leaving":
+            self._leaving = True
+        elif kind == "left":
+            self._left = rest[0]
+        elif kind == "ended":
+            return str(rest[0])
+        return ""
+
+    def _over(self, child: Child, said: str) -> None:
+        """Report the end of the loop process and see to the rig."""
+        shared = self.shared
+        assert shared is not None
+        self.running = False
+        if self._watcher is not None and self.trouble and self.trouble.code == faults.LOOP_SILENT:
+            self._watcher.join()  # which is ending it
+        else:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                child.process.wait(END_S)
+        if child.process.poll() is None and not self._how:
+            self._how = _safing.end(child.process)
+        status = child.process.poll() or 0
+        if shared.cells[LEAVE] and self._left == "":
+            self.switched_off, self.trust = True, "the server was stopped"
+            self.ledger.close(m.STOPPED_BY_REQUEST, "the server was stopped")
+            self.ended("the server was stopped")
+            self.tell("loop", "stopped", {"status": status})
+            return
+        how = said or (f"signal {-status}" if status < 0 else f"exit status {status}")
+        trouble = self.trouble
+        if trouble is None:
+            text = f"it ended unexpectedly: {how}; {_watching.last_written(self.shared)}"
+            trouble = faults.failed(faults.LOOP_DIED, text)
+            self._fault(trouble)
+        self.trust = trouble.name
+        outcome = m.LOST if trouble.code == faults.LOOP_DIED else m.FAULTED
+        self.ledger.close(outcome, trouble.evidence)
+        self.tell("trust", self.trust, {"trusted": False})
+        self._see_to_rig(trouble)
+        self.ended((self.trouble or trouble).evidence)
+        self.tell("loop", "died", {"status": status})
+
+    def _see_to_rig(self, trouble: Trouble) -> None:
+        """Add the state of the outputs to the evidence; stop the rig if the loop did not."""
+        words = "the rig's stop returned; nothing read the outputs back"
+        evidence = f"{trouble.evidence}; {self._how}" if self._how else trouble.evidence
+        self.switched_off = self._left == ""
+        if trouble.code == faults.RIG_FAILED or not self.switched_off:
+            left = "" if self.switched_off else "the loop ended without closing its rig: "
+            with contextlib.suppress(MacromicroError):
+                if self._store is not None:
+                    self._store.lose(f"{left}{trouble.name}")
+        if not self.switched_off:
+            before = f"{self._left}; " if self._left else ""
+            now = "a fresh process is stopping the rig"
+            self.trouble = trouble._replace(evidence=f"{evidence}; {before}{now}")
+            safed = _safing.stop(self._settings.rigs(self._rig), self._seed)
+            self.switched_off, words = safed.done, before + safed.words
+        self.trouble = trouble._replace(evidence=f"{evidence}; {words}")
+        self.tell("loop", f"rig {'' if self.switched_off else 'not '}stopped", {"evidence": words})

@@ -1,0 +1,149 @@
+"""The interface between the loop and a live machine."""
+
+from __future__ import annotations
+
+import math
+from types import TracebackType
+from typing import Annotated, Any, NamedTuple, Protocol, Self
+
+from macromicro.columns import Quantity
+from macromicro.control.live.messages import Notice, Refused, Reply
+from macromicro.control.live.parameters import SoftLimits
+from macromicro.serve.persist import Restored
+from macromicro.types import Clock, Command, Outputs, Sample
+
+
+class View(NamedTuple):
+    """What the telemetry shows of a machine."""
+
+    mode: Annotated[
+        float, Quantity("1", "mode of the live machine, as its attribute `modes` lists them", "i1")
+    ]
+    motion: Annotated[float, Quantity("1", "number of the motion under way, 0 for none", "i4")]
+    macro_integral: Annotated[float, Quantity("V", "integral effort of the macro controller")]
+    micro_integral: Annotated[float, Quantity("V", "integral effort of the micro controller")]
+    position: Annotated[float, Quantity("mm", "absolute position of the whole system", scale=1e3)]
+    uncertainty: Annotated[
+        float,
+        Quantity("um", "half width of the interval that holds this position", scale=1e6),
+    ]
+    trusted: Annotated[float, Quantity("1", "is the position known since homing? 0 or 1", "i1")]
+    offset: float  # encoder counts at coordinate 0
+    limits: SoftLimits = SoftLimits()
+    target: float = math.nan  # NaN while it has none
+
+
+class Second(NamedTuple):
+    """What the telemetry shows of the second axis."""
+
+    counts: Annotated[float, Quantity("count", "encoder of the axis y", column="y_count")]
+    reference: Annotated[float, Quantity("count", "set point of the axis y", column="y_reference")]
+    motor: Annotated[float, Quantity("V", "effort of the axis y", column="y_motor")]
+    position: Annotated[
+        float, Quantity("mm", "position of the axis y", column="y_position", scale=1e3)
+    ]
+    uncertainty: Annotated[
+        float,
+        Quantity(
+            "um",
+            "half width of the interval that holds the position of the axis y",
+            column="y_uncertainty",
+            scale=1e6,
+        ),
+    ]
+    offset: float  # encoder counts at coordinate 0
+    target: float = math.nan
+
+
+SECONDLY = Second(*[math.nan] * 6)
+
+
+class Machine(Protocol):
+    """A live machine with its state; it never waits and uses no clock or file."""
+
+    def begin(self, sample: Sample, restored: Restored) -> None:
+        """Start with the first sample and the saved position."""
+
+    def step(self, sample: Sample, dt: float) -> tuple[Command, Outputs, tuple[Notice, ...]]: ...
+
+    def accept(self, request: Any) -> tuple[Reply, tuple[Notice, ...]]: ...
+
+    def refusal(self, request: Any) -> Refused | None:
+        """Why this request would be refused now."""
+
+    def fail(self, words: str, evidence: dict[str, Any], position_lost: bool) -> tuple[Notice, ...]:
+        """Latch a fault after the loop has made the outputs safe."""
+
+    def lose(self, words: str) -> tuple[Notice, ...]:
+        """Note that counts may have been missed: the position is unknown."""
+
+    def doubt(self, words: str) -> tuple[Notice, ...]:
+        """Note that the Hall sensor is implausible (`words`), or plausible again ("")."""
+
+    def found(self) -> tuple[float, float] | None:
+        """A fault that the machine latched itself, with the counts by laser and by encoder."""
+
+    def view(self) -> View: ...
+
+
+class Guard(Protocol):
+    """The opened rig under its guard."""
+
+    @property
+    def channels(self) -> tuple[str, ...]: ...
+
+    @property
+    def clock(self) -> Clock: ...
+
+    @property
+    def given(self) -> Outputs:
+        """The last outputs."""
+
+    @property
+    def tripped(self) -> bool: ...
+
+    @property
+    def temperature(self) -> float:
+        """Of the wires [degC], estimated, or NaN."""
+
+    @property
+    def doubt(self) -> str:
+        """Why the Hall sensor is implausible now, or ""."""
+
+    def read(self) -> Sample: ...
+
+    def expect(self, command: Command) -> None:
+        """Announce what the machine commands in this period."""
+
+    def write(self, outputs: Outputs) -> None:
+        """Write outputs if they pass."""
+
+    def stop(self) -> None: ...
+
+    def evidence(self) -> tuple[float, float, float, float]:
+        """Code, value, limit and time of the latched fault."""
+
+    def fault(self) -> tuple[Explained, bool]:
+        """The latched fault, and whether counts may have been missed."""
+
+    def renew(self) -> None: ...
+
+    def overlooked(self) -> str:
+        """Why counts may have been missed while a fault is latched, or ""."""
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None: ...
+
+
+class Explained(Protocol):
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def evidence(self) -> str: ...

@@ -1,0 +1,137 @@
+"""Keeps the position file true: "moving" before any motion, the position at rest."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from macromicro.errors import MacromicroError
+from macromicro.serve import persist
+from macromicro.serve.persist import Kept
+
+FLICKER = 1.0  # counts: a carriage at rest may stand on an encoder's edge
+RETRY_S = 1.0  # after which a file that could not be written is tried again
+
+
+class Place(NamedTuple):
+    """The position that the loop shows now."""
+
+    row: int
+    encoder: float  # counts
+    offset: float  # counts
+    trusted: bool
+    why: str
+    moving: bool
+    laser: float = math.nan
+    second: float = math.nan  # counts
+    second_offset: float = math.nan
+
+
+class PositionStore:
+    """Writes the position file; thread-safe. `begin_motion` precedes every request that moves."""
+
+    def __init__(
+        self, path: Path, rig: str, look: Callable[[], Place | None], report: Callable[[str], None]
+    ) -> None:
+        self._path, self._rig = path, rig
+        self._look, self._report = look, report
+        self._lock = threading.Lock()
+        self._pending = 0
+        self._barrier = -1
+        self._moving = False
+        self._saved: Kept | None = None  # content of the file; None: unknown
+        self._failed = -math.inf  # when it could not be written, unless it was since
+        self._told = False
+
+    @property
+    def moving(self) -> bool:
+        return self._moving
+
+    def begin_motion(self) -> None:
+        """Mark the file as moving, or remove it; raises MacromicroError if neither works."""
+        with self._lock:
+            self._pending += 1
+            if self._moving:
+                return
+            place = self._look()
+            nan = math.nan
+            known = place or Place(0, nan, nan, False, "not known", True)
+            try:
+                self._save(known._replace(moving=True))
+            except MacromicroError:
+                self._pending -= 1
+                raise
+            self._moving = True
+
+    def answered(self, row: int) -> None:
+        """Note the loop's answer, which rows after number `row` reflect."""
+        with self._lock:
+            self._pending -= 1
+            self._barrier = max(self._barrier, row)
+
+    def update(self) -> None:
+        """Write the position if the machine rests and the file differs, or trust has changed."""
+        with self._lock:
+            place = self._look()
+            if place is None or not math.isfinite(place.encoder):
+                return
+            if self._pending or place.row <= self._barrier or self._says(place):
+                return
+            if time.monotonic() - self._failed < RETRY_S:
+                return
+            self._save(place)
+            self._moving = place.moving
+
+    def lose(self, why: str) -> None:
+        """Mark the position as unknown after the loop has died: the next start must home."""
+        with self._lock:
+            place = self._look()
+            if self._moving or place is None:  # "moving" says so already
+                return
+            self._save(place._replace(trusted=False, why=why))
+
+    def _says(self, place: Place) -> bool:
+        saved = self._saved
+        if saved is None or saved.moving != place.moving or saved.why != place.why:
+            return False
+        same = saved.trusted == place.trusted and saved.offset == place.offset
+        same = same and _equal(saved.second_offset, place.second_offset, 0.0)
+        near = place.moving or abs(saved.encoder - place.encoder) <= FLICKER
+        near = near and (place.moving or _equal(saved.second, place.second, FLICKER))
+        return near and (same or not (saved.trusted or place.trusted))
+
+    def _save(self, place: Place) -> None:
+        kept = Kept(
+            self._rig,
+            place.encoder,
+            place.offset,
+            place.trusted,
+            place.why,
+            place.moving,
+            time.time(),
+            place.laser,
+            place.second,
+            place.second_offset,
+        )
+        self._saved = None
+        try:
+            persist.save(self._path, kept)
+            self._saved, self._failed, self._told = kept, -math.inf, False
+        except OSError as error:
+            self._failed = time.monotonic()
+            text = f"{self._path}: the position cannot be saved: {error.strerror}"
+            try:
+                self._path.unlink(missing_ok=True)
+            except OSError:
+                raise MacromicroError(f"{text}, and this file cannot be removed") from None
+            if not self._told:
+                self._told = True
+                self._report(f"{text}; the next start will have to home")
+
+
+def _equal(a: float, b: float, within: float) -> bool:
+    return abs(a - b) <= within or (math.isnan(a) and math.isnan(b))

@@ -1,0 +1,169 @@
+"""Sends requests to the loop process, with the position file written before."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import signal
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from macromicro.control.live import messages as m
+from macromicro.control.live import transitions
+from macromicro.control.live.messages import Finished, Notice, Refused, Reply
+from macromicro.errors import MacromicroError
+from macromicro.serve import link, requests
+from macromicro.serve._launching import Child
+from macromicro.serve._ledger import Ledger
+from macromicro.serve._position_store import PositionStore
+from macromicro.serve.requests import Order
+from macromicro.serve.shared import COMMANDS, EMERGENCY, SAFE_SINCE, SEEN, WRITTEN, Shared
+
+ANSWER_S = 1.0  # an emergency stop that takes longer ends the loop process
+GRACE_S = 0.25  # for an answer given just in time to come here
+OFF = Refused("the loop process is not running", "start it again")
+SILENT = Refused("the loop did not answer in time", "check the events, stop, and start again")
+
+Allowed = Callable[[], Refused | None]
+Stops = tuple[int, int]  # stops and losses of control asked for so far; emergency stops
+
+
+def anybody() -> Refused | None:
+    return None
+
+
+class Sender:
+    """Sends requests to one loop process under the lock `turn`; thread-safe."""
+
+    def __init__(
+        self,
+        child: Child,
+        shared: Shared,
+        store: PositionStore,
+        ledger: Ledger,
+        turn: threading.RLock,
+        wait: float,
+        alive: Callable[[], bool],
+        report: Callable[[str], None],
+    ) -> None:
+        self._stops = self._emergencies = self._releases = 0
+        self._child, self._shared = child, shared
+        self._store, self._ledger = store, ledger
+        self._turn, self._wait = turn, wait
+        self._alive, self._report = alive, report
+        self._stamping = threading.Lock()
+        self._presser = ""
+
+    @property
+    def stops(self) -> Stops:
+        """Counts of stops, which show whether one came meanwhile."""
+        return self._stops, self._emergencies
+
+    def ask(self, request: Any, allowed: Allowed, since: Stops | None) -> Reply:
+        """Send a request and wait for its reply; refused if a stop has come since `since`."""
+        asked = time.monotonic_ns()
+        stops, releases = self.stops if since is None else since, self._releases
+        if not requests.begins(request):
+            return self._exchange(request, asked, allowed)
+
+        # How a stop overtakes. An order that still waits for its turn finds other counts of stops
+        # than when it was asked for, and is refused (`still`). One that is in the socket already
+        # is done first, as the loop takes messages in order, and the stop behind it ends what it
+        # began. An emergency stop waits for no message: it is a stamp in the shared memory, read
+        # at the start of every period, and orders asked for before it are void
+        # (`requests.void`).
+        def still() -> Refused | None:
+            if self.stops != stops or self._releases != releases:
+                return requests.OVERTAKEN
+            return allowed()
+
+        if not requests.moves(request):
+            return self._exchange(request, asked, still)
+        if not self._store.moving:  # a refused request costs no write and is no motion
+            reply = self._exchange(request, asked, still, trial=True)
+            if isinstance(reply, Refused):
+                return reply
+        try:
+            self._store.begin_motion()
+        except MacromicroError as error:
+            return Refused(str(error), "free disk space, or make the file's folder writable")
+        try:
+            return self._exchange(request, asked, still)
+        finally:
+            self._store.answered(int(self._shared.cells[WRITTEN]))
+
+    def post(self, request: Any) -> None:
+        """Send a request without waiting for its reply."""
+        refusal = self._send(0, request, time.monotonic_ns(), anybody, False)
+        if refusal is not None and self._alive():
+            self._report(f"{type(request).__name__} did not reach the loop: {refusal.reason}")
+
+    def released(self) -> None:
+        """Void pending requests and end a jog: nobody holds control."""
+        with self._turn:
+            self._releases += 1
+            for stage in (*m.STAGES, *m.AXES):  # the stage that does not jog refuses it
+                self.post(m.Jog(stage, 0.0))
+
+    def _exchange(
+        self, request: Any, asked: int, allowed: Allowed, *, trial: bool = False
+    ) -> Reply:
+        serial = self._ledger.serial()
+        refusal = self._send(serial, request, asked, allowed, trial)
+        if refusal is not None:
+            self._ledger.forget(serial)
+            return refusal
+        reply = self._ledger.await_reply(serial, self._wait + GRACE_S)
+        return reply or (SILENT if self._alive() else OFF)
+
+    def _send(
+        self, serial: int, request: Any, asked: int, allowed: Allowed, trial: bool
+    ) -> Refused | None:
+        until = time.monotonic_ns() + round(self._wait * 1e9)
+        data = link.packed(Order(serial, request, asked, until, trial))
+        if len(data) > link.LARGEST:
+            return Refused(f"a request of {len(data)} bytes", f"at most {link.LARGEST} bytes")
+        with self._turn:
+            refusal = allowed()
+            if refusal is not None:
+                return refusal
+            if isinstance(request, m.Stop | m.LinkLost):
+                self._stops += 1
+            try:
+                self._child.end.send(data, link.DONT_WAIT)
+            except BlockingIOError:
+                return SILENT
+            except OSError:
+                return OFF
+            self._shared.cells[COMMANDS] += 1
+        return None
+
+    def emergency(self, client: str) -> float:
+        """See `Station.emergency`."""
+        cells = self._shared.cells
+        with self._stamping:  # for the time of two stores; stamps only ever grow
+            self._presser = client
+            self._emergencies += 1
+            stamp = max(time.monotonic_ns(), int(cells[EMERGENCY]) + 1)
+            cells[EMERGENCY] = stamp
+        deadline = time.monotonic() + ANSWER_S
+        while self._alive():
+            late = time.monotonic() >= deadline  # looked at first: we may have been held up
+            if int(cells[SEEN]) >= stamp:
+                return (int(cells[SAFE_SINCE]) - stamp) * 1e-9
+            if late:
+                with contextlib.suppress(ProcessLookupError):
+                    self._child.process.send_signal(signal.SIGTERM)
+                self._report(f"no answer to an emergency stop in {ANSWER_S:g} s; the loop is ended")
+                break
+            time.sleep(0.0005)
+        return math.nan
+
+    def signed(self, notice: Notice) -> Notice:
+        """Add the client of the emergency stop to its event."""
+        how = notice.outcome if isinstance(notice, Finished) else notice.cause
+        if how not in (m.EMERGENCY, transitions.EMERGENCY) or notice.evidence.get("client") != "":
+            return notice
+        return notice._replace(evidence={**notice.evidence, "client": self._presser})

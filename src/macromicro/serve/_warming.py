@@ -1,0 +1,85 @@
+"""Runs everything once before the first period, so that nothing is compiled or imported later."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from macromicro.control.live.messages import (
+    MACRO,
+    MICRO,
+    ClearFault,
+    Disable,
+    EmergencyStop,
+    Enable,
+    Fan,
+    Home,
+    Jog,
+    MoveMacro,
+    MoveMicro,
+    MoveTo,
+    Stop,
+)
+from macromicro.control.live.parameters import Live
+from macromicro.plant import bench
+from macromicro.rig.guard import Guard
+from macromicro.rig.guarded import CompiledGuarded
+from macromicro.rig.twin import CompiledTwin
+from macromicro.serve._machine import Machine
+from macromicro.serve.link import Outbox, pair
+from macromicro.serve.persist import Restored
+from macromicro.serve.settings import LiveSettings
+from macromicro.serve.shared import Shared
+from macromicro.serve.ticking import Loop
+
+_REST = 200  # periods within which a motion is braked, and the carriage seen to stand
+_ARRIVAL = 400  # periods within which a short move of the carriage is on target and settling
+
+
+def requests(live: Live) -> tuple[tuple[Any, int], ...]:
+    """The requests of the rehearsal with their periods, moves first."""
+    near, jogs = live.limits, live.jogging
+    contraction = 0.5 * (near.micro_low + near.micro_high)
+    counts = min(max(20.0, near.macro_low), near.macro_high)
+    return (
+        (Stop(), 2),  # nothing is enabled before the first sample, which is seen behind it
+        (Enable(), 10),
+        (Fan(True), 10),
+        (MoveMicro(contraction), 40),
+        (Stop(), 10),
+        (Jog(MICRO, -jogs.micro), 40),
+        (Jog(MICRO, 0.0), 10),
+        (MoveMacro(counts), _ARRIVAL),
+        (MoveTo(0.5 * (near.whole_low + near.whole_high), replace=True), 40),
+        (EmergencyStop(), 10),
+        (ClearFault(), 10),
+        (Enable(), 10),
+        (Jog(MACRO, min(jogs.slow, jogs.macro)), 40),
+        (Jog(MACRO, 0.0), _REST),
+        (Home(), 40),
+        (Stop(), _REST),
+        (Fan(False), 10),
+        (Disable(), 10),
+    )
+
+
+def warm(make: Callable[[], Machine], limits: Guard, settings: LiveSettings) -> None:
+    """Drive a similar machine on a virtual bench through the same loop, as fast as possible."""
+    plain = LiveSettings()
+    twin = CompiledTwin(bench.prepare(plain.bench, plain.sensors), 0)
+    shared = Shared.create(256)
+    ours, theirs = pair()
+    try:
+        rig = CompiledGuarded(twin, limits, settings.period)
+        machine = make()
+        loop = Loop(rig, machine, shared, Outbox(theirs), settings.serve, settings.period, False)
+        with rig:
+            machine.begin(rig.read(), Restored(True, 0.0, "warming"))
+            loop.rehearse(requests(settings.live))
+            machine.begin(rig.read(), Restored(False, math.nan, "warming"))
+            loop.rehearse(requests(settings.live))
+    finally:
+        ours.close()
+        theirs.close()
+        shared.close()

@@ -1,0 +1,174 @@
+"""One client's connection in any protocol, from its first line to its end."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import time
+from abc import ABC, abstractmethod
+from typing import Generic, TypeVar
+
+from macromicro.serve.bucket import Bucket
+from macromicro.serve.client import POLL_S, Client, Dispatcher, Entry, Waiting
+from macromicro.serve.door._bounds import Bounds
+from macromicro.serve.door._first_line import FirstLine, ForeignProtocol, Grammar
+from macromicro.serve.door._monitor import SocketMonitor, prepare
+from macromicro.serve.guesses import TRIES
+
+PENALTY = 1.0  # s that a wrong token costs
+GRACE = 2.0  # s for which queries of a client that has closed are still answered
+_READ = 16 * 1024
+T = TypeVar("T")
+
+
+class Connection(ABC, Generic[T]):
+    """Serves one client until it leaves; nothing runs before its first line is recognized."""
+
+    def __init__(
+        self,
+        client: Client,
+        grammar: Grammar,
+        monitor: SocketMonitor,
+        writer: asyncio.StreamWriter,
+        dispatcher: Dispatcher,
+        bounds: Bounds,
+    ) -> None:
+        self.client = client
+        self._grammar, self._monitor, self._writer = grammar, monitor, writer
+        self._dispatcher, self._bounds = dispatcher, bounds
+        self._bucket = Bucket(bounds.rate, bounds.burst)
+        self._waiting: Waiting[T] = Waiting(client, bounds.messages, bounds.waiting)
+        self._patience: float = client.instrument.settings.serve.client_timeout
+        self._failures = 0  # wrong tokens that were paid for
+
+    # What a protocol adds
+
+    @abstractmethod
+    async def _hear(self, data: bytes) -> bool:
+        """Execute stops at once and queue the rest; False if nothing more can be read."""
+
+    @abstractmethod
+    async def _do(self, entry: Entry[T]) -> bool:
+        """Execute a queued command; False if the connection must end."""
+
+    @property
+    def _unfinished(self) -> bool:
+        """Whether more data must come before anything else is read, stops included."""
+        return False
+
+    def _silenced(self) -> None:
+        """React to the client's expired watchdog."""
+
+    # As the places see it
+
+    @property
+    def rank(self) -> int:
+        return self.client.rank
+
+    @property
+    def heard(self) -> float:
+        return self._monitor.heard
+
+    def dismiss(self) -> None:
+        self._monitor.reset = True
+        self._monitor.ended.set()
+
+    # From the first line to the end
+
+    async def run(self) -> None:
+        """Serve until the client has left and its commands are done."""
+        prepare(self._writer.get_extra_info("socket"))
+        worker = asyncio.create_task(self._waiting.work(self._do))
+        reading = asyncio.create_task(self._read())
+        ended = asyncio.create_task(self._monitor.ended.wait())
+        tasks = worker, reading, ended
+        try:
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            await self._dispatcher.overtake(self.client, self.client.close)
+            if not worker.done() and not self._monitor.reset:
+                # What came before the end: stops are done and queries answered.
+                with contextlib.suppress(TimeoutError, OSError):
+                    async with asyncio.timeout(GRACE):
+                        await self._finish(reading, worker)
+        finally:
+            self.client.gone.set()
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+            self._writer.transport.abort()
+            while self.client.calls:
+                await asyncio.sleep(POLL_S)
+
+    def watch(self) -> None:
+        """Disconnect a client that has closed, cannot be followed or left a block incomplete."""
+        monitor, now = self._monitor, time.monotonic()
+        monitor.look(self._writer.get_extra_info("socket"))
+        stalled = monitor.stalled_since is not None and now - monitor.stalled_since > self._patience
+        stuck = self._unfinished and now - monitor.heard > self._bounds.unread
+        if stalled or (stuck and not self._behind):
+            self.dismiss()
+
+    def beat(self) -> None:
+        """Send the heartbeat, or lose the client after its watchdog has expired."""
+        if not self._monitor.ended.is_set() and not self.client.beat(self._silence()):
+            self._silenced()
+
+    @property
+    def _behind(self) -> bool:
+        return self._waiting.busy or self._monitor.stalled_since is not None
+
+    def _silence(self) -> float:
+        """Seconds without data while none was awaited, less the server's own delay."""
+        silent = time.monotonic() - max(self._monitor.heard, self._waiting.rested)
+        return silent - (self._patience if self._behind else 0.0)
+
+    async def _finish(self, reading: asyncio.Task[None], worker: asyncio.Task[None]) -> None:
+        await reading
+        await self._waiting.end()
+        await worker
+        await self._writer.drain()
+        self._writer.close()
+        await self._writer.wait_closed()
+
+    async def _read(self) -> None:
+        try:
+            data = await self._first()
+            while data and await self._hear(data):
+                data = await self._monitor.take(_READ)
+        except ForeignProtocol as error:
+            client = self.client
+            client.station.trail.client("foreign", client.name, f"sent {error}")
+        except OSError:  # reset, or the peer no longer answers
+            return
+
+    async def _first(self) -> bytes:
+        """Data up to the end of the first line, once the client has a place; else none."""
+        line, found = FirstLine(self._grammar), b""
+        while not found:
+            data = await self._monitor.take(_READ)
+            if not data:
+                return b""
+            found = line.take(data)
+        if not self._dispatcher.capacity.claim(self):
+            return b""
+        await self._dispatcher.overtake(self.client, self.client.connect)
+        return found
+
+    # For `_do`
+
+    async def _send(self, data: bytes) -> bool:
+        """Send an answer; False if the client does not read it."""
+        self._writer.write(data)
+        try:
+            async with asyncio.timeout(self._bounds.unread):
+                await self._writer.drain()
+        except (TimeoutError, OSError):
+            return False
+        return True
+
+    async def _admissible(self) -> bool:
+        """Delay after a wrong token; False after too many."""
+        if self.client.failures != self._failures:
+            await asyncio.sleep(PENALTY)
+            self._failures = self.client.failures
+        return self._failures < TRIES

@@ -1,0 +1,94 @@
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+from macromicro.serve._instrument import Instrument
+from macromicro.serve.client import Dispatcher, Entry
+from macromicro.serve.door._bounds import STOP_COST, Bounds
+from macromicro.serve.door._connection import Connection
+from macromicro.serve.door._monitor import SocketMonitor
+from macromicro.serve.gcs import _errors
+from macromicro.serve.gcs._commands import COMMANDS, Call
+from macromicro.serve.gcs._errors import GcsError
+from macromicro.serve.gcs._grammar import GRAMMAR, SINGLE
+from macromicro.serve.gcs._session import Session
+
+BOUNDS = Bounds(line=1024)
+CODEPAGE = "cp1252"
+_STOPS = ("#24", "STP", "HLT")
+_PIECE = 1024  # bytes that are read in one go
+
+
+class GcsConnection(Connection[list[str]]):
+    """Executes lines one after the other; stops as soon as they are read."""
+
+    def __init__(
+        self,
+        instrument: Instrument,
+        monitor: SocketMonitor,
+        writer: asyncio.StreamWriter,
+        dispatcher: Dispatcher,
+        bounds: Bounds,
+    ) -> None:
+        address, port = writer.get_extra_info("peername")[:2]
+        self.session = Session(instrument, f"gcs {address}:{port}", address)
+        super().__init__(self.session, GRAMMAR, monitor, writer, dispatcher, bounds)
+        self._line = b""
+
+    async def _hear(self, data: bytes) -> bool:
+        for start in range(0, len(data), _PIECE):
+            await self._pay()  # also for bytes that are no line
+            for line in self._lines(data[start : start + _PIECE]):
+                await self._take(line)
+            if len(self._line) > self._bounds.line:
+                self.session.fail(_errors.TOO_LONG)
+                return False
+        return True
+
+    def _lines(self, data: bytes) -> list[str]:
+        """Complete commands in `data`, without terminators; single-byte commands have none."""
+        lines = []
+        for byte in data:
+            if len(self._line) > self._bounds.line:
+                break
+            if byte in SINGLE:
+                lines.append(SINGLE[byte])
+            elif byte in b"\r\n":
+                lines.append(self._line.decode(CODEPAGE, "replace"))
+                self._line = b""
+            else:
+                self._line += bytes((byte,))
+        return lines
+
+    async def _take(self, line: str) -> None:
+        """Execute stops, queue the rest."""
+        words = line.split()
+        if not words:
+            return
+        if words[0].upper() in _STOPS:
+            await self._dispatcher.overtake(self.session, self.session.halt)
+            await self._pay(STOP_COST)
+        else:
+            await self._pay()
+            await self._waiting.put(words, len(line))
+
+    async def _pay(self, cost: float = 1.0) -> None:
+        await self._bucket.take(cost * self._dispatcher.price(self.session))
+
+    async def _do(self, entry: Entry[list[str]]) -> bool:
+        answer = await self._dispatcher.run(self.session, self._act, entry)
+        if not await self._admissible():
+            return False
+        return answer is None or await self._send(f"{answer}\n".encode(CODEPAGE, "replace"))
+
+    def _act(self, entry: Entry[list[str]]) -> Any:
+        name, *words = entry.order
+        command = COMMANDS.get(name.upper())
+        try:
+            if command is None:
+                raise GcsError(_errors.UNKNOWN, name[:40])
+            return command.act(Call(self.session, words, entry))
+        except GcsError as error:
+            self.session.fail(error.number)
+        return None

@@ -1,0 +1,210 @@
+"""Commands that begin or end motions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from macromicro.control.live.messages import STAGES, Enable, Refused
+from macromicro.serve import unconfirmed
+from macromicro.serve.requests import KINDS, Field, RequestType, ends
+from macromicro.serve.scpi._answers import number
+from macromicro.serve.scpi._parameters import Flag, Number, Parameter, Word
+from macromicro.serve.scpi._session import Session
+from macromicro.serve.scpi.command import Answer, Call, Command, Handler
+from macromicro.serve.scpi.errors import ScpiError, quoted
+from macromicro.serve.scpi.status import OFF
+
+_ENDS = ("MINimum", "MAXimum")
+_WAY = Word("way", ("REPLace",), optional=True)  # the motion under way ends as superseded
+_WHICH = Word("end", _ENDS, optional=True)
+
+
+def commands(
+    name: str, act: Handler | None = None, parameters: tuple[Parameter, ...] | None = None
+) -> Iterator[Command]:
+    """The SCPI commands of a request type, one for each choice in its header."""
+    kind = KINDS[name]
+    by_header = "{" in kind.header
+    for choice in kind.fields[0].choices if by_header else (None,):
+        fixed = () if choice is None else (choice,)
+        node = "" if choice is None else f"{choice[:4].upper()}{choice[4:]}"
+        fields = tuple(_of(field, choice) for field in kind.fields[len(fixed) :])
+        taken = (*map(_parameter, fields), *([_WAY] if kind.replaces else []))
+        yield Command(
+            kind.header.format(stage=node),
+            act or _ordering(kind, fields, fixed),
+            kind.text.format(stage=_named(choice)),
+            taken if parameters is None else parameters,
+            access=kind.access,
+        )
+
+
+def _named(choice: str | None) -> str:
+    return f"{choice}-stage" if choice in STAGES else f"axis {choice}"
+
+
+def _of(field: Field, choice: str | None) -> Field:
+    """A field whose limits are those of the stage in the header."""
+    return field._replace(ends=field.ends.format(stage=choice))
+
+
+def _parameter(field: Field) -> Parameter:
+    if not field.unit:
+        return Flag(field.name)
+    return Number(
+        field.name,
+        field.unit,
+        field.lo,
+        field.hi,
+        whole=field.unit == "counts",
+        instead=_ENDS if field.ends else (),
+    )
+
+
+def _value(session: Session, field: Field, given: Any) -> Any:
+    """The given value, or the limit in force."""
+    if isinstance(given, str):
+        return session.instrument.limit(field.ends, given)
+    return given
+
+
+def _ordering(kind: RequestType, fields: tuple[Field, ...], fixed: tuple[str, ...]) -> Handler:
+    def act(call: Call) -> Answer:
+        session = call.session
+        given = zip(fields, call.values, strict=False)
+        values = (*fixed, *(_value(session, field, value) for field, value in given))
+        request = kind.message(*values)
+        if kind.replaces and call.values[-1]:
+            request = request._replace(replace=True)
+        motion = session.order(request)
+        if kind.motion:
+            session.began(motion, kind.words(values, session.instrument.place))
+        elif ends(request):
+            session.ends(motion)
+        return None
+
+    return act
+
+
+def _asked(kind: str, unit: str, target: Callable[[Session], float]) -> Handler:
+    """The target or a limit, in counts or in the display unit."""
+
+    def act(call: Call) -> Answer:
+        (end,) = call.values
+        found = call.session.instrument.limit(kind, end) if end else target(call.session)
+        scale = {"m": call.session.instrument.place.per}.get(unit, 1.0)
+        return number(round(found * scale, 9))
+
+    return act
+
+
+def stop(call: Call) -> Answer:
+    """Decelerate all motion."""
+    session = call.session
+    reply = session.stop()
+    if isinstance(reply, Refused):
+        raise ScpiError(-221, f"{reply.reason}; {reply.remedy}")
+    session.ends(session.station.snapshot().motion)
+    return None
+
+
+def _abort(call: Call) -> Answer:
+    if math.isnan(call.session.emergency()):
+        raise ScpiError(-240, unconfirmed.words(unconfirmed.EMERGENCY_STOP))
+    return None
+
+
+def _enable(call: Call) -> Answer:
+    session = call.session
+    try:
+        session.order(Enable())
+    except ScpiError as refused:
+        if refused.number != -221 or session.snapshot().mode in OFF:
+            raise
+    return None
+
+
+def _outcome(call: Call) -> Answer:
+    end = call.session.station.finished(int(call.values[0]), 0.0)
+    if end is None:
+        return f'"unknown",{number(float("nan"))},{number(float("nan"))},""'
+    per = call.session.instrument.place.per
+    where = f"{number(end.position * per)},{number(end.uncertainty * per)}"
+    facts = ", ".join(f"{name} {value}" for name, value in end.evidence.items())
+    return f"{quoted(end.outcome)},{where},{quoted(facts[:1000])}"
+
+
+def _speeds() -> Iterator[Command]:
+    """The `SPEed` commands of each stage."""
+    for command, stage in zip(
+        commands("set speed"), KINDS["set speed"].fields[0].choices, strict=True
+    ):
+
+        def act(call: Call, stage: str = stage) -> Answer:
+            instrument = call.session.instrument
+            return number(round(instrument.speed(stage) * instrument.place.per, 9))
+
+        yield Command(
+            f"{command.header}?",
+            act,
+            f"Maximum speed of moves of the {_named(stage)}.",
+            answer="speed mm/s; 9.91E37 if the law sets it",
+        )
+
+
+COMMANDS = (
+    *commands("move to"),
+    Command(
+        "MOVE[:ABSolute]?",
+        _asked("whole", "m", lambda session: session.snapshot().target_m),
+        "Target of the whole positioner, or its limits.",
+        (_WHICH,),
+        answer="position mm; 9.91E37 without a target, as after a stop",
+    ),
+    *commands("move by"),
+    *commands("move macro"),
+    Command(
+        "MOVE:MACRo?",
+        _asked("macro", "counts", lambda session: session.snapshot().macro_reference),
+        "Its set point, or its limits.",
+        (_WHICH,),
+        answer="counts",
+    ),
+    *commands("move macro by"),
+    *commands("move micro"),
+    Command(
+        "MOVE:MICRo?",
+        _asked("micro", "m", lambda session: session.snapshot().micro_reference_m),
+        "Its set point, or its limits.",
+        (_WHICH,),
+        answer="mm",
+    ),
+    *commands("move micro by"),
+    Command(
+        "MOVE:NUMBer?",
+        lambda call: str(call.session.snapshot().motion),
+        "The motion under way, whoever began it.",
+        answer="number, 0 for none",
+    ),
+    Command(
+        "MOVE:OUTCome?",
+        _outcome,
+        "How a motion ended.",
+        (Number("motion", lo=1, hi=1e9, whole=True),),
+        answer='"outcome", position mm, uncertainty mm, "evidence"; "unknown" if it has not '
+        "ended or does not exist",
+    ),
+    *commands("stop", stop),
+    *commands("emergency", _abort),
+    *commands("jog"),
+    *commands("set speed"),
+    *_speeds(),
+    *commands("home"),
+    *commands("zero"),
+    *commands("enable", _enable),
+    *commands("disable"),
+    *commands("fan"),
+    *commands("clear"),
+)

@@ -1,0 +1,170 @@
+from __future__ import annotations
+
+import math
+
+from macromicro.control.live.messages import AXES
+from macromicro.serve import telling
+from macromicro.serve.scpi._answers import flag, number, numbers
+from macromicro.serve.scpi.command import Answer, Call, Command, Handler
+from macromicro.serve.scpi.errors import quoted
+from macromicro.serve.scpi.status import OFF
+
+_STAGE = "STAGe<n=1..2>"
+
+
+def _position(call: Call) -> Answer:
+    now = call.session.snapshot()
+    per = call.session.instrument.place.per
+    return f"{numbers(now.position_m * per, now.uncertainty_m * per)},{flag(now.trusted)}"
+
+
+def _axis(k: int) -> Handler:
+    """Position of one of two axes, or NaN."""
+
+    def act(call: Call) -> Answer:
+        axes, per = call.session.snapshot().axes, call.session.instrument.place.per
+        own = axes[k] if axes else None
+        if own is None:
+            return numbers(math.nan, math.nan, math.nan, math.nan)
+        shown = (own.position_m, own.uncertainty_m, own.reference_m)
+        return numbers(*(each * per for each in shown), own.motor_v)
+
+    return act
+
+
+def _point(call: Call) -> Answer:
+    now, per = call.session.snapshot(), call.session.instrument.place.per
+    x, y = (each.position_m for each in now.axes) if now.axes else (math.nan, math.nan)
+    return f"{numbers(x * per, y * per)},{flag(now.trusted)}"
+
+
+def _trust(call: Call) -> Answer:
+    now = call.session.snapshot()
+    return f"{flag(now.trusted)},{quoted(now.trust)}"
+
+
+def _stage_position(call: Call) -> Answer:
+    now = call.session.snapshot()
+    return number(now.macro_count if call.suffixes[0] == 1 else telling.millimetres(now.micro_m))
+
+
+def _stage_target(call: Call) -> Answer:
+    now = call.session.snapshot()
+    return number(
+        now.macro_reference if call.suffixes[0] == 1 else telling.millimetres(now.micro_reference_m)
+    )
+
+
+def _stage_output(call: Call) -> Answer:
+    now = call.session.snapshot()
+    return number(now.motor_v if call.suffixes[0] == 1 else now.ctrl_v)
+
+
+def _fault(call: Call) -> Answer:
+    fault = call.session.snapshot().fault
+    if fault is None:
+        return '0,"none","","",""'
+    words = (fault.name, fault.message, fault.evidence, fault.remedy)
+    return f"{fault.code}," + ",".join(map(quoted, words))
+
+
+def _lines(call: Call) -> Answer:
+    lines = call.session.snapshot().lines
+    return ",".join(f"{quoted(name)},{flag(on)}" for name, on in lines) or '"",0'
+
+
+def _pace(call: Call) -> Answer:
+    pace = call.session.snapshot().pace
+    shares = numbers(pace.share, pace.latest_s * 1e6, pace.longest_s * 1e6)
+    return f"{pace.periods},{pace.missed},{shares}"
+
+
+COMMANDS = (
+    Command(
+        "MODE?",
+        lambda call: quoted(call.session.snapshot().mode),
+        "Mode of the machine.",
+        answer='"disabled", "homing", "ready", "moving-macro", "settling", "moving-micro", '
+        '"holding", "fault", "stopped"; "off" without a loop process',
+    ),
+    Command(
+        "POSition[:ABSolute]?",
+        _position,
+        "Position of the whole positioner, and its uncertainty.",
+        answer="position mm, uncertainty mm (half width), 1 if it is trusted else 0",
+    ),
+    Command(
+        "POSition:POINt?",
+        _point,
+        "Positions of both axes of a two-axis machine.",
+        answer="x mm, y mm, 1 if both are trusted else 0; 9.91E37 without such axes",
+    ),
+    *(
+        Command(
+            f"POSition:{axis.upper()}?",
+            _axis(k),
+            f"The axis {axis} of a two-axis machine.",
+            answer="position mm, uncertainty mm (half width), set point mm, effort V at the D/A",
+        )
+        for k, axis in enumerate(AXES)
+    ),
+    Command(
+        "POSition:TRUSt?",
+        _trust,
+        "Whether the position is trusted, and why.",
+        answer='1 or 0, "why"',
+    ),
+    Command(
+        f"{_STAGE}:POSition?",
+        _stage_position,
+        "Reading of one stage: 1 macro, 2 micro.",
+        answer="counts, or mm of contraction",
+    ),
+    Command(
+        f"{_STAGE}:TARGet?",
+        _stage_target,
+        "Set point of one stage.",
+        answer="counts, or mm of contraction",
+    ),
+    Command(f"{_STAGE}:OUTPut?", _stage_output, "Output to one stage.", answer="V at the D/A"),
+    Command(
+        "TEMPerature?",
+        lambda call: number(call.session.snapshot().temperature_c),
+        "Temperature of the wires, estimated from their control voltage.",
+        answer="deg C",
+    ),
+    Command(
+        "FAN?", lambda call: flag(call.session.snapshot().fan), "Is the fan on?", answer="1 or 0"
+    ),
+    Command(
+        "ENABle?",
+        lambda call: flag(call.session.snapshot().mode not in OFF),
+        "Is the positioner enabled?",
+        answer="1 or 0",
+    ),
+    Command(
+        "FAULt?",
+        _fault,
+        "The latched fault in words.",
+        answer='code, "name", "message", "evidence", "remedy"; code 0 for none',
+    ),
+    Command(
+        "LINes?",
+        _lines,
+        "Existing limit and home switches and drive lines.",
+        answer='"limit_low", "limit_high", "home", "drive_fault", "enabled" or "enable" and 1 if '
+        'it is on or tripped else 0, for each; "",0 for none',
+    ),
+    Command(
+        "DIAGnostic:PACE?",
+        _pace,
+        "How well the loop keeps its period.",
+        answer="periods, missed, share missed of late, greatest lateness us, longest work us",
+    ),
+    Command(
+        "DIAGnostic:ABORt?",
+        lambda call: number(call.session.snapshot().emergency_s * 1e3),
+        "Time from the last emergency stop until the outputs were safe.",
+        answer="ms",
+    ),
+)

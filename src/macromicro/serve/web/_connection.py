@@ -1,0 +1,268 @@
+"""One page's WebSocket: its orders and its stream."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import time
+from typing import Any
+
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
+
+from macromicro.control.live import messages as m
+from macromicro.control.live.messages import Accepted, Refused, Reply
+from macromicro.errors import MacromicroError
+from macromicro.schema.text import plain
+from macromicro.serve import _capacity
+from macromicro.serve.bucket import Bucket
+from macromicro.serve.client import Entry, Waiting
+from macromicro.serve.guesses import WRONG
+from macromicro.serve.requests import OVERTAKEN
+from macromicro.serve.web._context import Context
+from macromicro.serve.web._handler import OrderHandler
+from macromicro.serve.web._orders import Refusal, read, surplus
+from macromicro.serve.web._sessions import Session
+from macromicro.serve.web._streaming import Stream
+
+TAKEN_OVER, POLICY, FULL = 4000, 1008, 1013
+_FULL = Refused("too many orders wait", "wait for replies")
+
+
+class PageConnection:
+    """A WebSocket from its hello to its end; `sessions.Attached` and a `capacity.Member`."""
+
+    def __init__(self, context: Context, socket: ServerConnection) -> None:
+        self._context, self._socket = context, socket
+        self._bounds = context.bounds
+        self._address = str((socket.remote_address or ("?",))[0])
+        self._bucket = Bucket(context.bounds.rate, context.bounds.burst)
+        self._urgent: set[asyncio.Task[None]] = set()
+        self._stream = Stream(context)
+        self._handler = OrderHandler(context, self._send)
+        self._session: Session | None = None
+        self._waiting: Waiting[dict[str, Any]] | None = None
+
+    # As its session sees it
+
+    def drop_waiting(self) -> None:
+        """Refuse waiting orders after a stop."""
+        for order in self._waiting.drop() if self._waiting is not None else ():
+            self._later(self._reply(order, OVERTAKEN))
+
+    def leave(self) -> None:
+        """Close: the same page was opened elsewhere."""
+        self._later(self._socket.close(TAKEN_OVER, "open elsewhere"))
+
+    # As the places see it
+
+    @property
+    def rank(self) -> int:
+        if self._session is None:
+            return _capacity.unadmitted(self._address)
+        return self._session.rank
+
+    @property
+    def heard(self) -> float:
+        """Always now: pages send signs of life."""
+        return 0.0
+
+    def dismiss(self) -> None:
+        self._later(self._socket.close(FULL, "too many viewers"))
+
+    # From hello to the end
+
+    async def run(self) -> None:
+        """Serve until the viewer leaves or is dismissed."""
+        try:
+            hello = read(await asyncio.wait_for(self._socket.recv(), self._bounds.patience))
+            if hello.get("do") != "hello":
+                raise Refusal("the first message must be a hello")
+            self._stream.look(hello)
+        except (Refusal, TimeoutError):
+            await self._socket.close(POLICY, "say hello first")
+            return
+        except ConnectionClosed:
+            return
+        await self._serve(hello)
+
+    async def _serve(self, hello: dict[str, Any]) -> None:
+        context = self._context
+        session = context.sessions.find(hello.get("session"), self._address)
+        session.returns = hello.get("program") is not True
+        problem = ""
+        if context.instrument.token.open or hello.get("token") is not None:
+            problem = session.authenticate(hello.get("token"))
+        else:
+            session.authenticated = False
+        self._session = session
+        self._waiting = Waiting(session, self._bounds.waiting)
+        if not context.dispatcher.capacity.claim(self, session.connection):
+            await self._socket.close(FULL, "too many viewers")
+            return
+        if problem:
+            await asyncio.sleep(self._bounds.pause)
+        await context.sessions.attach(session, self)
+        tasks: list[asyncio.Task[None]] = []
+        try:
+            welcome = self._welcome(session, problem)
+            await self._send(json.dumps({"welcome": welcome}, allow_nan=False))
+            shown = self._stream.run(self._send, self._reply, self._end_stale_jog)
+            work = self._waiting.work(lambda entry: self._do(entry, session))
+            tasks = [asyncio.create_task(shown), asyncio.create_task(work)]
+            for task in tasks:
+                task.add_done_callback(self._failed)
+            async for message in self._socket:
+                if self._bucket.spend() > 0.0:
+                    await self._socket.close(POLICY, "too many messages")
+                    return
+                self._take(message, session, self._waiting)
+        except ConnectionClosed:
+            pass
+        finally:
+            await self._end(tasks, session)
+
+    async def _end(self, tasks: list[asyncio.Task[None]], session: Session) -> None:
+        for task in tasks:
+            task.cancel()
+        sessions = self._context.sessions
+        with contextlib.suppress(RuntimeError):  # the server is ending: it stops by itself
+            if sessions.detach(session, self):
+                await self._end_jog(session)
+                await sessions.clear(session)
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def _end_jog(self, session: Session) -> None:
+        if session.jog is not None:
+            stage, session.jog = session.jog[0], None
+            await self._context.dispatcher.run(session, session.request, m.Jog(stage, 0.0))
+
+    def _failed(self, task: asyncio.Task[None]) -> None:
+        """End the connection when one of its tasks has ended."""
+        if not task.cancelled():
+            self._socket.transport.abort()
+
+    # Orders
+
+    def _take(
+        self, message: str | bytes, session: Session, waiting: Waiting[dict[str, Any]]
+    ) -> None:
+        """Sort a message in; stops need no token, control or queue."""
+        try:
+            order = read(message)
+        except Refusal as refusal:
+            self._later(self._reply({}, Refused(refusal.reason, refusal.remedy)))
+            return
+        what = order.get("do")
+        if what == "emergency":
+            self._later(self._emergency(order, session))
+        elif what == "stop":
+            self._later(self._stop(order, session))
+        elif what == "beat":
+            session.beat(0.0)
+            if "id" in order:  # it measures the way to here and back
+                self._later(self._reply(order, Accepted()))
+        elif what == "keep":
+            if session.jog is not None:
+                session.jog = (session.jog[0], time.monotonic() + self._bounds.jog)
+        elif (refused := surplus(order)) is not None:
+            self._later(self._reply(order, refused))
+        elif what == "view":
+            before = self._stream.want(order)
+            if before is not None:
+                self._later(self._reply(before, Accepted()))
+        elif not (self._looked(order, session) or waiting.offer(order)):
+            self._later(self._reply(order, _FULL))
+
+    def _later(self, what: Any) -> None:
+        task = asyncio.ensure_future(what)
+        self._urgent.add(task)
+        task.add_done_callback(self._done)
+
+    def _done(self, task: asyncio.Task[None]) -> None:
+        self._urgent.discard(task)
+        if not task.cancelled():
+            task.exception()  # a viewer that is gone gets no answer
+
+    async def _emergency(self, order: dict[str, Any], session: Session) -> None:
+        reply, took = await self._context.sessions.emergency(session)
+        await self._reply(order, reply, {"safe_s": plain(took)})
+
+    async def _stop(self, order: dict[str, Any], session: Session) -> None:
+        await self._reply(order, await self._context.sessions.stop(session))
+
+    def _looked(self, order: dict[str, Any], session: Session) -> bool:
+        """Begin a read-only order at once, if it is one."""
+        looks = order.get("do") in ("state", "wait") and len(self._urgent) < self._bounds.waiting
+        if looks:
+            self._later(self._look(order, session))
+        return looks
+
+    async def _look(self, order: dict[str, Any], session: Session) -> None:
+        """Answer "state" or "wait"."""
+        try:
+            reply, more = await self._handler.look(order, session)
+        except Refusal as refusal:
+            reply, more = Refused(refusal.reason, refusal.remedy), {}
+        await self._reply(order, reply, more)
+
+    async def _do(self, entry: Entry[dict[str, Any]], session: Session) -> bool:
+        more: dict[str, Any] = {}
+        try:
+            if entry.order.get("do") == "login":
+                reply = await self._login(entry.order, session)
+            elif not session.authenticated:
+                raise Refusal("this page has not given the token", "log in first")
+            else:
+                reply, more = await self._handler.do(entry, session)
+        except Refusal as refusal:
+            reply = Refused(refusal.reason, refusal.remedy)
+        except (MacromicroError, OSError) as error:
+            reply = Refused(str(error), "")
+        await self._reply(entry.order, reply, more)
+        return True
+
+    async def _login(self, order: dict[str, Any], session: Session) -> Reply:
+        problem = session.authenticate(order.get("token"))
+        if not problem:
+            return Accepted()
+        await asyncio.sleep(self._bounds.pause)
+        return Refused(problem, "see the server's terminal")
+
+    # What is shown
+
+    def _welcome(self, session: Session, problem: str) -> dict[str, Any]:
+        return self._context.about | {
+            "session": session.key,
+            "client": session.name,
+            "admitted": session.authenticated,
+            "problem": problem,
+            "wrong": problem == WRONG,
+            "view": self._stream.view._asdict(),
+        }
+
+    async def _end_stale_jog(self) -> None:
+        session = self._session
+        if session is not None and session.jog is not None and time.monotonic() > session.jog[1]:
+            await self._end_jog(session)
+
+    async def _reply(
+        self, order: dict[str, Any], reply: Reply, more: dict[str, Any] | None = None
+    ) -> None:
+        number, what = order.get("id"), order.get("do")
+        answer: dict[str, Any] = {
+            "reply": plain(number) if isinstance(number, int | float | str) else None,
+            "do": what[:60] if isinstance(what, str) else None,
+        }
+        answer["ok"] = isinstance(reply, Accepted)
+        answer |= reply._asdict() if isinstance(reply, Refused) else {"motion": reply.id}
+        await self._send(json.dumps(plain(answer | (more or {})), allow_nan=False))
+
+    async def _send(self, data: str | bytes) -> None:
+        """Send; a viewer that does not read for too long is dismissed."""
+        try:
+            await asyncio.wait_for(self._socket.send(data), self._bounds.patience)
+        except TimeoutError:
+            self._socket.transport.abort()
+            raise ConnectionClosed(None, None) from None

@@ -1,0 +1,64 @@
+"""State that the connections of one server share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from macromicro import __version__
+from macromicro.hysteresis.table import FodTable
+from macromicro.serve._instrument import Instrument
+from macromicro.serve.client import Dispatcher
+from macromicro.serve.guesses import Token
+from macromicro.serve.settings import LiveSettings
+from macromicro.serve.web import _reporting, bins
+from macromicro.serve.web._bounds import Bounds
+from macromicro.serve.web._downloads import Downloads
+from macromicro.serve.web._hub import Hub
+from macromicro.serve.web._orders import Orders, units
+from macromicro.serve.web._sessions import Sessions
+
+if TYPE_CHECKING:
+    from macromicro.serve.station import Station
+
+
+class Context:
+    def __init__(
+        self, station: Station, token: Token, folder: Path, table: FodTable | None, bounds: Bounds
+    ) -> None:
+        self.station, self.bounds = station, bounds
+        self.instrument = Instrument(station, folder, token)
+        self.hub = Hub(self.instrument, table)
+        self.dispatcher = Dispatcher("web", bounds.viewers, bounds.silent)
+        self.sessions = Sessions(self.instrument, self.dispatcher)
+        self.orders = Orders(self.instrument)
+        self.recordings = Downloads(station, folder)
+        law = self.instrument.law_columns
+        two = isinstance(station.settings, LiveSettings)
+        self.about: dict[str, Any] = {
+            "version": __version__,
+            "rig": station.rig,
+            "model": "" if two else station.settings.model,
+            "open": token.open,
+            "stages": list(station.stages),
+            "names": station.settings.names,
+            "efforts": station.settings.efforts,
+            "axes": _reporting.axes(station.settings),
+            "limits": _reporting.limits(station.settings),
+            "units": list(units(station.settings.live.place)),
+            "programmes": list(self.instrument.programmes()),
+            "channels": [*bins.channels(station.stages), *(c.name for c in law)],
+            "law": [{"name": c.name, "unit": c.unit, "meaning": c.meaning} for c in law],
+            "spans": list(bins.SPANS),
+            "period": self.instrument.period,
+            "jog_s": bounds.jog,
+            "largest": bounds.largest,
+        }
+
+    def look(self) -> None:
+        """Update what all viewers see."""
+        self.hub.look({"recordings": self.recordings.listed()})
+
+    def close(self) -> None:
+        self.sessions.close()
+        self.dispatcher.close()

@@ -1,0 +1,120 @@
+"""What all viewers share, read from the station once."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import deque
+from typing import Any
+
+import numpy as np
+
+from macromicro.control.live.messages import Finished
+from macromicro.hysteresis.table import FodTable
+from macromicro.schema.par import entries
+from macromicro.serve._instrument import Instrument
+from macromicro.serve.web import _reporting
+from macromicro.serve.web._plane import Plane
+
+KEPT = 400  # events and ends of motions kept for late viewers
+
+
+class Hub:
+    """State, news, gains and the Preisach plane; `look` updates them."""
+
+    def __init__(self, instrument: Instrument, table: FodTable | None = None) -> None:
+        self._instrument, self.station = instrument, instrument.station
+        self.settings = instrument.settings
+        self.pitch = self.settings.live.pitch
+        lives = getattr(self.settings, "lives", ())
+        self.second = lives[1].pitch if lives else math.nan
+        self.control: Any = self.settings.controller
+        self.news: deque[tuple[int, str]] = deque(maxlen=KEPT)
+        self.state = "{}"
+        self.turn = 0
+        self._plane = Plane(self.settings.guard.hottest, table)
+        self._row, self._clock = -1, -math.inf
+        self._seen, self._newest, self._motion = -1, 0, 1
+        self._time = math.nan
+
+    def look(self, extra: dict[str, Any]) -> None:
+        """Ask the station; `extra` is added to the state."""
+        self.follow()
+        state = self.now()
+        self._time = state["time_s"]
+        self._follow_heat()
+        state |= extra
+        state["plane"] = self._plane.words()
+        self.state = json.dumps({"state": state}, allow_nan=False)
+        self.turn += 1
+
+    def now(self) -> dict[str, Any]:
+        now = self.station.snapshot()
+        return _reporting.state(now, self.settings.live, self.station.stages, self.settings.limited)
+
+    def as_toml(self) -> str:
+        """A file for `--config` with the gains and soft limits in force."""
+        self.follow()
+        now = self.station.snapshot()
+        return self.settings.as_toml(self.control, now.limits)
+
+    def gains(self) -> str:
+        return json.dumps({"gains": _reporting.settings(self.control)}, allow_nan=False)
+
+    def after(self, seen: int) -> tuple[int, str]:
+        """News after number `seen`: (number of the last one, message or "")."""
+        if seen >= self._newest:
+            return seen, ""
+        items = ", ".join(text for number, text in self.news if number > seen)
+        return self._newest, f'{{"news": [{items}]}}'
+
+    def has(self, path: str, value: float | int | str) -> bool:
+        """Whether this setting is in force."""
+        return {e.path: e.value for e in entries(self.control)}.get(path) == value
+
+    def follow(self) -> None:
+        """Process new events and the gains in force."""
+        ends = self._ends(math.inf)
+        self._seen, events = self.station.events(self._seen)
+        if any(event.kind == "loop" and event.cause == "started" for event in events):
+            self._motion, ends = 1, []
+        # An end that came meanwhile and is earlier than an event has its place before it.
+        ends += self._ends(max((event.time for event in events), default=-math.inf))
+        for event in events:
+            while ends and ends[0].time < event.time:
+                self._end(ends.pop(0))
+            self._note(_reporting.event(self._newest + 1, event, self.control))
+        for end in ends:
+            self._end(end)
+        self.control = self._instrument.control()
+
+    def _ends(self, latest: float) -> list[Finished]:
+        """Ends of motions up to this time."""
+        found = []
+        while (end := self.station.finished(self._motion, 0.0)) is not None:
+            if end.time > latest:
+                break
+            found.append(end)
+            self._motion += 1
+        return found
+
+    def _end(self, end: Finished) -> None:
+        self._note(_reporting.finished(self._newest + 1, end, self._time))
+
+    def _note(self, item: dict[str, Any]) -> None:
+        self._newest += 1
+        self.news.append((self._newest, json.dumps(item, allow_nan=False)))
+
+    def _follow_heat(self) -> None:
+        last, block, names = self.station.telemetry(self._row)
+        if block.shape[1]:
+            time = float(block[names.index("t"), 0])
+            if time < self._clock:  # another loop, whose wires are cold
+                self._plane.forget()
+            self._clock = float(block[names.index("t"), -1])
+            self._plane.feed(np.asarray(block[names.index("temperature_estimate")]))
+        elif last < self._row:
+            self._plane.forget()
+            self._clock = -math.inf
+            last = -1
+        self._row = last

@@ -1,0 +1,286 @@
+"""Figures 5.10 to 5.17: steps of CTRL, the identified parameters, and both models."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.drawing.exhibit import Drawn
+from macromicro.drawing.shades import shades
+from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
+from macromicro.identify import thermal
+from macromicro.identify.actuator import AMBIENT
+from macromicro.identify.inference import full_contraction, on_cooling, on_heating
+from macromicro.models import heating
+from macromicro.models.heating import from_transfer, step_response
+from macromicro.models.weighted_gain import Exponential, exponential, weighted
+from macromicro.thesis.chapter5 import electrothermal_claims
+from macromicro.thesis.chapter5._electrothermal_runs import (
+    ABOVE_STOP,
+    BELOW_STOP,
+    CYCLES_BEFORE,
+    HELD_S,
+    WARM,
+)
+from macromicro.thesis.chapter5.actuator_models import Models, Unfitted
+from macromicro.thesis.claims import NotMeasured
+
+HOT = "temperature [degC]"
+SHORT = "contraction [mm]"
+VOLTS = (*BELOW_STOP, *ABOVE_STOP)
+SHOWN_S = 20.0
+# Steps that reach the stop are over within this.
+FAST_S = 6.0
+LONG_S = 60.0
+POINTS = 500
+
+_READ = (
+    "Solid: temperature inferred from the position, where the position shows it; broken: the "
+    "model; dotted line: full contraction, where the mechanical stop hides what follows. "
+)
+
+
+def draw(models: Models | Unfitted) -> Iterator[Drawn]:
+    """Figures 5.10 to 5.17 except 5.12, a diagram; `NotMeasured` without models."""
+    if isinstance(models, Unfitted):
+        raise NotMeasured(f"no model to draw: {models.why}")
+    yield _responses(models)
+    yield _steady(models)
+    yield _linear(models)
+    yield _gain()
+    yield _weighted(models)
+    yield _cooling(models)
+    yield _whole(models)
+
+
+def _until(t: Array, seconds: float) -> slice:
+    end = int(np.searchsorted(t, seconds))
+    return slice(0, end, max(end // POINTS, 1))
+
+
+def _legend(ax: Any, place: str, columns: int = 1) -> None:
+    ax.legend(fontsize=7.5, loc=place, frameon=False, ncols=columns)
+
+
+def _responses(models: Models) -> Drawn:
+    figure, axes = new(4.2, 1, 2)
+    apart = []
+    for v, color in zip(VOLTS, shades(len(VOLTS)), strict=True):
+        record = models.traces[v].record
+        rows = _until(record.t, SHOWN_S)
+        t = record.t[rows]
+        line(axes[0, 0], t, record.position[rows], color, f"{v:g} V", linewidth=2.4)
+        line(axes[0, 1], t, record.rise[rows] + AMBIENT, color, f"{v:g} V", linewidth=2.4)
+        for trial in models.data.steps[v]:
+            x = trial["laser"][rows] * 1e-3
+            warm = on_heating(models.table, x).temperature
+            apart.append(float(np.std(x - record.position[rows])) * 1e3)
+            axes[0, 0].plot(t, x, color=BLACK, linewidth=0.6, linestyle=(0, (1, 7)))
+            axes[0, 1].plot(t, warm, color=BLACK, linewidth=0.6, linestyle=(0, (1, 7)))
+    _name_steps(axes[0, 0], BELOW_STOP)
+    finish(axes[0, 0], "(a) position by the laser", y=SHORT)
+    finish(axes[0, 1], "(b) temperature inferred from it", y=HOT)
+    axes[0, 0].set_xlim(right=1.16 * SHOWN_S)  # room for the names
+    _legend(axes[0, 1], "lower right", 2)
+    return Drawn(
+        "5.10",
+        "Responses to steps of CTRL",
+        "(a) Position of the micro-stage by the laser, (b) temperature inferred from it by the "
+        "rising branch of the kiln's table. The mean of three trials (solid) and the trials "
+        f"(dots), which are {max(apart):.1f} um or less from it (standard deviation). Steps "
+        f"below 1.65 V go on for {HELD_S:g} s. At the start and at the mechanical stop the "
+        "position shows no temperature.",
+        figure,
+    )
+
+
+def _name_steps(ax: Any, volts: Sequence[float]) -> None:
+    """Write the CTRL of `volts` at the ends of their curves; the last two lie close together."""
+    curves = {c.get_label(): c for c in ax.lines}
+    for k, v in enumerate(volts):
+        curve = curves[f"{v:g} V"]
+        shift = 3 * (k == len(volts) - 1) - 3 * (k == len(volts) - 2)
+        end = (curve.get_xdata()[-1], curve.get_ydata()[-1])
+        ax.annotate(
+            f"{v:g} V",
+            end,
+            (4, shift - 3),
+            textcoords="offset points",
+            fontsize=7.5,
+            color=curve.get_color(),
+        )
+
+
+def _steady(models: Models) -> Drawn:
+    fit = models.thesis
+    volts = np.linspace(BELOW_STOP[0], 1.65, 120)
+    figure, axes = new(3.8, 1)
+    ax = axes[0, 0]
+    curves: tuple[tuple[Exponential, str, str, str], ...] = (
+        (fit.nonlinear.model, RED, "-", "non-linear least squares"),
+        (fit.linearised.model, BLUE, "--", "linearised, as in the thesis"),
+        (Exponential(), BLACK, ":", "(5.5) as printed"),
+    )
+    for model, color, style, label in curves:
+        line(ax, volts, np.array([exponential(model, float(v)) for v in volts]), color, label)
+        ax.lines[-1].set_linestyle(style)
+    ax.axhline(fit.nonlinear.asymptote, color=RED, linewidth=0.7, linestyle=(0, (1, 3)))
+    ax.plot(list(fit.steady), list(fit.steady.values()), "o", color=BLACK, label="measured")
+    finish(ax, "", "CTRL [V]", "steady rise above ambient [K]", legend=True)
+    return Drawn(
+        "5.11",
+        "Steady temperature over CTRL",
+        f"Temperature above {AMBIENT:g} degC at the end of the steps that stay clear of the stop, "
+        f"and the exponential (5.2) through it; asymptote {fit.nonlinear.asymptote:.1f} K (dots), "
+        f"exponent {fit.linearised.model.a:.1f} 1/V by the linearised route.",
+        figure,
+        ("S5a", "S5b"),
+    )
+
+
+def _against_heating(models: Models, axes: Any, goal: Callable[[float], float]) -> None:
+    """Panels (a), (b): inferred temperature (solid), (5.6) towards `goal` [K] (broken)."""
+    full = full_contraction(models.table)
+    shown = ((BELOW_STOP, LONG_S, "(a) 1.5-1.6 V"), (ABOVE_STOP, FAST_S, "(b) 1.65-1.8 V"))
+    for ax, (volts, seconds, title) in zip(axes, shown, strict=True):
+        for v, color in zip(volts, shades(len(volts)), strict=True):
+            record = models.traces[v].record
+            rows = _until(record.t, seconds)
+            t = record.t[rows]
+            made = goal(v) * step_response(models.thesis.heating.modes, t)
+            known = np.isfinite(record.error[rows])
+            line(ax, t, np.where(known, record.rise[rows] + AMBIENT, np.nan), color, f"{v:g} V")
+            line(ax, t, made + AMBIENT, color, "", linestyle="--")
+        ax.axhline(full, color=BLACK, linewidth=0.7, linestyle=":")
+        ax.set_ylim(AMBIENT, full + 17.5)
+        finish(ax, title, y=HOT if ax is axes[0] else "")
+        _legend(ax, "lower right")
+
+
+def _linear(models: Models) -> Drawn:
+    fit = models.thesis
+    figure, axes = new(3.9, 1, 3)
+    _against_heating(models, axes[0, :2], lambda v: exponential(fit.nonlinear.model, v))
+    t = np.linspace(0.0, 60.0, 600)
+    printed = step_response(from_transfer(*heating.PRINTED), t)
+    figure.subplots_adjust(wspace=0.24)
+    line(axes[0, 2], t, printed, BLACK, "(5.6)")
+    line(axes[0, 2], t, step_response(fit.heating.modes, t), RED, "identified", linestyle="--")
+    finish(axes[0, 2], "(c)", y="$T / T_d$", legend=True)
+    return Drawn(
+        "5.13",
+        "Heating model with the exponential gain",
+        f"{_READ}The third-order dynamics come from the step to 1.575 V. The gain is at its "
+        "asymptote above 1.6 V, so the models in (b) are one. (c) The dynamics' step response "
+        "beside that of (5.6) as printed.",
+        figure,
+        ("S7",),
+    )
+
+
+def _gain() -> Drawn:
+    volts, rise = electrothermal_claims.curve(1.4, 1.85)
+    lower, upper = electrothermal_claims.exponentials(volts)
+    figure, axes = new(3.6, 1)
+    ax = axes[0, 0]
+    line(ax, volts, lower, BLUE, "lower exponential", linestyle="--")
+    line(ax, volts, upper, GREEN, "upper exponential", linestyle="-.")
+    line(ax, volts, rise, BLACK, "weighted gain (5.8)", linewidth=1.8)
+    finish(ax, "", "CTRL [V]", "$T_d$ above ambient [K]", legend=True)
+    return Drawn(
+        "5.14",
+        "Weighted static gain",
+        "(5.8) as printed: the lower exponential, never below 0, passes into the upper one around "
+        "1.7 V by the weight (5.7).",
+        figure,
+        ("S9",),
+    )
+
+
+def _weighted(models: Models) -> Drawn:
+    figure, axes = new(3.9, 1, 2)
+    gain = models.thesis.model.gain
+    _against_heating(models, axes[0], lambda v: weighted(gain, v))
+    return Drawn(
+        "5.15",
+        "Heating model with the weighted gain",
+        f"{_READ}Above 1.6 V the gain was tuned so that the model passes 95 % of the stroke when "
+        "the actuator does.",
+        figure,
+        ("S7",),
+    )
+
+
+def _cooling(models: Models) -> Drawn:
+    figure, axes = new(3.8, 1)
+    ax = axes[0, 0]
+    seconds = 2.5
+    table, fit = models.table, thermal.cooling(models.table, models.data.warm, AMBIENT)
+    times = []
+    cold = [(f"{v:g} V to 0 V", trials) for v, trials in models.data.cooled.items()]
+    warm = (f"{WARM:g} V to 0 V, cycled", models.data.warm)
+    for (name, trials), color in zip((*cold, warm), (*shades(len(cold)), BLUE), strict=True):
+        found = thermal.cooling(table, trials, AMBIENT)
+        times.append(found.time)
+        t, x = thermal.averaged(trials)
+        begin = int(np.flatnonzero(trials[0]["ctrl"] > 0.0)[-1]) + 1
+        rows = slice(begin, begin + round(seconds / trials[0].dt), 5)
+        fall = on_cooling(table, x[rows], found.peak)
+        known = (fall.slope > 0.0) & (fall.high - fall.low <= thermal.WIDEST_BAND)
+        shown = np.where(known, fall.temperature, np.nan)
+        line(ax, t[rows] - t[begin], shown, color, name)
+    t = np.linspace(0.0, seconds, 200)
+    for time, color, label in ((1.0, BLACK, "(5.9)"), (fit.time, RED, "first order, identified")):
+        model = AMBIENT + (fit.peak - AMBIENT) * np.exp(-t / time)
+        line(ax, t, model, color, label, linestyle="--")
+    level = AMBIENT + (fit.peak - AMBIENT) * np.exp(-1.0)
+    ax.plot([fit.time], [level], "o", color=RED, label=f"63 %: {fit.time:.2f} s")
+    finish(ax, "", y=HOT, legend=True)
+    return Drawn(
+        "5.16",
+        "Cooling after a step of CTRL",
+        "Temperature inferred from the position, by the descending curve that begins where each "
+        "step ended after 10 s, as long as the position shows it: from cold, and at 1.575 V once "
+        f"more after {CYCLES_BEFORE} cycles of the same, as the thesis took it. Models of first "
+        f"order for that (broken). All fall by 63 % in {min(times):.2f} to {max(times):.2f} s.",
+        figure,
+        ("S8",),
+    )
+
+
+def _whole(models: Models) -> Drawn:
+    figure, axes = new(6.4, 2, 2)
+    shown = ((BELOW_STOP, HELD_S, "1.5-1.6 V"), (ABOVE_STOP, FAST_S, "1.65-1.8 V"))
+    for column, (volts, seconds, title) in enumerate(shown):
+        for v, color in zip(volts, shades(len(volts)), strict=True):
+            c = models.traces[v]
+            rows = _until(c.record.t, seconds)
+            for ax, model in zip(axes[:, column], (c.thesis, c.better), strict=True):
+                line(ax, c.record.t[rows], c.record.position[rows], color, f"{v:g} V")
+                line(ax, c.record.t[rows], model[rows], color, "", linestyle="--")
+        finish(axes[0, column], f"({'ab'[column]}) {title}", y=SHORT)
+        finish(axes[1, column], f"({'cd'[column]}) {title}, beyond the thesis", y=SHORT)
+        for ax in axes[:, column]:
+            ax.set_ylim(-0.15, 4.3)
+            _legend(ax, *(("lower right", 1) if column else ("upper left", 3)))
+    others = [c for name, c in models.unseen.items() if name.endswith(" V")]
+    thesis = 100.0 * max(c.thesis.dynamic for c in others)
+    better = 100.0 * max(c.better.dynamic for c in others)
+    steady = 100.0 * max(abs(models.steps[v].steady) for v in BELOW_STOP)
+    return Drawn(
+        "5.17",
+        "Full actuator model against the micro-stage",
+        "Solid: bench, mean of three trials; broken: model. (a), (b): the model of Section 5.2.3; "
+        f"steady error at most {steady:.1f} % of the stroke in (a), dynamic error "
+        f"{100.0 * models.steps[1.575].dynamic:.1f} % at 1.575 V and "
+        f"{100.0 * models.steps[1.8].dynamic:.1f} % at 1.8 V. (c), (d) go beyond the thesis: one "
+        "model with the stage's load, latent heat and three heat nodes, fitted to other "
+        "recordings. On recordings of 1.575 to 1.8 V that neither model was fitted to, the largest "
+        f"dynamic error is {thesis:.1f} % of the stroke for the thesis' model and {better:.1f} % "
+        "for this one.",
+        figure,
+        ("S10",),
+    )

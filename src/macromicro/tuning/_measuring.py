@@ -1,0 +1,77 @@
+"""One controller on the full bench: its recording and its metrics.
+
+The metrics are those of the batch engine, from a rig's sensors. The requested effort is
+that of the law without its limit, recomputed from the recorded errors.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.batch import macro_bench, micro_bench
+from macromicro.control import macro as control
+from macromicro.control.macro import MacroLaw
+from macromicro.control.stage_law import Sample, Target
+from macromicro.design import steps
+from macromicro.kernel import kernel
+from macromicro.nominal import COUNTS, PERIOD
+from macromicro.plant import bench
+from macromicro.recording import Recording
+from macromicro.runs import drives
+from macromicro.runs.programmed import on_twin
+from macromicro.settings import Settings
+
+STEP = COUNTS  # counts; the whole travel
+SECONDS = 10.0
+DT = PERIOD
+
+
+class Shown(NamedTuple):
+    metrics: dict[str, float]  # by name, as the batch's jobs have them
+    recording: Recording
+
+
+def macro(settings: Settings) -> Shown:
+    """Run a step of 2800 counts from rest at 0, 10 s, under the settings' law."""
+    law = macro_bench.stage(settings).law
+    plant = bench.prepare(settings.bench, settings.sensors)
+    aim = np.full(round(SECONDS / DT), STEP)
+    recording = drives.closed_loop(plant, law, aim)
+    x, errors = recording["macro_position"], aim - recording["macro_position"]
+    asked = np.empty_like(errors)
+    law.machine(_asked)(law._replace(limit=math.inf), aim, x, asked, DT)
+    size = np.abs(asked[1:])
+    return Shown(
+        {
+            "settling_time": steps.settling_time(x, STEP),
+            "rise_time": steps.rise_time(x, STEP),
+            "overshoot": steps.overshoot(x, STEP),
+            "iae": float(np.abs(errors).sum()) * DT,
+            "final_error": float(errors[-1]),
+            "peak_effort": float(size.max()),
+            "saturated": float(np.count_nonzero(size > law.limit)),
+            "reversals": float(len(steps.swings(x, STEP))),
+        },
+        recording,
+    )
+
+
+@kernel
+def _asked(law: MacroLaw, aim: Array, x: Array, out: Array, dt: float) -> None:
+    memory = control.begun(law)
+    for k in range(len(x)):
+        target, sample = Target(aim[k], 0.0, 0.0, math.inf), Sample(k * dt, x[k])
+        memory, out[k] = control.step(law, memory, target, sample, dt)
+
+
+def micro(settings: Settings, seed: int = 0) -> Shown:
+    """Run steps 0 - 2 - 3 - 2 - 0 mm, each held 2 s, on the whole bench with its guard."""
+    recording = on_twin(micro_bench.steps(), settings, seed)
+    names = [metric.name for metric in micro_bench.METRICS[:-1]]
+    if not recording.attributes.get("finished", 1):
+        return Shown(dict.fromkeys(names, math.nan), recording)
+    return Shown(dict(zip(names, micro_bench.judged(recording, settings), strict=True)), recording)
