@@ -5,7 +5,6 @@ from __future__ import annotations
 import http.client
 import os
 import re
-import shutil
 import signal
 import socket
 import subprocess
@@ -148,8 +147,11 @@ def test_a_recording_on_demand_makes_its_folder(begin: Begin, tmp_path: Path) ->
 
 def test_a_position_that_cannot_be_kept_is_told_once(begin: Begin, tmp_path: Path) -> None:
     server = begin("--state", "kept/position.json")
-    shutil.rmtree(tmp_path / "kept")
-    (tmp_path / "kept").write_text("in the way")
+    kept = tmp_path / "kept"
+    while not (kept / "position.json").exists():  # The start saves too; its file is in use.
+        assert server.process.poll() is None
+    kept.rename(tmp_path / "gone")
+    kept.write_text("in the way")
     with server.scpi() as client:
         ask(client, "SYST:LOCK:REQ?")
         for _ in range(3):
