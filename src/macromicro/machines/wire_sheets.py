@@ -24,7 +24,10 @@ HOTTER = 1.5  # times the rise to austenite finish that the guard allows
 LEANS, SLOWLY = 0.9, 2.0  # of full effort, and times the warm-up: guard.lean and guard.leant
 AGAINST = 0.1  # of the whole way, back under full effort
 LEAP = 10.0  # times the greatest speed: guard.leap
-SLOW = 0.05  # share of the integral; with more the loop hunts across the hysteresis
+# Integral action per proportional action, in thermal time constants of the wire. While the
+# temperature crosses the hysteresis the position stands and the integral grows: above 3 the loop
+# hunts, below 1 it arrives late (wires of 100, 150 and 250 um, Section "wire" of docs/machines.md).
+INTEGRAL = 2.0
 
 
 class Heats(NamedTuple):
@@ -118,6 +121,12 @@ def speeds(tree: Any) -> tuple[float, float]:
     )
 
 
+def time_constant(tree: Any) -> float:
+    """Thermal time constant of the wire in air, s, without latent heat."""
+    found = heats(tree)
+    return found.capacity * found.resistance
+
+
 def bandwidth(tree: Any) -> float:
     """Bandwidth of the position loop, limited by period and driver lag."""
     return min(QUICK, LATE / float(tree.timing.period + tree.driver.lag))
@@ -157,7 +166,7 @@ RULES: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("motion.acceleration", lambda t: rounded(t.motion.velocity**2 / (0.2 * way(t)))),
     ("motion.jerk", lambda t: rounded(3.0 * t.motion.acceleration**2 / t.motion.velocity)),
     ("controller.kp", lambda t: rounded(_gain(t))),
-    ("controller.ki", lambda t: rounded(SLOW * bandwidth(t) * t.controller.kp)),
+    ("controller.ki", lambda t: rounded(INTEGRAL * t.controller.kp / time_constant(t))),
     ("controller.kaw", lambda t: rounded(bandwidth(t))),
     ("controller.low", lambda t: 0.0),
     ("controller.high", lambda t: t.driver.full_scale),
@@ -174,7 +183,7 @@ RULES: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("guard.leap", lambda t: rounded(LEAP * t.guard.speed)),
     ("guard.repeats", lambda t: rounded(repeats(t.encoder, t.timing.period))),
     ("guard.heat", _heat_limit),
-    ("guard.heating", lambda t: rounded(heats(t).capacity * heats(t).resistance)),
+    ("guard.heating", lambda t: rounded(time_constant(t))),
 )
 
 
