@@ -89,7 +89,8 @@ def test_gains_follow_from_heat_and_way():
     per_joule = wire_sheets.way(DEFAULT) / (found.latent + found.capacity * (10.0 + shift))
     assert wire_sheets.per_joule(DEFAULT) == pytest.approx(per_joule)
     assert law.kp == pytest.approx(100.0 * 10.0 / (per_joule * 1.05**2 * 1.85), rel=1e-3)
-    assert law.ki == pytest.approx(5.0 * law.kp, rel=1e-3)
+    time_constant = found.capacity * found.resistance
+    assert law.ki == pytest.approx(2.0 * law.kp / time_constant, rel=1e-3)
     assert (law.kaw, law.low, law.high) == (100.0, 0.0, 10.0)
     up, down = wire_sheets.speeds(DEFAULT)
     assert down == pytest.approx(per_joule * (49.17 - 22.0) / found.resistance, rel=1e-3)
@@ -150,6 +151,34 @@ def test_a_wire_that_is_off_its_sheet_arrives_too(changes):
     held = r["phase"] == 2
     assert np.max(np.abs(r["target"] - r["true_position"])[held]) < 2e-3 * 10.0
     assert all(np.any(r["arrived"][r["move"] == k]) for k in range(len(usual.target)))
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+def test_a_wire_stays_at_its_target(path):
+    """Contracting or extending to it: no hunting across the hysteresis, for 20 s each."""
+    _, tree = machine.load(path)
+    counts = np.floor(np.array([2.5e-3, 1.5e-3, 2e-3]) / tree.encoder.pitch)
+    programme = planning.usual(tree)._replace(
+        start=np.full(3, math.nan),
+        stage=np.zeros(3, np.int64),
+        target=counts,
+        hold=np.full(3, 20.0),
+    )
+    r = runs.record(machine.named("wire", "test"), tree, programme).recording
+    for k in range(3):
+        error = (r["target"] - r["true_position"])[r["move"] == k][-10000:]
+        assert np.abs(error).max() < 2e3 * tree.arrival.tolerance  # mm
+
+
+def test_patience_grows_with_the_time_in_which_the_hysteresis_is_crossed():
+    assert DEFAULT.arrival.patience == 10.0
+    long = DEFAULT.with_({"wire.length": "300 mm", "bias.rate": "100 N/m", "encoder.high": "30 mm"})
+    width = 26.0 / wire_sheets.heats(long).resistance / wire_sheets.power(long) * 10.0
+    assert long.arrival.patience == pytest.approx(
+        2.0 * width / (long.controller.ki * 3e-6), rel=1e-3
+    )
+    assert long.arrival.patience > 20.0
+    assert long.with_("wire.length", "100 mm").arrival.patience == 10.0
 
 
 def test_interpreted_and_compiled_agree():

@@ -28,6 +28,7 @@ LEAP = 10.0  # times the greatest speed: guard.leap
 # temperature crosses the hysteresis the position stands and the integral grows: above 3 the loop
 # hunts, below 1 it arrives late (wires of 100, 150 and 250 um, Section "wire" of docs/machines.md).
 INTEGRAL = 2.0
+PATIENT, SHORTEST = 2.0, 10.0  # arrival.patience: times the slowest crossing, and s at least
 
 
 class Heats(NamedTuple):
@@ -158,6 +159,13 @@ def _gain(tree: Any) -> float:
     return float(bandwidth(tree) * tree.driver.full_scale / (per_joule(tree) * power(tree)))
 
 
+def crossing(tree: Any) -> float:
+    """Time in which the integral of an error at the tolerance crosses the hysteresis, s."""
+    width = (tree.wire.heat_start - tree.wire.cool_end) / heats(tree).resistance
+    effort = width / power(tree) * tree.driver.full_scale
+    return float(effort / (tree.controller.ki * tree.arrival.tolerance))
+
+
 RULES: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("travel.high", lambda t: rounded(ROOM * way(t))),
     ("arrival.tolerance", lambda t: rounded(max(4.0 * t.encoder.pitch, 6.0 * t.encoder.noise))),
@@ -167,6 +175,7 @@ RULES: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("motion.jerk", lambda t: rounded(3.0 * t.motion.acceleration**2 / t.motion.velocity)),
     ("controller.kp", lambda t: rounded(_gain(t))),
     ("controller.ki", lambda t: rounded(INTEGRAL * t.controller.kp / time_constant(t))),
+    ("arrival.patience", lambda t: rounded(max(SHORTEST, PATIENT * crossing(t)))),
     ("controller.kaw", lambda t: rounded(bandwidth(t))),
     ("controller.low", lambda t: 0.0),
     ("controller.high", lambda t: t.driver.full_scale),
