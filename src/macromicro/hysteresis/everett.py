@@ -26,6 +26,13 @@ class Everett(NamedTuple):
     ``values[i, j]`` is ``E(u_i, u_j)``, shape (n, n), float64, C order: 0 where i <= j, not
     decreasing in i, not increasing in j, 1 at ``[n - 1, 0]``. The relay density is constant in each
     square cell; diagonal cells are relays of zero width.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis import from_density
+    >>> table = from_density([[1.0, 0.0], [1.0, 1.0]], lo=0.0, step=5.0, n=3)
+    >>> table.values[2].round(3).tolist()  # E(10, 0), E(10, 5), E(10, 10)
+    [1.0, 0.333, 0.0]
     """
 
     lo: float

@@ -36,7 +36,16 @@ MOST_NODES = 801
 
 
 class Misfit(NamedTuple):
-    """How far a table is from curves."""
+    """How far a table is from curves.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis import FodTable
+    >>> curves = [([10.0, 5.0, 0.0], [8.0, 6.0, 0.0]), ([5.0, 2.5, 0.0], [3.0, 2.0, 0.0])]  # V, um
+    >>> found = FodTable.from_curves(curves, nodes=21).misfit()
+    >>> found.points, round(found.largest, 6)
+    (6, 0.0)
+    """
 
     rms: float  #: unit of the output
     largest: float  #: unit of the output
