@@ -31,7 +31,14 @@ FAULT = 4  # phase that is recorded once the guard has tripped
 
 class Kind(NamedTuple):
     """The kernels of one kind of stage; efforts are V at the D/A, positions m, or rad of a stage
-    that turns."""
+    that turns.
+
+    Examples
+    --------
+    >>> from macromicro.machines import piezo
+    >>> piezo.KIND.name, piezo.KIND.noises, piezo.KIND.place.unit
+    ('piezo', 1, 'mm')
+    """
 
     name: str  #: for people
     noises: int  #: standard normal draws a period
@@ -487,7 +494,14 @@ def beginning(kind: Kind, law: StageLaw, params: Any, loop: Loop) -> Run:
 
 
 class Bounds(NamedTuple):
-    """Where an open-loop drive is ended."""
+    """Where an open-loop drive is ended.
+
+    Examples
+    --------
+    >>> from macromicro.machines.stage import Bounds
+    >>> Bounds(low=0.0, high=1e-4, speed=0.1).window  # s; m, m, m/s
+    0.01
+    """
 
     #: low, high: positions that it may not leave, m
     low: float
