@@ -344,6 +344,17 @@ def perform(
     ------
     CommissionError
         A step cannot do its work.
+
+    Examples
+    --------
+    >>> from macromicro.commission.procedure import Kind, Options, Step, Work, perform
+    >>> step = Step("gain", "Gain", lambda work: "It moves by 1 mm.", lambda work: 35.0, None)
+    >>> kind = Kind("mine", [step], model=dict, settings=dict, estimates=dict)
+    >>> work = Work(None, Options(effort=5.0, speed=0.2, creep=0.02, travel=0.5))
+    >>> perform(kind, work, ask=lambda step, intent: print(intent), done=lambda step, found: None)
+    It moves by 1 mm.
+    >>> work["gain"]
+    35.0
     """
     if kind.steps[0].name in work.found:
         kind.prepare(work)
