@@ -136,7 +136,7 @@ class Pull(NamedTuple):
         Parameters
         ----------
         factor : float
-            -1 reverses it.
+            Dimensionless; -1 reverses the pull.
 
         Returns
         -------

@@ -97,7 +97,7 @@ def from_density(
         of the relays whose up threshold lies in ``(u_r, u_(r+1))`` and down threshold in ``(u_c,
         u_(c+1))``: zero where r < c. Either is scaled to a total weight of 1.
     lo : float
-        Lowest input of the grid.
+        Lowest input of the grid, unit of the input.
     step : float
         From grid line to grid line, unit of the input.
     n : int

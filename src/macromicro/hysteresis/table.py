@@ -197,7 +197,7 @@ class FodTable:
         table : Everett
             Normalised.
         f_low, f_high : float, optional
-            Outputs in negative and positive saturation.
+            Outputs in negative and positive saturation, unit of the output.
 
         Returns
         -------
@@ -283,8 +283,8 @@ class FodTable:
         Parameters
         ----------
         start : float
-            Input of its reversal; clamped to the table.
-        inputs : array_like
+            Input of its reversal, unit of the input; clamped to the table.
+        inputs : array_like, any shape
             Where it is evaluated; inputs beyond `start` or beyond the table count as its ends.
         kind : Kind | None, optional
             "descending" or "ascending"; None for the table's.
