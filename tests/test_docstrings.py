@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 import macromicro
-from macromicro import kernel
+from macromicro import kernel, types
 from website import reference
 
 PACKAGE = Path(macromicro.__file__).parent
@@ -25,39 +25,65 @@ PUBLIC = tomllib.loads(PROJECT.read_text())["tool"]["docstrings"]["public"]
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 # Decorated so, a function is read like a value, or says nothing of its own.
 VALUES = ("property", "cached_property", "overload", "setter")
-# Functions without an example, and why.
+# Functions and classes without an example, by where they are defined, and why.
 WITHOUT = {
-    "macromicro.connect": "needs a server",
-    "macromicro.moves": "needs a run",
-    "macromicro.run": "compiles the bench",
-    "macromicro.tracking": "needs a run",
-    "macromicro.design.extension.extension": "needs a run",
-    "macromicro.design.response.moves": "needs a run",
+    "macromicro.api.run": "compiles the bench",
+    "macromicro.batch.variants.Metric": "shown by `batch.job`",
+    "macromicro.batch.variants.Trajectories": "shown by `batch.trajectories`",
+    "macromicro.batch.variants.Variants": "shown by `batch.run`",
+    "macromicro.columns.Layout": "shown by `columns.layout`",
+    "macromicro.columns.Part": "shown by `columns.layout`",
+    "macromicro.commission.procedure.Kind": "shown by `commission.procedure.perform`",
+    "macromicro.commission.procedure.Work": "shown by `commission.procedure.perform`",
+    "macromicro.control.contract.Finding": "shown by `control.contract.check`",
+    "macromicro.control.stage_law.Sample": "shown by `control.stage_law.StageLaw`",
+    "macromicro.control.stage_law.Target": "shown by `control.stage_law.StageLaw`",
+    "macromicro.design.costs.Comparison": "shown by `design.compare`",
+    "macromicro.design.extension.Cycle": "shown by `design.extension.per_cycle`",
+    "macromicro.design.extension.Extension": "shown by `design.extension.extension`",
+    "macromicro.design.magnets.Change": "shown by `design.largest_change`",
+    "macromicro.design.margins.Crossover": "shown by `design.margins.crossovers`",
+    "macromicro.design.margins.Margins": "shown by `design.margins.margins`",
+    "macromicro.design.resolution.Budget": "shown by `design.budget`",
+    "macromicro.design.response.MoveResult": "shown by `moves`",
+    "macromicro.design.response.moves": "shown by `moves`, which takes any recording",
+    "macromicro.design.vibration.Vibration": "needs a run",
     "macromicro.design.vibration.vibration": "needs a run",
+    "macromicro.hysteresis.diagnostics.Deviation": "shown by `hysteresis.wiping_out`",
+    "macromicro.hysteresis.forc.ForcFile": "shown by `hysteresis.forc.read_forc`",
+    "macromicro.hysteresis.memory.Memory": "shown by `hysteresis.fresh`",
+    "macromicro.hysteresis.prandtl.Plays": "shown by `hysteresis.prandtl.relaxed`",
+    "macromicro.hysteresis.prandtl.Prandtl": "shown by `hysteresis.prandtl.operator`",
+    "macromicro.hysteresis.prandtl_fit.PrandtlFit": "shown by `hysteresis.prandtl_fit.fit`",
+    "macromicro.identify.axis_fit.DriveFit": "shown by `identify.drive`",
+    "macromicro.identify.deadzone.DeadZone": "shown by `identify.dead_zone`",
+    "macromicro.identify.deadzone.Trial": "shown by `identify.dead_zone`",
+    "macromicro.identify.discontinuity.Side": "shown by `identify.DiscontinuousDeadZone`",
     "macromicro.kernel.admit": "changes the process",
     "macromicro.kernel.by_type": "needs the compiler",
     "macromicro.kernel.cache_folder": "reads all sources",
     "macromicro.kernel.compiled": "compiles",
-    "macromicro.kernel.foreign": "depends on what is imported",
-    "macromicro.remote.machine.connect": "needs a server",
+    "macromicro.machines.stage.Driven": "shown by `machines.stage.drive`",
+    "macromicro.machines.stage.Loop": "shown by `machines.stage.beginning`",
+    "macromicro.machines.stage.Run": "shown by `machines.stage.beginning`",
+    "macromicro.machines.stage.period": "shown by `machines.stage.in_place`",
+    "macromicro.ophyd.Positioner": "needs a server",
+    "macromicro.programme.moves.Programme": "shown by `programme.load`",
+    "macromicro.programme.moves.Span": "shown by `programme.follow`",
+    "macromicro.remote.asynchronous.AsyncMotion": "needs a server",
+    "macromicro.remote.machine.Machine": "needs a server",
+    "macromicro.remote.machine.Motion": "needs a server",
     "macromicro.rig.opening.open_rig": "needs a rig",
-    "macromicro.commission.procedure.perform": "moves a stage",
-    "macromicro.tuning.macro": "compiles the bench",
-    "macromicro.tuning.micro": "compiles the bench",
-    "macromicro.tuning.tune": "compiles the bench",
-    "macromicro.machines.contract.check": "compiles a machine",
-    "macromicro.machines.contract.broken": "compiles a machine",
-    "macromicro.machines.stage.period": "compiles a machine",
-    "macromicro.machines.stage.quick": "compiles a machine",
-    "macromicro.machines.stage.fastest": "compiles a machine",
-    "macromicro.machines.stage.in_place": "compiles a machine",
-    "macromicro.machines.stage.opened": "compiles a machine",
-    "macromicro.machines.stage.drive": "compiles a machine",
-    "macromicro.runs.drives.open_loop": "compiles the bench",
+    "macromicro.runs.drives.by_laser": "compiles the bench",
     "macromicro.runs.drives.closed_loop": "compiles the bench",
     "macromicro.runs.drives.heated": "compiles the bench",
-    "macromicro.runs.drives.by_laser": "compiles the bench",
+    "macromicro.runs.drives.open_loop": "compiles the bench",
     "macromicro.runs.drives.stage": "compiles the bench",
+    "macromicro.schema.par.Entry": "shown by `schema.par.entries`",
+    "macromicro.tuning.tune.Tuning": "compiles the bench",
+    "macromicro.tuning.tune.macro": "compiles the bench",
+    "macromicro.tuning.tune.micro": "compiles the bench",
+    "macromicro.tuning.tune.tune": "compiles the bench",
 }
 
 
@@ -194,11 +220,34 @@ def test_examples_run(module: str) -> None:
     assert "".join(failed) == ""
 
 
-@pytest.mark.parametrize("module", PUBLIC)
-def test_a_public_function_has_an_example(module: str) -> None:
-    named = [n.name for n in reference.public(reference.full(module)) if n.kind == "function"]
-    without = [n for n in named if "\nExamples\n---" not in (getdoc(_thing(n)) or "")]
-    assert without == [name for name in named if name in WITHOUT]
+def exampled(thing: Any) -> bool:
+    """Whether its docstring has an example."""
+    return "\nExamples\n---" in (getdoc(thing) or "")
+
+
+def needs_one(thing: Any) -> bool:
+    """Whether it needs an example: not a protocol, nor an error without arguments of its own."""
+    if isinstance(thing, type) and issubclass(thing, BaseException):
+        return "__init__" in vars(thing)
+    return not getattr(thing, "_is_protocol", False)
+
+
+def test_a_public_function_or_class_has_an_example() -> None:
+    named = [each for module in PUBLIC for each in reference.public(reference.full(module))]
+    things = {each.home: _thing(each.name) for each in named}
+    without = {home for home, each in things.items() if needs_one(each) and not exampled(each)}
+    assert without == set(WITHOUT)
+
+
+@pytest.mark.parametrize("why", sorted({why for why in WITHOUT.values() if "shown by" in why}))
+def test_an_example_elsewhere_exists(why: str) -> None:
+    name = why.split("`")[1]
+    assert exampled(_thing(f"macromicro.{name}"))
+
+
+def test_an_example_is_needed_by_what_takes_arguments() -> None:
+    assert needs_one(macromicro.InputError) and needs_one(reference.Page)
+    assert not needs_one(macromicro.ArrivalWarning) and not needs_one(types.Clock)
 
 
 def test_the_list_is_what_the_reference_shows_for_callers() -> None:

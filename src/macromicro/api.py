@@ -142,6 +142,18 @@ def moves(recording: Recording, settings: Settings | None = None) -> list[MoveRe
     -------
     list[MoveResult]
         One entry per move, in order; none for a recording without rows.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro import Recording, moves
+    >>> from macromicro.recording import Column
+    >>> names = "t", "move", "phase", "macro_reference", "micro_reference", "macro_position"
+    >>> t = 0.1 * np.arange(20)  # s; the carriage moves (1) until the end of the run (4)
+    >>> rows = [t, 0 * t, np.where(t < 1.9, 1, 4), 0 * t + 100, 0 * t, np.minimum(200 * t, 100)]
+    >>> run = Recording.from_arrays([Column(n, "-", n) for n in names], rows, 0.1, {})
+    >>> moves(run)[0].settling_s
+    0.5
     """
     return judging.moves(recording, settings)
 
@@ -160,6 +172,18 @@ def tracking(recording: Recording, settings: Settings | None = None) -> list[Tra
     -------
     list[Tracking]
         One entry per stage that was moved so; none for a recording of moves, which `moves` is for.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro import Recording, tracking
+    >>> from macromicro.recording import Column
+    >>> names = "t", "move", "phase", "macro_reference", "micro_reference", "macro_position"
+    >>> k = np.arange(100)  # a new target in each row; the carriage moves (1), a row late
+    >>> rows = [0.1 * k, k, 0 * k + 1, 10 * k, 0 * k, 10 * k - 10]
+    >>> run = Recording.from_arrays([Column(n, "-", n) for n in names], rows, 0.1, {})
+    >>> round(tracking(run)[0].lag_s, 6)
+    0.1
     """
     settings = judging.settings_of(recording) if settings is None else settings
     if not len(recording) or served.is_live(recording):

@@ -33,6 +33,12 @@ class InputError(MacromicroError):
         The value found; "" to show none.
     accepted : str
         What is accepted.
+
+    Examples
+    --------
+    >>> from macromicro import InputError
+    >>> print(InputError("travel", "12 V", "a number with a unit: m or mm").at("wave.toml, travel"))
+    wave.toml, travel: '12 V'; accepted: a number with a unit: m or mm
     """
 
     exit_status = 2
@@ -80,6 +86,12 @@ class ProblemError(InputError):
         A clause ("the folder already exists").
     remedy : str
         A sentence ("Choose another one or add --overwrite."); "" where there is none.
+
+    Examples
+    --------
+    >>> from macromicro.errors import ProblemError
+    >>> print(ProblemError("t1", "the folder already exists", "Choose another one."))
+    t1: the folder already exists. Choose another one.
     """
 
     def __init__(self, where: str, problem: str, remedy: str = "") -> None:

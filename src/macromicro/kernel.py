@@ -102,6 +102,13 @@ def foreign() -> set[Path]:
     -------
     set[Path]
         Of those marked so far.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from macromicro import kernel
+    >>> Path(kernel.__file__) in kernel.foreign()
+    False
     """
     files = {Path(function.__code__.co_filename) for function in _marked}
     package = Path(__file__).parent

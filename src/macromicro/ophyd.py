@@ -158,7 +158,7 @@ class Positioner(PositionerBase):  # type: ignore[misc]
         Returns
         -------
         dict[str, float]
-            "setpoint": target of the last move, else the position; "readback".
+            "setpoint": target of the last move, else the position; "readback"; mm or deg.
         """
         state, here = self.machine.state, self.position
         targets = [axis.target_m for axis in state.axes if axis.name == self._axis]

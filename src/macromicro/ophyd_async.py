@@ -47,6 +47,12 @@ class Motor(_Motor):
         Of the record, such as "LAB:STAGE:whole".
     name : str, optional
         Of the device.
+
+    Examples
+    --------
+    >>> from macromicro.ophyd_async import Motor
+    >>> Motor("LAB:STAGE:whole", name="stage").name
+    'stage'
     """
 
     def __init__(self, prefix: str, name: str = "") -> None:

@@ -29,7 +29,14 @@ _OWN_NAMES = (ROWS, EVENTS, EVENT_BYTES)
 
 
 class Noted(NamedTuple):
-    """Something that happened while a recording was made."""
+    """Something that happened while a recording was made.
+
+    Examples
+    --------
+    >>> from macromicro.recording import Noted
+    >>> print(Noted(1.5, "fault", "", "overspeed", {"speed_mm_s": 310}).line().decode(), end="")
+    {"t": 1.5, "kind": "fault", "who": "", "what": "overspeed", "facts": {"speed_mm_s": 310}}
+    """
 
     t: float  #: when, s as in the recording's column `t`; NaN where that is not known
     kind: str  #: kind of event

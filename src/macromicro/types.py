@@ -13,6 +13,12 @@ class Sample(NamedTuple):
     """What a rig shows at one instant. A channel that gave no new value is NaN.
 
     Fields that are annotated with a `Quantity` are recorded, here and in `Outputs` and `Command`.
+
+    Examples
+    --------
+    >>> from macromicro.types import Sample
+    >>> Sample(0.001, 120.0, 2.5, float("nan"), -1.0, -1.0).hall  # V; the laser gave no new value
+    2.5
     """
 
     t: Annotated[float, Quantity("s", "time since the start")]
@@ -44,7 +50,14 @@ class Outputs(NamedTuple):
 
 
 class Command(NamedTuple):
-    """What a controller is asking of the rig just now, for the guard and the recording."""
+    """What a controller is asking of the rig just now, for the guard and the recording.
+
+    Examples
+    --------
+    >>> from macromicro.types import Command
+    >>> Command(1000.0, 1.0, 0.0, 0.0, 0.0).macro_reference  # counts
+    1000.0
+    """
 
     macro_reference: Annotated[float, Quantity("count", "set point of the macro-stage")]
     macro_active: Annotated[float, Meaning("whether the macro-stage is under control, 0 or 1")]
@@ -60,7 +73,14 @@ SAFE = Outputs(0.0, 0.0, 0.0, 0.0)
 
 
 class Lines(NamedTuple):
-    """Switches of a machine of one stage, and what its drive says; each a channel of its rig."""
+    """Switches of a machine of one stage, and what its drive says; each a channel of its rig.
+
+    Examples
+    --------
+    >>> from macromicro.types import Lines
+    >>> Lines(0.0, 1.0, 0.0, float("nan"), 0.0, 1.0).limit_high  # the upper switch is tripped
+    1.0
+    """
 
     limit_low: Annotated[float, Quantity("1", "lower limit switch (1: tripped)", "i1")]
     limit_high: Annotated[float, Quantity("1", "upper limit switch (1: tripped)", "i1")]
@@ -71,7 +91,14 @@ class Lines(NamedTuple):
 
 
 class Enable(NamedTuple):
-    """The enable output to the drive, 0 or 1."""
+    """The enable output to the drive, 0 or 1.
+
+    Examples
+    --------
+    >>> from macromicro.types import Enable
+    >>> Enable(enable=1.0)
+    Enable(enable=1.0)
+    """
 
     enable: Annotated[float, Quantity("1", "enable output to the drive", "i1")]
 

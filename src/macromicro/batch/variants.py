@@ -101,6 +101,7 @@ class Job(Protocol):
         Returns
         -------
         Trajectories
+            One row per variant.
         """
 
 

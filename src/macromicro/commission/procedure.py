@@ -25,14 +25,28 @@ Progress = Callable[[int, float], None]
 
 
 class Robustness(NamedTuple):
-    """How robust gains are to what is not known, in words."""
+    """How robust gains are to what is not known, in words.
+
+    Examples
+    --------
+    >>> from macromicro.commission.procedure import Robustness
+    >>> Robustness(doubts=("The loop is unstable with a load of 2 kg.",)).rows
+    ()
+    """
 
     rows: tuple[tuple[str, ...], ...] = ()  #: quantity, value, the least of what may be, unit
     doubts: tuple[str, ...] = ()  #: points to check, a sentence each
 
 
 class Tuned(NamedTuple):
-    """What a search for gains found."""
+    """What a search for gains found.
+
+    Examples
+    --------
+    >>> from macromicro.commission.procedure import Tuned
+    >>> Tuned({"pi.integral": '"12 V/(m*s)"'}).gains["pi.integral"]
+    '"12 V/(m*s)"'
+    """
 
     #: path to a TOML value; none where the rules' gains stay
     gains: Mapping[str, str] = MappingProxyType({})
@@ -159,7 +173,15 @@ class Step(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """A quantity that was found, and how sure it is."""
+    """A quantity that was found, and how sure it is.
+
+    Examples
+    --------
+    >>> from macromicro.commission.procedure import Estimate
+    >>> mass = Estimate("moving mass", 1.2, 0.1, "kg")
+    >>> f"{mass.value} +- {mass.half} {mass.unit}"
+    '1.2 +- 0.1 kg'
+    """
 
     meaning: str  #: in words
     value: float  #: in `unit`
@@ -168,7 +190,14 @@ class Estimate(NamedTuple):
 
 
 class Drawn(NamedTuple):
-    """A figure of a page."""
+    """A figure of a page.
+
+    Examples
+    --------
+    >>> from macromicro.commission.procedure import Drawn
+    >>> Drawn("Friction", "Force over speed.", lambda work, model: None).title
+    'Friction'
+    """
 
     #: title, caption: for people
     title: str
@@ -315,6 +344,17 @@ def perform(
     ------
     CommissionError
         A step cannot do its work.
+
+    Examples
+    --------
+    >>> from macromicro.commission.procedure import Kind, Options, Step, Work, perform
+    >>> step = Step("gain", "Gain", lambda work: "It moves by 1 mm.", lambda work: 35.0, None)
+    >>> kind = Kind("mine", [step], model=dict, settings=dict, estimates=dict)
+    >>> work = Work(None, Options(effort=5.0, speed=0.2, creep=0.02, travel=0.5))
+    >>> perform(kind, work, ask=lambda step, intent: print(intent), done=lambda step, found: None)
+    It moves by 1 mm.
+    >>> work["gain"]
+    35.0
     """
     if kind.steps[0].name in work.found:
         kind.prepare(work)

@@ -27,7 +27,14 @@ class CommissionError(MacromicroError):
 
 
 class Caution(NamedTuple):
-    """What the axis may not pass while it is commissioned."""
+    """What the axis may not pass while it is commissioned.
+
+    Examples
+    --------
+    >>> from macromicro.commission.stand import Caution
+    >>> Caution(effort=5.0, speed=0.2)._replace(high=0.01).high  # m
+    0.01
+    """
 
     effort: float  #: largest effort, V
     speed: float  #: greatest speed, m/s
@@ -38,7 +45,16 @@ class Caution(NamedTuple):
 
 
 class Record(NamedTuple):
-    """What a drive showed."""
+    """What a drive showed.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.commission.stand import Record
+    >>> record = Record(np.array([0.0, 0.1]), np.ones(2), np.array([0.0, 0.02]))  # s, V, m
+    >>> float(record.x[-1])  # m
+    0.02
+    """
 
     t: Array  #: s
     u: Array  #: efforts as they were given, V
@@ -120,7 +136,7 @@ class Pull(NamedTuple):
         Parameters
         ----------
         factor : float
-            -1 reverses it.
+            Dimensionless; -1 reverses the pull.
 
         Returns
         -------
@@ -162,6 +178,15 @@ class Stand:
         As `hold`, for the part that depends on the angle, V at the D/A.
     zero : float
         Encoder count of position 0: the first reading.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> from macromicro.commission.stand import Stand
+    >>> from macromicro.rig.session import Session
+    >>> stand = Stand(Session(SimpleNamespace(channels=("encoder",)), 1e-3), dt=1e-3, pitch=5e-6)
+    >>> stand.sign, stand.pitch  # 1, m
+    (1.0, 5e-06)
     """
 
     def __init__(

@@ -30,7 +30,14 @@ class Finding(NamedTuple):
 
 
 class Broken(Exception):
-    """What a plug-in does that it must not, and what to do."""
+    """What a plug-in does that it must not, and what to do.
+
+    Examples
+    --------
+    >>> from macromicro.control.contract import Broken
+    >>> Broken("at rest the effort is 1 V", "give 0 V without an error").remedy
+    'give 0 V without an error'
+    """
 
     def __init__(self, found: str, remedy: str) -> None:
         super().__init__(found)

@@ -56,6 +56,16 @@ def extension(recording: Recording) -> list[Extension]:
     -------
     list[Extension]
         In order of time.
+
+    Examples
+    --------
+    >>> from macromicro.design.extension import extension
+    >>> from macromicro.recording import Column, Recording
+    >>> rows = [[0.0, 1.0, 2.0, 3.0], [3, 2, 2, 2], [0, 0, 0, 0], [0.5, 0.4, 0.1, 0.01]]
+    >>> names = "t", "phase", "move", "hall_position"  # phase 3: the micro-stage is enabled
+    >>> run = Recording.from_arrays([Column(n, "-", n) for n in names], rows, 1.0, {})
+    >>> extension(run)
+    [Extension(move=0, start_s=1.0, from_um=400.0, time_s=2.0, left_um=170.0)]
     """
     phase = recording["phase"]
     on = np.concatenate(([False], phase == MICRO, [False]))

@@ -71,7 +71,7 @@ def damping_margin(ratio: float) -> float:
     Parameters
     ----------
     ratio : float
-        r.
+        Damping ratio r, 1 for critical damping.
 
     Returns
     -------
@@ -101,7 +101,7 @@ def response(num: npt.ArrayLike, den: npt.ArrayLike, frequency: float, dt: float
 
     Parameters
     ----------
-    num, den : array_like
+    num, den : array_like, shapes (m,) and (n,)
         Coefficients, highest power of z first.
     frequency : float
         Frequency, rad/s.
@@ -132,7 +132,7 @@ def crossovers(num: npt.ArrayLike, den: npt.ArrayLike, dt: float) -> list[Crosso
 
     Parameters
     ----------
-    num, den : array_like
+    num, den : array_like, shapes (m,) and (n,)
         Coefficients, highest power of z first.
     dt : float
         Sample time, s.
@@ -180,7 +180,7 @@ def first_crossover(num: npt.ArrayLike, den: npt.ArrayLike, dt: float) -> Crosso
 
     Parameters
     ----------
-    num, den : array_like
+    num, den : array_like, shapes (m,) and (n,)
         Coefficients, highest power of z first.
     dt : float
         Sample time, s.
@@ -214,14 +214,14 @@ def open_loop(taps: PdTaps, num: npt.ArrayLike, den: npt.ArrayLike) -> tuple[Arr
     ----------
     taps : PdTaps
         The controller, V/count.
-    num, den : array_like
+    num, den : array_like, shapes (m,) and (n,)
         Coefficients, highest power of z first.
 
     Returns
     -------
-    num : ndarray
+    num : ndarray, shape (m + 1,)
         Numerator of the loop.
-    den : ndarray
+    den : ndarray, shape (n + 1,)
         Denominator of the loop.
 
     Examples
@@ -246,7 +246,7 @@ def pd_by_margin(
 
     Parameters
     ----------
-    num, den : array_like
+    num, den : array_like, shapes (m,) and (n,)
         Coefficients, highest power of z first.
     dt : float
         Sample time, s.
@@ -287,7 +287,7 @@ def pd_by_time(
 
     Parameters
     ----------
-    num, den : array_like
+    num, den : array_like, shapes (m,) and (n,)
         Coefficients, highest power of z first.
     dt : float
         Sample time, s.
@@ -329,7 +329,7 @@ def lowest_frequency(num: npt.ArrayLike, den: npt.ArrayLike, dt: float, margin: 
 
     Parameters
     ----------
-    num, den : array_like
+    num, den : array_like, shapes (m,) and (n,)
         Coefficients, highest power of z first.
     dt : float
         Sample time, s.
@@ -389,7 +389,7 @@ def is_stable(num: npt.ArrayLike, den: npt.ArrayLike) -> bool:
 
     Parameters
     ----------
-    num, den : array_like
+    num, den : array_like, shapes (m,) and (n,)
         Coefficients, highest power of z first.
 
     Returns
@@ -418,7 +418,7 @@ def margins(num: npt.ArrayLike, den: npt.ArrayLike, dt: float) -> Margins:
 
     Parameters
     ----------
-    num, den : array_like
+    num, den : array_like, shapes (m,) and (n,)
         Coefficients, highest power of z first.
     dt : float
         Sample time, s.
@@ -495,7 +495,7 @@ def responses(num: npt.ArrayLike, den: npt.ArrayLike, frequency: Array, dt: floa
 
     Parameters
     ----------
-    num, den : array_like
+    num, den : array_like, shapes (m,) and (n,)
         Coefficients, highest power of z first.
     frequency : ndarray, shape (n,)
         Frequency, rad/s.

@@ -25,7 +25,14 @@ class Deviation(NamedTuple):
 
 
 class Branch(NamedTuple):
-    """A branch from one reversal to where it meets an older corner, or to the next reversal."""
+    """A branch from one reversal to where it meets an older corner, or to the next reversal.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis.diagnostics import Branch
+    >>> Branch(start=1, end=4, rising=True, limit=4.0).limit  # unit of the input
+    4.0
+    """
 
     start: int  #: sample of its reversal
     end: int  #: sample of the next reversal

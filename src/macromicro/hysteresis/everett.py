@@ -26,6 +26,13 @@ class Everett(NamedTuple):
     ``values[i, j]`` is ``E(u_i, u_j)``, shape (n, n), float64, C order: 0 where i <= j, not
     decreasing in i, not increasing in j, 1 at ``[n - 1, 0]``. The relay density is constant in each
     square cell; diagonal cells are relays of zero width.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis import from_density
+    >>> table = from_density([[1.0, 0.0], [1.0, 1.0]], lo=0.0, step=5.0, n=3)
+    >>> table.values[2].round(3).tolist()  # E(10, 0), E(10, 5), E(10, 10)
+    [1.0, 0.333, 0.0]
     """
 
     lo: float
@@ -90,7 +97,7 @@ def from_density(
         of the relays whose up threshold lies in ``(u_r, u_(r+1))`` and down threshold in ``(u_c,
         u_(c+1))``: zero where r < c. Either is scaled to a total weight of 1.
     lo : float
-        Lowest input of the grid.
+        Lowest input of the grid, unit of the input.
     step : float
         From grid line to grid line, unit of the input.
     n : int

@@ -180,7 +180,8 @@ def fresh(table: Everett, u: float, depth: int = DEPTH) -> Memory:
     table : Everett
         Relay weights of the model.
     u, depth : float, int, optional
-        Input, clamped to the table, and the number of pairs that the stack can hold.
+        Input, clamped to the table (unit of the input), and the number of pairs that the stack can
+        hold.
 
     Returns
     -------

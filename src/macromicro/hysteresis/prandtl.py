@@ -114,7 +114,7 @@ def relaxed(p: Prandtl, u: float = 0.0) -> Plays:
     Parameters
     ----------
     p, u : Prandtl, float, optional
-        The operator, and an input.
+        The operator, and an input in its unit.
 
     Returns
     -------
@@ -206,14 +206,14 @@ def advance(
     u : float
         Unit of the input; NaN moves nothing.
     rate : float
-        Rate of the input, per second, of either sign; 0: no widening.
+        Rate of the input, unit of the input per s, of either sign; 0: no widening.
 
     Returns
     -------
     s : Plays
         The state after the move.
     f : float
-        The output.
+        The output, in its unit.
 
     Examples
     --------

@@ -25,7 +25,16 @@ WORTH_COMPILING = 2000
 
 
 class Inverse(NamedTuple):
-    """The input for a target."""
+    """The input for a target.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis import Preisach, from_density
+    >>> table = from_density([[1.0, 0.0], [1.0, 1.0]], lo=0.0, step=5.0, n=3)
+    >>> found = Preisach(table).inverse(0.5)
+    >>> round(found.u, 3), round(found.error, 9)
+    (6.25, 0.0)
+    """
 
     u: float  #: unit of the input
     f: float  #: the output that it gives

@@ -36,7 +36,16 @@ MOST_NODES = 801
 
 
 class Misfit(NamedTuple):
-    """How far a table is from curves."""
+    """How far a table is from curves.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis import FodTable
+    >>> curves = [([10.0, 5.0, 0.0], [8.0, 6.0, 0.0]), ([5.0, 2.5, 0.0], [3.0, 2.0, 0.0])]  # V, um
+    >>> found = FodTable.from_curves(curves, nodes=21).misfit()
+    >>> found.points, round(found.largest, 6)
+    (6, 0.0)
+    """
 
     rms: float  #: unit of the output
     largest: float  #: unit of the output
@@ -188,7 +197,7 @@ class FodTable:
         table : Everett
             Normalised.
         f_low, f_high : float, optional
-            Outputs in negative and positive saturation.
+            Outputs in negative and positive saturation, unit of the output.
 
         Returns
         -------
@@ -274,8 +283,8 @@ class FodTable:
         Parameters
         ----------
         start : float
-            Input of its reversal; clamped to the table.
-        inputs : array_like
+            Input of its reversal, unit of the input; clamped to the table.
+        inputs : array_like, any shape
             Where it is evaluated; inputs beyond `start` or beyond the table count as its ends.
         kind : Kind | None, optional
             "descending" or "ascending"; None for the table's.

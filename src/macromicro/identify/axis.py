@@ -23,7 +23,14 @@ _SERIES = 1e-4  # of a time constant: below it a step is a series
 
 
 class Axis(NamedTuple):
-    """Parameters of the equation above, in the units of force, position and second (N, m)."""
+    """Parameters of the equation above, in the units of force, position and second (N, m).
+
+    Examples
+    --------
+    >>> from macromicro.identify import Axis
+    >>> Axis(mass=1.2, viscous=14.0, coulomb=3.0)._replace(offset=0.5).offset  # N
+    0.5
+    """
 
     mass: float  #: M, N s2/m = kg
     viscous: float  #: fv, N s/m

@@ -91,9 +91,9 @@ class DriveFit:
         dt : float
             Sample time, s.
         x : float, optional
-            Position at the start.
+            Position at the start, unit of position.
         v : float, optional
-            Speed at the start, per second.
+            Speed at the start, unit of position per s.
 
         Returns
         -------

@@ -62,7 +62,16 @@ HELD = 0.5  # samples by which the mean of a held force is late
 
 @dataclass(frozen=True)
 class Estimate:
-    """Parameters by one method."""
+    """Parameters by one method.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.identify import Axis, Estimate
+    >>> axis, spread = Axis(mass=1.2, viscous=14.0), np.diag([1e-4, 0.04])
+    >>> print(Estimate(axis, ("mass", "viscous"), spread, rms=0.1, percent=1.0))
+    mass 1.2 +- 0.01, viscous 14 +- 0.2
+    """
 
     axis: Axis  #: all parameters
     names: tuple[str, ...]  #: the free ones

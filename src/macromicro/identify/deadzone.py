@@ -106,8 +106,8 @@ def dead_zone(
     >>> speeds = {-0.6: -100.0, -0.4: 0.0, 0.5: 0.0, 0.7: 200.0}  # V, counts/s
     >>> runs = [(t, 0.0 * t + volts, np.floor(v * t)) for volts, v in speeds.items()]
     >>> zone = dead_zone(runs)
-    >>> zone.positive, zone.negative, zone.width  # V
-    (0.7, 0.6, 0.7)
+    >>> zone.positive, zone.negative, zone.trials[2].uninterrupted  # V; at 0.5 V
+    (0.7, 0.6, False)
     """
     runs = constant(recordings)
     both_ways(runs)

@@ -29,6 +29,14 @@ class DiscontinuousDeadZone(NamedTuple):
     """(4.5), Vout = (a0 + delta |V|) sgn V, per direction and for both together.
 
     V is the voltage before the dead-zone inverse, which adds `width`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.identify import DiscontinuousDeadZone, Side
+    >>> side = Side(0.1, 0.5, 0.01, 0.01, np.array([0.5, 1.0]), np.array([350.0, 600.0]))
+    >>> DiscontinuousDeadZone(side, side, side, width=0.5, gain=1000.0).speed(0.5)  # counts/s
+    350.0
     """
 
     positive: Side  #: forwards

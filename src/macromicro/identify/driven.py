@@ -11,7 +11,14 @@ from macromicro.identify.axis import late
 
 
 class Filtering(NamedTuple):
-    """How positions are differentiated for inverse dynamics."""
+    """How positions are differentiated for inverse dynamics.
+
+    Examples
+    --------
+    >>> from macromicro.identify import Filtering
+    >>> Filtering(cutoff=40.0)  # Hz
+    Filtering(cutoff=40.0, decimate=None)
+    """
 
     #: cut-off of the zero-phase low-pass on positions, Hz; by default 0.08 / dt
     cutoff: float | None = None

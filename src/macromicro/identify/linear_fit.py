@@ -17,7 +17,15 @@ Complex = npt.NDArray[np.complex128]
 
 
 class Whiteness(NamedTuple):
-    """Ljung-Box test of residuals: Q = n (n+2) sum r_k^2 / (n-k), chi-square when white."""
+    """Ljung-Box test of residuals: Q = n (n+2) sum r_k^2 / (n-k), chi-square when white.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.identify import Whiteness
+    >>> Whiteness(autocorrelation=np.zeros(5), statistic=3.2, p_value=0.67, white=True).white
+    True
+    """
 
     autocorrelation: Array  #: r_1 ... r_lags
     statistic: float  #: Q
@@ -27,7 +35,17 @@ class Whiteness(NamedTuple):
 
 @dataclass(frozen=True)
 class LinearFit:
-    """y = (b1 z^-1 + b2 z^-2 + ...) / (1 + a1 z^-1 + ...) u, delayed by `delay` - 1 more."""
+    """y = (b1 z^-1 + b2 z^-2 + ...) / (1 + a1 z^-1 + ...) u, delayed by `delay` - 1 more.
+
+    Examples
+    --------
+    >>> from scipy.signal import lfilter
+    >>> from macromicro.identify import least_squares
+    >>> u = [1.0, -1.0, 1.0, 1.0] * 20
+    >>> fit = least_squares(u, lfilter([0.0, 0.2], [1.0, -0.9], u), na=1, nb=1, dt=0.01)
+    >>> round(fit.gain, 6), fit.poles.real.round(6)
+    (2.0, array([0.9]))
+    """
 
     method: str  #: name of the function that found it
     a: Array  #: without the leading 1: (4.3), b / (z + a), has a = [-0.95833]

@@ -22,7 +22,15 @@ _WHAT = f"{RESULT} of `identify plays`, or its folder"
 
 
 class Loop(NamedTuple):
-    """A loop that was identified by play operators."""
+    """A loop that was identified by play operators.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis import prandtl
+    >>> from macromicro.identify import Loop
+    >>> Loop(prandtl.operator([0.0, 10.0], [0.1, 0.05])).run([0.0, 50.0, 100.0])
+    array([ 0. ,  7. , 14.5])
+    """
 
     operator: Prandtl  #: in the units of the columns that it was identified from
     #: of the output behind it, s; None of a loop that does not depend on its rate

@@ -36,7 +36,14 @@ _ALWAYS = ("name", "value", "+-", "unit")
 
 
 class Line(NamedTuple):
-    """One quantity of a result."""
+    """One quantity of a result.
+
+    Examples
+    --------
+    >>> from macromicro.identify.result import Line
+    >>> round(Line("mass", 1.2, error=0.02, unit="kg").half, 3)  # kg
+    0.039
+    """
 
     name: str  #: name of the quantity
     value: float  #: in `unit`
@@ -54,7 +61,16 @@ class Line(NamedTuple):
 
 @dataclass
 class Result:
-    """What one identification found."""
+    """What one identification found.
+
+    Examples
+    --------
+    >>> from macromicro.identify import Result
+    >>> from macromicro.identify.result import Line
+    >>> lines = [Line("mass", 1.2, 0.02, "kg"), Line("delay", 1.0, unit="samples")]
+    >>> Result("drive", "Axis", None, lines, [], "", draw=dict).uncertainty
+    {'mass': 0.02}
+    """
 
     kind: str  #: one of `KINDS`
     title: str  #: title in words

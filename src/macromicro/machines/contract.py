@@ -38,6 +38,12 @@ def check(machine: Machine | Any) -> Iterator[Finding]:
     ------
     Finding
         Each result; checks that depend on a failed one are skipped.
+
+    Examples
+    --------
+    >>> from macromicro.machines.contract import check
+    >>> [(each.what, each.passed) for each in check("no machine")]
+    [('shape', False)]
     """
     if not isinstance(machine, Machine):
         remedy = "a macromicro.machines.machine.Machine (docs/own-machines.md)"
@@ -71,6 +77,12 @@ def broken(machine: Machine | Any) -> list[str]:
     -------
     list[str]
         A line for each.
+
+    Examples
+    --------
+    >>> from macromicro.machines.contract import broken
+    >>> broken("no machine")
+    ['shape: a str; a macromicro.machines.machine.Machine (docs/own-machines.md)']
     """
     found = [each for each in check(machine) if not each.passed]
     return [f"{each.what}: {each.found}; {each.remedy}" for each in found]

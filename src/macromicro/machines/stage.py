@@ -31,7 +31,14 @@ FAULT = 4  # phase that is recorded once the guard has tripped
 
 class Kind(NamedTuple):
     """The kernels of one kind of stage; efforts are V at the D/A, positions m, or rad of a stage
-    that turns."""
+    that turns.
+
+    Examples
+    --------
+    >>> from macromicro.machines import piezo
+    >>> piezo.KIND.name, piezo.KIND.noises, piezo.KIND.place.unit
+    ('piezo', 1, 'mm')
+    """
 
     name: str  #: for people
     noises: int  #: standard normal draws a period
@@ -377,6 +384,14 @@ def quick(kind: Kind) -> Kind:
     -------
     Kind
         With the same results.
+
+    Examples
+    --------
+    >>> from macromicro.machines import piezo
+    >>> from macromicro.machines.stage import quick
+    >>> plain = piezo.KIND._replace(plain=True)  # interpreted
+    >>> quick(plain) == plain
+    True
     """
     kernels: dict[str, Any] = {name: getattr(kind, name) for name in kernels_of(kind)}
     joining.joined(*kernels.values())
@@ -398,6 +413,19 @@ def fastest(kind: Kind, law: StageLaw) -> Period:
     -------
     Period
         `in_place` on a copy of the state that it is given, which may be given to another run.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.machines import piezo, planning, runs
+    >>> from macromicro.machines.stage import beginning, columns, fastest
+    >>> kind, law, settings = piezo.KIND._replace(plain=True), piezo.LAW, piezo.DEFAULT
+    >>> loop = runs.loop(settings, planning.plan(planning.usual(settings), settings))
+    >>> params, noise = kind.prepare(settings), np.zeros((5, kind.noises))
+    >>> start, out = beginning(kind, law, params, loop), np.empty((len(columns(kind, law)), 5))
+    >>> end, written = fastest(kind, law)(params, loop, start, noise, out, 0.001)
+    >>> end.tick, written
+    (5, 5)
     """
     return owning(in_place(kind, law))
 
@@ -447,6 +475,14 @@ def in_place(kind: Kind, law: StageLaw) -> Period:
     -------
     Period
         `period`, compiled; under a law in plain Python interpreted, over compiled kernels.
+
+    Examples
+    --------
+    >>> from macromicro.machines import piezo
+    >>> from macromicro.machines.stage import in_place, period
+    >>> plain = piezo.KIND._replace(plain=True)  # interpreted
+    >>> in_place(plain, piezo.LAW) is period(plain, piezo.LAW)
+    True
     """
     if compiles(law):
         return quickest(period(kind, law), kind)
@@ -487,7 +523,14 @@ def beginning(kind: Kind, law: StageLaw, params: Any, loop: Loop) -> Run:
 
 
 class Bounds(NamedTuple):
-    """Where an open-loop drive is ended."""
+    """Where an open-loop drive is ended.
+
+    Examples
+    --------
+    >>> from macromicro.machines.stage import Bounds
+    >>> Bounds(low=0.0, high=1e-4, speed=0.1).window  # s; m, m, m/s
+    0.01
+    """
 
     #: low, high: positions that it may not leave, m
     low: float
@@ -523,6 +566,17 @@ def opened(kind: Kind) -> Callable[..., tuple[Any, int, int]]:
     Callable
         ``run(params, stage, bounds, efforts, noise, out, dt) -> (stage, written, why)``, with `out`
         of shape (2, n) for time and position and `why` an index of what ended it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.machines import piezo
+    >>> from macromicro.machines.stage import Bounds, opened
+    >>> params, bounds = piezo.KIND.prepare(piezo.DEFAULT), Bounds(-1.0, 1.0, 1.0)  # m, m, m/s
+    >>> noise, out = np.zeros((3, piezo.KIND.noises)), np.zeros((2, 3))
+    >>> start = piezo.KIND.initial(params)
+    >>> opened(piezo.KIND)(params, start, bounds, np.ones(3), noise, out, 0.001)[1:]
+    (3, 0)
     """
     measure, advance = kind.measure, kind.advance
     joining.joined(measure, advance)
@@ -586,6 +640,16 @@ def drive(
     -------
     Driven
         As measured; the period that met a bound is its last and was given 0 V.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.machines import piezo
+    >>> from macromicro.machines.stage import Bounds, drive
+    >>> plain = piezo.KIND._replace(plain=True)  # interpreted
+    >>> params, bounds = plain.prepare(piezo.DEFAULT), Bounds(-1.0, 1.0, 1.0)  # m, m, m/s
+    >>> drive(plain, params, np.ones(3), bounds, dt=0.001).t.tolist()  # s
+    [0.0, 0.001, 0.002]
     """
     given = np.ascontiguousarray(efforts, dtype=np.float64)
     noise = np.random.default_rng(seed).standard_normal((len(given), kind.noises))

@@ -15,7 +15,15 @@ from macromicro.errors import InputError
 
 
 class Motion(NamedTuple):
-    """The state of an axis at some times."""
+    """The state of an axis at some times.
+
+    Examples
+    --------
+    >>> from macromicro.motion import trapezoid
+    >>> state = trapezoid(0.1, velocity=0.2, acceleration=1.0).at([0.1, 0.35])
+    >>> state.position.round(6).tolist(), state.velocity.round(6).tolist()  # m, m/s
+    ([0.005, 0.05], [0.1, 0.2])
+    """
 
     position: Array  #: m
     velocity: Array  #: m/s
@@ -24,7 +32,15 @@ class Motion(NamedTuple):
 
 
 class Segment(NamedTuple):
-    """A piece of constant jerk: position is a cubic polynomial of the time since its beginning."""
+    """A piece of constant jerk: position is a cubic polynomial of the time since its beginning.
+
+    Examples
+    --------
+    >>> from macromicro.motion import Profile, Segment
+    >>> coast = Segment(0.5, position=0.0, velocity=0.2, acceleration=0.0, jerk=0.0)
+    >>> float(Profile(0.0, 0.1, (coast,)).at(0.25).position)  # m
+    0.05
+    """
 
     duration: float  #: s
     position: float  #: at its beginning, m
@@ -34,7 +50,14 @@ class Segment(NamedTuple):
 
 
 class Profile(NamedTuple):
-    """A motion from rest to rest."""
+    """A motion from rest to rest.
+
+    Examples
+    --------
+    >>> from macromicro.motion import trapezoid
+    >>> trapezoid(0.1, velocity=0.2, acceleration=1.0).borders.round(6).tolist()  # s
+    [0.0, 0.2, 0.5, 0.7]
+    """
 
     start: float  #: where it begins, m
     end: float  #: where it ends, m

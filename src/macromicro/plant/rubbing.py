@@ -13,7 +13,14 @@ from macromicro.plant.friction import Friction
 
 
 class Sheet(NamedTuple):
-    """What an engineer reads off a part: what gains, limits and homing of an axis follow from."""
+    """What an engineer reads off a part: what gains, limits and homing of an axis follow from.
+
+    Examples
+    --------
+    >>> from macromicro.plant.rubbing import Sheet
+    >>> Sheet(coulomb=10.0, stribeck=2.0, viscous=6.4).coulomb  # N
+    10.0
+    """
 
     coulomb: float  #: kinetic friction, N; N m of an axis that turns
     stribeck: float  #: breakaway above it, N

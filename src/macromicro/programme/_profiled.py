@@ -107,7 +107,7 @@ def follow(
     >>> from macromicro.programme import follow
     >>> there = Trajectory.from_profile(trapezoid(0.05, velocity=0.1, acceleration=1.0))
     >>> programme = follow(there, "macro", hold=1.0)
-    >>> len(programme.target), programme.end
+    >>> len(programme.target), programme.profiles[0].until
     (600, 1.6)
     """
     if stage not in _STAGES:

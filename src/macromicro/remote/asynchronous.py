@@ -82,6 +82,13 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
     timeout : float, optional
         Longest wait, s, for the connection, for an answer and, during a motion, for
         a sign of life of the server.
+
+    Examples
+    --------
+    >>> from macromicro import AsyncMachine
+    >>> machine = AsyncMachine("127.0.0.1", control=False)  # connects in `async with machine:`
+    >>> machine.place.unit
+    'mm'
     """
 
     def __init__(

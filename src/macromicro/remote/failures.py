@@ -28,6 +28,12 @@ class RequestError(MacromicroError):
         Why.
     remedy : str, optional
         Remedy; "" if unknown.
+
+    Examples
+    --------
+    >>> from macromicro.remote.failures import RequestError
+    >>> print(RequestError("no position is known", "home the machine"))
+    no position is known; home the machine
     """
 
     def __init__(self, reason: str, remedy: str = "") -> None:
@@ -46,6 +52,12 @@ class RequestRefused(RequestError):
         Remedy.
     beyond : bool, optional
         Whether a value is out of range; else the state does not allow the request.
+
+    Examples
+    --------
+    >>> from macromicro.remote.failures import RequestRefused
+    >>> RequestRefused("the target is beyond 200 mm", beyond=True).beyond
+    True
     """
 
     def __init__(self, reason: str, remedy: str = "", *, beyond: bool = False) -> None:
@@ -68,6 +80,12 @@ class MotionFailed(RequestError):
         Numbers and words by name, the unit in the name.
     remedy : str, optional
         Remedy; by default that of the outcome.
+
+    Examples
+    --------
+    >>> from macromicro.remote.failures import MotionFailed
+    >>> print(MotionFailed("move to 12 mm", "limit", "11.9 mm", {"limit_mm": 11.9}))
+    move to 12 mm ended as limit at 11.9 mm; stay within the soft limits
     """
 
     def __init__(
@@ -99,6 +117,12 @@ class StopNotConfirmed(ConnectionLost):
         "Emergency stop" or "Stop".
     reason : str
         Why.
+
+    Examples
+    --------
+    >>> from macromicro.remote.failures import StopNotConfirmed
+    >>> print(StopNotConfirmed("Emergency stop", "the server does not respond"))
+    Emergency stop not confirmed: the server does not respond. Cut the power now.
     """
 
     def __init__(self, what: str, reason: str) -> None:

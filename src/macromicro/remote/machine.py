@@ -260,5 +260,13 @@ def connect(
         Nobody answers there.
     RequestRefused
         The token is wrong, or another client holds control.
+
+    Examples
+    --------
+    >>> from macromicro import connect
+    >>> connect("127.0.0.1", 1)  # where no machine is served
+    Traceback (most recent call last):
+        ...
+    macromicro.remote.failures.ConnectionLost: ...
     """
     return Machine(AsyncMachine(host, port, token=token, control=control, timeout=timeout))

@@ -73,7 +73,15 @@ class Factory:
 
 @dataclass(frozen=True)
 class Carded:
-    """A card, by the file of its wiring."""
+    """A card, by the file of its wiring.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from macromicro.rig.opening import Carded
+    >>> str(Carded(Path("card.toml")))
+    'card.toml'
+    """
 
     path: Path  #: TOML file
 

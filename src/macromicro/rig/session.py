@@ -27,7 +27,14 @@ _CALIBRATION = (
 
 
 class Kind(NamedTuple):
-    """What a kind of rig may measure, and how often."""
+    """What a kind of rig may measure, and how often.
+
+    Examples
+    --------
+    >>> from macromicro.rig.session import Kind
+    >>> Kind(channels=("encoder", "laser"), dt=0.001).dt  # s
+    0.001
+    """
 
     channels: tuple[str, ...]  #: names of its sample's fields, without the time
     dt: float  #: s
@@ -151,6 +158,13 @@ class Session:
         What the factory made.
     dt : float
         Control period, s.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> from macromicro.rig.session import Session
+    >>> Session(SimpleNamespace(channels=("encoder",)), dt=0.001).channels
+    ('encoder',)
     """
 
     def __init__(self, rig: Any, dt: float) -> None:

@@ -305,6 +305,7 @@ def is_set(value: object) -> bool:
     Returns
     -------
     bool
+        True for an instance, False for the class.
 
     Examples
     --------
@@ -377,6 +378,7 @@ def with_sets(sets: Mapping[str, Any], before: str) -> Callable[[type[S]], type[
     Returns
     -------
     Callable[[type[S]], type[S]]
+        From the class to the one with the sets.
 
     Examples
     --------
@@ -454,6 +456,7 @@ def replaced(tree: Any, path: str, value: Any) -> Any:
     Returns
     -------
     Any
+        Of the same class.
 
     Examples
     --------
@@ -512,6 +515,7 @@ def changed(tree: Any, changes: Mapping[str, Any]) -> Any:
     Returns
     -------
     Any
+        Of the same class.
 
     Raises
     ------

@@ -30,7 +30,14 @@ class Needs(Protocol):
 
 
 class Lab(NamedTuple):
-    """Where procedures run: on `rigs`, or, without any, on the virtual benches of `settings`."""
+    """Where procedures run: on `rigs`, or, without any, on the virtual benches of `settings`.
+
+    Examples
+    --------
+    >>> from macromicro.thesis.procedure import Lab
+    >>> round(Lab().bench().encoder.pitch * 1e6, 1)  # um, of the virtual bench
+    71.4
+    """
 
     settings: Settings = Settings()
     seed: int = 0
@@ -160,6 +167,13 @@ class Procedure(NamedTuple):
     """One laboratory procedure.
 
     `collect` gives recordings; `claims` and `draw` take what it gave.
+
+    Examples
+    --------
+    >>> from macromicro.thesis.procedure import Procedure
+    >>> rest = Procedure("rest", "At rest", (), ("encoder",), (), (), (), 1.0, dict, dict, dict)
+    >>> rest.channels
+    ('encoder',)
     """
 
     name: str
