@@ -337,7 +337,7 @@ def test_a_sensor_and_a_part_with_a_state_take_one_new_file_and_two_edited(copy:
         plant / "carriage.py",
         ("from macromicro.plant import belt,", "from macromicro.plant import backlash, belt,"),
         ("    belt: Belt\n", "    belt: Belt\n    backlash: backlash.Backlash\n"),
-        ("    worn: Worn\n", "    worn: Worn\n    play: float = 0.0\n    rotor: float = 0.0\n"),
+        ('remembers")]\n', 'remembers")]\n    play: float = 0.0\n    rotor: float = 0.0\n'),
         ("    push = motor.force(", f"{WITH_PLAY}    push = motor.force("),
         ("i0 - i1 * v, q, qv, s.accel, s.worn)", "i0 - i1 * v, q, qv, s.accel, s.worn, 0.0, v)"),
         ("(s.v - v0) / dt, worn)", "(s.v - v0) / dt, worn, s.play, s.rotor)"),
