@@ -16,8 +16,8 @@ PAGE = Path(__file__).with_name("commands.md")
 HEAD = """\
 # Commands
 
-What `macromicro COMMAND --help` prints, on one page, which `docs/make_commands.py` writes. Exit
-status: 0; 1 where something failed or was stopped; 2 for bad input; 130 after Ctrl-C. `macromicro
+This page collects the output of `macromicro COMMAND --help`; `docs/make_commands.py` generates it.
+Exit status: 0; 1 if a command failed or was stopped; 2 for bad input; 130 after Ctrl-C. `macromicro
 --version` prints the version.
 
 """

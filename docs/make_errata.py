@@ -13,9 +13,9 @@ PAGE = Path(__file__).with_name("errata.md")
 HEAD = """\
 # Misprints and contradictions of the thesis
 
-Where each stands, what is printed, what is wrong with it, the reading in use here, and the
-evidence: words that contradict each other, and numbers recomputed. `macromicro reproduce`
-shows the same list at the end of its page. `make docs` writes this page from
+Each entry gives the place, the printed text, the fault, the reading used here, and the evidence:
+words that contradict each other, and recomputed numbers. `macromicro reproduce` shows the same
+list at the end of its page. `make docs` generates this page from
 `src/macromicro/thesis/errata/errata.toml`.
 
 """

@@ -79,4 +79,4 @@ def _tree(values: dict[str, str]) -> Any:
     table = tomllib.loads(axis_settings.as_toml(values, ""))
     table.pop(config.MACHINE)
     machine = machines.named("axis", "machine")
-    return config.overridden(machine.settings, table, "the machine that was found")
+    return config.overridden(machine.settings, table, "the identified machine")

@@ -119,7 +119,7 @@ def commission(
         toml = as_toml(both)
         table = tomllib.loads(toml)
         table.pop(KEY)
-        settings = config.overridden(DEFAULT, table, "the machine that was found")
+        settings = config.overridden(DEFAULT, table, "the identified machine")
         plan = planning.plan(course.usual(settings), settings)
         span = min(settings.x.travel.high, settings.y.travel.high)
         ask(

@@ -241,7 +241,7 @@ def _made(place: Place, work: Work, model: Any, values: dict[str, str]) -> tuple
     toml = axis_settings.as_toml(values, _head(place, work, model), place.kind.name)
     table = tomllib.loads(toml)
     table.pop(config.MACHINE)
-    return toml, config.overridden(machine.settings, table, "the machine that was found")
+    return toml, config.overridden(machine.settings, table, "the identified machine")
 
 
 def _head(place: Place, work: Work, model: Any) -> str:

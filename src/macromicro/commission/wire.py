@@ -85,7 +85,7 @@ def settings(work: Work, found: Wire, home: Any) -> dict[str, str]:
     }
     # What moves and gains follow from is what was found, not the alloy's latent heat.
     base: dict[str, Any] = {k: f"{float(v)!r} {unit}" for k, (v, unit) in figures.items()}
-    tree = config.overridden(DEFAULT, {**base, **plain}, "the machine that was found")
+    tree = config.overridden(DEFAULT, {**base, **plain}, "the identified machine")
     speed = min(found.up * (effort - p.end), found.down * p.last)
     quick = min(wire_sheets.SLOWER * speed, tree.motion.velocity)
     # Between its branches, after a turn, a wire moves by a part of what it does along them: with

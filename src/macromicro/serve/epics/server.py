@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 LOOK_S, TRACE_S = 0.1, 0.5
 INTERFACES = "EPICS_CAS_INTF_ADDR_LIST"
 _PREFIX = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_:-]{0,29}")
-# Beacons go nowhere else than the server listens.
+# At the default address beacons stay on this computer.
 _QUIET = {"EPICS_CAS_AUTO_BEACON_ADDR_LIST": "NO", "EPICS_CAS_BEACON_ADDR_LIST": HOST}
 
 

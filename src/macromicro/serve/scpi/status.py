@@ -22,7 +22,7 @@ QUESTIONABLE_BITS = {
     8: "calibration: the position is not trusted; home",
     9: "macro-stage: following error, stuck, encoder silent or against the laser (fault)",
     10: "micro-stage: following error, Hall sensor silent, frozen or off the scale (fault)",
-    11: "any fault is latched; FAULt? has it in words",
+    11: "a fault is latched; FAULt? describes it",
     12: "the loop process does not run, or has reported nothing for a second",
 }
 _MODES = {

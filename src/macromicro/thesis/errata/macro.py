@@ -39,7 +39,7 @@ def _state_space() -> tuple[Figure, ...]:
     return (
         Figure("slower pole of (4.1) as printed, all constants 1", float(printed), "rad/s"),
         Figure("with -K_b/L", float(right), "rad/s"),
-        Figure("pole of (4.2), whose sign is that, without inductance", transfer(ONES)[1], "rad/s"),
+        Figure("pole of (4.2), with that sign, no inductance", transfer(ONES)[1], "rad/s"),
     )
 
 
@@ -47,9 +47,9 @@ def _pole() -> tuple[Figure, ...]:
     a, held = Linear().a, discretised(*transfer(ONES), 1.0)
     return (
         Figure("pole of (4.3) in z, a as printed (positive)", a),
-        Figure("pole with a identified", -a),
+        Figure("pole with the identified a", -a),
         Figure("its speed", -math.log(-a) / Linear().dt, "rad/s"),
-        Figure("pole that (4.3) has from (4.2), all constants 1, 1 s", -held.a),
+        Figure("pole of (4.3) from (4.2), all constants 1, 1 s", -held.a),
     )
 
 
@@ -91,7 +91,7 @@ def _controllers() -> tuple[Figure, ...]:
         Figure("crossover of (4.10), plus", plus.frequency, "rad/s", 4.91),
         Figure("crossover of (4.10), minus", minus.frequency, "rad/s", 4.91),
         Figure("its phase margin", minus.phase_margin, "deg"),
-        Figure("phase margin that a damping ratio of 1.05 asks for", damping_margin(1.05), "deg"),
+        Figure("phase margin for a damping ratio of 1.05", damping_margin(1.05), "deg"),
     )
 
 
@@ -123,8 +123,8 @@ def _damping() -> tuple[Figure, ...]:
 
     needed = float(brentq(lambda ratio: _asked(ratio) - 5.0, 1.0, 4.0, xtol=1e-6))
     return (
-        Figure("effort that the model asks for with a ratio of 1.05", _asked(1.05), "V", 5.0),
-        Figure("damping ratio that asks for 5 V", needed, "", 1.05),
+        Figure("effort of the model with a ratio of 1.05", _asked(1.05), "V", 5.0),
+        Figure("damping ratio that needs 5 V", needed, "", 1.05),
     )
 
 

@@ -20,7 +20,7 @@ def _logarithm() -> tuple[Figure, ...]:
     return (
         Figure("A from (5.4) as printed, at 1.55 V of (5.5)", log / 0.05, "1/V", p.a),
         Figure("A with the minus sign", -log / 0.05, "1/V", p.a),
-        Figure("what the logarithm is taken of at 84 degC", 1.0 - (84.0 - p.y0) / p.b),
+        Figure("argument of the logarithm at 84 degC", 1.0 - (84.0 - p.y0) / p.b),
     )
 
 
@@ -45,7 +45,7 @@ def _cooling() -> tuple[Figure, ...]:
         y = 1.0 - y  # y_(k+1) = u - y_k
     return (
         Figure("third sample of the step response of 1/(z+1), printed form", steps[2]),
-        Figure("its fourth sample, and so on for ever", steps[3]),
+        Figure("its fourth sample, alternating from then on", steps[3]),
         Figure("time to 63 % of 1/(s+1)", -math.log(1.0 - 0.63), "s", 1.0),
     )
 
@@ -83,7 +83,7 @@ def _held_back() -> tuple[Figure, ...]:
     kp, error, limit = 3.0, 2.0, 1.9
     return (
         Figure("proportional effort of the first step, 2 mm", kp * error, "V"),
-        Figure("integral effort to which it is led if K_i = K_aw", error + limit - kp * error, "V"),
+        Figure("integral effort after anti-windup if K_i = K_aw", error + limit - kp * error, "V"),
         Figure("time constant of that with 2.25", 1.0 / 2.25, "s"),
         Figure("and with 30", 1.0 / 30.0, "s"),
     )
