@@ -39,6 +39,7 @@ Test = Annotated[
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print only the result, as JSON.")]
 NEEDED = 20_000_000
+CUT_SHORT = "interrupted: the search had not ended; values are the best so far, errors are theirs"
 
 
 def _number(text: str) -> float | str:
@@ -420,13 +421,17 @@ def _work(
 ) -> None:
     from macromicro.identify.kinds import drive_file
     from macromicro.identify.result import NAMES
+    from macromicro.identify.search import until
     from macromicro.machines import identified
     from macromicro.runs import folder
 
-    # Nothing is open while it computes: a signal then ends the process, compiler and all.
-    with Signals():
+    with Signals() as signals:
         known = None if machine is None else identified.sheet(machine)
-        found = _quietly(kind, options, what)
+        signals.later("ending with the best fit so far; Ctrl-C again ends without a result")
+        with until(lambda: signals.received):
+            found = _quietly(kind, options, what)
+        if signals.received:
+            found.warnings += (CUT_SHORT,)
         if known is not None:
             found.toml = identified.merged(found, known)
             said = f"identified mass and friction, all else from {known.file}"
@@ -437,10 +442,13 @@ def _work(
             found.save(place)
     if as_json:
         print(found.to_json(), end="")
-        return
-    found.show()
-    if out is not None:
-        print(f"results: {out}")
+    else:
+        found.show()
+        if out is not None:
+            print(f"results: {out}")
+    if signals.received:
+        print(f"macromicro: {CUT_SHORT}", file=sys.stderr)
+        raise typer.Exit(signals.status)
 
 
 def _quietly(kind: str, options: dict[str, Any], what: Picking) -> Result:

@@ -15,6 +15,7 @@ from macromicro.identify._axis_spread import Spread
 from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_inverse import ECCENTRIC, Estimate, Rows
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
+from macromicro.identify.search import least_squares
 
 _FORCES = ("coulomb", "offset", "stribeck", *ECCENTRIC)
 _SIGNED = ("offset", "asymmetry", *ECCENTRIC)
@@ -82,8 +83,6 @@ def refined(
     # Initial states of the pieces are fitted if the error then is mere position noise; otherwise
     # they would absorb disturbances. Gradients are differences over 0.1 % of a parameter, wide
     # enough to smooth over single samples at which the axis sticks or slides.
-    from scipy.optimize import least_squares
-
     names, first = start.names, start.values
     if lag is not None:
         names, first = (*names, "lag"), np.append(first, lag)

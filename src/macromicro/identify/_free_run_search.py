@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.identify._central import central
+from macromicro.identify.search import least_squares
 
 Flags = npt.NDArray[np.bool_]
 Missed = Callable[[Array], Array]  # free run less measured, (n,) of (p,)
@@ -29,8 +30,6 @@ class Span(NamedTuple):
 
 def search(missed: Missed, begin: Array, span: Span, rounds: int, settled: float = _SETTLED) -> Any:
     """The minimum next to a starting point, by a trust region with central differences."""
-    from scipy.optimize import least_squares
-
     return least_squares(
         missed,
         np.clip(begin, span.low + 1e-9, span.high - 1e-9),

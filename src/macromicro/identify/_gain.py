@@ -12,6 +12,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.records import signal
+from macromicro.identify.search import least_squares
 from macromicro.identify.witnesses import within
 from macromicro.models.weighted_gain import Exponential, Weighted, weighted
 
@@ -73,8 +74,6 @@ def linearised(volts: npt.ArrayLike, rise: npt.ArrayLike, y_inf: float | None = 
 
 def nonlinear(volts: npt.ArrayLike, rise: npt.ArrayLike) -> GainFit:
     """b, a and y0 of (5.2) by non-linear least squares, x0 at the lowest voltage."""
-    from scipy.optimize import least_squares
-
     x, y = _checked(volts, rise, 4)
     x0 = float(x[0])
 
@@ -118,8 +117,6 @@ def upper(
     """The whole (5.8): the second exponential and the transition (5.7) to it."""
     # The offset is the lower curve at 1.6 V, as in the thesis (82.58). The rest by least squares,
     # softly held at the printed values where the data do not determine it.
-    from scipy.optimize import least_squares
-
     if len(goals) < 2:
         raise InputError("upper gain, goals", len(goals), "2 voltages above the stop, or more")
     offset = _at(low, 1.6)

@@ -13,6 +13,7 @@ from macromicro.identify._axis_pieces import Index, Pieces, cut, settled
 from macromicro.identify._axis_slopes import slopes
 from macromicro.identify.axis_inverse import Estimate, Rows
 from macromicro.identify.presliding import Presliding
+from macromicro.identify.search import least_squares
 
 _STIFFEST = 2.0 * math.pi  # of the stuck mass' circular frequency times the sample time
 _PIECES, _LEAST = 12, 400  # pieces of all records that judge; samples in one
@@ -144,8 +145,6 @@ def searched(
     held: int | None = None,
     fine: bool = False,
 ) -> Any:
-    from scipy.optimize import least_squares
-
     low, high, _ = bounds(z, shape)
     kept = _weights(problem, held)
     size = math.sqrt(sum(float(np.sum(w)) for w in kept)) * problem.fastest * problem.dt

@@ -13,6 +13,7 @@ from macromicro.arrays import Array
 from macromicro.errors import ProblemError
 from macromicro.identify import _sprung_start
 from macromicro.identify.runs import Run
+from macromicro.identify.search import least_squares
 from macromicro.identify.sprung import Sprung, simulate
 
 FRICTIONS: dict[str, tuple[str, ...]] = {
@@ -83,8 +84,6 @@ def searched(records: list[Run], model: Model, lag: float) -> list[End]:
 
 def _descended(records: list[Run], model: Model, lag: float, axis: Sprung, starts: Array) -> End:
     """The minimum next to a starting point."""
-    from scipy.optimize import least_squares
-
     names = model.names
     count, many = len(names), len(records)
     sizes = _sprung_start.sizes(records, axis, names, model.speed)

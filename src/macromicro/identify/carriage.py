@@ -25,6 +25,7 @@ from macromicro.control.terminal.model import Motion, Terminal
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify import _carriage_give, witnesses
 from macromicro.identify._carriage_give import Give, Nudged
+from macromicro.identify.search import halt, least_squares
 from macromicro.kernel import compiled, kernel
 
 RIGID = ("push", "drag", "coulomb", "breakaway", "fade", "delay", "unknown")
@@ -225,8 +226,6 @@ def free_run(p: Terminal, r: Record, dt: float) -> Array:
 
 def _free(p: Terminal, rows: Sequence[Record], dt: float) -> Terminal:
     """Acceleration, drag and friction with the nearest free simulation, to start from."""
-    from scipy.optimize import least_squares
-
     at = np.array([p.push, p.drag, p.coulomb])
 
     def left(z: Array) -> Array:
@@ -275,8 +274,6 @@ def _steadied(y: Array) -> Array:
 
 def _ringing(rows: Sequence[Record], dt: float) -> tuple[dict[str, float], dict[str, Parts]]:
     """Frequency (Hz) and decay (1/s) common to all swings, with errors and degrees of freedom."""
-    from scipy.optimize import least_squares
-
     # In um: the search ends by absolute sizes.
     seen = [rows[k].laser[a:b] * 1e6 for k, a, b in _windows(rows)]
     longest = max(map(len, seen))
@@ -379,7 +376,8 @@ def _likeliest(
     for size in sizes:
         simplex = np.vstack([best, best + size * np.eye(n)])
         options = {"initial_simplex": simplex, "adaptive": True, "maxfev": 120 * n, "fatol": 0.02}
-        found = minimize(cost, best, method="Nelder-Mead", options=options | {"xatol": 1e-5})
+        options["xatol"] = 1e-5
+        found = minimize(cost, best, method="Nelder-Mead", options=options, callback=halt)
         best = found.x if found.fun < before else best
         before = min(before, float(found.fun))
     return _scaled(p, np.clip(best, -_WIDE, most))

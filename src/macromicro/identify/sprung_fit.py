@@ -14,6 +14,7 @@ from macromicro.identify import _sprung_doubts, _sprung_start, coverage
 from macromicro.identify._ripple import Ripple
 from macromicro.identify._sprung_search import FRICTIONS, Model, first, judged, moving, searched
 from macromicro.identify.runs import Run
+from macromicro.identify.search import least_squares
 from macromicro.identify.sprung import Sprung, simulate
 
 _HELD_OUT = 0.3
@@ -165,8 +166,6 @@ def same(ends: Sequence[float]) -> int:
 
 def started(fit: SprungFit, run: Run) -> tuple[float, float]:
     """Initial state with the nearest free simulation over the first part."""
-    from scipy.optimize import least_squares
-
     many = len(run.t) // 10
     if fit.model.spring:
         many = int(1.0 / (fit.axis.frequency * run.dt))

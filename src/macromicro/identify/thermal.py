@@ -20,6 +20,7 @@ from macromicro.identify.iterated import mls
 from macromicro.identify.linear_fit import LinearFit
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.records import signal
+from macromicro.identify.search import least_squares
 from macromicro.models.heating import Ladder, Modes, ladder, step_response
 from macromicro.recording import Recording
 
@@ -82,8 +83,6 @@ def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
     """Third-order dynamics of a step: T / T_d of (5.6) by output error, with positive shares."""
     # Samples are even in log time, so that the first second counts as much as the last minute, and
     # have equal weights, since the table's error dominates the laser's noise.
-    from scipy.optimize import least_squares
-
     usable = np.flatnonzero(np.isfinite(record.error) & (record.t > 0.0))
     if len(usable) < 50 or not goal > 0.0:
         found = f"{len(usable)} usable samples, goal {goal:g} K"
@@ -189,8 +188,6 @@ class CoolingFit(NamedTuple):
 
 def cooling(table: FodTable, trials: Sequence[Recording], ambient: float) -> CoolingFit:
     """(5.9) from a step that is held and then set to 0 V (Figure 5.16); `ambient` in deg C."""
-    from scipy.optimize import least_squares
-
     t, x = averaged(trials)
     sent = signal(trials[0]["ctrl"], "ctrl")[: len(t)]
     off = np.flatnonzero((sent[1:] <= 0.0) & (sent[:-1] > 0.0))
