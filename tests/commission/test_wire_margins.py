@@ -14,8 +14,9 @@ from macromicro.commission import _wire_margins, wire_model
 from macromicro.commission._wire_fit import Wire
 from macromicro.commission.stand import Record
 from macromicro.commission.wire_model import Heat
-from macromicro.control import pi
-from macromicro.control.pi import PiAntiWindup
+from macromicro.control import stage_pi
+from macromicro.control.stage_law import Sample, Target
+from macromicro.control.stage_pi import StagePi
 from macromicro.machines.wire import DEFAULT
 
 BENT = Heat(1.0, 0.1, 10.0, 2.0, 4.0, 5.0, 3.0, 2.0, 4e-3, 0.8, -0.5)
@@ -73,11 +74,12 @@ def test_the_plant_is_that_of_the_model_along_its_branch() -> None:
 
 
 def test_the_law_is_its_steps() -> None:
-    p, dt, f = PiAntiWindup(kp=3.0, ki=20.0, kaw=0.0, low=-1e9, high=1e9), 0.01, 4.0
-    n, made, kept = 1000, [], 0.0
+    p, dt, f = StagePi(kp=3.0, ki=20.0, low=-1e9, high=1e9), 0.01, 4.0
+    n, made, kept = 1000, [], stage_pi.Memory(0.0)
     e = np.sin(2.0 * math.pi * f * np.arange(n) * dt)
     for one in e.tolist():
-        kept, effort = pi.step(p, kept, one, dt)
+        target, sample = Target(one, 0.0, 0.0), Sample(0.0, 0.0)
+        kept, effort = stage_pi.step(p, kept, target, sample, dt)
         made.append(effort)
     turn = np.exp(-2j * math.pi * f * np.arange(n) * dt)
     found = np.mean(np.array(made) * turn) / np.mean(e * turn)

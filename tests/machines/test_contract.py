@@ -80,7 +80,7 @@ LOOKS = {
     ),
     "another law's gains": (
         lambda: FLEXURE._replace(law=machine.MACHINES[2].law),
-        "shape: controller is a Cascade; the law's gains, a PiAntiWindup",
+        "shape: controller is a Cascade; the law's gains, a StagePi",
     ),
     "a value beyond its bounds": (
         lambda: FLEXURE._replace(

@@ -14,6 +14,7 @@ from macromicro.runs.job import Stop
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples/machines").glob("[!x]*.toml"))
 LATE = {"axis": 0.05, "rotary": 0.05, "piezo": 0.5, "wire": 1.0}  # s after the profile's end
+WARM_UP = 1.0  # s more for the first move of a cold wire
 PROGRAMME = '[[moves]]\nmacro = ["2 mm", "0 mm"]\nhold = "0.05 s"\n'
 
 
@@ -183,7 +184,10 @@ def test_the_examples_run_with_the_gains_that_follow_from_their_sheets(path):
     most = made.settings.arrival.tolerance * made.machine.kind.place.per
     place = made.machine.kind.place
     for m in job.results.moves(done.recording, made.plan, made.settings.arrival, place):
-        assert m.arrived_s is not None and m.arrived_s < m.profile_s + LATE[made.machine.name]
+        late = LATE[made.machine.name]
+        if made.machine.name == "wire" and m.move == 0:
+            late += WARM_UP
+        assert m.arrived_s is not None and m.arrived_s < m.profile_s + late
         assert abs(m.rest_error) <= most
         assert m.true_peak_error > 0.0 and m.true_error is not None
 

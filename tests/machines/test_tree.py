@@ -8,7 +8,6 @@ import pytest
 
 from macromicro.control import stage_pi
 from macromicro.control.outside import NoGains
-from macromicro.control.pi import PiAntiWindup
 from macromicro.errors import InputError
 from macromicro.machines import tree
 from macromicro.machines.parts import Timing, Travel
@@ -29,7 +28,7 @@ class Tree(NamedTuple):
 
     timing: Timing = Timing()
     travel: Travel = Travel()
-    controller: PiAntiWindup = PiAntiWindup()
+    controller: stage_pi.StagePi = stage_pi.StagePi()
 
     def n(self) -> int:
         """Whether it is too long."""

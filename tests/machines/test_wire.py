@@ -91,7 +91,8 @@ def test_gains_follow_from_heat_and_way():
     assert law.kp == pytest.approx(100.0 * 10.0 / (per_joule * 1.05**2 * 1.85), rel=1e-3)
     time_constant = found.capacity * found.resistance
     assert law.ki == pytest.approx(2.0 * law.kp / time_constant, rel=1e-3)
-    assert (law.kaw, law.low, law.high) == (100.0, 0.0, 10.0)
+    assert law.ahead_velocity == pytest.approx(10.0 / (per_joule * 1.05**2 * 1.85), rel=1e-3)
+    assert (law.low, law.high) == (0.0, 10.0)
     up, down = wire_sheets.speeds(DEFAULT)
     assert down == pytest.approx(per_joule * (49.17 - 22.0) / found.resistance, rel=1e-3)
     assert up > 5.0 * down
@@ -99,7 +100,7 @@ def test_gains_follow_from_heat_and_way():
     assert DEFAULT.travel.high == pytest.approx(0.9 * wire_sheets.way(DEFAULT), rel=1e-3)
     assert DEFAULT.arrival.tolerance == pytest.approx(3e-6)
     slow = DEFAULT.with_("driver.lag", "20 ms")
-    assert slow.controller.kaw == pytest.approx(0.6 / 0.021, rel=1e-3)
+    assert slow.controller.kp == pytest.approx(0.286 * law.kp, rel=1e-2)
 
 
 def test_nothing_that_no_sheet_prints_is_known():

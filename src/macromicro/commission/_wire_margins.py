@@ -14,7 +14,7 @@ from macromicro.commission._wire_fit import LEFT_OUT, Wire
 from macromicro.commission.margins import DRAWS, SEED, Robust
 from macromicro.commission.procedure import Robustness
 from macromicro.commission.wire_model import Heat, steepest
-from macromicro.control.pi import PiAntiWindup
+from macromicro.control.stage_pi import StagePi
 from macromicro.machines import loops
 from macromicro.machines.loops import Complex
 
@@ -33,7 +33,7 @@ def plant(p: Heat, settings: Any, frequency: Array) -> Complex:
     return found
 
 
-def law(p: PiAntiWindup, frequency: Array, dt: float) -> Complex:
+def law(p: StagePi, frequency: Array, dt: float) -> Complex:
     """Effort per position error, without limits."""
     z = np.exp(2j * math.pi * np.asarray(frequency) * dt)
     found: Complex = p.kp + p.ki * dt / (z - 1.0)

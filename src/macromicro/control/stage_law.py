@@ -64,13 +64,12 @@ class StageLaw(NamedTuple):
     Examples
     --------
     >>> from macromicro.control import stage_pi
-    >>> from macromicro.control.pi import PiAntiWindup
     >>> from macromicro.control.stage_law import Sample, StageLaw, Target
-    >>> law = StageLaw("mine", PiAntiWindup, stage_pi.Memory, stage_pi.start, stage_pi.step)
+    >>> law = StageLaw("mine", stage_pi.StagePi, stage_pi.Memory, stage_pi.start, stage_pi.step)
     >>> gains, sample, target = law.gains(), Sample(0.0, 0.0), Target(1e-4, 0.0, 0.0)  # m
     >>> memory, effort = law.step(gains, law.start(gains, sample), target, sample, 0.001)
     >>> round(effort, 3)  # V
-    1.6
+    0.3
     """
 
     name: str  #: for people

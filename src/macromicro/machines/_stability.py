@@ -12,8 +12,8 @@ import numpy as np
 from macromicro import place as places
 from macromicro.arrays import Array
 from macromicro.control.integral import Integral
-from macromicro.control.pi import PiAntiWindup
 from macromicro.control.stability import blamed, words
+from macromicro.control.stage_pi import StagePi
 from macromicro.machines import loops, piezo_loop, sheets, wire_sheets
 from macromicro.machines.loops import Complex
 from macromicro.machines.tree import Checked, is_own
@@ -70,13 +70,7 @@ def piezo(tree: Any) -> Iterator[Checked]:
 
 def wire(tree: Any) -> Iterator[Checked]:
     yield from _range(tree, 0.0, tree.driver.full_scale, "what the driver can give")
-    most = 1.0 / float(tree.timing.period)
-    yield (
-        tree.controller.kaw > most,
-        "controller.kaw",
-        tree.controller.kaw,
-        f"at most {most:.4g} 1/s: all that is beyond a limit is gone within one {{timing.period}}",
-    )
+    yield from _ahead(tree, tree.driver.full_scale, "the driver's full scale", ("velocity",))
     yield from _unstable(tree, ("kp", "ki"), _heated, _pi)
 
 
@@ -88,7 +82,7 @@ def _heated(tree: Any, frequency: Array) -> Complex:
     return found
 
 
-def _pi(gains: PiAntiWindup, frequency: Array, dt: float) -> Complex:
+def _pi(gains: StagePi, frequency: Array, dt: float) -> Complex:
     """Effort per error of the PI, V/m; the integral acts one period later."""
     z = np.exp(2j * math.pi * np.asarray(frequency) * dt)
     found: Complex = gains.kp + gains.ki * dt / (z - 1.0)
@@ -104,10 +98,12 @@ def _range(tree: Any, least: float, most: float, what: str) -> Iterator[Checked]
         yield wrong, f"controller.{name}", value, accepted
 
 
-def _ahead(tree: Any, whole: float, what: str) -> Iterator[Checked]:
+def _ahead(
+    tree: Any, whole: float, what: str, names: tuple[str, ...] = ("velocity", "acceleration")
+) -> Iterator[Checked]:
     """Feed-forward gains within all valid values, at least some times those of the data sheets."""
-    usual = _usual(tree, ("ahead_velocity", "ahead_acceleration"))
-    for name in ("velocity", "acceleration"):
+    usual = _usual(tree, tuple(f"ahead_{name}" for name in names))
+    for name in names:
         value, least = getattr(tree.controller, f"ahead_{name}"), _TIMES * usual[f"ahead_{name}"]
         most = whole / max(getattr(tree.motion, name), 1e-300)
         why = f"{what} at {{motion.{name}}}"

@@ -7,7 +7,7 @@ from typing import Annotated, Any, NamedTuple
 from macromicro.arrays import Array
 from macromicro.columns import Meaning, Quantity
 from macromicro.control import stage_pi
-from macromicro.control.pi import PiAntiWindup
+from macromicro.control.stage_pi import StagePi
 from macromicro.kernel import kernel
 from macromicro.machines import _stability, wire_sheets
 from macromicro.machines.guarding import Limits
@@ -113,7 +113,7 @@ class WireStage(NamedTuple):
     travel: Travel = Travel(0.0, 3e-3)
     motion: Motion = Motion()
     arrival: Arrival = Arrival(5e-6, 0.1, 10.0)
-    controller: PiAntiWindup = PiAntiWindup()
+    controller: StagePi = StagePi()
     guard: Limits = Limits(silent=50e-3)
 
 

@@ -176,7 +176,7 @@ RULES: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("controller.kp", lambda t: rounded(_gain(t))),
     ("controller.ki", lambda t: rounded(INTEGRAL * t.controller.kp / time_constant(t))),
     ("arrival.patience", lambda t: rounded(max(SHORTEST, PATIENT * crossing(t)))),
-    ("controller.kaw", lambda t: rounded(bandwidth(t))),
+    ("controller.ahead_velocity", lambda t: rounded(_gain(t) / bandwidth(t))),
     ("controller.low", lambda t: 0.0),
     ("controller.high", lambda t: t.driver.full_scale),
     ("guard.effort", lambda t: t.controller.high),

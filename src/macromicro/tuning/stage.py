@@ -30,7 +30,7 @@ KNOBS = {
         "controller.observer",
     ),
     "integral": ("controller.integral", "controller.drift", "controller.ahead_velocity"),
-    "pi": ("controller.kp", "controller.ki", "controller.kaw"),
+    "pi": ("controller.kp", "controller.ki", "controller.ahead_velocity"),
 }
 WIDE = 4.0  # a gain is searched from a fourth of its value to four times as much
 FAILED = 1e6
