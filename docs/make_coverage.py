@@ -19,12 +19,15 @@ HEAD = """\
 often the intervals of 68 and 95 % contain the true value. The intervals are 1 and 1.96 standard
 errors to each side, or other factors where these are reported.
 
-A cell gives both shares; **bold** is outside 60 to 76 or 90 to 99 %. `biased`: the average is off by
-more than half of the scatter of single records, so that no interval about it can contain the true
-value. `withheld` or `in 40 %`: errors are reported for none, or only for this fraction of the
-records, to which the shares then refer; below 20 records with errors there is no share. The headings
-give the number of records: the uncertainty of a share of 68 %, in %, is {doubt} records.
-docs/coverage.json contains bias, scatter and reported error of each.
+A cell gives both shares; **bold** is outside 60 to 76 or 90 to 99 %.
+
+- `biased`: the average is off by more than half of the scatter of single records, so that no
+  interval about it can contain the true value.
+- `withheld` or `in 40 %`: errors are reported for none of the records, or only for this fraction,
+  to which the shares then refer. Below 20 records with errors there is no share.
+
+The headings give the number of records. The uncertainty of a share of 68 %, in %, is {doubt}
+records. `docs/coverage.json` contains bias, scatter and reported error of each.
 
 | disturbance | a drive of 4 kg; on a spring, 2 kg | an eccentric load of 0.01 kg m^2 | a decay at 18 Hz, per mass | a linear machine | heating by 60 K, of machines up to 30 % off |
 |---|---|---|---|---|---|
