@@ -86,8 +86,8 @@ def parameter_tables() -> str:
         parts += [table(f"{name}.{field}", getattr(tree, field)) for field in tree._fields]
     parts.append("## Parameters of the other two fixtures\n")
     parts.append(
-        "Both are made of the same parts with the same defaults, except what follows. "
-        "`--config` does not reach them.\n"
+        "Both consist of the same parts with the same defaults, except for the values below. "
+        "`--config` does not change them.\n"
     )
     parts.append(table("KilnBench.oven", KilnBench().oven))
     for fixture, sources in (

@@ -10,24 +10,30 @@ from typing import Any
 HERE = Path(__file__).parent
 RESULTS, PAGE = HERE / "coverage.json", HERE / "coverage.md"
 ONE, WIDE = (60.0, 76.0), (90.0, 99.0)  # %, of intervals of 68 and 95 %
-FEW = 20  # records that tell errors: a share of fewer says nothing
-BIASED = 0.5  # of the scatter: from there on an estimate is off rather than uncertain
+FEW = 20  # records with errors: below, a share is not significant
+BIASED = 0.5  # of the scatter: above, an estimate counts as biased
 HEAD = """\
 # Do the printed errors hold?
 
-`make bench-identify` lets `identify` fit synthetic records of a known machine and counts how
-often its intervals of 68 and 95 % hold the truth: 1 and 1.96 standard errors to each side, or other
-factors where these are reported. A cell gives both shares; **bold** is outside 60 to 76 or 90 to 99 %; `biased` stands where
-the mean is off by more than half of what single records scatter by, so that no interval about it
-can hold. `withheld` or `in 40 %`: no errors are reported, or in so many of the records, to which the
-shares then refer; where fewer than 20 report errors there is no share. The headings say how many records there are: a share of 68 % is known to {doubt} %.
-docs/coverage.json has bias, scatter and reported error of each.
+`make bench-identify` fits synthetic records of a known machine with `identify` and counts how
+often the intervals of 68 and 95 % contain the true value. The intervals are 1 and 1.96 standard
+errors to each side, or other factors where these are reported.
+
+A cell gives both shares; **bold** is outside 60 to 76 or 90 to 99 %.
+
+- `biased`: the average is off by more than half of the scatter of single records, so that no
+  interval about it can contain the true value.
+- `withheld` or `in 40 %`: errors are reported for none of the records, or only for this fraction,
+  to which the shares then refer. Below 20 records with errors there is no share.
+
+The headings give the number of records. The uncertainty of a share of 68 %, in %, is {doubt}
+records. `docs/coverage.json` contains bias, scatter and reported error of each.
 
 | disturbance | a drive of 4 kg; on a spring, 2 kg | an eccentric load of 0.01 kg m^2 | a decay at 18 Hz, per mass | a linear machine | heating by 60 K, of machines up to 30 % off |
 |---|---|---|---|---|---|
-| white force | 6 N at 1 kHz | 0.1 N m | 0.05 m/s^2, as much as its friction | 0.3 of an input of +-2 | 5 % of the heat |
+| white force | 6 N at 1 kHz | 0.1 N m | 0.05 m/s^2, equal to its friction | 0.3 of an input of +-2 | 5 % of the heat |
 | coloured force | twice that at low frequencies, correlated over 20 ms | likewise | likewise | likewise | 0.2 K, over 2 s |
-| cogging | 1.5 N, every 50 to 80 mm | 0.025 N m, every 3 to 5 deg | a quarter, every 0.5 to 0.8 mm | 0.1, every 50 to 80 of its way | - |
+| cogging | 1.5 N, every 50 to 80 mm | 0.025 N m, every 3 to 5 deg | a quarter, every 0.5 to 0.8 mm | 0.1, every 50 to 80 of its travel | - |
 | slow force | 1.2 N, a correlation of 1 s | 0.02 N m | 0.01 m/s^2 | 0.06 | 0.2 K, over 60 s |
 | sensor | 10 um | 0.1 mrad | 1 um | 50 of an output of +-8000 | 0.125 K |
 | quantised | 20 um | 0.2 mrad | 2 um | 100 | 0.25 K |
@@ -65,7 +71,7 @@ def page(rows: list[dict[str, Any]]) -> str:
             found = {r["disturbance"]: cell(r) for r in of_it if r["parameter"] == name}
             lines.append(f"| {name} | {' | '.join(found.get(k, '-') for k in kinds)} |")
         lines.append("")
-    lines += ["## Why some are missed", "", (HERE / "coverage.template.md").read_text("utf-8")]
+    lines += ["## Why some intervals miss", "", (HERE / "coverage.template.md").read_text("utf-8")]
     return "\n".join(lines)
 
 
