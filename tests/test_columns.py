@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from macromicro.columns import Column, Quantity, layout, put, quantities, whole
+from macromicro.errors import ProblemError
 from macromicro.kernel import compiled
 from macromicro.recorded import COLUMNS, named
 from macromicro.types import Command, Sample
@@ -49,7 +50,7 @@ def test_values_go_to_their_rows_in_their_units(write: object) -> None:
 
 
 def test_one_column_of_two_fields_is_refused() -> None:
-    with pytest.raises(ValueError, match="two fields: t"):
+    with pytest.raises(ProblemError, match="two fields have t"):
         layout(Small, Sample)
 
 

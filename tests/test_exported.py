@@ -113,7 +113,7 @@ def test_a_part_has_the_rows_within(tmp_path: Path) -> None:
     assert run.part(0.6)["t"].tolist() == [1.0, 1.5] and len(run.part()) == 4
     assert run.part(0.6).attributes == {"seed": 7} and run.part(0.6)["phase"].dtype == np.int8
     for span in ((0.6, 0.9), (2.0, None), (None, -1.0), (1.0, 0.5)):
-        with pytest.raises(InputError, match=r"some of 0 to 1\.5 s"):
+        with pytest.raises(InputError, match=r"rows go from 0 to 1\.5 s"):
             run.part(*span)
 
 

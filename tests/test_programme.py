@@ -189,7 +189,7 @@ def test_a_product_of_lists_cannot_fill_the_memory(tmp_path: Path) -> None:
 def test_csv_with_too_many_moves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("macromicro.programme.scheduled.MAX_MOVES", 2)
     text = "t_s,macro_counts\n0,1\n1,2\n2,3\n3,3\n"
-    assert "'3 moves'; accepted: at most 2" in refused(tmp_path, text, ".csv")
+    assert "it has 3 moves. Give at most 2" in refused(tmp_path, text, ".csv")
 
 
 def test_wrong_files(tmp_path: Path) -> None:
@@ -286,18 +286,18 @@ HEAD = "t_s,macro_mm,micro_mm\n"
         (HEAD + "0,0,0\n1e6,1,0\n2e6,1,0\n", ["line 3, t_s", "24 h"]),
         (HEAD + "0,250,0\n1,0,0\n", ["line 2, macro_mm", "250 mm", "0 to 2800 counts"]),
         (HEAD + "0,0,0\n1,0,4\n2,0,4\n", ["line 3, micro_mm", "4 mm", "0 mm to 3.8 mm"]),
-        (HEAD + "0,0,0\n1,0\n", ["line 3", "2 cells", "3 cells"]),
+        (HEAD + "0,0,0\n1,0\n", ["line 3: the heading has 3 cells, this line 2"]),
         (HEAD + "0,0,0\n1,0,\n", ["line 3, micro_mm", "an empty cell"]),
         (HEAD + "0,0,0\n1,1_0,0\n", ["line 3, macro_mm", "1_0"]),
         (HEAD + "0,0,0\n1,10,0\n", ["line 3", "macro changes in the last row", "Repeat the row"]),
         (HEAD + "0,0,0\n1,0,0\n", ["no moves"]),
-        (HEAD + "0,10,0\n", ["one row", "two rows"]),
+        (HEAD + "0,10,0\n", ["one row", "two or more"]),
         (HEAD, ["no rows"]),
         ("# nothing\n", ["no header", "t_s"]),
         ("0,0,0\n1,0,0\n", ["line 1, column '0'", "t_s or t_ms"]),
         ("t_s,macro\n0,0\n", ["line 1, column 'macro'", "macro_mm or macro_counts"]),
         ("t_s,macro_mm,macro_mm\n0,0,0\n", ["column macro_mm", "macro_mm and macro_mm"]),
-        ("t_s,macro_mm,macro_counts\n0,0,0\n", ["macro_mm and macro_counts", "one of them"]),
+        ("t_s,macro_mm,macro_counts\n0,0,0\n", ["macro_mm and macro_counts are", "Give one."]),
         ("t_s,t_ms,macro_mm\n0,0,0\n", ["t_s and t_ms"]),
         ("macro_mm,micro_mm\n0,0\n", ["line 1", "t_s"]),
         ("t_s,macro_mm,micro_correction_um\n", ["column micro_correction_um", "stands alone"]),
@@ -306,9 +306,9 @@ HEAD = "t_s,macro_mm,micro_mm\n"
             ["line 2, micro_correction_um", "0 mm to 3.8 mm"],
         ),
         ("t_s\n0\n", ["line 1", "macro_mm"]),
-        ("t_s;macro_mm\n0;0\n", ["line 1", "';'", "commas", "points"]),
+        ("t_s;macro_mm\n0;0\n", ["line 1", "semicolons", "commas", "points"]),
         ("t_s\tmacro_mm\n0\t0\n", ["line 1", "tabs", "commas"]),
-        (HEAD + "0;0;0\n", ["line 2", "';'"]),
+        (HEAD + "0;0;0\n", ["line 2", "semicolons"]),
         (HEAD + '0,"0,0\n', ["line 2", "quotes"]),
         ("", ["the file is empty"]),
         ("t_s,macro_mm\n0,1\n".encode("utf-16"), ["UTF-8", "offset 0"]),

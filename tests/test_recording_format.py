@@ -265,7 +265,7 @@ def test_what_is_no_row_of_numbers_is_refused(values: Any) -> None:
 def test_a_block_has_an_array_for_each_column_equally_long() -> None:
     block = as_block([[0.0, 1.0], [2.0, 3.0], [4, 5]], COLUMNS, "here")
     assert [a.tolist() for a in block] == [[0.0, 1.0], [2.0, 3.0], [4, 5]]
-    with pytest.raises(InputError, match=r"2 columns.*3 columns"):
+    with pytest.raises(InputError, match=r"2 arrays .* 3 columns"):
         as_block([[0.0], [1.0]], COLUMNS, "here")
     with pytest.raises(InputError, match=r"\[1, 2\] rows"):
         as_block([[0.0], [1.0, 2.0], [1]], COLUMNS, "here")

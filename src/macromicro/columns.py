@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, get_type_hints
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.errors import ProblemError
 from macromicro.kernel import kernel
 from macromicro.place import LENGTH, Place
 from macromicro.schema.par import Par
@@ -180,7 +181,7 @@ def layout(*kinds: Any, place: Place = LENGTH) -> Layout:
 
     Raises
     ------
-    ValueError
+    ProblemError
         Two fields have one column.
 
     Examples
@@ -207,7 +208,7 @@ def layout(*kinds: Any, place: Place = LENGTH) -> Layout:
     names = [c.name for c in columns]
     twice = {name for name in names if names.count(name) > 1}
     if twice:
-        raise ValueError(f"columns of two fields: {', '.join(sorted(twice))}")
+        raise ProblemError("columns", f"two fields have {', '.join(sorted(twice))}", "Rename one.")
     return Layout(tuple(columns), tuple(parts))
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from macromicro.errors import InputError, MacromicroError, ProblemError
+from macromicro.errors import MacromicroError, ProblemError
 from macromicro.extras import remedy
 from macromicro.recording_format import FORMAT, TIME
 
@@ -95,7 +95,8 @@ def part(recording: Recording, start: float | None, end: float | None) -> Record
     high = len(t) if end is None else int(np.searchsorted(t, end, side="right"))
     if low >= high and len(t):
         asked = f"{t[0] if start is None else start:g} to {t[-1] if end is None else end:g} s"
-        raise InputError("span of time", asked, f"some of {t[0]:g} to {t[-1]:g} s")
+        told = f"The rows go from {t[0]:g} to {t[-1]:g} s."
+        raise ProblemError("span of time", f"there is no row from {asked}", told)
     arrays = [recording[c.name][low:high] for c in recording.columns]
     return type(recording).from_arrays(
         recording.columns, arrays, recording.dt, recording.attributes

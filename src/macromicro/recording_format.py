@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from macromicro.columns import Column
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 
 FORMAT = "macromicro recording 1"
 ROWS = "rows"
@@ -121,8 +121,8 @@ def as_column(values: Any, column: Column, where: str) -> NDArray[Any]:
     given = np.asarray(values)
     kind = np.dtype(column.dtype)
     if given.ndim != 1 or given.dtype.kind not in "fiub":
-        found = f"{given.dtype} of shape {given.shape}"
-        raise InputError(f"{where}, column {column.name!r}", found, "a row of numbers")
+        found = f"it is {given.dtype} of shape {given.shape}"
+        raise ProblemError(f"{where}, column {column.name!r}", found, "Give a row of numbers.")
     if given.dtype == kind:
         return np.ascontiguousarray(given)
     if kind.kind == "f":
@@ -146,11 +146,12 @@ def as_column(values: Any, column: Column, where: str) -> NDArray[Any]:
 
 def as_block(arrays: Block, columns: Sequence[Column], where: str) -> list[NDArray[Any]]:
     if len(arrays) != len(columns):
-        raise InputError(where, f"{len(arrays)} columns", f"{len(columns)} columns")
+        found = f"{len(arrays)} arrays were given for {len(columns)} columns"
+        raise ProblemError(where, found, "Give one for each.")
     done = [as_column(a, c, where) for a, c in zip(arrays, columns, strict=True)]
     lengths = sorted({len(a) for a in done})
     if len(lengths) > 1:
-        raise InputError(where, f"columns of {lengths} rows", "columns of equal length")
+        raise ProblemError(where, f"the columns have {lengths} rows", "Give as many in each.")
     return done
 
 

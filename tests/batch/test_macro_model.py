@@ -205,5 +205,5 @@ def test_trajectories_are_the_single_run_thinned() -> None:
 
 def test_trajectories_need_one_length() -> None:
     variants = Variants(("length",), np.array([[1.0], [2.0]]))
-    with pytest.raises(InputError, match="the same for all"):
+    with pytest.raises(InputError, match="Give all the same"):
         batch.trajectories(MacroModelJob(), variants)

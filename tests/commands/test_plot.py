@@ -61,7 +61,7 @@ def test_columns_span_and_formats_are_chosen(
         ("ramp --out a.gif", "--out a.gif: '.gif'; accepted: one of .html, .png, .svg, .pdf"),
         ("ramp --out there.png", "--out there.png: the file already exists"),
         ("ramp --from 3", "--from: '3'; accepted: a finite number and its unit: s, ms"),
-        ("ramp --from 9s", "span of time: '9 to 3.999 s'; accepted: some of 0 to 3.999 s"),
+        ("ramp --from 9s", "there is no row from 9 to 3.999 s. The rows go from 0 to 3.999 s"),
     ],
 )
 def test_bad_input(here: Path, words: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:

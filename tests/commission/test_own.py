@@ -87,7 +87,7 @@ def test_a_machine_of_one_s_own_is_commissioned_on_a_rig_and_runs(lab: Path) -> 
         (("--config", "coil.toml", "--kind", "crane"), "or MODULE:KIND of your own"),
         (("--config", "coil.toml", "--kind", "piezo"), "only with --rig"),
         (("--config", str(ROOT / "examples/machines/stage.toml"), "--kind", KIND),
-         "a kind for axis, the machine of --config"),
+         "Give one for axis, the machine of --config"),
         (("--config", "coil.toml", "--kind", KIND, "--out", "no"), "name the window"),
     ],
 )  # fmt: skip

@@ -205,7 +205,7 @@ def test_what_was_kept_is_read_back(
         (OPTIONS._replace(speed=float("nan")), "--speed"),
         (OPTIONS._replace(creep=2.0), "--creep"),
         (OPTIONS._replace(low=-0.01), "both, or none"),
-        (OPTIONS._replace(low=0.01, high=0.02), "around the present position"),
+        (OPTIONS._replace(low=0.01, high=0.02), "excludes the present position"),
     ],
 )
 def test_options_are_checked_before_anything_moves(options: Options, match: str) -> None:

@@ -59,7 +59,7 @@ def test_no_window_of_a_fine_search_changes_more(data: st.DataObject) -> None:
         (TABLE_3_1[0], 0.0, "travel.*above 0 m"),
         (TABLE_3_1[0], float("nan"), "travel"),
         (TABLE_3_1[0], 0.01, "103MG5, travel.*0.003048 m"),
-        (Magnet("x", (0.0, 1.0), (1.0,)), 0.5, "as many readings"),
+        (Magnet("x", (0.0, 1.0), (1.0,)), 0.5, "number 2 and 1"),
         (Magnet("x", (0.0,), (1.0,)), 0.5, "two or more"),
         (Magnet("x", (0.0, 0.0), (1.0, 2.0)), 0.5, "increase"),
         (Magnet("x", (0.0, 1.0), (1.0, float("inf"))), 0.5, "not a finite number"),

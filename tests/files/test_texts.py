@@ -143,8 +143,8 @@ def test_day_and_month_that_cannot_be_told_apart_are_refused(tmp_path: Path) -> 
     ("text", "wanted", "said"),
     [
         ("t,u\n0,1\n1,2\n2,much\n3,4\n", "u", "line 4, u: 'much'"),
-        ("prose\n\nt;u\n0,5;1\n1;2\n2;3;4\n", "u", "line 6: '3 cells'; accepted: 2"),
-        ("t u\n0 1\n1 2\n2\n", "u", "line 4: '1 cells'"),
+        ("prose\n\nt;u\n0,5;1\n1;2\n2;3;4\n", "u", "line 6: the heading has 2 cells, this line 3"),
+        ("t u\n0 1\n1 2\n2\n", "u", "line 4: the heading has 2 cells, this line 1"),
         ("t,word\n0,one\n1,two\n2,three\n", "word", "line 2, word: 'one'"),
         ("t,u,u\n0,1,1\n1,2,2\n", "u", "'u' occurs twice"),
     ],

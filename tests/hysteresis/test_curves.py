@@ -99,7 +99,7 @@ def test_rows_in_no_order_are_sorted_and_that_is_said() -> None:
     ("curves", "kind", "named"),
     [
         ([(DOWN, OUT), OTHER], "sideways", "kind"),
-        ([(DOWN, OUT)], "descending", "1 usable of 1"),
+        ([(DOWN, OUT)], "descending", "1 of 1 are usable"),
         ([(DOWN[::-1], OUT), OTHER], "descending", r"curves\[0\].*rises.*highest.*'ascending'"),
         ([(DOWN, OUT), OTHER], "ascending", r"curves\[0\].*falls.*lowest.*'descending'"),
         ([([2.0] * 3, [1.0, 2.0, 3.0]), OTHER], "descending", r"curves\[0\].*constant at 2"),

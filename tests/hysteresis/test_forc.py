@@ -139,8 +139,8 @@ def test_a_cut_file_is_read_with_a_warning(tmp_path: Path, text: str, said: str)
         ("", "empty"),
         (SMALL.format(points=8).replace("+5.0E-01,+1.5E+00", "+5.0E-01,warm"), "line 13"),
         (SMALL.format(points=8).replace("+5.0E-01,+1.5E+00", "+5.0E-01"), "line 13"),
-        (SMALL.split("+1.0E+00,+3.3E+00", maxsplit=1)[0], "1 curves"),
-        (SMALL.split("+1.0E+00", maxsplit=1)[0], "0 curves"),
+        (SMALL.split("+1.0E+00,+3.3E+00", maxsplit=1)[0], "1 of at least 2 curves"),
+        (SMALL.split("+1.0E+00", maxsplit=1)[0], "0 of at least 2 curves"),
     ],
 )
 def test_other_files_are_refused(tmp_path: Path, text: str, named: str) -> None:
@@ -163,9 +163,9 @@ def test_a_calibration_of_nothing_is_refused_and_one_of_one_is_not() -> None:
     for (u, f), gain in zip(found, (2.0, 2.0 / 3.0), strict=True):
         assert u.tolist() == [3.0, 1.0]
         np.testing.assert_allclose(f, gain * curve[1])
-    with pytest.raises(InputError, match="a moment of 0 at calibration 2'; accepted: moments"):
+    with pytest.raises(InputError, match="the moment is 0 at calibration 2"):
         _without_drift([curve, curve], np.array([[5.0, 1.0], [5.0, 0.0]]), "here")
-    with pytest.raises(InputError, match="2 calibrations for 1 curves"):
+    with pytest.raises(InputError, match="number 2 and 1"):
         _without_drift([curve], np.array([[5.0, 1.0], [5.0, 3.0]]), "here")
 
 

@@ -97,7 +97,7 @@ def test_thresholds_stay_below_half_the_range() -> None:
         ([1.0] * 9, range(9), {}, "constant at 1"),
         ([1.0, math.nan, 2.0, 3.0], range(4), {}, "NaN"),
         (range(5), range(6), {}, "equally long"),
-        (range(3), range(3), {}, "4 or more"),
+        (range(3), range(3), {}, "4 numbers or more"),
         (range(900), range(900), {}, "both ends"),
         (PATH, -PATH, {}, "rise together"),
         (PATH, PATH, {"plays": 1}, "2 to 200"),

@@ -259,8 +259,8 @@ def with_curve(u: Any, f: Any) -> list[Any]:
 @pytest.mark.parametrize(
     ("curves", "kind", "named"),
     [
-        ([], "descending", "at least 2 curves"),
-        (GOOD[:1], "descending", "at least 2 curves"),
+        ([], "descending", "at least 2 usable curves"),
+        (GOOD[:1], "descending", "at least 2 usable curves"),
         (GOOD, "both", "'ascending'"),
         (GOOD, "ascending", "without a reversal"),
         (with_curve([40.0, 50.0, 60.0, 70.0], [1, 2, 3, 4]), "descending", r"curves\[5\]"),

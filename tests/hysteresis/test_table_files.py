@@ -63,8 +63,8 @@ def test_a_table_from_a_spreadsheet(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "named"),
     [
-        ("M,0,10\n0,1,\n", "as many rows"),
-        ("M,0,10,20\n0,1,,\n10,1,2\n20,1,4,5\n", "as many rows"),
+        ("M,0,10\n0,1,\n", "as many full rows"),
+        ("M,0,10,20\n0,1,,\n10,1,2\n20,1,4,5\n", "as many full rows"),
         ("M,0,10,30\n0,1,,\n10,1,2,\n30,1,4,5\n", "equal steps"),
         ("M,20,10,0\n20,1,,\n10,1,2,\n0,1,4,5\n", "equal steps"),
         ("M,0,10,20\n0,1,,\n11,1,2,\n20,1,4,5\n", "row 2"),
@@ -75,7 +75,7 @@ def test_a_table_from_a_spreadsheet(tmp_path: Path) -> None:
         ("M,0,10,20\n0,1,,\n10,1,2,\n20,1,4,1\n", "saturations"),
         ("# kind=up\nM,0,10,20\n0,1,,\n10,1,2,\n20,1,4,5\n", "descending"),
         ("", "empty"),
-        ("# nothing but\n# remarks\n", "-1 rows, 0 inputs"),
+        ("# nothing but\n# remarks\n", "number 0 and 0"),
     ],
 )
 def test_broken_csv_is_refused(tmp_path: Path, text: str, named: str) -> None:

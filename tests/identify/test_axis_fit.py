@@ -76,7 +76,7 @@ def test_one_record_or_lists_of_records() -> None:
         runs_of(T[:199], U[:199], RUN.x[:199])
     with pytest.raises(InputError, match=r"record\[1\].*200 samples or more"):
         runs_of([T, T[:199]], [U, U[:199]], [RUN.x, RUN.x[:199]])
-    with pytest.raises(InputError, match="2 t, 1 u, 2 x"):
+    with pytest.raises(InputError, match="t, u and x hold 2, 1 and 2 arrays"):
         runs_of([T, T], [U], [T, T])
     with pytest.raises(InputError, match="x: the array is missing"):
         runs_of(T, U, [])

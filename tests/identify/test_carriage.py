@@ -100,7 +100,7 @@ def test_the_likelihood_is_greatest_near_the_truth():
 def test_too_few_strokes_and_one_direction_are_refused():
     u = np.zeros(1500)
     u[100:140] = 5.0
-    with pytest.raises(InputError, match="1 strokes"):
+    with pytest.raises(InputError, match="1 of 4 strokes"):
         carriage.carriage([record(TRUE, u)], PITCH)
     u = np.zeros(3000)
     for k in range(5):

@@ -158,7 +158,7 @@ def test_the_line_through_steady_states_has_the_errors_of_least_squares() -> Non
     np.testing.assert_allclose(found.speeds, 1000.0 * y)
     two = _side(points[:3], 1000.0, "+")
     assert math.isnan(two.a0_std) and math.isnan(two.delta_std)
-    with pytest.raises(InputError, match="1 voltage in direction -"):
+    with pytest.raises(InputError, match="1 of at least two voltages were found in direction -"):
         _side(points[:2], 1000.0, "-")
 
 

@@ -194,7 +194,7 @@ def test_implausible_friction_is_said(emps: Any) -> None:
         ({"u": np.ones(8000)}, "an input that changes"),
         ({"x": np.ones(8000)}, "the position is constant"),
         ({"x": np.where(T > 3.0, np.nan, T)}, "row 3001"),
-        ({"u": np.ones(100)}, "one length"),
+        ({"u": np.ones(100)}, "have 8000, 100 and 8000 rows"),
         ({"t": T[:100], "u": T[:100], "x": T[:100]}, "200 samples"),
         ({"t": np.where(T > 3.0, T + 9.0, T)}, "a gap"),
         ({"x": -1.0}, "x"),

@@ -140,11 +140,11 @@ def test_as_many_points_as_a_fit_needs_are_enough() -> None:
         truth, rel=1e-4
     )
     for fit, count in ((linearised, 2), (nonlinear, 3)):
-        with pytest.raises(InputError, match=f"{count} voltages.*{count + 1} or more"):
+        with pytest.raises(InputError, match=f"number {count} and.*{count + 1} or more"):
             fit(VOLTS[:count], RISE[:count])
 
 
 def test_one_temperature_a_voltage() -> None:
     for fit in (linearised, nonlinear):
-        with pytest.raises(InputError, match=r"5 voltages, 4 temperatures.*as many of each"):
+        with pytest.raises(InputError, match=r"number 5 and 4\. Give .* pairs"):
             fit(VOLTS, RISE[:4])

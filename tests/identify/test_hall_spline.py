@@ -79,9 +79,9 @@ def test_beyond_the_runs_the_last_slope_and_no_uncertainty() -> None:
 @pytest.mark.parametrize(
     ("kept", "message"),
     [
-        (slice(0, 3), "2 rising runs and 1 falling"),
-        (slice(0, 6, 2), "3 rising runs and 0 falling"),
-        (slice(0, 0), "0 rising runs and 0 falling"),
+        (slice(0, 3), "number 2 and 1"),
+        (slice(0, 6, 2), "number 3 and 0"),
+        (slice(0, 0), "number 0 and 0"),
     ],
 )
 def test_two_runs_each_way_or_a_message(kept: slice, message: str) -> None:
@@ -92,7 +92,7 @@ def test_two_runs_each_way_or_a_message(kept: slice, message: str) -> None:
 def test_a_range_that_the_runs_lack_is_refused() -> None:
     with pytest.raises(InputError, match="of 126 voltages are covered"):
         splined(made(), 4.0, 9.0)
-    with pytest.raises(InputError, match="a run with"):
+    with pytest.raises(InputError, match="a run has"):
         splined([(v[:: N // 20], x[:: N // 20]) for v, x in made()])
 
 

@@ -88,10 +88,10 @@ def test_slow_records_alone_are_refused() -> None:
     slow = Recording.from_arrays(COLUMNS, [r[c.name][::10] for c in COLUMNS], 0.01, {})
     table = kiln_fit.fod_table  # not called: the records are looked at first
     with pytest.raises(
-        InputError, match=r"periods of 0\.01 s.*at most 0\.005 s, a tenth of the shortest hold"
+        InputError, match=r"period is 0\.01 s.*at 0\.005 s or less, a tenth of the shortest hold"
     ):
         heated.found(table, [slow])  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="periods of nan s"):
+    with pytest.raises(InputError, match="period is nan s"):
         heated.found(table, [])  # type: ignore[arg-type]
 
 

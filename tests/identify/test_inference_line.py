@@ -78,7 +78,7 @@ def test_full_contraction_is_a_share_of_the_stroke_below_the_end(
 
 def test_what_cannot_be_read_backwards_is_refused() -> None:
     falling = FodTable(0.0, 10.0, -VALUES, 1.0)
-    with pytest.raises(InputError, match="rises"):
+    with pytest.raises(InputError, match="Give a rising one"):
         on_heating(falling, [2.0])
     with pytest.raises(InputError, match="flat"):
         on_cooling(TABLE, [2.0], 15.0)

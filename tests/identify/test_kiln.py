@@ -42,5 +42,5 @@ def test_a_leg_must_be_long_on_both_sides() -> None:
 
 
 def test_one_fall_makes_no_table() -> None:
-    with pytest.raises(InputError, match="1 falls"):
+    with pytest.raises(InputError, match="1 of at least two falls"):
         first_order_curves(profile(25.0, 60.0, 25.0), 35.0)

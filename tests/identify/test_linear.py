@@ -187,7 +187,7 @@ GOOD = np.ones(100)
         ({"u": GOOD[:50]}, "arrays of one length"),
         ({"y": np.where(np.arange(100) == 17, np.nan, 1.0)}, "row 17"),
         ({"u": np.zeros(100)}, "zero throughout"),
-        ({"u": GOOD[:8], "y": GOOD[:8]}, "samples or more"),
+        ({"u": GOOD[:8], "y": GOOD[:8]}, "8 samples given"),
         ({"u": GOOD, "start": "free"}, "the input is constant"),
         ({"u": [GOOD, GOOD]}, "as many of each"),
         ({"na": -1}, "na"),

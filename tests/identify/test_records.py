@@ -95,5 +95,5 @@ def test_unusable_runs_are_refused(runs: list, match: str) -> None:
 def test_unusable_filters_are_refused() -> None:
     with pytest.raises(InputError, match="500 Hz"):
         lowpassed(np.ones(50), np.ones(50), DT, cutoff=600.0)
-    with pytest.raises(InputError, match="dt above zero"):
+    with pytest.raises(InputError, match="dt above 0"):
         differentiated(np.ones(3), np.ones(3), 0.0)

@@ -23,9 +23,9 @@ N = np.random.default_rng(2).normal(size=200)
 
 
 def test_a_signal_names_its_first_bad_row() -> None:
-    with pytest.raises(InputError, match=r"nan in row 3 \(2 such rows\)"):
+    with pytest.raises(InputError, match=r"row 3 is nan \(rows that are not finite: 2\)"):
         signal([1.0, 2.0, 3.0, np.nan, np.inf], "x")
-    with pytest.raises(InputError, match=r"shape \(1, 2\)"):
+    with pytest.raises(InputError, match=r"shape is \(1, 2\)"):
         signal([[1.0, 2.0]], "x")
     with pytest.raises(InputError, match="str"):
         signal("abc", "x")
@@ -63,7 +63,7 @@ def test_speeds_are_differences_and_integration_takes_them_back() -> None:
     np.testing.assert_allclose(integrated(u, y, 0.1)[1], x[1:])
     np.testing.assert_allclose(integrated(u, y, 0.1)[0], np.cumsum(N) * 0.1)
     for bad in ((N, N[:-1], 0.1), ([1.0], [1.0], 0.1), (N, N, 0.0)):
-        with pytest.raises(InputError, match="dt above zero"):
+        with pytest.raises(InputError, match="dt above 0"):
             differentiated(*bad)
     assert len(differentiated([1.0, 1.0], [0.0, 2.0], 0.5)[1]) == 1
 
@@ -97,7 +97,7 @@ def test_records_are_as_many_and_as_long_as_each_other() -> None:
             records(*bad, None, 10)
     with pytest.raises(InputError, match=r"record\[1\].*one length"):
         records([N, N], [N, N[:-1]], None, 10)
-    with pytest.raises(InputError, match=r"^record: .*201 samples or more"):
+    with pytest.raises(InputError, match=r"^record: .*200 samples given.* 201 or more"):
         records(N, N, None, 201)
     with pytest.raises(InputError, match="zero throughout"):
         records([np.zeros(20)] * 2, [N[:20]] * 2, None, 10)

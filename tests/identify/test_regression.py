@@ -73,7 +73,7 @@ def test_a_record_has_two_samples_a_parameter_and_ten_to_spare(
 ) -> None:
     least = 2 * (na + nb) + delay + 10
     assert len(task(na, nb, delay, n=least).data[0].u) == least
-    with pytest.raises(InputError, match=f"{least} samples or more"):
+    with pytest.raises(InputError, match=f"{least} or more"):
         task(na, nb, delay, n=least - 1)
 
 

@@ -51,7 +51,7 @@ def test_clock_jitter_of_a_recorder_is_left_alone(recwarn: pytest.WarningsRecord
     ("change", "match"),
     [
         ({"t": None}, "run.t: the array is missing"),
-        ({"x": T[:50]}, "one length"),
+        ({"x": T[:50]}, "have 100, 100 and 50 rows"),
         ({"t": T[::-1]}, "times that increase"),
         (
             {"t": np.where(T > 0.05, T + 1.0, T)},
@@ -73,7 +73,7 @@ def test_unusable_runs_are_refused(change: dict, match: str) -> None:
 def test_a_time_that_goes_back_is_named_with_the_one_before() -> None:
     t = np.arange(30) * 0.1
     t[7] = 0.55
-    with pytest.raises(InputError, match=r"0\.55 s after 0\.6 s"):
+    with pytest.raises(InputError, match=r"0\.55 s follows 0\.6 s"):
         checked(t, t, t)
 
 

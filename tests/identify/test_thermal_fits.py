@@ -183,7 +183,7 @@ def test_the_goal_needed_to_pass_a_position_when_the_record_does() -> None:
     # 2 mm are half of the way from 20 to 100 degC, reached at 40 s.
     assert found == pytest.approx((60.0 - 25.0) / float(step_response(MODES, 40.0)), rel=0.01)
     for level in (2.6, 0.0, -1.0):
-        with pytest.raises(InputError, match="a step that passes"):
+        with pytest.raises(InputError, match="one that passes"):
             needed_goal(TABLE, MODES, t, x, 25.0, level)
 
 

@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from macromicro.errors import InputError
 from macromicro.machines import axis
 from macromicro.machines.rig import CompiledTwin, Twin
 from macromicro.types import SAFE
@@ -40,5 +41,5 @@ def test_a_twin_that_is_left_gives_no_effort() -> None:
     for _ in range(20):
         twin.clock.wait(twin.dt)
     assert twin.read().encoder == 0.0
-    with pytest.raises(ValueError, match="period"):
+    with pytest.raises(InputError, match="period"):
         twin.clock.wait(2.0 * twin.dt)

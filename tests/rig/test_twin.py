@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from macromicro.errors import InputError
 from macromicro.kernel import compiled
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
@@ -79,5 +80,5 @@ def test_leaving_makes_the_outputs_safe():
 
 def test_another_period_is_refused():
     _, running = twins()
-    with pytest.raises(ValueError, match=r"period of 0\.001 s"):
+    with pytest.raises(InputError, match=r"dt: '0\.002 s'; accepted: 0\.001 s, the period"):
         running.clock.wait(2e-3)

@@ -66,7 +66,7 @@ def test_slips_are_named(tmp_path: Path, text: str, words: str) -> None:
 
 
 def test_other_files(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"suffix '?\.txt"):
+    with pytest.raises(InputError, match=r"suffix is '?\.txt"):
         load(written(tmp_path, "fault = 0", "limits.txt"))
     with pytest.raises(InputError, match="no such file"):
         load(tmp_path / "none.toml")

@@ -178,7 +178,7 @@ def test_wrong_files(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such file"):
         load_overrides(tmp_path / "none.toml", Toy())
     (tmp_path / "a.csv").write_text("seed = 1")
-    with pytest.raises(InputError, match=r"suffix \.csv"):
+    with pytest.raises(InputError, match=r"suffix is \.csv"):
         load_overrides(tmp_path / "a.csv", Toy())
 
 

@@ -82,7 +82,7 @@ def test_files_that_cannot_be_made_are_refused_before_anything_runs(tmp_path: Pa
 @pytest.mark.parametrize(
     ("option", "file", "found"),
     [
-        ("--figure", "x.xyz", "suffix .xyz"),
+        ("--figure", "x.xyz", "suffix is .xyz"),
         ("--figure", "-", "no suffix"),
         ("--figure", "x", "no suffix"),
         ("--figure", "/proc/x.png", "No such file"),

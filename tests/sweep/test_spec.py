@@ -139,9 +139,13 @@ CASES = {
     "wrong unit": (HEAD + P + "part.mass='3 N'", "part.mass.value: '3 N'", "kg"),
     "above its bound": (HEAD + P + "part.mass='11 kg'", "'11 kg'", "above zero and at most 10 kg"),
     "shown bound": (HEAD + P + "part.force='6 N'", "'6 N'", "from -5000 mN to 5000 mN"),
-    "no range": (HEAD + P + "gain={}", "parameters.gain: 'nothing'", "value, values, or low"),
-    "two ways": (HEAD + P + "gain={value=1,low=2}", "gain: 'value and low'", "one of value"),
-    "no high": (HEAD + P + "gain={low=1}", "parameters.gain.high: 'nothing'", "plain number"),
+    "no range": (
+        HEAD + P + "gain={}",
+        "parameters.gain: there is no range",
+        "value, values, or low",
+    ),
+    "two ways": (HEAD + P + "gain={value=1,low=2}", "gain: value and low are", "one of value"),
+    "no high": (HEAD + P + "gain={low=1}", "parameters.gain.high: missing", "plain number"),
     "reversed": (HEAD + P + "gain={low=2,high=1}", "gain.high: '1'", "more than low (2)"),
     "equal": (HEAD + P + "gain={low=2,high=2}", "gain.high: '2'", "more than low (2)"),
     "log of zero": (
@@ -192,7 +196,7 @@ def test_a_grid_beyond_all_bounds(tmp_path: Path) -> None:
 def test_no_file_and_another_kind_of_file(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such file"):
         load(tmp_path / "none.toml", sweep_fake.job)
-    with pytest.raises(InputError, match=r"suffix \.csv"):
+    with pytest.raises(InputError, match=r"suffix is \.csv"):
         load(tmp_path / "none.csv", sweep_fake.job)
 
 

@@ -52,7 +52,7 @@ def test_what_is_none_is_refused(name: str, words: str) -> None:
     [None, {}, [MADE], {"a/b": MADE}, {"..": MADE}, {"": MADE}, {1: MADE}, {"a": np.zeros(3)}],
 )
 def test_what_is_no_recordings_is_not_saved(found: Any) -> None:
-    with pytest.raises(InputError, match=r"procedure own: 'gave .*one recording or more"):
+    with pytest.raises(InputError, match=r"procedure own: .*one recording or more"):
         collecting.checked(found, "own")
     assert collecting.checked({"a": MADE}, "own") == {"a": MADE}
 

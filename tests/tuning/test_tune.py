@@ -116,7 +116,7 @@ def test_the_thesis_route_takes_the_laws_own_derivative_time() -> None:
 
 def test_the_thesis_route_says_when_the_rule_has_no_end() -> None:
     full = Settings(controller=Control(dead_zone=5.0))
-    with pytest.raises(InputError, match="dead-zone inverse 5 V"):
+    with pytest.raises(InputError, match="dead-zone inverse of 5 V"):
         tuning.macro(route="thesis", settings=full)
 
 

@@ -15,7 +15,7 @@ from macromicro.control import settings
 from macromicro.control.macro import MacroLaw
 from macromicro.control.pd import PdTuned
 from macromicro.control.settings import Control
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.kernel import compiled
 from macromicro.models import macro
 from macromicro.models.macro import TUNED, Linear, MacroModel, MacroModelState
@@ -142,7 +142,7 @@ class MacroModelJob:
         laid = self._laid_out(variants.paths, values, first)
         lengths = laid[_LENGTH] / laid[_DT]
         if np.ptp(laid[_DT]) != 0.0 or np.ptp(np.rint(lengths)) != 0.0:
-            raise InputError("trajectories, dt and length", "several", "the same for all variants")
+            raise ProblemError("trajectories", "their dt or length differs", "Give all the same.")
         aim = np.empty(round(lengths[0]))
         shown, out = np.empty((2, len(values), len(aim[::every]))), np.empty((2, len(aim)))
         for row, variant in enumerate(values):

@@ -99,13 +99,13 @@ def latency(
 
 
 def _check_figure(file: Path) -> None:
-    from macromicro.errors import InputError
+    from macromicro.errors import ProblemError
     from macromicro.schema.text import printable
 
     if file.suffix.lower() not in PICTURES:
-        found = f"suffix {printable(file.suffix)}" if file.suffix else "no suffix"
-        accepted = f"a name that ends in {' or '.join(PICTURES)}"
-        raise InputError(f"--figure {printable(file, 300)}", found, accepted)
+        found = f"the suffix is {printable(file.suffix)}" if file.suffix else "there is no suffix"
+        remedy = f"Give a name that ends in {' or '.join(PICTURES)}."
+        raise ProblemError(f"--figure {printable(file, 300)}", found, remedy)
     _check(file, "--figure")
 
 

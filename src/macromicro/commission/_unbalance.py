@@ -63,7 +63,7 @@ def found(
     if held.most + friction > caution.effort:
         raise CommissionError(
             f"gravity takes up to {held.most:.3g} V on its eccentric load and friction "
-            f"{friction:.3g} V, but the limit is {caution.effort:.3g} V: balance it, or allow "
+            f"{friction:.3g} V, but the limit is {caution.effort:.3g} V. Balance it, or allow "
             "a larger --effort"
         )
     stand.pull = held
@@ -114,7 +114,7 @@ def _begun(stand: Stand, caution: Caution, speed: float, lifted: float) -> tuple
     leant = _lifted(stand, free, (end,), speed, lifted)
     if leant is None:
         raise CommissionError(
-            f"the axis stands at an end, and {caution.effort:.3g} V do not bring it off: turn "
+            f"the axis stands at an end, and {caution.effort:.3g} V do not bring it off. Turn "
             "it away, or allow a larger --effort"
         )
     return leant, direction(stand, caution, True)

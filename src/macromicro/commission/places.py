@@ -57,8 +57,8 @@ def _of(path: Path, machine: str, kind: str) -> Kind:
     if kind:
         found = kinds.chosen(kind, "--kind")
         if found.name != machine:
-            told = f"{kind}, for the machine {printable(found.name)}"
-            raise InputError("--kind", told, f"a kind for {machine}, the machine of --config")
+            told = f"{kind} is for the machine {printable(found.name)}"
+            raise ProblemError("--kind", told, f"Give one for {machine}, the machine of --config.")
         return found
     listed = kinds.named(machine)
     if listed is None:

@@ -106,8 +106,8 @@ class Options(NamedTuple):
                 "--from and --to", "only one of them is given", "Give both, or none."
             )
         if self.low is not None and self.high is not None and not self.low <= 0.0 <= self.high:
-            found = f"{self.low:g} m to {self.high:g} m"
-            raise InputError("--from and --to", found, "a window around the present position, 0")
+            found = f"from {self.low:g} m to {self.high:g} m excludes the present position, 0"
+            raise ProblemError("--from and --to", found, "Give a window around it.")
         if self.lowest is not None and not -float("inf") < self.lowest <= 0.0:
             raise InputError("--lowest", f"{self.lowest:g} V", "a finite value, at most 0 V")
         return self

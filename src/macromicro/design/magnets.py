@@ -135,11 +135,8 @@ def _check(magnet: Magnet) -> None:
     sheet("magnet", magnet, Magnet)
     where = f"magnet {magnet.name}"
     if len(magnet.distance) != len(magnet.flux) or len(magnet.distance) < 2:
-        raise InputError(
-            where,
-            f"{len(magnet.distance)} distances, {len(magnet.flux)} readings",
-            "as many readings as distances, two or more",
-        )
+        found = f"distances and readings number {len(magnet.distance)} and {len(magnet.flux)}"
+        raise ProblemError(where, found, "Give as many of each, two or more.")
     if not all(math.isfinite(v) for v in magnet.distance + magnet.flux):
         raise ProblemError(where, "a distance or reading is not a finite number")
     if any(b <= a for a, b in pairwise(magnet.distance)):

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.files._cells import EMPTY, REMARKS, TIME, cells, number
 from macromicro.files._layout import Layout
 from macromicro.schema.text import printable
@@ -41,8 +41,8 @@ def carefully(path: Path, where: str, layout: Layout, names: Sequence[str]) -> d
             if len(row) == count + 1 and not row[-1]:
                 row.pop()
             if len(row) != count:
-                accepted = f"{count}, as in the heading"
-                raise InputError(f"{where}, line {k}", f"{len(row)} cells", accepted)
+                found = f"the heading has {count} cells, this line {len(row)}"
+                raise ProblemError(f"{where}, line {k}", found, "Give as many of each.")
             for name, values in numbers.items():
                 value = number(row[place[name]], layout.mark)
                 if value is None:

@@ -158,8 +158,8 @@ def _named(
         found = heading(line, mark, count)
         if line.lstrip()[0] in REMARKS or len(found) == 1 or mark == BLANKS:
             return [], none
-        accepted = f"{len(found)}, as in the heading"
-        raise InputError(f"{where}, line {first + 1}", f"{count} cells", accepted)
+        problem = f"the heading has {len(found)} cells, this line {count}"
+        raise ProblemError(f"{where}, line {first + 1}", problem, "Give as many of each.")
     if all(kind(cell) != TEXT for cell in row):
         return [], none
     units = [spelled(cell) for cell in row]

@@ -79,7 +79,7 @@ def _days(a: Array, b: Array, c: Array, where: str) -> Array:
             )
     year = np.where(year < 100.0, year + 2000.0, year)
     if (month[good] < 1).any() or (month[good] > 12).any():
-        raise InputError(where, "a month beyond 12", "dates as 2024-03-01")
+        raise ProblemError(where, "a month is not from 1 to 12", "Write dates as 2024-03-01.")
     months = ((year - 1970.0) * 12.0 + month - 1.0).astype("datetime64[M]")
     days = months.astype("datetime64[D]").astype(np.float64) + day - 1.0
     return np.where(good, days, np.nan)

@@ -73,9 +73,8 @@ def tidy(curves: Iterable[tuple[npt.ArrayLike, npt.ArrayLike]], kind: str) -> li
     found = [_one(f"curves[{k}]", pair, kind, sign) for k, pair in enumerate(curves)]
     kept = [curve for curve in found if curve is not None]
     if len(kept) < 2:
-        raise InputError(
-            "first-order curves", f"{len(kept)} usable of {len(found)}", "at least 2 curves"
-        )
+        problem = f"{len(kept)} of {len(found)} are usable"
+        raise ProblemError("first-order curves", problem, "Give at least 2 usable curves.")
     f = np.concatenate([curve.f for curve in kept])
     if np.ptp(f) == 0.0:
         raise InputError("first-order curves, output", float(f[0]), "an output that changes")
@@ -128,7 +127,7 @@ def _numbers(where: str, pair: tuple[npt.ArrayLike, npt.ArrayLike]) -> tuple[Arr
     except (TypeError, ValueError):
         raise ProblemError(where, "the values are not numbers", f"Give {accepted}.") from None
     if u.ndim != 1 or u.shape != f.shape:
-        raise InputError(where, f"shapes {u.shape} and {f.shape}", accepted)
+        raise ProblemError(where, f"the shapes are {u.shape} and {f.shape}", f"Give {accepted}.")
     return u, f
 
 

@@ -210,8 +210,8 @@ def _record(u: npt.ArrayLike, f: npt.ArrayLike, swing: float | None) -> tuple[Ar
             "recording", "the values are not numbers", "Give two lists of numbers."
         ) from None
     if inputs.ndim != 1 or inputs.shape != outputs.shape or inputs.size < 3:
-        found = f"shapes {inputs.shape} and {outputs.shape}"
-        raise InputError("recording", found, "input and output, equally long, 3 samples or more")
+        found = f"input and output have the shapes {inputs.shape} and {outputs.shape}"
+        raise ProblemError("recording", found, "Give equally long lists, 3 samples or more.")
     if not (np.isfinite(inputs).all() and np.isfinite(outputs).all()):
         bad = int(np.argmin(np.isfinite(inputs) & np.isfinite(outputs)))
         raise ProblemError(

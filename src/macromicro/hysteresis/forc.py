@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis.curves import CurveWarning
 from macromicro.schema.text import printable, read_text
 
@@ -80,7 +80,7 @@ def read_forc(path: str | Path, *, drift: bool = False) -> ForcFile:
     blocks, single = _parted(blocks)
     curves = [(block[:, 0].copy(), block[:, 1].copy()) for block in blocks]
     if len(curves) < 2:
-        raise InputError(where, f"{len(curves)} curves", f"{_WHAT}, at least 2 curves")
+        raise ProblemError(where, f"{len(curves)} of at least 2 curves found", f"Give {_WHAT}.")
     points = sum(len(block) for block in (*blocks, *single))
     said = settings.get("NData", str(points))
     if not closed or said != str(points):
@@ -140,11 +140,11 @@ def _without_drift(
 ) -> list[tuple[Array, Array]]:
     """Curves scaled by the calibrations before them."""
     if len(calibration) != len(curves):
-        found = f"{len(calibration)} calibrations for {len(curves)} curves"
-        raise InputError(f"{where}, drift", found, "one calibration before each curve")
+        found = f"calibrations and curves number {len(calibration)} and {len(curves)}"
+        raise ProblemError(f"{where}, drift", found, "Put one calibration before each curve.")
     if np.any(calibration[:, 1] == 0.0):
         zero = int(np.argmin(np.abs(calibration[:, 1]))) + 1
-        found = f"a moment of 0 at calibration {zero}"
-        raise InputError(f"{where}, drift", found, "moments other than 0")
+        found = f"the moment is 0 at calibration {zero}"
+        raise ProblemError(f"{where}, drift", found, "Repeat or repair this calibration.")
     gains = float(np.mean(calibration[:, 1])) / calibration[:, 1]
     return [(u, f * gain) for (u, f), gain in zip(curves, gains, strict=True)]

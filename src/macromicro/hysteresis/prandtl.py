@@ -94,8 +94,8 @@ def operator(
             "Give lists of numbers.",
         ) from None
     if r.ndim != 1 or r.shape != w.shape or not 1 <= r.size <= MOST_PLAYS:
-        accepted = f"as many weights as thresholds, 1 to {MOST_PLAYS}"
-        raise InputError(f"{where}, shapes", f"{r.shape} and {w.shape}", accepted)
+        found = f"thresholds and weights have the shapes {r.shape} and {w.shape}"
+        raise ProblemError(where, found, f"Give as many weights as thresholds, 1 to {MOST_PLAYS}.")
     if r[0] != 0.0 or not np.all(np.diff(r) > 0.0) or not np.isfinite(r[-1]):
         raise InputError(f"{where}, thresholds", r.tolist(), "0 first, then rising")
     if not (np.all(np.isfinite(w)) and np.all(w >= 0.0) and w[0] > 0.0):

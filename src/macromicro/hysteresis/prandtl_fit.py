@@ -209,8 +209,8 @@ def _checked(
         raise InputError("Prandtl-Ishlinskii, held out", held_out, "a share of 0 to 0.9")
     inputs, outputs = (np.asarray(v, dtype=np.float64) for v in (u, f))
     if inputs.ndim != 1 or inputs.shape != outputs.shape or inputs.size < 4:
-        found = f"shapes {inputs.shape} and {outputs.shape}"
-        raise InputError("recording", found, "two equally long lists of numbers, 4 or more")
+        found = f"input and output have the shapes {inputs.shape} and {outputs.shape}"
+        raise ProblemError("recording", found, "Give equally long lists, 4 numbers or more.")
     if not (np.all(np.isfinite(inputs)) and np.all(np.isfinite(outputs))):
         raise ProblemError("recording", "a value is NaN or infinite", "Remove or repair it.")
     if np.ptp(inputs) == 0.0:

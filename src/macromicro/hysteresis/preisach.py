@@ -384,9 +384,9 @@ def _vector(where: str, values: npt.ArrayLike) -> Array:
     except (TypeError, ValueError):
         raise InputError(where, type(values).__name__, "a list of numbers") from None
     if vector.ndim != 1:
-        raise InputError(where, f"shape {vector.shape}", "one dimension")
+        raise ProblemError(where, f"the shape is {vector.shape}", "Give one dimension.")
     # The least value is NaN if any is, and finding it makes no array of its own.
     if vector.size and np.isnan(vector.min()):
         first = int(np.argmax(np.isnan(vector)))
-        raise InputError(where, f"NaN at [{first}]", "numbers without NaN")
+        raise ProblemError(where, f"[{first}] is NaN", "Remove or repair it.")
     return vector

@@ -240,8 +240,8 @@ def _read_csv(file: Path) -> FodTable:
     rows = [line.split(",") for line in lines if line.strip()]
     n = len(rows) - 1
     if not 2 <= n <= MOST_NODES or any(len(row) != n + 1 for row in rows):
-        accepted = f"one heading row and as many rows as inputs, 2 to {MOST_NODES}"
-        raise InputError(where, f"{n} rows, {len(rows[0]) - 1 if rows else 0} inputs", accepted)
+        found = f"inputs and rows number {len(rows[0]) - 1 if rows else 0} and {max(n, 0)}"
+        raise ProblemError(where, found, f"Give 2 to {MOST_NODES} inputs and as many full rows.")
     grid = _numbers(rows[0][1:], f"{where}, heading")
     step = float(grid[-1] - grid[0]) / (n - 1)
     first_order = np.full((n, n), np.nan)

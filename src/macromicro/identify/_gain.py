@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.records import signal
 from macromicro.identify.search import least_squares
@@ -29,8 +29,8 @@ def _checked(volts: npt.ArrayLike, rise: npt.ArrayLike, least: int) -> tuple[Arr
     """Both in order of the voltage, checked for number, equality and rise."""
     x, y = signal(volts, "CTRL"), signal(rise, "steady temperature")
     if len(x) != len(y) or len(x) < least or len(np.unique(x)) < len(x):
-        found = f"{len(x)} voltages, {len(y)} temperatures"
-        raise InputError("static gain", found, f"as many of each, {least} or more, all different")
+        found = f"voltages and temperatures number {len(x)} and {len(y)}"
+        raise ProblemError("static gain", found, f"Give {least} or more pairs, all different.")
     order = np.argsort(x)
     x, y = x[order], y[order]
     if np.any(np.diff(y) <= 0.0):

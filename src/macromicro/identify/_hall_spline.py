@@ -21,7 +21,7 @@ from scipy.ndimage import uniform_filter1d
 
 from macromicro.arrays import Array
 from macromicro.control.calibration import Calibration
-from macromicro.errors import InputError, ProblemError
+from macromicro.errors import ProblemError
 from macromicro.identify.hall import HallFit
 from macromicro.identify.witnesses import within
 
@@ -70,8 +70,8 @@ def splined(
     """Position over sensor voltage, by a smoothing spline and a lag."""
     ways = [laser[-1] > laser[0] for _, laser in runs]
     if not 2 <= sum(ways) <= len(runs) - 2:
-        counted = f"{sum(ways)} rising runs and {len(runs) - sum(ways)} falling"
-        raise InputError("Hall calibration by a spline", counted, "two or more of each")
+        counted = f"rising and falling runs number {sum(ways)} and {len(runs) - sum(ways)}"
+        raise ProblemError("Hall calibration by a spline", counted, "Give two or more of each.")
     # Where one run is missing the others must still bear the table.
     rests = REST * max(_noise(v) for v, _ in runs)
     start = sorted(np.min(v) for v, _ in runs)[-2] + rests
@@ -130,8 +130,8 @@ def _binned(volts: Array, place: Array, start: float, end: float) -> _Run:
     which = np.floor((volts[kept] - start) / max(end - start, 1e-9) * BINS)
     _, place_of, n = np.unique(which, return_inverse=True, return_counts=True)
     if len(n) < LEAST:
-        accepted = f"{LEAST} or more over the range that the runs share"
-        raise InputError("Hall calibration by a spline", f"a run with {len(n)} voltages", accepted)
+        found = f"a run has {len(n)} of at least {LEAST} voltages in the range that all share"
+        raise ProblemError("Hall calibration by a spline", found, "Record slower runs.")
     means = (np.bincount(place_of, x[kept]) / n for x in (volts, place, speed))
     return _Run(*means)
 

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
 from macromicro.identify._stress_cycles import SHARES, Cycle, pieces
 
 BRANCHES = ("heating", "cooling")
@@ -157,7 +157,7 @@ def fit(cycles: Sequence[Cycle]) -> StressMap:
     loads = [c.load for c in ordered]
     if len(set(loads)) != len(loads) or len(loads) < 2:
         shown = ", ".join(f"{each:g}" for each in loads)
-        raise InputError("loads", shown or "none", "two or more, each once")
+        raise ProblemError("loads", f"they are {shown or 'none'}", "Give two or more, each once.")
     inside = tuple(loads[1:-1])
     strokes = ((False, False), (True, False), (True, True))
     ways = [Way(common, *stroke) for common in (True, False) for stroke in strokes]

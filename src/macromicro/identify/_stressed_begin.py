@@ -52,9 +52,9 @@ def means(table: FodTable, recordings: Sequence[Recording], ambient: float) -> M
     pace = _pace(holds, span)
     levels = sorted({float(v) for r in recordings for v in np.unique(r["ctrl"]) if v > 0.0})
     if len(levels) > MOST_VOLTAGES:
-        accepted = f"1 to {MOST_VOLTAGES} levels that are held for a while"
-        found = f"{len(levels)} different levels above 0"
-        raise InputError("recordings, ctrl", found, accepted)
+        found = f"there are {len(levels)} different levels above 0"
+        remedy = f"Record at most {MOST_VOLTAGES}, held for a while."
+        raise ProblemError("recordings, ctrl", found, remedy)
     up, rise, _ = table.major_loop
     middle = 0.5 * (float(rise.min()) + float(rise.max()))
     there = float(np.interp(middle, rise, up))

@@ -255,7 +255,8 @@ def runs_of(t: Any, u: Any, x: Any) -> list[Run]:
     if np.ndim(next(iter(t))) == 0:
         return [checked(t, u, x, "record", _LEAST)]
     if not len(t) == len(u) == len(x):
-        raise InputError("records", f"{len(t)} t, {len(u)} u, {len(x)} x", "as many of each")
+        found = f"t, u and x hold {len(t)}, {len(u)} and {len(x)} arrays"
+        raise ProblemError("records", found, "Give as many of each.")
     return [
         checked(*one, f"record[{i}]", _LEAST) for i, one in enumerate(zip(t, u, x, strict=True))
     ]

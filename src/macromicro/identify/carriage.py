@@ -22,7 +22,7 @@ from macromicro.arrays import Array
 from macromicro.control.terminal import estimate, model
 from macromicro.control.terminal.estimate import Belief
 from macromicro.control.terminal.model import Motion, Terminal
-from macromicro.errors import InputError, ProblemError
+from macromicro.errors import ProblemError
 from macromicro.identify import _carriage_give, witnesses
 from macromicro.identify._carriage_give import Give, Nudged
 from macromicro.identify.search import halt, least_squares
@@ -143,8 +143,8 @@ def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
     rows = [cut(*r) for r in records]
     ways = [r.counts[b - 1] - r.counts[a] for r in rows for a, b, _ in r.strokes]
     if len(ways) < FEWEST:
-        accepted = f"{FEWEST} strokes or more, each after {_BEFORE:g} s at rest without effort"
-        raise InputError("recordings", f"{len(ways)} strokes", accepted)
+        remedy = f"Record more, each after {_BEFORE:g} s at rest without effort."
+        raise ProblemError("recordings", f"{len(ways)} of {FEWEST} strokes found", remedy)
     if not (min(ways) < 0.0 < max(ways)):
         raise ProblemError(
             "recordings", "all strokes go in one direction", "Record strokes in both directions."

@@ -138,8 +138,8 @@ def constant(recordings: Sequence[Any]) -> list[Run]:
     for i, item in enumerate(recordings):
         run = as_run(item, f"recordings[{i}]")
         if np.ptp(run.u) > 1e-9 * np.abs(run.u).max() or run.u[0] == 0.0:
-            found = f"{run.u.min():g} to {run.u.max():g} V"
-            raise InputError(f"recordings[{i}].u", found, "one constant voltage other than 0")
+            found = f"it goes from {run.u.min():g} to {run.u.max():g} V"
+            raise ProblemError(f"recordings[{i}].u", found, "Record one constant voltage, not 0.")
         runs.append(run)
     return runs
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.identify.deadzone import both_ways, constant
 from macromicro.recording import Recording
 
@@ -147,8 +147,8 @@ def _side(points: list[tuple[float, float]], gain: float, name: str) -> Side:
     """The line through (V, speed / gain), runs of one voltage averaged."""
     volts = np.unique([v for v, _ in points])
     if len(volts) < 2:
-        found = f"{len(volts)} voltage in direction {name}"
-        raise InputError("recordings", found, "two voltages or more in each direction")
+        found = f"{len(volts)} of at least two voltages were found in direction {name}"
+        raise ProblemError("recordings", found, "Record more of them.")
     speeds = np.array([np.mean([s for v, s in points if v == level]) for level in volts])
     matrix = np.column_stack([np.ones_like(volts), volts])
     (a0, delta), *_ = np.linalg.lstsq(matrix, speeds / gain, rcond=None)

@@ -11,7 +11,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.control.calibration import Calibration
-from macromicro.errors import InputError, ProblemError
+from macromicro.errors import ProblemError
 
 
 class HallFit(NamedTuple):
@@ -73,7 +73,7 @@ def calibrated(
     runs: Sequence[tuple[Array, Array]], low: float = 0.0, high: float = 5.0, points: int = 126
 ) -> HallFit:
     if len(runs) < 2:
-        raise InputError("Hall calibration", f"{len(runs)} runs", "two runs or more")
+        raise ProblemError("Hall calibration", "there are fewer than two runs", "Give two or more.")
     grid = np.linspace(low, high, points)
     tables = _tables(runs, grid)
     made = _averaged(grid, tables)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.control.inverse import model
 from macromicro.control.inverse.model import Inverse
-from macromicro.errors import InputError, ProblemError
+from macromicro.errors import ProblemError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify import stressed
 from macromicro.identify.actuator import AMBIENT
@@ -44,8 +44,8 @@ def found(table: FodTable, records: Sequence[Recording], ambient: float = AMBIEN
     quick = [r for r in records if r.dt <= _QUICK * held * (1.0 + 1e-9)]
     if not quick:
         slowest = min(r.dt for r in records) if records else math.nan
-        most = f"some of at most {_QUICK * held:g} s, a tenth of the shortest hold of CTRL"
-        raise InputError("records", f"periods of {slowest:g} s", most)
+        most = f"Record some at {_QUICK * held:g} s or less, a tenth of the shortest hold of CTRL."
+        raise ProblemError("records", f"the shortest period is {slowest:g} s", most)
     first = stressed.fit(table, records, ambient)
     fit = stressed.fit(table, records, ambient, driver_lag(first.model, quick), first)
     with_sensor = [r for r in quick if "hall_voltage" in r]

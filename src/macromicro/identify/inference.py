@@ -52,7 +52,7 @@ def _inverted(
     """The inverse of a branch that rises with temperature; held at its ends."""
     place = np.asarray(x, dtype=np.float64)
     if table.span <= 0.0:
-        raise InputError("inference, table", f"span {table.span:g}", "an output that rises")
+        raise ProblemError("inference, table", f"its span is {table.span:g}", "Give a rising one.")
     if not np.isfinite(place).all():
         raise ProblemError(
             "inference, position", "the values are not finite", "Give finite numbers."

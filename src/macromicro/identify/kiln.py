@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
 from macromicro.hysteresis.preisach import Preisach
 from macromicro.hysteresis.table import FodTable, Shape
 from macromicro.identify.records import signal
@@ -45,7 +45,8 @@ def turning_points(values: npt.ArrayLike, least: float = LEAST_LEG) -> list[int]
     """Indices of extremes between legs of some size, with the first and last sample."""
     y = signal(values, "values")
     if len(y) < 2 or not least > 0.0:
-        raise InputError("turning points", f"{len(y)} values, {least}", "2 or more, and above 0")
+        found = f"the number of values is {len(y)}, the least leg {least:g}"
+        raise ProblemError("turning points", found, "Give 2 or more, and a leg above 0.")
     points = [0]
     high = low = 0
     way = 0
@@ -79,8 +80,8 @@ def first_order_curves(
         # The curve begins where the record turned, not in the middle of its first window.
         curves.append((np.r_[u[0], uu[1:]], np.r_[x[: max(len(x) // 2000, 3)].mean(), xx[1:]]))
     if len(curves) < 2:
-        found = f"{len(curves)} falls after a rise from {cold:g} degC or less"
-        raise InputError("kiln recording", found, "two heating cycles or more")
+        found = f"{len(curves)} of at least two falls follow a rise from {cold:g} degC or less"
+        raise ProblemError("kiln recording", found, "Record two heating cycles or more.")
     return curves
 
 

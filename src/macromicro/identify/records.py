@@ -30,11 +30,11 @@ def signal(values: Any, where: str) -> Array:
     except (TypeError, ValueError):
         raise InputError(where, type(values).__name__, "an array of numbers") from None
     if array.ndim != 1:
-        raise InputError(where, f"shape {array.shape}", "an array of one dimension")
+        raise ProblemError(where, f"the shape is {array.shape}", "Give an array of one dimension.")
     bad = np.flatnonzero(~np.isfinite(array))
     if len(bad):
-        found = f"{array[bad[0]]} in row {bad[0]} ({len(bad)} such rows)"
-        raise InputError(where, found, "finite numbers; cut or repair these rows first")
+        found = f"row {bad[0]} is {array[bad[0]]} (rows that are not finite: {len(bad)})"
+        raise ProblemError(where, found, "Cut or repair them first.")
     return array
 
 
@@ -50,18 +50,18 @@ def records(u: Signals, y: Signals, weights: Signals | None, least: int) -> list
     inputs, outputs = _listed(u), _listed(y)
     loads = [None] * len(inputs) if weights is None else _listed(weights)
     if not inputs or len(inputs) != len(outputs) or len(loads) != len(inputs):
-        found = f"{len(inputs)} inputs, {len(outputs)} outputs, {len(loads)} weights"
-        raise InputError("records", found, "as many of each, one or more")
+        found = f"inputs, outputs and weights number {len(inputs)}, {len(outputs)} and {len(loads)}"
+        raise ProblemError("records", found, "Give as many of each, one or more.")
     done = []
     for i, (ui, yi, wi) in enumerate(zip(inputs, outputs, loads, strict=True)):
         at = f"[{i}]" if len(inputs) > 1 else ""
         uu, yy = signal(ui, f"u{at}"), signal(yi, f"y{at}")
         ww = np.ones_like(yy) if wi is None else signal(wi, f"weights{at}")
         if not len(uu) == len(yy) == len(ww):
-            found = f"{len(uu)} inputs, {len(yy)} outputs, {len(ww)} weights"
-            raise InputError(f"record{at}", found, "arrays of one length")
+            found = f"inputs, outputs and weights are {len(uu)}, {len(yy)} and {len(ww)} long"
+            raise ProblemError(f"record{at}", found, "Give arrays of one length.")
         if len(uu) < least:
-            raise InputError(f"record{at}", f"{len(uu)} samples", f"{least} samples or more")
+            raise ProblemError(f"record{at}", f"{len(uu)} samples given", f"Give {least} or more.")
         if (ww < 0.0).any() or not ww.any():
             raise InputError(f"weights{at}", float(ww.min()), "zero or more, not all zero")
         flag_saturation(uu, f"u{at}")
@@ -143,8 +143,8 @@ def average_runs(runs: Sequence[tuple[npt.ArrayLike, npt.ArrayLike]]) -> tuple[A
     ]
     for i, (u, x) in enumerate(pairs):
         if len(u) != len(x) or len(u) < 2:
-            found = f"{len(u)} inputs, {len(x)} positions"
-            raise InputError(f"runs[{i}]", found, "two samples or more, as many of each")
+            found = f"inputs and positions number {len(u)} and {len(x)}"
+            raise ProblemError(f"runs[{i}]", found, "Give as many of each, two or more.")
     n = min(len(u) for u, _ in pairs)
     signs = [-1.0 if u.sum() < 0.0 else 1.0 for u, _ in pairs]
     mean_u = np.mean([s * u[:n] for s, (u, _) in zip(signs, pairs, strict=True)], axis=0)
@@ -188,8 +188,8 @@ def differentiated(u: npt.ArrayLike, x: npt.ArrayLike, dt: float) -> tuple[Array
     """
     place, push = signal(x, "x"), signal(u, "u")
     if len(place) != len(push) or len(place) < 2 or not dt > 0.0:
-        found = f"{len(push)} inputs, {len(place)} positions, dt {dt}"
-        raise InputError("record", found, "arrays of one length, 2 or more, and dt above zero")
+        found = f"inputs and positions number {len(push)} and {len(place)}, dt is {dt}"
+        raise ProblemError("record", found, "Give as many of each, 2 or more, and dt above 0.")
     return push[:-1].copy(), np.diff(place) / dt
 
 

@@ -142,10 +142,10 @@ def checked(t: Any, u: Any, x: Any, where: str = "run", least: int = 20) -> Run:
             )
     tt, uu, xx = (signal(v, f"{where}.{n}") for v, n in ((t, "t"), (u, "u"), (x, "x")))
     if not len(tt) == len(uu) == len(xx):
-        found = f"lengths {len(tt)}, {len(uu)}, {len(xx)}"
-        raise InputError(where, found, "t, u and x of one length")
+        found = f"t, u and x have {len(tt)}, {len(uu)} and {len(xx)} rows"
+        raise ProblemError(where, found, "Give as many of each.")
     if len(tt) < least:
-        raise InputError(where, f"{len(tt)} samples", f"{least} samples or more")
+        raise ProblemError(where, f"{len(tt)} samples were given", f"Give {least} samples or more.")
     return Run(*_even(tt, uu, xx, where))
 
 
@@ -154,9 +154,8 @@ def _even(t: Array, u: Array, x: Array, where: str) -> tuple[Array, Array, Array
     steps = np.diff(t)
     if steps.min() <= 0.0:
         row = int(steps.argmin()) + 1
-        raise InputError(
-            f"{where}.t", f"{t[row]:g} s after {t[row - 1]:g} s", "times that increase"
-        )
+        found = f"{t[row]:g} s follows {t[row - 1]:g} s"
+        raise ProblemError(f"{where}.t", found, "Give times that increase.")
     row, shortest, longest = int(steps.argmax()), float(steps.min()), float(steps.max())
     usual = float(np.median(steps, overwrite_input=True))  # no copy: records may be long
     if longest > _GAP * usual:

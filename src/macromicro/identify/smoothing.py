@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError, ProblemError
+from macromicro.errors import ProblemError
 from macromicro.identify.records import signal
 
 Index = npt.NDArray[np.intp]
@@ -36,8 +36,8 @@ def without_spikes(
     # samples on both sides; at an end of the record it is the mean of the other side.
     time, y = signal(t, "t"), signal(values, "temperature")
     if len(time) != len(y) or len(y) < 5:
-        found = f"{len(time)} times, {len(y)} temperatures"
-        raise InputError("record", found, "as many of each, 5 or more")
+        found = f"times and temperatures number {len(time)} and {len(y)}"
+        raise ProblemError("record", found, "Give as many of each, 5 or more.")
     if np.any(np.diff(time) <= 0.0):
         raise ProblemError("t", "the times do not increase", "Sort the rows by time.")
     jumps = np.flatnonzero(np.abs(np.diff(y) / np.diff(time)) > steepest)
@@ -83,8 +83,8 @@ def window_means(
     """Means of neighbours (Figure 5.6), over `samples` samples or a span of `width` in `u`."""
     uu, xx = signal(u, "u"), signal(x, "x")
     if len(uu) != len(xx) or samples < 1 or not width > 0.0:
-        found = f"{len(uu)} and {len(xx)} values, {samples} samples, width {width}"
-        raise InputError("averaging", found, "equal lengths, 1 sample or more, a width above 0")
+        found = f"u and x have {len(uu)} and {len(xx)} values, samples is {samples}, width {width}"
+        raise ProblemError("averaging", found, "Give as many of each, samples and width above 0.")
     if not len(uu):
         return uu, xx
     starts = [0]

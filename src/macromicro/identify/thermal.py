@@ -85,8 +85,8 @@ def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
     # have equal weights, since the table's error dominates the laser's noise.
     usable = np.flatnonzero(np.isfinite(record.error) & (record.t > 0.0))
     if len(usable) < 50 or not goal > 0.0:
-        found = f"{len(usable)} usable samples, goal {goal:g} K"
-        raise InputError("heating step", found, "50 samples or more and a goal above 0")
+        found = f"it has {len(usable)} usable samples and a goal of {goal:g} K"
+        raise ProblemError("heating step", found, "Give 50 samples or more and a goal above 0.")
     t = record.t[usable]
     places = np.searchsorted(t, np.geomspace(t[0], t[-1], points))
     chosen = np.unique(np.minimum(places, len(t) - 1))
@@ -174,7 +174,8 @@ def needed_goal(
     """T_d with which the model passes `level` (mm) when the record does (tuning of (5.8))."""
     past = np.flatnonzero(x >= level)
     if not len(past) or past[0] == 0:
-        raise InputError("heating step", f"{x.max():.4g} mm", f"a step that passes {level:.4g} mm")
+        found = f"it reaches {x.max():.4g} mm"
+        raise ProblemError("heating step", found, f"Record one that passes {level:.4g} mm.")
     warm = float(on_heating(table, [level]).temperature[0]) - ambient
     return warm / float(step_response(fit, t[past[0]]))
 

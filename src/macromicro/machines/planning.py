@@ -12,7 +12,7 @@ import numpy as np
 from macromicro import place as places
 from macromicro import programme as programmes
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.machines.sequence import Plan
 from macromicro.motion import s_curve
 from macromicro.nominal import PERIOD
@@ -40,7 +40,7 @@ def load(path: Path, tree: Any) -> Programme:
     fine = np.flatnonzero(found.stage == MICRO)
     if len(fine):
         where = f"{printable(path, 300)}, target {fine[0] + 1}"
-        raise InputError(where, "micro", "macro: this machine has one stage")
+        raise ProblemError(where, "this machine has no micro-stage", "Move the macro-stage alone.")
     return found
 
 
@@ -118,12 +118,12 @@ def _moves(programme: Programme, place: Array, tree: Any, where: str, before: fl
         hold = float(programme.hold[k])
         if programme.scheduled:
             if profile.duration > hold:
-                found = f"{places.of(tree).told(target - before)} in {hold:.4g} s"
-                accepted = (
-                    f"{profile.duration:.4g} s or more, within motion.velocity, acceleration and "
-                    "jerk"
+                found = (
+                    f"{places.of(tree).told(target - before)} in {hold:.4g} s is beyond "
+                    "motion.velocity, acceleration or jerk"
                 )
-                raise InputError(f"{where}, target {k + 1}", found, accepted)
+                remedy = f"Allow {profile.duration:.4g} s or more."
+                raise ProblemError(f"{where}, target {k + 1}", found, remedy)
             hold = math.inf  # the next one's start, or the end, ends it
         ways.append(Way(float(start), target, hold, pieces))
         before = target
@@ -196,12 +196,12 @@ def _check_travel(way: Way, tree: Any, where: str) -> None:
     worst = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
     if beyond[worst] > tree.arrival.tolerance:
         begin = float(np.sum(h[: worst[1]]))
-        when = f"{begin + float(t[worst]):.4g} s after it begins"
-        accepted = (
-            f"a path from {place.told(low)} to {place.told(high)} (travel); between its points the "
-            f"curve is {place.told(float(beyond[worst]), digits=3)} outside"
+        found = (
+            f"{begin + float(t[worst]):.4g} s after it begins the curve is at "
+            f"{place.told(float(reached[worst]))}, {place.told(float(beyond[worst]), digits=3)} "
+            f"outside the travel from {place.told(low)} to {place.told(high)}"
         )
-        raise InputError(where, f"{place.told(float(reached[worst]))} {when}", accepted)
+        raise ProblemError(where, found, "It can swing out between points: move them inwards.")
 
 
 def joined(ways: Sequence[Way], end: float, origin: float = 0.0) -> Plan:

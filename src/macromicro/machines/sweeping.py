@@ -84,9 +84,8 @@ def excited(kind: Kind, law: StageLaw) -> Callable[..., int]:
 def frequencies(low: float, high: float, count: int, dt: float) -> Array:
     """Frequencies whose whole cycles fill whole periods."""
     if not 0.0 < low < high <= 0.45 / dt:
-        raise InputError(
-            "frequencies", f"{low:g} to {high:g} Hz", f"rising, above 0, at most {0.45 / dt:g} Hz"
-        )
+        remedy = f"Let them rise from above 0 to at most {0.45 / dt:g} Hz."
+        raise ProblemError("frequencies", f"they go from {low:g} to {high:g} Hz", remedy)
     if count < 2:
         raise InputError("frequencies", count, "2 or more")
     wanted = np.geomspace(low, high, count)

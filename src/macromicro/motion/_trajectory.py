@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.motion.profile import Profile, number, positive
 from macromicro.nominal import PERIOD
 from macromicro.schema import csv_rows
@@ -119,11 +119,12 @@ class Trajectory(NamedTuple):
         t = _times(positive(duration, "duration", "s"), period)
         found = np.asarray(place(t), dtype=np.float64)
         if found.shape != t.shape:
-            accepted = f"an array of one position for each time, of shape {t.shape}"
-            raise InputError("place", f"an array of shape {found.shape}", accepted)
+            remedy = f"Return one position for each time, of shape {t.shape}."
+            raise ProblemError("place", f"it gives an array of shape {found.shape}", remedy)
         if not np.isfinite(found).all():
             worst = int(np.argmin(np.isfinite(found)))
-            raise InputError("place", f"{found[worst]} at {t[worst]:.6g} s", "finite positions")
+            problem = f"it gives {found[worst]} at {t[worst]:.6g} s"
+            raise ProblemError("place", problem, "Return finite positions.")
         return cls(float(period), found)
 
     @classmethod
@@ -154,7 +155,7 @@ class Trajectory(NamedTuple):
         file = printable(path, 300)
         time, rows = "", list(csv_rows.table(read_text(Path(path), _WHAT), file, _header, _HEADER))
         if len(rows) < 2:
-            raise InputError(file, f"{len(rows)} rows", "two rows or more")
+            raise ProblemError(file, "the file has fewer than two rows", "Give two or more.")
         names = list(rows[0].cells)
         time = next(name for name in names if name in _TIMES)
         places = [name for name in names if name != time]
@@ -194,8 +195,8 @@ class Trajectory(NamedTuple):
             raise InputError("following, period", following.period, accepted)
         here, there = float(self.position[-1]), float(following.position[0])
         if abs(here - there) > _MEET:
-            accepted = f"{here:g} m, where the trajectory before it ends"
-            raise InputError("following, first position", f"{there:g} m", accepted)
+            found = f"it begins at {there:g} m, but the trajectory before it ends at {here:g} m"
+            raise ProblemError("following", found, "Begin it there.")
         return Trajectory(self.period, np.concatenate((self.position, following.position[1:])))
 
     def check(
@@ -248,8 +249,8 @@ class Trajectory(NamedTuple):
         return self
 
     def _refuse(self, name: str, values: Array, worst: int, unit: str, accepted: str) -> None:
-        found = f"{values[worst]:.6g} {unit} at {worst * self.period:.6g} s"
-        raise InputError(f"trajectory, {name}", found, accepted)
+        found = f"it is {values[worst]:.6g} {unit} at {worst * self.period:.6g} s"
+        raise ProblemError(f"trajectory, {name}", found, f"Accepted: {accepted}.")
 
 
 def _times(duration: float, period: float) -> Array:
@@ -271,4 +272,4 @@ def _header(cells: list[str], where: str) -> None:
         or len(set(cells)) < len(times + places)
         or len(cells) > len(times + places)
     ):
-        raise InputError(where, f"columns {printable(', '.join(cells), 80)}", _HEADER)
+        raise ProblemError(where, f"columns {printable(', '.join(cells), 80)}", f"Give {_HEADER}.")

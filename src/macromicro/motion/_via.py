@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.motion._shapes import s_curve, trapezoid
 from macromicro.motion.profile import Profile, Segment, joined, number
 
@@ -56,7 +56,7 @@ def through(
     """
     places = [number(p, f"points[{k}]") for k, p in enumerate(points)]
     if len(places) < 2:
-        raise InputError("points", f"{len(places)} of them", "two or more")
+        raise ProblemError("points", "there are fewer than two", "Give two or more.")
     accepted = "a finite number, 0 or more [s]"
     pause = number(dwell, "dwell", accepted)
     if pause < 0.0:

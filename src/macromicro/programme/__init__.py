@@ -11,7 +11,7 @@ from __future__ import annotations
 import difflib
 from pathlib import Path
 
-from macromicro.errors import InputError, ProblemError
+from macromicro.errors import ProblemError
 from macromicro.programme._profiled import follow
 from macromicro.programme._written import load_toml
 from macromicro.programme.moves import (
@@ -142,5 +142,5 @@ def load(path: Path, limits: Limits) -> Programme:
         return load_csv(path, limits)
     if suffix == ".toml" or path.is_dir():  # reading says that it is a directory
         return load_toml(path, limits)
-    found = f"suffix {printable(suffix)}" if suffix else "no suffix"
-    raise InputError(printable(path, 300), found, WHAT)
+    found = f"the suffix is {printable(suffix)}" if suffix else "there is no suffix"
+    raise ProblemError(printable(path, 300), found, f"Expected: {WHAT}.")

@@ -116,8 +116,8 @@ def follow(
         raise InputError("hold", hold, f"0 to {MAX_HOLD:g} s")
     count, first = len(trajectory.position) - 1, float(trajectory.position[0])
     if not FEWEST <= count <= MAX_MOVES:
-        found = f"{count} set points behind its first"
-        raise InputError("trajectory", found, f"{FEWEST} to {MAX_MOVES}")
+        found = f"it has {count} set points behind its first"
+        raise ProblemError("trajectory", found, f"Give {FEWEST} to {MAX_MOVES}.")
     if trajectory.period < PERIOD:
         accepted = f"{PERIOD:g} s, the control period, or more"
         raise InputError("trajectory, period", trajectory.period, accepted)
@@ -128,8 +128,8 @@ def follow(
     else:
         lowest, highest = limits.micro_lo, limits.micro_hi
     if abs(first) > 1e-9:
-        accepted = "0 m, the position at the beginning of a run; prepend a motion with `then`"
-        raise InputError("trajectory, first position", f"{first:g} m", accepted)
+        found = f"it begins at {first:g} m, but a run at 0 m"
+        raise ProblemError("trajectory", found, "Prepend a motion with `then`.")
     trajectory.check(lowest, highest)
     leg = Leg(place, trajectory, math.ceil(hold / PERIOD - 1e-6))
     return _programme(title or f"trajectory of the {stage}-stage", [leg], limits, "")
@@ -189,8 +189,8 @@ def _sampled(profile: Profile, place: Place, where: str, text: str) -> Trajector
     count = profile.duration / PERIOD
     if FEWEST <= count <= MAX_MOVES:
         return Trajectory.from_profile(profile, PERIOD)
-    found = f"{text} from {place.told(profile.start)} in {profile.duration:.3g} s"
-    raise InputError(where, found, f"profiles of {FEWEST * PERIOD:g} to {MAX_MOVES * PERIOD:g} s")
+    found = f"{text} from {place.told(profile.start)} takes {profile.duration:.3g} s"
+    raise ProblemError(where, found, f"Accepted: {FEWEST * PERIOD:g} to {MAX_MOVES * PERIOD:g} s.")
 
 
 def _programme(title: str, legs: list[Leg], limits: Limits, source: str) -> Programme:

@@ -63,8 +63,8 @@ def load_csv(path: Path, limits: Limits) -> Programme:
     file = printable(path, 300)
     rows = list(_rows(read_text(path, WHAT), limits, file))
     if len(rows) < 2:
-        found = "one row" if rows else "no rows"
-        raise InputError(file, found, "two rows or more; the last one's time is the end")
+        found = f"the file has {'one row' if rows else 'no rows'}"
+        raise ProblemError(file, found, "Give two or more; the last one's time is the end.")
     last, before = rows[-1], rows[-2]
     for stage, name in ((MACRO, "macro"), (MICRO, "micro")):
         if _differ(before.targets[stage], last.targets[stage]):
@@ -82,7 +82,7 @@ def load_csv(path: Path, limits: Limits) -> Programme:
     if not moves:
         raise ProblemError(file, "no moves", "At least one target has to change.")
     if len(moves) > MAX_MOVES:
-        raise InputError(file, f"{len(moves)} moves", f"at most {MAX_MOVES}")
+        raise ProblemError(file, f"it has {len(moves)} moves", f"Give at most {MAX_MOVES}.")
     return programme(printable(path.stem, 200), moves, last.t, path)
 
 
@@ -176,10 +176,10 @@ def _header(
     for cell, kind in zip(cells, kinds, strict=True):
         if kinds.count(kind) > 1:
             same = [name for name in cells if columns[name][0] == kind]
-            found = f"columns {' and '.join(same)}"
-            raise InputError(f"{where}, column {cell}", found, f"only one of them: {words}")
+            found = f"{' and '.join(same)} are one quantity"
+            raise ProblemError(f"{where}, column {cell}", found, f"Give one. Accepted: {words}.")
     if _TIME not in kinds or not {MACRO, MICRO} & set(kinds):
-        raise InputError(where, f"columns {', '.join(cells)}", words)
+        raise ProblemError(where, f"the columns are {', '.join(cells)}", f"Accepted: {words}.")
     if _LEARNED in kinds and MICRO not in kinds:
         accepted = "It is added to micro_mm or micro_um, one of which has to be there."
         raise ProblemError(where, f"column {LEARNED} stands alone", accepted)

@@ -14,7 +14,7 @@ from macromicro.arrays import Array
 from macromicro.design import margins as polynomials
 from macromicro.drawing import files as drawings
 from macromicro.drawing.style import BLACK, RED, finish, new
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.machines.loops import Complex, Margins, margins
 from macromicro.models.macro import Linear
 from macromicro.report.bode import FIGURE, NUMBERS, said
@@ -40,8 +40,8 @@ def found(settings: Settings, low: float | None, high: float | None, count: int)
         raise InputError("controller.macro_law", law, f"one of {', '.join(LAWS)}")
     first, last = (LOW / dt if low is None else low), (HIGH / dt if high is None else high)
     if not 0.0 < first < last <= HIGH / dt:
-        accepted = f"rising, above 0, at most {HIGH / dt:g} Hz"
-        raise InputError("frequencies", f"{first:g} to {last:g} Hz", accepted)
+        remedy = f"Let them rise from above 0 to at most {HIGH / dt:g} Hz."
+        raise ProblemError("frequencies", f"they go from {first:g} to {last:g} Hz", remedy)
     num, den = loops.macro_loop(settings.controller)
     frequency = np.geomspace(first, last, count)
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import own, packed
+from macromicro.errors import InputError
 from macromicro.kernel import compiled
 from macromicro.nominal import PERIOD
 from macromicro.plant import bench
@@ -42,7 +43,7 @@ class VirtualClock:
 
     def wait(self, dt: float) -> None:
         if dt != self._twin.dt:
-            raise ValueError(f"this twin runs at a period of {self._twin.dt} s, not {dt} s")
+            raise InputError("dt", f"{dt} s", f"{self._twin.dt} s, the period of this twin")
         self._twin.advance()
 
 

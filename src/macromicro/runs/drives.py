@@ -23,7 +23,7 @@ from macromicro.control.pi import PiAntiWindup
 from macromicro.control.settings import Control
 from macromicro.control.stage_law import Sample as StageSample
 from macromicro.control.stage_law import Target
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
 from macromicro.kernel import compiled, kernel
 from macromicro.nominal import PERIOD
 from macromicro.plant import amplifier, bench, carriage, encoder
@@ -221,7 +221,8 @@ def heated(machine: Machine, ctrl: npt.ArrayLike, seed: int = 0, every: int = 1)
     """
     sent = np.ascontiguousarray(ctrl, dtype=np.float64)
     if sent.ndim != 1 or len(sent) < 2 * every or not np.isfinite(sent).all() or every < 1:
-        raise InputError("CTRL profile", f"shape {sent.shape}", "a list of voltages, one each ms")
+        problem = f"its shape is {sent.shape}, or a value is not finite"
+        raise ProblemError("CTRL profile", problem, "Give a list of voltages, one each ms.")
     what = "an open-loop run of the micro-stage"
     found = stage(machine, what, ("laser",), sent, seed=seed, every=every)
     return _recording(machine, HEATED, _shown(found), every * DT, {"seed": seed})

@@ -79,8 +79,8 @@ def _follow(tree: Any, changes: Mapping[str, Any], where: str) -> None:
             or entry.admits(entry.value)
         ):
             continue
-        found = f"{entry.par.spoken(entry.value)}, which follows from other values"
-        raise InputError(f"{where}, {path}", found, f"{entry.accepted}: {FOLLOWS}")
+        found = f"{entry.par.spoken(entry.value)} follows from other values, but is not "
+        raise ProblemError(f"{where}, {path}", f"{found}{entry.accepted}", f"Give {FOLLOWS}.")
 
 
 def _grown(tree: Tree, table: Mapping[str, object], where: str) -> Tree:

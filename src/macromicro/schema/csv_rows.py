@@ -38,16 +38,16 @@ def table(
         elif len(cells) == len(names):
             yield Row(number_of, where, dict(zip(names, cells, strict=True)))
         else:
-            wanted = f"{len(names)} cells: {', '.join(names)}"
-            raise InputError(where, f"{len(cells)} cells", wanted)
+            found = f"the heading has {len(names)} cells, this line {len(cells)}"
+            raise ProblemError(where, found, f"Give {', '.join(names)}.")
     if not names:
         raise ProblemError(file, "no header", f"Accepted: {accepted}.")
 
 
 def _cells(content: str, where: str) -> list[str]:
     if ";" in content or "\t" in content:
-        found = "columns separated by ';'" if ";" in content else "columns separated by tabs"
-        raise InputError(where, found, _COMMAS)
+        found = "semicolons" if ";" in content else "tabs"
+        raise ProblemError(where, f"{found} separate the columns", f"Accepted: {_COMMAS}.")
     if '"' not in content:
         return [cell.strip() for cell in content.split(",")]
     try:

@@ -40,12 +40,12 @@ def read_text(path: Path, what: str) -> str:
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
-        found = f"byte 0x{data[error.start]:02x} at offset {error.start}"
-        raise InputError(where, found, "UTF-8 text") from None
+        found = f"byte 0x{data[error.start]:02x} at offset {error.start} is not UTF-8"
+        raise ProblemError(where, found, f"Expected: {what}.") from None
     if junk := _JUNK.search(text):
         offset = len(text[: junk.start()].encode())
-        found = f"control character 0x{ord(junk[0]):02x} at offset {offset}"
-        raise InputError(where, found, "plain text") from None
+        found = f"there is control character 0x{ord(junk[0]):02x} at offset {offset}"
+        raise ProblemError(where, found, f"Expected: {what}.") from None
     text = text.removeprefix("\ufeff")
     if not text.strip():
         raise ProblemError(where, "the file is empty", f"Expected: {what}.")
@@ -54,8 +54,8 @@ def read_text(path: Path, what: str) -> str:
 
 def read_toml(path: Path, what: str) -> dict[str, Any]:
     if path.suffix.lower() != ".toml" and not path.is_dir():  # reading says what a directory is
-        found = f"suffix {printable(path.suffix)}" if path.suffix else "no suffix"
-        raise InputError(printable(path, 300), found, what)
+        found = f"the suffix is {printable(path.suffix)}" if path.suffix else "there is no suffix"
+        raise ProblemError(printable(path, 300), found, f"Expected: {what}.")
     return parsed_toml(read_text(path, what), printable(path, 300))
 
 

@@ -8,7 +8,7 @@ import socket
 from collections.abc import Sequence
 from pathlib import Path
 
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.schema.text import printable
 
 HOST, SCPI_PORT, WEB_PORT = "127.0.0.1", 5025, 8080
@@ -28,7 +28,7 @@ def guarded(host: str, token: str | None) -> None:
     if token is not None and not token.strip():
         raise InputError("token", token, "a text that is hard to guess")
     if token is not None and not is_loopback(host) and len(token.strip()) < LEAST_TOKEN:
-        raise InputError("token", f"{len(token.strip())} characters", STRONG)
+        raise ProblemError("token", f"it has {len(token.strip())} characters", f"Give {STRONG}.")
 
 
 def is_loopback(host: str) -> bool:

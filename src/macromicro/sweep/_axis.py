@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.sampling import scaled
 from macromicro.schema.keys import only, unknown, whole
 from macromicro.schema.par import Entry
@@ -50,8 +50,8 @@ def read(table: object, entry: Entry, where: str, *, grid: bool) -> Axis:
     if given != ["low"] and "high" in table:
         given.append("high")
     if len(given) != 1:
-        accepted = "one of value, values, or low and high"
-        raise InputError(where, " and ".join(given) or "nothing", accepted)
+        found = f"{' and '.join(given)} are given" if given else "there is no range"
+        raise ProblemError(where, found, "Give one of value, values, or low and high.")
     if given == ["value"]:
         only(table, ("value",), where)
         return Axis(entry.path, par.unit, (float(entry.read(table["value"], f"{where}.value")),))
@@ -71,7 +71,7 @@ def _range(table: dict[str, Any], entry: Entry, where: str, *, grid: bool) -> Ax
     ends, par = {}, entry.par
     for key in ("low", "high"):
         if key not in table:
-            raise InputError(f"{where}.{key}", "nothing", remedy(par.read_in))
+            raise ProblemError(f"{where}.{key}", "missing", f"Give {remedy(par.read_in)}.")
         ends[key] = float(entry.read(table[key], f"{where}.{key}"))
     low, high = ends["low"], ends["high"]
     if not low < high:

@@ -104,15 +104,15 @@ def _checked(raw: dict[str, Any], path: Path, factory: Factory, law: str | None)
 def _count(raw: dict[str, Any], method: str, axes: tuple[Axis, ...], file: str) -> int:
     if method == "grid":
         if "samples" in raw:
-            accepted = "no samples: a grid has its steps"
             raise ProblemError(f"{file}, samples", "not allowed for a grid, which has its steps")
         count = math.prod(len(axis.levels) for axis in axes)
         if count > MAX_VARIANTS:
-            raise InputError(f"{file}, parameters", f"{count} variants", f"at most {MAX_VARIANTS}")
+            remedy = f"At most {MAX_VARIANTS} can be run."
+            raise ProblemError(f"{file}, parameters", f"they make {count} variants", remedy)
         return count
     if method == "sobol" and len(axes) > sampling.MAX_WIDTH:
-        accepted = f"at most {sampling.MAX_WIDTH} for sobol"
-        raise InputError(f"{file}, parameters", f"{len(axes)} parameters", accepted)
+        remedy = f"The method sobol takes at most {sampling.MAX_WIDTH}."
+        raise ProblemError(f"{file}, parameters", f"there are {len(axes)}", remedy)
     count = whole(raw.get("samples"), 1, MAX_VARIANTS, f"{file}, samples")
     most, why = _most(method, len(axes))
     if count > most:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from macromicro.columns import Column
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
 from macromicro.schema import plugins
@@ -227,11 +227,11 @@ def find(name: str) -> Procedure:
 
 
 def checked(found: Any, name: str) -> Recordings:
-    where, accepted = f"procedure {printable(name)}", "one recording or more, by file name"
+    where, remedy = f"procedure {printable(name)}", "Give one recording or more, by file name."
     if not isinstance(found, dict) or not found:
-        raise InputError(where, f"gave {printable(found)}", accepted)
+        raise ProblemError(where, f"it gave {printable(found)}", remedy)
     for file, recording in found.items():
         plain = isinstance(file, str) and file == Path(file).name and file not in ("", ".", "..")
         if not plain or not isinstance(recording, Recording):
-            raise InputError(where, f"gave {printable(file)}: {type(recording).__name__}", accepted)
+            raise ProblemError(where, f"{printable(file)} is {type(recording).__name__}", remedy)
     return found

@@ -18,7 +18,7 @@ from macromicro.control import outside
 from macromicro.control.macro import NAMES as MACRO_LAWS
 from macromicro.control.settings import MICRO_LAWS, Control
 from macromicro.design.margins import PdTaps
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.nominal import PERIOD
 from macromicro.sampling import scaled
 from macromicro.schema.par import Entry, entries
@@ -133,8 +133,8 @@ def _knob(entry: Entry, default: float) -> Knob:
     par = entry.par
     if not max(entry.value, default) > 0.0:
         if not math.isfinite(par.lo) or not math.isfinite(par.hi):
-            accepted = "a default above zero, or both bounds in its Par"
-            raise InputError(f"gain {entry.path}", f"{entry.value:g} by default", accepted)
+            remedy = "Give a default above zero, or both bounds in its Par."
+            raise ProblemError(f"gain {entry.path}", f"its default is {entry.value:g}", remedy)
         low, high = par.given(par.lo), par.given(par.hi)
         return Knob(entry.path, par.read_in, low, high, par.given(entry.value), False)
     present = par.given(entry.value if entry.value > 0.0 else default)

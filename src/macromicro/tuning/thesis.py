@@ -32,7 +32,7 @@ from macromicro.design.margins import (
     pd_by_time,
 )
 from macromicro.design.steps import overshoot, settling_time
-from macromicro.errors import InputError
+from macromicro.errors import ProblemError
 from macromicro.models import macro
 from macromicro.models.macro import Linear, MacroModel, position_transfer
 from macromicro.runs.drives import DT, law
@@ -175,11 +175,11 @@ def chosen(
         if found.saturated == 0 and found.overshoot < SMALL:
             return found
     held = TUNED_TAPS.derivative_time(DT) if derivative_time is None else derivative_time
-    raise InputError(
+    raise ProblemError(
         "the thesis' rule for the PD",
-        f"dead-zone inverse {dead_zone:g} V, limit {limit:g} V, derivative time {held:g} s",
-        "settings with which some crossover from 9.91 to 0.5 rad/s neither saturates nor "
-        "overshoots on the thesis' model",
+        "each crossover from 9.91 to 0.5 rad/s saturates or overshoots on the thesis' model",
+        f"Choose other values than a dead-zone inverse of {dead_zone:g} V, a limit of {limit:g} V "
+        f"and a derivative time of {held:g} s.",
     )
 
 

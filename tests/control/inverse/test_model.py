@@ -84,7 +84,7 @@ def test_what_cannot_be_an_actuators_is_told(key: str, value: object, said: str)
 
 
 def test_a_wrong_number_of_relays_makes_no_table() -> None:
-    with pytest.raises(InputError, match=r"controller\.fine\.relays: .2 values"):
+    with pytest.raises(InputError, match=r"controller\.fine\.relays: there are 2 values"):
         model.everett(P._replace(relays=(0.1, 0.2)))
 
 

@@ -45,7 +45,7 @@ def test_without_a_laser_the_travel_per_count_is_asked_for(tmp_path: Path) -> No
 def test_a_laser_that_falls_with_the_encoder_is_refused(tmp_path: Path) -> None:
     rows = "|".join(f"{k / 1e3},5,{k},{-70 * k}" for k in range(300))
     path = written(tmp_path / "a.csv", "t,u,x,y [um]", rows)
-    with pytest.raises(InputError, match="a laser that rises with x"):
+    with pytest.raises(InputError, match="laser must rise with x"):
         kinds.from_files("carriage", path)
 
 
@@ -83,7 +83,7 @@ def test_a_test_without_a_stroke_or_of_another_rate_is_refused(file: Path, tmp_p
     slow = "|".join(f"{k / 100},{5 * (40 < k < 90)},{max(k - 40, 0)}" for k in range(300))
     other = written(tmp_path / "slow.csv", "t,u,x", slow)
     fit = SimpleNamespace(dt=1e-3)
-    for path, said in ((still, "no stroke"), (other, "samples every 0.01 s")):
+    for path, said in ((still, "no stroke"), (other, "sample time is 0.01 s")):
         part = runs(loaded(Picking((path,), {}), carriage.ROLES)[0])[0]
         with pytest.raises(InputError, match=rf"--test, .*{said}"):
             carriage._tried(fit, part, str(path))

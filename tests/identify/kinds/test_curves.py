@@ -160,7 +160,7 @@ def test_constant_columns_and_short_records_are_refused() -> None:
         curves.cleaned(picked(u=np.full(20, 3.0), f=ramp))
     with pytest.raises(InputError, match=r"f\.csv, f: the column is constant at 0"):
         curves.cleaned(picked(u=ramp, f=0.0 * ramp))
-    with pytest.raises(InputError, match=r"f\.csv: '19 rows'; accepted: 20 rows or more"):
+    with pytest.raises(InputError, match=r"f\.csv: the file has 19 rows\. Give 20 rows or more"):
         curves.cleaned(picked(u=ramp[:19], f=ramp[:19]))
 
 

@@ -135,7 +135,7 @@ def test_a_bent_sensor_is_off_a_line(tmp_path: Path) -> None:
     ],
 )
 def test_options_are_checked(options: Options, found: str) -> None:
-    with pytest.raises(InputError, match=f"table: '{found}.*10 to 2000 points, --low below --hi"):
+    with pytest.raises(InputError, match=f"table: it has {found}.*10 to 2000 points, and --low"):
         hall.identify(given(), options)
 
 

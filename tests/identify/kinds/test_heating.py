@@ -240,7 +240,7 @@ def test_nrmse_is_of_the_range_that_was_fitted() -> None:
 
 @pytest.mark.parametrize("tau", [60.0, 0.3])
 def test_a_fall_that_ends_too_early_or_is_too_quick_is_refused(tau: float) -> None:
-    with pytest.raises(InputError, match=r"cooling record: .a fall from 80 to .* 63 % of the way"):
+    with pytest.raises(InputError, match=r"cooling record: it falls from 80 to .* 63 % of the way"):
         heating.fall([cooled(tau)], MEASURED)
 
 

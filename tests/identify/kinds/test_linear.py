@@ -159,7 +159,7 @@ def test_files_of_two_sample_times_are_refused(tmp_path: Path) -> None:
         if not fails:
             assert linear.identify(given(*files), Options()).data["dt"] == pytest.approx(DT)
             continue
-        with pytest.raises(InputError, match=r"records: 'sample times \[.*one sample time in all"):
+        with pytest.raises(InputError, match=r"records: the sample times are \[.*one sample time"):
             linear.identify(given(*files), Options())
 
 

@@ -31,7 +31,7 @@ def test_none_too_many_or_a_missing_file_is_refused(file: Path) -> None:
     with pytest.raises(InputError, match=r"FILE: no file is given.*one or more to identify from"):
         loading.there([])
     assert loading.there([file] * 500) == [file] * 500
-    with pytest.raises(InputError, match=r"501 files.*at most 500"):
+    with pytest.raises(InputError, match=r"501 files were given.*At most 500"):
         loading.there([file] * 501)
     with pytest.raises(InputError, match=r"gone\.csv: no such file"):
         loading.there([file, "gone.csv"])
@@ -44,7 +44,7 @@ def test_none_too_many_or_a_missing_file_is_refused(file: Path) -> None:
 def test_units_of_all_files_agree(file: Path, tmp_path: Path) -> None:
     other = table(tmp_path / "b.csv", "t_s,u_V,x_um", [0, 1], [1, 2], [3, 4])
     assert [t.units["x"] for t in loading.loaded(given(file, file), ROLES)] == ["mm", "mm"]
-    with pytest.raises(InputError, match=r"b\.csv: .units .*'um'.*those of .*a\.csv: .*'mm'"):
+    with pytest.raises(InputError, match=r"b\.csv: . is in um, in .*a\.csv in mm"):
         loading.loaded(given(file, other), ROLES)
 
 
@@ -90,5 +90,5 @@ def test_a_file_may_lack_an_optional_column_that_another_has(tmp_path: Path) -> 
     assert "run" in first.values and "run" not in second.values
     other.write_text("t_s,u_N\n0,1\n1,2\n")
     roles = (roles[0], Role("u", "input", ("u",), ("V", "N")), RUN)
-    with pytest.raises(InputError, match=r"other\.csv: .*'u': 'N'.*accepted: those of .*one\.csv"):
+    with pytest.raises(InputError, match=r"other\.csv: u is in N, in .*one\.csv"):
         loading.loaded(loading.Picking([one, other], {}), roles)

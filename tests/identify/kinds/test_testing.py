@@ -59,7 +59,7 @@ def test_a_linear_model_on_speeds_and_on_positions(tmp_path: Path) -> None:
         found = identify.from_files("linear", file, tests=(test,))
         assert found.lines[-1].name == "test" and found.lines[-1].value > 99.0
         assert len(found.plot()["free_run"].axes) == 4
-    with pytest.raises(InputError, match=r"a sample time of 0.02 s.*accepted: 0.01 s"):
+    with pytest.raises(InputError, match=r"sample time is 0\.02 s, that of the fit 0\.01 s"):
         files = (str(tmp_path / "fitted.npz"), str(tmp_path / "unseen-slow.npz"))
         identify.from_files("linear", files[0], tests=(files[1],))
 
@@ -84,7 +84,7 @@ def test_what_cannot_be_a_test(tmp_path: Path) -> None:
         identify.from_files("drive", own, tests=(own,))
     with np.load(own) as file:
         np.savez(tmp_path / "counts.npz", t_s=file["t_s"], u_N=file["u_N"], x_counts=file["x_m"])
-    with pytest.raises(InputError, match=r"units.*counts"):
+    with pytest.raises(InputError, match="x is in counts"):
         identify.from_files("drive", own, tests=(str(tmp_path / "counts.npz"),))
     with pytest.raises(InputError, match="no such file"):
         identify.from_files("drive", own, tests=(str(tmp_path / "nothing.npz"),))

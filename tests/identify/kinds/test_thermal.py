@@ -323,7 +323,7 @@ def test_steps_that_were_not_fitted(
     titles = [one.title for one in plots(made.plot()["free_run"])]
     assert [name for name in titles if "fitted" in name] == ["fitted", "not fitted: b.csv"]
     half = table(tmp_path / "c.csv", "t_s,u_V,temperature_C", t, 0.0 * t + 1.5, 25.0 + measured)
-    with pytest.raises(InputError, match=r"a step to 1\.5 V'; accepted: one of 1, 2 V"):
+    with pytest.raises(InputError, match=r"steps to 1\.5 V\. Give one of 1, 2 V"):
         thermal.identify(given(file), Options(tests=(str(half),)))
     monkeypatch.setattr(thermal, "_gain", lambda rises, remarks: GAIN)
     with warnings.catch_warnings():

@@ -125,7 +125,7 @@ hold = "1 s"
         ),
         ("[[paths]]\npoints = [['1 mm', '0 mm']]\nrounding = '0 mm'", "a radius above zero"),
         ("[[paths]]\nx = '1 mm'\non = 1", "on: '1'; accepted: true or false"),
-        ("[[paths]]\nx = '1 mm'\non = true", "false: nothing follows"),
+        ("[[paths]]\nx = '1 mm'\non = true", "no other path follows"),
         (
             "[[paths]]\nx = '0 mm'\non = true\n[[paths]]\nx = '1 mm'",
             "path 2: the path has no length",
@@ -150,7 +150,7 @@ def test_a_table_of_times_and_places_is_a_trajectory(tmp_path):
 @pytest.mark.parametrize(
     ("text", "what"),
     [
-        ("t_s,x_mm\n0,1\n", "line 1: 'columns t_s, x_mm'; accepted: t_s or t_ms, then x and y"),
+        ("t_s,x_mm\n0,1\n", "line 1: columns t_s, x_mm. Give t_s or t_ms, then x and y"),
         ("t_s,x_mm,y_mm,z_mm\n0,1,1,1\n", "columns"),
         ("t_s,x_mm,x_um\n0,1,1\n", "columns"),
         ("t_s,x_mm,y_mm\n0,1,1\n1,1,1\n", "2 rows"),

@@ -219,5 +219,5 @@ def test_a_trajectory_that_leaves_the_travel_of_an_axis_between_its_points_is_re
     y = np.interp(t, [0.0, 1.6, 1.8, 2.2, 2.4, 4.0], [0.0, top - 40.0, top, top, top - 40.0, 0.0])
     rows = [f"{a:.1f},{10 * a:.3f},{b:.3f}" for a, b in zip(t, np.floor(y), strict=True)]
     (tmp_path / "p.csv").write_text("\n".join(["t_s,x_mm,y_mm", *rows, ""]))
-    with pytest.raises(InputError, match=r"y, move 2: '\S+ mm .* mm outside"):
+    with pytest.raises(InputError, match=r"y, move 2: .* at \S+ mm, \S+ mm outside"):
         planning.plan(course.load(tmp_path / "p.csv"), DEFAULT)

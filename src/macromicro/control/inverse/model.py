@@ -12,7 +12,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.columns import Meaning
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis import Everett
 from macromicro.hysteresis.everett import lookup
 from macromicro.models.actuator import Hysteresis
@@ -144,9 +144,8 @@ def nodes(relays: int) -> int:
 def everett(p: Inverse) -> Everett:
     n = nodes(len(p.relays))
     if n < 2:
-        raise InputError(
-            f"{_HERE}.relays", f"{len(p.relays)} values", "n (n - 1) / 2 of them, row by row"
-        )
+        found = f"there are {len(p.relays)} values"
+        raise ProblemError(f"{_HERE}.relays", found, "Give n (n - 1) / 2 of them, row by row.")
     values = np.zeros((n, n))
     values[np.tril_indices(n, -1)] = p.relays
     return Everett(p.coldest, p.spacing, n, values)

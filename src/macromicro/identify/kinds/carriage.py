@@ -120,8 +120,8 @@ def _tried(fit: CarriageFit, part: Mapping[str, Array], file: str) -> Trial:
         )
     t = np.asarray(part["t"])
     if abs(float(t[1] - t[0]) - fit.dt) > _SAME * fit.dt:
-        found = f"samples every {t[1] - t[0]:.3g} s"
-        raise InputError(f"--test, {file}", found, f"{fit.dt:.3g} s, as in the fitted records")
+        found = f"its sample time is {t[1] - t[0]:.3g} s, that of the fit {fit.dt:.3g} s"
+        raise ProblemError(f"--test, {file}", found, "Give a test with the fit's.")
     return Trial(file, t - t[0], r.counts, carriage.free_run(fit.model, r, fit.dt))
 
 
@@ -151,5 +151,5 @@ def _pitch(
         )
     slope = float(np.polyfit(seen[0]["x"], seen[0]["y"], 1)[0])
     if not slope > 0.0:
-        raise InputError(f"{file}, y", f"{slope:.3g} m a count", "a laser that rises with x")
+        raise ProblemError(f"{file}, y", f"{slope:.3g} m a count", "The laser must rise with x.")
     return slope, "by the laser"

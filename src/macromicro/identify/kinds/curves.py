@@ -72,7 +72,7 @@ def cleaned(table: Picked) -> Pair:
                 "Record a change.",
             )
     if len(u) < 20:
-        raise InputError(table.file, f"{len(u)} rows", "20 rows or more")
+        raise ProblemError(table.file, f"the file has {len(u)} rows", "Give 20 rows or more.")
     if table.names["u"] == "thermocouple" and "t" in table.values:
         from macromicro.identify.kiln import NOISE_S
         from macromicro.identify.runs import checked

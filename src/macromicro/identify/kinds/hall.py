@@ -51,8 +51,8 @@ def identify(picking: Picking, options: Options) -> Result:
     if options.method not in METHODS:
         raise InputError("--method", options.method, ", ".join(METHODS))
     if not (options.low < options.high and 10 <= options.points <= 2000):
-        found = f"{options.points} points from {options.low:g} to {options.high:g} V"
-        raise InputError("table", found, "10 to 2000 points, --low below --high")
+        found = f"it has {options.points} points from {options.low:g} to {options.high:g} V"
+        raise ProblemError("table", found, "Choose 10 to 2000 points, and --low below --high.")
     tables = loaded(picking, ROLES)
     sweeps = [(v, x / 1e3) for table in tables for v, x in one_way(table)]
     if not sweeps:

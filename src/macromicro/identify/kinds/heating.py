@@ -11,7 +11,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.columns import Column
-from macromicro.errors import InputError, ProblemError
+from macromicro.errors import ProblemError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import Picked, railed, runs
@@ -160,8 +160,8 @@ def fall(group: list[Run], source: Source, cold: Sequence[Cold] = ()) -> Cooling
     time, rise = t[begin:] - t[begin], x[begin:] - ambient
     done = np.flatnonzero(rise <= (peak - ambient) * math.exp(-1.0))
     if not peak > ambient or not len(done) or done[0] < 5:
-        found = f"a fall from {peak:.4g} to {x[-1]:.4g} degC"
-        raise InputError("cooling record", found, "one that covers 63 % of the way to ambient")
+        found = f"it falls from {peak:.4g} to {x[-1]:.4g} degC"
+        raise ProblemError("cooling record", found, "Record 63 % of the way to ambient or more.")
     last = int(done[0]) + 1
     found_time = curve_fit(
         lambda s, tau: (peak - ambient) * np.exp(-s / tau), time[:last], rise[:last], time[last - 1]

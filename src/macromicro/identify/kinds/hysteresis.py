@@ -187,7 +187,8 @@ def _found(picking: Picking, options: Options) -> tuple[Found, dict[str, str]]:
     from macromicro.hysteresis.forc import read_forc
 
     if len(picking.files) > 1:
-        raise InputError("FILE", f"{len(picking.files)} files", "a single MicroMag file")
+        found = f"{len(picking.files)} files were given"
+        raise ProblemError("FILE", found, "Give a single MicroMag file.")
     if options.curves not in ("auto", "ascending"):
         raise InputError("--curves", options.curves, "ascending, the only kind in a MicroMag file")
     file = read_forc(picking.files[0], drift=options.drift)

@@ -60,8 +60,8 @@ def identify(picking: Picking, options: Options) -> Result:
     records, averaged = joined(measured(tables, options.width), position)
     dt = records[0].dt
     if any(abs(r.dt - dt) > 1e-3 * dt for r in records):
-        found = f"sample times {sorted({round(r.dt, 9) for r in records})} s"
-        raise InputError("records", found, "one sample time in all files")
+        found = f"the sample times are {sorted({round(r.dt, 9) for r in records})} s"
+        raise ProblemError("records", found, "Give files with one sample time.")
     pairs = [methods.differentiated(r.u, r.x, dt) if position else (r.u, r.x) for r in records]
     u, y = [p[0] for p in pairs], [p[1] for p in pairs]
     method = getattr(methods, options.method)
@@ -128,7 +128,8 @@ def tried(fit: LinearFit, run: Run, file: str, *, position: bool) -> Trial:
     from macromicro.identify import differentiated
 
     if abs(run.dt - fit.dt) > 1e-3 * fit.dt:
-        raise InputError(file, f"a sample time of {run.dt:.6g} s", f"{fit.dt:.6g} s, as fitted")
+        found = f"the sample time is {run.dt:.6g} s, that of the fit {fit.dt:.6g} s"
+        raise ProblemError(file, found, "Give a test with the fit's.")
     if not position:
         return Trial(file, run.t, run.x, fit.simulate(run.u))
     u, y = differentiated(run.u, run.x, fit.dt)

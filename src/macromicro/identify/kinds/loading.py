@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from macromicro.errors import InputError, ProblemError
+from macromicro.errors import ProblemError
 from macromicro.files.reading import is_forc, read
 from macromicro.identify.picking import Picked, Role, chosen, pick
 from macromicro.schema.text import printable
@@ -35,7 +35,8 @@ def there(names: Sequence[str | Path]) -> list[Path]:
     if not names:
         raise ProblemError("FILE", "no file is given", "Name one or more to identify from.")
     if len(names) > _MOST:
-        raise InputError("FILE", f"{len(names)} files", f"at most {_MOST}")
+        found = f"{len(names)} files were given"
+        raise ProblemError("FILE", found, f"At most {_MOST} can be read at once.")
     for name in names:
         if "\0" in str(name) or not _there(Path(name)):
             raise ProblemError(printable(name, 300), "no such file", "Check the path.")
@@ -66,7 +67,7 @@ def loaded(what: Picking, roles: Sequence[Role]) -> list[Picked]:
 
 def alike(table: Picked, first: Picked) -> None:
     """Reject a file whose units differ; a missing column has none."""
-    shared = [name for name in first.units if name in table.units]
-    own, others = ({n: each.units[n] for n in shared} for each in (table, first))
-    if own != others:
-        raise InputError(table.file, f"units {own}", f"those of {first.file}: {others}")
+    for name, unit in first.units.items():
+        if (own := table.units.get(name, unit)) != unit:
+            found = f"{name} is in {own or 'no unit'}, in {first.file} in {unit or 'no unit'}"
+            raise ProblemError(table.file, found, "Give files with the same units.")

@@ -44,8 +44,8 @@ class Options(NamedTuple):
 
 def identify(picking: Picking, options: Options) -> Result:
     if len(picking.files) > 1:
-        accepted = "one recording over time; others are predicted with --test"
-        raise InputError("FILE", f"{len(picking.files)} files", accepted)
+        remedy = "Give one recording over time, and others to predict with --test."
+        raise ProblemError("FILE", f"{len(picking.files)} files were given", remedy)
     table = loaded(picking, ROLES)[0]
     if "curve" in table.values:
         raise ProblemError(

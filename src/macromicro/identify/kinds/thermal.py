@@ -133,8 +133,8 @@ def _tried(found: Found, others: list[Picked], role: str, source: Source) -> lis
                     )
             else:
                 known = ", ".join(f"{v:g}" for v in found.rises)
-                accepted = f"one of {known} V, or steady rises at four voltages for (5.2)"
-                raise InputError("--test", f"{table.file}: a step to {volts:g} V", accepted)
+                remedy = f"Give one of {known} V, or steady rises at four voltages for (5.2)."
+                raise ProblemError("--test", f"{table.file} steps to {volts:g} V", remedy)
             usable = np.isfinite(step.error)
             t, rise = step.t[usable], step.rise[usable]
             model = end * np.asarray(step_response(found.heating.modes, t))

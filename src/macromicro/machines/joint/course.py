@@ -90,7 +90,7 @@ def _legs(tables: list[dict[str, Any]], word: str, file: str) -> list[Leg]:
             legs.append(whole)
         if _flag(table, where):
             if number == len(tables):
-                raise InputError(f"{where}, on", "true", "false: nothing follows the last one")
+                raise ProblemError(f"{where}, on", f"no other {word} follows", "Leave it out.")
             open_leg = legs.pop()
         if len(legs) > MAX_MOVES:
             raise ProblemError(where, f"more than {MAX_MOVES} moves", "Shorten the programme.")
@@ -210,7 +210,7 @@ def _header(cells: list[str], where: str) -> None:
     times = [c for c in cells if c in _TIMES]
     places = sorted(n for n in names if n in AXES)
     if len(times) != 1 or places != list(AXES) or len(cells) != 3:
-        raise InputError(where, f"columns {printable(', '.join(cells), 80)}", _HEADER)
+        raise ProblemError(where, f"columns {printable(', '.join(cells), 80)}", f"Give {_HEADER}.")
 
 
 def _table(path: Path) -> Course:

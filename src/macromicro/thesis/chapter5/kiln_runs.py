@@ -14,7 +14,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.columns import Column
-from macromicro.errors import InputError, MacromicroError
+from macromicro.errors import InputError, MacromicroError, ProblemError
 from macromicro.kernel import compiled, kernel
 from macromicro.plant import kiln
 from macromicro.plant.kiln import KILN_NOISES, KilnBench, KilnPlant, KilnState
@@ -209,9 +209,9 @@ def coldest(plant: Oven, seed: int = 0) -> float:
         return max(COLD, float(plant.oven.ambient) + COOLED)
     room = _shown(plant, seed)
     if not room <= HOTTEST - COOLED:
-        found = f"{room:.1f} degC before it is heated"
-        accepted = f"at most {HOTTEST - COOLED:g} degC: let it cool, or check its thermocouple"
-        raise InputError(f"{plant.name}, thermocouple", found, accepted)
+        found = f"it reads {room:.1f} degC before the kiln is heated"
+        remedy = f"Let it cool to {HOTTEST - COOLED:g} degC or less, or check the thermocouple."
+        raise ProblemError(f"{plant.name}, thermocouple", found, remedy)
     return max(COLD, room + COOLED)
 
 
