@@ -33,6 +33,7 @@ arcmin = 2.90888208665721596153948461415e-4 rad; arcsec = 4.84813681109535993589
 rev = 360 deg = turn
 Hz = rev/s; kHz = 1e3 Hz; rpm = rev/min
 N = kg*m/s^2; mN = 1e-3 N; kN = 1e3 N; gf = 9.80665e-3 N; kgf = 9.80665 N
+ozf = 0.2780138509537812 N
 J = N*m; kJ = 1e3 J; mJ = 1e-3 J
 W = J/s; kW = 1e3 W; mW = 1e-3 W
 V = W/A; kV = 1e3 V; mV = 1e-3 V; uV = 1e-6 V
@@ -154,7 +155,7 @@ def _size(unit: str) -> tuple[Decimal, Dimension]:
 @cache
 def _names() -> tuple[str, ...]:
     """Every offered unit in the order of the list."""
-    return tuple(name for name in _units() if name not in ("count", "bit", "inch"))
+    return tuple(name for name in _units() if name not in ("count", "bit", "inch", "ozf"))
 
 
 @cache

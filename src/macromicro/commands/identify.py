@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,10 +10,10 @@ import typer
 
 from macromicro.commands.group import Group
 from macromicro.commands.signals import Signals
+from macromicro.commands.streams import warned
 
 if TYPE_CHECKING:
     from macromicro.identify.kinds.loading import Picking
-    from macromicro.identify.result import Result
 
 app = typer.Typer(
     cls=Group,
@@ -30,6 +29,9 @@ Files = Annotated[list[str], typer.Argument(metavar="FILE", help="One file or se
 Columns = Annotated[
     list[str] | None,
     typer.Option(metavar="NAME=COLUMN", help="Meaning of a column, such as x=position_mm:mm."),
+]
+Rate = Annotated[
+    str | None, typer.Option(metavar="HZ", help="Rows per second, where no column holds times.")
 ]
 Out = Annotated[Path | None, typer.Option(help="Folder for figures, result.json, model.toml.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace results in that folder.")]
@@ -57,6 +59,7 @@ def _whole(text: str | None) -> int | str | None:
 def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
     files: Files,
     columns: Columns = None,
+    rate: Rate = None,
     gain: Annotated[
         float | None, typer.Option(help="Force per unit of u, such as N/V.", show_default="1")
     ] = None,
@@ -124,13 +127,14 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
         "endless": endless,
         "free": free,
     }
-    _identify("drive", options, files, columns, out, overwrite, as_json, machine)
+    _identify("drive", options, files, _timed(columns, rate), out, overwrite, as_json, machine)
 
 
 @app.command()
 def carriage(
     files: Files,
     columns: Columns = None,
+    rate: Rate = None,
     pitch: Annotated[
         str | None, typer.Option(help="Travel per count, such as 71.4um.", show_default="by y")
     ] = None,
@@ -145,13 +149,14 @@ def carriage(
     """
     print("identifying the carriage: about a minute", file=sys.stderr)
     options = {"pitch": pitch, "tests": tuple(test or ())}
-    _identify("carriage", options, files, columns, out, overwrite, as_json)
+    _identify("carriage", options, files, _timed(columns, rate), out, overwrite, as_json)
 
 
 @app.command()
-def actuator(
+def actuator(  # noqa: PLR0913, PLR0917 -- one parameter per option
     files: Files,
     columns: Columns = None,
+    rate: Rate = None,
     table: Annotated[
         Path | None, typer.Option(metavar="FILE", help="table.h5 of `identify hysteresis`.")
     ] = None,
@@ -181,13 +186,14 @@ def actuator(
         "austenite": austenite,
         "tests": tuple(test or ()),
     }
-    _identify("actuator", options, files, columns, out, overwrite, as_json)
+    _identify("actuator", options, files, _timed(columns, rate), out, overwrite, as_json)
 
 
 @app.command()
 def linear(  # noqa: PLR0913, PLR0917 -- one parameter per option
     files: Files,
     columns: Columns = None,
+    rate: Rate = None,
     method: Annotated[
         str, typer.Option(help="output_error, box_jenkins, mls, sriv, gls or least_squares.")
     ] = "output_error",
@@ -211,13 +217,14 @@ def linear(  # noqa: PLR0913, PLR0917 -- one parameter per option
         "width": width,
         "tests": tuple(test or ()),
     }
-    _identify("linear", options, files, columns, out, overwrite, as_json)
+    _identify("linear", options, files, _timed(columns, rate), out, overwrite, as_json)
 
 
 @app.command()
 def deadzone(  # noqa: PLR0913, PLR0917 -- one parameter per option
     files: Files,
     columns: Columns = None,
+    rate: Rate = None,
     travel: Annotated[
         tuple[float, float] | None, typer.Option(help="Range of x over which motion counts.")
     ] = None,
@@ -244,7 +251,7 @@ def deadzone(  # noqa: PLR0913, PLR0917 -- one parameter per option
         "width": width,
         "tests": tuple(test or ()),
     }
-    _identify("deadzone", options, files, columns, out, overwrite, as_json)
+    _identify("deadzone", options, files, _timed(columns, rate), out, overwrite, as_json)
 
 
 @app.command()
@@ -308,9 +315,10 @@ def stress(
 
 
 @app.command()
-def thermal(
+def thermal(  # noqa: PLR0913, PLR0917 -- one parameter per option
     files: Files,
     columns: Columns = None,
+    rate: Rate = None,
     table: Annotated[
         Path | None,
         typer.Option(help=("table.h5 of `identify hysteresis`, to infer heat from positions.")),
@@ -332,7 +340,7 @@ def thermal(
     They come from steps. A column x needs --table.
     """
     options = {"table": table, "ambient": ambient, "step": step, "tests": tuple(test or ())}
-    _identify("thermal", options, files, columns, out, overwrite, as_json)
+    _identify("thermal", options, files, _timed(columns, rate), out, overwrite, as_json)
 
 
 @app.command()
@@ -383,6 +391,19 @@ def plays(
     _identify("plays", options, files, columns, out, overwrite, as_json)
 
 
+def _timed(columns: list[str] | None, rate: str | None) -> list[str]:
+    """The columns, with a rate in place of that of times."""
+    if rate is None:
+        return columns or []
+    from macromicro.errors import InputError
+    from macromicro.identify.picking import hertz
+    from macromicro.schema.text import printable
+
+    if not hertz(text := rate if not rate.replace(".", "").isdecimal() else f"{rate} Hz"):
+        raise InputError("--rate", printable(rate), "rows per second, such as 200 or 1kHz")
+    return [*(columns or []), f"t={text}"]
+
+
 def _identify(
     kind: str,
     options: dict[str, Any],
@@ -419,7 +440,7 @@ def _work(
     as_json: bool,
     machine: Path | None,
 ) -> None:
-    from macromicro.identify.kinds import drive_file
+    from macromicro.identify.kinds import drive_file, fitted
     from macromicro.identify.result import NAMES
     from macromicro.identify.search import until
     from macromicro.machines import identified
@@ -428,15 +449,16 @@ def _work(
     with Signals() as signals:
         known = None if machine is None else identified.sheet(machine)
         signals.later("ending with the best fit so far; Ctrl-C again ends without a result")
-        with until(lambda: signals.received):
-            found = _quietly(kind, options, what)
+        with until(lambda: signals.received), warned() as said:
+            found = fitted(kind, what, **options)
+        found.warnings = tuple(said)
         if signals.received:
             found.warnings += (CUT_SHORT,)
         if known is not None:
             found.toml = identified.merged(found, known)
-            said = f"identified mass and friction, all else from {known.file}"
+            words = f"identified mass and friction, all else from {known.file}"
             found.remarks = [r for r in found.remarks if r[0] not in drive_file.ABOUT]
-            found.remarks.append(("model.toml", said))
+            found.remarks.append(("model.toml", words))
     if out is not None:
         with folder.staged(out, NAMES) as place:
             found.save(place)
@@ -449,28 +471,3 @@ def _work(
     if signals.received:
         print(f"macromicro: {CUT_SHORT}", file=sys.stderr)
         raise typer.Exit(signals.status)
-
-
-def _quietly(kind: str, options: dict[str, Any], what: Picking) -> Result:
-    """The result; each warning goes to stderr once, before an error."""
-    from macromicro.identify.kinds import fitted
-
-    said: list[str] = []
-    try:
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            try:
-                found = fitted(kind, what, **options)
-            finally:
-                said = _texts(caught)
-    finally:
-        for text in said:
-            print(f"macromicro: {text}", file=sys.stderr)
-    found.warnings = tuple(said)
-    return found
-
-
-def _texts(caught: list[Any]) -> list[str]:
-    """Name and message of each warning, once, without those of numpy and scipy."""
-    kinds = [w for w in caught if issubclass(w.category, UserWarning)]
-    return list(dict.fromkeys(f"{w.category.__name__}: {w.message}" for w in kinds))

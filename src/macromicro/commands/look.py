@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from macromicro.commands.streams import warned
+
 if TYPE_CHECKING:
     from macromicro.identify.look.told import Look
 
@@ -30,7 +32,8 @@ def look(
     from macromicro.identify.look.told import look as looked
     from macromicro.report.summary import as_json as to_json
 
-    found = looked(file)
+    with warned():
+        found = looked(file)
     if as_json:
         print(to_json(found.content()), end="")
         return

@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import io
 import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 
@@ -45,3 +48,24 @@ def _patient(stream: Any) -> Any:
         line_buffering=stream.line_buffering,
         write_through=stream.write_through,
     )
+
+
+@contextmanager
+def warned() -> Iterator[list[str]]:
+    """Print each warning of what runs within, once; the list has them at its end.
+
+    Warnings of numpy and scipy are left out.
+    """
+    said: list[str] = []
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            try:
+                yield said
+            finally:
+                ours = [w for w in caught if issubclass(w.category, UserWarning)]
+                texts = [f"{w.category.__name__}: {w.message}" for w in ours]
+                said += dict.fromkeys(texts)
+    finally:
+        for text in said:
+            print(f"macromicro: {text}", file=sys.stderr)

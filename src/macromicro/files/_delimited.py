@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
@@ -19,6 +21,10 @@ from macromicro.files._stream import Rows
 from macromicro.files.table import Columns, Table
 
 _BLOCK = 1 << 20  # bytes that are parsed at a time; of larger ones more stays with the process
+_SAMPLING = re.compile(r"sampl|rate|frequency|abtast", re.IGNORECASE)
+_NUMBER = r"([0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]+)?)"
+_HERTZ = re.compile(rf"{_NUMBER}\s*(k?hz)|(k?hz)\W+{_NUMBER}", re.IGNORECASE)
+_SIZE = {"hz": 1.0, "khz": 1e3}
 _EMPTY = (*MISSING, *(" " * k for k in range(1, 9)))
 
 
@@ -41,8 +47,17 @@ def table(path: Path, where: str) -> Table:
     note = "" if layout.headed else f"there is no heading ({HEADING}): columns are called 1, 2, ..."
     made = Columns(names, lambda wanted: columns(path, where, layout, wanted))
     words = tuple(n for n, kind in zip(names, layout.kinds, strict=True) if kind in (TEXT, EMPTY))
-    found = Table(where, made, units, {}, reasons, doubtful, words, note)
+    rate = _rate(layout.before)
+    found = Table(where, made, units, {}, reasons, doubtful, words, note, rate)
     return _labview.completed(found, layout.before)
+
+
+def _rate(lines: Sequence[str]) -> float:
+    """Rows per second of a header such as "sampling rate [Hz]: 200"; NaN without one."""
+    for line in lines:
+        if _SAMPLING.search(line) and (number := _HERTZ.search(line)):
+            return float(number[1] or number[4]) * _SIZE[(number[2] or number[3]).lower()]
+    return math.nan
 
 
 def columns(path: Path, where: str, layout: Layout, names: Sequence[str]) -> dict[str, Array]:

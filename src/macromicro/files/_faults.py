@@ -1,10 +1,12 @@
-"""Text that pyarrow rejects: read cell by cell, or rejected with its line."""
+"""Text that pyarrow rejects: read cell by cell, without the lines that are no rows."""
 
 from __future__ import annotations
 
 import io
+import math
+import warnings
 from array import array
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,15 +17,28 @@ from macromicro.files._cells import EMPTY, REMARKS, TIME, cells, number
 from macromicro.files._layout import Layout
 from macromicro.schema.text import printable
 
+MOST = 0.5  # unread lines or cells per row
+
+
+class UnreadLinesWarning(UserWarning):
+    """Lines of a text that are no rows of its table were left out."""
+
 
 def carefully(path: Path, where: str, layout: Layout, names: Sequence[str]) -> dict[str, Array]:
-    """Columns of a text with remarks between rows and any number format."""
+    """Columns of a text with remarks between rows and any number format.
+
+    A line with another number of cells is left out; a cell that is no number is NaN.
+    """
     place = {name: layout.names.index(name) for name in names}
     times = {name for name, j in place.items() if layout.kinds[j] == TIME}
     numbers = {name: array("d") for name in names if name not in times}
     texts: dict[str, list[str]] = {name: [] for name in times}
+    wrong: dict[str, list[tuple[int, str]]] = {}  # by column: line and cell
     count = len(layout.names)
     open_ended = layout.kinds[-1] == EMPTY  # trailing marks, which a line may lack
+    heads = [name for j, name in enumerate(layout.names, 1) if name != f"column {j}"]
+    unread: list[tuple[int, str]] = []  # line and reason
+    rows = 0
     with path.open("rb") as file:
         decoded = io.TextIOWrapper(
             file,
@@ -36,21 +51,25 @@ def carefully(path: Path, where: str, layout: Layout, names: Sequence[str]) -> d
             if k <= layout.lines or not line.strip() or line.lstrip()[0] in REMARKS:
                 continue
             row = cells(line, layout.mark)
+            if layout.headed and [cell for cell in row if cell] == heads:
+                continue  # the next table of a file with several
             if len(row) == count - 1 and open_ended:
                 row.append("")
             if len(row) == count + 1 and not row[-1]:
                 row.pop()
             if len(row) != count:
-                found = f"the heading has {count} cells, this line {len(row)}"
-                raise ProblemError(f"{where}, line {k}", found, "Give as many of each.")
+                unread.append((k, f"{len(row)} cells instead of {count}"))
+                continue
+            rows += 1
             for name, values in numbers.items():
                 value = number(row[place[name]], layout.mark)
                 if value is None:
-                    at = f"{where}, line {k}, {printable(name)}"
-                    raise InputError(at, printable(row[place[name]]), "a number, nan, or nothing")
+                    value = math.nan
+                    wrong.setdefault(name, []).append((k, printable(row[place[name]], 40)))
                 values.append(value)
             for name, words in texts.items():
                 words.append(row[place[name]])
+    _judge(where, rows, unread, wrong)
     made = {name: np.array(values, dtype=np.float64) for name, values in numbers.items()}
     if texts:
         import pyarrow as pa
@@ -60,3 +79,28 @@ def carefully(path: Path, where: str, layout: Layout, names: Sequence[str]) -> d
         for name, words in texts.items():
             made[name] = seconds(pa.array(words, pa.string()), f"{where}, {printable(name)}")
     return {name: made[name] for name in names}
+
+
+def _judge(
+    where: str,
+    rows: int,
+    unread: Sequence[tuple[int, str]],
+    wrong: Mapping[str, Sequence[tuple[int, str]]],
+) -> None:
+    """Report what was left out; an error where most of the text is no table of numbers."""
+    for name, cells_ in wrong.items():
+        line, cell = cells_[0]
+        at = f"{where}, line {line}, {printable(name)}"
+        if len(cells_) > MOST * rows:
+            raise InputError(at, cell, "a number, nan, or nothing")
+        more = f", and {len(cells_) - 1} more lines" if len(cells_) > 1 else ""
+        warnings.warn(f"{at}: {cell!r} is no number{more}", UnreadLinesWarning, stacklevel=2)
+    if not unread:
+        return
+    line, reason = unread[0]
+    if len(unread) > MOST * rows:
+        problem = f"the heading and this line differ: {reason}"
+        raise ProblemError(f"{where}, line {line}", problem, "Give as many of each.")
+    more = f", and {len(unread) - 1} more lines" if len(unread) > 1 else ""
+    text = f"{where}, line {line}: {reason}{more}; left out"
+    warnings.warn(text, UnreadLinesWarning, stacklevel=2)

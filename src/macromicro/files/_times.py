@@ -13,7 +13,7 @@ _DAY = 86400.0
 _PARTS = (
     r"^\s*(?:(?P<a>\d+)[-/.](?P<b>\d+)[-/.](?P<c>\d+))?[T ]*"
     r"(?:(?P<h>\d+):(?P<m>\d+)(?::(?P<s>\d+(?:[.,]\d+)?))?)?\s*(?P<p>[AaPp][Mm])?"
-    r"(?:Z|[+-]\d\d:?\d\d)?\s*$"
+    r"(?:Z|(?P<z>[+-])(?P<zh>\d\d):?(?P<zm>\d\d))?\s*$"
 )
 
 
@@ -43,6 +43,9 @@ def seconds(texts: Any, where: str) -> Array:
     afternoon = pc.fill_null(pc.equal(noon, "PM"), False).to_numpy(zero_copy_only=False)
     morning = pc.fill_null(pc.equal(noon, "AM"), False).to_numpy(zero_copy_only=False)
     hours = np.where(afternoon | morning, hours % 12.0 + 12.0 * afternoon, hours)
+    east = _filled(part("zh")) * 3600.0 + _filled(part("zm")) * 60.0
+    west = pc.fill_null(pc.equal(pc.struct_field(found, "z"), "-"), False)
+    zone = np.where(west.to_numpy(zero_copy_only=False), -east, east)
     hidden = empty.to_numpy(zero_copy_only=False)
     of_day = 3600.0 * _filled(hours) + 60.0 * _filled(minutes) + _filled(rest)
     a, b, c = (part(name) for name in "abc")
@@ -53,7 +56,7 @@ def seconds(texts: Any, where: str) -> Array:
         days = _days(a, b, c, where)
     days = np.where(hidden, np.nan, days)
     first = days[np.isfinite(days)]
-    return (days - (first[0] if len(first) else 0.0)) * _DAY + of_day
+    return (days - (first[0] if len(first) else 0.0)) * _DAY + of_day - zone
 
 
 def _filled(values: Array) -> Array:

@@ -54,7 +54,14 @@ _WORDS = {
     "count": "counts",
     "cts": "counts",
 }
+_WORDS |= dict.fromkeys(("rotation", "rotations", "rot", "turns", "revs"), "rev")
+_WORDS |= dict.fromkeys(("revolution", "revolutions"), "rev")
 _BRACKETED = {"in": "inch", "in.": "inch", '"': "inch", "C": "degC", "c": "counts"}
+# Torques; as a unit of force a kilogram or an ounce is its weight.
+_BRACKETED |= {"Nm": "N*m", "mNm": "mN*m", "kNm": "kN*m", "Ncm": "N*cm"}
+_BRACKETED |= dict.fromkeys(("kg*cm", "kgcm", "kg cm", "kg-cm", "kgf cm"), "kgf*cm")
+_BRACKETED |= dict.fromkeys(("oz*in", "oz-in", "oz in", "ozin", "ozf*in"), "ozf*inch")
+_ONLY_OF_TIMES = ("min", "h")  # x_min is a least position
 
 
 def parted(name: str) -> tuple[str, str]:
@@ -69,6 +76,8 @@ def parted(name: str) -> tuple[str, str]:
     for suffix in _SUFFIXES:
         if match := suffix.fullmatch(text):
             unit = _ENDINGS.get(match[2], match[2].replace("_per_", "/"))
+            if unit in _ONLY_OF_TIMES and plain(match[1]) not in TIMES:
+                continue
             if known(unit):
                 return match[1], unit
     return text, ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
@@ -59,6 +60,7 @@ class Table(NamedTuple):
     doubtful: dict[str, str] = {}  # noqa: RUF012
     words: tuple[str, ...] = ()  # columns that seem to hold words, or nothing
     note: str = ""  # hint for messages about a missing column
+    rate: float = math.nan  # rows per second by the header, Hz
 
     def times(self, used: Collection[str] = ()) -> str:
         """The column of times: a usual name, or dates."""

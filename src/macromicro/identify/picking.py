@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
@@ -16,7 +17,9 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.files.naming import TIMES, by_name, last, parted
 from macromicro.files.table import Table
 from macromicro.identify.notices import DataWarning, SaturationWarning, notice
+from macromicro.identify.runs import GAP
 from macromicro.schema.text import printable
+from macromicro.units import measured
 
 
 class MissingRowsWarning(DataWarning):
@@ -25,6 +28,9 @@ class MissingRowsWarning(DataWarning):
 
 class UnitWarning(DataWarning):
     """A column without a unit; the usual one was assumed."""
+
+
+_SHORTEST = 20  # rows of a run behind a gap
 
 
 class Role(NamedTuple):
@@ -47,6 +53,7 @@ class Picked(NamedTuple):
 
 # Of a temperature: the size of a degree and its zero, which differences do not have.
 DEGREES = {"K": (1.0, 273.15), "degF": (5.0 / 9.0, 32.0), "°F": (5.0 / 9.0, 32.0)}
+CLOCK = "\0"  # in place of a column of times: row by row at a rate
 T = Role("t", "time", TIMES, ("s",))
 RUN = Role("run", "which run a row belongs to", ("run", "record", "trial"), optional=True)
 
@@ -76,11 +83,17 @@ def pick(table: Table, roles: Sequence[Role], requested: Mapping[str, str]) -> P
             used = {name for name, _ in taken.values()}
             taken[role.name] = _column(table, role, None, used)
     # In one go: a long file is parsed once, and only where its columns are needed.
-    columns = table.several(list(dict.fromkeys(name for name, _ in taken.values() if name)))
+    wanted = [name for name, _ in taken.values() if name and name != CLOCK]
+    columns = table.several(list(dict.fromkeys(wanted)))
     table.forget()
     for role in roles:
         name, unit = taken[role.name]
         if not name:
+            continue
+        if name == CLOCK:
+            rows = max(map(len, columns.values()), default=0)
+            found[role.name], units[role.name] = np.arange(rows) / float(unit), "s"
+            named[role.name] = f"{unit} Hz"
             continue
         found[role.name], units[role.name] = _converted(table, role, name, unit, columns[name])
         named[role.name] = name
@@ -109,6 +122,12 @@ def _column(
 ) -> tuple[str, str]:
     """Name and unit of the column for a role; no name for a missing optional one."""
     if requested is not None:
+        if (
+            role.names == TIMES
+            and requested not in table.columns
+            and (per_second := hertz(requested))
+        ):
+            return CLOCK, f"{per_second:.17g}"
         name, mark, unit = requested.rpartition(":")
         if not mark or requested in table.columns:
             name, unit = requested, ""
@@ -128,13 +147,27 @@ def _column(
         return found, table.units[found]
     if role.optional:
         return "", ""
+    if role.names == TIMES and math.isfinite(table.rate):
+        text = f"no column of times; the {table.rate:g} Hz of its header are taken"
+        notice(UnitWarning, f"{table.file}: {text}")
+        return CLOCK, f"{table.rate:.17g}"
+    clock = " or give the rows per second with --rate HZ" if role.names == TIMES else ""
     raise ProblemError(
         table.file,
         f"there is no column for {role.name} ({role.meaning})",
-        f"Name one with --columns {role.name}=COLUMN. Columns: {_names(table)}. "
+        f"Name one with --columns {role.name}=COLUMN{clock}. Columns: {_names(table)}. "
         "`macromicro look` suggests columns by their data."
         + (f" Note: {table.note}." if table.note else ""),
     )
+
+
+def hertz(text: str) -> float:
+    """Rows per second from a text such as "200 Hz"; 0 for another text."""
+    try:
+        value, _ = measured(text, ("Hz",), "t")
+    except InputError:
+        return 0.0
+    return value if value > 0.0 else 0.0
 
 
 def _listed(table: Table) -> str:
@@ -188,13 +221,37 @@ def _finite(file: str, found: dict[str, Array]) -> dict[str, Array]:
 
 
 def runs(picked: Picked) -> list[dict[str, Array]]:
-    """Columns cut where the role "run" changes."""
+    """Columns cut where the role "run" changes, where rows are missing, and where time restarts."""
     values = dict(picked.values)
-    if "run" not in values:
-        return [values]
-    cuts = np.flatnonzero(np.diff(values.pop("run"))) + 1
+    changes = np.flatnonzero(np.diff(values.pop("run", np.zeros(1)))) + 1
+    breaks = _breaks(picked.file, values["t"], changes) if "t" in values else changes[:0]
+    cuts = np.union1d(changes, breaks).astype(np.int64)
     parts = {role: np.split(v, cuts) for role, v in values.items()}
-    return [{role: v[k] for role, v in parts.items()} for k in range(len(cuts) + 1)]
+    found = [{role: v[k] for role, v in parts.items()} for k in range(len(cuts) + 1)]
+    if not len(breaks):
+        return found
+    long = [part for part in found if len(part["t"]) >= _SHORTEST]
+    return long or found
+
+
+def _breaks(file: str, t: Array, known: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Rows at which a record goes on after a gap or begins anew, with a warning."""
+    steps = np.diff(t)
+    steps[known - 1] = np.nan
+    rising = steps[steps > 0.0]
+    usual = float(np.median(rising)) if len(rising) else np.inf
+    found = np.flatnonzero((steps > GAP * usual) | (steps < 0.0))
+    if not len(found) or (len(found) + 1) * _SHORTEST > len(t):  # no time at all, or a broken one
+        return found[:0]
+    first = int(found[0])
+    what = f"a gap of {steps[first]:.6g} s" if steps[first] > 0.0 else "time begins anew"
+    more = f" and {len(found) - 1} more" if len(found) > 1 else ""
+    notice(
+        MissingRowsWarning,
+        f"{file}: {what} after {t[first]:.6g} s (row {first + 1}){more}: the record is cut there "
+        f"into runs, and those of fewer than {_SHORTEST} rows are left out",
+    )
+    return found + 1
 
 
 def railed(values: Array, where: str, done: str = "nothing was changed") -> npt.NDArray[np.bool_]:

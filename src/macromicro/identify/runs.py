@@ -13,7 +13,7 @@ from macromicro.identify.records import signal
 from macromicro.recording import Recording
 
 _EVEN = 0.02  # a time step this part off the median is even enough
-_GAP = 5.0  # a time step of this many medians is a gap
+GAP = 5.0  # usual time steps; a longer one is a gap
 
 
 class Run(NamedTuple):
@@ -158,7 +158,7 @@ def _even(t: Array, u: Array, x: Array, where: str) -> tuple[Array, Array, Array
         raise ProblemError(f"{where}.t", found, "Give times that increase.")
     row, shortest, longest = int(steps.argmax()), float(steps.min()), float(steps.max())
     usual = float(np.median(steps, overwrite_input=True))  # no copy: records may be long
-    if longest > _GAP * usual:
+    if longest > GAP * usual:
         raise ProblemError(
             f"{where}.t",
             f"there is a gap of {longest:g} s after {t[row]:g} s (usual step {usual:g} s)",

@@ -12,13 +12,22 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify import _sprung_doubts, _sprung_start, coverage
 from macromicro.identify._ripple import Ripple
-from macromicro.identify._sprung_search import FRICTIONS, Model, first, judged, moving, searched
+from macromicro.identify._sprung_search import (
+    FRICTIONS,
+    End,
+    Model,
+    first,
+    judged,
+    moving,
+    searched,
+)
 from macromicro.identify.runs import Run
 from macromicro.identify.search import least_squares
 from macromicro.identify.sprung import Sprung, simulate
 
 _HELD_OUT = 0.3
 _BETTER = 0.02  # a richer friction must lower the held-out error by this part
+_NONSENSE = 0.1  # misfit beyond which parameters do not describe the record
 _BACK = 0.05  # of a record's travel: more is a motion that turns
 _SAME = 1e-3  # of the least error: searches that end so near are at one minimum
 
@@ -105,7 +114,13 @@ def sprung_drive(
     names = list(FRICTIONS) if friction == "auto" else [friction]
     models = [Model(n, spring, dead_zone, driven, speed) for n in names]
     holding = [m for m in models if "coulomb" in m.names]
-    kept = whole if driven or not holding else moving(whole, holding[0], lag)
+    kept = whole
+    if not driven and holding:
+        # Where friction stops the mass is chance within a band, so the motion alone is better
+        # evidence, unless it is too short to show what stops it.
+        short = moving(whole, holding[0], lag)
+        if _misses(whole, searched(short, holding[0], lag)[0], lag, int(speed)) < _NONSENSE:
+            kept = short
     scores: dict[str, float] = {}
     chosen = models[0]
     if len(models) > 1:
@@ -148,6 +163,15 @@ def sprung_drive(
         sure.draws,
         sure.repeats,
     )
+
+
+def _misses(records: Sequence[Run], end: End, lag: float, column: int) -> float:
+    """RMS misfit of free simulations, by the scatter of the records."""
+    missed = [
+        simulate(end.axis, r.u, r.dt, x, v, lag)[column] - r.x
+        for r, (x, v) in zip(records, end.starts.tolist(), strict=True)
+    ]
+    return float(np.std(np.concatenate(missed)) / np.std(np.concatenate([r.x for r in records])))
 
 
 def _turns(records: Sequence[Run]) -> bool:

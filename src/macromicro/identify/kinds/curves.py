@@ -16,6 +16,7 @@ from macromicro.identify.smoothing import window_means
 Pair = tuple[Array, Array]
 
 _NEAR = 0.1  # a cycle begins within this part of the range from an end of it
+_BACK = 0.5  # of its range: what ends nearer to its begin is a cycle
 _LEG = 0.03  # what turns by less than this part of the range is noise; of the output, too
 _WINDOWS = 300  # points of a curve over the whole range
 
@@ -29,9 +30,12 @@ class Found(NamedTuple):
 
 
 def from_tables(tables: list[Picked], kind: str) -> Found:
-    """Curves of the files: by the column `curve`, or cut out of the time record."""
-    if all("curve" in table.values for table in tables):
-        pairs = [pair for table in tables for pair in _named(table)]
+    """Curves of the files: by the column `curve`, or cut out of the time record.
+
+    Where that column numbers whole cycles they are cut, too.
+    """
+    pairs = named(tables)
+    if pairs and not all(map(_whole_cycle, pairs)):
         ways = [direction(u) for u, _ in pairs]
         many: Kind = "ascending" if sum(np.sign(ways)) > 0.0 else "descending"
         return Found(pairs, _requested(kind) or many, [])
@@ -56,12 +60,24 @@ def _requested(kind: str) -> Kind | None:
     return "ascending" if kind == "ascending" else "descending" if kind == "descending" else None
 
 
-def _named(table: Picked) -> list[Pair]:
-    u, f, curve = (table.values[n] for n in ("u", "f", "curve"))
-    return [(u[curve == c], f[curve == c]) for c in dict.fromkeys(curve.tolist())]
+def named(tables: list[Picked]) -> list[Pair]:
+    """Curves by the column `curve`; none where a file lacks it."""
+    if not all("curve" in table.values for table in tables):
+        return []
+    found = []
+    for table in tables:
+        u, f, curve = (table.values[n] for n in ("u", "f", "curve"))
+        found += [(u[curve == c], f[curve == c]) for c in dict.fromkeys(curve.tolist())]
+    return found
 
 
-def cleaned(table: Picked) -> Pair:
+def _whole_cycle(pair: Pair) -> bool:
+    """Whether the input comes back to where it began."""
+    u, _ = pair
+    return bool(abs(u[-1] - u[0]) < _BACK * np.ptp(u))
+
+
+def cleaned(table: Picked, least: int = 20) -> Pair:
     """Input and output over time, a thermocouple's without spikes and noise."""
     u, f = table.values["u"], table.values["f"]
     for name, values in (("u", u), ("f", f)):
@@ -71,8 +87,9 @@ def cleaned(table: Picked) -> Pair:
                 f"the column is constant at {values[0]:g}",
                 "Record a change.",
             )
-    if len(u) < 20:
-        raise ProblemError(table.file, f"the file has {len(u)} rows", "Give 20 rows or more.")
+    if len(u) < least:
+        problem, remedy = f"the file has {len(u)} rows", f"Give {least} rows or more."
+        raise ProblemError(table.file, problem, remedy)
     if table.names["u"] == "thermocouple" and "t" in table.values:
         from macromicro.identify.kiln import NOISE_S
         from macromicro.identify.runs import checked

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 U = Role(
     "u",
     "drive voltage, current or force; --free without a drive",
-    ("u", "U", "motor", "voltage", "volts", "v", "V", "force", "f", "vir", "input"),
-    ("V", "N", "A"),
+    ("u", "U", "motor", "voltage", "volts", "v", "V", "force", "torque", "f", "vir", "input"),
+    ("V", "N", "A", "N*m"),
 )
 X = Role(
     "x",
@@ -79,8 +79,8 @@ def identify(picking: Picking, options: Options) -> Result:
                 "Name an angle in rad or deg, such as --columns x=angle:deg.",
             )
     newton = (ANGLE if x_unit == ANGLE.base else LENGTH).named("N")
-    force = newton if gain != 1.0 else u_unit
-    named = bool(first.units["x"]) and (gain != 1.0 or bool(first.units["u"]))
+    force = newton if abs(gain) != 1.0 else u_unit
+    named = bool(first.units["x"]) and (abs(gain) != 1.0 or bool(first.units["u"]))
     units = (
         drive_words.units_of(force, x_unit) if named else dict.fromkeys(drive_words.MEANINGS, "")
     )

@@ -16,9 +16,9 @@ from macromicro.hysteresis import FodTable, Preisach, congruency, wiping_out
 from macromicro.hysteresis.shape import ROUGH, ROUNDS
 from macromicro.hysteresis.table import BETWEENS, SHAPES
 from macromicro.identify.kinds import curves as cutting
-from macromicro.identify.kinds import model_file
+from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.curves import Found, Pair
-from macromicro.identify.kinds.loading import Picking, loaded
+from macromicro.identify.kinds.loading import Picking, alike, loaded, there
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import Role, pick, railed
 from macromicro.identify.picking import T as TIME
@@ -120,7 +120,8 @@ def identify(picking: Picking, options: Options) -> Result:
             told = ", ".join(f"{k:g} {100.0 * v / extent:.3g}" for k, v in errors)
             head = "RMS on curves held out, % of range, by grid steps"
             remarks.append((f"along the {way}", f"{head}: {told}"))
-    remarks += [_tested(table, test, picking.columns) for test in options.tests]
+    testing.new(options.tests, picking)
+    remarks += [_tested(table, test, picking.columns, units) for test in options.tests]
 
     def draw() -> dict[str, Figure]:
         from macromicro.hysteresis.pictures import draw_curves, draw_density
@@ -300,9 +301,21 @@ def _broken(found: Found) -> list[Line]:
     return lines
 
 
-def _tested(table: FodTable, test: str, columns: dict[str, str]) -> tuple[str, str]:
-    picked = pick(read(Path(test)), ROLES, columns)
-    u, f = cutting.cleaned(picked)
+def _tested(
+    table: FodTable, test: str, columns: dict[str, str], units: dict[str, str]
+) -> tuple[str, str]:
+    """Prediction of curves, each from its own saturation, or of a recording."""
+    place = there([test])[0]
+    if is_forc(place):
+        from macromicro.hysteresis.forc import read_forc
+
+        return _curves_tested(table, printable(place, 300), read_forc(place).curves)
+    picked = pick(read(place), ROLES, columns)
+    alike(picked, units, "the fitted file")
+    pairs = cutting.named([picked])
+    if pairs:
+        return _curves_tested(table, picked.file, cutting.from_tables([picked], table.kind).curves)
+    u, f = cutting.cleaned(picked, 2)
     model = Preisach(table)
     beyond = int(((u < table.lo) | (u > table.hi)).sum())
     if beyond > 0.01 * len(u):
@@ -319,6 +332,12 @@ def _tested(table: FodTable, test: str, columns: dict[str, str]) -> tuple[str, s
     rms = float(np.sqrt(np.mean((model.run(u) - f) ** 2)))
     text = f"RMS {100.0 * rms / abs(table.span):.2f} % of range, from {begin} on"
     return f"prediction of {picked.file}", text
+
+
+def _curves_tested(table: FodTable, file: str, pairs: list[Pair]) -> tuple[str, str]:
+    rms = 100.0 * table.misfit(pairs).rms / abs(table.span)
+    text = f"RMS {rms:.2f} % of range over {len(pairs)} curves"
+    return f"prediction of {file}", f"{text}, each from its saturation"
 
 
 def _save(table: FodTable, path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -61,13 +61,13 @@ def loaded(what: Picking, roles: Sequence[Role]) -> list[Picked]:
             )
         tables.append(pick(read(file), roles, what.columns))
     for table in tables[1:]:
-        alike(table, tables[0])
+        alike(table, tables[0].units, tables[0].file)
     return tables
 
 
-def alike(table: Picked, first: Picked) -> None:
+def alike(table: Picked, units: Mapping[str, str], first: str) -> None:
     """Reject a file whose units differ; a missing column has none."""
-    for name, unit in first.units.items():
+    for name, unit in units.items():
         if (own := table.units.get(name, unit)) != unit:
-            found = f"{name} is in {own or 'no unit'}, in {first.file} in {unit or 'no unit'}"
+            found = f"{name} is in {own or 'no unit'}, in {first} in {unit or 'no unit'}"
             raise ProblemError(table.file, found, "Give files with the same units.")

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.files.reading import read
 from macromicro.hysteresis import prandtl, prandtl_loop, prandtl_rate
 from macromicro.hysteresis.prandtl_fit import PLAYS, PrandtlFit, fit
 from macromicro.hysteresis.prandtl_rate import RateFit
 from macromicro.identify.kinds import curves as cutting
-from macromicro.identify.kinds import model_file
+from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.hysteresis import ROLES
 from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.picking import Picked, pick
+from macromicro.identify.picking import Picked
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import checked
 from macromicro.units import convert, quotient
@@ -86,7 +84,8 @@ def identify(picking: Picking, options: Options) -> Result:
         ("samples", f"{found.fitted - found.known} fitted, {held}; {began}"),
     ]
     lag = rated.lag if rated else None
-    remarks += [_tested(p, test, picking, extent, lag) for test in options.tests]
+    unseen = testing.unseen(options.tests, picking, ROLES, table)
+    remarks += [_tested(p, test, extent, lag) for test in unseen]
 
     def draw() -> dict[str, Figure]:
         return drawn(u, f, found, (u_unit, f_unit))
@@ -181,12 +180,11 @@ def drawn(u: Array, f: Array, found: PrandtlFit, units: tuple[str, str]) -> dict
 
 
 def _tested(
-    p: prandtl.Prandtl, test: str, what: Picking, extent: float, lag: float | None = None
+    p: prandtl.Prandtl, picked: Picked, extent: float, lag: float | None = None
 ) -> tuple[str, str]:
     """Prediction of another recording, once its past is known."""
-    picked = pick(read(Path(test)), ROLES, what.columns)
     if lag is None:
-        u, f = cutting.cleaned(picked)
+        u, f = cutting.cleaned(picked, 2)
         outputs = prandtl.run(p, u, prandtl.relaxed(p, float(u[0])))
     else:
         u, f, dt = _timed(picked)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import warnings
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from macromicro.errors import ProblemError
+from macromicro.errors import InputError, ProblemError
 from macromicro.files.reading import is_forc, read
 from macromicro.identify import coverage
 from macromicro.identify.kinds import drive_words, model_file, testing
@@ -16,6 +18,7 @@ from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.picking import Picked, Role, matched, railed, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run, checked
+from macromicro.place import ANGLE, LENGTH
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,6 +32,9 @@ V = Role(
     ("m/s", "rad/s", "counts/s"),
 )
 _LEAST = 50
+# Misfits that ask for another sign, and that answer it, by the scatter of the record.
+_POOR, _GOOD = 0.5, 0.2
+_FAILURES = (InputError, ArithmeticError, ValueError, np.linalg.LinAlgError)
 _PLACES = {unit: unit.removesuffix("/s") for unit in V.units}
 _MEANINGS = {
     "mass": "inertia",
@@ -85,24 +91,28 @@ def identify(what: Picking, roles: tuple[Role, Role, Role], asked: Asked, gains:
     if gain is None:
         gain = next((first.constants[n] for n in gains if n in first.constants), 1.0)
     delay = int(first.constants.get("delay", 0)) if asked.delay is None else asked.delay
-    fit = sprung_drive(
-        records,
-        driven=not asked.free,
-        speed=speed,
-        spring=asked.spring,
-        dead_zone=asked.dead_zone,
-        friction=asked.structure,
-        gain=gain,
-        lag=delay * records[0].dt,
-    )
+    extent = float(np.std(np.concatenate([r.x for r in records])))
+
+    def fitted(gain: float) -> SprungFit:
+        return sprung_drive(
+            records,
+            driven=not asked.free,
+            speed=speed,
+            spring=asked.spring,
+            dead_zone=asked.dead_zone,
+            friction=asked.structure,
+            gain=gain,
+            lag=delay * records[0].dt,
+        )
+
+    fit = fitted(gain) if asked.free else _signed(fitted, gain, extent, first.file)
     shown = first.units[out] or ("x/s" if speed else "x")
     unit = _PLACES.get(shown, "x") if speed else shown
     u = first.units.get("u", "") or "u"
-    units = _units(unit, "N" if gain != 1.0 else u, u, not asked.free)
+    units = _units(unit, _newton(unit) if abs(gain) != 1.0 else u, u, not asked.free)
     lines = _lines(fit, units)
     trials = [_tried(fit, run, table.file) for table in others for run in _measured(table, out)]
     lines += testing.lines(trials, shown)
-    extent = float(np.std(np.concatenate([r.x for r in records])))
     samples = sum(len(r.t) for r in records)
     percent = 100.0 * (1.0 - fit.rms / extent)
     remarks = [
@@ -140,6 +150,32 @@ def identify(what: Picking, roles: tuple[Role, Role, Role], asked: Asked, gains:
 
     title = "M dv/dt = D(gain u) - k x - (Fv +- Fa) v -+ Fc - F0"
     return Result("drive", title, fit.axis, lines, remarks, _toml(lines, asked), draw, data)
+
+
+def _signed(
+    fitted: Callable[[float], SprungFit], gain: float, extent: float, file: str
+) -> SprungFit:
+    """A fit; refused where it fails and the input with its sign reversed explains the record."""
+    try:
+        found = fitted(gain)
+        if found.rms < _POOR * extent:
+            return found
+    except _FAILURES:
+        found = None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # they are about another input
+        try:
+            missed = fitted(-gain).rms / extent
+        except _FAILURES:
+            missed = math.inf
+    if missed < _GOOD:
+        problem = f"its sign is opposite to the motion: reversed, it fits {1.0 - missed:.1%}"
+        raise ProblemError(f"{file}, u", problem, f"Reverse u, or give --gain {-gain:g}.")
+    return fitted(gain) if found is None else found
+
+
+def _newton(place: str) -> str:
+    return (ANGLE if place == ANGLE.base else LENGTH).named("N")
 
 
 def _measured(table: Picked, out: str) -> list[Run]:

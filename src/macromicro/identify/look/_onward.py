@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -14,6 +15,7 @@ from macromicro.identify.kinds import drive, hall, hysteresis, linear, sprung, s
 from macromicro.identify.picking import Role, T, matched
 from macromicro.units import convert
 
+_EVEN, _ODD = 0.05, 0.01  # a step this far off the median is odd; share of odd steps in a clock
 _SMOOTHER = 3.0  # a position is so many times smoother than the effort that moves it
 
 
@@ -37,8 +39,10 @@ _KINDS: tuple[tuple[str, Sequence[Role], str], ...] = (
 def onward(table: Table, numbers: Mapping[str, Array]) -> Onward:
     for kind, roles, needed in _KINDS:
         found = matched(table._replace(columns=numbers), roles)
-        if all(role in found for role in needed.split()):
-            columns = {role: found[role] for role in needed.split()}
+        clocked = math.isfinite(table.rate) and "t" not in found
+        wanted = [role for role in needed.split() if role != "t" or not clocked]
+        if all(role in found for role in wanted):
+            columns = {role: found[role] for role in wanted}
             reasons = [f"{role}: {name}, by its name" for role, name in columns.items()]
             return _said(table, kind, roles, columns, reasons, named=True)
     columns, reasons = by_course(numbers, table.units, found_by_name(table, numbers))
@@ -62,9 +66,13 @@ def by_course(
         if columns["t"] != "?":
             break
         steps = np.diff(values)
-        if len(steps) > 1 and steps.min() > 0.0 and np.ptp(steps) < 0.1 * steps.mean():
+        if len(steps) < 2 or steps.min() <= 0.0:
+            continue
+        odd = np.abs(steps / np.median(steps) - 1.0) > _EVEN
+        if odd.sum() <= _ODD * len(steps):
             columns["t"] = name
-            reasons.append(f"t: {name}, which rises in even steps")
+            but = f" but for row {int(odd.argmax()) + 2}" if odd.any() else ""
+            reasons.append(f"t: {name}, which rises in even steps{but}")
             del rest[name]
             break
     for role in (drive.U, drive.X, sprung.V):
@@ -112,6 +120,10 @@ def _said(
 ) -> Onward:
     """The command, with columns that it would not find itself or that lack a unit."""
     pairs = []
+    timed = columns.get("t") != "?"
+    if not timed:
+        columns = {role: name for role, name in columns.items() if role != "t"}
+        reasons.append("t: no column holds times; put the rows per second for HZ")
     for role in roles:
         name = columns.get(role.name, "")
         if not name:
@@ -123,6 +135,8 @@ def _said(
         if bare or not named:
             pairs.append(f"{role.name}={name}" + (f":{role.units[0]}" if bare else ""))
     words = ["macromicro", "identify", kind, table.file]
+    if not timed:
+        words += ["--rate", "HZ"]
     if pairs:
         words += ["--columns", ",".join(pairs)]
     return Onward(shlex.join(words), tuple(reasons))

@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-
-GAP = 5.0  # usual steps; a longer one is a gap, as in `identify.runs`
+from macromicro.identify.runs import GAP
 
 
 class Timing(NamedTuple):

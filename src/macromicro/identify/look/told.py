@@ -59,7 +59,7 @@ def look(path: Path) -> Look:
         run = matched(table._replace(columns=numbers), (RUN,)).get("run")
         which = numbers[run][good] if run and len(numbers[run]) == len(t) else None
         times = timing(t[good], which) if good.sum() > 1 else None
-        if times is not None and times.runs > 1:  # its times restart, they do not wrap
+        if times is not None and (times.runs > 1 or times.falls):
             columns = tuple(c._replace(remarks=()) if c.name == time else c for c in columns)
     forward = onward(table, numbers)
     return Look(table.file, columns, table.constants, time, times, forward)
