@@ -129,7 +129,7 @@ def test_missing_columns_list_those_there(tmp_path: Path) -> None:
         ("0,1,2\n3,4,5\n", "heading"),
         ("t_s,u_V,u_V,x_m\n0,1,2,3\n", "'u_V' occurs twice"),
         ("t_s,u_V,x_mm\n0,1\n", "line 2: the heading has 3 cells, this line 2"),
-        ("t_s,u_V,x_mm\n0,1,2\n1,1,two\n", "line 3, x_mm: 'two'"),
+        ("t_s,u_V,x_mm\n0,1,2\n1,1,two\n2,1,three\n", "line 3, x_mm: 'two'"),
         ("t_s,u_mm,x_mm\n0,1,2\n", "u_mm: 'mm'"),
         ("t_s,u_V,x_mm\n0,nan,2\n", "every row has a missing number"),
         ("# only words\n", "nothing but comments"),

@@ -471,3 +471,5 @@ def _work(
     if signals.received:
         print(f"macromicro: {CUT_SHORT}", file=sys.stderr)
         raise typer.Exit(signals.status)
+    if not found.holds:
+        raise typer.Exit(1)

@@ -29,5 +29,9 @@ class UnstableWarning(DataWarning):
     """The fitted model is unstable; its free run means nothing."""
 
 
+class PoorFitWarning(DataWarning):
+    """The fitted model does not describe the record; its parameters mean nothing."""
+
+
 def notice(kind: type[DataWarning], message: str) -> None:
     warnings.warn(message, kind, stacklevel=3)

@@ -92,6 +92,11 @@ class Result:
         """Standard errors by quantity, in its unit; those that have one."""
         return {line.name: line.error for line in self.lines if math.isfinite(line.error)}
 
+    @property
+    def holds(self) -> bool:
+        """Whether the model is nearer to the record than a constant is."""
+        return not float(self.data.get("fit_percent", 100.0)) < 0.0
+
     def to_toml(self) -> str:
         """The text of model.toml.
 

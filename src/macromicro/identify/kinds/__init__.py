@@ -9,6 +9,7 @@ from typing import Any
 
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify.kinds.loading import Picking, there
+from macromicro.identify.notices import PoorFitWarning, notice
 from macromicro.identify.picking import chosen
 from macromicro.identify.result import Result
 from macromicro.schema.text import printable
@@ -95,4 +96,7 @@ def fitted(kind: str, what: Picking, **options: Any) -> Result:
             "docs/identify.md describes the data that each kind needs.",
         ) from error
     found.files = tuple(map(str, what.files))
+    if not found.holds:
+        text = "the free simulation is farther from the record than a constant: nothing here holds"
+        notice(PoorFitWarning, text)
     return found

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
 from macromicro.errors import InputError, ProblemError
@@ -15,6 +17,8 @@ from macromicro.place import ANGLE, LENGTH
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from macromicro.identify.axis_fit import DriveFit
 
 
 U = Role(
@@ -30,6 +34,7 @@ X = Role(
     ("m", "rad", "counts"),
 )
 ROLES = (T, U, X, RUN)
+_EXPLAINED = 80.0  # %: a fit that answers a refusal
 GAINS = ("gain", "gtau")
 _OTHERS = "a spring, a dead zone, a measured speed or a free motion"
 
@@ -53,7 +58,6 @@ class Options(NamedTuple):
 
 
 def identify(picking: Picking, options: Options) -> Result:
-    from macromicro.identify import drive
     from macromicro.identify.presliding import FRICTIONS
 
     _checked(options)
@@ -90,16 +94,8 @@ def identify(picking: Picking, options: Options) -> Result:
         told = presliding.Records(records, unseen, force, x_unit, units)
         driven = Driven(gain, options.limit, int(delay))
         return presliding.identify(told, options.structure, options.along, driven)
-    fit = drive(
-        [r.t for r in records],
-        [r.u for r in records],
-        [r.x for r in records],
-        gain=gain,
-        structure=options.structure,
-        limit=options.limit,
-        delay=delay,
-        eccentric=options.eccentric or (None if x_unit == ANGLE.base else False),
-    )
+
+    fit = _fitted(records, options, gain, delay, first.file if x_unit == ANGLE.base else "")
     lines = drive_words.lines(fit, units, records[0].dt)
     trials = [testing.driven(fit, run, file) for file, run in unseen]
     lines += testing.lines(trials, x_unit)
@@ -149,6 +145,39 @@ def identify(picking: Picking, options: Options) -> Result:
     toml = drive_file.settings(fit, records, force, x_unit, units, options.endless)
     remarks += drive_file.limits(toml, records, (u_unit, x_unit))
     return Result("drive", title, fit.axis, lines, remarks, toml, draw, data)
+
+
+def _fitted(
+    records: list[Run], options: Options, gain: float, delay: int | str, turns: str
+) -> DriveFit:
+    """The drive; of the rotary file `turns` a refusal tries an eccentric load."""
+    from macromicro.identify import drive
+
+    def fitted(eccentric: bool | None) -> DriveFit:
+        return drive(
+            [r.t for r in records],
+            [r.u for r in records],
+            [r.x for r in records],
+            gain=gain,
+            structure=options.structure,
+            limit=options.limit,
+            delay=delay,
+            eccentric=eccentric,
+        )
+
+    try:
+        return fitted(options.eccentric or (None if turns else False))
+    except InputError:
+        if options.eccentric or not turns:
+            raise
+        fit = 0.0
+        with warnings.catch_warnings(), suppress(InputError):
+            warnings.simplefilter("ignore")
+            fit = fitted(True).fit
+        if fit < _EXPLAINED:
+            raise
+        found = f"only gravity on an eccentric load explains the record (fit {fit:.1f} %)"
+        raise ProblemError(turns, found, "Add --eccentric.") from None
 
 
 def _checked(options: Options) -> None:
