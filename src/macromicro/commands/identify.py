@@ -33,6 +33,7 @@ Columns = Annotated[
 Rate = Annotated[
     str | None, typer.Option(metavar="HZ", help="Rows per second, where no column holds times.")
 ]
+Join = Annotated[bool, typer.Option("--join", help="The files are one record, with a clock each.")]
 Out = Annotated[Path | None, typer.Option(help="Folder for figures, result.json, model.toml.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace results in that folder.")]
 Test = Annotated[
@@ -60,6 +61,7 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
     files: Files,
     columns: Columns = None,
     rate: Rate = None,
+    join: Join = False,
     gain: Annotated[
         float | None, typer.Option(help="Force per unit of u, such as N/V.", show_default="1")
     ] = None,
@@ -127,7 +129,9 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
         "endless": endless,
         "free": free,
     }
-    _identify("drive", options, files, _timed(columns, rate), out, overwrite, as_json, machine)
+    _identify(
+        "drive", options, files, _timed(columns, rate), out, overwrite, as_json, machine, join
+    )
 
 
 @app.command()
@@ -194,6 +198,7 @@ def linear(  # noqa: PLR0913, PLR0917 -- one parameter per option
     files: Files,
     columns: Columns = None,
     rate: Rate = None,
+    join: Join = False,
     method: Annotated[
         str, typer.Option(help="output_error, box_jenkins, mls, sriv, gls or least_squares.")
     ] = "output_error",
@@ -217,7 +222,7 @@ def linear(  # noqa: PLR0913, PLR0917 -- one parameter per option
         "width": width,
         "tests": tuple(test or ()),
     }
-    _identify("linear", options, files, _timed(columns, rate), out, overwrite, as_json)
+    _identify("linear", options, files, _timed(columns, rate), out, overwrite, as_json, join=join)
 
 
 @app.command()
@@ -413,6 +418,7 @@ def _identify(
     overwrite: bool,
     as_json: bool,
     machine: Path | None = None,
+    join: bool = False,
 ) -> None:
     """Read, identify, print, and write to `out` if given: all of it or nothing."""
     from macromicro.errors import ProblemError
@@ -421,7 +427,7 @@ def _identify(
     from macromicro.runs import folder
     from macromicro.runs.folder import held
 
-    what = picking(files, columns or [])
+    what = picking(files, columns or [])._replace(join=join)
     if out is None:
         if overwrite:
             raise ProblemError("--overwrite", "only with --out")

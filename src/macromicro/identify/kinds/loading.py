@@ -6,9 +6,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from macromicro.errors import ProblemError
 from macromicro.files.reading import is_forc, read
-from macromicro.identify.picking import Picked, Role, chosen, pick
+from macromicro.files.table import Table
+from macromicro.identify.picking import Picked, Role, T, chosen, pick
 from macromicro.schema.text import printable
 
 _MOST = 500
@@ -17,6 +20,7 @@ _MOST = 500
 class Picking(NamedTuple):
     files: list[Path]  # to read
     columns: dict[str, str]  # role to the name of a column
+    join: bool = False  # the files are one record, with a clock each
 
 
 def picking(arguments: Sequence[str], columns: Sequence[str]) -> Picking:
@@ -51,6 +55,8 @@ def _there(path: Path) -> bool:
 
 
 def loaded(what: Picking, roles: Sequence[Role]) -> list[Picked]:
+    if what.join:
+        return [joined([read(file) for file in what.files], roles, what.columns)]
     tables = []
     for file in what.files:
         if is_forc(file):
@@ -63,6 +69,46 @@ def loaded(what: Picking, roles: Sequence[Role]) -> list[Picked]:
     for table in tables[1:]:
         alike(table, tables[0].units, tables[0].file)
     return tables
+
+
+def joined(tables: Sequence[Table], roles: Sequence[Role], columns: Mapping[str, str]) -> Picked:
+    """One record of several files on the slowest clock.
+
+    The input is averaged over each of its steps, since it acts over all of it; other columns are
+    interpolated.
+    """
+    loose = [role if role is T else role._replace(optional=True) for role in roles]
+    parts = [
+        pick(table, loose, {r: c for r, c in columns.items() if r == T.name or c in table.columns})
+        for table in tables
+    ]
+    steps = [float(np.median(np.diff(part.values["t"]))) for part in parts]
+    slow, dt = parts[int(np.argmax(steps))], max(steps)
+    begin, end = (
+        max(part.values["t"][0] for part in parts),
+        min(part.values["t"][-1] + step for part, step in zip(parts, steps, strict=True)),
+    )
+    at = slow.values["t"]
+    at = at[(at >= begin) & (at + dt <= end + 0.5 * min(steps))]
+    found, units, names = {"t": at}, {"t": "s"}, {"t": slow.names["t"]}
+    for part in parts:
+        t = part.values["t"]
+        edges = np.searchsorted(t, np.r_[at, at[-1:] + dt] - 1e-6 * dt)
+        for role, values in part.values.items():
+            if role in found:
+                continue
+            units[role], names[role] = part.units[role], part.names[role]
+            if role == "u" and part is not slow:
+                total = np.r_[0.0, np.cumsum(values)]
+                found[role] = np.diff(total[edges]) / np.diff(edges)
+            else:
+                found[role] = np.interp(at, t, values)
+    file = " and ".join(part.file for part in parts)
+    lacking = [role for role in roles if not role.optional and role.name not in found]
+    if lacking or not len(at):
+        problem = f"there is no column for {lacking[0].name}" if lacking else "no time is shared"
+        raise ProblemError(file, problem, "Join files of one record, with a column of times each.")
+    return Picked(file, found, units, names, parts[0].constants)
 
 
 def alike(table: Picked, units: Mapping[str, str], first: str) -> None:
