@@ -133,7 +133,7 @@ def told(name: str, here: Situation) -> Any:
 
 SITUATIONS = {
     "at rest": Situation((), 0.0),
-    "holding": Situation((m.MoveMicro(1.5e-3),), 2.0, looked=2.0),
+    "holding": Situation((m.MoveMicro(1.5e-3),), 1.5, looked=2.0),  # it rests after 1.2 s
     "on a micro move": Situation((m.MoveMicro(1.5e-3),), 0.3, m.MoveMicro(2.5e-3)),
     "on a macro move": Situation((m.MoveMacro(1500),), 0.15),
     "then moved": Situation((m.MoveMicro(1e-3),), 2.0, m.MoveTo(0.03)),
