@@ -65,11 +65,11 @@ def needed() -> None:
     pytest.skip(absent)
 
 
-def driver(profile: Path, hosts: str = "", rebound: str = "") -> Any:
+def driver(profile: Path, hosts: str = "", rebound: str = "", *, network: bool = False) -> Any:
     """Chromium with the driver beside it; both named, so that nothing is looked for.
 
     `hosts`: the one host that can be reached, none by default; `rebound`: a name that somebody
-    else's DNS leads to 127.0.0.1.
+    else's DNS leads to 127.0.0.1; `network`: log what goes over it, in the performance log.
     """
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
@@ -80,7 +80,8 @@ def driver(profile: Path, hosts: str = "", rebound: str = "") -> Any:
     options.binary_location = str(shutil.which("chromium"))
     for flag in (*FLAGS, f"--host-resolver-rules={rules}", f"--user-data-dir={profile}"):
         options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"performance": "ALL", "browser": "ALL"})
+    logs = {"browser": "ALL"} | ({"performance": "ALL"} if network else {})
+    options.set_capability("goog:loggingPrefs", logs)
     # The driver listens on this machine, which no proxy reaches.
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("no_proxy", "localhost,127.0.0.1")

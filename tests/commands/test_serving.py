@@ -17,6 +17,7 @@ import pytest
 
 from macromicro.recording import Recording
 from macromicro.serve import persist
+from tests.command import command
 
 RUN = (sys.executable, "-m", "macromicro", "serve")
 SLOW = """
@@ -92,15 +93,8 @@ def ask(client: socket.socket, text: str) -> str:
 
 def refused(folder: Path, *options: str) -> str:
     """The message of a command that ends with status 2 and starts nothing."""
-    done = subprocess.run(
-        [*RUN, "--scpi", "0", "--web", "-1", *options],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120.0,
-        env={**os.environ, "XDG_STATE_HOME": str(folder / "home")},
-    )
+    alone = ("serve", "--scpi", "0", "--web", "-1")
+    done = command(*alone, *options, cwd=folder, env={"XDG_STATE_HOME": str(folder / "home")})
     assert (done.returncode, done.stdout) == (2, "")
     return done.stderr.splitlines()[-1]
 
@@ -135,17 +129,9 @@ def test_a_rig_that_is_none_is_bad_input(rig: str, tmp_path: Path) -> None:
     assert any(remedy in said for remedy in ("accepted: ", "Expected: ", "Put the module"))
 
 
-def test_a_recording_on_demand_makes_its_folder(begin: Begin, tmp_path: Path) -> None:
-    server = begin()
-    with server.scpi() as client:
-        ask(client, "SYST:LOCK:REQ?")
-        client.sendall(b'REC ON,"first"\n')
-        assert ask(client, "SYST:ERR?") == '0,"No error"'
-    assert server.end() == 130
-    assert (tmp_path / "results" / "serve" / "first.h5").stat().st_size > 0
-
-
-def test_a_position_that_cannot_be_kept_is_told_once(begin: Begin, tmp_path: Path) -> None:
+def test_a_recording_gets_its_folder_and_a_position_that_cannot_be_kept_is_told_once(
+    begin: Begin, tmp_path: Path
+) -> None:
     server = begin("--state", "kept/position.json")
     kept = tmp_path / "kept"
     while not (kept / "position.json").exists():  # The start saves too; its file is in use.
@@ -154,6 +140,8 @@ def test_a_position_that_cannot_be_kept_is_told_once(begin: Begin, tmp_path: Pat
     kept.write_text("in the way")
     with server.scpi() as client:
         ask(client, "SYST:LOCK:REQ?")
+        client.sendall(b'REC ON,"first"\n')
+        assert ask(client, "SYST:ERR?") == '0,"No error"'
         for _ in range(3):
             client.sendall(b"ENAB\nHOME\n")
             assert "cannot be saved" in ask(client, "SYST:ERR?")
@@ -161,19 +149,7 @@ def test_a_position_that_cannot_be_kept_is_told_once(begin: Begin, tmp_path: Pat
         assert server.process.poll() is None
     assert server.end() == 130
     assert server.errors.read_text().count("cannot be saved") == 1
-
-
-def test_the_page_is_reached_by_the_names_that_are_printed_and_given(begin: Begin) -> None:
-    server = begin("--host", "0.0.0.0", "--name", "Bench.lab", token="secret, and long enough")
-    found = re.search(r"^page: http://(\S+):(\d+)/$", server.said, re.MULTILINE)
-    assert found is not None and found[1] != "0.0.0.0"
-    status = {}
-    for name in (found[1], "bench.lab", "localhost", "evil.example"):
-        page = http.client.HTTPConnection("127.0.0.1", int(found[2]), timeout=30.0)
-        page.request("GET", "/", headers={"Host": f"{name}:{found[2]}"})
-        status[name] = page.getresponse().status
-        page.close()
-    assert list(status.values()) == [200, 200, 200, 421]
+    assert (tmp_path / "results" / "serve" / "first.h5").stat().st_size > 0
 
 
 def test_ctrl_c_while_it_starts_is_answered_at_once(tmp_path: Path) -> None:
@@ -195,9 +171,27 @@ def test_ctrl_c_while_it_starts_is_answered_at_once(tmp_path: Path) -> None:
     assert (process.returncode, out) == (130, "")
 
 
-def test_the_log_and_the_recording_tell_who_did_what(begin: Begin, tmp_path: Path) -> None:
+def reached(server: Server, *names: str) -> dict[str, int]:
+    """Statuses of the page by the name that was printed and others."""
+    found = re.search(r"^page: http://(\S+):(\d+)/$", server.said, re.MULTILINE)
+    assert found is not None and found[1] != "0.0.0.0"
+    status = {}
+    for name in (found[1], *names):
+        page = http.client.HTTPConnection("127.0.0.1", int(found[2]), timeout=30.0)
+        page.request("GET", "/", headers={"Host": f"{name}:{found[2]}"})
+        status[name] = page.getresponse().status
+        page.close()
+    return status
+
+
+def test_names_reach_the_page_and_log_and_recording_tell_who_did_what(
+    begin: Begin, tmp_path: Path
+) -> None:
     secret = "a token that is long"
-    server = begin("--log", "logs/serve.log", "--record", "made", token=secret)
+    names = ("--host", "0.0.0.0", "--name", "Bench.lab")
+    server = begin(*names, "--log", "logs/serve.log", "--record", "made", token=secret)
+    status = reached(server, "bench.lab", "localhost", "evil.example")
+    assert list(status.values()) == [200, 200, 200, 421]
     with server.scpi() as client:
         name = ask(client, "SYST:CLI?").strip('"')
         assert ask(client, 'SYST:AUTH "a wrong guess";:SYST:ERR?').startswith("-203,")

@@ -66,7 +66,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Page, str,
     names = ["place", "stage_reference", "phase"]
     (place / "one.html").write_text(zoomable.page([made()], names, ["one"]))
     (place / "two.html").write_text(zoomable.page([made(), made(seed=8)], names, ["one", "two"]))
-    driver = browser.driver(place / "profile")
+    driver = browser.driver(place / "profile", network=True)
     try:
         yield Page(driver), *((place / n).as_uri() for n in ("one.html", "two.html"))
     finally:

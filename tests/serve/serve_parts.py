@@ -12,7 +12,7 @@ import os
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -244,6 +244,14 @@ def serve_until_killed(state: str) -> None:
     print("moving", flush=True)
     fault = until(lambda: station.snapshot().fault, 600.0)
     print(fault.evidence, fault.remedy, flush=True)
+
+
+class Running(NamedTuple):
+    """One station for the tests of a file, its position file and its rig's log."""
+
+    station: Station
+    state: Path
+    log: Any
 
 
 def begun(station: Station, seconds: float = 600.0) -> int:

@@ -19,6 +19,7 @@ from macromicro.serve import choosing, measuring
 from macromicro.serve.faults import late
 from macromicro.serve.measuring import Cyclic, Latency
 from macromicro.serve.settings import LiveSettings
+from tests.command import command
 
 RUN = (sys.executable, "-m", "macromicro", "latency", "--no-cyclictest")
 GOT = Latency(
@@ -34,12 +35,8 @@ def config(folder: Path) -> str:
 
 def test_the_numbers_are_of_every_period(tmp_path: Path) -> None:
     picture, options = tmp_path / "latency.png", ("--seconds", "1.5", "--json", "-")
-    done = subprocess.run(
-        [*RUN, *options, "--figure", str(picture), "--config", config(tmp_path)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    told = ("--figure", picture, "--config", config(tmp_path))
+    done = command(*RUN[3:], *options, *told, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     computed = found["periods"] - found["missed"]
@@ -72,9 +69,7 @@ def test_ctrl_c_gives_what_was_measured_until_then(tmp_path: Path) -> None:
 
 def test_files_that_cannot_be_made_are_refused_before_anything_runs(tmp_path: Path) -> None:
     for option in ("--json", "--figure"):
-        done = subprocess.run(
-            [*RUN, option, str(tmp_path / "none" / "x.png")], capture_output=True, check=False
-        )
+        done = command(*RUN[3:], option, tmp_path / "none" / "x.png", cwd=tmp_path)
         assert done.returncode == 2
         assert not (tmp_path / "none").exists()
 
@@ -93,9 +88,7 @@ def test_files_that_cannot_be_made_are_refused_before_anything_runs(tmp_path: Pa
 def test_results_that_could_not_be_written_are_refused_before_measuring(
     option: str, file: str, found: str, tmp_path: Path
 ) -> None:
-    done = subprocess.run(
-        [*RUN, option, file], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
+    done = command(*RUN[3:], option, file, cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith(f"macromicro: {option} {file}: ") and found in done.stderr
     assert not list(tmp_path.iterdir())

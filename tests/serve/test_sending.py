@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from serve_parts import MOTOR, PID, STEPS, begun, outcome, until
+from serve_parts import MOTOR, PID, STEPS, Running, begun, outcome, until
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
@@ -54,9 +54,8 @@ def test_stamps_only_grow_so_that_none_waits_for_ever() -> None:
     assert int(shared.cells[EMERGENCY]) > later
 
 
-def test_many_emergency_stops_at_a_time_all_succeed(station: Make) -> None:
-    machine = station()
-    machine.start()
+def test_many_emergency_stops_at_a_time_all_succeed(running: Running) -> None:
+    machine = running.station
     took: list[float] = []
     threads = [
         threading.Thread(target=lambda: took.extend(machine.emergency() for _ in range(60)))
@@ -71,9 +70,8 @@ def test_many_emergency_stops_at_a_time_all_succeed(station: Make) -> None:
     assert machine.snapshot().running
 
 
-def test_who_pressed_the_emergency_stop_is_told(station: Make) -> None:
-    machine = station()
-    machine.start()
+def test_who_pressed_the_emergency_stop_is_told(running: Running) -> None:
+    machine = running.station
     for press in (
         lambda: machine.request("other", m.EmergencyStop()),
         lambda: machine.emergency("other"),
@@ -85,9 +83,8 @@ def test_who_pressed_the_emergency_stop_is_told(station: Make) -> None:
         assert finished.evidence == {"client": "other"}
 
 
-def test_trust_and_file_say_why_it_is_gone(station: Make, tmp_path: Path) -> None:
-    machine = station()
-    machine.start()
+def test_trust_and_file_say_why_it_is_gone(running: Running) -> None:
+    machine = running.station
     motion = begun(machine)
     machine.request("test", m.Home())
     until(lambda: machine.snapshot().trusted)
@@ -97,7 +94,7 @@ def test_trust_and_file_say_why_it_is_gone(station: Make, tmp_path: Path) -> Non
     until(lambda: machine.snapshot().trust == why)
 
     def kept() -> bool:
-        found = persist.load(tmp_path / "position.json")
+        found = persist.load(running.state)
         return isinstance(found, Kept) and (found.trusted, found.why) == (False, why)
 
     until(kept)
@@ -115,12 +112,10 @@ OVERTAKE: dict[str, Callable[[Station], Any]] = {
 @pytest.mark.parametrize("how", OVERTAKE)
 @pytest.mark.parametrize("request_", [m.MoveTo(600.0), m.Jog("macro", 0.01)])
 def test_what_overtakes_a_motion_prevents_it(
-    how: str, request_: Any, station: Make, log: Any, monkeypatch: pytest.MonkeyPatch
+    how: str, request_: Any, running: Running, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    machine = station()
-    machine.start()
+    machine, log = running.station, running.log
     machine.acquire("test")
-    until(lambda: isinstance(persist.load(machine._connection._path), Kept))
     writing, go_on, real = threading.Event(), threading.Event(), persist.save
 
     def slow(path: Path, kept: Kept) -> None:
@@ -143,38 +138,30 @@ def test_what_overtakes_a_motion_prevents_it(
     assert (machine.snapshot().motion, log[MOTOR]) == (0, 0.0)
 
 
-def test_what_was_refused_for_silence_is_not_done_later(station: Make, log: Any) -> None:
+def test_of_what_a_silent_loop_was_sent_only_a_stop_is_done_later(station: Make, log: Any) -> None:
     machine = station(reply_timeout=0.1)
     machine.start()
     machine.acquire("test")
     until(lambda: machine.snapshot().pace.periods)
-    os.kill(int(log[PID]), signal.SIGSTOP)
-    try:
-        refused = machine.request("test", m.MoveTo(600.0))
-    finally:
-        os.kill(int(log[PID]), signal.SIGCONT)
-    assert isinstance(refused, Refused)
+
+    def asked(request: Any) -> Any:
+        os.kill(int(log[PID]), signal.SIGSTOP)
+        try:
+            return machine.request("test", request)
+        finally:
+            os.kill(int(log[PID]), signal.SIGCONT)
+
+    assert isinstance(asked(m.MoveTo(600.0)), Refused)
     steps = log[STEPS]
     until(lambda: log[STEPS] > steps + 20)
     assert (machine.snapshot().motion, log[MOTOR]) == (0, 0.0)
-    assert isinstance(machine.request("test", m.MoveTo(0.05)), Accepted)
-
-
-def test_a_stop_is_done_however_late(station: Make, log: Any) -> None:
-    machine = station(reply_timeout=0.1)
-    machine.start()
     motion = begun(machine)
-    os.kill(int(log[PID]), signal.SIGSTOP)
-    try:
-        assert isinstance(machine.request("test", m.Stop()), Refused)  # nobody answered
-    finally:
-        os.kill(int(log[PID]), signal.SIGCONT)
+    assert isinstance(asked(m.Stop()), Refused)  # nobody answered
     assert outcome(machine, motion) == "stopped"
 
 
-def test_a_jog_ends_when_its_client_releases_control(station: Make) -> None:
-    machine = station()
-    machine.start()
+def test_a_jog_ends_when_its_client_releases_control(running: Running) -> None:
+    machine = running.station
     machine.acquire("test")
     jog = machine.request("test", m.Jog("macro", 0.01))
     assert isinstance(jog, Accepted)

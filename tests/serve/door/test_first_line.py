@@ -202,13 +202,24 @@ def evil(tmp_path: Path) -> Iterator[int]:
         thread.join()
 
 
-@pytest.mark.parametrize("rebound", [False, True], ids=["other origin", "rebound name"])
+@pytest.fixture(scope="module")
+def visitor(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """A browser, for which somebody else's DNS leads a name to this computer."""
+    browser.needed()
+    made = browser.driver(tmp_path_factory.mktemp("browser"), "127.0.0.1", "evil.example")
+    made.set_script_timeout(90)
+    yield made
+    made.quit()
+
+
+@pytest.mark.parametrize(
+    "name", ["127.0.0.1", "evil.example"], ids=["other origin", "rebound name"]
+)
 def test_no_page_of_another_site_drives_the_machine(
-    evil: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rebound: bool
+    visitor: Any, evil: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
     """A real browser, every port that this package opens, every kind of request that needs no
     consent; also where the site's own name was led to this computer."""
-    browser.needed()
     station: Any = FakeStation()
     heard: list[bytes] = []
     take = _first_line.FirstLine.take
@@ -224,15 +235,9 @@ def test_no_page_of_another_site_drives_the_machine(
         GcsServer(station) as controller,
         WebServer(station, port=0, folder=tmp_path) as page,
     ):
-        name = "evil.example" if rebound else "127.0.0.1"
         ports = [f"{name}:{each.address[1]}" for each in (server, controller, page)]
-        driver = browser.driver(tmp_path / "browser", "127.0.0.1", name if rebound else "")
-        try:
-            driver.set_script_timeout(90)
-            driver.get(f"http://{name}:{evil}/")
-            read, opened = driver.execute_async_script(ATTACKS, ports)
-        finally:
-            driver.quit()
+        visitor.get(f"http://{name}:{evil}/")
+        read, opened = visitor.execute_async_script(ATTACKS, ports)
         assert sum(data.startswith(b"POST / HTTP/1.1") for data in heard) >= 6
         assert any(data.startswith(b"GET /;ABOR; HTTP/1.1") for data in heard)
         assert station.requests == [] and station.emergencies == 0 and station.holder == ""

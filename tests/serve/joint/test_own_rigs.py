@@ -215,7 +215,10 @@ def test_a_fault_of_one_takes_the_effort_off_both(
     assert done(there, m.Home()).outcome == m.DONE  # the place of both was lost
 
 
-@pytest.mark.parametrize(("x", "y", "free"), [("x_raises", "y_stuck", 0), ("x_stuck", "y", 1)])
+@pytest.mark.parametrize(
+    ("x", "y", "free"),
+    [("x_raises", "y_stuck", 0), pytest.param("x_stuck", "y", 1, marks=pytest.mark.slow)],
+)
 def test_one_that_cannot_be_stopped_leaves_the_other_stopped(
     lab: Lab, station: Callable[..., Station], x: str, y: str, free: int
 ) -> None:

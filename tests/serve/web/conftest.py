@@ -65,8 +65,9 @@ def profile(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="package")
 def station(profile: Path) -> Iterator[real.Station]:
-    """The virtual bench. No page is lost because the computer is busy."""
-    with real.Station(settings=quick(client_timeout=60.0), state=profile / "state.json") as made:
+    """The virtual bench. Neither a page nor the loop is lost because the computer is busy."""
+    patient = quick(client_timeout=60.0, loop_timeout=5.0)
+    with real.Station(settings=patient, state=profile / "state.json") as made:
         yield made
 
 

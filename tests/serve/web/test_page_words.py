@@ -19,8 +19,10 @@ LIVE = """
 window.told = 0;
 const live = [...document.querySelectorAll('output, [role=status], [role=alert], [role=log],'
   + '[aria-live=polite], [aria-live=assertive]')].filter(e => e.ariaLive !== 'off');
-for (const e of live) new MutationObserver(() => window.told++)
-  .observe(e, {childList: true, subtree: true, characterData: true});
+window.watches?.forEach(w => w.disconnect());
+window.watches = live.map(() => new MutationObserver(() => window.told++));
+const all = {childList: true, subtree: true, characterData: true};
+live.forEach((e, k) => window.watches[k].observe(e, all));
 return live.length;
 """
 TICKS = """

@@ -58,7 +58,7 @@ def opened(
         results, procedures = request.getfixturevalue("reproduced")
     about = About("2026-01-02 03:04:05+00:00", 1.0)
     file = files.write(place / "out", results, procedures, about)
-    driver = browser.driver(place / "profile")
+    driver = browser.driver(place / "profile", network=True)
     try:
         yield Opened(driver, file, results)
     finally:
