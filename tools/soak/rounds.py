@@ -215,21 +215,9 @@ class Rounds:
         mode = self._words("MODE?")[0]
         if mode in ("disabled", "fault") and self.victim.cells[faulty.MOTOR] != 0.0:
             self.complaints.append(f"{what}: outputs are on, {mode}")
-        # A wire that has been hot for long does not always cool to a target within its patience,
-        # or comes to it as the patience ends.
-        cools = (
-            self.victim.subject.name == "wire"
-            and outcome == "stalled"
-            and self._start > target
-            and self._stopped > target - self._bounds.arrival
-        )
         if code == faults.LATE:
             self.busy += 1
-        elif (
-            name == faulty.NONE
-            and (code or (outcome in _BAD and not cools))
-            and _AT_LIMIT not in self._error
-        ):
+        elif name == faulty.NONE and (code or outcome in _BAD) and _AT_LIMIT not in self._error:
             start, end = self._start * self.scale, self._stopped * self.scale
             at = f"from {start:.6g} to {end:.6g} {self.unit}"
             self.complaints.append(f"{what}, {at}: {words or self._error}")

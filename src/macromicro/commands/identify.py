@@ -207,6 +207,10 @@ def linear(  # noqa: PLR0913, PLR0917 -- one parameter per option
     width: Annotated[
         float, typer.Option(help="Dead zone, subtracted from the magnitude of u.")
     ] = 0.0,
+    offset: Annotated[
+        float | None,
+        typer.Option(help="Constant of the output, in its unit.", show_default="found"),
+    ] = None,
     test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
@@ -220,6 +224,7 @@ def linear(  # noqa: PLR0913, PLR0917 -- one parameter per option
         "order": order,
         "start": start,
         "width": width,
+        "offset": offset,
         "tests": tuple(test or ()),
     }
     _identify("linear", options, files, _timed(columns, rate), out, overwrite, as_json, join=join)

@@ -1,4 +1,4 @@
-"""Hints for a linear record: a delay, a higher order, a constant, a dead zone or a limit.
+"""Hints for a linear record: a delay, a higher order, a dead zone or a limit; and its constant.
 
 Each is fitted to the first part of every record and judged by a free simulation of the last part.
 """
@@ -20,7 +20,7 @@ _LESS = 0.1  # by which part the error of the last part must be lower
 _MOST = 50_000  # samples that are looked at, the first ones of each record
 _DELAYS = 50  # samples, at most
 _EXACT = 1e-9  # of the output: no more than rounding is left
-_ROUNDS = 5  # of the search for a constant
+_FINE = 1e-4  # of the output's range: the search for a constant ends there
 _PARTS = np.arange(0.05, 0.96, 0.05)  # of the largest input: dead zones and limits tried
 
 
@@ -43,8 +43,7 @@ class Hint(NamedTuple):
 
 def hints(asked: Asked, unit: str = "") -> list[Hint]:
     """Models that predict the last 30 % of the records better by a tenth or more."""
-    most = _MOST // len(asked.u)
-    asked = asked._replace(u=[u[:most] for u in asked.u], y=[y[:most] for y in asked.y])
+    asked = _short(asked)
     own = _missed(asked)
     if not np.isfinite(own) or own <= _EXACT * _rms(list(asked.y)):
         return []
@@ -54,6 +53,11 @@ def hints(asked: Asked, unit: str = "") -> list[Hint]:
         if lowered >= _LESS:
             found.append(Hint(lowered, words))
     return sorted(found, reverse=True)
+
+
+def _short(asked: Asked) -> Asked:
+    most = _MOST // len(asked.u)
+    return asked._replace(u=[u[:most] for u in asked.u], y=[y[:most] for y in asked.y])
 
 
 def _others(asked: Asked, unit: str) -> Iterator[tuple[Asked, str]]:
@@ -72,9 +76,6 @@ def _others(asked: Asked, unit: str) -> Iterator[tuple[Asked, str]]:
     cut = {p * size: _through(asked, _within(p * size)) for p in _PARTS}
     limit = min(cut, key=lambda at: _left(cut[at]))
     yield cut[limit], f"an input that acts up to {limit:.2g} {unit} only".replace("  ", " ")
-    constant = _constant(asked)
-    less = asked._replace(y=[y - constant for y in asked.y])
-    yield less, f"{constant:.3g} subtracted from the output"
 
 
 def _without(width: float) -> Sequence[float]:
@@ -91,16 +92,31 @@ def _through(asked: Asked, ends: Sequence[float]) -> Asked:
     return asked._replace(u=inputs)
 
 
-def _constant(asked: Asked) -> float:
-    """Constant offset of a free simulation over the first part."""
-    found = 0.0
-    for _ in range(_ROUNDS):
-        less = asked._replace(y=[y - found for y in asked.y])
-        errors = [part[: _cut(part)] for part in _errors(less)]
-        if not errors:
-            break
-        found += float(np.mean(np.concatenate(errors)))
-    return found
+def constant(asked: Asked) -> float:
+    """Constant of the output that lowers the error by a tenth or more, else 0.
+
+    It is searched from the begin of the records, which often rest there.
+    """
+    from scipy.optimize import minimize_scalar
+
+    asked = _short(asked)
+    own = _missed(asked)
+    if own <= _EXACT * _rms(list(asked.y)):
+        return 0.0
+
+    def less(c: float) -> Asked:
+        return asked._replace(y=[y - c for y in asked.y])
+
+    rest = float(np.mean([y[0] for y in asked.y]))
+    extent = max(float(np.ptp(y)) for y in asked.y)
+    found = minimize_scalar(
+        lambda c: _left(less(c)),
+        bounds=(rest - extent, rest + extent),
+        method="bounded",
+        options={"xatol": _FINE * extent},
+    )
+    best = min((rest, float(found.x)), key=lambda c: _left(less(c)))
+    return best if _missed(less(best)) <= (1.0 - _LESS) * own else 0.0
 
 
 def _cut(record: Array) -> int:

@@ -58,7 +58,7 @@ TABLE = FodTable(
 
 def said(folder: Path, u: Array, f: Array) -> str:
     file = table(folder / "test.csv", "u,f", u, f)
-    name, text = hysteresis._tested(TABLE, str(file), {})
+    name, text = hysteresis._tested(TABLE, str(file), {}, {})
     assert name == f"prediction of {file}"
     return text
 

@@ -96,16 +96,19 @@ def test_a_decay_that_stops_after_two_swings_shows_its_friction(tmp_path: Path) 
     assert found.data["fit_percent"] > 99.0 and found.holds
 
 
-def test_a_fit_worse_than_a_constant_is_named(tmp_path: Path) -> None:
-    """A temperature whose room is no part of the model."""
+def test_a_constant_of_the_output_is_found_with_the_parameters(tmp_path: Path) -> None:
+    """A heater in a room of 21.6 degC; without the constant the fit is worse than its mean."""
     t = 5.0 * np.arange(400)
     u = 20.0 * (1.0 + np.sign(np.sin(2.0 * np.pi * t / 700.0)))
     y = [21.6]
     for one in u[:-1].tolist():
         y.append(y[-1] + 5.0 / 430.0 * (0.1 * one + 21.6 - y[-1]))
     file = written(tmp_path / "a.csv", "t_s,u_percent,y_degC", t, u, np.array(y))
+    found = from_files("linear", file)
+    assert values(found)["offset"] == pytest.approx(21.6, abs=0.05)
+    assert values(found)["gain"] == pytest.approx(0.1, rel=0.02) and found.holds
     with pytest.warns(PoorFitWarning, match="farther from the record than a constant"):
-        found = from_files("linear", file)
+        found = from_files("linear", file, offset=0.0)
     assert not found.holds
 
 

@@ -11,10 +11,12 @@ from tests.identify.kinds.seen import facts, given, plots, table
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
+from macromicro.files.reading import read
 from macromicro.hysteresis import prandtl, prandtl_rate
 from macromicro.hysteresis.prandtl_fit import PrandtlFit
 from macromicro.identify.kinds import plays
-from macromicro.identify.kinds.plays import Options
+from macromicro.identify.kinds.plays import ROLES, Options
+from macromicro.identify.picking import pick
 
 CORNERS = ((2.0, 12.0), (12.0, 2.0), (2.0, 9.0), (9.0, 4.0), (4.0, 12.0), (12.0, 3.0))
 U = np.concatenate([np.linspace(a, b, 81)[1:] for a, b in CORNERS])
@@ -145,7 +147,8 @@ def test_figures_show_the_loop_what_is_left_over_and_the_weights() -> None:
 def predicted(folder: Path, law: prandtl.Prandtl, u: Array, errors: Array) -> str:
     """What is said of another recording whose output is off by `errors`, for a range of 40."""
     file = table(folder / "test.csv", "u,f", u, followed(law, u) + errors)
-    name, text = plays._tested(law, str(file), given(file), 40.0)
+    picked = pick(read(file), ROLES, {})
+    name, text = plays._tested(law, picked, 40.0)
     assert name == f"prediction of {file}"
     return text
 
@@ -175,14 +178,15 @@ def test_a_rate_needs_times_and_is_told_with_what_it_gains(tmp_path: Path) -> No
     p = prandtl.operator(np.arange(16) * 3.125, np.r_[0.6, np.full(15, 0.03)], 5.0)
     f = prandtl_rate.run(p._replace(widening=0.002), 0.004, u, 1e-3)
     file = table(tmp_path / "a.csv", "t_s,u_V,f_um", t, u, f)
-    made = plays.identify(given(file), Options(rate=True, tests=(str(file),)))
+    test = table(tmp_path / "test.csv", "t_s,u_V,f_um", t, u, f)
+    made = plays.identify(given(file), Options(rate=True, tests=(str(test),)))
     lines = facts(made.lines)
     assert lines["widening"].value == pytest.approx(0.002, abs=1e-4)
     assert lines["lag"].value == pytest.approx(0.004, abs=2e-4) and lines["lag"].unit == "s"
     assert lines["without rate"].value > 5.0 * lines["prediction"].value
     assert "worse than this" in lines["without rate"].note
     assert made.data["lag"] == lines["lag"].value
-    said = dict(made.remarks)[f"prediction of {file}"]
+    said = dict(made.remarks)[f"prediction of {test}"]
     assert float(said.split()[1]) < 0.2  # % of range
     still = table(tmp_path / "b.csv", "u_V,f_um", u, f)
     with pytest.raises(InputError, match="--rate"):

@@ -130,18 +130,3 @@ def test_the_part_of_the_table(made: Rounds) -> None:
     assert text.startswith("**Slide**")
     assert "| 2 | 1 | 1 fault, 1 stalled | The stage is pushed and stands. |" in text
     assert "- **unexplained**: a complaint" in text
-
-
-@pytest.mark.parametrize(
-    ("start", "stopped", "explained"),
-    [(0.7, 0.6, True), (0.7, 0.4995, True), (0.7, 0.4, False), (0.3, 0.4995, False)],
-)
-def test_a_hot_wire_that_cools_too_slowly_is_explained(
-    made: Rounds, start: float, stopped: float, explained: bool
-) -> None:
-    """It began above its target of 0.5 mm and ended above it, or as it arrived."""
-    made.victim.subject.name = "wire"
-    made._bounds = made._bounds._replace(arrival=1e-6)
-    made._start, made._stopped = 1e-3 * start, 1e-3 * stopped
-    made._look("none", "MOVE 0.5 MM", "stalled", "MOVE 0.5 MM", 0.5e-3)
-    assert (made.complaints == []) == explained

@@ -43,6 +43,7 @@ class Options(NamedTuple):
     order: str = "1,1"  # "na,nb" or "na,nb,delay"
     start: str = "rest"  # "rest" or "free"
     width: float = 0.0  # dead zone taken off the input's size, unit of u
+    offset: float | None = None  # constant of the output, in its unit; None: found from the data
     tests: tuple[str, ...] = ()  # files with records that are not fitted
 
 
@@ -64,28 +65,24 @@ def identify(picking: Picking, options: Options) -> Result:
         raise ProblemError("records", found, "Give files with one sample time.")
     pairs = [methods.differentiated(r.u, r.x, dt) if position else (r.u, r.x) for r in records]
     u, y = [p[0] for p in pairs], [p[1] for p in pairs]
+    offset = _offset(_linear_hints.Asked(u, y, na, nb, delay, dt, options.start), options, position)
+    y = [one - offset for one in y]
     method = getattr(methods, options.method)
     fit: LinearFit = method(u, y, na, nb, dt, delay, start=options.start)
     out_unit = tables[0].units.get("y" if not position else "x", "") or "y"
     in_unit = tables[0].units["u"] or "u"
     out_unit = f"{out_unit}/s" if position else out_unit
     lines = coefficients(fit, out_unit, in_unit)
+    if offset:
+        how = "as given" if options.offset is not None else "found with the parameters"
+        lines.append(Line("offset", offset, unit=out_unit, note=f"constant of the output, {how}"))
     trials = [
-        tried(fit, run, table.file, position=position)
+        tried(fit, run._replace(x=run.x - offset), table.file, position=position)
         for table in others
         for run in measured([table], options.width)
     ]
     lines += testing.lines(trials, out_unit.removesuffix("/s") if position else out_unit)
-    white = fit.whiteness
-    remarks = [
-        ("fit", f"free run {fit.fit:.2f} %, {sum(map(len, y))} samples of {dt:g} s"),
-        ("residuals", f"{'white' if white.white else 'not white'} (p = {white.p_value:.2g})"),
-        ("method", f"{fit.method}, {fit.iterations} iterations, start at {options.start}"),
-    ]
-    remarks += [("errors withheld", fit.doubt)] if fit.doubt else []
-    if fit.starts:
-        ends = ", ".join(f"{name} {end:.2f} %" for name, end in fit.starts.items())
-        remarks.append(("ends of the search, by starting point", f"{ends}; the best is taken"))
+    remarks = _remarks(fit, sum(map(len, y)), options.start)
     remarks += better(_linear_hints.Asked(u, y, na, nb, delay, dt, options.start), in_unit)
     if position:
         remarks.append(("output", f"speed: the position differentiated; {_travel(fit, y)}"))
@@ -113,6 +110,32 @@ def identify(picking: Picking, options: Options) -> Result:
     toml = coefficients_toml(fit, in_unit, out_unit)
     more = {**data(fit), "tests": testing.data(trials)}
     return Result("linear", title, fit, lines, remarks, toml, draw, more)
+
+
+def _remarks(fit: LinearFit, samples: int, start: str) -> list[tuple[str, str]]:
+    white = fit.whiteness
+    found = [
+        ("fit", f"free run {fit.fit:.2f} %, {samples} samples of {fit.dt:g} s"),
+        ("residuals", f"{'white' if white.white else 'not white'} (p = {white.p_value:.2g})"),
+        ("method", f"{fit.method}, {fit.iterations} iterations, start at {start}"),
+    ]
+    found += [("errors withheld", fit.doubt)] if fit.doubt else []
+    if fit.starts:
+        ends = ", ".join(f"{name} {end:.2f} %" for name, end in fit.starts.items())
+        found.append(("ends of the search, by starting point", f"{ends}; the best is taken"))
+    return found
+
+
+def _offset(asked: Asked, options: Options, position: bool) -> float:
+    if options.offset is None:
+        return 0.0 if position else _linear_hints.constant(asked)
+    if not math.isfinite(options.offset):
+        raise InputError("--offset", options.offset, "a finite number in the unit of the output")
+    if position and options.offset:
+        raise ProblemError(
+            "--offset", "the output is the speed of a position, which has no constant"
+        )
+    return options.offset
 
 
 def better(asked: Asked, unit: str) -> list[tuple[str, str]]:
