@@ -205,7 +205,7 @@ def _hall(wire: Wire, rig: object, volts: list[float | None]) -> None:
 def test_one_spike_of_the_hall_sensor_is_no_noise_whenever_it_comes() -> None:
     """The guard comes every ten periods then: three that it sees do not stand for ten."""
     with board("board") as (rig, wire):
-        _hall(wire, rig, 10 * [4.9, *70 * [None]])
+        _hall(wire, rig, 10 * [4.9, *130 * [None]])
         assert rig.status()["fault"] == 0
 
 
