@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
 from hypothesis import settings
 
-from macromicro import threads
+from macromicro import kernel, threads
 
 threads.one_for_blas()  # as the command does, before a test imports numpy
 
@@ -35,6 +37,40 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
             return next((f for f in _SHARING if file.startswith(f)), file)
 
     return Files(config, log)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _admitted_by_one_file() -> Iterator[None]:
+    """Kernels that a test file has admitted are gone after it.
+
+    Each that is admitted begins another cache of compiled kernels, an empty one: all files that
+    follow would compile theirs once more, and no other process would share them.
+    """
+    before = dict(kernel._joined)
+    yield
+    gone = kernel._joined.keys() - before.keys()
+    if not gone:
+        return
+    from macromicro import joining
+    from macromicro.control import outside
+    from macromicro.plant import own_part
+
+    kernel._joined.clear()
+    kernel._joined.update(before)
+    if kernel._register is not None:
+        kernel._point(kernel._numba())
+    # Whoever uses them again admits them again.
+    joining._modules.difference_update(gone)
+    for name in gone:
+        outside._laws.pop(name, None)
+        own_part._found.pop(name, None)
+    for gains in [g for g, name in outside._by_gains.items() if name in gone]:
+        del outside._by_gains[gains]
+    for name, module in list(sys.modules.items()):
+        if name.startswith("macromicro.machines"):
+            for made in list(vars(module).values()):
+                if hasattr(made, "cache_clear"):
+                    made.cache_clear()
 
 
 class _Names:

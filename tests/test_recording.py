@@ -97,7 +97,7 @@ def tables(draw: st.DrawFn) -> tuple[list[Column], list[np.ndarray]]:
     return columns, [draw(hnp.arrays(c.dtype, rows)) for c in columns]
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(
     table=tables(),
     dt=st.floats(1e-9, 1e9),
@@ -120,7 +120,7 @@ def test_save_and_load_give_the_same_back(tmp_path_factory, table, dt, attribute
         assert loaded.unit(column.name) == column.unit
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(
     blocks=st.lists(st.integers(0, 60), max_size=8),
     capacity=st.integers(1, 150),
@@ -268,7 +268,7 @@ for number in itertools.count():
             print(number, writer.rows, flush=True)
 """
     chance = random.Random(5)
-    kills = 10
+    kills = 6
     checked = 0
     for kill in range(kills):
         folder = tmp_path / str(kill)

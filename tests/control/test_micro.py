@@ -68,7 +68,20 @@ def noted(out, k, own, kept, first):
     micro.note(out, k, own, kept, first)
 
 
+class Calm(NamedTuple):
+    """Of the same law with a rest."""
+
+    kp: Annotated[float, Par("V/m", "gain", "test", lo=0.0)] = 2000.0
+
+
+@kernel
+def rest(p: Calm, s: Memory, sample: Sample, dt: float) -> Memory:
+    """A hundred periods at once."""
+    return Memory(s.periods + 100.0, s.from_place)
+
+
 P_LAW = StageLaw("p-law", Gains, Memory, start, step)
+CALM = StageLaw("calm", Calm, Memory, start, step, rest=rest)
 LIMITS = PiAntiWindup(0.0, 0.0, 0.0, 0.0, 3.0)
 
 
@@ -114,19 +127,34 @@ def test_after_a_rest_a_law_without_rest_begins_anew() -> None:
 
 
 def test_a_law_with_rest_begins_once_and_runs_on() -> None:
+    own = micro.prepared(joined(f"{__name__}:CALM").fine)
+    begun = micro.begun(own)
+    assert begun[0].fresh == 0.0
+    aim, seen = Target(1e-3, 0.0, 0.0), Sample(0.0, 4e-4)
+    for call, quiet in ((micro.step, micro.rest), (compiled(turn), compiled(pause))):
+        kept, periods = begun, []
+        for turns in (True, False, True):
+            if turns:
+                _, kept, effort = call(LIMITS, own, kept, 0.0, aim, seen, DT)
+                assert effort == 2000.0 * (1e-3 - 4e-4)
+            else:
+                kept = quiet(own, kept, seen, DT)
+            assert kept[0].fresh == 0.0
+            periods.append(kept[0].memory.periods)
+        assert periods == [1.0, 101.0, 102.0]
+
+
+def test_a_wire_cools_in_a_rest() -> None:
     own = micro.prepared(joined("inverse").fine)
     kept = micro.begun(own)
-    assert kept[0].fresh == 0.0
-    aim = Target(2e-3, 0.0, 0.0)
-    for call, quiet in ((micro.step, micro.rest), (compiled(turn), compiled(pause))):
-        for _ in range(200):
-            _, kept, effort = call(LIMITS, own, kept, 0.0, aim, Sample(0.0, 0.0), DT)
-        hot = kept[0].memory.model.wire
-        assert hot > 5.0 and 0.0 <= effort <= 3.0
-        for _ in range(100):
-            kept = quiet(own, kept, Sample(0.0, 0.0), DT)
-        assert 0.0 < kept[0].memory.model.wire < hot
-        kept = micro.begun(own)
+    aim, seen = Target(2e-3, 0.0, 0.0), Sample(0.0, 0.0)
+    for _ in range(200):
+        _, kept, effort = micro.step(LIMITS, own, kept, 0.0, aim, seen, DT)
+    hot = kept[0].memory.model.wire
+    assert hot > 5.0 and 0.0 <= effort <= 3.0
+    for _ in range(100):
+        kept = micro.rest(own, kept, seen, DT)
+    assert 0.0 < kept[0].memory.model.wire < hot
 
 
 def test_columns_follow_from_what_a_law_tells() -> None:

@@ -199,7 +199,7 @@ def test_a_function_in_c_gives_the_bits_of_its_kernel(
         monkeypatch.setattr(math, rounded, within(getattr(math, rounded)))
 
     @settings(
-        max_examples=25, deadline=None, derandomize=True, database=None,
+        max_examples=12, deadline=None, derandomize=True, database=None,
         suppress_health_check=list(HealthCheck),
     )  # fmt: skip
     @given(st.fixed_dictionaries(given_))

@@ -66,8 +66,21 @@ def command(*words: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
     return macromicro("export", *words, cwd=cwd)
 
 
-@pytest.mark.parametrize("single", [False, True], ids=["double", "float"])
-@pytest.mark.parametrize("name", list(catalogue.every()))
+DOUBLE = ("axis.law", "preisach", "two_stage.macro", "axis.wired")
+
+
+@pytest.mark.parametrize(
+    ("name", "single"),
+    [
+        *((name, True) for name in catalogue.every()),
+        *((name, False) for name in DOUBLE),
+        *(
+            pytest.param(name, False, marks=pytest.mark.slow)
+            for name in catalogue.every()
+            if name not in DOUBLE
+        ),
+    ],
+)
 def test_every_example_compiles_and_runs(name: str, single: bool, tmp_path: Path) -> None:
     written = files.written(catalogue.unit(name), single)
     (tmp_path / f"{written.name}.h").write_text(written.header)

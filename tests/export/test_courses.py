@@ -80,7 +80,7 @@ def rebuilt(found: Any, like: Any, memory: Any) -> Any:
 
 @pytest.mark.parametrize("name", PLANTS)
 def test_a_plant_stays_the_same_for_many_periods(name: str, tmp_path: Path) -> None:
-    theirs, ours = course(name, tmp_path, 60 if name == "two_stage.plant" else 150)
+    theirs, ours = course(name, tmp_path, 60)
     assert theirs == ours
     assert len({tuple(each) for each in ours}) > 50
 

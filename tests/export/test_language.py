@@ -65,7 +65,7 @@ def test_words_mean_the_same(name: str) -> None:
     bound, function = Bound(written.program), getattr(spoken, name)
     names = list(written.entries[0].parameters)
 
-    @settings(max_examples=300, deadline=None, derandomize=True, database=None)
+    @settings(max_examples=120, deadline=None, derandomize=True, database=None)
     @given(st.tuples(*WORDS[name]))
     def same(values: tuple[Any, ...]) -> None:
         mine, theirs = deepcopy(values), deepcopy(values)

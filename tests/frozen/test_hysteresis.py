@@ -44,8 +44,14 @@ def curves(noise: float) -> list[tuple[np.ndarray, np.ndarray]]:
     return made
 
 
-@pytest.mark.parametrize("shape", ["free", "monotone", "nonnegative"])
-@pytest.mark.parametrize("noise", [0.0, 0.01])
+@pytest.mark.parametrize(
+    ("noise", "shape"),
+    [
+        (0.0, "free"), (0.01, "free"), (0.01, "monotone"), (0.01, "nonnegative"),
+        pytest.param(0.0, "monotone", marks=pytest.mark.slow),
+        pytest.param(0.0, "nonnegative", marks=pytest.mark.slow),
+    ],
+)  # fmt: skip
 def test_tables_from_curves(shape: str, noise: float) -> None:
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")

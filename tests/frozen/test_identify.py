@@ -101,7 +101,14 @@ def emps() -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
         return np.arange(len(x)) * 1e-3, u, x, float(file["gain"])
 
 
-@pytest.mark.parametrize("structure", ["auto", "viscous", "coulomb", "asymmetric", "stribeck"])
+@pytest.mark.parametrize(
+    "structure",
+    [
+        "auto", "asymmetric", "stribeck",
+        pytest.param("viscous", marks=pytest.mark.slow),
+        pytest.param("coulomb", marks=pytest.mark.slow),
+    ],
+)  # fmt: skip
 def test_drive_on_measured_data(emps: Any, structure: str) -> None:
     t, u, x, gain = emps
     part = slice(0, 14_000)

@@ -350,7 +350,7 @@ ANYTHING: st.SearchStrategy[Any] = st.recursive(
 )  # fmt: skip
 
 
-@settings(max_examples=400)
+@settings(max_examples=200)
 @given(data=st.data(), mode=st.sampled_from(["ready", "holding", "moving-micro", "disabled"]))
 def test_no_request_whatever_is_in_it_raises(data: st.DataObject, mode: str) -> None:
     kind = data.draw(st.sampled_from(m.Request.__args__))

@@ -39,10 +39,10 @@ def bench(
 
 
 @pytest.mark.parametrize("stiffness", [0.0, 5e7])
-@pytest.mark.parametrize("friction", [0.4, 1.0, 1.08])
+@pytest.mark.parametrize("friction", [0.4, pytest.param(1.0, marks=pytest.mark.slow), 1.08])
 def test_homing_from_the_stop_and_beside_it(friction: float, stiffness: float) -> None:
     """Pressed against it or some millimetres away, rubber or rigid: the guard is content."""
-    for seed, place in enumerate((0.0 if stiffness else -5e-5, 0.0, 1e-4, 1e-3, 5e-3)):
+    for seed, place in enumerate((0.0 if stiffness else -5e-5, 1e-4, 5e-3)):
         b = bench(place, friction, stiffness, seed)
         b.ask(m.Home())
         end = b.wait(20.0)
@@ -50,8 +50,8 @@ def test_homing_from_the_stop_and_beside_it(friction: float, stiffness: float) -
         found = (end.evidence["stop_raw_counts"] + 0.5) * PITCH
         assert -0.3e-3 <= found - Settings().bench.carriage.stop_low <= PITCH
         assert b.leant <= SHARE * LIVE.leant
-        b.ask(m.Home())  # from where it is left
-        assert b.wait(20.0).outcome == "done"
+    b.ask(m.Home())  # from where it is left
+    assert b.wait(20.0).outcome == "done"
 
 
 @pytest.mark.parametrize("after", [1.2, 1.4, 1.6, 2.0])
@@ -68,7 +68,7 @@ def test_homing_again_from_the_push_against_the_stop(after: float) -> None:
 @pytest.mark.parametrize("friction", [1.1, 1.3, 1.6])
 def test_a_carriage_that_cannot_be_moved_is_never_homed(friction: float) -> None:
     """The push cannot break it away; nor can it be backed off then."""
-    for seed, place in enumerate((0.0, 1e-3, 5e-3)):
+    for seed, place in enumerate((0.0, 5e-3)):
         b = bench(place, friction, seed=seed)
         b.ask(m.Home())
         assert b.wait(60.0).outcome in ("fault", "stalled")
@@ -132,8 +132,8 @@ def test_the_guard_is_content_with_the_push() -> None:
 
 @pytest.mark.parametrize(
     ("place", "known", "most"),
-    [(10e-3, False, 3.5), (110e-3, False, 5.0), (210e-3, False, 6.5), (224e-3, False, 6.7),
-     (10e-3, True, 3.7), (110e-3, True, 4.7), (210e-3, True, 5.2), (224e-3, True, 5.4)],
+    [(10e-3, False, 3.5), (110e-3, False, 5.0), (224e-3, False, 6.7),
+     (10e-3, True, 3.7), (224e-3, True, 5.4)],
 )  # fmt: skip
 def test_homing_takes_seconds_from_anywhere(place: float, known: bool, most: float) -> None:
     begun = {"coordinate": (STOP_LOW + place) / PITCH, "trusted": True} if known else {}
@@ -166,7 +166,7 @@ def tried(seed: int) -> tuple[float, str]:
 MOVABLE = 1.08  # of the default friction: beyond it the push may not break the carriage away
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(5))
 def test_no_false_home_and_no_fault(seed: int) -> None:
     friction, outcome = tried(seed)
     assert outcome == "done" or friction > MOVABLE

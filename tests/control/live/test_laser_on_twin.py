@@ -73,7 +73,7 @@ def test_narrowed_micro_limits_hold_wherever_in_its_count_the_carriage_stands(
     own = bench.p.settings.limits
     high = 0.5e-3 + 6.0 * PITCH  # tolerance to either side, a count, the laser's half
     bench.ask(m.SetLimits(own._replace(micro_low=0.5e-3, micro_high=high)))
-    for k in range(8):
+    for k in range(4):
         bench.ask(m.MoveTo(0.02 + 0.0031 * k))
         assert bench.wait(30.0).outcome == "done"
         assert 0.5e-3 <= bench.command.micro_reference <= high

@@ -49,14 +49,14 @@ def test_neither_homing_nor_braking_is_replaced() -> None:
 
 @pytest.mark.parametrize("aim", [900.0, 400.0, -100.0])
 def test_whenever_it_comes_no_soft_limit_is_overrun(aim: float) -> None:
-    for k in range(8):
+    for k in range(4):
         b = Bench(0.02, coordinate=200.0, trusted=True)
         b.tick()
         b.ask(m.Enable())
         own = b.p.settings.limits
         b.ask(m.SetLimits(own._replace(macro_low=-110.0, macro_high=910.0)))
         b.ask(m.MoveMacro(905))
-        b.run(0.05 + 0.05 * k)
+        b.run(0.05 + 0.1 * k)
         if b.ends:
             break
         assert b.ask(m.MoveMacro(aim, replace=True)) == Accepted(2)

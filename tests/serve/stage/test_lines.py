@@ -68,8 +68,8 @@ def test_it_homes_by_each_way(tmp_path: Path, on: str, home: str, pulse: str, of
         end = bed.end(m.Home())
         assert end.outcome == m.DONE and bed.fault is None, (end, bed.fault)
         assert abs(bed.machine.view().offset) * bed.pitch <= off + 2.0 * bed.pitch * (off > 0.0)
-        assert bed.end(m.MoveTo(0.12)).outcome == m.DONE
-        assert bed.place == pytest.approx(0.12, abs=max(off, bed.tree.arrival.tolerance) + 1e-4)
+        assert bed.end(m.MoveTo(0.06)).outcome == m.DONE
+        assert bed.place == pytest.approx(0.06, abs=max(off, bed.tree.arrival.tolerance) + 1e-4)
     assert bed.line("enable") == 1.0 == bed.line("enabled")
 
 
