@@ -67,9 +67,7 @@ def test_free_run_of_the_output_error_fit(four: DriveFit, emps: Any) -> None:
     assert len(t) == len(run)
 
 
-def test_holdout_finds_the_asymmetry_of_emps_and_nothing_richer(
-    four: DriveFit, emps: Any
-) -> None:
+def test_holdout_finds_the_asymmetry_of_emps_and_nothing_richer(four: DriveFit, emps: Any) -> None:
     """Viscous friction differs by direction; Stribeck terms come out negative or useless."""
     t, u, x, gain = emps
     fit = drive(t, u, x, gain=gain)

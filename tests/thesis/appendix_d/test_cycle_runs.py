@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.thesis.ended import collected
 
 from macromicro.kernel import compiled
 from macromicro.plant import cycle
@@ -17,7 +18,8 @@ from macromicro.thesis.claims import DIFFERS, REPRODUCED, Claim
 
 @pytest.fixture(scope="module")
 def data() -> CycleData:
-    return cycle_runs.collect()
+    made: CycleData = collected("cycle-testing")
+    return made
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.thesis.ended import collected
 
 from macromicro.control.supervisor import MICRO
 from macromicro.errors import InputError
@@ -19,7 +20,8 @@ from macromicro.thesis.claims import DIFFERS, REPRODUCED, Claim
 
 @pytest.fixture(scope="module")
 def runs() -> MicroRuns:
-    return micro_runs.collect()
+    made: MicroRuns = collected("micro-control")
+    return made
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.thesis.ended import collected
 
 from macromicro.recording import Recording
 from macromicro.thesis.chapter6 import integrated_runs
@@ -13,7 +14,8 @@ from macromicro.thesis.claims import DIFFERS, REPRODUCED, Claim
 
 @pytest.fixture(scope="module")
 def runs() -> IntegratedRuns:
-    return integrated_runs.collect()
+    made: IntegratedRuns = collected("integrated")
+    return made
 
 
 @pytest.fixture(scope="module")
