@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from macromicro import cli, identify
-from macromicro.commission import collecting
+from macromicro.commission import _exciting, collecting
 from macromicro.commission._probing import CommissionError
 from macromicro.commission.collecting import Given
 from macromicro.errors import InputError
@@ -30,11 +30,19 @@ def given(name: str, tree: Any = None, **rest: Any) -> Given:
     return Given(machine, machine.settings if tree is None else tree, rest.get("rig"), 0)
 
 
+@pytest.fixture(scope="module", autouse=True)
+def few_strokes() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(_exciting, "STROKES", 4)
+        yield
+
+
 @pytest.fixture(scope="module")
 def record() -> Recording:
     return collecting.find("drive", given("axis").machine).collect(given("axis"), lambda: False)
 
 
+@pytest.mark.slow
 def test_the_mass_of_an_axis_is_found_from_its_strokes(record: Recording, tmp_path: Path) -> None:
     tree = given("axis").tree
     record.save(tmp_path / "drive.h5")
@@ -68,6 +76,7 @@ def test_the_inertia_of_an_axis_that_turns_is_found_in_its_own_units(tmp_path: P
 
 def test_the_strokes_stay_within_the_travel_and_what_the_motor_gives(record: Recording) -> None:
     tree = given("axis").tree
+    assert {c.name: c.unit for c in record.columns} == {"t": "s", "u": "V", "x": "m"}
     x, u = record["x"], record["u"]
     assert tree.travel.low <= x.min() and x.max() <= tree.travel.high
     assert x.max() - x.min() > 0.3 * (tree.travel.high - tree.travel.low)

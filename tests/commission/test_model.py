@@ -61,7 +61,8 @@ def test_strokes_that_are_all_too_fast_are_said() -> None:
         strokes(Virtual(Axis(0.001, 0.1, 1.0)), speed=0.02)
 
 
-def test_the_model_finds_the_axis() -> None:
+def test_the_model_finds_the_axis(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_exciting, "STROKES", 4)
     late = 3
     truth = PLAIN._replace(offset=0.1, lag=late * 1e-3)
     rig = Virtual(truth, late=late, ripple=0.05)
@@ -84,7 +85,10 @@ def test_the_model_finds_the_axis() -> None:
     assert np.corrcoef(level, felt)[0, 1] > 0.9
 
 
-def test_a_drop_of_friction_is_found_though_none_is_the_nearer_beginning() -> None:
+def test_a_drop_of_friction_is_found_though_none_is_the_nearer_beginning(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(_exciting, "STROKES", 4)
     # Sliding slowly and sliding at speed take nearly the same effort beside so much back-EMF.
     truth = Axis(0.487, 15.0, 0.767, stribeck=0.097, stribeck_speed=0.0274, lag=1e-3)
     on = Stand(session(rig := Virtual(truth, late=1)), 1e-3, 1e-5)
@@ -95,8 +99,9 @@ def test_a_drop_of_friction_is_found_though_none_is_the_nearer_beginning() -> No
     assert found.rms < 2e-5
 
 
-def test_a_limit_of_the_force_is_found() -> None:
+def test_a_limit_of_the_force_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """And how much of the slope is friction, at any speed, and not back-EMF."""
+    monkeypatch.setattr(_exciting, "STROKES", 4)
     back = 0.2
     rig = Virtual(PLAIN._replace(limit=2.5, back=back))
     found = _model.fitted(strokes(rig), 1e-3, 1.2, 0.012)

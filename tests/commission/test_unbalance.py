@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission import _model, _unbalance, axis, procedure, rotary
+from macromicro.commission import _exciting, _model, _unbalance, axis, procedure, rotary
 from macromicro.commission._probing import Direction, direction
 from macromicro.commission.procedure import Options, Work
 from macromicro.commission.running import Place, commission
@@ -183,7 +183,8 @@ def test_gravity_found_at_rest_helps_strokes_that_hardly_show_it() -> None:
 
 
 @pytest.mark.parametrize("sign", [pytest.param(1.0, marks=pytest.mark.slow), -1.0])
-def test_an_eccentric_load_is_commissioned(sign: float) -> None:
+def test_an_eccentric_load_is_commissioned(sign: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_exciting, "STROKES", 4)
     angle = 70.0 * DEG
     made = rig(2.5, angle, sign)
     work = Work(stand(made), LIMITS)
@@ -213,7 +214,10 @@ def place() -> Place:
     return Place("a disc", lambda seed: rig(2.5, 1.2), 2e-3, PITCH, 8.0, False, rotary.KIND)
 
 
-def test_it_is_resumed_with_its_load_found_again(tmp_path: Path) -> None:
+def test_it_is_resumed_with_its_load_found_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_exciting, "STROKES", 4)
     said: list[str] = []
 
     def until(title: str) -> None:

@@ -29,8 +29,8 @@ def steps(low: float, high: float, number: int = 50) -> Array:
 
 def test_reverse_motion_in_the_tail_alone_hides_no_friction() -> None:
     """What is fitted sees it too: Stribeck friction is found, not a viscous slope."""
-    u = steps(30.0, 90.0)
-    u[-2500:] *= -1.0
+    u = steps(30.0, 90.0, 100)
+    u[-5000:] *= -1.0
     truth = Axis(mass=95.0, viscous=100.0, coulomb=20.0, stribeck=40.0, stribeck_speed=0.05)
     found = drive(*record(truth, u))
     assert found.structure == "stribeck"

@@ -92,7 +92,7 @@ def test_a_slow_force_that_parameters_took_part_of_is_found_whole(known: bool) -
     back = np.linalg.pinv(taken)
     flat = np.ones(n // 2 + 1)
     ranks = []
-    for k in range(6 if known else 3):
+    for k in range(6 if known else 5):
         force = drawn(level, n, dt, np.random.default_rng(k))
         lost = taken @ (back @ force)
         shown = binned(force - lost, dt, flat, flat, taken if known else taken[:, :0])

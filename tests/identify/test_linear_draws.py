@@ -136,8 +136,8 @@ def test_errors_by_rounding_are_those_of_fits_to_all_counts(coloured: bool) -> N
     u = steps(6)
     clean = lfilter([0.0, THETA[1]], [1.0, THETA[0]], u)
     method = "box_jenkins" if coloured else "sriv"
-    off = []
-    for at in (np.arange(6) + 0.5) / 6:
+    off, many = [], 6 if coloured else 12
+    for at in (np.arange(many) + 0.5) / many:
         found = fit(method, u, np.floor(clean / 100.0 + at) * 100.0)
         off.append(np.r_[found.a, found.b] - THETA)
     y = np.floor(clean / 100.0 + 0.4) * 100.0

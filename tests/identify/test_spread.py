@@ -227,7 +227,7 @@ def walk(n: int, pole: float, seed: int) -> Array:
 def test_the_mean_of_slow_noise_is_told_with_its_error(pole: float, least: float) -> None:
     """Six to seven independent values: taken from the residuals alone, 95 % hold in 74 of 100."""
     n, inside = 400, []
-    for seed in range(60):
+    for seed in range(40):
         y = walk(n, pole, seed)
         psi = np.ones((n, 1))
         mean = float(y.mean())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.thesis.ended import collected
+from tests.thesis.ended import collected, ended
 
 from macromicro.kernel import compiled
 from macromicro.plant import cycle
@@ -23,8 +23,8 @@ def data() -> CycleData:
 
 
 @pytest.fixture(scope="module")
-def claims(data: CycleData) -> dict[str, Claim]:
-    return {c.id: c for c in _cycle_claims.claims(data)}
+def claims() -> dict[str, Claim]:
+    return {c.id: c for c in ended("cycle-testing").claims}
 
 
 @pytest.mark.parametrize("name", ["A1", "A2", "A4", "A5", "A6"])

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.thesis.ended import collected
+from tests.thesis.ended import ended
 
 from macromicro import loop
 from macromicro.design import steps
@@ -33,7 +33,7 @@ IDS = (
 @pytest.fixture(scope="module")
 def claims() -> dict[str, Claim]:
     procedures = [p for p in all_procedures() if p.name.startswith("macro-")]
-    every = [c for p in procedures for c in p.claims(collected(p.name))]
+    every = [c for p in procedures for c in ended(p.name).claims]
     found = {c.id: c for c in every}
     assert len(found) == len(every)
     return found
