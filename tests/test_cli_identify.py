@@ -108,7 +108,8 @@ def test_own_csv_without_out_is_printed_and_nothing_is_written(
 
 def test_json_is_all_that_stdout_gets(macromicro: Macromicro, tmp_path: Path) -> None:
     path = drive_csv(tmp_path, OWN)
-    done = macromicro("identify", "drive", path, "--gain", "4", "--json")
+    fit = ("drive", path, "--gain", "4", "--structure", "coulomb")
+    done = macromicro("identify", *fit, "--json")
     content = json.loads(done.out)
     found = values(done.out)
     for name in ("mass", "viscous", "coulomb", "offset"):
@@ -408,7 +409,8 @@ def test_out_must_be_free(
         assert done.status == 2 and said in done.err
     for name in ("table.h5", "along.png", "branches.svg", "friction.pdf", "stress_map.csv"):
         (tmp_path / "full" / name).write_text("of an earlier identification")
-    done = macromicro("identify", "drive", own, "--out", "full", "--overwrite")
+    fit = ("drive", own, "--structure", "coulomb")
+    done = macromicro("identify", *fit, "--out", "full", "--overwrite")
     assert done.status == 0
     assert sorted(p.name for p in (tmp_path / "full").iterdir()) == [
         "free_run.png", "mine.txt", "model.toml", "residuals.png", "result.json",
@@ -425,7 +427,8 @@ def test_a_failure_while_writing_leaves_no_part(
         raise OSError(28, "No space left on device", str(tmp_path / "new"))
 
     monkeypatch.setattr("macromicro.drawing.files.encoded", full)
-    done = macromicro("identify", "drive", own, "--out", tmp_path / "new")
+    fit = ("drive", own, "--structure", "coulomb")
+    done = macromicro("identify", *fit, "--out", tmp_path / "new")
     assert done.status == 1 and "No space left" in done.err
     assert [p.name for p in tmp_path.iterdir()] == ["own.csv"]
 
@@ -440,7 +443,8 @@ def test_what_was_mended_is_said(macromicro: Macromicro, tmp_path: Path) -> None
     cells[500][2] = "nan"
     path = tmp_path / "mended.csv"
     path.write_text("\n".join([rows[0], *(",".join(row) for row in cells)]))
-    done = macromicro("identify", "drive", path, "--gain", "4", "--json")
+    fit = ("drive", path, "--gain", "4", "--structure", "coulomb")
+    done = macromicro("identify", *fit, "--json")
     assert done.status == 0, done.err
     assert "MissingRowsWarning: " in done.err and "1 of " in done.err
     assert "ResampledWarning: " in done.err and "interpolated" in done.err
@@ -534,7 +538,7 @@ def test_document_s_commands_exist(macromicro: Macromicro) -> None:
             assert not word.startswith("--") or word in helps[key], " ".join(words)
 
 
-@pytest.mark.parametrize("after", [1.0, 1.6])
+@pytest.mark.parametrize("after", [1.0, pytest.param(1.6, marks=pytest.mark.slow)])
 def test_interrupted_while_collecting_leaves_nothing(after: float, tmp_path: Path) -> None:
     """A signal may fall into the compiler's work: no crash, no traceback, no folder."""
     process = subprocess.Popen(

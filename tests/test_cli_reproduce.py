@@ -12,6 +12,10 @@ from pathlib import Path
 
 import pytest
 
+from macromicro import cli
+from macromicro.drawing import exhibit
+from macromicro.thesis import reproduce
+from macromicro.thesis.procedure import Lab
 from tests.command import command as macromicro
 
 COMMAND = [sys.executable, "-m", "macromicro", "reproduce"]
@@ -162,38 +166,29 @@ def test_a_rig_without_the_channel_is_refused(tmp_path: Path) -> None:
     assert "mylab:half" in refused.stderr
 
 
-FIGURE_FAILS = """
-import sys
-from macromicro.thesis import reproduce
-
-def run(chosen, lab, jobs, progress, stopped):
-    def broken(*figure):
-        raise ValueError("no ink")
-    import macromicro.drawing.exhibit as exhibit
-    exhibit.encoded = broken
-    return [reproduce.narrowed(c, reproduce.run_one(c.procedure, lab)) for c in chosen]
-
-reproduce.run = run
-from macromicro.cli import main
-sys.argv = ["macromicro", "reproduce", "--only", "technologies", "--json", "claims.json"]
-sys.exit(main())
-"""
-
-
-def test_a_figure_that_cannot_be_drawn_is_noted(tmp_path: Path) -> None:
+def test_a_figure_that_cannot_be_drawn_is_noted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """The claims stay as they were measured, the page says what is missing, the exit is 1."""
-    finished = subprocess.run(
-        [sys.executable, "-c", FIGURE_FAILS],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=tmp_path,
-    )
-    assert finished.returncode == 1, finished.stderr
+
+    def run(chosen: list[reproduce.Chosen], lab: Lab, *_: object) -> list[reproduce.Result]:
+        """In this process, where nothing can be drawn."""
+        return [reproduce.narrowed(c, reproduce.run_one(c.procedure, lab)) for c in chosen]
+
+    def broken(*figure: object) -> bytes:
+        raise ValueError("no ink")
+
+    monkeypatch.setattr(reproduce, "run", run)
+    monkeypatch.setattr(exhibit, "encoded", broken)
+    monkeypatch.chdir(tmp_path)
+    words = ["macromicro", "reproduce", "--only", "technologies", "--json", "claims.json"]
+    monkeypatch.setattr(sys, "argv", words)
+    assert cli.main() == 1
+    said = capsys.readouterr()
     note = "Table 6.2 (plot) was not drawn: ValueError: no ink"
-    assert f"macromicro: technologies: {note}" in finished.stderr
-    assert "Traceback" not in finished.stderr
-    assert note in finished.stdout
+    assert f"macromicro: technologies: {note}" in said.err
+    assert "Traceback" not in said.err
+    assert note in said.out
     rows = json.loads((tmp_path / "claims.json").read_text())
     assert [(r["id"], r["verdict"]) for r in rows] == [("D9", "reproduced"), ("D10", "reproduced")]
     page = (tmp_path / "results/reproduction/reproduction.html").read_text(encoding="utf-8")
@@ -203,7 +198,7 @@ def test_a_figure_that_cannot_be_drawn_is_noted(tmp_path: Path) -> None:
 
 def test_interrupted_keeps_what_was_done(tmp_path: Path) -> None:
     """Ctrl-C once the first procedure has ended: a page with it, the others not measured."""
-    names = ("--only", "technologies", "kiln", "--jobs", "1")
+    names = ("--only", "sensor-design", "laser-noise", "--jobs", "1")
     with subprocess.Popen(
         [*COMMAND, *names], cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as running:
@@ -214,8 +209,8 @@ def test_interrupted_keeps_what_was_done(tmp_path: Path) -> None:
     first = line.partition(":")[0]
     assert running.returncode == 130, errors
     rows = json.loads((tmp_path / "results" / "reproduction" / "claims.json").read_text())
-    assert len(rows) == 5
-    done = {"kiln": {"S1", "S2"}, "technologies": {"D9", "D10"}}[first]
+    assert len(rows) == 10
+    done = {"laser-noise": {"I5", "I7"}, "sensor-design": {"D1", "D2"}}[first]
     assert {r["id"] for r in rows if r["verdict"] == "reproduced"} >= done
     assert "interrupted" in errors
 

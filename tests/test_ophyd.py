@@ -18,14 +18,22 @@ EXAMPLES = Path(__file__).parents[1] / "examples" / "machines"
 
 
 @pytest.fixture(scope="module")
-def stage() -> Iterator[Any]:
+def made() -> Iterator[tuple[Any, Any]]:
+    """The device, and the machine's state as it was made."""
     from macromicro.ophyd import Positioner
 
-    made = Positioner(config=str(EXAMPLES / "screw.toml"), name="stage")
-    made.ready()
-    made.machine.set_speed("macro", "20 mm/s")  # at full speed a move ends within 0.2 s: before
-    yield made  # a busy computer has stopped or replaced it
-    made.close()
+    device = Positioner(config=str(EXAMPLES / "screw.toml"), name="stage")
+    yield device, device.machine.state
+    device.close()
+
+
+@pytest.fixture(scope="module")
+def stage(made: tuple[Any, Any]) -> Any:
+    device, _ = made
+    device.ready()
+    # At full speed a move ends within 0.2 s: before a busy computer has stopped or replaced it.
+    device.machine.set_speed("macro", "20 mm/s")
+    return device
 
 
 def begun(stage: Any) -> None:
@@ -36,22 +44,16 @@ def begun(stage: Any) -> None:
         time.sleep(0.01)
 
 
-def test_making_one_moves_nothing_and_ready_may_be_called_again() -> None:
-    from macromicro.ophyd import Positioner
-
-    made = Positioner(config=str(EXAMPLES / "screw.toml"), name="made")
-    try:
-        first = made.machine.state
-        assert (first.mode, first.trusted, first.motion) == ("disabled", False, 0)
-        assert made.stage() == [made]
-        ready = made.machine.state
-        assert ready.trusted and ready.mode == "ready"
-        number = made.machine.move_to(0.001).number
-        made.ready()
-        assert made.machine.move_to(0.002).number == number + 1  # it has not homed again
-        assert made.unstage() == [made] and made.machine.state.mode == "ready"
-    finally:
-        made.close()
+def test_making_one_moves_nothing_and_ready_may_be_called_again(made: tuple[Any, Any]) -> None:
+    device, first = made
+    assert (first.mode, first.trusted, first.motion) == ("disabled", False, 0)
+    assert device.stage() == [device]
+    ready = device.machine.state
+    assert ready.trusted and ready.mode == "ready"
+    number = device.machine.move_to(0.001).number
+    device.ready()
+    assert device.machine.move_to(0.002).number == number + 1  # it has not homed again
+    assert device.unstage() == [device] and device.machine.state.mode == "ready"
 
 
 def test_it_is_enabled_and_homed_and_moves(stage: Any) -> None:

@@ -52,7 +52,7 @@ def strings(tree: ast.AST, helps: bool) -> Iterator[tuple[int, str]]:
 @cache
 def texts() -> list[tuple[str, str]]:
     """All texts, each with its place."""
-    return list(_texts())
+    return [(at, text) for at, text in _texts() if text.strip()]
 
 
 def _texts() -> Iterator[tuple[str, str]]:

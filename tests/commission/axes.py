@@ -60,8 +60,10 @@ class Virtual:
             damped = math.sqrt(self.stiff * self.axis.mass) * self.v if beyond else 0.0
             pull -= self.stiff * beyond + damped
             low, high = -math.inf, math.inf
-        level = self.axis.coulomb + self.ripple * math.sin(self.x / 0.004)
-        self.v, gone = step(self.axis._replace(coulomb=level), self.v, pull, dt)
+        axis = self.axis
+        if self.ripple:
+            axis = axis._replace(coulomb=axis.coulomb + self.ripple * math.sin(self.x / 0.004))
+        self.v, gone = step(axis, self.v, pull, dt)
         self.x += gone
         if not low <= self.x <= high:
             self.x, self.v = min(max(self.x, low), high), 0.0

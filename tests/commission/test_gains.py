@@ -49,17 +49,19 @@ def test_slow_gains_are_raised_within_the_margins(found: Any) -> None:
     assert text.endswith(' V*s/m"') and rest[1][3] == "V*s/m"
 
 
-def test_the_search_is_the_same_each_time(found: Any) -> None:
-    assert _gains.searched(slow(), UNSURE) == found
+def test_the_search_is_the_same_each_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_gains, "_EVALUATIONS", 20)
+    assert _gains.searched(slow(), UNSURE) == _gains.searched(slow(), UNSURE)
 
 
 def test_nothing_is_taken_that_is_hardly_better_or_comes_too_near(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    monkeypatch.setattr(_gains, "_EVALUATIONS", 20)
     made = slow()
-    monkeypatch.setattr(_comparing, "BETTER", 0.0)
-    assert _gains.searched(made, UNSURE) == _gains.Tuned()
-    monkeypatch.undo()
+    with monkeypatch.context() as hardly:
+        hardly.setattr(_comparing, "BETTER", 0.0)
+        assert _gains.searched(made, UNSURE) == _gains.Tuned()
     # Looked at on few models a design may seem right that on all is not.
     monkeypatch.setattr(_gains, "LEAST", _axis_margins.robust(made, UNSURE).least.modulus)
     monkeypatch.setattr(_gains, "_SPARE", 0.6)

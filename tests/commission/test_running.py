@@ -227,14 +227,13 @@ def test_a_named_window_is_not_left() -> None:
 
 
 def test_how_robust_the_gains_are_is_computed_once(again: Callable[..., Again]) -> None:
-    """With the model of the records: here they are fitted again."""
     asked: list[Any] = []
 
     def margins(tree: Any, model: Any) -> procedure.Robustness:
         asked.append((tree, model))
         return procedure.Robustness((("a margin", "2", ">= 1", "dB"),), ("look at this",))
 
-    more = again(model=axis.KIND.model, margins=margins, tune=None)
+    more = again(margins=margins, tune=None)
     found = more.found()
     page = more.page(found)
     assert asked == [(found.settings, found.model)]

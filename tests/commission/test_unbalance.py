@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission import _model, _unbalance, axis, procedure, rotary
+from macromicro.commission import _exciting, _model, _unbalance, axis, procedure, rotary
 from macromicro.commission._probing import Direction, direction
 from macromicro.commission.procedure import Options, Work
 from macromicro.commission.running import Place, commission
@@ -36,7 +36,7 @@ def hung(most: float, angle: float) -> Pull:
 def rig(most: float, angle: float, sign: float = 1.0, **other: float) -> Virtual:
     pull = hung(most, angle)
     load = DISC._replace(sine=pull.sine, cosine=pull.cosine, **other)
-    return Virtual(load, pitch=PITCH, stops=STOPS, sign=sign)
+    return Virtual(load, dt=2e-3, pitch=PITCH, stops=STOPS, sign=sign)
 
 
 def stand(made: Virtual) -> Stand:
@@ -57,8 +57,9 @@ def test_gravity_seen_from_elsewhere_is_the_same() -> None:
 
 
 # Where it hangs: below it, above it, far to a side, beyond either end, on which it leans then.
-@pytest.mark.parametrize("angle", [0.0, 180.0, 80.0, -150.0, 160.0])
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("angle", "sign"), [(0.0, 1.0), (180.0, -1.0), (80.0, -1.0), (-150.0, 1.0), (160.0, 1.0)]
+)
 def test_gravity_is_found_and_held_wherever_it_hangs(angle: float, sign: float) -> None:
     made = rig(3.0, angle * DEG, sign)
     on = stand(made)
@@ -89,13 +90,12 @@ def test_a_load_that_leant_on_its_end_from_the_beginning_is_lifted_off_it() -> N
     assert (held.sine, held.cosine) == pytest.approx((here.sine, here.cosine), abs=0.06)
 
 
-@pytest.mark.parametrize("angle", [-150.0, 175.0])
-def test_a_load_that_fell_on_an_elastic_end_is_brought_off_it(angle: float) -> None:
+def test_a_load_that_fell_on_an_elastic_end_is_brought_off_it() -> None:
     """Such an end gives both ways, as what turns freely does."""
-    made = rig(3.0, angle * DEG)
+    made = rig(3.0, -150.0 * DEG)
     made.stiff = 400.0
     held = found(stand(made))
-    true = hung(3.0, angle * DEG)
+    true = hung(3.0, -150.0 * DEG)
     assert (held.sine, held.cosine) == pytest.approx((true.sine, true.cosine), abs=0.06)
     assert STOPS[0] < made.x < STOPS[1]
 
@@ -141,7 +141,7 @@ def test_a_balanced_load_has_none_and_a_constant_torque_stays_one() -> None:
 
 
 def test_what_it_may_be_given_must_hold_its_load() -> None:
-    with pytest.raises(CommissionError, match=r"up to 5.* V on its eccentric load.*balance it, or"):
+    with pytest.raises(CommissionError, match=r"up to 5.* V on its eccentric load.*Balance it, or"):
         _unbalance.found(stand(rig(6.0, 80.0 * DEG)), Caution(4.0, math.inf), 0.5, 0.02, WINDOW)
 
 
@@ -183,7 +183,8 @@ def test_gravity_found_at_rest_helps_strokes_that_hardly_show_it() -> None:
 
 
 @pytest.mark.parametrize("sign", [pytest.param(1.0, marks=pytest.mark.slow), -1.0])
-def test_an_eccentric_load_is_commissioned(sign: float) -> None:
+def test_an_eccentric_load_is_commissioned(sign: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_exciting, "STROKES", 4)
     angle = 70.0 * DEG
     made = rig(2.5, angle, sign)
     work = Work(stand(made), LIMITS)
@@ -210,10 +211,13 @@ def test_an_eccentric_load_is_commissioned(sign: float) -> None:
 
 
 def place() -> Place:
-    return Place("a disc", lambda seed: rig(2.5, 1.2), 1e-3, PITCH, 8.0, False, rotary.KIND)
+    return Place("a disc", lambda seed: rig(2.5, 1.2), 2e-3, PITCH, 8.0, False, rotary.KIND)
 
 
-def test_it_is_resumed_with_its_load_found_again(tmp_path: Path) -> None:
+def test_it_is_resumed_with_its_load_found_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_exciting, "STROKES", 4)
     said: list[str] = []
 
     def until(title: str) -> None:

@@ -36,8 +36,7 @@ def test_reads_all_of_the_file(measured: ForcFile) -> None:
     assert "Delaware" not in measured.settings
 
 
-@pytest.mark.parametrize(("every", "percent"), [(2, 0.06), (4, 0.13), (8, 0.40)])
-@pytest.mark.parametrize("first", [0, 1])
+@pytest.mark.parametrize(("every", "percent", "first"), [(2, 0.06, 0), (4, 0.13, 1), (8, 0.40, 0)])
 @pytest.mark.parametrize("shape", ["free", "monotone"])
 def test_some_curves_predict_the_others(
     measured: ForcFile, every: int, percent: float, first: int, shape: Any

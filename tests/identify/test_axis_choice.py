@@ -43,9 +43,9 @@ def test_reverse_motion_in_the_tail_alone_hides_no_friction() -> None:
 
 def test_slow_motion_that_is_held_out_all_at_once_hides_no_friction() -> None:
     """The other blocks give breakaway friction of either sign, by chance."""
-    u, slow = steps(100.0, 160.0, 100), steps(-70.0, 70.0, 8)
+    u, slow = steps(100.0, 160.0), steps(-70.0, 70.0, 4)
     for held in np.flatnonzero(turn(np.arange(12)) == 0):
-        at = 40_000 * held // 12
+        at = 20_000 * held // 12
         u[at : at + len(slow)] = slow
     truth = Axis(mass=95.0, viscous=100.0, coulomb=20.0, stribeck=40.0, stribeck_speed=0.05)
     found = drive(*record(truth, u))
@@ -56,8 +56,8 @@ def test_slow_motion_that_is_held_out_all_at_once_hides_no_friction() -> None:
 
 def test_the_only_reverse_motion_may_be_held_out() -> None:
     """The rest does not tell Coulomb friction from a constant force, and is judged so."""
-    u = steps(30.0, 150.0, 100)
-    u[-2500:] *= -1.0
+    u = steps(30.0, 150.0)
+    u[-1250:] *= -1.0
     found = drive(*record(Axis(mass=95.0, viscous=200.0, coulomb=20.0), u))
     assert found.structure == "coulomb" and found.reasons["viscous"] == "coulomb is better"
     assert found.axis.coulomb == pytest.approx(20.0, rel=0.01)
@@ -81,7 +81,7 @@ def test_a_force_with_the_wrong_sign_is_told_as_such_one_way_too(low: float) -> 
 
 
 def test_a_simple_axis_is_not_given_more_than_it_has() -> None:
-    found = drive(*record(Axis(mass=95.0, viscous=200.0, coulomb=20.0), steps(-120.0, 120.0)))
+    found = drive(*record(Axis(mass=95.0, viscous=200.0, coulomb=20.0), steps(-120.0, 120.0, 25)))
     assert found.structure == "coulomb"
     assert set(found.reasons) == {"viscous", "asymmetric", "stribeck", "full"}
 

@@ -29,18 +29,18 @@ def test_a_shifted_force_keeps_its_ends() -> None:
     np.testing.assert_array_equal(_axis_delay.shifted(force, -9), np.full(5, 4.0))
 
 
-@pytest.mark.parametrize("samples", [0.0, 0.3, 6.6])
+@pytest.mark.parametrize("samples", [0.0, 6.6])
 def test_its_error_holds(samples: float) -> None:
-    """Of 60 records: 68 and 95 % intervals hold the delay in 31 to 51 and in 52 to 60."""
-    off = np.empty(60)
-    for seed in range(60):
+    """Of 30 records: 68 and 95 % intervals hold the delay in 16 to 25 and in 26 to 30."""
+    off = np.empty(30)
+    for seed in range(30):
         u = steps(seed + 40, 4000)
         made = rows(u, late(u, samples), seed)
         found, error = _axis_delay.exact(made, _axis_delay.delay(made))
         assert found >= 0.0
         off[seed] = (found - samples) / error
-    assert 31 <= np.sum(np.abs(off) < 1.0) <= 51
-    assert np.sum(np.abs(off) < 1.96) >= 52
+    assert 16 <= np.sum(np.abs(off) < 1.0) <= 25
+    assert np.sum(np.abs(off) < 1.96) >= 26
 
 
 def test_drive_says_it_unless_the_delay_is_to_be_found() -> None:

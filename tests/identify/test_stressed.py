@@ -204,7 +204,7 @@ def foreign(unit: float, slow: float) -> tuple[stressed.Stressed, list[Recording
     return p, runs
 
 
-@pytest.mark.parametrize(("unit", "slow"), [(1.0, 6.0), (0.05, 0.2), (2000.0, 1.0)])
+@pytest.mark.parametrize(("unit", "slow"), [(0.05, 0.2), (2000.0, 6.0)])
 def test_the_search_begins_by_table_and_records_not_by_the_thesis(unit: float, slow: float) -> None:
     """Drives of 0 to 0.5 and of 0 to 20 000, wires of 0.1 and of 3 s: none is at a bound."""
     p, runs = foreign(unit, slow)

@@ -259,7 +259,7 @@ def test_a_draught_as_slow_as_the_slowest_rate_is_told_as_strong_as_it_was() -> 
     modes = Modes(1.75, 0.108, 0.0099, 0.74, 0.21, 0.05)
     clean = 60.0 * np.asarray(step_response(modes, t))
     keep = math.exp(-0.1 / 60.0)
-    for seed in range(60):
+    for seed in range(40):
         white = 0.2 * np.sqrt(1.0 - keep**2) * np.random.default_rng(seed).standard_normal(13000)
         rise = clean + np.asarray(lfilter([1.0], [1.0, -keep], white))[9000:]
         found = heating(StepRecord(t, rise, rise, np.zeros(len(t))), 60.0)

@@ -1,30 +1,32 @@
-"""Recordings and models of the micro-stage, made once: they take seconds."""
+"""Recordings and models of the micro-stage, those of its procedures on the default bench."""
 
 import pytest
 
-from macromicro.thesis.chapter5 import _electrothermal_runs, _kiln_claims, actuator_models
-from macromicro.thesis.chapter5 import kiln_runs as kiln
 from macromicro.thesis.chapter5._electrothermal_runs import StepData
 from macromicro.thesis.chapter5._kiln_claims import KilnRuns
 from macromicro.thesis.chapter5.actuator_models import Models
 from macromicro.thesis.chapter5.kiln_runs import KilnData
 
-
-@pytest.fixture(scope="session")
-def heated() -> KilnData:
-    return kiln.collect()
+from .ended import collected
 
 
 @pytest.fixture(scope="session")
-def stepped() -> StepData:
-    return _electrothermal_runs.collect(trials=2, volts=(1.5, 1.6, 1.8), cooled=(1.575,))
+def heated(kiln_runs: KilnRuns) -> KilnData:
+    return kiln_runs.heated
 
 
 @pytest.fixture(scope="session")
-def kiln_runs(heated: KilnData) -> KilnRuns:
-    return _kiln_claims.identified(heated)
+def stepped(models: Models) -> StepData:
+    return models.data
 
 
 @pytest.fixture(scope="session")
-def models(kiln_runs: KilnRuns) -> Models:
-    return actuator_models.measured(kiln_runs.table)
+def kiln_runs() -> KilnRuns:
+    found: KilnRuns = collected("kiln")
+    return found
+
+
+@pytest.fixture(scope="session")
+def models() -> Models:
+    found: Models = collected("electrothermal")
+    return found

@@ -83,7 +83,7 @@ def test_an_interrupt_keeps_the_best_so_far(tmp_path: Path) -> None:
     )
     assert process.stderr is not None
     assert "tuning the macro-stage" in process.stderr.readline()
-    time.sleep(1.0)
+    time.sleep(0.3)
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=120)
     assert process.returncode == 130

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.thesis.ended import collected, ended
 
 from macromicro.kernel import compiled
 from macromicro.plant import cycle
@@ -17,12 +18,13 @@ from macromicro.thesis.claims import DIFFERS, REPRODUCED, Claim
 
 @pytest.fixture(scope="module")
 def data() -> CycleData:
-    return cycle_runs.collect()
+    made: CycleData = collected("cycle-testing")
+    return made
 
 
 @pytest.fixture(scope="module")
-def claims(data: CycleData) -> dict[str, Claim]:
-    return {c.id: c for c in _cycle_claims.claims(data)}
+def claims() -> dict[str, Claim]:
+    return {c.id: c for c in ended("cycle-testing").claims}
 
 
 @pytest.mark.parametrize("name", ["A1", "A2", "A4", "A5", "A6"])

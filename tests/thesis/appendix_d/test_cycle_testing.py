@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.thesis.ended import collected
 
 from macromicro.drawing.exhibit import Drawn
 from macromicro.thesis.appendix_d import _cycle_claims, cycle_runs
@@ -15,7 +16,8 @@ from macromicro.thesis.appendix_d.cycle_testing import PROCEDURE, shares
 
 @pytest.fixture(scope="module")
 def data() -> CycleData:
-    return cycle_runs.collect()
+    made: CycleData = collected("cycle-testing")
+    return made
 
 
 @pytest.fixture(scope="module")

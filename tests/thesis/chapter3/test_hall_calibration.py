@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from tests.thesis.ended import collected
 
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
@@ -17,7 +18,7 @@ def test_slopes_follow_the_sensor_of_the_bench() -> None:
         hall=sensors.hall._replace(gain=0.8 * sensors.hall.gain),
         converter=sensors.converter._replace(bits=11.0),
     )
-    data = hall_calibration.calibrated_by(bench.prepare(Bench(), sensors))
+    data = collected("hall-calibration")
     first = data.slopes
     other = hall_calibration.calibrated_by(bench.prepare(Bench(), weak)).slopes
     assert other.mean == pytest.approx(first.mean / 0.8, rel=0.01)

@@ -6,17 +6,18 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from tests.thesis.ended import collected
 
 from macromicro.design import steps
 from macromicro.thesis.chapter4 import _control_claims, _control_runs, control
 from macromicro.thesis.chapter4._control_runs import TRAVEL, MacroData
-from macromicro.thesis.procedure import Lab
 from macromicro.tuning.thesis import STEP
 
 
 @pytest.fixture(scope="module")
 def data() -> MacroData:
-    return control.collect(Lab())
+    made: MacroData = collected("macro-control")
+    return made
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.thesis.ended import ended
 
 from macromicro import loop
 from macromicro.design import steps
@@ -21,7 +22,6 @@ from macromicro.thesis import all_procedures
 from macromicro.thesis.chapter4 import _control_claims, _control_runs, _readings
 from macromicro.thesis.chapter4._control_runs import Square, tracking
 from macromicro.thesis.claims import COMPUTED, DIFFERS, REPRODUCED, Claim
-from macromicro.thesis.procedure import Lab
 from macromicro.tuning import thesis
 
 IDS = (
@@ -33,7 +33,7 @@ IDS = (
 @pytest.fixture(scope="module")
 def claims() -> dict[str, Claim]:
     procedures = [p for p in all_procedures() if p.name.startswith("macro-")]
-    every = [c for p in procedures for c in p.claims(p.collect(Lab()))]
+    every = [c for p in procedures for c in ended(p.name).claims]
     found = {c.id: c for c in every}
     assert len(found) == len(every)
     return found

@@ -6,16 +6,17 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from tests.thesis.ended import collected
 
 from macromicro.drawing.style import thinned
 from macromicro.thesis.chapter4 import friction
 from macromicro.thesis.chapter4.friction import FrictionData
-from macromicro.thesis.procedure import Lab
 
 
 @pytest.fixture(scope="module")
 def data() -> FrictionData:
-    return friction.collect(Lab())
+    made: FrictionData = collected("macro-friction")
+    return made
 
 
 @pytest.fixture(scope="module")

@@ -6,18 +6,19 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from tests.thesis.ended import collected
 
 from macromicro.thesis.chapter4 import _validation, identification
 from macromicro.thesis.chapter4.identification import IdentificationData
 from macromicro.thesis.claims import DIFFERS
-from macromicro.thesis.procedure import Lab
 
 PANELS = [(v, s) for v in (0.1, 1.0, 2.0) for s in ("square", "sine")]
 
 
 @pytest.fixture(scope="module")
 def data() -> IdentificationData:
-    return identification.collect(Lab())
+    made: IdentificationData = collected("macro-identification")
+    return made
 
 
 @pytest.fixture(scope="module")

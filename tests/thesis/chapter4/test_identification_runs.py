@@ -18,9 +18,10 @@ def plant() -> Plant:
     return bench.prepare(Bench(), Sensors())
 
 
-@pytest.fixture(scope="module", params=[0, 1])
-def found(plant: Plant, request: pytest.FixtureRequest) -> MacroModel:
-    return _identification_runs.measured(plant, seed=request.param)
+@pytest.fixture(scope="module")
+def found(plant: Plant) -> MacroModel:
+    """Of other noise than that of the claims."""
+    return _identification_runs.measured(plant, seed=1)
 
 
 def test_steady_speeds(found: MacroModel) -> None:

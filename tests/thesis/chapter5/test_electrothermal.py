@@ -10,24 +10,16 @@ import pytest
 from macromicro.drawing.exhibit import Drawn
 from macromicro.identify import thermal
 from macromicro.identify.actuator import AMBIENT
-from macromicro.thesis.chapter5 import actuator_models, electrothermal
 from macromicro.thesis.chapter5._electrothermal_figures import FAST_S
 from macromicro.thesis.chapter5._electrothermal_runs import ABOVE_STOP, BELOW_STOP, HELD_S
+from macromicro.thesis.chapter5._kiln_claims import KilnRuns
 from macromicro.thesis.chapter5.actuator_models import Models
 from macromicro.thesis.chapter5.electrothermal import PROCEDURE
-from macromicro.thesis.chapter5.kiln_runs import KilnData
-from macromicro.thesis.procedure import Lab
 
 
-def test_table_is_that_of_the_kilns_own_procedure(
-    heated: KilnData, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_table_is_that_of_the_kilns_own_procedure(models: Models, kiln_runs: KilnRuns) -> None:
     """Section 5.2.2: the temperatures are inferred by the same data."""
-    monkeypatch.setattr(electrothermal, "fod_table", lambda recordings: recordings)
-    monkeypatch.setattr(actuator_models, "attempted", lambda table, plant, seed: table)
-    (curves,) = PROCEDURE.collect(Lab())
-    for name in ("thermocouple", "position"):
-        np.testing.assert_array_equal(curves[name], heated.curves[name])
+    np.testing.assert_array_equal(models.table.values, kiln_runs.table.values)
 
 
 @pytest.fixture(scope="module")

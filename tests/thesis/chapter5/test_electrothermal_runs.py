@@ -21,7 +21,7 @@ PRINTED = from_transfer(*heating.PRINTED)
 
 def test_trials_differ_by_noise_only(stepped: StepData) -> None:
     """Figure 5.10: three trials, their mean drawn solid."""
-    first, second = stepped.steps[1.6]
+    first, second, _ = stepped.steps[1.6]
     apart = first["laser"] - second["laser"]
     assert 0.0 < apart.std() < 5.0
     t, mean = thermal.averaged([first, second])

@@ -142,7 +142,7 @@ def in_room(ambient: float) -> Fixture:
 def test_a_rig_s_thermocouple_shows_its_room_before_it_is_heated() -> None:
     assert kiln.coldest(in_room(25.0), 1) == kiln.COLD
     assert kiln.coldest(in_room(34.0), 1) == pytest.approx(34.0 + kiln.COOLED, abs=0.3)
-    with pytest.raises(InputError, match=r"a kiln, thermocouple.*5\d\.\d degC before.*let it cool"):
+    with pytest.raises(InputError, match=r"a kiln, thermocouple.*5\d\.\d degC before.*Let it cool"):
         kiln.coldest(in_room(55.0))
     silent = in_room(25.0)._replace(make=lambda seed: Silent())
     with pytest.raises(InputError, match="nan degC"):

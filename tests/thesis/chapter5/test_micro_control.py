@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.thesis.ended import collected
 
 from macromicro.drawing.exhibit import Drawn
 from macromicro.runs import sequence
@@ -16,7 +17,8 @@ from macromicro.thesis.chapter5.micro_runs import MicroRuns
 
 @pytest.fixture(scope="module")
 def runs() -> MicroRuns:
-    return micro_runs.collect()
+    made: MicroRuns = collected("micro-control")
+    return made
 
 
 @pytest.fixture(scope="module")

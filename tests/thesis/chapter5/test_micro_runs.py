@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.thesis.ended import collected, ended
 
 from macromicro.control.supervisor import MICRO
 from macromicro.errors import InputError
@@ -19,12 +20,13 @@ from macromicro.thesis.claims import DIFFERS, REPRODUCED, Claim
 
 @pytest.fixture(scope="module")
 def runs() -> MicroRuns:
-    return micro_runs.collect()
+    made: MicroRuns = collected("micro-control")
+    return made
 
 
 @pytest.fixture(scope="module")
-def claims(runs: MicroRuns) -> dict[str, Claim]:
-    return {c.id: c for c in _micro_claims.claims(runs)}
+def claims() -> dict[str, Claim]:
+    return {c.id: c for c in ended("micro-control").claims}
 
 
 def test_claims_are_the_seven_rows(claims: dict[str, Claim]) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.thesis.ended import collected
 
 from macromicro.control.supervisor import MICRO
 from macromicro.drawing.exhibit import Drawn
@@ -18,7 +19,8 @@ from macromicro.thesis.chapter6.integrated_runs import IntegratedRuns
 
 @pytest.fixture(scope="module")
 def runs() -> IntegratedRuns:
-    return integrated_runs.collect()
+    made: IntegratedRuns = collected("integrated")
+    return made
 
 
 @pytest.fixture(scope="module")

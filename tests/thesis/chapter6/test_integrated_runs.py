@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.thesis.ended import collected, ended
 
 from macromicro.recording import Recording
 from macromicro.thesis.chapter6 import integrated_runs
@@ -13,12 +14,13 @@ from macromicro.thesis.claims import DIFFERS, REPRODUCED, Claim
 
 @pytest.fixture(scope="module")
 def runs() -> IntegratedRuns:
-    return integrated_runs.collect()
+    made: IntegratedRuns = collected("integrated")
+    return made
 
 
 @pytest.fixture(scope="module")
-def claims(runs: IntegratedRuns) -> dict[str, Claim]:
-    return {c.id: c for c in integrated_runs.claims(runs)}
+def claims() -> dict[str, Claim]:
+    return {c.id: c for c in ended("integrated").claims}
 
 
 @pytest.mark.parametrize("name", ["I1", "I2", "I3", "I4", "I6"])

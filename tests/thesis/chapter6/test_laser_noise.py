@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.thesis.ended import collected
 
 from macromicro.thesis.chapter6 import laser_noise
 from macromicro.thesis.chapter6.laser_noise import PROCEDURE, LaserRuns
@@ -13,7 +14,8 @@ from macromicro.thesis.chapter6.laser_noise import PROCEDURE, LaserRuns
 
 @pytest.fixture(scope="module")
 def runs() -> LaserRuns:
-    return laser_noise.recorded()
+    made: LaserRuns = collected("laser-noise")
+    return made
 
 
 @pytest.fixture(scope="module")

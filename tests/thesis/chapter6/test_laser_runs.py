@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.thesis.ended import collected
 
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
@@ -14,7 +15,8 @@ from macromicro.thesis.claims import DIFFERS, REPRODUCED, Claim
 
 @pytest.fixture(scope="module")
 def runs() -> LaserRuns:
-    return laser_noise.recorded()
+    made: LaserRuns = collected("laser-noise")
+    return made
 
 
 @pytest.fixture(scope="module")
