@@ -153,10 +153,10 @@ def test_stopped_and_gone_on_with(make: Make, tmp_path: Path) -> None:
     again = swept(spec, tmp_path / "out", resume=True)
     assert again.before == outcome.done and again.done == 200
     assert sorted(evaluated(log)) == list(range(200))
-    third = swept(spec, tmp_path / "out", resume=True)
+    third = swept(spec, tmp_path / "out", 1, resume=True)
     assert third.before == 200 and third.written == again.written
     assert len(evaluated(log)) == 200
-    whole = swept(spec, tmp_path / "whole")
+    whole = swept(spec, tmp_path / "whole", 1)
     assert whole.written == again.written
     first, second = (tmp_path / n / "results.parquet" for n in ("out", "whole"))
     assert first.read_bytes() == second.read_bytes()
@@ -241,7 +241,7 @@ def test_two_runs_in_one_folder(
     """The second one is refused, the first one goes on."""
     log = tmp_path / "log"
     spec = make(80, block=4, log=str(log), delay=0.05)
-    process = started(spec, tmp_path / "out")
+    process = started(spec, tmp_path / "out", "--workers", "1")
     wait_for(log, 2)
     monkeypatch.setattr(folder, "_PATIENCE", 0.2)
     with pytest.raises(InputError, match="another sweep or command uses the folder"):
@@ -259,9 +259,9 @@ def test_a_corrupt_journal_costs_its_block_only(make: Make, tmp_path: Path) -> N
     raw = bytearray(path.read_bytes())
     raw[200] ^= 1
     path.write_bytes(bytes(raw))
-    outcome = swept(spec, tmp_path / "out", resume=True)
+    outcome = swept(spec, tmp_path / "out", 1, resume=True)
     assert outcome.done == 60 and outcome.before > 0
     assert len(evaluated(log)) == 64
-    swept(spec, tmp_path / "whole")
+    swept(spec, tmp_path / "whole", 1)
     first, second = (tmp_path / n / "results.parquet" for n in ("out", "whole"))
     assert first.read_bytes() == second.read_bytes()
