@@ -162,7 +162,7 @@ CANNOT: dict[str, dict[str, str]] = {
     },
     "docs/files.md": {
         "macromicro look own.csv": TESTED + "tests/commands/test_look.py",
-        "macromicro: own.csv, line 4711": "an output",
+        "macromicro: UnreadLinesWarning: own.csv, line 4711": "an output",
     },
     "docs/robustness.md": {
         "macromicro robust": "hundreds of machines: with fewer by tests/robustness",

@@ -91,6 +91,7 @@ def test_a_drives_errors_hold(kind: str) -> None:
         assert 42.0 <= row["one"] <= 94.0 and row["wide"] >= 83.0, row
 
 
+@pytest.mark.slow
 def test_starts_that_a_count_leaves_open_do_not_spoil_elastic_friction() -> None:
     """With starts as measured the search ended at 500 times the noise of the position."""
     _, names, truth, values, std, _ = next(BENCH.elastic("quantised", 5068))

@@ -295,6 +295,7 @@ def test_a_machine_of_ones_own_is_served(lab: Path) -> None:
         assert "absolute" in ask("HOME;:SYST:ERR?")
 
 
+@pytest.mark.slow
 def test_served(lab: Path) -> None:
     """The loop's process finds law and rig; gains are changed live, by their own names."""
     mine = (lab / "mine.toml").read_text("utf-8")

@@ -148,8 +148,12 @@ def test_a_column_that_cannot_be_read_says_where(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bad = [("oops" if k == 8 else v) for k, v in enumerate(X)]
-    said = remarks(seen(capsys, written(tmp_path, t=T, u=U, x=bad)))
-    assert said["x"].startswith("cannot be read: line 10, x: 'oops'") and said["u"] == ""
+    file = written(tmp_path, t=T, u=U, x=bad)
+    assert look(str(file)) == 0
+    assert "line 10, x: 'oops' is no number" in capsys.readouterr().err
+    columns = seen(capsys, file)["columns"]
+    assert isinstance(columns, list)
+    assert [column["missing"] for column in columns] == [0, 0, 1]
 
 
 def test_reversal_curves_and_what_is_no_data(

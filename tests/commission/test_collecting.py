@@ -46,6 +46,7 @@ def test_the_mass_of_an_axis_is_found_from_its_strokes(record: Recording, tmp_pa
     assert found.model.coulomb == pytest.approx(tree.friction.coulomb, rel=0.05)
 
 
+@pytest.mark.slow
 def test_the_inertia_of_an_axis_that_turns_is_found_in_its_own_units(tmp_path: Path) -> None:
     one = given("rotary")
     taken = collecting.find("drive", one.machine).collect(one, lambda: False)

@@ -49,6 +49,7 @@ def test_slow_gains_are_raised_within_the_margins(found: Any) -> None:
     assert text.endswith(' V*s/m"') and rest[1][3] == "V*s/m"
 
 
+@pytest.mark.slow
 def test_the_search_is_the_same_each_time(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(_gains, "_EVALUATIONS", 20)
     assert _gains.searched(slow(), UNSURE) == _gains.searched(slow(), UNSURE)

@@ -85,6 +85,7 @@ def test_the_model_finds_the_axis(monkeypatch: pytest.MonkeyPatch) -> None:
     assert np.corrcoef(level, felt)[0, 1] > 0.9
 
 
+@pytest.mark.slow
 def test_a_drop_of_friction_is_found_though_none_is_the_nearer_beginning() -> None:
     # Sliding slowly and sliding at speed take nearly the same effort beside so much back-EMF.
     truth = Axis(0.487, 15.0, 0.767, stribeck=0.097, stribeck_speed=0.0274, lag=1e-3)

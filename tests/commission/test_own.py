@@ -55,6 +55,7 @@ def command(lab: Path, *words: str) -> subprocess.CompletedProcess[str]:
     return macromicro(*words, cwd=lab)
 
 
+@pytest.mark.slow
 def test_a_machine_of_one_s_own_is_commissioned_on_a_rig_and_runs(lab: Path) -> None:
     words = ["commission", "--rig", "mylab.rigs:bench", "--kind", KIND, "--pitch", "10 nm"]
     words += ["--effort", "10 V", "--from", "0 mm", "--to", "3 mm", "--out", "found"]

@@ -197,6 +197,7 @@ def test_a_name_that_is_no_laws_is_refused() -> None:
         Control().joined("invers", "--law")
 
 
+@pytest.mark.slow
 def test_a_run_is_driven_by_it_and_records_its_columns(tmp_path: Path) -> None:
     path = tmp_path / "a.toml"
     path.write_text('[[moves]]\nmicro = ["1 mm", "0.8 mm"]\nhold = "0.4 s"\n')

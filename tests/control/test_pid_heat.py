@@ -10,10 +10,10 @@ import pytest
 
 from macromicro.api import load_settings
 from macromicro.control import contract, pid_heat
-from macromicro.control.pi import PiAntiWindup
 from macromicro.control.pid_heat import LAW, Gains, Memory
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.control.stage_pi import LAW as PI
+from macromicro.control.stage_pi import StagePi
 from macromicro.errors import InputError
 from macromicro.kernel import compiled
 from macromicro.settings import Settings
@@ -50,7 +50,7 @@ def test_it_keeps_the_contract_of_laws() -> None:
 
 
 def test_it_is_quicker_than_the_pi_both_ways_and_on_a_small_step() -> None:
-    own, pi = Driven(LAW, P), Driven(PI, PiAntiWindup())
+    own, pi = Driven(LAW, P), Driven(PI, StagePi(low=1.3, high=1.9))
     taken = [
         [late(w.go(goal, 2.5), goal) for w in (own, pi)] for goal in (2.0, 1.0, 2.5, 2.45, 2.5)
     ]

@@ -89,6 +89,7 @@ def test_without_a_quiet_time_nothing_is_known() -> None:
     assert zero.offset(Recording.from_arrays(r.columns, values, 1e-3, {}), 500) == 0.0
 
 
+@pytest.mark.slow
 def test_both_stages_at_once_are_in_place_when_the_carriage_is(tmp_path: Path) -> None:
     path = tmp_path / "a.toml"
     path.write_text(

@@ -45,6 +45,7 @@ def test_a_figure_is_a_file_without_dates(kind: str) -> None:
     assert b"CreationDate" not in data and b"dc:date" not in data
 
 
+@pytest.mark.slow
 def test_processes_write_the_same_bytes() -> None:
     """Neither the clock nor the seed of Python's hashes is in them."""
     said = [

@@ -78,7 +78,7 @@ def test_tables_one_after_the_other_are_runs(tmp_path: Path) -> None:
     file.write_text(text(ROWS, "t_s,u_V,x_rad") + "Table 2\n" + text(ROWS, "t_s,u_V,x_rad"))
     with (
         pytest.warns(UnreadLinesWarning, match="line 1602: 1 cells instead of 3; left out"),
-        pytest.warns(MissingRowsWarning, match=r"time begins anew after 7.995 s \(row 1600\)"),
+        pytest.warns(MissingRowsWarning, match=r"time restarts after 7.995 s \(row 1600\)"),
     ):
         assert holds(identified(file))
 

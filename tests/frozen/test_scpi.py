@@ -12,6 +12,7 @@ import pytest
 from macromicro.serve.scpi import Server
 from macromicro.serve.station import Station
 from tests.serve.quick import quick
+from tests.serve.serve_parts import until
 
 from .record import frozen
 
@@ -25,9 +26,11 @@ def link(tmp_path: Path) -> Iterator[socket.socket]:
     with (
         Station(settings=quick(), state=tmp_path / "position.json") as station,
         Server(station, port=0, folder=tmp_path) as server,
-        socket.create_connection(server.address, timeout=PATIENCE_S) as link,
     ):
-        yield link
+        # What is known of the position is told once the loop runs: before the client is there.
+        until(lambda: any(event.kind == "trust" for event in station.events()[1]))
+        with socket.create_connection(server.address, timeout=PATIENCE_S) as link:
+            yield link
 
 
 def _lines(link: socket.socket) -> Iterator[str]:

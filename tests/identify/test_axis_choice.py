@@ -41,6 +41,7 @@ def test_reverse_motion_in_the_tail_alone_hides_no_friction() -> None:
     assert set(found.reasons) == {"viscous", "coulomb", "asymmetric", "full"}
 
 
+@pytest.mark.slow
 def test_slow_motion_that_is_held_out_all_at_once_hides_no_friction() -> None:
     """The other blocks give breakaway friction of either sign, by chance."""
     u, slow = steps(100.0, 160.0), steps(-70.0, 70.0, 4)
@@ -54,6 +55,7 @@ def test_slow_motion_that_is_held_out_all_at_once_hides_no_friction() -> None:
     assert "full" in found.reasons
 
 
+@pytest.mark.slow
 def test_the_only_reverse_motion_may_be_held_out() -> None:
     """The rest does not tell Coulomb friction from a constant force, and is judged so."""
     u = steps(30.0, 150.0)

@@ -142,6 +142,7 @@ def test_errors_of_a_record_in_counts_are_those_of_rounding() -> None:
     assert np.all(np.sqrt(np.mean(np.square(wide), axis=0))[1:] < 0.7)
 
 
+@pytest.mark.slow
 def test_errors_under_noise_of_the_position_are_those_that_it_makes() -> None:
     """By their residuals, whose spectrum vanishes at rest, a constant force is told too wide."""
     random = np.random.default_rng(1)

@@ -22,6 +22,7 @@ from macromicro.identify.notices import DataWarning
 from macromicro.identify.runs import Run
 
 
+@pytest.mark.slow
 def test_longer_records_do_not_fit_worse() -> None:
     """Forces that nobody measured: four times the record, half the error, and said so."""
     said, real = [], []

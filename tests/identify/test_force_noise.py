@@ -81,6 +81,7 @@ def test_the_same_records_give_the_same_levels() -> None:
     assert levels([seen(level, 1)], 9, 8.0, DT) == levels([seen(level, 1)], 9, 8.0, DT)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("known", [True, False])
 def test_a_slow_force_that_parameters_took_part_of_is_found_whole(known: bool) -> None:
     """Slow swings are fitted, and take most of a slow force. As much is taken of those drawn, by

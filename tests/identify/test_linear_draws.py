@@ -131,6 +131,7 @@ def test_noise_beside_cogging_adds_to_its_errors() -> None:
     assert (np.diag(noise) > 2.0 * np.diag(alone.covariance)).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("coloured", [False, True])
 def test_errors_by_rounding_are_those_of_fits_to_all_counts(coloured: bool) -> None:
     u = steps(6)

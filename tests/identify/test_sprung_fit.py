@@ -225,6 +225,7 @@ def test_errors_of_a_decay_cover_the_truth(white: float, step: float) -> None:
     assert np.mean(np.array(wide) < 0.5) < 0.62
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("white", "step"), [(0.003, 2e-6), (0.0, 2e-6), (0.05, 0.0)])
 def test_the_colour_of_residuals_counts_but_where_rounding_is_all(
     white: float, step: float, monkeypatch: pytest.MonkeyPatch

@@ -42,6 +42,7 @@ def swung(p, turned, periods):
     return np.array(places)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("frequency", [0.0, 60.0])
 def test_it_swings_about_where_it_hangs_as_a_pendulum_does(frequency):
     tree, p = pendulum(frequency)

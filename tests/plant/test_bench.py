@@ -71,6 +71,7 @@ def test_every_default_lies_within_its_bounds() -> None:
             assert entry.par.meaning, entry.path
 
 
+@pytest.mark.slow
 def test_same_seed_same_bits_other_seed_other_noise() -> None:
     motor, ctrl = np.full(1500, 3.5), np.full(1500, 1.6)
     one, two, other = (drive(motor, ctrl, seed) for seed in (1, 1, 2))

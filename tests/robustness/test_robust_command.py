@@ -204,6 +204,7 @@ def test_bad_input_is_one_message(tmp_path: Path, arguments: list[str], words: s
     assert sorted(tmp_path.iterdir()) == before
 
 
+@pytest.mark.slow
 def test_ctrl_c_reports_what_is_done(tmp_path: Path) -> None:
     (tmp_path / "short.toml").write_text(SHORT)
     process = subprocess.Popen(

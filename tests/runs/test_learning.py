@@ -130,6 +130,7 @@ def test_a_run_that_ended_early_is_not_learned_from(tmp_path: Path) -> None:
         learning.learn(what, lambda p, k: Fake(stage(p, k), finished=0), 0.0, LIMITS)
 
 
+@pytest.mark.slow
 def test_on_the_bench_the_laser_shows_less_error_too(tmp_path: Path) -> None:
     settings = Settings()
     settings = settings._replace(controller=settings.controller.joined("inverse", "law"))

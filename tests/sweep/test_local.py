@@ -125,6 +125,7 @@ def test_a_killed_worker_s_finished_blocks_are_kept(make: Make, tmp_path: Path) 
     assert sorted(evaluated(log)) == list(range(120))
 
 
+@pytest.mark.slow
 def test_a_variant_that_always_kills_ends_the_sweep_with_its_name(
     make: Make, tmp_path: Path
 ) -> None:
@@ -235,6 +236,7 @@ def test_a_signal_keeps_what_is_finished_and_says_how_to_go_on(
     assert sorted(p.name for p in out.iterdir()) == ["journal", "sweep.json", "sweep.toml"]
 
 
+@pytest.mark.slow
 def test_two_runs_in_one_folder(
     make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -251,6 +253,7 @@ def test_two_runs_in_one_folder(
     assert sorted(evaluated(log)) == list(range(80))
 
 
+@pytest.mark.slow
 def test_a_corrupt_journal_costs_its_block_only(make: Make, tmp_path: Path) -> None:
     log = tmp_path / "log"
     spec = make(60, block=4, log=str(log), delay=0.02)

@@ -35,6 +35,7 @@ def test_all_files(place: Path) -> None:
         assert (place / name).read_bytes().startswith(PNG)
 
 
+@pytest.mark.slow
 def test_figures_in_other_formats_replace_the_earlier_ones(
     found: tuning.Tuning, tmp_path: Path
 ) -> None:

@@ -235,7 +235,7 @@ def runs(picked: Picked) -> list[dict[str, Array]]:
 
 
 def _breaks(file: str, t: Array, known: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    """Rows at which a record goes on after a gap or begins anew, with a warning."""
+    """Rows at which a record goes on after a gap or restarts, with a warning."""
     steps = np.diff(t)
     steps[known - 1] = np.nan
     rising = steps[steps > 0.0]
@@ -244,7 +244,7 @@ def _breaks(file: str, t: Array, known: npt.NDArray[np.int64]) -> npt.NDArray[np
     if not len(found) or (len(found) + 1) * _SHORTEST > len(t):  # no time at all, or a broken one
         return found[:0]
     first = int(found[0])
-    what = f"a gap of {steps[first]:.6g} s" if steps[first] > 0.0 else "time begins anew"
+    what = f"a gap of {steps[first]:.6g} s" if steps[first] > 0.0 else "time restarts"
     more = f" and {len(found) - 1} more" if len(found) > 1 else ""
     notice(
         MissingRowsWarning,

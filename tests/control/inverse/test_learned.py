@@ -36,6 +36,7 @@ def over(law: Inverse, plant: Inverse) -> float:
     return float(w.go(2.0, 1.0).max() - 2.0)
 
 
+@pytest.mark.slow
 def test_a_wire_as_told_teaches_little() -> None:
     w = moved(GAINS, GAINS)
     values = w.memory.learned.values

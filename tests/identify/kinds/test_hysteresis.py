@@ -252,6 +252,7 @@ def test_files_of_columns_share_the_units_of_the_first(tmp_path: Path) -> None:
     assert len(found.curves) == 10 and found.kind == "descending"
 
 
+@pytest.mark.slow
 def test_smoothing_by_curves_held_out(tmp_path: Path) -> None:
     """What is taken predicts held-out curves best; each error is that of tables made anew."""
     random = np.random.default_rng(2)
@@ -291,6 +292,7 @@ def steep(many: int, points: int = 300) -> list[tuple[np.ndarray, np.ndarray]]:
     return [(u, table.curve(u[0], u)) for u in (np.linspace(s, 20.0, points) for s in starts)]
 
 
+@pytest.mark.slow
 def test_tables_are_compared_roughly_and_the_one_chosen_is_made_with_care(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -11,6 +11,7 @@ from macromicro.thesis.chapter3 import hall_calibration
 from macromicro.thesis.claims import CALIBRATED, REPRODUCED
 
 
+@pytest.mark.slow
 def test_slopes_follow_the_sensor_of_the_bench() -> None:
     """D6 is measured: a coarser converter and a weaker magnet are seen by the procedure."""
     sensors = Sensors()

@@ -38,6 +38,7 @@ def visible(ax: Any, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return (x >= left) & (x <= right) & (y >= low) & (y <= high)
 
 
+@pytest.mark.slow
 def test_pid(data: MacroData, figures: dict[str, list[Any]]) -> None:
     """Figure 4.18 covers what M9 is judged by, a minute with one reversal, and the sticking."""
     effort, response = figures["4.18"]

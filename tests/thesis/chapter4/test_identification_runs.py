@@ -59,6 +59,7 @@ def test_same_seed_same_recordings(plant: Plant) -> None:
     assert starts[0] != starts[1]
 
 
+@pytest.mark.slow
 def test_physical_parameters_from_counts_alone(plant: Plant) -> None:
     """`drive` on square waves of several heights: viscous slope 2537 counts/s/V and kinetic
     level 2.427 V, what Section 4.2.5's speeds imply, and a pole near 53 rad/s."""

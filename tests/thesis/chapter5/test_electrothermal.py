@@ -17,6 +17,7 @@ from macromicro.thesis.chapter5.actuator_models import Models
 from macromicro.thesis.chapter5.electrothermal import PROCEDURE
 
 
+@pytest.mark.slow
 def test_table_is_that_of_the_kilns_own_procedure(models: Models, kiln_runs: KilnRuns) -> None:
     """Section 5.2.2: the temperatures are inferred by the same data."""
     np.testing.assert_array_equal(models.table.values, kiln_runs.table.values)

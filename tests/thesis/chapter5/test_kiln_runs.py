@@ -95,6 +95,7 @@ def test_model_predicts_new_profiles(kiln_runs: KilnRuns) -> None:
     assert max(p.share for p in kiln_runs.predictions) < 0.01
 
 
+@pytest.mark.slow
 def test_median_in_place_of_smoothing_spoils_the_prediction(
     heated: KilnData, kiln_runs: KilnRuns
 ) -> None:

@@ -46,6 +46,7 @@ def changed(r: Recording, **columns: float | None) -> Recording:
     return Recording.from_arrays(kept, arrays, r.dt, {})
 
 
+@pytest.mark.slow
 def test_zoom_shows_a_whole_turn(runs: IntegratedRuns, drawn: dict[str, Drawn]) -> None:
     """Figure 6.2b: from the first arrival at 190 mm to the next macro move, and 3 mm of it."""
     zoom, fine = axes_of(drawn["6.2"])[1::2]

@@ -65,6 +65,7 @@ def test_bias_is_the_laser_zero(runs: IntegratedRuns) -> None:
     assert last.bias_um - last.true_bias_um == pytest.approx(last.left_um, abs=1.0)
 
 
+@pytest.mark.slow
 def test_fan_and_no_fan_exchanged_turn_the_verdicts(runs: IntegratedRuns) -> None:
     swapped = runs._replace(warm=runs.cooled, cooled=runs.warm)
     found = {c.id: c for c in integrated_runs.claims(swapped)}
