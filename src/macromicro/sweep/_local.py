@@ -12,6 +12,7 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -75,7 +76,9 @@ class _Pool:
         process = self._context.Process(
             target=work, args=(there, self._task, path, os.getpid()), daemon=True
         )
-        # A worker that Ctrl-C reaches before it can ignore it would end with a traceback.
+        # A worker that Ctrl-C reaches before it can ignore it would end with a traceback. The
+        # tracker is started first: as it starts, it unblocks the signal.
+        resource_tracker.ensure_running()
         mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             process.start()
