@@ -9,13 +9,16 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.identify import from_files
+from macromicro.identify._sprung_search import Model
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.kinds import fitted
+from macromicro.identify.kinds import sprung as kind
 from macromicro.identify.kinds.loading import picking
 from macromicro.identify.notices import PoorFitWarning
 from macromicro.identify.result import Result
 from macromicro.identify.sprung import Sprung
 from macromicro.identify.sprung import simulate as swing
+from macromicro.identify.sprung_fit import SprungFit
 
 DT = 0.01
 
@@ -149,3 +152,13 @@ def test_few_points_are_a_test(tmp_path: Path) -> None:
     test = written(tmp_path / "b.csv", "u,f", u[:250:20], f[:250:20])
     found = from_files("plays", file, tests=(str(test),))
     assert "RMS 0.0" in dict(found.remarks)[f"prediction of {test}"]
+
+
+def test_a_structure_that_diverges_is_a_row_without_a_figure() -> None:
+    fit = SprungFit(
+        Model("coulomb", False, False, True, True), Sprung(mass=1.0), (),
+        np.zeros((0, 0)), ((0.0, 0.0),), (np.ones(3),), (np.arange(3.0),),
+        {"coulomb": 0.1, "viscous": 0.3, "asymmetric": 7.8e9}, (0.1,), 1.0, 0.0, None, None,
+    )  # fmt: skip
+    said = kind._chosen(fit, "rad/s")
+    assert said.endswith("coulomb 0.1, taken; viscous 0.3, worse; asymmetric diverges")

@@ -34,6 +34,7 @@ V = Role(
 _LEAST = 50
 # Misfits that ask for another sign, and that answer it, by the scatter of the record.
 _POOR, _GOOD = 0.5, 0.2
+_DIVERGED = 10.0  # times the record's range: an error that is no figure any more
 _FAILURES = (InputError, ArithmeticError, ValueError, np.linalg.LinAlgError)
 _PLACES = {unit: unit.removesuffix("/s") for unit in V.units}
 _MEANINGS = {
@@ -245,7 +246,13 @@ def _chosen(fit: SprungFit, unit: str) -> str:
     if not fit.holdout:
         return f"{fit.model.friction}, as given"
     told = []
+    extent = max(
+        float(np.ptp(free + left)) for free, left in zip(fit.free_run, fit.residuals, strict=True)
+    )
     for name, error in fit.holdout.items():
+        if error > _DIVERGED * extent:
+            told.append(f"{name} diverges")
+            continue
         if name == fit.model.friction:
             why = "taken"
         elif error > fit.holdout[fit.model.friction]:
