@@ -156,7 +156,7 @@ def test_few_points_are_a_test(tmp_path: Path) -> None:
 
 def test_a_structure_that_diverges_is_a_row_without_a_figure() -> None:
     fit = SprungFit(
-        Model("coulomb", False, False, True, True), Sprung(mass=1.0), (),
+        Model("coulomb", False, False, True, True), Sprung(mass=1.0, viscous=1.0), (),
         np.zeros((0, 0)), ((0.0, 0.0),), (np.ones(3),), (np.arange(3.0),),
         {"coulomb": 0.1, "viscous": 0.3, "asymmetric": 7.8e9}, (0.1,), 1.0, 0.0, None, None,
     )  # fmt: skip
