@@ -52,10 +52,7 @@ def _patient(stream: Any) -> Any:
 
 @contextmanager
 def warned() -> Iterator[list[str]]:
-    """Print each warning of what runs within, once; the list has them at its end.
-
-    Warnings of numpy and scipy are left out.
-    """
+    """Print each of our warnings of what runs within, once; the list has them at its end."""
     said: list[str] = []
     try:
         with warnings.catch_warnings(record=True) as caught:

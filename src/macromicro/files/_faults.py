@@ -25,10 +25,8 @@ class UnreadLinesWarning(UserWarning):
 
 
 def carefully(path: Path, where: str, layout: Layout, names: Sequence[str]) -> dict[str, Array]:
-    """Columns of a text with remarks between rows and any number format.
-
-    A line with another number of cells is left out; a cell that is no number is NaN.
-    """
+    """Columns of a text with remarks between rows and any number format."""
+    # A line with another number of cells is left out; a cell that is no number is NaN.
     place = {name: layout.names.index(name) for name in names}
     times = {name for name, j in place.items() if layout.kinds[j] == TIME}
     numbers = {name: array("d") for name in names if name not in times}

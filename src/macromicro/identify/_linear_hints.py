@@ -93,10 +93,7 @@ def _through(asked: Asked, ends: Sequence[float]) -> Asked:
 
 
 def constant(asked: Asked) -> float:
-    """Constant of the output that lowers the error by a tenth or more, else 0.
-
-    It is searched from the begin of the records, which often rest there.
-    """
+    """Constant of the output that lowers the error by a tenth or more, else 0."""
     from scipy.optimize import minimize_scalar
 
     asked = _short(asked)
@@ -107,7 +104,7 @@ def constant(asked: Asked) -> float:
     def less(c: float) -> Asked:
         return asked._replace(y=[y - c for y in asked.y])
 
-    rest = float(np.mean([y[0] for y in asked.y]))
+    rest = float(np.mean([y[0] for y in asked.y]))  # records often begin at rest
     extent = max(float(np.ptp(y)) for y in asked.y)
     found = minimize_scalar(
         lambda c: _left(less(c)),

@@ -30,10 +30,7 @@ class Found(NamedTuple):
 
 
 def from_tables(tables: list[Picked], kind: str) -> Found:
-    """Curves of the files: by the column `curve`, or cut out of the time record.
-
-    Where that column numbers whole cycles they are cut, too.
-    """
+    """Curves of the files: by the column `curve`, or cut out of the time record or its cycles."""
     pairs = named(tables)
     if pairs and not all(map(_whole_cycle, pairs)):
         ways = [direction(u) for u, _ in pairs]

@@ -72,11 +72,8 @@ def loaded(what: Picking, roles: Sequence[Role]) -> list[Picked]:
 
 
 def joined(tables: Sequence[Table], roles: Sequence[Role], columns: Mapping[str, str]) -> Picked:
-    """One record of several files on the slowest clock.
-
-    The input is averaged over each of its steps, since it acts over all of it; other columns are
-    interpolated.
-    """
+    """One record of several files on the slowest clock."""
+    # The input is averaged over each step, since it acts over all of it; others are interpolated.
     loose = [role if role is T else role._replace(optional=True) for role in roles]
     parts = [
         pick(table, loose, {r: c for r, c in columns.items() if r == T.name or c in table.columns})
