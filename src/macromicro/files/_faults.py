@@ -86,12 +86,12 @@ def _judge(
     wrong: Mapping[str, Sequence[tuple[int, str]]],
 ) -> None:
     """Report what was left out; an error where most of the text is no table of numbers."""
-    for name, cells_ in wrong.items():
-        line, cell = cells_[0]
+    for name, bad in wrong.items():
+        line, cell = bad[0]
         at = f"{where}, line {line}, {printable(name)}"
-        if len(cells_) > MOST * rows:
+        if len(bad) > MOST * rows:
             raise InputError(at, cell, "a number, nan, or nothing")
-        more = f", and {len(cells_) - 1} more lines" if len(cells_) > 1 else ""
+        more = f", and {len(bad) - 1} more lines" if len(bad) > 1 else ""
         warnings.warn(f"{at}: {cell!r} is no number{more}", UnreadLinesWarning, stacklevel=2)
     if not unread:
         return

@@ -140,7 +140,7 @@ def warm_up(tree: Any) -> float:
     share = rise / (power(tree) * found.resistance)
     if share >= 1.0:
         return math.inf
-    return -found.capacity * found.resistance * math.log(1.0 - share)
+    return -time_constant(tree) * math.log(1.0 - share)
 
 
 def _heat_limit(tree: Any) -> float:

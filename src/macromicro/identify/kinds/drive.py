@@ -13,7 +13,7 @@ from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.picking import RUN, Picked, Role, T, railed, runs
 from macromicro.identify.result import Result
 from macromicro.identify.runs import Run, checked
-from macromicro.place import ANGLE, LENGTH
+from macromicro.place import ANGLE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -82,7 +82,7 @@ def identify(picking: Picking, options: Options) -> Result:
                 f"the unit of x is {first.units['x'] or 'unknown'}",
                 "Name an angle in rad or deg, such as --columns x=angle:deg.",
             )
-    newton = (ANGLE if x_unit == ANGLE.base else LENGTH).named("N")
+    newton = drive_words.newton(x_unit)
     force = newton if abs(gain) != 1.0 else u_unit
     named = bool(first.units["x"]) and (abs(gain) != 1.0 or bool(first.units["u"]))
     units = (

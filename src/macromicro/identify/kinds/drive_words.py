@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from macromicro.identify.result import Line, rounded
-from macromicro.place import PLACES
+from macromicro.place import ANGLE, LENGTH, PLACES
 
 if TYPE_CHECKING:
     from macromicro.identify._ripple import Ripple
@@ -66,6 +66,11 @@ def late(delay: int | str) -> list[tuple[str, str]]:
     if not delay or isinstance(delay, str):
         return []
     return [("delay", f"u acts {delay} sample{'s' * (delay != 1)} late")]
+
+
+def newton(x: str) -> str:
+    """The unit of force where positions are in `x`: of torque for an angle."""
+    return (ANGLE if x == ANGLE.base else LENGTH).named("N")
 
 
 def units_of(force: str, x: str) -> dict[str, str]:

@@ -120,7 +120,7 @@ def identify(picking: Picking, options: Options) -> Result:
             told = ", ".join(f"{k:g} {100.0 * v / extent:.3g}" for k, v in errors)
             head = "RMS on curves held out, % of range, by grid steps"
             remarks.append((f"along the {way}", f"{head}: {told}"))
-    testing.new(options.tests, picking)
+    testing.refuse_fitted(options.tests, picking)
     remarks += [_tested(table, test, picking.columns, units) for test in options.tests]
 
     def draw() -> dict[str, Figure]:

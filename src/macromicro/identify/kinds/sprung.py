@@ -18,7 +18,6 @@ from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.picking import Picked, Role, matched, railed, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run, checked
-from macromicro.place import ANGLE, LENGTH
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -110,7 +109,7 @@ def identify(what: Picking, roles: tuple[Role, Role, Role], asked: Asked, gains:
     shown = first.units[out] or ("x/s" if speed else "x")
     unit = _PLACES.get(shown, "x") if speed else shown
     u = first.units.get("u", "") or "u"
-    units = _units(unit, _newton(unit) if abs(gain) != 1.0 else u, u, not asked.free)
+    units = _units(unit, drive_words.newton(unit) if abs(gain) != 1.0 else u, u, not asked.free)
     lines = _lines(fit, units)
     trials = [_tried(fit, run, table.file) for table in others for run in _measured(table, out)]
     lines += testing.lines(trials, shown)
@@ -157,12 +156,13 @@ def _signed(
     fitted: Callable[[float], SprungFit], gain: float, extent: float, file: str
 ) -> SprungFit:
     """A fit; refused where it fails and the input with its sign reversed explains the record."""
+    failed: Exception | None = None
     try:
         found = fitted(gain)
         if found.rms < _POOR * extent:
             return found
-    except _FAILURES:
-        found = None
+    except _FAILURES as error:
+        failed = error
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # they are about another input
         try:
@@ -172,11 +172,9 @@ def _signed(
     if missed < _GOOD:
         problem = f"its sign is opposite to the motion: reversed, it fits {1.0 - missed:.1%}"
         raise ProblemError(f"{file}, u", problem, f"Reverse u, or give --gain {-gain:g}.")
-    return fitted(gain) if found is None else found
-
-
-def _newton(place: str) -> str:
-    return (ANGLE if place == ANGLE.base else LENGTH).named("N")
+    if failed is not None:
+        raise failed
+    return found
 
 
 def _measured(table: Picked, out: str) -> list[Run]:

@@ -48,14 +48,14 @@ def unseen(
     """Columns of test records, in the units of the fitted ones."""
     if not tests:
         return []
-    new(tests, what)
+    refuse_fitted(tests, what)
     found = loaded(Picking(there(list(tests)), what.columns), roles)
     for table in found:
         alike(table, first.units, first.file)
     return found
 
 
-def new(tests: Sequence[str], what: Picking) -> None:
+def refuse_fitted(tests: Sequence[str], what: Picking) -> None:
     """Refuse a test record that is fitted too."""
     fitted = {file.resolve() for file in what.files}
     for name in tests:
