@@ -55,7 +55,7 @@ def test_a_cut_last_line_and_a_bad_one_are_left_out(tmp_path: Path) -> None:
     with pytest.warns(UnreadLinesWarning) as caught, pytest.warns(MissingRowsWarning, match="1 of"):
         assert holds(identified(file))
     said = " ".join(str(one.message) for one in caught)
-    assert "line 701: 2 cells instead of 3, and 1 more lines; left out" in said
+    assert "line 701: 2 cells instead of 3, and 1 more line; left out" in said
     assert "line 901, u_V: '?' is no number" in said
 
 
@@ -77,7 +77,7 @@ def test_tables_one_after_the_other_are_runs(tmp_path: Path) -> None:
     file = tmp_path / "a.csv"
     file.write_text(text(ROWS, "t_s,u_V,x_rad") + "Table 2\n" + text(ROWS, "t_s,u_V,x_rad"))
     with (
-        pytest.warns(UnreadLinesWarning, match="line 1602: 1 cells instead of 3; left out"),
+        pytest.warns(UnreadLinesWarning, match="line 1602: 1 cell instead of 3; left out"),
         pytest.warns(MissingRowsWarning, match=r"time restarts after 7.995 s \(row 1600\)"),
     ):
         assert holds(identified(file))

@@ -180,7 +180,7 @@ def test_a_decay_is_fitted_until_it_is_over() -> None:
     whole = disturbed(RUBBED, 1, 0.0)
     model = Model("coulomb", spring=True, dead_zone=False, driven=False, speed=False)
     moved = np.flatnonzero(simulate(RUBBED, whole.u, DT, 1e-3, 0.0)[1])[-1]
-    kept = moving([whole], model, 0.0)[0]
+    kept = moving([whole], model, 0.0)[0][0]
     assert moved - 1.1 / (TONE * DT) < len(kept.x) < moved - 0.8 / (TONE * DT)
     assert (kept.x == whole.x[: len(kept.x)]).all()
     # Wherever friction holds it afterwards, what is found is the same.
@@ -199,14 +199,14 @@ def test_a_coasting_mass_is_fitted_until_it_rests() -> None:
     v = simulate(p, np.zeros(n), DT, 0.0, 0.5)[1]
     model = Model("coulomb", spring=False, dead_zone=False, driven=False, speed=True)
     last = np.flatnonzero(v)[-1]
-    kept = moving([Run(np.arange(n) * DT, np.zeros(n), v)], model, 0.0)[0]
+    kept = moving([Run(np.arange(n) * DT, np.zeros(n), v)], model, 0.0)[0][0]
     assert len(kept.x) == pytest.approx(0.95 * last, abs=0.02 * last)
 
 
 def test_a_decay_that_goes_on_is_kept_whole() -> None:
     run = disturbed(DECAY._replace(coulomb=0.0, offset=0.0), 1, 0.0)
     model = Model("coulomb", spring=True, dead_zone=False, driven=False, speed=False)
-    assert len(moving([run], model, 0.0)[0].x) == len(run.x)
+    assert len(moving([run], model, 0.0)[0][0].x) == len(run.x)
 
 
 @pytest.mark.slow  # repeated trials

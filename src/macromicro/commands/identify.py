@@ -409,7 +409,8 @@ def _timed(columns: list[str] | None, rate: str | None) -> list[str]:
     from macromicro.identify.picking import hertz
     from macromicro.schema.text import printable
 
-    if not hertz(text := rate if not rate.replace(".", "").isdecimal() else f"{rate} Hz"):
+    text = f"{rate} Hz" if rate.replace(".", "").isdecimal() else rate
+    if not hertz(text):
         raise InputError("--rate", printable(rate), "rows per second, such as 200 or 1kHz")
     return [*(columns or []), f"t={text}"]
 

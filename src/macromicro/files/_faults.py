@@ -56,7 +56,7 @@ def carefully(path: Path, where: str, layout: Layout, names: Sequence[str]) -> d
             if len(row) == count + 1 and not row[-1]:
                 row.pop()
             if len(row) != count:
-                unread.append((k, f"{len(row)} cells instead of {count}"))
+                unread.append((k, f"{len(row)} cell{'s' * (len(row) != 1)} instead of {count}"))
                 continue
             rows += 1
             for name, values in numbers.items():
@@ -91,14 +91,18 @@ def _judge(
         at = f"{where}, line {line}, {printable(name)}"
         if len(bad) > MOST * rows:
             raise InputError(at, cell, "a number, nan, or nothing")
-        more = f", and {len(bad) - 1} more lines" if len(bad) > 1 else ""
-        warnings.warn(f"{at}: {cell!r} is no number{more}", UnreadLinesWarning, stacklevel=2)
+        warnings.warn(f"{at}: {cell!r} is no number{_more(bad)}", UnreadLinesWarning, stacklevel=2)
     if not unread:
         return
     line, reason = unread[0]
     if len(unread) > MOST * rows:
         problem = f"the heading and this line differ: {reason}"
         raise ProblemError(f"{where}, line {line}", problem, "Give as many of each.")
-    more = f", and {len(unread) - 1} more lines" if len(unread) > 1 else ""
-    text = f"{where}, line {line}: {reason}{more}; left out"
+    text = f"{where}, line {line}: {reason}{_more(unread)}; left out"
     warnings.warn(text, UnreadLinesWarning, stacklevel=2)
+
+
+def _more(lines: Sequence[object]) -> str:
+    """What a message adds that names the first of these lines."""
+    count = len(lines) - 1
+    return f", and {count} more line{'s' * (count != 1)}" if count else ""

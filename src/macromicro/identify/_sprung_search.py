@@ -150,8 +150,8 @@ def judged(records: list[Run], cut: list[Run], end: End, model: Model, lag: floa
     return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
 
-def moving(records: list[Run], model: Model, lag: float) -> list[Run]:
-    """Free motions up to shortly before their end."""
+def moving(records: list[Run], model: Model, lag: float) -> tuple[list[Run], End]:
+    """Free motions up to shortly before their end, and the fit to them."""
     # Where friction stops the mass is chance within a band, and fitting it would bias the model; so
     # the last swing, or twentieth part, is left out as well.
     for _ in range(_CUTS):
@@ -163,8 +163,8 @@ def moving(records: list[Run], model: Model, lag: float) -> list[Run]:
         same = all(len(k.x) == len(r.x) for k, r in zip(kept, records, strict=True))
         records = kept
         if same:
-            break
-    return records
+            return records, end
+    return records, searched(records, model, lag)[0]
 
 
 def _moves(axis: Sprung, r: Run, x: float, v: float) -> int:

@@ -118,8 +118,8 @@ def sprung_drive(
     if not driven and holding:
         # Where friction stops the mass is chance within a band, so the motion alone is better
         # evidence, unless it is too short to show what stops it.
-        short = moving(whole, holding[0], lag)
-        if _misses(whole, searched(short, holding[0], lag)[0], lag, int(speed)) < _NONSENSE:
+        short, end = moving(whole, holding[0], lag)
+        if _misses(whole, end, lag, int(speed)) < _NONSENSE:
             kept = short
     scores: dict[str, float] = {}
     chosen = models[0]

@@ -31,7 +31,7 @@ class Found(NamedTuple):
 
 def from_tables(tables: list[Picked], kind: str) -> Found:
     """Curves of the files: by the column `curve`, or cut out of the time record or its cycles."""
-    pairs = named(tables)
+    pairs = _named(tables)
     if pairs and not all(map(_whole_cycle, pairs)):
         ways = [direction(u) for u, _ in pairs]
         many: Kind = "ascending" if sum(np.sign(ways)) > 0.0 else "descending"
@@ -57,7 +57,7 @@ def _requested(kind: str) -> Kind | None:
     return "ascending" if kind == "ascending" else "descending" if kind == "descending" else None
 
 
-def named(tables: list[Picked]) -> list[Pair]:
+def _named(tables: list[Picked]) -> list[Pair]:
     """Curves by the column `curve`; none where a file lacks it."""
     if not all("curve" in table.values for table in tables):
         return []

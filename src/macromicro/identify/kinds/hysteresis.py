@@ -312,8 +312,7 @@ def _tested(
         return _curves_tested(table, printable(place, 300), read_forc(place).curves)
     picked = pick(read(place), ROLES, columns)
     alike(picked, units, "the fitted file")
-    pairs = cutting.named([picked])
-    if pairs:
+    if "curve" in picked.values:
         return _curves_tested(table, picked.file, cutting.from_tables([picked], table.kind).curves)
     u, f = cutting.cleaned(picked, 2)
     model = Preisach(table)
