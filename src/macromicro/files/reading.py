@@ -20,7 +20,7 @@ _UNITS = {"1": "", "-": "", "count": "counts"}
 
 def is_forc(path: Path) -> bool:
     """Whether a file begins like the MicroMag format."""
-    return _begin(path).startswith(b"MicroMag")
+    return _begin(path).lstrip(b'\xef\xbb\xbf" ').startswith(b"MicroMag")
 
 
 def read(path: Path) -> Table:
