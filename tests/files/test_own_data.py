@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.files._faults import UnreadLinesWarning
+from macromicro.files._text import UnreadLinesWarning
 from macromicro.files.reading import read
 from macromicro.identify import from_files
 from macromicro.identify.axis import Axis, simulate

@@ -1,30 +1,37 @@
-"""Layout of a text of columns, from its first lines."""
+"""Layout of a text of columns, from its lines: cells, headings, tables one after the other."""
 
 from __future__ import annotations
 
 import codecs
+import csv
 import re
+import sys
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from macromicro.errors import InputError, ProblemError
-from macromicro.files._cells import (
-    BLANKS,
-    EMPTY,
-    MARKS,
-    NUMBER,
-    REMARKS,
-    TEXT,
-    TIME,
-    cells,
-    heading,
-    kind,
-    majority,
-)
 from macromicro.files.naming import spelled
 from macromicro.schema.text import printable
 
+BLANKS = " "  # the mark of files whose cells are parted by any number of spaces and tabs
+MARKS = (",", ";", "\t", "|", BLANKS)
+REMARKS = ("#", "%")
+NUMBER, TIME, EMPTY, TEXT = "number", "time", "empty", "text"
+_NUMBER = re.compile(r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eEdD][+-]?\d+)?")
+_TIME = re.compile(
+    r"(?:\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}[T ]*(?:\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?)?"
+    r"|\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?)\s*(?:[AaPp][Mm])?(?:Z|[+-]\d\d:?\d\d)?"
+)
+# What loggers write where they have no number.
+MISSING = (
+    *("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "n/a", "null", "NULL", "None", "-", "--"),
+    *("1.#QNAN", "-1.#IND", "1.#IND", "nan(ind)", "-nan(ind)"),
+)
+_INFINITE = ("inf", "infinity")
 SAMPLE = 1 << 18  # bytes that are looked at
 _MOST = 100  # rows that are judged
+_TABLE = 10  # rows above the first heading that are a table of their own
 _JUNK = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 _RULED = re.compile(r"(?=.*(?:---|===|___))[-=_+|,;:\s]+")  # a line that is drawn below a heading
 _HEADER_END = "***End_of_Header***"
@@ -35,6 +42,64 @@ _BOMS = {
 }
 ACCEPTED = "text in UTF-8, UTF-16 or Latin-1"
 HEADING = "a heading with the columns' names, such as t_s,u_V,x_mm"
+_WORDED = re.compile(r"[\s\"'#%\[(<]*[^\W\d_]")  # a line that begins with a letter
+
+
+def cells(line: str, mark: str) -> list[str]:
+    if mark == BLANKS:
+        line, mark = " ".join(line.split()), " "
+    line = line.replace("\r", " ")  # which ends no line here
+    row = next(csv.reader([line], delimiter=mark, skipinitialspace=True), [""])
+    return [cell.strip() for cell in row] or [""]
+
+
+def heading(line: str, mark: str, count: int) -> list[str]:
+    """Cells of a heading, whose names may contain blanks."""
+    text = line.strip().lstrip("".join(REMARKS)).strip() if line.lstrip()[:1] in REMARKS else line
+    found = cells(text, mark)
+    if mark != BLANKS or len(found) == count:
+        return found
+    for pattern in (r"\t|\s{2,}", r"\s*[,;]\s*"):
+        names = [cell.strip() for cell in re.split(pattern, text.strip())]
+        if len(names) == count:
+            return names
+    names = re.findall(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?", text)
+    return names if len(names) == count else found
+
+
+def kind(cell: str) -> str:
+    if not cell:
+        return EMPTY
+    if _NUMBER.fullmatch(cell) or cell in MISSING or cell.lstrip("+-").lower() in _INFINITE:
+        return NUMBER
+    return TIME if _TIME.fullmatch(cell) else TEXT
+
+
+def number(cell: str) -> float | None:
+    """A cell as a number: 1,5 is one and a half."""
+    if cell in MISSING:
+        return float("nan")
+    try:
+        return float(cell.replace(",", ".").replace("D", "e").replace("d", "e"))
+    except ValueError:
+        return None
+
+
+def majority(column: Sequence[str]) -> str:
+    """The most frequent kind of cell in a column."""
+    full = [each for each in column if each != EMPTY]
+    if not full:
+        return EMPTY
+    return max((NUMBER, TIME, TEXT), key=full.count)
+
+
+class Part(NamedTuple):
+    """Rows below one of several headings."""
+
+    first: int  # lines before its first row
+    end: int  # lines before what follows it
+    names: tuple[str, ...]  # in the order of its cells
+    rows: int = 0  # roughly
 
 
 class Layout(NamedTuple):
@@ -48,9 +113,11 @@ class Layout(NamedTuple):
     headed: bool
     before: tuple[str, ...]  # the lines before the first row
     returns: bool = False  # lines end with a carriage return alone
+    parts: tuple[Part, ...] = ()  # its rows, in a text of several headings; empty: all below
 
 
-def told(sample: bytes, whole: bool, where: str) -> Layout:
+def layouts(sample: bytes, whole: bool, where: str) -> list[Layout]:
+    """Layout of each table of a text, the one of most rows first."""
     encoding = encoded(sample, where)
     text = sample.decode(encoding, errors="replace")
     if junk := _JUNK.search(text):
@@ -68,7 +135,81 @@ def told(sample: bytes, whole: bool, where: str) -> Layout:
     # LabVIEW says where its headers end; they hold rows of numbers, too.
     ends = [k for k, line in enumerate(lines) if line.startswith(_HEADER_END)]
     begin = ends[-1] + 1 if ends else 0
-    full = [(k, line) for k, line in enumerate(lines) if line.strip() and k >= begin]
+    begins = [] if ends else _beginnings(lines)
+    if len(begins) < 2:
+        laid = _laid(lines, begin, len(lines), where, encoding)
+        return [laid._replace(returns=returns, before=tuple(lines[: laid.lines]))]
+    found: list[Layout] = []
+    for first, end in pairwise([*begins, len(lines)]):
+        laid = _laid(lines, first, end, where, encoding)
+        below = lines[laid.lines : end]
+        rows = sum(bool(line.strip()) and not _WORDED.match(line) for line in below)
+        laid = laid._replace(returns=returns, parts=(Part(laid.lines, end, laid.names, rows),))
+        wide, late = len(laid.names), bool(found) and bool(lines[first - 1].strip())
+        if late and not found[-1].headed and len(found[-1].names) == wide:
+            above = found.pop().parts[-1]._replace(names=laid.names)  # the heading came late
+            laid = laid._replace(parts=(above, *laid.parts))
+        same = next((k for k, one in enumerate(found) if set(one.names) == set(laid.names)), None)
+        if same is None:
+            found.append(laid)
+        else:
+            found[same] = found[same]._replace(parts=found[same].parts + laid.parts)
+    if not whole:  # rows go on
+        for k, one in enumerate(found):
+            *others, last = one.parts
+            if last.end == len(lines):
+                found[k] = one._replace(parts=(*others, last._replace(end=sys.maxsize)))
+    return sorted(found, key=lambda one: -sum(part.rows for part in one.parts))
+
+
+def _beginnings(lines: list[str]) -> list[int]:
+    """Lines at which tables begin: the first one, and headings below rows of numbers."""
+    full = [(k, line) for k, line in enumerate(lines) if line.strip()]
+    full = [(k, line) for k, line in full if not _RULED.fullmatch(line)]
+    plain = [(k, line) for k, line in full if line.lstrip()[0] not in REMARKS]
+    if not plain:
+        return []
+    mark, _ = parting(plain)
+    begins, known, rows = [0], frozenset[str](), 0
+    for place, (k, line) in enumerate(full):
+        remark = line.lstrip()[0] in REMARKS
+        if not _WORDED.match(line):
+            rows += not remark
+            continue
+        names = _heading(line, mark, [other for _, other in full[place + 1 : place + 3]])
+        if not names or (known and not rows):  # no heading, or the units below one
+            continue
+        if rows and not known and rows < _TABLE:  # numbers above the first heading
+            rows *= len(cells(full[place - 1][1], mark)) == len(names)
+        # A remark, or words directly below a row, might be anything but names seen before.
+        above = full[place - 1] if place else (-2, "")
+        apart = above[0] < k - 1 or bool(_WORDED.match(above[1]))
+        sure = not remark and (apart or mark != BLANKS)
+        if rows and (sure or known == frozenset(names)):
+            begins.append(k)
+        if sure or not rows:
+            known, rows = frozenset(names), 0
+    return begins
+
+
+def _heading(line: str, mark: str, below: list[str]) -> list[str]:
+    """Names in a line of words above a row, perhaps above a row of units; else empty."""
+    row = below[0] if below else ""
+    if len(below) > 1 and _WORDED.match(row):
+        units = [spelled(cell) for cell in heading(row, mark, 0)]
+        row = below[1] if 2 * sum(map(bool, units)) >= len(units) else ""
+    under = cells(row, mark)
+    names = [name for name in heading(line, mark, len(under)) if name]
+    kinds = [kind(cell) for cell in under]
+    fits = len(under) - kinds.count(EMPTY) <= len(names) <= len(under)
+    good = fits and len(names) > 1 and len(set(names)) == len(names)
+    words = good and all(kind(name) == TEXT for name in names)
+    return names if words and 2 * (kinds.count(NUMBER) + kinds.count(TIME)) >= len(under) else []
+
+
+def _laid(lines: list[str], begin: int, end: int, where: str, encoding: str) -> Layout:
+    """Layout of the table in some of the lines."""
+    full = [(k, lines[k]) for k in range(begin, end) if lines[k].strip()]
     full = [(k, line) for k, line in full if not _RULED.fullmatch(line)]
     plain = [(k, line) for k, line in full if line.lstrip()[0] not in REMARKS]
     if not plain:
@@ -91,9 +232,8 @@ def told(sample: bytes, whole: bool, where: str) -> Layout:
         names = [name or f"column {j + 1}" for j, name in enumerate(names)]
     else:
         names = [str(j + 1) for j in range(count)]
-    before = tuple(lines[:first])
-    laid = Layout(encoding, mark, first, tuple(names), tuple(units), kinds, comma, headed, before)
-    return laid._replace(returns=returns)
+    before = tuple(lines[begin:first])
+    return Layout(encoding, mark, first, tuple(names), tuple(units), kinds, comma, headed, before)
 
 
 def encoded(sample: bytes, where: str) -> str:
