@@ -17,7 +17,7 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.files.naming import TIMES, by_name, last, parted
 from macromicro.files.table import Table
 from macromicro.identify.notices import DataWarning, SaturationWarning, notice
-from macromicro.identify.runs import steps
+from macromicro.identify.records import steps
 from macromicro.schema.text import printable
 from macromicro.units import measured
 

@@ -5,36 +5,14 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify.notices import ResampledWarning, notice
-from macromicro.identify.records import signal
+from macromicro.identify.records import GAP, signal
 from macromicro.recording import Recording
 
 _EVEN = 0.02  # a time step this part off the median is even enough
-GAP = 5.0  # usual time steps; a longer one is a gap
-
-
-class Steps(NamedTuple):
-    """Time steps, by the row before each, and those that are odd."""
-
-    sizes: Array  # s; NaN from one run to another
-    usual: float  # median of those that rise, s; 0 where none does
-    gaps: npt.NDArray[np.int64]
-    falls: npt.NDArray[np.int64]
-
-
-def steps(t: Array, run: Array | None = None) -> Steps:
-    """The steps of some times, each run by itself."""
-    sizes = np.diff(t)
-    if run is not None:
-        sizes[np.diff(run) != 0.0] = np.nan
-    rising = sizes[sizes > 0.0]
-    usual = float(np.median(rising)) if len(rising) else 0.0
-    gaps = sizes > GAP * usual if usual else np.zeros(len(sizes), dtype=np.bool_)
-    return Steps(sizes, usual, np.flatnonzero(gaps), np.flatnonzero(sizes < 0.0))
 
 
 class Run(NamedTuple):

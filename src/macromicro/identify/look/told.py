@@ -15,7 +15,7 @@ from macromicro.files.table import Table
 from macromicro.identify.look._columns import Seen, seen
 from macromicro.identify.look._onward import Onward, onward
 from macromicro.identify.picking import RUN, matched
-from macromicro.identify.runs import GAP, steps
+from macromicro.identify.records import GAP, steps
 from macromicro.schema.text import printable
 from macromicro.units import convert
 
