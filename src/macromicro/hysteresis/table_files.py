@@ -100,6 +100,41 @@ def load_table(path: str | Path) -> FodTable:
     return _read_csv(file) if _ending(file) == ".csv" else _read_hdf5(file)
 
 
+def is_table(path: str | Path) -> bool:
+    """Whether a file is one that `save_table` wrote.
+
+    Parameters
+    ----------
+    path : str | Path
+        Any file.
+
+    Returns
+    -------
+    bool
+        False for a file that is not there, too.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis.table_files import is_table
+    >>> is_table("nowhere.h5")
+    False
+    """
+    file = Path(path)
+    if not file.is_file():
+        return False
+    with file.open("rb") as opened:
+        begin = opened.read(len(FORMAT) + 2)
+    if not begin.startswith(b"\x89HDF"):
+        return begin == f"# {FORMAT}".encode()
+    import h5py
+
+    try:
+        with h5py.File(file, "r") as store:
+            return bool(store.attrs.get("format") == FORMAT)
+    except OSError:
+        return False
+
+
 def _ending(file: Path) -> str:
     ending = file.suffix.lower()
     if ending not in (".h5", ".hdf5", ".csv"):
