@@ -146,6 +146,14 @@ def of_outputs(place: Path) -> Path:
     return csv(place / "a.csv", t_s=t, input=u, speed=y)
 
 
+def of_a_heater(place: Path) -> Path:
+    _, u, _ = axis(600)
+    temperature = np.full(600, 20.0)
+    for k in range(1, 600):
+        temperature[k] = 20.0 + 0.95 * (temperature[k - 1] - 20.0) + 0.1 * u[k - 1]
+    return csv(place / "a.csv", **{"t_s": 5.0 * np.arange(600), "u_%": u, "T_degC": temperature})
+
+
 def of_plays(place: Path) -> Path:
     u = 50.0 - 50.0 * np.cos(np.linspace(0.0, 20.0, 801))
     p = prandtl.operator([0.0, 12.5, 25.0, 37.5], [2.0, 0.5, 0.3, 0.2])
@@ -175,8 +183,8 @@ def of_loads(place: Path) -> Path:
 MADE: dict[str, Callable[[Path], Path]] = {
     "drive": of_names, "drive, bare": without_units, "drive, units": of_units,
     "drive, matlab": of_matlab, "drive, json": of_json, "drive, header": of_a_header,
-    "linear": of_outputs, "plays": of_plays, "hysteresis": of_curves, "hall": of_a_sensor,
-    "stress": of_loads,
+    "linear": of_outputs, "linear, heater": of_a_heater, "plays": of_plays,
+    "hysteresis": of_curves, "hall": of_a_sensor, "stress": of_loads,
 }  # fmt: skip
 
 
@@ -220,3 +228,8 @@ def test_no_command_where_a_column_is_missing_or_doubtful(
 ) -> None:
     found = look(csv(tmp_path / "a.csv", **columns)).onward
     assert found.command == "" and ("?" in found.template or "HZ" in found.template)
+
+
+def test_ten_rows_are_too_few(tmp_path: Path) -> None:
+    found = look(csv(tmp_path / "a.csv", t_s=T[:10], u_V=T[:10], x_mm=T[:10])).onward
+    assert (found.command, found.template) == ("", "") and "too few" in found.reasons[0]

@@ -100,3 +100,15 @@ def test_every_number_is_found_under_its_name(
         for name, values in columns_of_one.items():
             own = name if k == longest else f"{k + 1}.{name}"
             assert found.columns[own].tolist() == values
+
+
+def test_titles_and_a_table_of_one_row_are_left(tmp_path: Path) -> None:
+    """As an instrument writes its result above its measurements; a cut row is said to be one."""
+    one = "Data table [{}]\nTime [s]\tV+ [V]\tD1 [nm]\t\n" + rows(T, U, X, [""] * 4, mark="\t")
+    head = "OwnResult\nTable 1\nTable No [#]\tVc+ [V]\n1\t410.2\n\nTable 2\nSample\town\n\n"
+    found = table(tmp_path, head + "\n".join(one.format(k) for k in (1, 2, 3)))
+    assert list(found.columns) == ["Time [s]", "V+ [V]", "D1 [nm]", "column 4"]
+    assert found.columns["D1 [nm]"].tolist() == X * 3
+    cut = table(tmp_path, head + one.format(1) + "1.7\t3\n\n" + one.format(2))
+    with pytest.warns(UnreadLinesWarning, match="line 15: 2 cells instead of 4; left out"):
+        assert cut.columns["V+ [V]"].tolist() == U * 2

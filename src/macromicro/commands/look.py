@@ -77,5 +77,5 @@ def _show(found: Look) -> None:
         console.print(Text(reason))
     if found.onward.template:
         print(f"to complete: {found.onward.template}")
-    else:
+    elif found.onward.command:
         print(found.onward.command)

@@ -31,6 +31,7 @@ MISSING = (
 _INFINITE = ("inf", "infinity")
 SAMPLE = 1 << 18  # bytes that are looked at
 _MOST = 100  # rows that are judged
+_ROWS = 2  # of a table below a further heading, at least
 _TABLE = 10  # rows above the first heading that are a table of their own
 _JUNK = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 _RULED = re.compile(r"(?=.*(?:---|===|___))[-=_+|,;:\s]+")  # a line that is drawn below a heading
@@ -135,18 +136,40 @@ def layouts(sample: bytes, whole: bool, where: str) -> list[Layout]:
     # LabVIEW says where its headers end; they hold rows of numbers, too.
     ends = [k for k, line in enumerate(lines) if line.startswith(_HEADER_END)]
     begin = ends[-1] + 1 if ends else 0
-    begins = [] if ends else _beginnings(lines)
-    if len(begins) < 2:
+    mark, begins = ("", []) if ends else _beginnings(lines)
+    found = _tables(lines, mark, [*begins, len(lines)], where, encoding) if begins[1:] else []
+    if not found:
         laid = _laid(lines, begin, len(lines), where, encoding)
         return [laid._replace(returns=returns, before=tuple(lines[: laid.lines]))]
+    if not whole:  # rows go on
+        for k, one in enumerate(found):
+            *others, last = one.parts
+            if last.end == len(lines):
+                found[k] = one._replace(parts=(*others, last._replace(end=sys.maxsize)))
+    found.sort(key=lambda one: -sum(part.rows for part in one.parts))
+    return [one._replace(returns=returns) for one in found]
+
+
+def _tables(
+    lines: list[str], mark: str, begins: list[int], where: str, encoding: str
+) -> list[Layout]:
+    """Tables of the parts of a text; parts with the same columns are one table."""
     found: list[Layout] = []
-    for first, end in pairwise([*begins, len(lines)]):
-        laid = _laid(lines, first, end, where, encoding)
-        below = lines[laid.lines : end]
-        rows = sum(bool(line.strip()) and not _WORDED.match(line) for line in below)
-        laid = laid._replace(returns=returns, parts=(Part(laid.lines, end, laid.names, rows),))
-        wide, late = len(laid.names), bool(found) and bool(lines[first - 1].strip())
-        if late and not found[-1].headed and len(found[-1].names) == wide:
+    for first, end in pairwise(begins):
+        try:
+            laid = _laid(lines, first, end, where, encoding, (mark,))
+        except InputError:  # a title alone, or words
+            continue
+        last, count = end, len(laid.names)
+        while end < len(lines) and (
+            not lines[last - 1].strip() or _WORDED.match(lines[last - 1])
+        ):  # empty, or a title of the next table
+            last -= 1
+        rows = sum(len(cells(line, mark)) == count for line in lines[laid.lines : last])
+        before = (*(found[0].before if found else ()), *laid.before)
+        laid = laid._replace(before=before, parts=(Part(laid.lines, last, laid.names, rows),))
+        late = bool(found) and bool(lines[first - 1].strip())
+        if late and not found[-1].headed and len(found[-1].names) == count:
             above = found.pop().parts[-1]._replace(names=laid.names)  # the heading came late
             laid = laid._replace(parts=(above, *laid.parts))
         same = next((k for k, one in enumerate(found) if set(one.names) == set(laid.names)), None)
@@ -154,21 +177,16 @@ def layouts(sample: bytes, whole: bool, where: str) -> list[Layout]:
             found.append(laid)
         else:
             found[same] = found[same]._replace(parts=found[same].parts + laid.parts)
-    if not whole:  # rows go on
-        for k, one in enumerate(found):
-            *others, last = one.parts
-            if last.end == len(lines):
-                found[k] = one._replace(parts=(*others, last._replace(end=sys.maxsize)))
-    return sorted(found, key=lambda one: -sum(part.rows for part in one.parts))
+    return [one for one in found if sum(part.rows for part in one.parts) >= _ROWS] or found[:1]
 
 
-def _beginnings(lines: list[str]) -> list[int]:
-    """Lines at which tables begin: the first one, and headings below rows of numbers."""
+def _beginnings(lines: list[str]) -> tuple[str, list[int]]:
+    """Separator, and lines where tables begin: the first one, headings below rows of numbers."""
     full = [(k, line) for k, line in enumerate(lines) if line.strip()]
     full = [(k, line) for k, line in full if not _RULED.fullmatch(line)]
     plain = [(k, line) for k, line in full if line.lstrip()[0] not in REMARKS]
     if not plain:
-        return []
+        return "", []
     mark, _ = parting(plain)
     begins, known, rows = [0], frozenset[str](), 0
     for place, (k, line) in enumerate(full):
@@ -189,7 +207,7 @@ def _beginnings(lines: list[str]) -> list[int]:
             begins.append(k)
         if sure or not rows:
             known, rows = frozenset(names), 0
-    return begins
+    return mark, begins
 
 
 def _heading(line: str, mark: str, below: list[str]) -> list[str]:
@@ -207,7 +225,9 @@ def _heading(line: str, mark: str, below: list[str]) -> list[str]:
     return names if words and 2 * (kinds.count(NUMBER) + kinds.count(TIME)) >= len(under) else []
 
 
-def _laid(lines: list[str], begin: int, end: int, where: str, encoding: str) -> Layout:
+def _laid(
+    lines: list[str], begin: int, end: int, where: str, encoding: str, marks: Sequence[str] = MARKS
+) -> Layout:
     """Layout of the table in some of the lines."""
     full = [(k, lines[k]) for k in range(begin, end) if lines[k].strip()]
     full = [(k, line) for k, line in full if not _RULED.fullmatch(line)]
@@ -216,7 +236,7 @@ def _laid(lines: list[str], begin: int, end: int, where: str, encoding: str) -> 
         raise ProblemError(
             where, "the file has nothing but comments", "Add rows of numbers below a heading."
         )
-    mark, count = parting(plain)
+    mark, count = parting(plain, marks)
     rows = [(k, row) for k, line in plain if len(row := cells(line, mark)) == count]
     kinds = tuple(majority([kind(row[j]) for _, row in rows[-_MOST:]]) for j in range(count))
     first = next((k for k, row in rows if _data(row, kinds)), None)
@@ -254,11 +274,11 @@ def encoded(sample: bytes, where: str) -> str:
     return "utf-8"
 
 
-def parting(plain: list[tuple[int, str]]) -> tuple[str, int]:
+def parting(plain: list[tuple[int, str]], marks: Sequence[str] = MARKS) -> tuple[str, int]:
     """Separator of a text, and cells per row."""
     tail = [line for _, line in plain[-_MOST:]]
-    best, chosen = 0.0, (",", 1)
-    for mark in MARKS:
+    best, chosen = 0.0, (marks[0], 1)
+    for mark in marks:
         rows = [cells(line, mark) for line in tail]
         sizes = [len(row) for row in rows]
         count = max(sizes, key=lambda size: (sizes.count(size), size))

@@ -15,6 +15,7 @@ from macromicro.identify.kinds import drive, hall, hysteresis, linear, sprung, s
 from macromicro.identify.picking import DEGREES, Role, T, matched
 from macromicro.units import convert
 
+_LEAST = 20  # rows that any identification takes
 _EVEN, _ODD = 0.05, 0.01  # a step this far off the median is odd; share of odd steps in a clock
 
 
@@ -38,8 +39,10 @@ _KINDS: tuple[tuple[str, Sequence[Role], str, str], ...] = (
 
 
 def onward(table: Table, numbers: Mapping[str, Array]) -> Onward:
-    moving = {name: v for name, v in numbers.items() if np.nanmax(v) > np.nanmin(v)}
+    moving = {name: v for name, v in numbers.items() if len(np.unique(v[np.isfinite(v)])) > 1}
     known = table._replace(columns=moving)
+    if not any(len(values) >= _LEAST for values in moving.values()):
+        return Onward("", (f"fewer than {_LEAST} rows of numbers that change: too few",))
     for kind, roles, needed, with_units in _KINDS:
         found = matched(known, roles)
         clocked = math.isfinite(table.rate) and "t" not in found
@@ -52,6 +55,9 @@ def onward(table: Table, numbers: Mapping[str, Array]) -> Onward:
         if fits and len({len(moving[found[role]]) for role in wanted}) == 1:
             reasons = [f"{role}: {found[role]}, by its name" for role in wanted]
             return Onward(_command(kind, table.file), tuple(reasons))
+    if output := _output(known):
+        reasons = ["t and u, by their names", f"y: {output}, the only other column"]
+        return Onward(_command("linear", table.file, "", {"y": output}), tuple(reasons))
     columns, reasons = by_units(known)
     if columns["t"] == "?" and math.isfinite(table.rate):
         del columns["t"]
@@ -63,6 +69,15 @@ def onward(table: Table, numbers: Mapping[str, Array]) -> Onward:
     if rate or "?" in columns.values():
         return Onward("", tuple(reasons), line)
     return Onward(line, tuple(reasons))
+
+
+def _output(table: Table) -> str:
+    """The only column beside a time and an input, if it is neither a position nor a speed."""
+    found = matched(table, (T, linear.U))
+    others = [name for name in table.columns if name not in found.values()]
+    unit = table.units.get(others[0], "") if len(others) == 1 and len(found) == 2 else ""
+    moves = not unit or _converts(unit, (*drive.X.units, *sprung.V.units))
+    return "" if moves else others[0]
 
 
 def _command(kind: str, file: str, rate: str = "", columns: Mapping[str, str] | None = None) -> str:
