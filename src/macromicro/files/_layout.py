@@ -31,6 +31,7 @@ MISSING = (
 _INFINITE = ("inf", "infinity")
 SAMPLE = 1 << 18  # bytes that are looked at
 _MOST = 100  # rows that are judged
+_LOOKED = 5000  # lines of a table that are looked at, and the last ones
 _ROWS = 2  # of a table below a further heading, at least
 _TABLE = 10  # rows above the first heading that are a table of their own
 _JUNK = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
@@ -117,11 +118,11 @@ class Layout(NamedTuple):
     parts: tuple[Part, ...] = ()  # its rows, in a text of several headings; empty: all below
 
 
-def layouts(sample: bytes, whole: bool, where: str) -> list[Layout]:
+def layouts(content: bytes, whole: bool, where: str) -> list[Layout]:
     """Layout of each table of a text, the one of most rows first."""
-    encoding = encoded(sample, where)
-    text = sample.decode(encoding, errors="replace")
-    if junk := _JUNK.search(text):
+    encoding = encoded(content[:SAMPLE], where)
+    text = content.decode(encoding, errors="replace")
+    if junk := _JUNK.search(text, 0, SAMPLE):
         place = text.count("\n", 0, junk.start()) + 1
         raise ProblemError(
             f"{where}, line {place}",
@@ -136,8 +137,7 @@ def layouts(sample: bytes, whole: bool, where: str) -> list[Layout]:
     # LabVIEW says where its headers end; they hold rows of numbers, too.
     ends = [k for k, line in enumerate(lines) if line.startswith(_HEADER_END)]
     begin = ends[-1] + 1 if ends else 0
-    mark, begins = ("", []) if ends else _beginnings(lines)
-    found = _tables(lines, mark, [*begins, len(lines)], where, encoding) if begins[1:] else []
+    found = [] if ends else _tables(lines, where, encoding)
     if not found:
         laid = _laid(lines, begin, len(lines), where, encoding)
         return [laid._replace(returns=returns, before=tuple(lines[: laid.lines]))]
@@ -150,26 +150,24 @@ def layouts(sample: bytes, whole: bool, where: str) -> list[Layout]:
     return [one._replace(returns=returns) for one in found]
 
 
-def _tables(
-    lines: list[str], mark: str, begins: list[int], where: str, encoding: str
-) -> list[Layout]:
-    """Tables of the parts of a text; parts with the same columns are one table."""
+def _tables(lines: list[str], where: str, encoding: str) -> list[Layout]:
+    """Tables of a text with several headings; parts with the same columns are one table."""
+    mark, begins = _beginnings(lines)
     found: list[Layout] = []
-    for first, end in pairwise(begins):
+    for first, end in pairwise([*begins, len(lines)] if begins[1:] else []):
         try:
             laid = _laid(lines, first, end, where, encoding, (mark,))
         except InputError:  # a title alone, or words
             continue
-        last, count = end, len(laid.names)
-        while end < len(lines) and (
-            not lines[last - 1].strip() or _WORDED.match(lines[last - 1])
-        ):  # empty, or a title of the next table
-            last -= 1
-        rows = sum(len(cells(line, mark)) == count for line in lines[laid.lines : last])
+        below = lines[laid.lines : end]
+        while end < len(lines) and (not below[-1].strip() or _WORDED.match(below[-1])):
+            below.pop()  # empty, or a title of the next table
+        rows = sum(bool(line.strip()) for line in below)
+        part = Part(laid.lines, laid.lines + len(below), laid.names, rows)
         before = (*(found[0].before if found else ()), *laid.before)
-        laid = laid._replace(before=before, parts=(Part(laid.lines, last, laid.names, rows),))
+        laid = laid._replace(before=before, parts=(part,))
         late = bool(found) and bool(lines[first - 1].strip())
-        if late and not found[-1].headed and len(found[-1].names) == count:
+        if late and not found[-1].headed and len(found[-1].names) == len(laid.names):
             above = found.pop().parts[-1]._replace(names=laid.names)  # the heading came late
             laid = laid._replace(parts=(above, *laid.parts))
         same = next((k for k, one in enumerate(found) if set(one.names) == set(laid.names)), None)
@@ -182,42 +180,44 @@ def _tables(
 
 def _beginnings(lines: list[str]) -> tuple[str, list[int]]:
     """Separator, and lines where tables begin: the first one, headings below rows of numbers."""
-    full = [(k, line) for k, line in enumerate(lines) if line.strip()]
-    full = [(k, line) for k, line in full if not _RULED.fullmatch(line)]
-    plain = [(k, line) for k, line in full if line.lstrip()[0] not in REMARKS]
-    if not plain:
+    worded = [k for k, line in enumerate(lines) if _WORDED.match(line)]
+    plain = [
+        (0, line) for line in lines[-_MOST:] if line.strip() and line.lstrip()[0] not in REMARKS
+    ]
+    if not worded or not plain:
         return "", []
     mark, _ = parting(plain)
-    begins, known, rows = [0], frozenset[str](), 0
-    for place, (k, line) in enumerate(full):
-        remark = line.lstrip()[0] in REMARKS
-        if not _WORDED.match(line):
-            rows += not remark
+    number_first = re.compile(rf"(?:^|{re.escape(mark)})\s*[-+.]?\d")
+    begins, known, row = [0], frozenset[str](), 0  # the line behind the last heading
+    for k in worded:
+        if number_first.search(lines[k]) or not (names := _heading(lines, k, mark)):
             continue
-        names = _heading(line, mark, [other for _, other in full[place + 1 : place + 3]])
-        if not names or (known and not rows):  # no heading, or the units below one
+        rows = [line for line in lines[row:k] if line.strip() and not _WORDED.match(line)]
+        rows = [line for line in rows if line.lstrip()[0] not in REMARKS]
+        if known and not rows:  # the units below a heading
             continue
-        if rows and not known and rows < _TABLE:  # numbers above the first heading
-            rows *= len(cells(full[place - 1][1], mark)) == len(names)
+        if rows and not known and len(rows) < _TABLE:  # numbers above the first heading
+            rows = rows if len(cells(rows[-1], mark)) == len(names) else []
         # A remark, or words directly below a row, might be anything but names seen before.
-        above = full[place - 1] if place else (-2, "")
-        apart = above[0] < k - 1 or bool(_WORDED.match(above[1]))
-        sure = not remark and (apart or mark != BLANKS)
+        above = lines[k - 1] if k else ""
+        apart = not above.strip() or bool(_WORDED.match(above))
+        sure = lines[k].lstrip()[0] not in REMARKS and (apart or mark != BLANKS)
         if rows and (sure or known == frozenset(names)):
             begins.append(k)
         if sure or not rows:
-            known, rows = frozenset(names), 0
+            known, row = frozenset(names), k + 1
     return mark, begins
 
 
-def _heading(line: str, mark: str, below: list[str]) -> list[str]:
+def _heading(lines: list[str], k: int, mark: str) -> list[str]:
     """Names in a line of words above a row, perhaps above a row of units; else empty."""
+    below = [line for line in lines[k + 1 : k + 6] if line.strip() and not _RULED.fullmatch(line)]
     row = below[0] if below else ""
     if len(below) > 1 and _WORDED.match(row):
         units = [spelled(cell) for cell in heading(row, mark, 0)]
         row = below[1] if 2 * sum(map(bool, units)) >= len(units) else ""
     under = cells(row, mark)
-    names = [name for name in heading(line, mark, len(under)) if name]
+    names = [name for name in heading(lines[k], mark, len(under)) if name]
     kinds = [kind(cell) for cell in under]
     fits = len(under) - kinds.count(EMPTY) <= len(names) <= len(under)
     good = fits and len(names) > 1 and len(set(names)) == len(names)
@@ -229,7 +229,11 @@ def _laid(
     lines: list[str], begin: int, end: int, where: str, encoding: str, marks: Sequence[str] = MARKS
 ) -> Layout:
     """Layout of the table in some of the lines."""
-    full = [(k, lines[k]) for k in range(begin, end) if lines[k].strip()]
+    places = [
+        *range(begin, min(end, begin + _LOOKED)),
+        *range(max(begin + _LOOKED, end - _MOST), end),
+    ]
+    full = [(k, lines[k]) for k in places if lines[k].strip()]
     full = [(k, line) for k, line in full if not _RULED.fullmatch(line)]
     plain = [(k, line) for k, line in full if line.lstrip()[0] not in REMARKS]
     if not plain:

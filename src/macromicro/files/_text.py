@@ -35,7 +35,7 @@ from macromicro.files._progress import bar
 from macromicro.files.table import Columns, Table
 from macromicro.schema.text import printable
 
-_WHOLE = 1 << 24  # bytes: a larger text is searched for further headings in its sample only
+_WHOLE = 1 << 22  # bytes: a larger text is searched for further headings in its sample only
 _BLOCK = 1 << 20  # bytes that are parsed at a time; of larger ones more stays with the process
 _SAMPLING = re.compile(r"sampl|rate|frequency|abtast", re.IGNORECASE)
 _NUMBER = r"([0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]+)?)"

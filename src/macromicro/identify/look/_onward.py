@@ -39,7 +39,8 @@ _KINDS: tuple[tuple[str, Sequence[Role], str, str], ...] = (
 
 
 def onward(table: Table, numbers: Mapping[str, Array]) -> Onward:
-    moving = {name: v for name, v in numbers.items() if len(np.unique(v[np.isfinite(v)])) > 1}
+    good = {name: values[np.isfinite(values)] for name, values in numbers.items()}
+    moving = {n: v for n, v in numbers.items() if len(good[n]) and np.ptp(good[n]) > 0.0}
     known = table._replace(columns=moving)
     if not any(len(values) >= _LEAST for values in moving.values()):
         return Onward("", (f"fewer than {_LEAST} rows of numbers that change: too few",))
