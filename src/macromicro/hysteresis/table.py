@@ -145,13 +145,14 @@ class FodTable:
         ProblemError
             Both ends have the same output.
         """
-        raw = tuple((np.array(u), np.array(f)) for u, f in _pairs(curves))
+        listed = list(curves)
         _check_words(kind, shape, between)
         if not 0.0 <= smooth <= 100.0:
             raise InputError("table, smooth", smooth, "a length of 0 to 100 grid steps")
         if not 8 <= nodes <= MOST_NODES:
             raise InputError("table, nodes", nodes, f"8 to {MOST_NODES} grid points per axis")
-        used = tidy(raw, kind)
+        used = tidy(listed, kind)
+        raw = tuple((np.array(u), np.array(f)) for u, f in listed)
         sign = 1.0 if kind == "descending" else -1.0
         turn = 1.0 if sum(curve.f[0] - curve.f[-1] for curve in used) >= 0.0 else -1.0
         used = [Curve(curve.u, turn * curve.f) for curve in used]
@@ -331,16 +332,6 @@ class FodTable:
         error = np.concatenate(errors)
         rms = float(np.sqrt(np.mean(error**2)))
         return Misfit(rms, float(np.max(np.abs(error))), int(error.size))
-
-
-def _pairs(
-    curves: Iterable[tuple[npt.ArrayLike, npt.ArrayLike]],
-) -> list[tuple[npt.ArrayLike, npt.ArrayLike]]:
-    listed = list(curves)
-    for k, pair in enumerate(listed):
-        if not isinstance(pair, tuple | list) or len(pair) != 2:
-            raise InputError(f"curves[{k}]", type(pair).__name__, "a pair (u, f)")
-    return listed
 
 
 def _check_words(kind: str, shape: str, between: str) -> None:
