@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from macromicro.hysteresis import _shapes as shape
-from macromicro.hysteresis._shapes import _factor, cells, monotone_hull, nonnegative_hull
+from macromicro.hysteresis import shape
+from macromicro.hysteresis.shape import _factor, cells, monotone_hull, nonnegative_hull
 
 N = 6
 

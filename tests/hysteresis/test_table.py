@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 from macromicro.errors import InputError
 from macromicro.hysteresis import FodTable, Preisach, from_density
-from macromicro.hysteresis._shapes import cells
 from macromicro.hysteresis.curves import (
     ClockwiseWarning,
     ClosureWarning,
@@ -24,6 +23,7 @@ from macromicro.hysteresis.curves import (
     direction,
     tidy,
 )
+from macromicro.hysteresis.shape import cells
 from macromicro.hysteresis.table import MOST_NODES
 
 Pair = tuple[np.ndarray, np.ndarray]
@@ -161,7 +161,7 @@ def test_nonnegative_is_the_least_squares_solution() -> None:
     import scipy.sparse as sp
     from scipy.optimize import nnls
 
-    from macromicro.hysteresis._shapes import bounded
+    from macromicro.hysteresis.shape import bounded
 
     rng = np.random.default_rng(6)
     a = rng.normal(size=(40, 15))

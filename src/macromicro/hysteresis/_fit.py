@@ -13,7 +13,8 @@ from itertools import pairwise
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.hysteresis._shapes import (
+from macromicro.hysteresis.curves import Curve, averaged
+from macromicro.hysteresis.shape import (
     ROUNDS,
     Grid,
     bounded,
@@ -26,7 +27,6 @@ from macromicro.hysteresis._shapes import (
     slopes,
     solver,
 )
-from macromicro.hysteresis.curves import Curve, averaged
 
 # A roughness of the density must be paid for at all, or nothing fills the gaps.
 LEAST_SMOOTH = 0.3

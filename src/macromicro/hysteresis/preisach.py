@@ -11,10 +11,10 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.hysteresis._shapes import cells
 from macromicro.hysteresis.everett import Everett
 from macromicro.hysteresis.invert import follow, follow_inverse, invert, maximum_for
 from macromicro.hysteresis.memory import AT_DOWN, DOWN, UP, Memory, peek
+from macromicro.hysteresis.shape import cells
 from macromicro.hysteresis.table import FodTable
 from macromicro.kernel import compiled
 

@@ -14,7 +14,6 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis._fit import along_output, branches, fitted
-from macromicro.hysteresis._shapes import ROUNDS, Grid, cells, numbered, readings
 from macromicro.hysteresis.curves import (
     KINDS,
     ClockwiseWarning,
@@ -24,6 +23,7 @@ from macromicro.hysteresis.curves import (
     tidy,
 )
 from macromicro.hysteresis.everett import Everett
+from macromicro.hysteresis.shape import ROUNDS, Grid, cells, numbered, readings
 
 Shape = Literal["free", "monotone", "nonnegative"]
 SHAPES = ("free", "monotone", "nonnegative")

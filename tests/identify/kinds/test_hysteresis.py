@@ -16,7 +16,7 @@ from tests.identify.kinds.seen import facts, given, plots, table
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis import FodTable, forc, from_density, table_files
-from macromicro.hysteresis._shapes import ROUGH, ROUNDS
+from macromicro.hysteresis.shape import ROUGH, ROUNDS
 from macromicro.hysteresis.table import Misfit
 from macromicro.identify.kinds import hysteresis
 from macromicro.identify.kinds.hysteresis import Errors, Options

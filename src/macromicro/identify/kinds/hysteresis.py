@@ -13,7 +13,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.files.reading import is_forc, read
 from macromicro.hysteresis import FodTable, Preisach, congruency, wiping_out
-from macromicro.hysteresis._shapes import ROUGH, ROUNDS
+from macromicro.hysteresis.shape import ROUGH, ROUNDS
 from macromicro.hysteresis.table import BETWEENS, SHAPES
 from macromicro.identify.kinds import curves as cutting
 from macromicro.identify.kinds import model_file, testing
