@@ -122,7 +122,8 @@ def _walk(found: Gathered, name: str, value: Any, depth: int) -> None:
     elif isinstance(value, np.ndarray) and value.dtype.kind == "O":
         items = [item for item in value.ravel() if hasattr(item, "_fieldnames")]
         # A cell array of structs, as the elements of a Dataset, is an array of arrays.
-        cells = [item for item in value.ravel() if getattr(item, "dtype", None) == object]
+        arrays = [item for item in value.ravel() if isinstance(item, np.ndarray)]
+        cells = [item for item in arrays if item.dtype.kind == "O"]
         for k, item in enumerate(cells if depth < _DEEPEST else []):
             _walk(found, name if len(cells) == 1 else f"{name}{k + 1}", item, depth + 1)
     else:
