@@ -104,7 +104,7 @@ RISE = np.linspace(0.0, 1.0, 20)
         (np.ones(20), RISE, {}, "constant"),
         (RISE, np.ones(20), {}, "constant"),
         (RISE, RISE[:-1], {}, "equally long"),
-        (RISE[:2], RISE[:2], {}, "3 samples"),
+        (RISE[:2], RISE[:2], {}, "3 numbers"),
         (RISE, np.where(RISE > 0.5, np.nan, RISE), {}, "sample 10"),
         (RISE, RISE, {"swing": 0.0}, "above 0"),
         (RISE, RISE, {"swing": 2.0}, "above 0"),

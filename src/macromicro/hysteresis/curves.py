@@ -145,3 +145,24 @@ def averaged(u: Array, f: Array, width: float) -> tuple[Array, Array]:
 
 def _warn(kind: type[CurveWarning], message: str) -> None:
     warnings.warn(message, kind, stacklevel=5)
+
+
+def recorded(u: npt.ArrayLike, f: npt.ArrayLike, least: int) -> tuple[Array, Array]:
+    """Input and output over time, checked: as many finite numbers of each, an input that moves."""
+    try:
+        inputs, outputs = np.asarray(u, dtype=np.float64), np.asarray(f, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ProblemError(
+            "recording", "the values are not numbers", "Give two lists of numbers."
+        ) from None
+    if inputs.ndim != 1 or inputs.shape != outputs.shape or inputs.size < least:
+        found = f"input and output have the shapes {inputs.shape} and {outputs.shape}"
+        raise ProblemError("recording", found, f"Give equally long lists, {least} numbers or more.")
+    good = np.isfinite(inputs) & np.isfinite(outputs)
+    if not good.all():
+        found = f"the value at sample {int(np.argmin(good))} is NaN or infinite"
+        raise ProblemError("recording", found, "Remove or repair it.")
+    if np.ptp(inputs) == 0.0:
+        found = f"the input is constant at {inputs[0]:g}"
+        raise ProblemError("recording, input", found, "Record an input that moves.")
+    return inputs, outputs

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
+from macromicro.hysteresis.curves import recorded
 
 SHARES = np.linspace(0.0, 1.0, 21)
 
@@ -203,25 +204,11 @@ def congruency(
 
 
 def _record(u: npt.ArrayLike, f: npt.ArrayLike, swing: float | None) -> tuple[Array, Array, float]:
-    try:
-        inputs, outputs = np.asarray(u, dtype=np.float64), np.asarray(f, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ProblemError(
-            "recording", "the values are not numbers", "Give two lists of numbers."
-        ) from None
-    if inputs.ndim != 1 or inputs.shape != outputs.shape or inputs.size < 3:
-        found = f"input and output have the shapes {inputs.shape} and {outputs.shape}"
-        raise ProblemError("recording", found, "Give equally long lists, 3 samples or more.")
-    if not (np.isfinite(inputs).all() and np.isfinite(outputs).all()):
-        bad = int(np.argmin(np.isfinite(inputs) & np.isfinite(outputs)))
-        raise ProblemError(
-            "recording", f"the value at sample {bad} is not finite", "Remove or repair it."
-        )
+    inputs, outputs = recorded(u, f, 3)
+    if np.ptp(outputs) == 0.0:
+        found = f"the output is constant at {outputs[0]:g}"
+        raise ProblemError("recording, output", found, "Record an output that changes.")
     extent = float(np.ptp(inputs))
-    if extent == 0.0 or np.ptp(outputs) == 0.0:
-        raise ProblemError(
-            "recording", "input or output is constant", "Record an input and an output that change."
-        )
     band = 0.01 * extent if swing is None else float(swing)
     if not 0.0 < band < extent:
         raise InputError("recording, swing", swing, f"above 0, below the range {extent:g}")

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
+from macromicro.hysteresis.curves import recorded
 from macromicro.hysteresis.prandtl import MOST_PLAYS, Prandtl, operator
 
 PLAYS = 16
@@ -207,16 +208,4 @@ def _checked(
         raise InputError("Prandtl-Ishlinskii, plays", plays, f"2 to {MOST_PLAYS}")
     if not 0.0 <= held_out <= 0.9:
         raise InputError("Prandtl-Ishlinskii, held out", held_out, "a share of 0 to 0.9")
-    inputs, outputs = (np.asarray(v, dtype=np.float64) for v in (u, f))
-    if inputs.ndim != 1 or inputs.shape != outputs.shape or inputs.size < 4:
-        found = f"input and output have the shapes {inputs.shape} and {outputs.shape}"
-        raise ProblemError("recording", found, "Give equally long lists, 4 numbers or more.")
-    if not (np.all(np.isfinite(inputs)) and np.all(np.isfinite(outputs))):
-        raise ProblemError("recording", "a value is NaN or infinite", "Remove or repair it.")
-    if np.ptp(inputs) == 0.0:
-        raise ProblemError(
-            "recording, input",
-            f"the input is constant at {inputs[0]:g}",
-            "Record an input that moves.",
-        )
-    return inputs, outputs
+    return recorded(u, f, 4)
