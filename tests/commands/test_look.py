@@ -108,18 +108,22 @@ def test_wraps_saturation_and_gaps_in_columns(
         tmp_path, t=T, square=np.sign(U), count=count, swing=swing, x_mm=holes, zero=0 * T
     )
     said = remarks(seen(capsys, file))
-    assert "wraps 19 times, perhaps at 4096" in said["count"]
+    assert said["count"] == "wraps 19 times at 4096, first in row 104"
     assert "stay at 0.8" in said["swing"] and "saturated" in said["swing"]
     assert said["square"] == "" and said["zero"] == "constant"
     assert look(file) == 0 and "1 rows without a number" in capsys.readouterr().out
 
 
-def test_roles_by_course_where_names_say_nothing(
+def test_what_is_not_certain_is_left_to_the_user(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    found = seen(capsys, written(tmp_path, a=X, b=U, c=T))
-    assert isinstance(found["command"], str)
-    assert shlex.split(found["command"])[-1] == "t=c,u=b:V,x=a:m"
+    """No command, but one to complete."""
+    file = written(tmp_path, a=X, b=U, c=T)
+    found = seen(capsys, file)
+    assert found["command"] == ""
+    assert shlex.split(str(found["template"]))[-1] == "t=c,u=?,x=?"
+    assert look(file) == 0
+    assert capsys.readouterr().out.splitlines()[-1].startswith("to complete: macromicro identify")
 
 
 def test_roles_by_units_where_names_say_nothing(
@@ -130,7 +134,8 @@ def test_roles_by_units_where_names_say_nothing(
     speed = seen(capsys, written(tmp_path, **{"t": T, "i [A]": U, "tacho [mm/s]": X}))
     assert shlex.split(str(speed["command"]))[-1] == "t=t,u=i [A],v=tacho [mm/s]"
     two = seen(capsys, written(tmp_path, **{"time": T, "a [V]": U, "b [V]": U, "Weg [um]": X}))
-    assert shlex.split(str(two["command"]))[-1] == "t=time,u=?,x=Weg [um]"
+    assert shlex.split(str(two["template"]))[-1] == "t=time,u=?,x=Weg [um]"
+    assert two["command"] == ""
 
 
 def test_times_are_told_by_name_as_roles_are(

@@ -10,9 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from macromicro.errors import InputError
-from macromicro.files._faults import UnreadLinesWarning
-from macromicro.files._layout import told
-from macromicro.files._stream import Rows
+from macromicro.files._layout import layouts
+from macromicro.files._text import UnreadLinesWarning, pieces
 from macromicro.files.reading import read
 from macromicro.files.table import Table
 
@@ -177,10 +176,8 @@ def test_pieces_of_any_size_make_the_same_rows(
     text = "t u x" + end + "".join(f"{a}{k}{b}{k + 0.5}{c}{-k}{d}{end}" for k in range(9))
     path = tmp_path_factory.mktemp("pieces") / "a.txt"
     path.write_bytes(text.encode())
-    layout = told(path.read_bytes(), True, "a")
-    rows = Rows(path, layout)
-    made = b"".join(iter(lambda: rows.read(size), b""))
-    rows.close()
+    (layout,) = layouts(path.read_bytes(), True, "a")
+    made = b"".join(pieces(path, layout, lambda _: None, size))
     assert [line.split(b" ") for line in made.splitlines()] == [
         f"{k} {k + 0.5} {-k}".encode().split() for k in range(9)
     ]

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from macromicro.hysteresis._between import along_output
+from macromicro.hysteresis._fit import along_output
 from macromicro.hysteresis.curves import Curve
 from macromicro.hysteresis.table import FodTable
 

@@ -7,8 +7,8 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 from macromicro.hysteresis._fit import _edge, _ended, _evened, _followed, _scatter, branches
-from macromicro.hysteresis._stencils import Grid
 from macromicro.hysteresis.curves import Curve
+from macromicro.hysteresis.shape import Grid
 
 
 @pytest.mark.parametrize("uneven", [False, True])

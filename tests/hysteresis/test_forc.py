@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
+from macromicro.files.reading import is_forc
 from macromicro.hysteresis import FodTable, Preisach
 from macromicro.hysteresis.forc import CutFileWarning, ForcFile, _without_drift, read_forc
 
@@ -187,3 +188,78 @@ def test_a_first_curve_of_one_point_is_no_calibration(tmp_path: Path, cut: bool)
     mean = (2.0 + 3.0 + 3.3) / 3.0
     for (_, f), end in zip(file.curves, (1.9 / 2.0, 3.0 / 3.0, 3.0 / 3.3), strict=True):
         assert f[-1] == pytest.approx(mean * end)
+
+
+SEGMENTS = """MicroMag 2900/3900 Data File (Series 0016.002)
+Direct moment vs. field; First-order reversal curves
+
+INSTRUMENT
+Configuration                    VSM
+Units of measure                 SiMuNaughtH
+ 01/22/2015 17:35
+
+SCRIPT
+Includes loop?                   No
+HCal                            +1.000000E+00
+Number of segments               4
+Number of data                   9
+
+             Averaging   Initial     Field      Final      Pause    Final
+Segment        Time       Field    Increment    Field                Index
+Number         (s)         (T)       (T)         (T)         (s)
+
+  0,+500.0E-03,+1.000E+00,+0.000E+00,+1.000E+00,+0.000E+00,     1
+  1,+500.0E-03,+0.000E+00,+500.0E-03,+1.000E+00,+1.000E+00,     4
+  2,+500.0E-03,+1.000E+00,+0.000E+00,+1.000E+00,+0.000E+00,     5
+  3,+500.0E-03,-1.000E+00,+250.0E-03,+1.000E+00,+1.000E+00,     9
+
+    Field       Moment     Temperature
+     (T)        (Am²)         (K)
+
++1.0E+00,+3.0E+00,+293.1E+00
+{gap}+0.0E+00,+1.0E+00,+293.1E+00
++5.0E-01,+1.5E+00,+293.1E+00
++1.0E+00,+3.0E+00,+293.1E+00
+{gap}+1.0E+00,+3.3E+00,+293.1E+00
+{gap}-1.0E+00,-1.0E+00,+293.1E+00
++2.0E-01,+0.5E+00,+293.1E+00
++2.5E-01,+0.6E+00,+293.1E+00
++1.0E+00,+3.0E+00,+293.1E+00
+
+MicroMag 2900/3900 Data File ends
+"""
+
+
+@pytest.mark.parametrize("gap", ["\n", ""])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1"])
+def test_a_table_of_segments_and_irregular_steps(tmp_path: Path, gap: str, encoding: str) -> None:
+    """Series 16: settings in columns, a third column, segments by their last index or by lines."""
+    path = tmp_path / "small.frc"
+    path.write_text(SEGMENTS.format(gap=gap), encoding=encoding)
+    assert is_forc(path)
+    file = read_forc(path, drift=True)
+    assert [u.tolist() for u, _ in file.curves] == [[0.0, 0.5, 1.0], [-1.0, 0.2, 0.25, 1.0]]
+    assert file.calibration.tolist() == [[1.0, 3.0], [1.0, 3.3]]
+    assert file.settings["Units of measure"] == "SiMuNaughtH"
+    assert file.settings["Number of data"] == "9"
+
+
+def test_calibrations_without_empty_lines(tmp_path: Path) -> None:
+    """A point far above the rest of its block is none of its curve."""
+    text = SMALL.format(points=8)
+    text = text.replace("+3.0E+00\n\n+0.0", "+3.0E+00\n+0.0").replace("+3.3E+00\n\n", "+3.3E+00\n")
+    file = read_forc(written(tmp_path, text.replace(",", " , ")))
+    assert [u.tolist() for u, _ in file.curves] == [[0.0, 0.5, 1.0], [-1.0, 0.0, 1.0]]
+    assert file.calibration[:, 1].tolist() == [3.0, 3.3]
+
+
+@pytest.mark.parametrize("mark", [",", ";", "\t"])
+def test_curves_of_one_block_begin_where_the_field_falls(tmp_path: Path, mark: str) -> None:
+    """Without empty lines, calibrations or a table."""
+    starts, rows = (-0.2, -0.5, -0.9), []
+    for start in starts:
+        rows += [f"{u:.3f}{mark}{u - start:.4f}" for u in np.arange(start, 1.0, 0.05)]
+    ends = "\nMicroMag Data File ends\n"
+    file = read_forc(written(tmp_path, "MicroMag made\n\n" + "\n".join(rows) + ends))
+    assert [u[0] for u, _ in file.curves] == list(starts)
+    assert sum(len(u) for u, _ in file.curves) == len(rows) and not len(file.calibration)

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 
 from macromicro.errors import InputError
 from macromicro.hysteresis import FodTable, Memory, Preisach, advance, fresh, from_density
-from macromicro.hysteresis._live import as_rows, flat, live_advance
 from macromicro.hysteresis.preisach import demagnetising
 
 from .relays import refined, relay_grid, relay_run, relay_start
@@ -125,12 +124,13 @@ def test_interpreted_step_equals_the_kernel_bit_for_bit(
     base = model._base
     view[0] = (math.inf, -math.inf, base, base)
     memory = Memory(view.copy(), 0, -math.inf)
-    rows, stack, pairs, now = as_rows(arrays), flat(view), 0, -math.inf
+    model._pairs, model._u = 0, -math.inf
     for value in [LO, *history, u, u, HI, math.nextafter(HI, 0.0), LO + STEP]:
         memory, expected = advance(arrays, memory, value)
-        pairs, now, f = live_advance(rows, stack, pairs, now, value)
-        assert (f, pairs, now) == (expected, memory.pairs, memory.u)
-    assert np.array_equal(view[: pairs + 1], memory.corners[: pairs + 1])
+        f = model._advance(value)
+        assert (f, model._pairs, model._u) == (expected, memory.pairs, memory.u)
+    used = slice(0, memory.pairs + 1)
+    assert np.array_equal(model._corners[used], memory.corners[used])
 
 
 @given(tables, histories, st.floats(-0.2, 1.2))

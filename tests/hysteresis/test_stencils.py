@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from macromicro.hysteresis._stencils import Grid, densities, numbered, readings, roughness, slopes
+from macromicro.hysteresis.shape import Grid, densities, numbered, readings, roughness, slopes
 
 N = 5
 GRID = Grid(2.0, 0.5, N)

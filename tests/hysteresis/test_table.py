@@ -24,7 +24,7 @@ from macromicro.hysteresis.curves import (
     tidy,
 )
 from macromicro.hysteresis.shape import cells
-from macromicro.hysteresis.table import MOST_NODES, _check
+from macromicro.hysteresis.table import MOST_NODES
 
 Pair = tuple[np.ndarray, np.ndarray]
 LO, HI = 20.0, 110.0
@@ -380,13 +380,14 @@ def test_the_smallest_table_has_one_relay() -> None:
     [{"smooth": 0.0}, {"smooth": 100.0}, {"nodes": 8}, {"nodes": MOST_NODES}],
 )
 def test_options_at_the_ends_of_their_ranges_are_accepted(options: Any) -> None:
-    _check(**{"kind": "descending", "shape": "free", "smooth": 1.0, "nodes": 21, **options})
+    curves = [([10.0, 5.0, 0.0], [8.0, 6.0, 0.0]), ([5.0, 2.5, 0.0], [3.0, 2.0, 0.0])]
+    FodTable.from_curves(curves, **{"nodes": 9, **options})
 
 
 @pytest.mark.parametrize("options", [{"smooth": 100.1}, {"nodes": 7}, {"nodes": MOST_NODES + 1}])
 def test_options_just_beyond_are_refused(options: Any) -> None:
     with pytest.raises(InputError):
-        _check(**{"kind": "descending", "shape": "free", "smooth": 1.0, "nodes": 21, **options})
+        FodTable.from_curves([([1.0, 0.0], [1.0, 0.0])] * 2, **options)
 
 
 def test_what_lies_beyond_a_curves_start_or_the_table_counts_as_its_end() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.hysteresis import FodTable, from_density
-from macromicro.hysteresis.table_files import _number, load_table, read_curves, save_table
+from macromicro.hysteresis.table_files import _number, load_table, save_table
 
 WEIGHTS = np.tril(np.random.default_rng(5).random((8, 8)))
 MODEL = FodTable.from_everett(from_density(WEIGHTS, 20.0, 0.7, 9), -0.3, 3.9)
@@ -100,35 +100,6 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
         save_table(MODEL, tmp_path / "no folder" / "table.csv")
     with pytest.raises(InputError, match="written"):
         save_table(MODEL, tmp_path / "no folder" / "table.h5")
-
-
-def test_curves_from_csv(tmp_path: Path) -> None:
-    path = tmp_path / "curves.csv"
-    path.write_text("curve,T,x\na,50,3\nb,40,2\n# a remark\na,30, 1\na,20,\nb,30,nan\n")
-    (first, f), (second, g) = read_curves(path)
-    assert first.tolist() == [50.0, 30.0, 20.0]
-    assert np.array_equal(f, [3.0, 1.0, np.nan], equal_nan=True)
-    assert second.tolist() == [40.0, 30.0]
-    assert np.isnan(g[1])
-    path.write_text("a,50,3\na,,2\na,nan,1\n")
-    ((u, f),) = read_curves(path)
-    assert np.array_equal(u, [50.0, np.nan, np.nan], equal_nan=True)
-    assert f.tolist() == [3.0, 2.0, 1.0]
-
-
-@pytest.mark.parametrize(
-    ("text", "named"),
-    [
-        ("curve,T,x\na,50,3\na,warm,2\n", "line 3"),
-        ("a,50,3\na,50\n", "line 2"),
-        ("T,x\n50,3\n", "line 1"),
-        ("curve,T,x\n", "no rows"),
-    ],
-)
-def test_broken_curves_are_refused(tmp_path: Path, text: str, named: str) -> None:
-    (tmp_path / "curves.csv").write_text(text)
-    with pytest.raises(InputError, match=named):
-        read_curves(tmp_path / "curves.csv")
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1.0, -1e9])

@@ -46,7 +46,6 @@ PAGES = (
             "hysteresis.table_files",
             "hysteresis.diagnostics",
             "hysteresis.prandtl",
-            "hysteresis.prandtl_inverse",
             "hysteresis.prandtl_fit",
             "hysteresis.everett",
             "hysteresis.memory",

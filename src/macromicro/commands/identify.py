@@ -295,7 +295,8 @@ def hysteresis(  # noqa: PLR0913, PLR0917 -- one parameter per option
 ) -> None:
     """A Preisach table from first-order curves (columns u, f).
 
-    The curves are separated by a column curve, or lie along time t.
+    The curves are separated by a column curve, or lie along time t. FILE may be a table.h5 or
+    table.csv of this command: it predicts the files of --test.
     """
     options = {
         "curves": curves,

@@ -18,7 +18,7 @@ def look(
         Path,
         typer.Argument(
             metavar="FILE",
-            help=("A recording, or a text, MAT, HDF5, npz, Parquet, LabVIEW or MicroMag file."),
+            help="A recording, or a text, MAT, HDF5, npz, Parquet, JSON or MicroMag file.",
         ),
     ],
     as_json: Annotated[
@@ -45,7 +45,7 @@ def _show(found: Look) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from macromicro.identify.look.timing import words
+    from macromicro.identify.look.told import words
     from macromicro.identify.result import WIDE
 
     console = Console(highlight=False)
@@ -75,4 +75,7 @@ def _show(found: Look) -> None:
         console.print(Text("time: no time column found"))
     for reason in found.onward.reasons:
         console.print(Text(reason))
-    print(found.onward.command)
+    if found.onward.template:
+        print(f"to complete: {found.onward.template}")
+    elif found.onward.command:
+        print(found.onward.command)

@@ -11,8 +11,7 @@ from macromicro.control import notch
 from macromicro.control.notch import Delays, Notch
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.hysteresis import prandtl
-from macromicro.hysteresis.prandtl import Plays, Prandtl, operator
-from macromicro.hysteresis.prandtl_inverse import inverse
+from macromicro.hysteresis.prandtl import Plays, Prandtl, inverse, operator
 from macromicro.kernel import kernel
 from macromicro.schema.par import Par
 

@@ -10,25 +10,13 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import ProblemError
-from macromicro.files._matlab import words
+from macromicro.files._containers import words
 from macromicro.files.naming import BESIDE, spelled, units_in
 from macromicro.files.table import Columns, Table
 from macromicro.schema.text import printable
 
 _UNITS = ("units", "unit", "Units", "Unit", "UNITS")
 _MOST = 5000  # datasets
-
-
-def is_recording(path: Path) -> bool:
-    import h5py
-
-    from macromicro.recording_format import FORMAT
-
-    try:
-        with h5py.File(path, "r") as file:
-            return bool(file.attrs.get("format") == FORMAT)
-    except OSError:
-        return True
 
 
 def table(path: Path, where: str, accepted: str) -> Table:
@@ -74,6 +62,8 @@ def _targets(file: Any, name: str, item: Any) -> list[tuple[str, Any]]:
         if name.endswith(".signals.values") and (parent := item.parent):
             label = words(parent["label"][()]) if "label" in parent else ""
             return [(label or name, item)]
+        if name.endswith(".Data") and "Time" in item.parent:  # of a timeseries
+            name = name.removesuffix(".Data")
         return [(name, item)]
     refs = [ref for ref in np.asarray(item).ravel() if ref]
     labels = [""] * len(refs)

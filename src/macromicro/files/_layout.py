@@ -1,30 +1,39 @@
-"""Layout of a text of columns, from its first lines."""
+"""Layout of a text of columns, from its lines: cells, headings, tables one after the other."""
 
 from __future__ import annotations
 
 import codecs
+import csv
 import re
+import sys
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from macromicro.errors import InputError, ProblemError
-from macromicro.files._cells import (
-    BLANKS,
-    EMPTY,
-    MARKS,
-    NUMBER,
-    REMARKS,
-    TEXT,
-    TIME,
-    cells,
-    heading,
-    kind,
-    majority,
-)
 from macromicro.files.naming import spelled
 from macromicro.schema.text import printable
 
+BLANKS = " "  # the mark of files whose cells are parted by any number of spaces and tabs
+MARKS = (",", ";", "\t", "|", BLANKS)
+REMARKS = ("#", "%")
+NUMBER, TIME, EMPTY, TEXT = "number", "time", "empty", "text"
+_NUMBER = re.compile(r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eEdD][+-]?\d+)?")
+_TIME = re.compile(
+    r"(?:\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}[T ]*(?:\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?)?"
+    r"|\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?)\s*(?:[AaPp][Mm])?(?:Z|[+-]\d\d:?\d\d)?"
+)
+# What loggers write where they have no number.
+MISSING = (
+    *("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "n/a", "null", "NULL", "None", "-", "--"),
+    *("1.#QNAN", "-1.#IND", "1.#IND", "nan(ind)", "-nan(ind)"),
+)
+_INFINITE = ("inf", "infinity")
 SAMPLE = 1 << 18  # bytes that are looked at
 _MOST = 100  # rows that are judged
+_LOOKED = 5000  # lines of a table that are looked at, and the last ones
+_ROWS = 2  # of a table below a further heading, at least
+_TABLE = 10  # rows above the first heading that are a table of their own
 _JUNK = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 _RULED = re.compile(r"(?=.*(?:---|===|___))[-=_+|,;:\s]+")  # a line that is drawn below a heading
 _HEADER_END = "***End_of_Header***"
@@ -35,6 +44,64 @@ _BOMS = {
 }
 ACCEPTED = "text in UTF-8, UTF-16 or Latin-1"
 HEADING = "a heading with the columns' names, such as t_s,u_V,x_mm"
+_WORDED = re.compile(r"[\s\"'#%\[(<]*[^\W\d_]")  # a line that begins with a letter
+
+
+def cells(line: str, mark: str) -> list[str]:
+    if mark == BLANKS:
+        line, mark = " ".join(line.split()), " "
+    line = line.replace("\r", " ")  # which ends no line here
+    row = next(csv.reader([line], delimiter=mark, skipinitialspace=True), [""])
+    return [cell.strip() for cell in row] or [""]
+
+
+def heading(line: str, mark: str, count: int) -> list[str]:
+    """Cells of a heading, whose names may contain blanks."""
+    text = line.strip().lstrip("".join(REMARKS)).strip() if line.lstrip()[:1] in REMARKS else line
+    found = cells(text, mark)
+    if mark != BLANKS or len(found) == count:
+        return found
+    for pattern in (r"\t|\s{2,}", r"\s*[,;]\s*"):
+        names = [cell.strip() for cell in re.split(pattern, text.strip())]
+        if len(names) == count:
+            return names
+    names = re.findall(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?", text)
+    return names if len(names) == count else found
+
+
+def kind(cell: str) -> str:
+    if not cell:
+        return EMPTY
+    if _NUMBER.fullmatch(cell) or cell in MISSING or cell.lstrip("+-").lower() in _INFINITE:
+        return NUMBER
+    return TIME if _TIME.fullmatch(cell) else TEXT
+
+
+def number(cell: str) -> float | None:
+    """A cell as a number: 1,5 is one and a half."""
+    if cell in MISSING:
+        return float("nan")
+    try:
+        return float(cell.replace(",", ".").replace("D", "e").replace("d", "e"))
+    except ValueError:
+        return None
+
+
+def majority(column: Sequence[str]) -> str:
+    """The most frequent kind of cell in a column."""
+    full = [each for each in column if each != EMPTY]
+    if not full:
+        return EMPTY
+    return max((NUMBER, TIME, TEXT), key=full.count)
+
+
+class Part(NamedTuple):
+    """Rows below one of several headings."""
+
+    first: int  # lines before its first row
+    end: int  # lines before what follows it
+    names: tuple[str, ...]  # in the order of its cells
+    rows: int = 0  # roughly
 
 
 class Layout(NamedTuple):
@@ -48,12 +115,14 @@ class Layout(NamedTuple):
     headed: bool
     before: tuple[str, ...]  # the lines before the first row
     returns: bool = False  # lines end with a carriage return alone
+    parts: tuple[Part, ...] = ()  # its rows, in a text of several headings; empty: all below
 
 
-def told(sample: bytes, whole: bool, where: str) -> Layout:
-    encoding = encoded(sample, where)
-    text = sample.decode(encoding, errors="replace")
-    if junk := _JUNK.search(text):
+def layouts(content: bytes, whole: bool, where: str) -> list[Layout]:
+    """Layout of each table of a text, the one of most rows first."""
+    encoding = encoded(content[:SAMPLE], where)
+    text = content.decode(encoding, errors="replace")
+    if junk := _JUNK.search(text, 0, SAMPLE):
         place = text.count("\n", 0, junk.start()) + 1
         raise ProblemError(
             f"{where}, line {place}",
@@ -68,14 +137,110 @@ def told(sample: bytes, whole: bool, where: str) -> Layout:
     # LabVIEW says where its headers end; they hold rows of numbers, too.
     ends = [k for k, line in enumerate(lines) if line.startswith(_HEADER_END)]
     begin = ends[-1] + 1 if ends else 0
-    full = [(k, line) for k, line in enumerate(lines) if line.strip() and k >= begin]
+    found = [] if ends else _tables(lines, where, encoding)
+    if not found:
+        laid = _laid(lines, begin, len(lines), where, encoding)
+        return [laid._replace(returns=returns, before=tuple(lines[: laid.lines]))]
+    if not whole:  # rows go on
+        for k, one in enumerate(found):
+            *others, last = one.parts
+            if last.end == len(lines):
+                found[k] = one._replace(parts=(*others, last._replace(end=sys.maxsize)))
+    found.sort(key=lambda one: -sum(part.rows for part in one.parts))
+    return [one._replace(returns=returns) for one in found]
+
+
+def _tables(lines: list[str], where: str, encoding: str) -> list[Layout]:
+    """Tables of a text with several headings; parts with the same columns are one table."""
+    mark, begins = _beginnings(lines)
+    found: list[Layout] = []
+    for first, end in pairwise([*begins, len(lines)] if begins[1:] else []):
+        try:
+            laid = _laid(lines, first, end, where, encoding, (mark,))
+        except InputError:  # a title alone, or words
+            continue
+        below = lines[laid.lines : end]
+        while end < len(lines) and (not below[-1].strip() or _WORDED.match(below[-1])):
+            below.pop()  # empty, or a title of the next table
+        rows = sum(bool(line.strip()) for line in below)
+        part = Part(laid.lines, laid.lines + len(below), laid.names, rows)
+        before = (*(found[0].before if found else ()), *laid.before)
+        laid = laid._replace(before=before, parts=(part,))
+        late = bool(found) and bool(lines[first - 1].strip())
+        if late and not found[-1].headed and len(found[-1].names) == len(laid.names):
+            above = found.pop().parts[-1]._replace(names=laid.names)  # the heading came late
+            laid = laid._replace(parts=(above, *laid.parts))
+        same = next((k for k, one in enumerate(found) if set(one.names) == set(laid.names)), None)
+        if same is None:
+            found.append(laid)
+        else:
+            found[same] = found[same]._replace(parts=found[same].parts + laid.parts)
+    return [one for one in found if sum(part.rows for part in one.parts) >= _ROWS] or found[:1]
+
+
+def _beginnings(lines: list[str]) -> tuple[str, list[int]]:
+    """Separator, and lines where tables begin: the first one, headings below rows of numbers."""
+    worded = [k for k, line in enumerate(lines) if _WORDED.match(line)]
+    plain = [
+        (0, line) for line in lines[-_MOST:] if line.strip() and line.lstrip()[0] not in REMARKS
+    ]
+    if not worded or not plain:
+        return "", []
+    mark, _ = parting(plain)
+    number_first = re.compile(rf"(?:^|{re.escape(mark)})\s*[-+.]?\d")
+    begins, known, row = [0], frozenset[str](), 0  # the line behind the last heading
+    for k in worded:
+        if number_first.search(lines[k]) or not (names := _heading(lines, k, mark)):
+            continue
+        rows = [line for line in lines[row:k] if line.strip() and not _WORDED.match(line)]
+        rows = [line for line in rows if line.lstrip()[0] not in REMARKS]
+        if known and not rows:  # the units below a heading
+            continue
+        if rows and not known and len(rows) < _TABLE:  # numbers above the first heading
+            rows = rows if len(cells(rows[-1], mark)) == len(names) else []
+        # A remark, or words directly below a row, might be anything but names seen before.
+        above = lines[k - 1] if k else ""
+        apart = not above.strip() or bool(_WORDED.match(above))
+        sure = lines[k].lstrip()[0] not in REMARKS and (apart or mark != BLANKS)
+        if rows and (sure or known == frozenset(names)):
+            begins.append(k)
+        if sure or not rows:
+            known, row = frozenset(names), k + 1
+    return mark, begins
+
+
+def _heading(lines: list[str], k: int, mark: str) -> list[str]:
+    """Names in a line of words above a row, perhaps above a row of units; else empty."""
+    below = [line for line in lines[k + 1 : k + 6] if line.strip() and not _RULED.fullmatch(line)]
+    row = below[0] if below else ""
+    if len(below) > 1 and _WORDED.match(row):
+        units = [spelled(cell) for cell in heading(row, mark, 0)]
+        row = below[1] if 2 * sum(map(bool, units)) >= len(units) else ""
+    under = cells(row, mark)
+    names = [name for name in heading(lines[k], mark, len(under)) if name]
+    kinds = [kind(cell) for cell in under]
+    fits = len(under) - kinds.count(EMPTY) <= len(names) <= len(under)
+    good = fits and len(names) > 1 and len(set(names)) == len(names)
+    words = good and all(kind(name) == TEXT for name in names)
+    return names if words and 2 * (kinds.count(NUMBER) + kinds.count(TIME)) >= len(under) else []
+
+
+def _laid(
+    lines: list[str], begin: int, end: int, where: str, encoding: str, marks: Sequence[str] = MARKS
+) -> Layout:
+    """Layout of the table in some of the lines."""
+    places = [
+        *range(begin, min(end, begin + _LOOKED)),
+        *range(max(begin + _LOOKED, end - _MOST), end),
+    ]
+    full = [(k, lines[k]) for k in places if lines[k].strip()]
     full = [(k, line) for k, line in full if not _RULED.fullmatch(line)]
     plain = [(k, line) for k, line in full if line.lstrip()[0] not in REMARKS]
     if not plain:
         raise ProblemError(
             where, "the file has nothing but comments", "Add rows of numbers below a heading."
         )
-    mark, count = parting(plain)
+    mark, count = parting(plain, marks)
     rows = [(k, row) for k, line in plain if len(row := cells(line, mark)) == count]
     kinds = tuple(majority([kind(row[j]) for _, row in rows[-_MOST:]]) for j in range(count))
     first = next((k for k, row in rows if _data(row, kinds)), None)
@@ -91,9 +256,8 @@ def told(sample: bytes, whole: bool, where: str) -> Layout:
         names = [name or f"column {j + 1}" for j, name in enumerate(names)]
     else:
         names = [str(j + 1) for j in range(count)]
-    before = tuple(lines[:first])
-    laid = Layout(encoding, mark, first, tuple(names), tuple(units), kinds, comma, headed, before)
-    return laid._replace(returns=returns)
+    before = tuple(lines[begin:first])
+    return Layout(encoding, mark, first, tuple(names), tuple(units), kinds, comma, headed, before)
 
 
 def encoded(sample: bytes, where: str) -> str:
@@ -114,11 +278,11 @@ def encoded(sample: bytes, where: str) -> str:
     return "utf-8"
 
 
-def parting(plain: list[tuple[int, str]]) -> tuple[str, int]:
+def parting(plain: list[tuple[int, str]], marks: Sequence[str] = MARKS) -> tuple[str, int]:
     """Separator of a text, and cells per row."""
     tail = [line for _, line in plain[-_MOST:]]
-    best, chosen = 0.0, (",", 1)
-    for mark in MARKS:
+    best, chosen = 0.0, (marks[0], 1)
+    for mark in marks:
         rows = [cells(line, mark) for line in tail]
         sizes = [len(row) for row in rows]
         count = max(sizes, key=lambda size: (sizes.count(size), size))

@@ -16,46 +16,15 @@ _SUFFIXES = (re.compile(r"(.+?)_([^_]+_per_[^_]+)"), re.compile(r"(.+)_([^_]+)")
 _ENDINGS = {"C": "degC", "count": "counts", "counts": "counts"}
 # Spellings of people and of other programs; "in" is a unit where it stands in brackets or in a row
 # of units, for u_in is an input.
-_WORDS = {
-    "sec": "s",
-    "secs": "s",
-    "second": "s",
-    "seconds": "s",
-    "msec": "ms",
-    "usec": "us",
-    "minutes": "min",
-    "hours": "h",
-    "volt": "V",
-    "volts": "V",
-    "amp": "A",
-    "amps": "A",
-    "ampere": "A",
-    "newton": "N",
-    "newtons": "N",
-    "meter": "m",
-    "meters": "m",
-    "metre": "m",
-    "metres": "m",
-    "micron": "um",
-    "microns": "um",
-    "micrometer": "um",
-    "millimeter": "mm",
-    "inches": "inch",
-    "degrees": "deg",
-    "°": "deg",
-    "degree": "deg",
-    "radian": "rad",
-    "radians": "rad",
-    "deg c": "degC",
-    "celsius": "degC",
-    "kelvin": "K",
-    "hertz": "Hz",
-    "watt": "W",
-    "count": "counts",
-    "cts": "counts",
-}
-_WORDS |= dict.fromkeys(("rotation", "rotations", "rot", "turns", "revs"), "rev")
-_WORDS |= dict.fromkeys(("revolution", "revolutions"), "rev")
+_SPELLINGS = {
+    "s": "sec, secs, second, seconds", "ms": "msec", "us": "usec", "min": "minutes", "h": "hours",
+    "V": "volt, volts", "A": "amp, amps, ampere", "N": "newton, newtons", "W": "watt",
+    "m": "meter, meters, metre, metres", "um": "micron, microns, micrometer", "mm": "millimeter",
+    "inch": "inches", "deg": "degrees, °, degree", "rad": "radian, radians",
+    "rev": "rotation, rotations, rot, turns, revs, revolution, revolutions",
+    "degC": "deg c, celsius", "K": "kelvin", "Hz": "hertz", "counts": "count, cts",
+}  # fmt: skip
+_WORDS = {word: unit for unit, words in _SPELLINGS.items() for word in words.split(", ")}
 _BRACKETED = {"in": "inch", "in.": "inch", '"': "inch", "C": "degC", "c": "counts"}
 # Torques; as a unit of force a kilogram or an ounce is its weight.
 _BRACKETED |= {"Nm": "N*m", "mNm": "mN*m", "kNm": "kN*m", "Ncm": "N*cm"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,18 +10,21 @@ import numpy as np
 from macromicro.errors import ProblemError
 from macromicro.files.table import Columns, Table
 from macromicro.recording import Recording
+from macromicro.recording_format import FORMAT
 from macromicro.schema.text import printable
 
-WHAT = "a recording or other HDF5 file, text of columns, MAT, npz, Parquet or MicroMag file"
+WHAT = "a recording or other HDF5 file, text of columns, MAT, npz, Parquet, JSON or TDMS file"
 _HDF5, _MATLAB, _MATLAB_HDF5 = b"\x89HDF\r\n\x1a\n", b"MATLAB", b"MATLAB 7.3"
 _PARQUET = b"PAR1"
 _TEXTS = (".csv", ".txt", ".tsv", ".dat", ".lvm", ".asc", ".log", ".prn", ".data", ".xy", "")
+_JSON = (".json", ".jsonl", ".ndjson")
+_OBJECTS = re.compile(rb'(?:\xef\xbb\xbf)?\s*\[?\s*\{\s*"')  # a list of objects, or an object
 _UNITS = {"1": "", "-": "", "count": "counts"}
 
 
 def is_forc(path: Path) -> bool:
     """Whether a file begins like the MicroMag format."""
-    return _begin(path).startswith(b"MicroMag")
+    return _begin(path).lstrip(b'\xef\xbb\xbf" ').startswith(b"MicroMag")
 
 
 def read(path: Path) -> Table:
@@ -28,28 +32,45 @@ def read(path: Path) -> Table:
     if begin.startswith(_HDF5) or suffix in (".h5", ".hdf5") or begin.startswith(_MATLAB_HDF5):
         return _hdf5(path, where, begin)
     if begin.startswith(_MATLAB) or suffix == ".mat":
-        from macromicro.files import _matlab
+        kind = "matlab"
+    elif begin.startswith(_PARQUET) or suffix == ".parquet":
+        kind = "parquet"
+    elif suffix in (".npz", ".npy"):
+        kind = "numpy"
+    elif begin.startswith(b"TDSm") or suffix == ".tdms":
+        kind = "tdms"
+    elif suffix in _JSON or _OBJECTS.match(begin):
+        kind = "json"
+    elif suffix in _TEXTS:
+        from macromicro.files import _text
 
-        return _matlab.table(path, where, WHAT)
-    if begin.startswith(_PARQUET) or suffix in (".parquet", ".npz", ".npy"):
-        from macromicro.files import _archives
-
-        inner = _archives.parquet_table if suffix not in (".npz", ".npy") else _archives.numpy_table
-        return inner(path, where, WHAT)
-    if suffix not in _TEXTS:
+        return _text.table(path, where)
+    else:
         raise ProblemError(where, f"the format {printable(suffix)} is not known", f"Name {WHAT}.")
-    from macromicro.files import _delimited
+    from macromicro.files import _containers
 
-    return _delimited.table(path, where)
+    made: Table = getattr(_containers, f"{kind}_table")(path, where, WHAT)
+    return made
 
 
 def _hdf5(path: Path, where: str, begin: bytes) -> Table:
     """A recording, or another program's HDF5 file."""
     from macromicro.files import _hdf5 as hdf5
 
-    if not begin.startswith(_MATLAB_HDF5) and hdf5.is_recording(path):
+    if not begin.startswith(_MATLAB_HDF5) and is_recording(path):
         return _recording(path, where)
     return hdf5.table(path, where, WHAT)
+
+
+def is_recording(path: Path) -> bool:
+    """Whether `Recording.load` handles a file; it says what is wrong with a damaged one."""
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            return bool(file.attrs.get("format") == FORMAT)
+    except OSError:
+        return True
 
 
 def _begin(path: Path) -> bytes:

@@ -12,10 +12,10 @@ from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.errors import ProblemError
 from macromicro.files.naming import parted
-from macromicro.files.reading import read
+from macromicro.files.reading import is_recording, read
 from macromicro.files.table import Table
 from macromicro.recording import Recording
-from macromicro.recording_format import FORMAT, TIME
+from macromicro.recording_format import TIME
 from macromicro.schema.text import printable
 from macromicro.units import convert
 
@@ -76,16 +76,12 @@ def called(table: Table) -> dict[str, str]:
 
 
 def _own(path: Path) -> bool:
-    """Whether `Recording.load` handles a file."""
+    """Whether `Recording.load` handles a file, or says that there is none."""
     if not path.is_file():
         return True
     with path.open("rb") as file:
-        if not file.read(8).startswith(b"\x89HDF"):
-            return path.suffix.lower() in (".h5", ".hdf5")
-    import h5py
-
-    with h5py.File(path, "r") as content:
-        return bool(content.attrs.get("format") == FORMAT)
+        hdf5 = file.read(8).startswith(b"\x89HDF") or path.suffix.lower() in (".h5", ".hdf5")
+    return hdf5 and is_recording(path)
 
 
 def _numbers(table: Table, names: list[str]) -> tuple[dict[str, Array], list[str]]:

@@ -3,7 +3,7 @@
     y = max(u - r, min(u + r, y)),        f = offset + sum over i of w_i y_i
 
 With r_0 = 0, w_0 > 0 and the other weights at least 0 it has a closed-form inverse
-(`prandtl_inverse`). With the rate, thresholds grow to r_i + widening |du/dt| (Al Janaideh, Su and
+(`inverse`). With the rate, thresholds grow to r_i + widening |du/dt| (Al Janaideh, Su and
 Rakheja 2009).
 
 K. Kuhnen, "Modeling, identification and compensation of complex hysteretic nonlinearities: a
@@ -302,3 +302,36 @@ def run(
     walk = compiled(follow) if along.size >= WORTH_COMPILING else follow
     walk(p, Plays(begun.y.copy(), begun.u), along, float(dt), outputs)
     return outputs
+
+
+def inverse(p: Prandtl) -> Prandtl:
+    """The operator that undoes another one: the mirrored branch (Kuhnen 2003).
+
+    Its input is the other's output less its offset. Weights beside the first are 0 or below, since
+    a compensator must lead where the stage lags.
+
+    Parameters
+    ----------
+    p : Prandtl
+        From `operator`; its widening is not inverted.
+
+    Returns
+    -------
+    Prandtl
+        Thresholds in the unit of the output, weights input per output, no offset.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis import prandtl
+    >>> p = prandtl.operator(thresholds=[0.0, 10.0], weights=[0.02, 0.01])  # V to um
+    >>> prandtl.run(prandtl.inverse(p), prandtl.run(p, [100.0, 30.0])).round(6).tolist()  # V
+    [100.0, 30.0]
+    """
+    total = np.cumsum(p.weights)
+    # r'_i = sum over j <= i of w_j (r_i - r_j).
+    thresholds = p.thresholds * total - np.cumsum(p.weights * p.thresholds)
+    # w'_0 = 1/w_0, w'_i = -w_i / (W_i W_(i-1)) with W the sum up to i.
+    weights = np.empty_like(p.weights)
+    weights[0] = 1.0 / p.weights[0]
+    weights[1:] = -p.weights[1:] / (total[1:] * total[:-1])
+    return Prandtl(thresholds, weights, 0.0, 0.0)

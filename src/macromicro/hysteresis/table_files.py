@@ -8,15 +8,12 @@ comment line with grid and kind above.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis.table import MOST_NODES, FodTable
 from macromicro.schema.text import printable, read_text, write_text
@@ -103,60 +100,39 @@ def load_table(path: str | Path) -> FodTable:
     return _read_csv(file) if _ending(file) == ".csv" else _read_hdf5(file)
 
 
-def read_curves(path: str | Path) -> list[tuple[Array, Array]]:
-    r"""First-order curves from a CSV file of three columns: curve, input, output.
-
-    Rows of one curve share the name in the first column and need not stand together. A first row
-    without numbers is taken as the heading. Empty cells and "nan" become NaN, which
-    `FodTable.from_curves` leaves out with a warning.
+def is_table(path: str | Path) -> bool:
+    """Whether a file is one that `save_table` wrote.
 
     Parameters
     ----------
     path : str | Path
-        The file.
+        Any file.
 
     Returns
     -------
-    list[tuple[Array, Array]]
-        Pairs of input and output, shape (m,) each, in the order of the file.
-
-    Raises
-    ------
-    InputError
-        A line that is not accepted.
-    ProblemError
-        A file without rows.
+    bool
+        False for a file that is not there, too.
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from macromicro.hysteresis.table_files import read_curves
-    >>> with TemporaryDirectory() as folder:
-    ...     written = Path(folder, "all.csv").write_text("1,10,8\n1,0,0\n2,5,3\n2,0,0\n")
-    ...     [u.tolist() for u, f in read_curves(Path(folder, "all.csv"))]
-    [[10.0, 0.0], [5.0, 0.0]]
+    >>> from macromicro.hysteresis.table_files import is_table
+    >>> is_table("nowhere.h5")
+    False
     """
     file = Path(path)
-    where = printable(file, 300)
-    found: dict[str, list[tuple[float, float]]] = {}
-    rows = csv.reader(io.StringIO(read_text(file, "first-order curves (.csv)")))
-    for number, row in enumerate(rows, 1):
-        if not row or row[0].startswith("#"):
-            continue
-        try:
-            name, u, f = (cell.strip() for cell in row)
-            point = (float(u or "nan"), float(f or "nan"))
-            found.setdefault(name, []).append(point)
-        except ValueError:
-            if number == 1 and len(row) == 3:
-                continue
-            shown = printable(",".join(row))
-            raise InputError(f"{where}, line {number}", shown, "curve, input, output") from None
-    if not found:
-        raise ProblemError(where, "the file has no rows", "Give rows of curve, input, output.")
-    arrays = [np.array(points) for points in found.values()]
-    return [(points[:, 0].copy(), points[:, 1].copy()) for points in arrays]
+    if not file.is_file():
+        return False
+    with file.open("rb") as opened:
+        begin = opened.read(len(FORMAT) + 2)
+    if not begin.startswith(b"\x89HDF"):
+        return begin == f"# {FORMAT}".encode()
+    import h5py
+
+    try:
+        with h5py.File(file, "r") as store:
+            return bool(store.attrs.get("format") == FORMAT)
+    except OSError:
+        return False
 
 
 def _ending(file: Path) -> str:

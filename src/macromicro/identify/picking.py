@@ -17,7 +17,7 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.files.naming import TIMES, by_name, last, parted
 from macromicro.files.table import Table
 from macromicro.identify.notices import DataWarning, SaturationWarning, notice
-from macromicro.identify.runs import GAP
+from macromicro.identify.records import steps
 from macromicro.schema.text import printable
 from macromicro.units import measured
 
@@ -223,8 +223,9 @@ def _finite(file: str, found: dict[str, Array]) -> dict[str, Array]:
 def runs(picked: Picked) -> list[dict[str, Array]]:
     """Columns cut where the role "run" changes, where rows are missing, and where time restarts."""
     values = dict(picked.values)
-    changes = np.flatnonzero(np.diff(values.pop("run", np.zeros(1)))) + 1
-    breaks = _breaks(picked.file, values["t"], changes) if "t" in values else changes[:0]
+    run = values.pop("run", None)
+    changes = np.flatnonzero(np.diff(run)) + 1 if run is not None else np.empty(0, np.int64)
+    breaks = _breaks(picked.file, values["t"], run) if "t" in values else changes[:0]
     cuts = np.union1d(changes, breaks).astype(np.int64)
     parts = {role: np.split(v, cuts) for role, v in values.items()}
     found = [{role: v[k] for role, v in parts.items()} for k in range(len(cuts) + 1)]
@@ -234,17 +235,14 @@ def runs(picked: Picked) -> list[dict[str, Array]]:
     return long or found
 
 
-def _breaks(file: str, t: Array, known: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+def _breaks(file: str, t: Array, run: Array | None) -> npt.NDArray[np.int64]:
     """Rows at which a record goes on after a gap or restarts, with a warning."""
-    steps = np.diff(t)
-    steps[known - 1] = np.nan
-    rising = steps[steps > 0.0]
-    usual = float(np.median(rising)) if len(rising) else np.inf
-    found = np.flatnonzero((steps > GAP * usual) | (steps < 0.0))
+    sizes, _, gaps, falls = steps(t, run)
+    found = np.union1d(gaps, falls)
     if not len(found) or (len(found) + 1) * _SHORTEST > len(t):  # no time at all, or a broken one
         return found[:0]
     first = int(found[0])
-    what = f"a gap of {steps[first]:.6g} s" if steps[first] > 0.0 else "time restarts"
+    what = f"a gap of {sizes[first]:.6g} s" if sizes[first] > 0.0 else "time restarts"
     more = f" and {len(found) - 1} more" if len(found) > 1 else ""
     notice(
         MissingRowsWarning,
@@ -262,11 +260,11 @@ def railed(values: Array, where: str, done: str = "nothing was changed") -> npt.
     ends = np.zeros(len(values), dtype=np.bool_)
     if len(values) < 20:
         return ends
-    steps = np.abs(np.diff(values))
-    repeats = _held(steps == 0.0)
+    paces = np.abs(np.diff(values))
+    repeats = _held(paces == 0.0)
     within = (values > values.min()) & (values < values.max())
     elsewhere = int((repeats & within).sum())
-    moving = steps[within[1:] & within[:-1]]
+    moving = paces[within[1:] & within[:-1]]
     usual = float(np.median(moving)) if len(moving) else 0.0
     for extreme in (values.min(), values.max()):
         at = values == extreme
@@ -277,7 +275,7 @@ def railed(values: Array, where: str, done: str = "nothing was changed") -> npt.
         away = _held(~at[1:] & ~at[:-1])
         edges = np.diff(away.astype(np.int8))
         begin, end = np.flatnonzero(edges > 0) + 1, np.flatnonzero(edges < 0)
-        beyond = np.r_[steps[begin], steps[end - 1]]
+        beyond = np.r_[paces[begin], paces[end - 1]]
         if not len(beyond) or usual <= 0.0 or float(np.median(beyond)) < 0.3 * usual:
             continue
         ends |= at

@@ -15,6 +15,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify.notices import SaturationWarning, notice
 
+GAP = 5.0  # usual time steps; a longer one is a gap
 Signals = npt.ArrayLike | Sequence[npt.ArrayLike]
 
 
@@ -22,6 +23,26 @@ class Record(NamedTuple):
     u: Array  # input
     y: Array  # output
     w: Array  # weights of the samples
+
+
+class Steps(NamedTuple):
+    """Time steps, by the row before each, and those that are odd."""
+
+    sizes: Array  # s; NaN from one run to another
+    usual: float  # median of those that rise, s; 0 where none does
+    gaps: npt.NDArray[np.int64]
+    falls: npt.NDArray[np.int64]
+
+
+def steps(t: Array, run: Array | None = None) -> Steps:
+    """The steps of some times, each run by itself."""
+    sizes = np.diff(t)
+    if run is not None:
+        sizes[np.diff(run) != 0.0] = np.nan
+    rising = sizes[sizes > 0.0]
+    usual = float(np.median(rising)) if len(rising) else 0.0
+    gaps = sizes > GAP * usual if usual else np.zeros(len(sizes), dtype=np.bool_)
+    return Steps(sizes, usual, np.flatnonzero(gaps), np.flatnonzero(sizes < 0.0))
 
 
 def signal(values: Any, where: str) -> Array:

@@ -9,11 +9,10 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify.notices import ResampledWarning, notice
-from macromicro.identify.records import signal
+from macromicro.identify.records import GAP, signal
 from macromicro.recording import Recording
 
 _EVEN = 0.02  # a time step this part off the median is even enough
-GAP = 5.0  # usual time steps; a longer one is a gap
 
 
 class Run(NamedTuple):

@@ -11,7 +11,9 @@ import pytest
 from tests.identify.kinds.seen import facts, given, table
 
 from macromicro.arrays import Array
+from macromicro.errors import InputError
 from macromicro.hysteresis import FodTable, Preisach, congruency, wiping_out
+from macromicro.hysteresis.table_files import load_table, save_table
 from macromicro.identify.kinds import hysteresis
 from macromicro.identify.kinds.curves import Found
 from macromicro.identify.kinds.hysteresis import Options
@@ -94,3 +96,37 @@ def test_inputs_beyond_the_table_are_told_from_one_in_a_hundred_on(tmp_path: Pat
     for beyond in (11.0, -1.0):
         with pytest.warns(DataWarning, match=r"3 of 201 inputs beyond the table's 0 to 10; taken"):
             said(tmp_path, np.r_[[beyond] * 3, u[3:]], 0.1 * u + 2.0)
+
+
+@pytest.mark.parametrize("name", ["table.h5", "table.csv"])
+def test_a_saved_table_predicts_a_recording(tmp_path: Path, name: str) -> None:
+    """Without a fit, and in a folder of its own."""
+    save_table(TABLE, tmp_path / name)
+    u = legs(0.0, 8.0, 2.0, 9.0, n=30)
+    test = table(tmp_path / "test.csv", "u_V,f_mm", u, Preisach(TABLE).run(u))
+    options = Options(tests=(str(test),))
+    found = hysteresis.identify(given(tmp_path / name), options)
+    assert dict(found.remarks)[f"prediction of {test}"].startswith("RMS 0.00 % of range")
+    assert facts(found.lines)["output, high"].value == pytest.approx(6.0)
+    found.save(tmp_path / "out")
+    np.testing.assert_allclose(load_table(tmp_path / "out" / name).values, TABLE.values)
+    with pytest.raises(InputError, match=r"a table, not a recording. Name a recording to predict"):
+        hysteresis.identify(given(tmp_path / name), Options())
+
+
+def test_numbered_cycles_are_cut_as_the_same_rows_without_numbers(tmp_path: Path) -> None:
+    """The last of them may be cut off."""
+    tops = (4.0, 6.0, 8.0, 10.0)
+    cycles = [legs(0.0, top, 0.0, n=30)[1:] for top in tops]
+    cycles[-1] = cycles[-1][:-8]
+    u, number = np.concatenate(cycles), np.repeat(range(4), [len(cycle) for cycle in cycles])
+    f = Preisach(TABLE).run(u)
+    files = [
+        table(tmp_path / "a.csv", "u,f", u, f),
+        table(tmp_path / "b.csv", "u,f,curve", u, f, number),
+    ]
+    plain, numbered = (hysteresis.identify(given(file), Options()) for file in files)
+    np.testing.assert_array_equal(numbered.model.values, plain.model.values)
+    _, told = hysteresis._tested(plain.model, str(files[1]), {}, {})
+    rms = 100.0 * plain.model.misfit().rms / abs(plain.model.span)
+    assert told == f"RMS {rms:.2f} % of range over 4 curves, each from its saturation"

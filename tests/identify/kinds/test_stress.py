@@ -14,6 +14,7 @@ from macromicro.errors import InputError
 from macromicro.identify import DataWarning
 from macromicro.identify.kinds import stress
 from macromicro.identify.kinds.stress import Options
+from macromicro.identify.picking import Picked
 
 
 def file(folder: Path, *loads: float) -> Path:
@@ -71,20 +72,50 @@ def test_a_load_that_was_not_fitted(tmp_path: Path) -> None:
         stress.identify(given(fitted), Options(tests=(str(beyond),)))
 
 
+def rows(**values: np.ndarray) -> Picked:
+    return Picked("a.csv", values, {}, {}, {})
+
+
 def test_a_load_that_is_measured_scatters() -> None:
     """About 100 and 150 N, by 1 %, in one file after another."""
     random = np.random.default_rng(0)
     wanted = np.repeat([100.0, 150.0, 100.0], 500)
-    found = stress.held(wanted * (1.0 + 0.005 * random.standard_normal(1500)), "a.csv")
+    load = wanted * (1.0 + 0.005 * random.standard_normal(1500))
+    (found,) = stress.levels([rows(load=load)])
     assert len(np.unique(found)) == 2
     np.testing.assert_allclose(found, wanted, rtol=1e-3)
-    np.testing.assert_array_equal(stress.held(np.array([0.0, -20.0, 0.1]), ""), [0.05, -20, 0.05])
+    (near,) = stress.levels([rows(load=np.array([0.0, -20.0, 0.1]))])
+    np.testing.assert_array_equal(near, [0.05, -20, 0.05])
+
+
+@pytest.mark.parametrize("one", [False, True])
+def test_a_load_cell_as_it_measures(tmp_path: Path, one: bool) -> None:
+    """Loads that overlap by noise, and rise by a spring as the wire contracts: mean and scatter."""
+    random = np.random.default_rng(2)
+    held = (50.0, 120.0, 200.0, 290.0)
+    parts = []
+    for k, s in enumerate(held):
+        t, y = loop(s, 0.002, k)
+        cell = s + 30.0 * (y - y.mean()) / np.ptp(y) + 12.0 * random.standard_normal(len(t))
+        parts.append((t, y, cell))
+    names = "T_degC,strain [%],load_MPa"
+    if one:
+        joined = (np.concatenate(each) for each in zip(*parts, strict=True))
+        files = [table(tmp_path / "all.csv", names, *joined)]
+    else:
+        files = [table(tmp_path / f"{k}.csv", names, *part) for k, part in enumerate(parts)]
+    made = stress.identify(given(*files), Options())
+    lines, remarks = facts(made.lines), dict(made.remarks)
+    np.testing.assert_allclose(made.data["loads"], held, atol=1.0)
+    assert lines["heating, slope"].value == pytest.approx(0.15, abs=0.005)
+    scatter = [float(part.split(" +- ")[1].split()[0]) for part in remarks["load cell"].split(",")]
+    np.testing.assert_allclose(scatter, [part[2].std() for part in parts], rtol=0.06)
 
 
 def test_refused(tmp_path: Path) -> None:
     t, y = loop(100.0)
     wild = table(tmp_path / "w.csv", "T_degC,x,load_N", t, y, np.linspace(1.0, 2.0, len(t)))
-    with pytest.raises(InputError, match="Hold each load"):
+    with pytest.raises(InputError, match="two or more"):
         stress.identify(given(wild), Options())
     with pytest.raises(InputError, match="two or more"):
         stress.identify(given(file(tmp_path, 50.0)), Options())

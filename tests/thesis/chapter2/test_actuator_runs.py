@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from macromicro.models.shape_memory import Alloy
 from macromicro.plant.bench import Bench
 from macromicro.thesis.chapter2 import _actuator_runs
 from macromicro.thesis.chapter2._actuator_runs import Principle, law_cycle, loaded
+from macromicro.thesis.chapter2.shape_memory import Alloy
 
 
 @pytest.fixture(scope="module")

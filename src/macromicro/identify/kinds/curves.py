@@ -32,7 +32,7 @@ class Found(NamedTuple):
 def from_tables(tables: list[Picked], kind: str) -> Found:
     """Curves of the files: by the column `curve`, or cut out of the time record or its cycles."""
     pairs = _named(tables)
-    if pairs and not all(map(_whole_cycle, pairs)):
+    if pairs and sum(map(_whole_cycle, pairs)) <= 0.5 * len(pairs):  # a record may end within one
         ways = [direction(u) for u, _ in pairs]
         many: Kind = "ascending" if sum(np.sign(ways)) > 0.0 else "descending"
         return Found(pairs, _requested(kind) or many, [])

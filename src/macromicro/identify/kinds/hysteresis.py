@@ -72,6 +72,8 @@ class Errors(NamedTuple):
 
 def identify(picking: Picking, options: Options) -> Result:
     _checked(options)
+    if (saved := _saved(picking)) is not None:
+        return _of_saved(saved, picking, options)
     found, units = _found(picking, options)
     pairs = sorted(found.curves, key=lambda pair: float(pair[0][0]))
     ends = np.concatenate([u[np.isfinite(u)] for u, _ in pairs])
@@ -161,6 +163,41 @@ def identify(picking: Picking, options: Options) -> Result:
     }  # fmt: skip
     title = "First-order curves: f = f_M,m for every maximum M and minimum m of the input"
     files = {TABLE: lambda path: _save(table, path), SHEET: lambda path: _save(table, path)}
+    return Result("hysteresis", title, table, lines, remarks, toml, draw, data, files)
+
+
+def _saved(picking: Picking) -> FodTable | None:
+    """The table in a file of `identify hysteresis`, if a single one is given."""
+    from macromicro.hysteresis.table_files import is_table, load_table
+
+    files = picking.files
+    return load_table(files[0]) if len(files) == 1 and is_table(files[0]) else None
+
+
+def _of_saved(table: FodTable, picking: Picking, options: Options) -> Result:
+    """Predictions of a table that was saved, without a fit."""
+    where = printable(picking.files[0], 300)
+    if not options.tests:
+        remedy = "Name a recording to predict: --test FILE."
+        raise ProblemError(where, "the file holds a table, not a recording", remedy)
+    lines = [
+        Line("input, from", table.lo, note="of the table"),
+        Line("input, to", table.hi, note="of the table"),
+        Line("output, low", table.f_low, note="in negative saturation"),
+        Line("output, high", table.f_low + table.span, note="in positive saturation"),
+    ]
+    remarks = [("table", f"{table.n} by {table.n}, read from {where}; in the units of its data")]
+    remarks += [_tested(table, test, picking.columns, {}) for test in options.tests]
+
+    def draw() -> dict[str, Figure]:
+        from macromicro.hysteresis.pictures import draw_curves
+
+        return {"curves": draw_curves(table)}
+
+    data = {"nodes": table.n, "kind": table.kind, "range": abs(table.span)}
+    title = "First-order curves of a saved table: predictions"
+    files = {TABLE: lambda path: _save(table, path), SHEET: lambda path: _save(table, path)}
+    toml = model_file.plain("A table that was read; see the folder it is from.", {})
     return Result("hysteresis", title, table, lines, remarks, toml, draw, data, files)
 
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.errors import ProblemError
-from macromicro.identify._stress_cycles import SHARES, Cycle, cycle
+from macromicro.identify._stress_cycles import SHARES, Cycle, cycle, pieces
 from macromicro.identify._stress_map import StressMap, fit, missed
 from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
@@ -30,7 +31,11 @@ LOAD = Role("load", "load, held", ("load", "stress", "force", "weight", "s"), ("
 ROLES = (T, X, LOAD)
 _APART, _WIDE = 0.01, 0.1  # of the greatest load: between two loads, and how one may scatter
 _DIGITS = 4  # of a load that was measured
+_SCATTERS = 0.5  # of the scatter of both: mean loads that are nearer are one load
 _STARTED, _HALF, _ENDED = (int(np.abs(SHARES - q).argmin()) for q in (0.1, 0.5, 0.9))
+
+
+Rows = npt.NDArray[np.int64]
 
 
 class Options(NamedTuple):
@@ -57,6 +62,7 @@ def identify(picking: Picking, options: Options) -> Result:
     first, last = (float(found.heating.loads[k]) for k in (0, -1))
     remarks = [
         ("loads", ", ".join(f"{each:g}" for each in found.heating.loads) + f" {load}"),
+        *_scatter(tables, load),
         ("map", _words(found)),
         ("fit", f"{100.0 * _own(found):.2f} % of range, RMS over what was fitted"),
         ("valid", f"from {first:g} to {last:g} {load}; beyond these it extrapolates"),
@@ -83,9 +89,7 @@ def identify(picking: Picking, options: Options) -> Result:
 
 def _cycles(tables: list[Picked]) -> list[Cycle]:
     kept: dict[float, list[tuple[str, Array, Array]]] = {}
-    levels = held(np.concatenate([table.values["load"] for table in tables]), tables[0].file)
-    ends = np.cumsum([len(table.values["load"]) for table in tables])[:-1]
-    for table, own in zip(tables, np.split(levels, ends), strict=True):
+    for table, own in zip(tables, levels(tables), strict=True):
         cuts = np.flatnonzero(np.diff(own)) + 1
         parts = (np.split(table.values[name], cuts) for name in ("T", "x"))
         for value, t, y in zip(np.split(own, cuts), *parts, strict=True):
@@ -97,21 +101,57 @@ def _cycles(tables: list[Picked]) -> list[Cycle]:
     return cycles
 
 
-def held(loads: Array, file: str) -> Array:
-    """The held load of each measured one: the median of its cluster."""
-    order = np.argsort(loads, kind="stable")
-    rising, most = loads[order], float(np.abs(loads).max())
+def levels(tables: list[Picked]) -> list[Array]:
+    """The load of each row: that held, or the mean over records if a load cell scatters."""
+    loads = np.concatenate([table.values["load"] for table in tables])
+    most = float(np.abs(loads).max())
+    groups = _clusters(loads, most)
+    if all(np.ptp(loads[group]) <= _WIDE * most for group in groups):
+        typical = [np.median(loads[group]) for group in groups]
+    else:
+        records = _records(tables, most)
+        means = np.array([loads[record].mean() for record in records])
+        groups = [np.concatenate([records[k] for k in same]) for same in _clusters(means, most)]
+        typical = [np.mean(loads[group]) for group in groups]
     made = np.empty(len(loads))
-    for group in np.split(order, np.flatnonzero(np.diff(rising) > _APART * most) + 1):
-        own = loads[group]
-        if np.ptp(own) > _WIDE * most:
-            raise ProblemError(
-                f"{file}, load",
-                f"the load varies from {own.min():g} to {own.max():g}",
-                "Hold each load for a cycle.",
-            )
-        made[group] = float(f"{np.median(own):.{_DIGITS}g}")
-    return made
+    for group, value in zip(groups, typical, strict=True):
+        made[group] = float(f"{value:.{_DIGITS}g}")
+    return np.split(made, np.cumsum([len(table.values["load"]) for table in tables])[:-1])
+
+
+def _clusters(values: Array, most: float) -> list[Rows]:
+    """Numbers of values that are alike, by rising value."""
+    order = np.argsort(values, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(values[order]) > _APART * most) + 1)
+
+
+def _records(tables: list[Picked], most: float) -> list[Rows]:
+    """Rows of each record: a file, cut between cycles whose mean loads differ by their scatter."""
+    found, begin = [], 0
+    for table in tables:
+        load = table.values["load"]
+        begins = [first for first, _, _ in pieces(table.values["T"])][::2]
+        parts = pairwise(np.split(load, begins[1:]))
+        cuts = [
+            row
+            for row, (before, after) in zip(begins[1:], parts, strict=True)
+            if abs(float(before.mean() - after.mean()))
+            > max(_SCATTERS * float(before.std() + after.std()), _APART * most)
+        ]
+        found += [begin + rows for rows in np.split(np.arange(len(load)), cuts)]
+        begin += len(load)
+    return found
+
+
+def _scatter(tables: list[Picked], unit: str) -> list[tuple[str, str]]:
+    """What to say of loads that were measured and scatter."""
+    own = np.concatenate(levels(tables))
+    loads = np.concatenate([table.values["load"] for table in tables])
+    stds = {value: float(loads[own == value].std()) for value in np.unique(own).tolist()}
+    if max(stds.values()) <= _APART * float(np.abs(own).max()):
+        return []
+    text = ", ".join(f"{value:g} +- {std:.2g}" for value, std in stds.items())
+    return [("load cell", f"mean and scatter of each load: {text} {unit}")]
 
 
 def _sides(found: StressMap, load: str, middle: float) -> list[Line]:

@@ -12,87 +12,132 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.files.table import Table
 from macromicro.identify.kinds import drive, hall, hysteresis, linear, sprung, stress, thermal
-from macromicro.identify.picking import Role, T, matched
+from macromicro.identify.picking import DEGREES, Role, T, matched
 from macromicro.units import convert
 
+_LEAST = 20  # rows that any identification takes
 _EVEN, _ODD = 0.05, 0.01  # a step this far off the median is odd; share of odd steps in a clock
-_SMOOTHER = 3.0  # a position is so many times smoother than the effort that moves it
 
 
 class Onward(NamedTuple):
-    command: str  # to type
+    command: str  # to type; "" where the columns are not certain
     reasons: tuple[str, ...]  # of the columns chosen
+    template: str = ""  # the command with "?" or HZ in place of what has to be named
 
 
-# Kind of identification, its roles, and those that a file must have for it; the first that fits.
-_KINDS: tuple[tuple[str, Sequence[Role], str], ...] = (
-    ("hysteresis", hysteresis.ROLES, "u f curve"),
-    ("stress", stress.ROLES, "T x load"),
-    ("drive", drive.ROLES, "t u x"),
-    ("linear", linear.ROLES, "t u y"),
-    ("thermal", (T, thermal.U, thermal.TEMPERATURE), "t u T"),
-    ("hall", hall.ROLES, "v x"),
-    ("plays", hysteresis.ROLES, "u f"),
+# Kind of identification, its roles, those that a file must have for it, and those of them whose
+# units must be known; the first that fits.
+_KINDS: tuple[tuple[str, Sequence[Role], str, str], ...] = (
+    ("hysteresis", hysteresis.ROLES, "u f curve", ""),
+    ("stress", stress.ROLES, "T x load", "T load"),
+    ("drive", drive.ROLES, "t u x", ""),
+    ("linear", linear.ROLES, "t u y", ""),
+    ("thermal", (T, thermal.U, thermal.TEMPERATURE), "t u T", "T"),
+    ("hall", hall.ROLES, "v x", "v x"),
+    ("plays", hysteresis.ROLES, "u f", ""),
 )
 
 
 def onward(table: Table, numbers: Mapping[str, Array]) -> Onward:
-    for kind, roles, needed in _KINDS:
-        found = matched(table._replace(columns=numbers), roles)
+    good = {name: values[np.isfinite(values)] for name, values in numbers.items()}
+    moving = {n: v for n, v in numbers.items() if len(good[n]) and np.ptp(good[n]) > 0.0}
+    known = table._replace(columns=moving)
+    if not any(len(values) >= _LEAST for values in moving.values()):
+        return Onward("", (f"fewer than {_LEAST} rows of numbers that change: too few",))
+    for kind, roles, needed, with_units in _KINDS:
+        found = matched(known, roles)
         clocked = math.isfinite(table.rate) and "t" not in found
         wanted = [role for role in needed.split() if role != "t" or not clocked]
-        if all(role in found for role in wanted):
-            columns = {role: found[role] for role in wanted}
-            reasons = [f"{role}: {name}, by its name" for role, name in columns.items()]
-            return _said(table, kind, roles, columns, reasons, named=True)
-    columns, reasons = by_course(numbers, table.units, found_by_name(table, numbers))
-    return _said(table, "drive", (*drive.ROLES, sprung.V), columns, reasons, named=False)
+        fits = all(
+            role.name in found and _fits(table.units.get(found[role.name], ""), role, with_units)
+            for role in roles
+            if role.name in wanted
+        )
+        if fits and len({len(moving[found[role]]) for role in wanted}) == 1:
+            reasons = [f"{role}: {found[role]}, by its name" for role in wanted]
+            return Onward(_command(kind, table.file), tuple(reasons))
+    if output := _output(known):
+        reasons = ["t and u, by their names", f"y: {output}, the only other column"]
+        return Onward(_command("linear", table.file, "", {"y": output}), tuple(reasons))
+    columns, reasons = by_units(known)
+    if columns["t"] == "?" and math.isfinite(table.rate):
+        del columns["t"]
+    rate = "HZ" if columns.get("t") == "?" else ""
+    if rate:
+        del columns["t"]
+        reasons.append("t: no column holds times; put the rows per second for HZ")
+    line = _command("drive", table.file, rate, columns)
+    if rate or "?" in columns.values():
+        return Onward("", tuple(reasons), line)
+    return Onward(line, tuple(reasons))
 
 
-def found_by_name(table: Table, numbers: Mapping[str, Array]) -> dict[str, str]:
-    """Roles of a drive found by name, if incomplete."""
-    found = matched(table._replace(columns=numbers), drive.ROLES)
-    return {role: found[role] for role in "tux" if role in found}
+def _output(table: Table) -> str:
+    """The only column beside a time and an input, if it is neither a position nor a speed."""
+    found = matched(table, (T, linear.U))
+    others = [name for name in table.columns if name not in found.values()]
+    unit = table.units.get(others[0], "") if len(others) == 1 and len(found) == 2 else ""
+    moves = not unit or _converts(unit, (*drive.X.units, *sprung.V.units))
+    return "" if moves else others[0]
 
 
-def by_course(
-    numbers: Mapping[str, Array], units: Mapping[str, str], named: Mapping[str, str]
-) -> tuple[dict[str, str], list[str]]:
-    """Time, effort and position by units or by their shape, where names are not enough."""
-    columns = {"t": "?", "u": "?", "x": "?"} | dict(named)
+def _command(kind: str, file: str, rate: str = "", columns: Mapping[str, str] | None = None) -> str:
+    pairs = ",".join(f"{role}={name}" for role, name in (columns or {}).items())
+    words = ["macromicro", "identify", kind, file]
+    words += ["--rate", rate] if rate else []
+    return shlex.join(words + (["--columns", pairs] if pairs else []))
+
+
+def _fits(unit: str, role: Role, with_units: str) -> bool:
+    """Whether a column of this unit can have a role."""
+    if not unit:
+        return role.name not in with_units.split()
+    degrees = "degC" in role.units and unit in DEGREES
+    return not role.units or degrees or _converts(unit, role.units)
+
+
+def by_units(table: Table) -> tuple[dict[str, str], list[str]]:
+    """Time, effort and position of a drive, by name, by units or by even steps; "?" if unsure."""
+    roles = (*drive.ROLES[:3], sprung.V)
+    named = {
+        role.name: name
+        for role in roles
+        if (name := matched(table, (role,)).get(role.name, ""))
+        and _fits(table.units.get(name, ""), role, "")
+    }
+    if "x" in named or table.units.get(named.get("v", ""), "") == "":
+        named.pop("v", None)
+    columns = {"t": "?", "u": "?", "x": "?"} | named
     reasons = [f"{role}: {name}, by its name" for role, name in named.items()]
-    rest = {name: values for name, values in numbers.items() if name not in named.values()}
-    for name, values in rest.items():
-        if columns["t"] != "?":
-            break
-        steps = np.diff(values)
-        if len(steps) < 2 or steps.min() <= 0.0:
-            continue
-        odd = np.abs(steps / np.median(steps) - 1.0) > _EVEN
-        if odd.sum() <= _ODD * len(steps):
-            columns["t"] = name
-            but = f" but for row {int(odd.argmax()) + 2}" if odd.any() else ""
-            reasons.append(f"t: {name}, which rises in even steps{but}")
-            del rest[name]
-            break
-    for role in (drive.U, drive.X, sprung.V):
-        fits = [name for name in rest if _converts(units.get(name, ""), role.units)]
-        open_ = columns["x" if role is sprung.V else role.name] == "?"
-        if open_ and len(fits) == 1:
+    rest = {n: v for n, v in table.columns.items() if n not in named.values()}
+    if columns["t"] == "?":
+        for name, values in rest.items():
+            if but := _clock(values):
+                columns["t"] = name
+                reasons.append(f"t: {name}, which rises in even steps{but.rstrip('.')}")
+                del rest[name]
+                break
+    for role in roles[1:]:
+        fits = [name for name in rest if _converts(table.units.get(name, ""), role.units)]
+        free = columns["x" if role is sprung.V else role.name] == "?"
+        if free and len(fits) == 1:
             columns[role.name] = fits[0]
-            reasons.append(f"{role.name}: {fits[0]}, the only one in {units[fits[0]]} or similar")
+            reasons.append(f"{role.name}: {fits[0]}, the only one in {table.units[fits[0]]}")
             del rest[fits[0]]
     if "v" in columns:  # a speed does for a position
         del columns["x"]
-    if columns["u"] != "?" or columns.get("x") != "?":
-        return columns, reasons
-    rough = {n: _roughness(v) for n, v in rest.items() if len(v) > 2 and np.ptp(v) > 0.0}
-    if len(rough) == 2:
-        smooth, other = sorted(rough, key=lambda n: rough[n])
-        if rough[other] > _SMOOTHER * rough[smooth]:
-            columns |= {"u": other, "x": smooth}
-            reasons.append(f"x: {smooth}, which is smoother than {other}")
     return columns, reasons
+
+
+def _clock(values: Array) -> str:
+    """Whether values rise in even steps: "." or the row of the first odd step; "" if not."""
+    steps = np.diff(values)
+    if len(steps) < 2 or not steps.min() > 0.0:
+        return ""
+    odd = np.abs(steps / np.median(steps) - 1.0) > _EVEN
+    if odd.sum() > _ODD * len(steps):
+        return ""
+    return f" but for row {int(odd.argmax()) + 2}" if odd.any() else "."
 
 
 def _converts(unit: str, to: Sequence[str]) -> bool:
@@ -103,40 +148,3 @@ def _converts(unit: str, to: Sequence[str]) -> bool:
             continue
         return True
     return False
-
-
-def _roughness(values: Array) -> float:
-    return float(np.std(np.diff(values)) / np.std(values))
-
-
-def _said(
-    table: Table,
-    kind: str,
-    roles: Sequence[Role],
-    columns: dict[str, str],
-    reasons: list[str],
-    *,
-    named: bool,
-) -> Onward:
-    """The command, with columns that it would not find itself or that lack a unit."""
-    pairs = []
-    timed = columns.get("t") != "?"
-    if not timed:
-        columns = {role: name for role, name in columns.items() if role != "t"}
-        reasons.append("t: no column holds times; put the rows per second for HZ")
-    for role in roles:
-        name = columns.get(role.name, "")
-        if not name:
-            continue
-        free = name == "?" or role.name == "t" or not role.units
-        bare = not free and not table.units.get(name)
-        if bare:
-            reasons.append(f"{role.name}: the unit is unknown; name it, such as {role.units[0]}")
-        if bare or not named:
-            pairs.append(f"{role.name}={name}" + (f":{role.units[0]}" if bare else ""))
-    words = ["macromicro", "identify", kind, table.file]
-    if not timed:
-        words += ["--rate", "HZ"]
-    if pairs:
-        words += ["--columns", ",".join(pairs)]
-    return Onward(shlex.join(words), tuple(reasons))

@@ -9,12 +9,11 @@ from numpy.typing import NDArray
 
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
-from macromicro.models import joule
-from macromicro.models.joule import Filament
-from macromicro.models.shape_memory import Alloy
 from macromicro.thesis.chapter2 import _actuator_runs as principle
-from macromicro.thesis.chapter2 import _calorimetry
+from macromicro.thesis.chapter2 import _calorimetry, joule
 from macromicro.thesis.chapter2._actuator_runs import Cycle, Principle
+from macromicro.thesis.chapter2.joule import Filament
+from macromicro.thesis.chapter2.shape_memory import Alloy
 
 if TYPE_CHECKING:
     from macromicro.thesis.chapter2._wire_tests import Readings

@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.models.shape_memory import Alloy, detwinned, strain
 from macromicro.plant.bench import Bench
 from macromicro.plant.flexure import GRAM_FORCE
 from macromicro.thesis.chapter2 import _calorimetry, _wire_tests
 from macromicro.thesis.chapter2._calorimetry import Scan
 from macromicro.thesis.chapter2._wire_tests import HOT, ROOM, Readings, Specimen, Turning
+from macromicro.thesis.chapter2.shape_memory import Alloy, detwinned, strain
 
 # Figure 2.8: the load of the kiln [gf], and turning temperatures inside the loop [degC].
 LOAD = 30.0

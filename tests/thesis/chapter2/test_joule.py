@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from macromicro.models import joule
-from macromicro.models.joule import Filament
+from macromicro.thesis.chapter2 import joule
+from macromicro.thesis.chapter2.joule import Filament
 
 
 def test_time_constant_and_end() -> None:

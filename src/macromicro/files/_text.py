@@ -1,0 +1,371 @@
+"""Text of columns, of any size: pyarrow parses the requested columns, or a slow reader does."""
+
+from __future__ import annotations
+
+import codecs
+import io
+import math
+import re
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.errors import InputError, ProblemError
+from macromicro.files import naming
+from macromicro.files._layout import (
+    BLANKS,
+    EMPTY,
+    HEADING,
+    MISSING,
+    REMARKS,
+    SAMPLE,
+    TEXT,
+    TIME,
+    Layout,
+    Part,
+    cells,
+    layouts,
+    number,
+)
+from macromicro.files._progress import bar
+from macromicro.files.table import Columns, Table
+from macromicro.schema.text import printable
+
+_WHOLE = 1 << 22  # bytes: a larger text is searched for further headings in its sample only
+_BLOCK = 1 << 20  # bytes that are parsed at a time; of larger ones more stays with the process
+_SAMPLING = re.compile(r"sampl|rate|frequency|abtast", re.IGNORECASE)
+_NUMBER = r"([0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]+)?)"
+_HERTZ = re.compile(rf"{_NUMBER}\s*(k?hz)|(k?hz)\W+{_NUMBER}", re.IGNORECASE)
+_SIZE = {"hz": 1.0, "khz": 1e3}
+_EMPTY = (*MISSING, *(" " * k for k in range(1, 9)))
+_SPACES, _DOT = bytes.maketrans(b"\t\r", b"  "), bytes.maketrans(b",", b".")
+_MOST_UNREAD = 0.5  # lines or cells per row
+_X = "X_Value"  # LabVIEW's column of times
+Item = TypeVar("Item")
+
+
+class UnreadLinesWarning(UserWarning):
+    """Lines of a text that are no rows of its table were left out."""
+
+
+def table(path: Path, where: str) -> Table:
+    """The columns of a text; those of further tables as "2.name", by their order in the file."""
+    with path.open("rb") as file:
+        sample = file.read(_WHOLE + 1)
+    whole = len(sample) <= _WHOLE
+    found = layouts(sample if whole else sample[:SAMPLE], whole, where)
+    first = _one(path, where, found[0])
+    if len(found) == 1:
+        return first
+    order = sorted(found, key=lambda layout: layout.lines)
+    tables = {"": first}
+    for layout in found[1:]:
+        tables[f"{order.index(layout) + 1}."] = _one(path, where, layout)
+    homes = {mark + name: (mark, name) for mark, one in tables.items() for name in one.columns}
+
+    def fetch(names: Sequence[str]) -> dict[str, Array]:
+        values: dict[str, Array] = {}
+        for mark, one in tables.items():
+            own = {name: homes[name][1] for name in names if homes[name][0] == mark}
+            read = one.several(list(own.values()))
+            values |= {name: read[inner] for name, inner in own.items()}
+        return values
+
+    def joined(each: Callable[[Table], Mapping[str, Item]]) -> dict[str, Item]:
+        return {m + name: item for m, one in tables.items() for name, item in each(one).items()}
+
+    others = ", ".join(
+        sorted(f"{mark}{next(iter(tables[mark].columns))}" for mark in tables if mark)
+    )
+    text = (
+        f"{where}: {len(found)} tables with headings of their own; the longest is the one from line"
+    )
+    text += f" {found[0].lines + 1} on, columns of others are called {others}, ..."
+    warnings.warn(text, UnreadLinesWarning, stacklevel=2)
+    return first._replace(
+        columns=Columns(homes, fetch),
+        units=joined(lambda one: one.units),
+        reasons=joined(lambda one: one.reasons),
+        doubtful=joined(lambda one: one.doubtful),
+        words=tuple(mark + name for mark, one in tables.items() for name in one.words),
+    )
+
+
+def _one(path: Path, where: str, layout: Layout) -> Table:
+    names, doubtful = list(layout.names), {}
+    for name in dict.fromkeys(names):
+        if names.count(name) > 1:
+            doubtful[name] = f"the name {name!r} occurs twice"
+    units, reasons = naming.units_in(names)
+    for name, unit, kind in zip(names, layout.units, layout.kinds, strict=True):
+        if unit:
+            units[name], reasons[name] = unit, naming.IN_ROW
+        if kind == TIME:
+            units[name], reasons[name] = "s", naming.DATES
+    note = "" if layout.headed else f"there is no heading ({HEADING}): columns are called 1, 2, ..."
+    made = Columns(names, lambda wanted: columns(path, where, layout, wanted))
+    words = tuple(n for n, kind in zip(names, layout.kinds, strict=True) if kind in (TEXT, EMPTY))
+    found = Table(where, made, units, {}, reasons, doubtful, words, note, _rate(layout.before))
+    return _labview(found, layout.before)
+
+
+def _rate(lines: Sequence[str]) -> float:
+    """Rows per second of a header such as "sampling rate [Hz]: 200"; NaN without one."""
+    for line in lines:
+        if _SAMPLING.search(line) and (found := _HERTZ.search(line)):
+            return float(found[1] or found[4]) * _SIZE[(found[2] or found[3]).lower()]
+    return math.nan
+
+
+def _labview(table: Table, before: Sequence[str]) -> Table:
+    """A text's table completed by its LabVIEW header: units, and times by their step."""
+    if not before or not before[0].startswith("LabVIEW Measurement"):
+        return table
+    said = {}
+    for line in before:
+        key, _, rest = line.partition("\t")
+        said[key] = [cell.strip() for cell in rest.split("\t")]
+    units, reasons = dict(table.units), dict(table.reasons)
+    channels = [name for name in table.columns if name not in (_X, "Comment")]
+    for name, unit in zip(channels, said.get("Y_Unit_Label", []), strict=False):
+        if good := naming.spelled(unit):
+            units[name], reasons[name] = good, naming.BESIDE
+    first, step = (number(said.get(key, ["?"])[0]) or 0.0 for key in ("X0", "Delta_X"))
+    if _X in table.columns:
+        units[_X], reasons[_X] = "s", "LabVIEW's"
+    if said.get("X_Columns", [""])[0] != "No" or not step > 0.0:
+        return table._replace(units=units, reasons=reasons)
+
+    def fetch(names: Sequence[str]) -> dict[str, Array]:
+        found = table.several([name for name in names if name != _X] or channels[:1])
+        rows = len(next(iter(found.values())))
+        return {**found, _X: first + step * np.arange(rows, dtype=np.float64)}
+
+    names = dict.fromkeys([_X, *table.columns])
+    units[_X], reasons[_X] = "s", "first value and step in the header"
+    return table._replace(columns=Columns(names, fetch), units=units, reasons=reasons)
+
+
+def columns(path: Path, where: str, layout: Layout, names: Sequence[str]) -> dict[str, Array]:
+    """Some columns: by pyarrow, else without the lines that are no rows."""
+    import pyarrow as pa
+
+    try:
+        found = None if layout.parts else _parsed(path, layout, names)
+    except pa.ArrowInvalid:
+        found = None
+    if found is None:
+        found = _slow(path, where, layout, names)
+    from macromicro.files._times import seconds
+
+    for name in names:
+        if layout.kinds[layout.names.index(name)] == TIME:
+            found[name] = seconds(found[name], f"{where}, {printable(name)}")
+    if not len(found[names[0]]):
+        raise ProblemError(where, "the file has no rows", "Add rows of numbers below the heading.")
+    return {name: found[name] for name in names}
+
+
+def _parsed(path: Path, layout: Layout, names: Sequence[str]) -> dict[str, Any]:
+    """`columns` by pyarrow, block by block; times as text."""
+    import pyarrow as pa
+    from pyarrow import csv
+
+    own = [str(j) for j in range(len(layout.names))]  # names that cannot be ambiguous
+    place = {name: own[layout.names.index(name)] for name in names}
+    times = [name for name in names if layout.kinds[int(place[name])] == TIME]
+    types = {place[name]: pa.string() if name in times else pa.float64() for name in names}
+    convert = csv.ConvertOptions(
+        include_columns=list(place.values()),
+        column_types=types,
+        null_values=_EMPTY,
+        decimal_point="," if layout.comma and layout.mark == "," else ".",
+        check_utf8=False,
+    )
+    total = path.stat().st_size
+    texts: dict[str, list[Any]] = {name: [] for name in times}
+    made = {name: np.empty(0) for name in names if name not in times}
+    rows = read = 0
+    with bar(path.name, total) as shown:
+
+        def so_far(done: int) -> None:
+            nonlocal read
+            read = done
+            shown(done)
+
+        batches = csv.open_csv(
+            pa.PythonFile(_Pieces(pieces(path, layout, so_far)), mode="r"),
+            csv.ReadOptions(column_names=own, block_size=_BLOCK),
+            csv.ParseOptions(delimiter=layout.mark),
+            convert,
+        )
+        for batch in batches:
+            until = rows + batch.num_rows
+            for k, name in enumerate(names):
+                if name in texts:
+                    texts[name].append(batch.column(k))
+                    continue
+                if until > len(made[name]):
+                    made[name] = _longer(made[name], rows, until, total / max(read, 1))
+                made[name][rows:until] = batch.column(k).to_numpy(zero_copy_only=False)
+            rows = until
+    for values in made.values():
+        values.resize(rows, refcheck=False)  # gives the room back that was too much
+    return made | {name: pa.chunked_array(parts).combine_chunks() for name, parts in texts.items()}
+
+
+def _longer(values: Array, used: int, needed: int, part: float) -> Array:
+    """An array with room for the expected rows, of which `needed` are read."""
+    new = np.empty(int(needed * min(max(1.1 * part, 1.3), 1e3)) + 1000)
+    new[:used] = values[:used]
+    return new
+
+
+class _Pieces(io.RawIOBase):
+    """A file of the pieces that an iterator gives."""
+
+    def __init__(self, source: Iterator[bytes]) -> None:
+        self._source, self._rest = source, memoryview(b"")
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        while not self._rest:
+            piece = next(self._source, None)
+            if piece is None:
+                return 0
+            self._rest = memoryview(piece)
+        size = min(len(buffer), len(self._rest))
+        buffer[:size], self._rest = self._rest[:size], self._rest[size:]
+        return size
+
+
+def pieces(
+    path: Path, layout: Layout, progress: Callable[[int], None], size: int = _BLOCK
+) -> Iterator[bytes]:
+    """Whole rows in UTF-8, with one separator between cells and a dot in numbers."""
+    decoder = None
+    if layout.encoding.startswith("utf-16"):
+        decoder = codecs.getincrementaldecoder(layout.encoding)()
+    skip, rest = layout.lines, b""
+    with path.open("rb") as file:
+        while True:
+            raw = file.read(size)
+            piece = rest + (decoder.decode(raw, not raw).encode() if decoder else raw)
+            if layout.returns:
+                piece = piece.replace(b"\r", b"\n")
+            end = piece.rfind(b"\n") + 1 if raw else len(piece)
+            piece, rest = piece[:end], piece[end:]
+            while skip and piece:
+                piece = piece[piece.find(b"\n") + 1 or len(piece) :]
+                skip -= 1
+            if layout.comma and layout.mark != ",":
+                piece = piece.translate(_DOT)
+            if layout.mark == BLANKS:
+                piece = _single(piece)
+            if piece:
+                yield piece
+            if not raw:
+                return
+            progress(file.tell())
+
+
+def _single(piece: bytes) -> bytes:
+    """Rows with single spaces between cells."""
+    codes = np.frombuffer(piece.translate(_SPACES), np.uint8)
+    space = codes == ord(" ")
+    kept = ~space
+    kept[1:] |= ~(space | (codes == ord("\n")))[:-1]  # the first of several
+    return bytes(codes[kept].tobytes()).replace(b" \n", b"\n").rstrip(b" ")
+
+
+def _slow(path: Path, where: str, layout: Layout, names: Sequence[str]) -> dict[str, Any]:
+    """`columns` of a text with remarks between rows, several headings and any number format."""
+    # A line with another number of cells is left out; a cell that is no number is NaN.
+    count = len(layout.names)
+    kinds = dict(zip(layout.names, layout.kinds, strict=True))
+    open_ended = layout.kinds[-1] == EMPTY  # trailing marks, which a line may lack
+    heads = [name for j, name in enumerate(layout.names, 1) if name != f"column {j}"]
+    found: dict[str, list[Any]] = {name: [] for name in names}
+    wrong: dict[str, list[tuple[int, str]]] = {}  # by column: line and cell
+    unread: list[tuple[int, str]] = []  # line and reason
+    rows = 0
+    for k, order, line in _lines(path, layout):
+        row = cells(line, layout.mark)
+        filled = [cell for cell in row if cell]
+        if layout.headed and filled == heads:
+            continue  # the next table of a file with several
+        if layout.headed and len(heads) > 1 and set(filled) == set(heads):
+            at, problem = f"{where}, line {k}", "the columns change their order"
+            raise ProblemError(at, problem, "Make two files of this one.")
+        if len(row) == count - 1 and open_ended:
+            row.append("")
+        if len(row) == count + 1 and not row[-1]:
+            row.pop()
+        if len(row) != count:
+            unread.append((k, f"{len(row)} cell{'s' * (len(row) != 1)} instead of {count}"))
+            continue
+        rows += 1
+        for name, values in found.items():
+            cell = row[order.index(name)]
+            value = cell if kinds[name] == TIME else number(cell)
+            if value is None:
+                value = math.nan
+                wrong.setdefault(name, []).append((k, printable(cell, 40)))
+            values.append(value)
+    _judge(where, rows, unread, wrong)
+    import pyarrow as pa
+
+    return {
+        name: pa.array(values, pa.string()) if kinds[name] == TIME else np.array(values, float)
+        for name, values in found.items()
+    }
+
+
+def _lines(path: Path, layout: Layout) -> Iterator[tuple[int, tuple[str, ...], str]]:
+    """Lines that should be rows: number, names of the columns in their order, text."""
+    parts = layout.parts or (Part(layout.lines, 0, layout.names),)
+    end = "\r" if layout.returns else "\n"
+    with path.open(encoding=layout.encoding, errors="replace", newline=end) as file:
+        present, *later = parts
+        for k, raw in enumerate(file, 1):
+            line = raw.rstrip("\r\n")
+            if later and k > later[0].first:
+                present, *later = later
+            inside = k > present.first and (not present.end or k <= present.end)
+            if inside and line.strip() and line.lstrip()[0] not in REMARKS:
+                yield k, present.names, line
+
+
+def _judge(
+    where: str,
+    rows: int,
+    unread: Sequence[tuple[int, str]],
+    wrong: Mapping[str, Sequence[tuple[int, str]]],
+) -> None:
+    """Report what was left out; an error where most of the text is no table of numbers."""
+    for name, bad in wrong.items():
+        line, cell = bad[0]
+        at = f"{where}, line {line}, {printable(name)}"
+        if len(bad) > _MOST_UNREAD * rows:
+            raise InputError(at, cell, "a number, nan, or nothing")
+        warnings.warn(f"{at}: {cell!r} is no number{_more(bad)}", UnreadLinesWarning, stacklevel=2)
+    if not unread:
+        return
+    line, reason = unread[0]
+    if len(unread) > _MOST_UNREAD * rows:
+        problem = f"the heading and this line differ: {reason}"
+        raise ProblemError(f"{where}, line {line}", problem, "Give as many of each.")
+    text = f"{where}, line {line}: {reason}{_more(unread)}; left out"
+    warnings.warn(text, UnreadLinesWarning, stacklevel=2)
+
+
+def _more(lines: Sequence[object]) -> str:
+    """What a message adds that names the first of these lines."""
+    count = len(lines) - 1
+    return f", and {count} more line{'s' * (count != 1)}" if count else ""
