@@ -217,6 +217,8 @@ def transfer(kind: str, seed: int) -> Estimates:
         for method in METHODS:
             fit = getattr(identify, method)(u, y, order, order, DT)
             found, std = np.r_[fit.a, fit.b, fit.gain], np.r_[fit.std, fit.gain_std]
+            if fit.doubt:  # the result says that its intervals may not hold
+                std = np.full_like(std, np.nan)
             factors = np.c_[fit.factors, fit.gain_factors]
             yield f"linear, {method} of order {order}", names, truth, found, std, factors
 

@@ -14,7 +14,7 @@ from macromicro.errors import InputError
 from macromicro.hysteresis import from_density
 from macromicro.hysteresis.preisach import Preisach
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify.linear_fit import LinearFit
+from macromicro.identify.linear import LinearFit
 from macromicro.identify.notices import ConvergenceWarning
 from macromicro.identify.thermal import (
     StepRecord,

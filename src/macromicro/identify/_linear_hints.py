@@ -1,7 +1,6 @@
-"""Hints for a linear record: a delay, a higher order, a dead zone or a limit; and its constant.
+"""Hints for a linear record: a delay, a higher order, a dead zone or a limit; and its constant."""
 
-Each is fitted to the first part of every record and judged by a free simulation of the last part.
-"""
+# Each is fitted to the first part of every record and judged by a free simulation of the last part.
 
 from __future__ import annotations
 
@@ -12,8 +11,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify._refined import steiglitz_mcbride
-from macromicro.identify.regression import Start, free_runs, prepared
+from macromicro.identify._linear import Start, free_runs, iterated, prepared
 
 _TRAIN = 0.7  # of each record
 _LESS = 0.1  # by which part the error of the last part must be lower
@@ -125,7 +123,7 @@ def _errors(asked: Asked) -> list[Array]:
     u, y = ([part[: _cut(part)] for part in each] for each in (asked.u, asked.y))
     orders, start = (asked.na, asked.nb, asked.delay), cast(Start, asked.start)
     try:
-        theta = steiglitz_mcbride(prepared(u, y, orders, asked.dt, None, start))[0].theta
+        theta = iterated(prepared(u, y, orders, asked.dt, None, start), instruments=False).theta
         whole = prepared(asked.u, asked.y, orders, asked.dt, None, start)
     except InputError:
         return []

@@ -16,8 +16,7 @@ from macromicro.identify._central import central
 from macromicro.identify._restored import restored
 from macromicro.identify._spread import autoregression, driven, standard_errors
 from macromicro.identify.inference import Doubt, on_cooling, on_heating
-from macromicro.identify.iterated import mls
-from macromicro.identify.linear_fit import LinearFit
+from macromicro.identify.linear import LinearFit, mls
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.records import signal
 from macromicro.identify.search import least_squares
