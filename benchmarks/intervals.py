@@ -28,10 +28,10 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import coverage, eccentric, presliding, sprung
 from macromicro.identify.axis import Axis, acting, simulate, step
+from macromicro.identify.heating import StepRecord, heating
 from macromicro.identify.presliding_fit import presliding_drive
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung_fit import sprung_drive
-from macromicro.identify.thermal import StepRecord, heating
 from macromicro.kernel import compiled
 from macromicro.models.heating import Modes, step_response
 

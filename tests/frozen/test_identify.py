@@ -14,11 +14,12 @@ from scipy.signal import lfilter, max_len_seq
 from macromicro import identify
 from macromicro.identify import Axis, Filtering, dead_zone, discontinuous_dead_zone, drive
 from macromicro.identify import records as room
-from macromicro.identify._gain import asymptote, linearised, nonlinear, upper
 from macromicro.identify.hall import calibrated
+from macromicro.identify.heating import static_gain as nonlinear
 from macromicro.identify.linear import whiteness
 from macromicro.identify.smoothing import window_means, without_spikes
 from macromicro.models.weighted_gain import Exponential, exponential
+from macromicro.thesis.chapter5.actuator_fits import asymptote, linearised, upper
 
 from .record import frozen
 

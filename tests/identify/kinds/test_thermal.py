@@ -17,12 +17,11 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis import table_files
 from macromicro.identify import _report
-from macromicro.identify._gain import GainFit
+from macromicro.identify.heating import CoolingFit, GainFit, HeatingFit, StepRecord
 from macromicro.identify.kinds import heating, thermal
 from macromicro.identify.kinds.heating import Source, Steps
 from macromicro.identify.kinds.thermal import Found, Options
 from macromicro.identify.notices import DataWarning
-from macromicro.identify.thermal import CoolingFit, HeatingFit, StepRecord
 from macromicro.models.heating import Ladder, Modes, step_response
 from macromicro.models.weighted_gain import Exponential, exponential
 

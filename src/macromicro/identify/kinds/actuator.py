@@ -66,7 +66,7 @@ def identify(picking: Picking, options: Options) -> Result:
         return unheated.identify(picking, roles, options.ambient, options.austenite, options.tests)
     from macromicro.hysteresis.table_files import load_table
     from macromicro.identify import heated
-    from macromicro.identify.actuator import AMBIENT
+    from macromicro.identify.heating import AMBIENT
 
     table = load_table(options.table)
     tables = loaded(picking, ROLES)

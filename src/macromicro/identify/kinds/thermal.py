@@ -11,6 +11,7 @@ import numpy as np
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify import _report
 from macromicro.identify._report import Curves, Pair
+from macromicro.identify.heating import CoolingFit, HeatingFit, StepRecord, heating, steady
 from macromicro.identify.kinds import heating as steps
 from macromicro.identify.kinds import model_file
 from macromicro.identify.kinds.heating import Source
@@ -18,13 +19,12 @@ from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import RUN, Picked, Role, T
 from macromicro.identify.result import Line, Result
-from macromicro.identify.thermal import CoolingFit, HeatingFit, StepRecord, heating, steady
 from macromicro.identify.witnesses import within
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from macromicro.identify._gain import GainFit
+    from macromicro.identify.heating import GainFit
     from macromicro.models.heating import Modes
 
 
@@ -199,13 +199,13 @@ def _chosen(
 
 
 def _gain(rises: dict[float, float], remarks: list[tuple[str, str]]) -> GainFit | None:
-    from macromicro.identify._gain import nonlinear
+    from macromicro.identify.heating import static_gain
 
     if len(rises) < 4:
         remarks.append(("static gain", f"{len(rises)} steady voltages; four are needed for (5.2)"))
         return None
     try:
-        return nonlinear(list(rises), list(rises.values()))
+        return static_gain(list(rises), list(rises.values()))
     except (InputError, np.linalg.LinAlgError) as error:
         remarks.append(("static gain", f"(5.2) does not fit: {error}"))
         return None

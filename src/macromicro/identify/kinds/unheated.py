@@ -54,7 +54,7 @@ def identify(
 ) -> Result:
     """Heat, ladder, latent heat, stress, expansion and relays; `ambient`, `austenite` in deg C."""
     from macromicro.identify._unheated import AUSTENITE, unheated
-    from macromicro.identify.actuator import AMBIENT
+    from macromicro.identify.heating import AMBIENT
 
     wanted = (*roles, RUN)
     tables = loaded(what, wanted)
