@@ -17,6 +17,7 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.identify._spread import autoregression
 from macromicro.identify._triangle import triangle
 from macromicro.identify.records import Record, Signals, records
+from macromicro.identify.search import least_squares
 from macromicro.identify.witnesses import Told, told
 
 Start = Literal["rest", "free"]
@@ -107,7 +108,7 @@ def filtered(a: Array, x: Array) -> Array:
 
 def regressors(task: Task, outputs: Sequence[Array], a: Array) -> Array:
     """Matrix of -y[k-i], u[k-j] and d[k-l], all through 1/A; initial-state columns per record."""
-    matrix = np.zeros((len(task.roots), task.size + task.starts * len(task.data)))
+    matrix = np.zeros((sum(map(len, outputs)), task.size + task.starts * len(task.data)))
     row = 0
     for i, (u, y) in enumerate(zip(task.inputs, outputs, strict=True)):
         rows = slice(row, row + len(u))
@@ -312,8 +313,6 @@ def searched(task: Task, tried: Mapping[str, Array], noise: Array = WHITE) -> di
 
 
 def _descended(task: Task, begin: Array, noise: Array) -> Solution:
-    from scipy.optimize import least_squares
-
     roots = task.roots
 
     def missed(theta: Array) -> Array:
