@@ -28,10 +28,10 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import coverage, eccentric, presliding, sprung
 from macromicro.identify.axis import Axis, acting, simulate, step
+from macromicro.identify.heating import StepRecord, heating
 from macromicro.identify.presliding_fit import presliding_drive
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung_fit import sprung_drive
-from macromicro.identify.thermal import StepRecord, heating
 from macromicro.kernel import compiled
 from macromicro.models.heating import Modes, step_response
 
@@ -217,6 +217,8 @@ def transfer(kind: str, seed: int) -> Estimates:
         for method in METHODS:
             fit = getattr(identify, method)(u, y, order, order, DT)
             found, std = np.r_[fit.a, fit.b, fit.gain], np.r_[fit.std, fit.gain_std]
+            if fit.doubt:  # the result says that its intervals may not hold
+                std = np.full_like(std, np.nan)
             factors = np.c_[fit.factors, fit.gain_factors]
             yield f"linear, {method} of order {order}", names, truth, found, std, factors
 

@@ -23,8 +23,9 @@ A cell gives both shares; **bold** is outside 60 to 76 or 90 to 99 %.
 
 - `biased`: the average is off by more than half of the scatter of single records, so that no
   interval about it can contain the true value.
-- `withheld` or `in 40 %`: errors are reported for none of the records, or only for this fraction,
-  to which the shares then refer. Below 20 records with errors there is no share.
+- `withheld` or `in 40 %`: errors are reported without a doubt for none of the records, or only for
+  this fraction, to which the shares then refer. Below 20 such records there is no share. A linear
+  result prints its errors in any case, and names the doubt: `errors uncertain: gls is biased ...`.
 
 The headings give the number of records. The uncertainty of a share of 68 %, in %, is {doubt}
 records. `docs/coverage.json` contains bias, scatter and reported error of each.

@@ -14,11 +14,12 @@ from scipy.signal import lfilter, max_len_seq
 from macromicro import identify
 from macromicro.identify import Axis, Filtering, dead_zone, discontinuous_dead_zone, drive
 from macromicro.identify import records as room
-from macromicro.identify._gain import asymptote, linearised, nonlinear, upper
 from macromicro.identify.hall import calibrated
-from macromicro.identify.linear_fit import percent, whiteness
+from macromicro.identify.heating import static_gain as nonlinear
+from macromicro.identify.linear import whiteness
 from macromicro.identify.smoothing import window_means, without_spikes
 from macromicro.models.weighted_gain import Exponential, exponential
+from macromicro.thesis.chapter5.actuator_fits import asymptote, linearised, upper
 
 from .record import frozen
 
@@ -52,8 +53,8 @@ def test_linear_methods(name: str, order: tuple[int, int]) -> None:
             weighted = getattr(identify, name)(u, y, *order, 1e-3, weights=weights)
     names = sorted({type(w.message).__name__ for w in told})
     # How many steps rounding lets a search take at its end is the processor's.
-    fit = replace(fit, iterations=-1)
-    weighted = replace(weighted, iterations=-1) if weighted else None
+    fit = replace(fit, iterations=-1, shares=None)
+    weighted = replace(weighted, iterations=-1, shares=None) if weighted else None
     found = {"fit": fit, "weighted": weighted, "told": names}
     frozen(f"linear-{name}-{order[0]}{order[1]}", found, rel=1e-5)
 
@@ -88,7 +89,7 @@ def test_residuals_are_judged() -> None:
         {
             "white": whiteness((white,), 3),
             "coloured": whiteness((coloured, white[:200]), 3, lags=12),
-            "percent": percent([white, white + coloured], (coloured, white)),
+            "percent": room.fit_percent([white, white + coloured], (coloured, white)),
         },
     )
 

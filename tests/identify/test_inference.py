@@ -11,8 +11,9 @@ from macromicro.errors import InputError
 from macromicro.hysteresis import from_density
 from macromicro.hysteresis.preisach import Preisach
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify.inference import Doubt, full_contraction, on_cooling, on_heating
+from macromicro.identify.heating import Doubt, on_cooling, on_heating
 from macromicro.identify.kiln import turning_points
+from macromicro.thesis.chapter5.actuator_fits import full_contraction
 
 TABLE = FodTable.from_everett(
     from_density(

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
+from scipy.signal import dlsim
+from scipy.stats import chi2, t
 
-from macromicro.identify.linear_fit import LinearFit, Whiteness, percent, whiteness, withheld
+from macromicro.identify.linear import LinearFit, Whiteness, whiteness
+from macromicro.identify.records import fit_percent as percent
 
 RNG = np.random.default_rng(3)
 
@@ -106,20 +109,37 @@ def test_it_says_its_numbers_with_their_errors() -> None:
     )
 
 
-def test_coverage_factors_are_those_of_the_draws() -> None:
-    """Errors of a and b that go with the phase of one harmonic: 95 % within 1.41 standard errors,
-    and of the gain's, to which a and b add up, too; without draws they are normal."""
-    phase = 2.0 * np.pi * (np.arange(400) + 0.5) / 400
-    draws = np.column_stack([0.01 * np.sin(phase), np.cos(phase)])
-    one = np.zeros(1)
-    fit = LinearFit(
-        "sriv", np.array([-0.9]), np.array([2.0]), 1.0, 1, draws.T @ draws / 400, (one,), (one,),
-        99.0, Whiteness(one, 0.0, 1.0, True), draws=draws,
-    )  # fmt: skip
-    low, high = np.sqrt(2.0) * np.sin(0.5 * np.pi * np.array([0.6827, 0.95]))
-    np.testing.assert_allclose(fit.factors, [[low, low], [high, high]], rtol=0.01)
-    np.testing.assert_allclose(fit.gain_factors, [low, high], rtol=0.01)
-    assert fit.gain_std == pytest.approx(math.hypot(20.0 * 0.01, 1.0) / 0.1 / math.sqrt(2.0))
-    without = withheld(fit, "of no use")
-    assert without.draws is None and np.isnan(without.gain_std)
-    np.testing.assert_array_equal(without.factors[1], [1.96, 1.96])
+def test_coverage_factors_are_students_by_the_stretches_that_tell() -> None:
+    """Six stretches that tell alike have six degrees of freedom, one of them has one."""
+    found = made([-0.75], [3.0])
+    np.testing.assert_array_equal(found.factors, [[1.0, 1.0], [1.96, 1.96]])
+    shares = np.zeros((6, 2, 2))
+    shares[:, 0, 0] = 2.0
+    shares[0, 1, 1] = 5.0
+    known = replace(found, covariance=np.eye(2), shares=shares)
+    np.testing.assert_allclose(known.factors[1], t.ppf(0.975, [6.0, 1.0]))
+    slopes = np.array([[-12.0, 1.0]]) / 0.25  # of the gain by a and b
+    weights = np.einsum("i,kij,j->k", slopes[0], shares, slopes[0]) ** 2
+    degrees = weights.sum() ** 2 / (weights**2).sum()
+    assert known.gain_factors[1] == pytest.approx(t.ppf(0.975, degrees))
+
+
+def test_it_simulates_predicts_and_is_handed_to_other_packages() -> None:
+    """A model with a delay of 2 against SciPy's own simulation of what it hands over."""
+    found = replace(made([-0.75, 0.125], [3.0, 1.0]), delay=2)
+    u = RNG.normal(size=50)
+    system = found.to_scipy()
+    assert system.dt == 0.5
+    y = dlsim(system, u)[1][:, 0]
+    np.testing.assert_allclose(found.simulate(u), y, atol=1e-12)
+    np.testing.assert_allclose(found.predict(u, y), y, atol=1e-12)
+    off = y + np.eye(1, 50, 10)[0]
+    np.testing.assert_allclose((found.predict(u, off) - y)[10:13], [0.0, 0.75, -0.125], atol=1e-12)
+    assert found.score(u, y) == pytest.approx(100.0) and found.score(u, -y) < 0.0
+
+
+def test_it_is_handed_to_python_control() -> None:
+    control = pytest.importorskip("control")
+    found = replace(made([-0.75, 0.125], [3.0]), delay=0)
+    system = found.to_control()
+    assert system.dt == 0.5 and control.dcgain(system) == pytest.approx(found.gain)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import pytest
@@ -66,3 +67,21 @@ def test_half_of_an_interval_is_told_where_it_is_not_twice_the_error() -> None:
     assert lines[1].half == pytest.approx(0.705)
     plain = str(Result("drive", "a drive", None, lines[::3], [], "", dict)).splitlines()
     assert plain[1].split() == ["value", "+-", "unit"]
+
+
+def test_another_measure_of_accuracy_has_a_column_of_its_own() -> None:
+    """It sets the digits of the value, and is no standard error."""
+    lines = [
+        Line("low", 2.03456, unit="V", extra=0.5, extra_name="step"),
+        Line("slope", 1.0, 0.25),
+        Line("high", 7.0, unit="V", extra=0.01, extra_name="misfit"),
+    ]
+    found = Result("deadzone", "a zone", None, lines, [], "", dict)
+    text = str(found).splitlines()
+    assert text[1].split() == ["value", "+-", "step", "misfit", "unit"]
+    assert text[2].split() == ["low", "2.03", "0.50", "V"]
+    assert text[4].split() == ["high", "7.000", "0.010", "V"]
+    assert found.uncertainty == {"slope": 0.25}
+    values = json.loads(found.to_json())["values"]
+    assert (values[0]["error"], values[0]["extra"], values[0]["extra_name"]) == (None, 0.5, "step")
+    assert (values[1]["extra"], values[1]["extra_name"]) == (None, "")

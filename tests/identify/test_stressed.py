@@ -15,7 +15,6 @@ from macromicro.hysteresis import from_density
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify._free_run_search import Span
 from macromicro.identify._stressed_begin import MOST_VOLTAGES, NAMES, means
-from macromicro.identify.actuator import hysteresis, judged
 from macromicro.identify.notices import ConvergenceWarning, DataWarning
 from macromicro.identify.stressed import (
     _at_end,
@@ -28,6 +27,8 @@ from macromicro.identify.stressed import (
     _with,
     against,
     fit,
+    hysteresis,
+    judged,
 )
 from macromicro.models import stressed
 from macromicro.models.heating import Ladder

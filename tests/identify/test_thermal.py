@@ -8,8 +8,7 @@ import pytest
 from macromicro.columns import Column
 from macromicro.hysteresis import from_density
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify.inference import on_heating
-from macromicro.identify.thermal import inferred_step
+from macromicro.identify.heating import inferred_step, on_heating
 from macromicro.recording import Recording
 
 COLUMNS = (Column("t", "s", ""), Column("laser", "um", ""))

@@ -14,19 +14,18 @@ from macromicro.errors import InputError
 from macromicro.hysteresis import from_density
 from macromicro.hysteresis.preisach import Preisach
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify.linear_fit import LinearFit
-from macromicro.identify.notices import ConvergenceWarning
-from macromicro.identify.thermal import (
+from macromicro.identify.heating import (
     StepRecord,
     averaged,
     cooling,
     heating,
-    heating_mls,
-    needed_goal,
     steady,
 )
+from macromicro.identify.linear import LinearFit
+from macromicro.identify.notices import ConvergenceWarning
 from macromicro.models.heating import Modes, ladder, step_response
 from macromicro.recording import Recording
+from macromicro.thesis.chapter5.actuator_fits import heating_mls, needed_goal
 
 COLUMNS = (Column("t", "s", ""), Column("laser", "um", ""), Column("ctrl", "V", ""))
 MODES = Modes(1.3, 0.09, 0.012, 0.7, 0.2, 0.1)

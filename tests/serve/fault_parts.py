@@ -78,7 +78,6 @@ class Scene:
     def start(self) -> None:
         trusted(self.folder / "position.json")
         self.station.start()
-        until(lambda: self.station.snapshot().pace.periods)
         self.station.record(self.file)
         self.station.acquire(CLIENT)
         self.ask(m.Enable())

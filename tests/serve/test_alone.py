@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from serve_parts import until
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
@@ -111,7 +110,6 @@ def test_a_micro_stage_alone(lab: str, tmp_path: Path) -> None:
         with Station(f"{lab}:stage", settings=patient(), state=tmp_path / "p.json") as station:
             assert station.stages == (m.MICRO,)
             station.acquire("a test")
-            until(lambda: station.snapshot().pace.periods)
             assert isinstance(station.request("a test", m.Enable()), Accepted)
             end = done(station, m.MoveTo(1.2e-3))
             assert end.outcome == "done" and end.position == pytest.approx(1.2e-3, abs=2e-5)

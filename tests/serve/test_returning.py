@@ -115,5 +115,4 @@ def test_a_loop_that_was_killed_is_not_started_by_itself(station: Make, log: Any
     time.sleep(10.0 * FIRST_S)
     assert not machine.snapshot().running
     machine.start()
-    until(lambda: machine.snapshot().pace.periods)
     assert isinstance(machine.acquire("test"), Accepted)

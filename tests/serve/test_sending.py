@@ -142,7 +142,6 @@ def test_of_what_a_silent_loop_was_sent_only_a_stop_is_done_later(station: Make,
     machine = station(reply_timeout=0.1)
     machine.start()
     machine.acquire("test")
-    until(lambda: machine.snapshot().pace.periods)
 
     def asked(request: Any) -> Any:
         os.kill(int(log[PID]), signal.SIGSTOP)

@@ -162,12 +162,10 @@ def test_trust_survives_an_orderly_end_but_not_an_encoder_elsewhere(
     until(lambda: machine.snapshot().trust == "homed")  # the words come behind the row
     machine.stop()
     machine.start()
-    until(lambda: machine.snapshot().pace.periods)
     assert machine.snapshot().trusted
     until(lambda: "restored" in machine.snapshot().trust)
     machine.stop()
     monkeypatch.setenv("MACROMICRO_TEST_COUNT", "50")
     machine.start()
-    until(lambda: machine.snapshot().pace.periods)
     assert not machine.snapshot().trusted
     until(lambda: "reads 50, was left at 0" in machine.snapshot().trust)

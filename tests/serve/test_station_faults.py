@@ -36,7 +36,6 @@ def test_a_killed_loop_is_told_and_its_motions_are_lost(station: Make, log: Any)
     assert isinstance(machine.request("test", m.Enable()), Refused)
     assert math.isnan(machine.emergency())
     machine.start()  # the remedy
-    until(lambda: machine.snapshot().pace.periods)
     assert machine.snapshot().fault is None
     until(lambda: "interrupted" in machine.snapshot().trust)
     assert causes(machine, "loop") == ["started", "rig stopped", "died", "started"]
@@ -96,7 +95,6 @@ def test_a_few_missed_periods_are_counted_and_nothing_stops(station: Make, log: 
     machine = station()  # its share is 1: never
     machine.start()
     motion = begun(machine)
-    until(lambda: machine.snapshot().pace.periods)
     before = machine.snapshot().pace
     os.kill(int(log[PID]), signal.SIGSTOP)
     time.sleep(0.2)

@@ -56,7 +56,6 @@ def test_trust_from_homing_to_a_kill(tmp_path: Path) -> None:
     left = station.snapshot()
 
     with station:  # an orderly end: the place is known
-        until(lambda: station.snapshot().pace.periods)
         now = station.snapshot()
         assert now.trusted
         assert now.macro_count == pytest.approx(left.macro_count, abs=1.0)
@@ -73,7 +72,6 @@ def test_trust_from_homing_to_a_kill(tmp_path: Path) -> None:
         assert kept.moving
 
     with station:  # a kill on the way: it is not
-        until(lambda: station.snapshot().pace.periods)
         assert not station.snapshot().trusted
         until(lambda: "interrupted" in station.snapshot().trust)
         station.acquire("test")
@@ -91,7 +89,6 @@ def coasting(tmp_path: Path) -> Iterator[Station]:
     path = tmp_path / "position.json"
     persist.save(path, Kept(settings.kept_as("twin"), 0.0, 0.0, True, "homed", False, 0.0))
     with Station(settings=settings, state=path) as station:
-        until(lambda: station.snapshot().pace.periods)
         station.acquire("test")
         ask(station, m.Enable())
         ask(station, m.MoveMacro(2500))

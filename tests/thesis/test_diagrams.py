@@ -15,7 +15,7 @@ from macromicro.drawing._symbols import FRACTION, plain
 from macromicro.drawing.diagram import Diagram
 from macromicro.drawing.exhibit import SVG, rendered
 from macromicro.drawing.flow import Flow, targets
-from macromicro.identify import regression
+from macromicro.identify import _linear
 from macromicro.identify.smoothing import without_spikes
 from macromicro.models.macro import MacroModel
 from macromicro.thesis.diagrams import DIAGRAMS, drawn
@@ -160,8 +160,8 @@ def test_numbers_of_the_flow_charts_are_the_codes_own() -> None:
     for name, unit in (("steepest", "degC/s"), ("window", "s"), ("longest", "s")):
         assert f"{defaults[name].default:g}\u00a0{unit}" in smoothing
     squares = " ".join(text_of(drawn("4.2").body))
-    assert f"{regression.MAX_ITERATIONS} iterations" in squares
-    assert f"1/{1.0 / regression._TOLERANCE:.0f} " in squares
+    assert f"{_linear.MAX_ITERATIONS} iterations" in squares
+    assert f"1/{1.0 / _linear._TOLERANCE:.0f} " in squares
 
 
 def signs(number: str) -> dict[tuple[str, str], str]:

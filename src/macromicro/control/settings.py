@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, NamedTuple, Self
 
-from macromicro.control import calibration, macro, micro, outside, stability
+from macromicro.control import calibration, macro, micro, micro_stability, outside, stability
 from macromicro.control.arrival import Sequence
 from macromicro.control.calibration import Calibration
 from macromicro.control.law import Law
@@ -117,7 +117,7 @@ class Control(NamedTuple):
     def unstable(self) -> list[tuple[str, Any, str]]:
         """Gains that are unstable on the nominal bench; refused from live clients."""
         loops = (stability.problem(law, getattr(self, law.field)) for law in LAWS)
-        return [each for each in loops if each is not None]
+        return [each for each in loops if each is not None] + micro_stability.problems(self)
 
 
 def prepare(

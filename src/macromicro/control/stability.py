@@ -90,11 +90,11 @@ def problem(law: Law, gains: Any) -> tuple[str, float, str] | None:
         return f"{law.field}.{name}", value, f"gains of a stable loop, such as {usual[name]:g}"
     name, bound = found
     value = getattr(gains, name)
-    spoken = _spoken(gains, name, bound)
-    return f"{law.field}.{name}", value, words(value, bound, spoken)
+    accepted = words(value, bound, spoken(gains, name, bound))
+    return f"{law.field}.{name}", value, accepted
 
 
-def _spoken(gains: Any, name: str, bound: float) -> str:
+def spoken(gains: Any, name: str, bound: float) -> str:
     par = next(e.par for e in entries(gains) if e.path == name)
     return str(par.spoken(bound))
 

@@ -18,16 +18,17 @@ if TYPE_CHECKING:
     from macromicro.identify.discontinuity import Side as Side
     from macromicro.identify.discontinuity import discontinuous_dead_zone as discontinuous_dead_zone
     from macromicro.identify.driven import Filtering as Filtering
-    from macromicro.identify.equation_error import gls as gls
-    from macromicro.identify.equation_error import least_squares as least_squares
     from macromicro.identify.hall import calibrate as calibrate
-    from macromicro.identify.iterated import mls as mls
-    from macromicro.identify.iterated import sriv as sriv
     from macromicro.identify.kinds import KINDS as KINDS
     from macromicro.identify.kinds import from_files as from_files
-    from macromicro.identify.linear_fit import LinearFit as LinearFit
-    from macromicro.identify.linear_fit import Whiteness as Whiteness
-    from macromicro.identify.noise_model import box_jenkins as box_jenkins
+    from macromicro.identify.linear import LinearFit as LinearFit
+    from macromicro.identify.linear import Whiteness as Whiteness
+    from macromicro.identify.linear import box_jenkins as box_jenkins
+    from macromicro.identify.linear import gls as gls
+    from macromicro.identify.linear import least_squares as least_squares
+    from macromicro.identify.linear import mls as mls
+    from macromicro.identify.linear import output_error as output_error
+    from macromicro.identify.linear import sriv as sriv
     from macromicro.identify.notices import ConvergenceWarning as ConvergenceWarning
     from macromicro.identify.notices import DataWarning as DataWarning
     from macromicro.identify.notices import ResampledWarning as ResampledWarning
@@ -43,7 +44,6 @@ if TYPE_CHECKING:
     from macromicro.identify.records import lowpassed as lowpassed
     from macromicro.identify.result import Result as Result
     from macromicro.identify.runs import Run as Run
-    from macromicro.identify.simulation_error import output_error as output_error
 
 # Public name -> the module that defines it. For type checkers: also import it above.
 _HOMES = {
@@ -56,7 +56,7 @@ _HOMES = {
     "Estimate": "axis_inverse",
     "Filtering": "driven",
     "KINDS": "kinds",
-    "LinearFit": "linear_fit",
+    "LinearFit": "linear",
     "Loop": "play_operators",
     "Result": "result",
     "ResampledWarning": "notices",
@@ -67,25 +67,25 @@ _HOMES = {
     "Side": "discontinuity",
     "Trial": "deadzone",
     "UnstableWarning": "notices",
-    "Whiteness": "linear_fit",
+    "Whiteness": "linear",
     "average_runs": "records",
-    "box_jenkins": "noise_model",
+    "box_jenkins": "linear",
     "calibrate": "hall",
     "dead_zone": "deadzone",
     "differentiated": "records",
     "discontinuous_dead_zone": "discontinuity",
     "drive": "axis_fit",
     "from_files": "kinds",
-    "gls": "equation_error",
+    "gls": "linear",
     "integrated": "records",
-    "least_squares": "equation_error",
+    "least_squares": "linear",
     "load_plays": "play_operators",
     "lowpassed": "records",
-    "mls": "iterated",
-    "output_error": "simulation_error",
+    "mls": "linear",
+    "output_error": "linear",
     "plays": "play_operators",
     "simulate": "axis",
-    "sriv": "iterated",
+    "sriv": "linear",
 }
 
 __getattr__, __dir__ = front_door(__name__, _HOMES)

@@ -1,7 +1,6 @@
-"""Hints for a linear record: a delay, a higher order, a dead zone or a limit; and its constant.
+"""Hints for a linear record: a delay, a higher order, a dead zone or a limit; and its constant."""
 
-Each is fitted to the first part of every record and judged by a free simulation of the last part.
-"""
+# Each is fitted to the first part of every record and judged by a free simulation of the last part.
 
 from __future__ import annotations
 
@@ -12,8 +11,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify._refined import steiglitz_mcbride
-from macromicro.identify.regression import Start, free_runs, prepared
+from macromicro.identify._linear import Start, free_runs, iterated, prepared
 
 _TRAIN = 0.7  # of each record
 _LESS = 0.1  # by which part the error of the last part must be lower
@@ -70,24 +68,16 @@ def _others(asked: Asked, unit: str) -> Iterator[tuple[Asked, str]]:
     higher = asked._replace(na=na + 1, nb=nb + 1)
     yield higher, f"an order of {na + 1} (--order {na + 1},{nb + 1},{delay})"
     size = max(float(np.abs(u).max()) for u in asked.u)
-    dead = {p * size: _through(asked, _without(p * size)) for p in _PARTS}
+    dead = {p * size: _limited(asked, low=p * size) for p in _PARTS}
     width = min(dead, key=lambda at: _left(dead[at]))
     yield dead[width], f"a dead zone of {width:.2g} {unit}".rstrip() + f" (--width {width:.2g})"
-    cut = {p * size: _through(asked, _within(p * size)) for p in _PARTS}
+    cut = {p * size: _limited(asked, high=p * size) for p in _PARTS}
     limit = min(cut, key=lambda at: _left(cut[at]))
     yield cut[limit], f"an input that acts up to {limit:.2g} {unit} only".replace("  ", " ")
 
 
-def _without(width: float) -> Sequence[float]:
-    return (width, np.inf)
-
-
-def _within(limit: float) -> Sequence[float]:
-    return (0.0, limit)
-
-
-def _through(asked: Asked, ends: Sequence[float]) -> Asked:
-    low, high = ends
+def _limited(asked: Asked, low: float = 0.0, high: float = np.inf) -> Asked:
+    """The input beyond a dead zone and within a limit."""
     inputs = [np.sign(u) * np.minimum(np.maximum(np.abs(u) - low, 0.0), high) for u in asked.u]
     return asked._replace(u=inputs)
 
@@ -125,7 +115,7 @@ def _errors(asked: Asked) -> list[Array]:
     u, y = ([part[: _cut(part)] for part in each] for each in (asked.u, asked.y))
     orders, start = (asked.na, asked.nb, asked.delay), cast(Start, asked.start)
     try:
-        theta = steiglitz_mcbride(prepared(u, y, orders, asked.dt, None, start))[0].theta
+        theta = iterated(prepared(u, y, orders, asked.dt, None, start), instruments=False).theta
         whole = prepared(asked.u, asked.y, orders, asked.dt, None, start)
     except InputError:
         return []

@@ -112,7 +112,7 @@ def larger(one: Array, other: Array) -> Array:
     return np.asarray(base * np.outer(scale, scale))
 
 
-def covering(one: Array, other: Array, chance: float = 1.0) -> Array:
+def covering(one: Array, other: Array) -> Array:
     """A covariance that bounds two others in every combination of parameters."""
     size = np.sqrt(np.diag(one))
     size = np.where(size > 0.0, size, 1.0)
@@ -120,7 +120,7 @@ def covering(one: Array, other: Array, chance: float = 1.0) -> Array:
     root = turned * np.sqrt(np.maximum(power, _FLAT * power.max(initial=0.0)))
     back = np.linalg.pinv(root)
     ratio, across = np.linalg.eigh(back @ (other / np.outer(size, size)) @ back.T)
-    wide = root @ across * np.sqrt(np.where(ratio > chance, np.maximum(ratio, 1.0), 1.0))
+    wide = root @ across * np.sqrt(np.maximum(ratio, 1.0))
     return np.asarray(wide @ wide.T * np.outer(size, size))
 
 
@@ -145,16 +145,6 @@ def _neighbours(count: int) -> Array:
     """Weights of the products of neighbours by their distance."""
     last = int(_LAGS * np.cbrt(count))
     return np.asarray(1.0 - np.arange(1, last + 1) / (last + 1.0))
-
-
-def by_chance(count: int, p: int) -> float:
-    """Factor by which the largest variance of `clustered` may be too large by chance.
-
-    (1 + sqrt(p / k))^2 with k = n / (1 + 2 sum w^2) independent products, w the weights of
-    neighbours (V. Marchenko, L. Pastur, Math. USSR Sbornik 1, 1967, p. 457).
-    """
-    worth = count / (1.0 + 2.0 * float(np.sum(_neighbours(count) ** 2)))
-    return float((1.0 + np.sqrt(p / worth)) ** 2)
 
 
 def standard_errors(slopes: Array) -> Array:

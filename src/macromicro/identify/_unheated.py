@@ -19,8 +19,9 @@ from macromicro.hysteresis.table import FodTable
 from macromicro.identify._free_run_search import Span, ended, nearest, search, slopes
 from macromicro.identify._spread import clustered
 from macromicro.identify._transformation import Branch, quantile, relays
-from macromicro.identify.actuator import AMBIENT, hysteresis
+from macromicro.identify.heating import AMBIENT
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
+from macromicro.identify.stressed import hysteresis
 from macromicro.kernel import compiled, kernel
 from macromicro.models import stressed
 from macromicro.models.heating import Ladder

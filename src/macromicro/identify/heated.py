@@ -19,7 +19,7 @@ from macromicro.control.inverse.model import Inverse
 from macromicro.errors import ProblemError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify import stressed
-from macromicro.identify.actuator import AMBIENT
+from macromicro.identify.heating import AMBIENT
 from macromicro.identify.records import signal
 from macromicro.identify.stressed import StressedFit
 from macromicro.models import stressed as stressed_model

@@ -295,3 +295,10 @@ def lowpassed(
         raise InputError("cutoff", cutoff, f"between 0 and {0.5 / dt:g} Hz")
     sections = butter(order, 2.0 * dt * cutoff, output="sos")
     return sosfilt(sections, signal(u, "u")), sosfilt(sections, signal(y, "y"))
+
+
+def fit_percent(outputs: Sequence[Array], runs: Sequence[Array]) -> float:
+    """100 (1 - |y - model| / |y - mean y|) over all records, each about its own mean."""
+    missed = sum(float(((y - f) ** 2).sum()) for y, f in zip(outputs, runs, strict=True))
+    spread = sum(float(((y - y.mean()) ** 2).sum()) for y in outputs)
+    return 100.0 * (1.0 - (missed / spread) ** 0.5) if spread > 0.0 else float("nan")

@@ -30,9 +30,8 @@ TABLES = ("hall_calibration.csv", "table.h5", "table.csv", "stress_map.csv")
 NAMES = (RESULT, MODEL, *drawings.names(FIGURES), *TABLES)
 _PLAIN, _DIGITS = (-5, 7), 10  # powers of ten that are written out; the most digits of others
 WIDE = 120  # characters, where no terminal says how wide it is
-_COLUMNS = ("name", "value", "+-", "95 % +-", "unit", "note")
-_NUMBERS, _UNHEADED = ("value", "+-", "95 % +-"), ("name", "note")
-_ALWAYS = ("name", "value", "+-", "unit")
+_NUMBERS, _WORDS = ("value", "+-", "95 % +-"), ("unit", "note")  # columns of the table
+_ALWAYS = ("value", "+-", "unit")
 
 
 class Line(NamedTuple):
@@ -52,6 +51,8 @@ class Line(NamedTuple):
     note: str = ""  #: meaning
     #: coverage factor: half of the 95 % interval, in standard errors (`coverage`)
     factor: float = NORMAL[1]
+    extra: float = math.nan  #: another measure of accuracy, in `unit`; NaN for none
+    extra_name: str = ""  #: column of `extra`, such as "misfit" or "step"
 
     @property
     def half(self) -> float:
@@ -187,15 +188,15 @@ class Result:
         console.print(Text(self.title), soft_wrap=True)
         table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
         rows = [_cells(line) for line in self.lines]
-        kept = [k for k, name in enumerate(_COLUMNS) if name in _ALWAYS or any(r[k] for r in rows)]
-        for k in kept:
-            name = _COLUMNS[k]
-            right = name in _NUMBERS
-            table.add_column(
-                "" if name in _UNHEADED else name, justify="right" if right else "left"
-            )
-        for cells in rows:
-            table.add_row(*(Text(cells[k]) for k in kept))
+        extras = dict.fromkeys(line.extra_name for line in self.lines if line.extra_name)
+        names = [*_NUMBERS, *extras, *_WORDS]
+        kept = [n for n in names if n in _ALWAYS or any(n in row for row in rows)]
+        table.add_column("")
+        for name in kept:
+            right = name not in _WORDS
+            table.add_column("" if name == "note" else name, justify="right" if right else "left")
+        for line, cells in zip(self.lines, rows, strict=True):
+            table.add_row(Text(line.name), *(Text(cells.get(n, "")) for n in kept))
         console.print(table)
         for name, text in self.remarks:
             console.print(Text(f"{name}: {text}"), soft_wrap=True)
@@ -212,11 +213,15 @@ class Result:
         return "\n".join(line.rstrip() for line in text.getvalue().splitlines())
 
 
-def _cells(line: Line) -> tuple[str, ...]:
-    """A line of the table; half of the 95 % interval if it is not twice the error."""
+def _cells(line: Line) -> dict[str, str]:
+    """A line of the table by column; half of the 95 % interval if it is not twice the error."""
     value, error = rounded(line.value, line.error)
-    half = "" if not error or is_normal(line.factor) else rounded(line.value, line.half)[1]
-    return line.name, value, error, half, line.unit, line.note
+    cells = {"value": value, "+-": error, "unit": line.unit, "note": line.note}
+    if error and not is_normal(line.factor):
+        cells["95 % +-"] = rounded(line.value, line.half)[1]
+    if math.isfinite(line.extra):
+        cells["value"], cells[line.extra_name] = rounded(line.value, line.extra)
+    return {name: text for name, text in cells.items() if text}
 
 
 def rounded(value: float, error: float = math.nan) -> tuple[str, str]:

@@ -20,7 +20,7 @@ from macromicro.identify import _stressed_begin
 from macromicro.identify._free_run_search import Span, ended, nearest, search
 from macromicro.identify._spread import standard_errors
 from macromicro.identify._stressed_begin import NAMES, TIMES
-from macromicro.identify.actuator import AMBIENT, Judgement, hysteresis, judged
+from macromicro.identify.heating import AMBIENT
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.records import signal
 from macromicro.models import stressed
@@ -228,3 +228,29 @@ def against(model: Stressed, recording: Recording) -> Judgement:
     x = signal(recording["laser"], "laser") * 1e-3
     made = stressed.simulate(model, recording["ctrl"], recording.dt)[0]
     return judged(t, x, made, model.hysteresis.span)
+
+
+def hysteresis(table: FodTable) -> Hysteresis:
+    """The table in the form that the kernels take, mm."""
+    return Hysteresis(table.everett(), table.f_low, table.span)
+
+
+class Judgement(NamedTuple):
+    """Error of a model, as shares of the stroke."""
+
+    steady: float  # difference at the end
+    dynamic: float  # RMS until the measured position has come to stay
+    whole: float  # RMS throughout
+
+
+def judged(t: Array, measured: Array, model: Array, stroke: float) -> Judgement:
+    """Error of a model's position; the dynamic part is the rise and 1.5 times its time (2 %)."""
+    error = (model - measured) / stroke
+    last = t >= t[-1] - 0.02 * (t[-1] - t[0])
+    arrived = int(np.argmax(measured >= 0.98 * measured.max()))
+    moving = t <= t[0] + 1.5 * (t[arrived] - t[0])
+    return Judgement(
+        float(error[last].mean()),
+        float(np.sqrt(np.mean(error[moving] ** 2))),
+        float(np.sqrt(np.mean(error**2))),
+    )

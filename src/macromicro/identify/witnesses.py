@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.identify.coverage import SHARES
+from macromicro.identify.coverage import NORMAL, SHARES
 
 _LEAST = 1e-6  # of what a witness leaves unfitted
 _FLAT = 1e-12  # of what is told of the best known combination
@@ -21,6 +21,8 @@ _FLAT = 1e-12  # of what is told of the best known combination
 class Told(NamedTuple):
     covariance: Array  # of the parameters
     freedom: Array  # degrees of freedom of their standard errors
+    # of each cluster: its part of the parameters' covariance, were all errors independent
+    shares: Array
 
 
 def told(information: Array, scores: Array) -> Told:
@@ -37,12 +39,27 @@ def told(information: Array, scores: Array) -> Told:
         "kij,kj->ki", (turns * grown[:, None, :]) @ turns.transpose(0, 2, 1), scores @ back.T
     )
     parts = own @ back  # of each witness in each parameter's error
-    weights = np.diagonal(back.T @ shares @ back, axis1=1, axis2=2) ** 2
+    shares = np.asarray(back.T @ shares @ back)
+    return Told(np.asarray(parts.T @ parts), degrees(shares, np.eye(len(back))), shares)
+
+
+def degrees(shares: Array, slopes: Array) -> Array:
+    """Degrees of freedom of functions of the parameters, to first order."""
+    weights = np.einsum("ij,kjl,il->ki", slopes, shares, slopes) ** 2
     spread = (weights**2).sum(axis=0)
-    freedom = np.where(
+    return np.where(
         spread > 0.0, weights.sum(axis=0) ** 2 / np.where(spread > 0.0, spread, 1.0), 1.0
     )
-    return Told(np.asarray(parts.T @ parts), np.asarray(freedom))
+
+
+def factors(shares: Array | None, slopes: Array) -> Array:
+    """Student's coverage factors of functions of the parameters for 68 and 95 %, (2, m)."""
+    if shares is None:
+        return np.repeat(np.array(NORMAL)[:, None], len(slopes), axis=1)
+    from scipy.stats import t
+
+    held = 0.5 + 0.5 * np.array(SHARES)
+    return np.asarray(t.ppf(held[:, None], degrees(shares, slopes)))
 
 
 def within(degrees: float) -> float:

@@ -23,6 +23,7 @@ from macromicro.serve.settings import LiveSettings
 from macromicro.serve.snapshot import RecordingState
 
 REST_S = 5.0  # longest wait for rest at the end
+FIRST_S = 1.0  # longest wait for the first period
 
 
 class Station(Observed):
@@ -57,7 +58,7 @@ class Station(Observed):
         return self._connection.realtime
 
     def start(self) -> None:
-        """Start the loop process; returns once it runs, all compiled and outputs safe."""
+        """Start the loop process; returns once its first period has read the sensors."""
         if self._connection.running:
             return
         self.stop()  # what is left of a loop that died
@@ -66,6 +67,9 @@ class Station(Observed):
         self._minder = threading.Thread(target=self._mind, name="minder", daemon=True)
         self._minder.start()
         self._returning.start()
+        deadline = time.monotonic() + FIRST_S  # a rig may be silent: the snapshot says so
+        while not self.snapshot().pace.periods and time.monotonic() < deadline:
+            time.sleep(1e-3)
 
     def stop(self) -> None:
         """Decelerate, make the outputs safe, end the loop process and the recording."""

@@ -74,7 +74,7 @@ def test_what_was_found_is_told(tmp_path: Path, monkeypatch, sensor: float) -> N
     assert ("sensor" in lines) == math.isfinite(sensor)
     assert ("sensor's lag" in dict(result.remarks)) == math.isnan(sensor)
     assert 'micro_law = "inverse"' in result.toml
-    assert set(result.draw()) == {"last", "heat"}
+    assert set(result.draw()) == {"free_run", "residuals", "heat"}
     record(2e-3, 3e-3).save(tmp_path / "b.h5")
     judged = kinds.from_files(
         "actuator", tmp_path / "a.h5", table=tmp_path / "t.h5", tests=(str(tmp_path / "b.h5"),)
@@ -82,7 +82,10 @@ def test_what_was_found_is_told(tmp_path: Path, monkeypatch, sensor: float) -> N
     free = simulate(fit.model, original["ctrl"], original.dt, math.nan)[0]
     missed = 1e-3 * np.asarray(original["laser"]) - free
     assert judged.data["tests"][0]["rms"] == pytest.approx(float(np.sqrt(np.mean(missed**2))))
-    assert "free_run" in judged.draw() and "test" in [line.name for line in judged.lines]
+    titles = [axes.get_title("left") for axes in judged.draw()["free_run"].axes]
+    assert titles[:2] == ["fitted", "not fitted: b.h5"] and "test" in [
+        line.name for line in judged.lines
+    ]
 
 
 @pytest.mark.slow

@@ -86,4 +86,4 @@ def test_a_test_without_a_stroke_or_of_another_rate_is_refused(file: Path, tmp_p
     for path, said in ((still, "no stroke"), (other, "sample time is 0.01 s")):
         part = runs(loaded(Picking((path,), {}), carriage.ROLES)[0])[0]
         with pytest.raises(InputError, match=rf"--test, .*{said}"):
-            carriage._tried(fit, part, str(path))
+            carriage._predicted(fit, part, str(path))

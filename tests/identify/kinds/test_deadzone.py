@@ -15,7 +15,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.deadzone import DeadZone, Trial
 from macromicro.identify.discontinuity import discontinuous_dead_zone
-from macromicro.identify.kinds import deadzone, foretelling
+from macromicro.identify.kinds import deadzone
 from macromicro.identify.kinds.deadzone import Options
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.picking import Picked
@@ -40,12 +40,17 @@ def file(tmp_path: Path) -> Path:
     return table(tmp_path / "a.csv", "t_s,u_V,x_counts", np.arange(len(u)) * DT, u, x)
 
 
+def steady(name: str, volts: float) -> Line:
+    note = "lowest with steady motion"
+    return Line(name, volts, unit="V", note=note, extra=0.5, extra_name="step")
+
+
 def test_thresholds_of_both_directions(file: Path) -> None:
     found = deadzone.identify(given(file), Options(travel=(0.0, 1000.0)))
     lines = facts(found.lines)
     assert list(lines) == ["positive", "negative", "width"]
-    assert lines["positive"] == Line("positive", 2.0, 0.5, "V", "lowest with steady motion")
-    assert lines["negative"] == Line("negative", -3.0, 0.5, "V", "lowest with steady motion")
+    assert lines["positive"] == steady("positive", 2.0)
+    assert lines["negative"] == steady("negative", -3.0)
     assert lines["width"][:2] == ("width", 3.0) and math.isnan(lines["width"].error)
     assert lines["width"][3:5] == ("V", "the larger one, which an inverse adds")
     said = dict(found.remarks)
@@ -229,8 +234,8 @@ def test_a_run_that_goes_otherwise_counts_as_wrong(file: Path, tmp_path: Path) -
     seen = other(tmp_path / "b.csv", 2.2, 3.0)
     lower = zone(positive=2.5, negative=3.0)
     runs = deadzone.constant(deadzone.loaded(given(seen), deadzone.ROLES)[0])
-    told = foretelling.foretold(lower, None, runs, "b.csv", 0.05)
-    assert (told.right, len(told.runs), told.trial) == (1, 2, None)
+    told = deadzone.prediction(lower, None, runs, "b.csv", 0.05)
+    assert (told.right, len(told.runs), told.distance) == (1, 2, None)
 
 
 def test_with_a_gain_the_way_is_foretold_too(file: Path, tmp_path: Path) -> None:
@@ -249,7 +254,7 @@ def test_within_the_dead_zone_the_model_stands() -> None:
     )
     t = np.arange(20) * DT
     runs = [Run(t, np.full(20, v), np.full(20, 7.0)) for v in (1.0, -1.75, 3.0)]
-    one = foretelling.trial(law, runs, "f")
+    one = deadzone.travelled(law, runs, "f")
     assert list(one.model[:40]) == [7.0] * 40
     assert one.model[41] - 7.0 == pytest.approx(2000.0 * DT)
     assert list(np.diff(one.t)) == pytest.approx([DT] * 59)

@@ -10,12 +10,12 @@ from tests.identify.kinds.seen import degrees
 
 from macromicro.errors import InputError
 from macromicro.hysteresis import FodTable
+from macromicro.identify.heating import StepRecord
 from macromicro.identify.kinds import heating
 from macromicro.identify.kinds.heating import Source
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.picking import Picked
 from macromicro.identify.runs import Run
-from macromicro.identify.thermal import StepRecord
 
 DT = 0.1
 MEASURED = Source(None, None)

@@ -53,8 +53,9 @@ def test_saturations_misfit_and_prediction(tmp_path: Path) -> None:
     lines = facts(found.lines)
     assert list(lines) == [
         "input, from", "input, to", "output, low", "output, high", "misfit", "prediction",
-        "negative weight",
+        "negative weight", "test",
     ]  # fmt: skip
+    assert lines["test"].value > 99.0
     made = found.model
     own = made.misfit().rms
     assert 0.0 < own < 0.02
@@ -62,7 +63,12 @@ def test_saturations_misfit_and_prediction(tmp_path: Path) -> None:
     assert lines["output, low"].value == pytest.approx(2.0, abs=0.01)
     assert lines["output, high"].value == pytest.approx(2.0 + scale, abs=0.02)
     for name in ("output, low", "output, high"):
-        assert lines[name][2:4] == (own, "mm")
+        assert (lines[name].extra, lines[name].extra_name, lines[name].unit) == (
+            own,
+            "misfit",
+            "mm",
+        )
+        assert math.isnan(lines[name].error)
     assert lines["misfit"].value == pytest.approx(100.0 * own / 4.0, rel=0.01)
     held = found.data["holdout_rms"]
     assert 0.0 < held < 0.05 and held != own
@@ -72,7 +78,9 @@ def test_saturations_misfit_and_prediction(tmp_path: Path) -> None:
     assert found.data["misfit"]["rms"] == own
     said = dict(found.remarks)
     assert said["curves"] == "10 descending, 410 points"
-    assert said[f"prediction of {test}"].endswith("of range, from its first point on")
+    assert said[f"prediction of {test}"].endswith(
+        "of range, over 41 samples, from its first point on"
+    )
     content = tomllib.loads(found.toml)["hysteresis"]
     assert content["input"] == [10.0, 20.0] and content["table"] == "table.h5"
     assert content["output"] == pytest.approx([2.0, 2.0 + scale], abs=0.02)

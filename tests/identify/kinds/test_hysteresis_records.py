@@ -14,6 +14,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis import FodTable, Preisach, congruency, wiping_out
 from macromicro.hysteresis.table_files import load_table, save_table
+from macromicro.identify import _report
 from macromicro.identify.kinds import hysteresis
 from macromicro.identify.kinds.curves import Found
 from macromicro.identify.kinds.hysteresis import Options
@@ -60,7 +61,8 @@ TABLE = FodTable(
 
 def said(folder: Path, u: Array, f: Array) -> str:
     file = table(folder / "test.csv", "u,f", u, f)
-    name, text = hysteresis._tested(TABLE, str(file), {}, {})
+    one, how = hysteresis._predicted(TABLE, str(file), {}, {})
+    name, text = _report.of_range(one, abs(TABLE.span), how)
     assert name == f"prediction of {file}"
     return text
 
@@ -72,19 +74,25 @@ def test_a_recording_is_predicted_from_its_first_point(tmp_path: Path) -> None:
     model.initialise_at(5.0, start)
     f = model.run(u)
     assert f[0] == pytest.approx(start)
-    assert said(tmp_path, u, f) == "RMS 0.00 % of range, from its first point on"
+    assert (
+        said(tmp_path, u, f)
+        == f"RMS 0.00 % of range, over {len(u)} samples, from its first point on"
+    )
     off = np.r_[0.0, 0.4 * (-1.0) ** np.arange(len(u) - 1)]  # a tenth of the range
-    assert said(tmp_path, u, f + off) == "RMS 9.94 % of range, from its first point on"
+    assert (
+        said(tmp_path, u, f + off)
+        == f"RMS 9.94 % of range, over {len(u)} samples, from its first point on"
+    )
     # A second point that the first one does not lead to.
     jump = np.r_[5.0, 9.0, u[2:]]
     model.initialise_at(5.0, start)
-    assert said(tmp_path, jump, model.run(jump)).startswith("RMS 0.00 % of range, from its first")
+    assert said(tmp_path, jump, model.run(jump)).startswith("RMS 0.00 % of range, over 91 samples")
     # Below both branches there is no state: from negative saturation.
     model.reset("negative")
     f = model.run(u)
     assert said(tmp_path, u, np.r_[-9.0, f[1:]]).endswith("from negative saturation on")
     assert said(tmp_path, u, np.r_[f[0] - 1.0, f[1:]]) == (
-        "RMS 2.62 % of range, from negative saturation on"
+        "RMS 2.62 % of range, over 91 samples, from negative saturation on"
     )
 
 
@@ -127,6 +135,8 @@ def test_numbered_cycles_are_cut_as_the_same_rows_without_numbers(tmp_path: Path
     ]
     plain, numbered = (hysteresis.identify(given(file), Options()) for file in files)
     np.testing.assert_array_equal(numbered.model.values, plain.model.values)
-    _, told = hysteresis._tested(plain.model, str(files[1]), {}, {})
+    tested = hysteresis.identify(given(files[0]), Options(tests=(str(files[1]),)))
     rms = 100.0 * plain.model.misfit().rms / abs(plain.model.span)
-    assert told == f"RMS {rms:.2f} % of range over 4 curves, each from its saturation"
+    (said,) = (text for name, text in tested.remarks if name.startswith("prediction of"))
+    assert said.startswith(f"RMS {rms:.2f} % of range")
+    assert said.endswith("4 curves, each from its saturation")

@@ -141,7 +141,7 @@ def test_curves_of_a_test_begin_at_saturation_each(tmp_path: Path) -> None:
     test = written(tmp_path / "b.csv", "u,f,curve", u[falls], f[falls], curve[falls])
     found = from_files("hysteresis", file, tests=(str(test),))
     said = dict(found.remarks)[f"prediction of {test}"]
-    assert said.endswith("over 7 curves, each from its saturation")
+    assert said.endswith(" samples, 7 curves, each from its saturation")
     with pytest.raises(InputError, match="a record that is not fitted"):
         from_files("hysteresis", file, tests=(str(file),))
 

@@ -14,6 +14,7 @@ from macromicro.errors import InputError
 from macromicro.files.reading import read
 from macromicro.hysteresis import prandtl, prandtl_rate
 from macromicro.hysteresis.prandtl_fit import PrandtlFit
+from macromicro.identify import _report
 from macromicro.identify.kinds import plays
 from macromicro.identify.kinds.plays import ROLES, Options
 from macromicro.identify.picking import pick
@@ -148,7 +149,7 @@ def predicted(folder: Path, law: prandtl.Prandtl, u: Array, errors: Array) -> st
     """What is said of another recording whose output is off by `errors`, for a range of 40."""
     file = table(folder / "test.csv", "u,f", u, followed(law, u) + errors)
     picked = pick(read(file), ROLES, {})
-    name, text = plays._tested(law, picked, 40.0)
+    name, text = _report.of_range(plays._predicted(law, picked), 40.0)
     assert name == f"prediction of {file}"
     return text
 

@@ -16,12 +16,12 @@ from tests.identify.kinds.seen import degrees, facts, given, plots, table
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis import table_files
-from macromicro.identify._gain import GainFit
+from macromicro.identify import _report
+from macromicro.identify.heating import CoolingFit, GainFit, HeatingFit, StepRecord
 from macromicro.identify.kinds import heating, thermal
 from macromicro.identify.kinds.heating import Source, Steps
 from macromicro.identify.kinds.thermal import Found, Options
 from macromicro.identify.notices import DataWarning
-from macromicro.identify.thermal import CoolingFit, HeatingFit, StepRecord
 from macromicro.models.heating import Ladder, Modes, step_response
 from macromicro.models.weighted_gain import Exponential, exponential
 
@@ -200,17 +200,15 @@ def test_figures_of_the_step_its_residuals_and_the_gain() -> None:
     step = one.records[2.0]
     error = np.where(np.arange(100) < 2, math.nan, 0.0)
     one.records[2.0] = step._replace(rise=step.rise + 1.0, error=error)
-    drawn = thermal._draw(one, [])
-    top = plots(drawn["free_run"])[0]
+    drawn = thermal._drawn(one)
+    curves = thermal._curves(one)
+    top = plots(_report.free_run(curves.pairs, [], curves.label))[0]
     model = 20.0 * step_response(MODES, step.t[2:])
     assert top.y == "temperature rise [K]"
     np.testing.assert_allclose(top.lines[0][1], step.t[2:])
     np.testing.assert_allclose(top.lines[0][2], step.rise[2:] + 1.0)
     np.testing.assert_allclose(top.lines[1][2], model)
-    rest = plots(drawn["residuals"])[0]
-    assert rest.y == "temperature rise [K]"
-    np.testing.assert_allclose(rest.lines[0][1], np.arange(98) * 0.5)
-    np.testing.assert_allclose(rest.lines[0][2], step.rise[2:] + 1.0 - model)
+    assert curves.dt == 0.5
     gain = plots(drawn["gain"])[0]
     assert (gain.title, gain.x, gain.y) == ("static gain", "voltage [V]", "temperature rise [K]")
     (a, x, y), (b, xs, curve) = gain.lines
@@ -219,7 +217,7 @@ def test_figures_of_the_step_its_residuals_and_the_gain() -> None:
     np.testing.assert_array_equal(y, 10.0 * np.arange(1.0, 6.0))
     np.testing.assert_allclose(xs, np.linspace(1.0, 5.0, 100))
     np.testing.assert_allclose(curve, [exponential(GAIN.model, v) for v in xs])
-    assert len(plots(thermal._draw(found(3), [])["gain"])[0].lines) == 1
+    assert len(plots(thermal._drawn(found(3))["gain"])[0].lines) == 1
 
 
 def test_model_toml_holds_every_number() -> None:

@@ -58,7 +58,7 @@ def test_what_was_found_is_told(files: list[Path], asked: list) -> None:
     share = 100.0 * found.data["tests"][0]["rms"] / 2.0
     assert said["test records"] == f"{share:.2f} % of the range at most"
     drawn = found.plot()
-    assert set(drawn) == {"free_run", "branches", "heat"}
+    assert set(drawn) == {"free_run", "residuals", "branches", "heat"}
     told = tomllib.loads(found.toml)["actuator"]
     assert told[heat.replace(" ", "_").replace(".", "p")] == pytest.approx(lines[heat].value)
     assert "test" not in told

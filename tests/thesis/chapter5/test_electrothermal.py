@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from macromicro.drawing.exhibit import Drawn
-from macromicro.identify import thermal
-from macromicro.identify.actuator import AMBIENT
+from macromicro.identify.heating import AMBIENT, cooling
 from macromicro.thesis.chapter5._electrothermal_figures import FAST_S
 from macromicro.thesis.chapter5._electrothermal_runs import ABOVE_STOP, BELOW_STOP, HELD_S
 from macromicro.thesis.chapter5._kiln_claims import KilnRuns
@@ -96,7 +95,7 @@ def test_cooling_passes_63_percent_where_it_is_marked(
     lines = labelled(axes(shown["5.16"])[0])
     mark = next(x for name, x in lines.items() if name.startswith("63 %"))
     ((time,), (level,)) = mark.get_data()
-    assert time == thermal.cooling(models.table, models.data.warm, AMBIENT).time
+    assert time == cooling(models.table, models.data.warm, AMBIENT).time
     for name, most in (("first order, identified", 0.05), ("1.575 V to 0 V, cycled", 0.5)):
         t, y = lines[name].get_data()
         known = np.isfinite(y)

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from macromicro.identify import actuator, thermal
-from macromicro.identify.actuator import AMBIENT
+from macromicro.identify.heating import AMBIENT, cooling
 from macromicro.models import heating
 from macromicro.recording import Recording
-from macromicro.thesis.chapter5 import electrothermal_claims
+from macromicro.thesis.chapter5 import actuator_fits, electrothermal_claims
 from macromicro.thesis.chapter5.actuator_models import Models
 from macromicro.thesis.claims import DIFFERS, REPRODUCED, Claim
 
@@ -59,7 +58,7 @@ def test_traces_are_what_the_steps_were_judged_by(models: Models) -> None:
     """Figure 5.17 draws the same free runs that claim S10 judges."""
     for volts in (1.5, 1.8):
         trials = models.data.steps[volts]
-        again = actuator.against(models.thesis.model, trials)
+        again = actuator_fits.against(models.thesis.model, trials)
         assert models.steps[volts] == pytest.approx(again, abs=1e-12)
         trace = models.traces[volts]
         mean = np.mean([r["laser"] for r in trials], axis=0) * 1e-3
@@ -72,8 +71,8 @@ def test_warm_and_cold_cooling_and_both_identifications_are_told(models: Models)
     found = {c.id: c for c in electrothermal_claims.claims(models)}
     assert "by MLS of order three" in found["S7"].reason
     assert "after 4 cycles" in found["S8"].reason
-    warm = thermal.cooling(models.table, models.data.warm, AMBIENT).time
-    cold = thermal.cooling(models.table, models.data.cooled[1.575], AMBIENT).time
+    warm = cooling(models.table, models.data.warm, AMBIENT).time
+    cold = cooling(models.table, models.data.cooled[1.575], AMBIENT).time
     assert found["S8"].measured == warm
     assert f"{cold:.2f} s from cold" in found["S8"].reason
     assert warm > cold, "warm plates cool more slowly"

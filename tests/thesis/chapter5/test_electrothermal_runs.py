@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.identify import thermal
+from macromicro.identify.heating import averaged, cooling, inferred_step, steady
 from macromicro.models import heating
 from macromicro.models.heating import from_transfer, step_response
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.runs import drives
-from macromicro.thesis.chapter5 import _electrothermal_runs
+from macromicro.thesis.chapter5 import _electrothermal_runs, actuator_fits
 from macromicro.thesis.chapter5._electrothermal_runs import StepData
 from macromicro.thesis.chapter5.actuator_models import Models
 
@@ -24,7 +24,7 @@ def test_trials_differ_by_noise_only(stepped: StepData) -> None:
     first, second, _ = stepped.steps[1.6]
     apart = first["laser"] - second["laser"]
     assert 0.0 < apart.std() < 5.0
-    t, mean = thermal.averaged([first, second])
+    t, mean = averaged([first, second])
     np.testing.assert_allclose(mean, 0.5e-3 * (first["laser"] + second["laser"]))
     assert t[-1] == pytest.approx(200.0, abs=0.02)
 
@@ -38,9 +38,9 @@ def test_stop_is_reached_above_1_6_volts_only(stepped: StepData) -> None:
 
 
 def test_a_step_at_the_stop_has_no_steady_temperature(stepped: StepData, models: Models) -> None:
-    record = thermal.inferred_step(models.table, stepped.steps[1.8], 25.0)
+    record = inferred_step(models.table, stepped.steps[1.8], 25.0)
     with pytest.raises(InputError, match="the position is saturated"):
-        thermal.steady(record)
+        steady(record)
 
 
 def test_asymptote(models: Models) -> None:
@@ -74,8 +74,8 @@ def test_heating_dynamics(models: Models) -> None:
 @pytest.mark.filterwarnings("ignore:mls. not settled")
 def test_mls_finds_the_same_dynamics(stepped: StepData, models: Models) -> None:
     """Section 5.2.2: (5.6) was found by MLS."""
-    record = thermal.inferred_step(models.table, stepped.steps[1.6], 25.0)
-    fit = thermal.heating_mls(record, thermal.steady(record), 0.2)
+    record = inferred_step(models.table, stepped.steps[1.6], 25.0)
+    fit = actuator_fits.heating_mls(record, steady(record), 0.2)
     y = fit.simulate(np.ones(300))
     printed = step_response(PRINTED, np.arange(300) * 0.2)
     assert np.sqrt(np.mean((y - printed) ** 2)) / np.ptp(printed) < 0.05
@@ -89,7 +89,7 @@ def test_cooling_constant(models: Models) -> None:
 
 def test_cooling_record_without_cooling_is_refused(stepped: StepData, models: Models) -> None:
     with pytest.raises(InputError, match="never returns to 0"):
-        thermal.cooling(models.table, stepped.steps[1.6], 25.0)
+        cooling(models.table, stepped.steps[1.6], 25.0)
 
 
 def test_full_model_fails_as_the_thesis_says(models: Models) -> None:

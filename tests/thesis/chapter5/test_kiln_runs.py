@@ -7,7 +7,6 @@ import pytest
 from scipy.ndimage import median_filter
 
 from macromicro.errors import InputError
-from macromicro.identify.inference import full_contraction
 from macromicro.identify.kiln import cleaned, first_order_curves, fod_table, predicted
 from macromicro.identify.smoothing import without_spikes
 from macromicro.kernel import compiled
@@ -18,6 +17,7 @@ from macromicro.rig.fixtures import KILN_PERIOD, KilnTwin
 from macromicro.rig.session import KILN, Fixture
 from macromicro.thesis.chapter5 import kiln_runs as kiln
 from macromicro.thesis.chapter5._kiln_claims import KilnRuns
+from macromicro.thesis.chapter5.actuator_fits import full_contraction
 from macromicro.thesis.chapter5.kiln_runs import KilnData
 
 

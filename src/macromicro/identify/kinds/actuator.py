@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from macromicro.arrays import Array
 from macromicro.columns import Column
-from macromicro.identify.kinds import model_file, testing, unheated
+from macromicro.identify import _report
+from macromicro.identify._report import Curves, Pair
+from macromicro.identify.kinds import model_file, unheated
 from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.picking import RUN, Picked, Role, T, runs
 from macromicro.identify.result import Line, Result
 from macromicro.recording import Recording
@@ -66,11 +66,11 @@ def identify(picking: Picking, options: Options) -> Result:
         return unheated.identify(picking, roles, options.ambient, options.austenite, options.tests)
     from macromicro.hysteresis.table_files import load_table
     from macromicro.identify import heated
-    from macromicro.identify.actuator import AMBIENT
+    from macromicro.identify.heating import AMBIENT
 
     table = load_table(options.table)
     tables = loaded(picking, ROLES)
-    others = testing.unseen(options.tests, picking, ROLES, tables[0])
+    others = _report.unseen(options.tests, picking, ROLES, tables[0])
     records = [one for file in tables for one in _records(file)]
     room = AMBIENT if options.ambient is None else options.ambient
     found = heated.found(table, records, room)
@@ -82,8 +82,7 @@ def identify(picking: Picking, options: Options) -> Result:
         if name.startswith("heat ")
     ]
     lines.append(Line("lag", fit.model.lag, math.nan, "s", "of the driver"))
-    trials = [_tried(found, one, file.file) for file in others for one in _records(file)]
-    lines += testing.lines(trials, "mm")
+    tests = [_free(found, one, file.file) for file in others for one in _records(file)]
     remarks = [("fit", f"{1e3 * fit.rms:.2g} um RMS over {len(records)} records")]
     if math.isfinite(found.sensor):
         lines.append(Line("sensor", found.sensor, math.nan, "s", "lag of the position's sensor"))
@@ -91,22 +90,18 @@ def identify(picking: Picking, options: Options) -> Result:
         remarks.append(("sensor's lag", "unknown without a column y; taken as 0"))
     head = f"An actuator under the law `{LAW}`: macromicro run --config model.toml"
     toml = model_file.gains(head, "fine", found.gains, LAW)
-    data = {
-        "rms_um": 1e3 * fit.rms,
-        "iterations": fit.iterations,
-        "tests": testing.data(trials),
-    }
+    data = {"rms_um": 1e3 * fit.rms, "iterations": fit.iterations}
     title = "c1 T' = heat(u) - (T - plates) / r1, less latent heat; relays at T, less stress"
-    return Result(
-        "actuator",
-        title,
-        found.gains,
-        lines,
-        remarks,
-        toml,
-        lambda: _draw(found, records, trials),
-        data,
-    )
+
+    def draw() -> dict[str, Figure]:
+        return {"heat": unheated.heat_map(fit.model.volts, fit.model.heat, "CTRL [V]")}
+
+    def curves() -> Curves:
+        free = [_free(found, record, "") for record in records]
+        return Curves(free, "contraction [mm]", records[0].dt)
+
+    parts = Result("actuator", title, found.gains, lines, remarks, toml, draw, data)
+    return _report.completed(parts, "mm", tests, curves)
 
 
 def _records(file: Picked) -> list[Recording]:
@@ -124,36 +119,11 @@ def _records(file: Picked) -> list[Recording]:
     return made
 
 
-def _free(found: HeatedFit, record: Recording) -> Array:
-    """The model's contraction over a record from cold, mm."""
+def _free(found: HeatedFit, record: Recording, file: str) -> Pair:
+    """Contraction over a record from cold, mm: by the laser and by the model."""
     from macromicro.models import stressed
 
     cut = record["contract"] if "contract" in record else np.nan  # noqa: SIM401 -- no dictionary
-    return np.asarray(stressed.simulate(found.fit.model, record["ctrl"], record.dt, cut)[0])
-
-
-def _tried(found: HeatedFit, record: Recording, file: str) -> Trial:
+    model = stressed.simulate(found.fit.model, record["ctrl"], record.dt, cut)[0]
     measured = 1e-3 * np.asarray(record["laser"])
-    return Trial(file, np.asarray(record["t"]), measured, _free(found, record))
-
-
-def _draw(found: HeatedFit, records: list[Recording], trials: list[Trial]) -> dict[str, Figure]:
-    """The last record and the test records with free simulations, and the heat map."""
-    from macromicro.identify.kinds import pictures
-
-    last, model = records[-1], found.fit.model
-    made = _free(found, last)
-    t = np.asarray(last["t"])
-    curves = [
-        ("measured", t, 1e-3 * np.asarray(last["laser"]), "-"),
-        ("model, free simulation", t, made, "--"),
-    ]
-    heat = [("heat map", model.volts, model.heat, "o-")]
-    drawn = {
-        "last": pictures.points("the last record", "time [s]", "contraction [mm]", curves),
-        "heat": pictures.points("final warming of the wires", "CTRL [V]", "[K]", heat),
-    }
-    if trials:
-        last_ones = [t], [1e-3 * np.asarray(last["laser"])], [made]
-        drawn["free_run"] = testing.drawn(*last_ones, trials, "contraction [mm]")
-    return drawn
+    return Pair(file, np.asarray(record["t"]), measured, np.asarray(model))

@@ -10,9 +10,10 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify.kinds import model_file, testing
+from macromicro.identify import _report
+from macromicro.identify._report import Curves, Pair
+from macromicro.identify.kinds import model_file
 from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.picking import RUN, Role, T, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.witnesses import within
@@ -46,7 +47,7 @@ def identify(picking: Picking, options: Options) -> Result:
     from macromicro.identify import carriage
 
     tables = loaded(picking, ROLES)
-    others = testing.unseen(options.tests, picking, ROLES, tables[0])
+    others = _report.unseen(options.tests, picking, ROLES, tables[0])
     records = [part for table in tables for part in runs(table)]
     pitch, said = _pitch(records, options.pitch, tables[0].file)
     fit = carriage.carriage([_columns(r) for r in records], pitch)
@@ -70,7 +71,7 @@ def identify(picking: Picking, options: Options) -> Result:
         remarks.append(("compliance at rest", _NO_NUDGES))
     if poor:
         remarks.append(("poorly determined by these strokes", ", ".join(poor)))
-    trials = [_tried(fit, part, file.file) for file in others for part in runs(file)]
+    tests = [_predicted(fit, part, file.file) for file in others for part in runs(file)]
     values = {f"controller.own.{line.name}": (line.value, line.note) for line in lines[:-1]}
     head = f"A carriage under the law `{LAW}`: macromicro run --config model.toml"
     toml = model_file.settings(head, values, LAW)
@@ -79,38 +80,42 @@ def identify(picking: Picking, options: Options) -> Result:
         what = "at rest, by an effort at the swing's frequency; not included in the swing"
         lines.append(Line("give", way, of_way, "m/V", what))
         lines.append(Line("give lag", lag, of_lag, "s", "of this motion, beyond the delay"))
-    lines += testing.lines(trials, "counts")
 
     def draw() -> dict[str, Figure]:
         from macromicro.identify.kinds import pictures
 
         t = np.arange(len(fit.records[0].u), dtype=np.float64) * fit.dt
-        off = [
+        friction = [("friction beyond the model's", t, fit.motion[0][3], "-")]
+        return {"friction": pictures.points("by the law's estimator", "time [s]", "[V]", friction)}
+
+    def curves() -> Curves:
+        left = [
             r.counts + 0.5 - m[0] / fit.model.pitch
             for r, m in zip(fit.records, fit.motion, strict=True)
         ]
-        friction = [("friction beyond the model's", t, fit.motion[0][3], "-")]
-        rows = fit.records
-        times = [np.arange(len(r.u), dtype=np.float64) * fit.dt for r in rows]
-        free = [carriage.free_run(fit.model, r, fit.dt) for r in rows]
-        return {
-            "free_run": testing.drawn(times, [r.counts for r in rows], free, trials, "counts"),
-            "residuals": pictures.leftover(off, fit.dt, "counts"),
-            "friction": pictures.points("by the law's estimator", "time [s]", "[V]", friction),
-        }
+        free = [
+            Pair(
+                "",
+                np.arange(len(r.u), dtype=np.float64) * fit.dt,
+                r.counts,
+                carriage.free_run(fit.model, r, fit.dt),
+            )
+            for r in fit.records
+        ]
+        return Curves(free, "counts", fit.dt, left)
 
     title = "x'' = push (u(t - delay) - friction(x') sign x') - drag x' + share (swing)"
     data = {
         "surprise": fit.surprise,
         "strokes": strokes,
         "swing_rms_m": fit.swing_rms,
-        "tests": testing.data(trials),
     }
-    return Result("carriage", title, fit.model, lines, remarks, toml, draw, data)
+    parts = Result("carriage", title, fit.model, lines, remarks, toml, draw, data)
+    return _report.completed(parts, "counts", tests, curves)
 
 
-def _tried(fit: CarriageFit, part: Mapping[str, Array], file: str) -> Trial:
-    """Test strokes, each simulated from its start."""
+def _predicted(fit: CarriageFit, part: Mapping[str, Array], file: str) -> Pair:
+    """Validation strokes, each simulated from its start."""
     from macromicro.identify import carriage
 
     r = carriage.cut(*_columns(part))
@@ -122,11 +127,10 @@ def _tried(fit: CarriageFit, part: Mapping[str, Array], file: str) -> Trial:
     if abs(float(t[1] - t[0]) - fit.dt) > _SAME * fit.dt:
         found = f"its sample time is {t[1] - t[0]:.3g} s, that of the fit {fit.dt:.3g} s"
         raise ProblemError(f"--test, {file}", found, "Give a test with the fit's.")
-    return Trial(file, t - t[0], r.counts, carriage.free_run(fit.model, r, fit.dt))
+    return Pair(file, t - t[0], r.counts, carriage.free_run(fit.model, r, fit.dt))
 
 
 def _note(meaning: str, apart: tuple[float, float] | None) -> str:
-    """Meaning of a parameter, and its values from single records."""
     if apart is None:
         return meaning
     return f"{meaning}; {apart[0]:.3g} to {apart[1]:.3g} by each record alone"

@@ -3,23 +3,31 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify.kinds import foretelling, model_file, testing
+from macromicro.identify import _report
+from macromicro.identify._report import Curves, Pair
+from macromicro.identify.kinds import model_file
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import RUN, Picked, Role, T, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run, checked
 from macromicro.nominal import FULL_SCALE
+from macromicro.schema.text import printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from macromicro.identify.deadzone import DeadZone
+    from macromicro.identify.deadzone import Trial as Outcome
     from macromicro.identify.discontinuity import DiscontinuousDeadZone
 
 
@@ -34,6 +42,9 @@ X = Role(
 )
 ROLES = (T, U, X, RUN)
 LEAST = 20
+_NEXT = 1e-9  # V: what rounding does to a voltage
+_NO_RUN = "there is no stretch at a constant voltage other than 0"
+_RECORD = "Record open-loop runs, each at one voltage."
 
 
 class Options(NamedTuple):
@@ -45,18 +56,25 @@ class Options(NamedTuple):
     tests: tuple[str, ...] = ()  # files with runs that are not fitted
 
 
+class Prediction(NamedTuple):
+    file: str
+    runs: tuple[Outcome, ...]
+    right: int  # number of runs that move on without a pause, or pause, as the dead zone predicts
+    distance: Pair | None  # positions, and those by (4.5); None without a gain
+
+    def data(self) -> dict[str, Any]:
+        more = {} if self.distance is None else _report.validation_data([self.distance])[0]
+        return {"file": self.file, "runs": len(self.runs), "right": self.right, **more}
+
+
 def identify(picking: Picking, options: Options) -> Result:
     from macromicro.identify import dead_zone
 
     tables = loaded(picking, ROLES)
-    others = testing.unseen(options.tests, picking, ROLES, tables[0])
+    others = _report.unseen(options.tests, picking, ROLES, tables[0])
     records = [run for table in tables for run in constant(table)]
     if not records:
-        raise ProblemError(
-            tables[0].file,
-            "there is no stretch at a constant voltage other than 0",
-            "Record open-loop runs, each at one voltage.",
-        )
+        raise ProblemError(tables[0].file, _NO_RUN, _RECORD)
     known = tables[0].constants
     travel = options.travel
     if travel is None and {"travel_low", "travel_high"} <= set(known):
@@ -65,15 +83,15 @@ def identify(picking: Picking, options: Options) -> Result:
         raise InputError("--pause", options.pause, "a time above 0 s")
     zone = dead_zone(records, travel=travel, pause=options.pause)
     lines = [
-        Line("positive", zone.positive, step_below(zone, 1.0), "V", "lowest with steady motion"),
-        Line("negative", -zone.negative, step_below(zone, -1.0), "V", "lowest with steady motion"),
-        Line("width", zone.width, math.nan, "V", "the larger one, which an inverse adds"),
+        _lowest("positive", zone.positive, step_below(zone, 1.0)),
+        _lowest("negative", -zone.negative, step_below(zone, -1.0)),
+        Line("width", zone.width, unit="V", note="the larger one, which an inverse adds"),
     ]
     places = tables[0].units["x"] or "x"
     moved = sum(t.uninterrupted for t in zone.trials)
     remarks = [
         ("runs", f"{len(records)} at {len(zone.volts)} voltages, {moved} moved without a pause"),
-        ("+-", "the step to the next lower voltage that was tried"),
+        ("step", "to the next lower voltage that was tried"),
         ("by place", spread(zone, places)),
     ]
     data = {
@@ -86,9 +104,10 @@ def identify(picking: Picking, options: Options) -> Result:
     if options.gain is not None:
         law = jump(records, options.gain, options.width or zone.width, remarks)
         lines += jump_lines(law)
-    seen = [foretelling.foretold(zone, law, constant(t), t.file, options.pause) for t in others]
-    lines += foretelling.lines(seen, places)
+    seen = [prediction(zone, law, constant(t), t.file, options.pause) for t in others]
+    lines += prediction_lines(seen)
     data["tests"] = [one.data() for one in seen]
+    distances = [one.distance for one in seen if one.distance is not None]
 
     def draw() -> dict[str, Figure]:
         from macromicro.identify.kinds import pictures
@@ -97,13 +116,13 @@ def identify(picking: Picking, options: Options) -> Result:
         for sign, name in ((1, "forwards"), (-1, "backwards")):
             starts, lowest = zone.thresholds(sign)
             series.append((name, starts, lowest, "o-"))
-        series += foretelling.marks(seen)
+        series += marks(seen)
         speeds = [
             (f"{v:g} V", zone.places, row, "-")
             for v, row in zip(zone.volts, zone.speeds, strict=True)
         ]
         shown = speeds[:: max(1, math.ceil(len(speeds) / 8))]
-        drawn = {
+        return {
             "thresholds": pictures.points(
                 "lowest voltage that moved on from each start",
                 f"start [{places}]",
@@ -114,16 +133,75 @@ def identify(picking: Picking, options: Options) -> Result:
                 "speed by place", f"place [{places}]", f"speed [{places}/s]", shown
             ),
         }
-        trials = [one.trial for one in seen if one.trial is not None]
-        if trials and law is not None:
-            fitted = foretelling.trial(law, records, "")
-            label = f"position [{places}]"
-            told = ([fitted.t], [fitted.measured], [fitted.model])
-            drawn["free_run"] = testing.drawn(*told, trials, label)
-        return drawn
 
     title = "Dead zone: the lowest voltage that moves the axis without a pause from every start"
-    return Result("deadzone", title, zone, lines, remarks, settings(zone), draw, data)
+    found = Result("deadzone", title, zone, lines, remarks, settings(zone), draw, data)
+    curves = None
+    if law is not None:
+        predicted = travelled(law, records, "")
+        curves = partial(Curves, [predicted], f"position [{places}]", records[0].dt)
+    return _report.completed(found, places, distances, curves)
+
+
+def _lowest(name: str, volts: float, step: float) -> Line:
+    note = "lowest with steady motion"
+    return Line(name, volts, unit="V", note=note, extra=step, extra_name="step")
+
+
+def prediction(
+    zone: DeadZone,
+    law: DiscontinuousDeadZone | None,
+    runs: Sequence[Run],
+    file: str,
+    pause: float,
+) -> Prediction:
+    """Prediction of validation runs by the dead zone and, if known, (4.5)."""
+    from macromicro.identify.deadzone import covered, tried
+
+    if not runs:
+        raise ProblemError(f"--test, {file}", _NO_RUN, _RECORD)
+    outcomes = tried(runs, covered(runs, None), pause)
+    right = 0
+    for outcome in outcomes:
+        least = zone.positive if outcome.volts > 0.0 else zone.negative
+        right += outcome.uninterrupted == (abs(outcome.volts) >= least - _NEXT)
+    return Prediction(file, outcomes, right, None if law is None else travelled(law, runs, file))
+
+
+def travelled(law: DiscontinuousDeadZone, runs: Sequence[Run], file: str) -> Pair:
+    """Runs one after another, and the distance at the steady speed of (4.5)."""
+    times: list[Array] = []
+    model: list[Array] = []
+    end = 0.0
+    for run in runs:
+        volts, t = float(run.u[0]), run.t - run.t[0]
+        beyond = abs(volts) - law.width
+        speed = law.speed(float(np.copysign(beyond, volts))) if beyond > 0.0 else 0.0
+        model.append(run.x[0] + speed * t)
+        times.append(t + end)
+        end = float(times[-1][-1]) + run.dt
+    measured = np.concatenate([run.x for run in runs])
+    return Pair(file, np.concatenate(times), measured, np.concatenate(model))
+
+
+def prediction_lines(seen: Sequence[Prediction]) -> list[Line]:
+    """Share of runs of each file that behave as predicted."""
+    lines = []
+    for k, one in enumerate(seen, 1):
+        note = f"of {len(one.runs)} test runs behave as predicted: {printable(Path(one.file).name)}"
+        share = 100.0 * one.right / len(one.runs)
+        lines.append(Line(_report.validation_name(k, len(seen)), share, unit="%", note=note))
+    return lines
+
+
+def marks(seen: Sequence[Prediction]) -> list[tuple[str, Array, Array, str]]:
+    series = []
+    for moved, name, form in ((True, "moved on", "^"), (False, "paused", "x")):
+        mine = [t for one in seen for t in one.runs if t.uninterrupted == moved]
+        if mine:
+            starts, volts = (np.array([getattr(t, n) for t in mine]) for n in ("start", "volts"))
+            series.append((f"not fitted: {name}", starts, np.abs(volts), form))
+    return series
 
 
 def constant(table: Picked) -> list[Run]:
@@ -154,7 +232,6 @@ def step_below(zone: DeadZone, direction: float) -> float:
 
 
 def spread(zone: DeadZone, unit: str) -> str:
-    """Range of the breakaway positions in words."""
     said = []
     for sign, name in ((1, "forwards"), (-1, "backwards")):
         starts, lowest = zone.thresholds(sign)

@@ -10,9 +10,10 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify.kinds import model_file, testing
+from macromicro.identify import _report
+from macromicro.identify._report import Pair
+from macromicro.identify.kinds import model_file
 from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import RUN, Picked, Role, railed, runs
 from macromicro.identify.result import Line, Result
@@ -88,9 +89,8 @@ def identify(picking: Picking, options: Options) -> Result:
         ),
         *beside,
     ]
-    others = testing.unseen(options.tests, picking, ROLES, tables[0])
-    trials = [tried(fit.calibration, table) for table in others]
-    lines += testing.lines(trials, "mm")
+    others = _report.unseen(options.tests, picking, ROLES, tables[0])
+    tests = [read_by(fit.calibration, table) for table in others]
     remarks = [
         ("runs", f"{fit.runs}, one way each; {int(seen.sum())} of {len(seen)} voltages seen"),
         ("beyond them", "the table continues with its last slope"),
@@ -111,7 +111,7 @@ def identify(picking: Picking, options: Options) -> Result:
                 [
                     ("measured", vs, xs * mm, "."),
                     ("table", fit.volts, place * mm, "-"),
-                    *((f"not fitted: {Path(o.file).name}", *_few(o), ".") for o in trials[:2]),
+                    *((f"not fitted: {Path(o.file).name}", *_few(o), ".") for o in tests[:2]),
                 ],
             ),
             "residuals": pictures.points(
@@ -131,10 +131,10 @@ def identify(picking: Picking, options: Options) -> Result:
     toml = model_file.plain(head, {"calibration": {"file": (FILE, f"{len(seen)} points")}})
     lengths = {"position_mm": place, "error_mm": fit.error, "std_mm": fit.std}
     data: dict[str, Any] = {"volts": fit.volts, **{name: x * 1e3 for name, x in lengths.items()}}
-    data["tests"] = testing.data(trials)
     title = f"Sensor volts to millimetres: {METHODS[options.method]}, monotone"
     files = {FILE: lambda path: _write(path, fit, METHODS[options.method])}
-    return Result("hall", title, fit.calibration, lines, remarks, toml, draw, data, files)
+    parts = Result("hall", title, fit.calibration, lines, remarks, toml, draw, data, files)
+    return _report.completed(parts, "mm", tests)
 
 
 def _fitted(sweeps: list[tuple[Array, Array]], options: Options) -> tuple[HallFit, list[Line]]:
@@ -156,15 +156,15 @@ def _fitted(sweeps: list[tuple[Array, Array]], options: Options) -> tuple[HallFi
     ]
 
 
-def tried(table: Calibration, sweep: Picked) -> Trial:
+def read_by(table: Calibration, sweep: Picked) -> Pair:
+    """Positions of a sweep by the reference and by the table."""
     volts = sweep.values["v"]
     grid = table.low + table.step * np.arange(len(table.position))
     made = 1e3 * np.interp(volts, grid, table.position)
-    return Trial(sweep.file, volts, sweep.values["x"], np.asarray(made, np.float64))
+    return Pair(sweep.file, volts, sweep.values["x"], np.asarray(made, np.float64))
 
 
-def _few(trial: Trial) -> tuple[Array, Array]:
-    """Some hundred points of a trial."""
+def _few(trial: Pair) -> tuple[Array, Array]:
     every = max(len(trial.t) // 300, 1)
     return trial.t[::every], trial.measured[::every]
 

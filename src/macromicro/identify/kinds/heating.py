@@ -13,12 +13,19 @@ from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.errors import ProblemError
 from macromicro.hysteresis.table import FodTable
+from macromicro.identify.heating import (
+    CoolingFit,
+    StepRecord,
+    cooling,
+    exponential_fall,
+    inferred_step,
+)
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import Picked, railed, runs
 from macromicro.identify.runs import Run, checked
-from macromicro.identify.thermal import CoolingFit, StepRecord, cooling, inferred_step
 from macromicro.recording import Recording
 
+_SHORTEST = 4.5  # samples of a fall to 63 %
 NEAR_STOP = 0.97  # of the table's range: beyond it a position shows no temperature
 _COLUMNS = (Column("t", "s", ""), Column("ctrl", "V", ""), Column("laser", "um", ""))
 
@@ -151,21 +158,13 @@ def fall(group: list[Run], source: Source, cold: Sequence[Cold] = ()) -> Cooling
     if source.table is not None:
         ambient = 25.0 if source.ambient is None else source.ambient
         return cooling(source.table, _recordings(group), ambient)
-    from scipy.optimize import curve_fit
-
     t, x = group[0].t, np.mean([r.x for r in group], axis=0)
     begin = int(np.argmax(group[0].u == 0.0))
     ambient = _ambient(_cold(group, cold)) if source.ambient is None else source.ambient
     peak = float(x[max(begin - 5, 0) : begin].mean())
-    time, rise = t[begin:] - t[begin], x[begin:] - ambient
-    done = np.flatnonzero(rise <= (peak - ambient) * math.exp(-1.0))
-    if not peak > ambient or not len(done) or done[0] < 5:
+    every = np.ones(len(x) - begin, dtype=np.bool_)
+    fit = exponential_fall(t[begin:] - t[begin], x[begin:] - ambient, every, peak, ambient)
+    if fit is None or fit.time < _SHORTEST * group[0].dt:
         found = f"it falls from {peak:.4g} to {x[-1]:.4g} degC"
         raise ProblemError("cooling record", found, "Record 63 % of the way to ambient or more.")
-    last = int(done[0]) + 1
-    found_time = curve_fit(
-        lambda s, tau: (peak - ambient) * np.exp(-s / tau), time[:last], rise[:last], time[last - 1]
-    )[0][0]
-    model = (peak - ambient) * np.exp(-time[:last] / found_time)
-    nrmse = float(np.sqrt(np.mean((model - rise[:last]) ** 2)) / np.ptp(rise[:last]))
-    return CoolingFit(float(time[last - 1]), float(found_time), nrmse, peak)
+    return fit

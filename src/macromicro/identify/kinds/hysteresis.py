@@ -15,8 +15,10 @@ from macromicro.files.reading import is_forc, read
 from macromicro.hysteresis import FodTable, Preisach, congruency, wiping_out
 from macromicro.hysteresis.shape import ROUGH, ROUNDS
 from macromicro.hysteresis.table import BETWEENS, SHAPES
+from macromicro.identify import _report
+from macromicro.identify._report import Pair as Prediction
 from macromicro.identify.kinds import curves as cutting
-from macromicro.identify.kinds import model_file, testing
+from macromicro.identify.kinds import model_file
 from macromicro.identify.kinds.curves import Found, Pair
 from macromicro.identify.kinds.loading import Picking, alike, loaded, there
 from macromicro.identify.notices import DataWarning, notice
@@ -74,6 +76,7 @@ def identify(picking: Picking, options: Options) -> Result:
     _checked(options)
     if (saved := _saved(picking)) is not None:
         return _of_saved(saved, picking, options)
+    _report.refuse_fitted(options.tests, picking)
     found, units = _found(picking, options)
     pairs = sorted(found.curves, key=lambda pair: float(pair[0][0]))
     ends = np.concatenate([u[np.isfinite(u)] for u, _ in pairs])
@@ -94,11 +97,12 @@ def identify(picking: Picking, options: Options) -> Result:
     own = table.misfit()
     held = _held_out(lambda some: make(some, _best(make, some)), pairs)
     f_unit, u_unit = units["f"], units["u"]
+    top = table.f_low + table.span
     lines = [
         Line("input, from", table.lo, unit=u_unit),
         Line("input, to", table.hi, unit=u_unit),
-        Line("output, low", table.f_low, own.rms, f_unit, "in negative saturation"),
-        Line("output, high", table.f_low + table.span, own.rms, f_unit, "in positive saturation"),
+        _output("output, low", table.f_low, own.rms, f_unit, "in negative saturation"),
+        _output("output, high", top, own.rms, f_unit, "in positive saturation"),
         Line("misfit", 100.0 * own.rms / extent, unit="% of range", note="of its own curves, RMS"),
     ]
     if held is not None:
@@ -114,7 +118,7 @@ def identify(picking: Picking, options: Options) -> Result:
             f"{table.n} by {table.n}, density {table.shape}, smoothed over {table.smooth:g} steps, "
             f"between curves along the {table.between}",
         ),
-        ("+-", "the RMS misfit of the curves"),
+        ("misfit", "RMS over the curves"),
     ]
     if tried:
         for way in dict.fromkeys(way for _, way in tried):
@@ -122,8 +126,8 @@ def identify(picking: Picking, options: Options) -> Result:
             told = ", ".join(f"{k:g} {100.0 * v / extent:.3g}" for k, v in errors)
             head = "RMS on curves held out, % of range, by grid steps"
             remarks.append((f"along the {way}", f"{head}: {told}"))
-    testing.refuse_fitted(options.tests, picking)
-    remarks += [_tested(table, test, picking.columns, units) for test in options.tests]
+    made = [_predicted(table, test, picking.columns, units) for test in options.tests]
+    remarks += [_report.of_range(test, extent, how) for test, how in made]
 
     def draw() -> dict[str, Figure]:
         from macromicro.hysteresis.pictures import draw_curves, draw_density
@@ -163,7 +167,12 @@ def identify(picking: Picking, options: Options) -> Result:
     }  # fmt: skip
     title = "First-order curves: f = f_M,m for every maximum M and minimum m of the input"
     files = {TABLE: lambda path: _save(table, path), SHEET: lambda path: _save(table, path)}
-    return Result("hysteresis", title, table, lines, remarks, toml, draw, data, files)
+    parts = Result("hysteresis", title, table, lines, remarks, toml, draw, data, files)
+    return _report.completed(parts, f_unit, [test for test, _ in made])
+
+
+def _output(name: str, value: float, rms: float, unit: str, note: str) -> Line:
+    return Line(name, value, unit=unit, note=note, extra=rms, extra_name="misfit")
 
 
 def _saved(picking: Picking) -> FodTable | None:
@@ -187,7 +196,8 @@ def _of_saved(table: FodTable, picking: Picking, options: Options) -> Result:
         Line("output, high", table.f_low + table.span, note="in positive saturation"),
     ]
     remarks = [("table", f"{table.n} by {table.n}, read from {where}; in the units of its data")]
-    remarks += [_tested(table, test, picking.columns, {}) for test in options.tests]
+    made = [_predicted(table, test, picking.columns, {}) for test in options.tests]
+    remarks += [_report.of_range(test, abs(table.span), how) for test, how in made]
 
     def draw() -> dict[str, Figure]:
         from macromicro.hysteresis.pictures import draw_curves
@@ -198,7 +208,8 @@ def _of_saved(table: FodTable, picking: Picking, options: Options) -> Result:
     title = "First-order curves of a saved table: predictions"
     files = {TABLE: lambda path: _save(table, path), SHEET: lambda path: _save(table, path)}
     toml = model_file.plain("A table that was read; see the folder it is from.", {})
-    return Result("hysteresis", title, table, lines, remarks, toml, draw, data, files)
+    parts = Result("hysteresis", title, table, lines, remarks, toml, draw, data, files)
+    return _report.completed(parts, "", [test for test, _ in made])
 
 
 def _checked(options: Options) -> None:
@@ -265,7 +276,6 @@ class _Maker:
 
 
 def chosen(make: _Maker, pairs: list[Pair]) -> dict[Choice, float]:
-    """Prediction error of each choice on held-out curves."""
     import warnings
 
     if len(pairs) < _ENOUGH:
@@ -316,16 +326,20 @@ def _held_out(make: Callable[[list[Pair]], FodTable], pairs: list[Pair]) -> Erro
         warnings.simplefilter("ignore")
         table = make(seen)
         misfit = table.misfit(unseen)
+    return Errors(misfit.rms, misfit.largest, _along(table, unseen))
+
+
+def _along(table: FodTable, pairs: list[Pair]) -> list[tuple[Array, Array, Array]]:
+    """Input, output and output by the table of each curve, from its saturation."""
     predicted = []
-    for u, f in unseen:
+    for u, f in pairs:
         good = np.isfinite(u) & np.isfinite(f)
         start = float(u[good].max() if table.kind == "descending" else u[good].min())
         predicted.append((u[good], f[good], table.curve(start, u[good])))
-    return Errors(misfit.rms, misfit.largest, predicted)
+    return predicted
 
 
 def _broken(found: Found) -> list[Line]:
-    """Deviation of a recording from any Preisach model."""
     lines = []
     for name, check in (("wiping-out", wiping_out), ("congruency", congruency)):
         for u, f in found.records[:1]:
@@ -338,19 +352,20 @@ def _broken(found: Found) -> list[Line]:
     return lines
 
 
-def _tested(
+def _predicted(
     table: FodTable, test: str, columns: dict[str, str], units: dict[str, str]
-) -> tuple[str, str]:
-    """Prediction of curves, each from its own saturation, or of a recording."""
+) -> tuple[Prediction, str]:
+    """Prediction of curves, each from its own saturation, or of a recording; from where it runs."""
     place = there([test])[0]
     if is_forc(place):
         from macromicro.hysteresis.forc import read_forc
 
-        return _curves_tested(table, printable(place, 300), read_forc(place).curves)
+        return _curves_predicted(table, printable(place, 300), read_forc(place).curves)
     picked = pick(read(place), ROLES, columns)
     alike(picked, units, "the fitted file")
     if "curve" in picked.values:
-        return _curves_tested(table, picked.file, cutting.from_tables([picked], table.kind).curves)
+        curves = cutting.from_tables([picked], table.kind).curves
+        return _curves_predicted(table, picked.file, curves)
     u, f = cutting.cleaned(picked, 2)
     model = Preisach(table)
     beyond = int(((u < table.lo) | (u > table.hi)).sum())
@@ -365,15 +380,15 @@ def _tested(
         model.initialise_at(float(u[0]), float(f[0]))
     except InputError:
         begin = "negative saturation"  # as a new model is
-    rms = float(np.sqrt(np.mean((model.run(u) - f) ** 2)))
-    text = f"RMS {100.0 * rms / abs(table.span):.2f} % of range, from {begin} on"
-    return f"prediction of {picked.file}", text
+    index = np.arange(len(u), dtype=np.float64)
+    return Prediction(picked.file, index, f, model.run(u)), f"from {begin} on"
 
 
-def _curves_tested(table: FodTable, file: str, pairs: list[Pair]) -> tuple[str, str]:
-    rms = 100.0 * table.misfit(pairs).rms / abs(table.span)
-    text = f"RMS {rms:.2f} % of range over {len(pairs)} curves"
-    return f"prediction of {file}", f"{text}, each from its saturation"
+def _curves_predicted(table: FodTable, file: str, pairs: list[Pair]) -> tuple[Prediction, str]:
+    _, measured, model = map(np.concatenate, zip(*_along(table, pairs), strict=True))
+    index = np.arange(len(model), dtype=np.float64)
+    how = f"{len(pairs)} curves, each from its saturation"
+    return Prediction(file, index, measured, model), how
 
 
 def _save(table: FodTable, path: Path) -> None:

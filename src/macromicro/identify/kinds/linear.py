@@ -9,20 +9,20 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify import _linear_hints, coverage
-from macromicro.identify.kinds import model_file, testing
+from macromicro.identify import _linear_hints, _report, coverage
+from macromicro.identify._report import Curves, Pair
+from macromicro.identify.kinds import model_file
 from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.picking import RUN, Picked, Role, T, railed, runs
+from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result, rounded
 from macromicro.identify.runs import Run, checked
+from macromicro.identify.witnesses import factors
 from macromicro.units import quotient
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from macromicro.identify._linear_hints import Asked
-    from macromicro.identify.linear_fit import Complex, LinearFit
+    from macromicro.identify.linear import Complex, LinearFit
 
 
 U = Role("u", "input", ("u", "U", "motor", "voltage", "volts", "input", "force", "vir", "ctrl"))
@@ -57,7 +57,7 @@ def identify(picking: Picking, options: Options) -> Result:
     na, nb, delay = order(options.order)
     tables = loaded(picking, ROLES)
     position = "y" not in tables[0].values
-    others = testing.unseen(options.tests, picking, ROLES, tables[0])
+    others = _report.unseen(options.tests, picking, ROLES, tables[0])
     records, averaged = joined(measured(tables, options.width), position)
     dt = records[0].dt
     if any(abs(r.dt - dt) > 1e-3 * dt for r in records):
@@ -71,17 +71,16 @@ def identify(picking: Picking, options: Options) -> Result:
     fit: LinearFit = method(u, y, na, nb, dt, delay, start=options.start)
     out_unit = tables[0].units.get("y" if not position else "x", "") or "y"
     in_unit = tables[0].units["u"] or "u"
-    out_unit = f"{out_unit}/s" if position else out_unit
+    place_unit, out_unit = out_unit, f"{out_unit}/s" if position else out_unit
     lines = coefficients(fit, out_unit, in_unit)
     if offset:
         how = "as given" if options.offset is not None else "found with the parameters"
         lines.append(Line("offset", offset, unit=out_unit, note=f"constant of the output, {how}"))
-    trials = [
-        tried(fit, run._replace(x=run.x - offset), table.file, position=position)
+    tests = [
+        predicted(fit, run._replace(x=run.x - offset), table.file, position=position)
         for table in others
         for run in measured([table], options.width)
     ]
-    lines += testing.lines(trials, out_unit.removesuffix("/s") if position else out_unit)
     remarks = _remarks(fit, sum(map(len, y)), options.start)
     remarks += better(_linear_hints.Asked(u, y, na, nb, delay, dt, options.start), in_unit)
     if position:
@@ -90,26 +89,20 @@ def identify(picking: Picking, options: Options) -> Result:
     if options.width:
         remarks.append(("dead zone", f"{options.width:g} {in_unit} subtracted from the input"))
 
-    def draw() -> dict[str, Figure]:
-        from macromicro.identify.kinds import pictures
-
-        times = [np.asarray(np.arange(len(one)) * dt, np.float64) for one in y]
+    def curves() -> Curves:
+        times = [np.arange(len(one), dtype=np.float64) * dt for one in y]
         label = f"output [{out_unit}]"
-        seen, made, name = y, list(fit.free_run), label
-        if position:
-            seen, made = ([np.cumsum(one) * dt for one in each] for each in (seen, made))
-            name = f"position from the start [{out_unit.removesuffix('/s')}]"
-        drawn = {
-            "free_run": testing.drawn(times, seen, made, trials, name),
-            "residuals": pictures.leftover(fit.residuals, dt, label),
-        }
-        return drawn
+        if not position:
+            return Curves(_report.pairs(times, y, fit.free_run), label, dt, fit.residuals)
+        travel, free = ([np.cumsum(one) * dt for one in each] for each in (y, fit.free_run))
+        name = f"position from the start [{place_unit}]"
+        return Curves(_report.pairs(times, travel, free), name, dt, fit.residuals, label)
 
     title = "y = (b1 z^-1 + b2 z^-2 + ...) / (1 + a1 z^-1 + ...) u"
     title += f", {delay - 1} samples later" if delay > 1 else ""
     toml = coefficients_toml(fit, in_unit, out_unit)
-    more = {**data(fit), "tests": testing.data(trials)}
-    return Result("linear", title, fit, lines, remarks, toml, draw, more)
+    parts = Result("linear", title, fit, lines, remarks, toml, dict, data(fit))
+    return _report.completed(parts, place_unit if position else out_unit, tests, curves)
 
 
 def _remarks(fit: LinearFit, samples: int, start: str) -> list[tuple[str, str]]:
@@ -119,7 +112,7 @@ def _remarks(fit: LinearFit, samples: int, start: str) -> list[tuple[str, str]]:
         ("residuals", f"{'white' if white.white else 'not white'} (p = {white.p_value:.2g})"),
         ("method", f"{fit.method}, {fit.iterations} iterations, start at {start}"),
     ]
-    found += [("errors withheld", fit.doubt)] if fit.doubt else []
+    found += [("errors uncertain", fit.doubt)] if fit.doubt else []
     if fit.starts:
         ends = ", ".join(f"{name} {end:.2f} %" for name, end in fit.starts.items())
         found.append(("ends of the search, by starting point", f"{ends}; the best is taken"))
@@ -146,26 +139,23 @@ def better(asked: Asked, unit: str) -> list[tuple[str, str]]:
     return [("lower error on the last 30 %, by a fit to the rest", each)]
 
 
-def tried(fit: LinearFit, run: Run, file: str, *, position: bool) -> Trial:
-    """A free simulation from rest over a test record."""
+def predicted(fit: LinearFit, run: Run, file: str, *, position: bool) -> Pair:
+    """A free simulation from rest over a validation record."""
     from macromicro.identify import differentiated
 
     if abs(run.dt - fit.dt) > 1e-3 * fit.dt:
         found = f"the sample time is {run.dt:.6g} s, that of the fit {fit.dt:.6g} s"
         raise ProblemError(file, found, "Give a test with the fit's.")
     if not position:
-        return Trial(file, run.t, run.x, fit.simulate(run.u))
+        return Pair(file, run.t, run.x, fit.simulate(run.u))
     u, y = differentiated(run.u, run.x, fit.dt)
     seen, made = (np.cumsum(each) * fit.dt for each in (y, fit.simulate(u)))
-    return Trial(file, run.t[1:], seen, made)
+    return Pair(file, run.t[1:], seen, made)
 
 
 def _travel(fit: LinearFit, y: list[Array]) -> str:
-    """Fit of the positions, free of the rounding noise of a derivative."""
-    from macromicro.identify.linear_fit import percent
-
-    places = [np.cumsum(one) for one in y]
-    return f"its own fit {percent(places, tuple(np.cumsum(r) for r in fit.free_run)):.2f} %"
+    travel, free = ([np.cumsum(one) for one in each] for each in (y, fit.free_run))
+    return f"its own fit {fit_percent(travel, free):.2f} %"
 
 
 def order(text: str) -> tuple[int, int, int]:
@@ -224,7 +214,7 @@ def joined(records: list[Run], position: bool) -> tuple[list[Run], list[str]]:
 def _shown(fit: LinearFit, line: Line, slope: Array) -> Line:
     """A line with the error of a function of a and b, to first order."""
     error = float(coverage.errors(fit.covariance, slope[None])[0])
-    return line._replace(error=error, factor=float(coverage.factors(fit.draws, slope[None])[1, 0]))
+    return line._replace(error=error, factor=float(factors(fit.shares, slope[None])[1, 0]))
 
 
 def _pair(fit: LinearFit, name: str, pole: complex, slope: Complex) -> Line:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -12,8 +11,10 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis import prandtl, prandtl_loop, prandtl_rate
 from macromicro.hysteresis.prandtl_fit import PLAYS, PrandtlFit, fit
 from macromicro.hysteresis.prandtl_rate import RateFit
+from macromicro.identify import _report
+from macromicro.identify._report import Pair
 from macromicro.identify.kinds import curves as cutting
-from macromicro.identify.kinds import model_file, testing
+from macromicro.identify.kinds import model_file
 from macromicro.identify.kinds.hysteresis import ROLES
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.picking import Picked
@@ -84,8 +85,9 @@ def identify(picking: Picking, options: Options) -> Result:
         ("samples", f"{found.fitted - found.known} fitted, {held}; {began}"),
     ]
     lag = rated.lag if rated else None
-    unseen = testing.unseen(options.tests, picking, ROLES, table)
-    remarks += [_tested(p, test, extent, lag) for test in unseen]
+    others = _report.unseen(options.tests, picking, ROLES, table)
+    tests = [_predicted(p, other, lag) for other in others]
+    remarks += [_report.of_range(test, extent) for test in tests]
 
     def draw() -> dict[str, Figure]:
         return drawn(u, f, found, (u_unit, f_unit))
@@ -97,7 +99,8 @@ def identify(picking: Picking, options: Options) -> Result:
         "stroke": loop.stroke, "loop_width": loop.width, "widening": p.widening, "lag": lag,
     }  # fmt: skip
     title = "Prandtl-Ishlinskii: f = offset + sum of w_i y_i, y_i a play of threshold r_i"
-    return Result("plays", title, p, lines, remarks, toml, draw, data)
+    parts = Result("plays", title, p, lines, remarks, toml, draw, data)
+    return _report.completed(parts, f_unit, tests)
 
 
 def _timed(table: Picked) -> tuple[Array, Array, float]:
@@ -179,9 +182,7 @@ def drawn(u: Array, f: Array, found: PrandtlFit, units: tuple[str, str]) -> dict
     }
 
 
-def _tested(
-    p: prandtl.Prandtl, picked: Picked, extent: float, lag: float | None = None
-) -> tuple[str, str]:
+def _predicted(p: prandtl.Prandtl, picked: Picked, lag: float | None = None) -> Pair:
     """Prediction of another recording, once its past is known."""
     if lag is None:
         u, f = cutting.cleaned(picked, 2)
@@ -192,6 +193,5 @@ def _tested(
     # The larger the swing so far, the fewer plays still depend on what was before.
     low, high = np.minimum.accumulate(u), np.maximum.accumulate(u)
     counts = high - low >= min(2.0 * float(p.thresholds[-1]), 0.99 * float(np.ptp(u)))
-    rms = float(np.sqrt(np.mean((outputs - f)[counts] ** 2))) if counts.any() else math.nan
-    text = f"RMS {100.0 * rms / extent:.2f} % of range, over {int(counts.sum())} samples"
-    return f"prediction of {picked.file}", text
+    index = np.flatnonzero(counts).astype(np.float64)
+    return Pair(picked.file, index, f[counts], outputs[counts])

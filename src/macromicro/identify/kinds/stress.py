@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -11,11 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
+from macromicro.identify import _report
+from macromicro.identify._report import Pair
 from macromicro.identify._stress_cycles import SHARES, Cycle, cycle, pieces
 from macromicro.identify._stress_map import StressMap, fit, missed
-from macromicro.identify.kinds import model_file, testing
+from macromicro.identify.kinds import model_file
 from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import Picked, Role
 from macromicro.identify.result import Line, Result
@@ -45,7 +45,7 @@ class Options(NamedTuple):
 def identify(picking: Picking, options: Options) -> Result:
     """Transformation temperatures, linear in the load by branch, and the levels."""
     tables = loaded(picking, ROLES)
-    others = testing.unseen(options.tests, picking, ROLES, tables[0])
+    others = _report.unseen(options.tests, picking, ROLES, tables[0])
     found = fit(_cycles(tables))
     load, out = tables[0].units["load"] or "load", tables[0].units["x"] or "x"
     middle = float(np.mean(found.heating.loads))
@@ -57,8 +57,7 @@ def identify(picking: Picking, options: Options) -> Result:
         if at in found.left_out:
             note = "of its range, RMS, by a map of the other loads"
             lines.append(Line(f"left out {at:g}", 100.0 * found.left_out[at], unit="%", note=note))
-    trials = [_tried(found, one, table.file) for table in others for one in _cycles([table])]
-    lines += testing.lines(trials, out)
+    tests = [_predicted(found, one, table.file) for table in others for one in _cycles([table])]
     first, last = (float(found.heating.loads[k]) for k in (0, -1))
     remarks = [
         ("loads", ", ".join(f"{each:g}" for each in found.heating.loads) + f" {load}"),
@@ -80,11 +79,11 @@ def identify(picking: Picking, options: Options) -> Result:
         "common_slope": found.way.common,
         "saturating": found.way.saturating,
         "left_out": {f"{k:g}": v for k, v in found.left_out.items()},
-        "tests": testing.data(trials),
     }
     files = {SHEET: lambda path: _sheet(found, path)}
     title = "T_q = a_q + b_q load, where a share q of the stroke is done, by branch"
-    return Result("stress", title, found, lines, remarks, _toml(lines), draw, data, files)
+    parts = Result("stress", title, found, lines, remarks, _toml(lines), draw, data, files)
+    return _report.completed(parts, out, tests)
 
 
 def _cycles(tables: list[Picked]) -> list[Cycle]:
@@ -166,7 +165,9 @@ def _sides(found: StressMap, load: str, middle: float) -> list[Line]:
         at = side.temperatures(middle)
         for k, q in ((_STARTED, 10), (_HALF, 50), (_ENDED, 90)):
             note = f"{q} % contracted at {middle:g} {load}"
-            lines.append(Line(f"{name}, {q} %", float(at[k]), side.rms, "degC", note))
+            value = float(at[k])
+            line = Line(f"{name}, {q} %", value, unit="degC", note=note)
+            lines.append(line._replace(extra=side.rms, extra_name="misfit"))
     return lines
 
 
@@ -184,7 +185,7 @@ def _own(found: StressMap) -> float:
     return float(np.sqrt(np.mean([missed(found, one) ** 2 for one in found.cycles])))
 
 
-def _tried(found: StressMap, one: Cycle, file: str) -> Trial:
+def _predicted(found: StressMap, one: Cycle, file: str) -> Pair:
     if not found.within(one.load):
         first, last = (float(found.heating.loads[k]) for k in (0, -1))
         notice(
@@ -193,11 +194,10 @@ def _tried(found: StressMap, one: Cycle, file: str) -> Trial:
             "the map extrapolates",
         )
     index = np.arange(len(one.t), dtype=np.float64)
-    return Trial(file, index, one.y, found.predict(one.load, one.t))
+    return Pair(file, index, one.y, found.predict(one.load, one.t))
 
 
 def drawn(found: StressMap, load: str, out: str) -> dict[str, Figure]:
-    """Measurement and map, and the temperatures over the load."""
     from macromicro.identify.kinds import pictures
 
     loops = []
@@ -225,14 +225,8 @@ def _toml(lines: list[Line]) -> str:
         "Transformation temperatures by load, for other programs; the map is in stress_map.csv.\n"
     )
     head += "Not for `macromicro run --config`: no setting holds a map."
-    values: dict[str, tuple[model_file.Value, str]] = {}
-    for line in lines:
-        if line.name.startswith(("test", "left out")):
-            continue
-        spread = "" if math.isnan(line.error) else f"+- {line.error:.2g}"
-        key = line.name.replace(", ", "_").replace(" %", "").replace(" ", "_").replace(".", "_")
-        values[key] = float(line.value), ", ".join(filter(None, (line.unit, spread)))
-    return model_file.plain(head, {"stress": values})
+    kept = [line for line in lines if not line.name.startswith("left out")]
+    return model_file.plain(head, {"stress": _report.notes(kept)})
 
 
 def _sheet(found: StressMap, path: Path) -> None:

@@ -9,21 +9,22 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from macromicro.errors import InputError, ProblemError
+from macromicro.identify import _report
+from macromicro.identify._report import Curves, Pair
+from macromicro.identify.heating import CoolingFit, HeatingFit, StepRecord, heating, steady
 from macromicro.identify.kinds import heating as steps
-from macromicro.identify.kinds import model_file, testing
+from macromicro.identify.kinds import model_file
 from macromicro.identify.kinds.heating import Source
 from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import RUN, Picked, Role, T
 from macromicro.identify.result import Line, Result
-from macromicro.identify.thermal import CoolingFit, HeatingFit, StepRecord, heating, steady
 from macromicro.identify.witnesses import within
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from macromicro.identify._gain import GainFit
+    from macromicro.identify.heating import GainFit
     from macromicro.models.heating import Modes
 
 
@@ -36,6 +37,7 @@ TEMPERATURE = Role(
     ("degC",),
 )
 X = Role("x", "position", ("x", "X", "laser", "position", "pos"), ("mm",))
+_RISE = "temperature rise [K]"
 _STILL = 0.01  # a rise that changes by less than this part in its last tenth has settled
 
 
@@ -66,7 +68,7 @@ def identify(picking: Picking, options: Options) -> Result:
         source, role = Source(load_table(options.table), options.ambient), "x"
     roles = (T, U, X if role == "x" else TEMPERATURE, RUN)
     tables = loaded(picking, roles)
-    others = testing.unseen(options.tests, picking, roles, tables[0])
+    others = _report.unseen(options.tests, picking, roles, tables[0])
     sorted_ = steps.steps(tables, role)
     remarks: list[tuple[str, str]] = []
     records = {
@@ -78,7 +80,7 @@ def identify(picking: Picking, options: Options) -> Result:
     fit = heating(records[chosen], rises[chosen])
     falls = _falls(sorted_, source)
     found = Found(records, rises, chosen, fit, _gain(rises, remarks), falls)
-    trials = _tried(found, others, role, source)
+    tests = _predicted(found, others, role, source)
     rest = steps.drift(records[chosen])
     remarks.append(
         ("dynamics", f"from the step to {chosen:g} V, error {100.0 * fit.nrmse:.2f} % of its range")
@@ -102,20 +104,18 @@ def identify(picking: Picking, options: Options) -> Result:
         "steady_K": rises,
         "chosen_V": chosen,
         "nrmse": fit.nrmse,
-        "tests": testing.data(trials),
     }
-    lines = [*_lines(found), *testing.lines(trials, "K")]
-    return Result(
-        "thermal", title, found, lines, remarks, _toml(found), lambda: _draw(found, trials), data
+    parts = Result(
+        "thermal", title, found, _lines(found), remarks, _toml(found), lambda: _drawn(found), data
     )
+    return _report.completed(parts, "K", tests, lambda: _curves(found))
 
 
-def _tried(found: Found, others: list[Picked], role: str, source: Source) -> list[Trial]:
+def _predicted(found: Found, others: list[Picked], role: str, source: Source) -> list[Pair]:
     """Heating of test steps: by (5.2), or the rise at the same voltage."""
-    from macromicro.models.heating import step_response
     from macromicro.models.weighted_gain import exponential
 
-    trials = []
+    tests = []
     for table in others:
         seen = steps.steps([table], role)
         for volts, group in sorted(seen.held.items()):
@@ -135,11 +135,22 @@ def _tried(found: Found, others: list[Picked], role: str, source: Source) -> lis
                 known = ", ".join(f"{v:g}" for v in found.rises)
                 remedy = f"Give one of {known} V, or steady rises at four voltages for (5.2)."
                 raise ProblemError("--test", f"{table.file} steps to {volts:g} V", remedy)
-            usable = np.isfinite(step.error)
-            t, rise = step.t[usable], step.rise[usable]
-            model = end * np.asarray(step_response(found.heating.modes, t))
-            trials.append(Trial(table.file, t, rise, model))
-    return trials
+            tests.append(_heating(found, step, end, table.file))
+    return tests
+
+
+def _heating(found: Found, step: StepRecord, end: float, file: str = "") -> Pair:
+    """Rise of a step where it is known, and by (5.6) to a steady `end` [K]."""
+    from macromicro.models.heating import step_response
+
+    usable = np.isfinite(step.error)
+    t, rise = step.t[usable], step.rise[usable]
+    return Pair(file, t, rise, end * np.asarray(step_response(found.heating.modes, t)))
+
+
+def _curves(found: Found) -> Curves:
+    one = _heating(found, found.records[found.chosen], found.rises[found.chosen])
+    return Curves([one], _RISE, float(one.t[1] - one.t[0]))
 
 
 def _steady(
@@ -188,14 +199,13 @@ def _chosen(
 
 
 def _gain(rises: dict[float, float], remarks: list[tuple[str, str]]) -> GainFit | None:
-    """(5.2) from four voltages or more."""
-    from macromicro.identify._gain import nonlinear
+    from macromicro.identify.heating import static_gain
 
     if len(rises) < 4:
         remarks.append(("static gain", f"{len(rises)} steady voltages; four are needed for (5.2)"))
         return None
     try:
-        return nonlinear(list(rises), list(rises.values()))
+        return static_gain(list(rises), list(rises.values()))
     except (InputError, np.linalg.LinAlgError) as error:
         remarks.append(("static gain", f"(5.2) does not fit: {error}"))
         return None
@@ -272,28 +282,17 @@ def _doubt(step: StepRecord) -> float:
     return float(np.hypot(float(step.error[last].mean()), spread))
 
 
-def _draw(found: Found, trials: list[Trial]) -> dict[str, Figure]:
+def _drawn(found: Found) -> dict[str, Figure]:
     from macromicro.identify.kinds import pictures
-    from macromicro.models.heating import step_response
     from macromicro.models.weighted_gain import exponential
 
-    step = found.records[found.chosen]
-    usable = np.isfinite(step.error)
-    t, rise = step.t[usable], step.rise[usable]
-    model = found.rises[found.chosen] * step_response(found.heating.modes, t)
-    label = "temperature rise [K]"
-    drawn = {
-        "free_run": testing.drawn([t], [rise], [np.asarray(model)], trials, label),
-        "residuals": pictures.leftover([rise - model], float(t[1] - t[0]), label),
-    }
     volts, rises = np.array(list(found.rises)), np.array(list(found.rises.values()))
     series = [("measured", volts, rises, "o")]
     if found.gain is not None:
         grid = np.linspace(volts[0], volts[-1], 100)
         curve = found.gain.model
         series.append(("(5.2)", grid, np.array([exponential(curve, v) for v in grid]), "-"))
-    drawn["gain"] = pictures.points("static gain", "voltage [V]", label, series)
-    return drawn
+    return {"gain": pictures.points("static gain", "voltage [V]", _RISE, series)}
 
 
 def _toml(found: Found) -> str:

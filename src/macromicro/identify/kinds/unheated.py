@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import ProblemError
-from macromicro.identify.kinds import model_file, testing
+from macromicro.identify import _report
+from macromicro.identify._report import Curves, Pair
+from macromicro.identify.kinds import model_file
 from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.picking import RUN, Picked, Role, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import checked
@@ -54,11 +54,11 @@ def identify(
 ) -> Result:
     """Heat, ladder, latent heat, stress, expansion and relays; `ambient`, `austenite` in deg C."""
     from macromicro.identify._unheated import AUSTENITE, unheated
-    from macromicro.identify.actuator import AMBIENT
+    from macromicro.identify.heating import AMBIENT
 
     wanted = (*roles, RUN)
     tables = loaded(what, wanted)
-    others = testing.unseen(tests, what, wanted, tables[0])
+    others = _report.unseen(tests, what, wanted, tables[0])
     records = [one for table in tables for one in _records(table)]
     room = AMBIENT if ambient is None else ambient
     median = AUSTENITE if austenite is None else austenite
@@ -67,8 +67,7 @@ def identify(
     lines = [
         Line(name, value, fit.std[name], *_meaning(name, u)) for name, value in fit.values.items()
     ]
-    trials = [_tried(fit.model, one, table.file) for table in others for one in _records(table)]
-    lines += testing.lines(trials, "mm")
+    unseen = [_predicted(fit.model, one, table.file) for table in others for one in _records(table)]
     share = 100.0 * fit.rms / fit.range
     remarks = [
         ("fit", f"{1e3 * fit.rms:.3g} um RMS, {share:.2f} % of the range, {len(records)} records"),
@@ -77,31 +76,36 @@ def identify(
             f"half contracted at {median:g} degC while it warms; given, not identified",
         ),
     ]
-    if trials:
-        worst = max(100.0 * t.rms / fit.range for t in trials)
+    if unseen:
+        worst = max(100.0 * t.rms / fit.range for t in unseen)
         remarks.append(("test records", f"{worst:.2f} % of the range at most"))
     data: dict[str, Any] = {
         "rms_mm": fit.rms,
         "range_mm": fit.range,
         "austenite": median,
         "ambient": room,
-        "tests": testing.data(trials),
     }
 
     def draw() -> dict[str, Figure]:
-        from macromicro.identify.kinds import pictures
+        wires = fit.model.wires
+        heat = heat_map(wires.volts, wires.heat, f"drive [{u}]")
+        return {"branches": _branches(fit), "heat": heat}
 
+    def curves() -> Curves:
         times = [np.arange(len(r.u), dtype=np.float64) * r.dt for r in records]
-        seen = [r.x for r in records]
-        heat = [("heat map", fit.model.wires.volts, fit.model.wires.heat, "o-")]
-        return {
-            "free_run": testing.drawn(times, seen, fit.free_run, trials, "contraction [mm]"),
-            "branches": _branches(fit),
-            "heat": pictures.points("final warming of the wires", f"drive [{u}]", "[K]", heat),
-        }
+        free = _report.pairs(times, [r.x for r in records], fit.free_run)
+        return Curves(free, "contraction [mm]", records[0].dt)
 
     title = "c1 T' = heat(u) - (T - plates) / r1, less latent heat; relays at T, less stress"
-    return Result("actuator", title, fit.model, lines, remarks, _toml(lines, fit), draw, data)
+    parts = Result("actuator", title, fit.model, lines, remarks, _toml(lines, fit), draw, data)
+    return _report.completed(parts, "mm", unseen, curves)
+
+
+def heat_map(drive: Array, heat: Array, label: str) -> Figure:
+    from macromicro.identify.kinds import pictures
+
+    series = [("heat map", drive, heat, "o-")]
+    return pictures.points("final warming of the wires", label, "[K]", series)
 
 
 def _meaning(name: str, u: str) -> tuple[str, str]:
@@ -124,11 +128,11 @@ def _records(file: Picked) -> list[Heated]:
     return made
 
 
-def _tried(model: Unheated, record: Heated, file: str) -> Trial:
+def _predicted(model: Unheated, record: Heated, file: str) -> Pair:
     from macromicro.identify._unheated import simulate
 
     t = np.arange(len(record.u), dtype=np.float64) * record.dt
-    return Trial(file, t, record.x, simulate(model, record.u, record.dt))
+    return Pair(file, t, record.x, simulate(model, record.u, record.dt))
 
 
 def _branches(fit: UnheatedFit) -> Figure:
@@ -150,13 +154,7 @@ def _branches(fit: UnheatedFit) -> Figure:
 def _toml(lines: list[Line], fit: UnheatedFit) -> str:
     head = "An actuator from drive and position alone, for other programs. Not for\n"
     head += "`macromicro run --config`, which takes one that was found with the kiln's table."
-    values: dict[str, tuple[model_file.Value, str]] = {"range": (fit.range, "mm")}
-    for line in lines:
-        if line.name.startswith("test"):
-            continue
-        spread = "" if math.isnan(line.error) else f"+- {line.error:.2g}"
-        name = line.name.replace(" ", "_").replace(".", "p")
-        values[name] = float(line.value), ", ".join(filter(None, (line.unit, spread)))
+    values = {"range": (fit.range, "mm"), **_report.notes(lines, point="p")}
     return model_file.plain(head, {"actuator": values})
 
 

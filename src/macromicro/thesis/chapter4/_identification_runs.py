@@ -13,8 +13,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.identify.discontinuity import DiscontinuousDeadZone, discontinuous_dead_zone
-from macromicro.identify.iterated import mls
-from macromicro.identify.linear_fit import LinearFit
+from macromicro.identify.linear import LinearFit, mls
 from macromicro.identify.records import average_runs, differentiated
 from macromicro.recording import Recording
 from macromicro.rig.twin import noise_source

@@ -11,9 +11,14 @@ from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.shades import shades
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
-from macromicro.identify import thermal
-from macromicro.identify.actuator import AMBIENT
-from macromicro.identify.inference import full_contraction, on_cooling, on_heating
+from macromicro.identify.heating import (
+    AMBIENT,
+    WIDEST_BAND,
+    averaged,
+    cooling,
+    on_cooling,
+    on_heating,
+)
 from macromicro.models import heating
 from macromicro.models.heating import from_transfer, step_response
 from macromicro.models.weighted_gain import Exponential, exponential, weighted
@@ -25,6 +30,7 @@ from macromicro.thesis.chapter5._electrothermal_runs import (
     HELD_S,
     WARM,
 )
+from macromicro.thesis.chapter5.actuator_fits import full_contraction
 from macromicro.thesis.chapter5.actuator_models import Models, Unfitted
 from macromicro.thesis.claims import NotMeasured
 
@@ -218,18 +224,18 @@ def _cooling(models: Models) -> Drawn:
     figure, axes = new(3.8, 1)
     ax = axes[0, 0]
     seconds = 2.5
-    table, fit = models.table, thermal.cooling(models.table, models.data.warm, AMBIENT)
+    table, fit = models.table, cooling(models.table, models.data.warm, AMBIENT)
     times = []
     cold = [(f"{v:g} V to 0 V", trials) for v, trials in models.data.cooled.items()]
     warm = (f"{WARM:g} V to 0 V, cycled", models.data.warm)
     for (name, trials), color in zip((*cold, warm), (*shades(len(cold)), BLUE), strict=True):
-        found = thermal.cooling(table, trials, AMBIENT)
+        found = cooling(table, trials, AMBIENT)
         times.append(found.time)
-        t, x = thermal.averaged(trials)
+        t, x = averaged(trials)
         begin = int(np.flatnonzero(trials[0]["ctrl"] > 0.0)[-1]) + 1
         rows = slice(begin, begin + round(seconds / trials[0].dt), 5)
         fall = on_cooling(table, x[rows], found.peak)
-        known = (fall.slope > 0.0) & (fall.high - fall.low <= thermal.WIDEST_BAND)
+        known = (fall.slope > 0.0) & (fall.high - fall.low <= WIDEST_BAND)
         shown = np.where(known, fall.temperature, np.nan)
         line(ax, t[rows] - t[begin], shown, color, name)
     t = np.linspace(0.0, seconds, 200)

@@ -8,10 +8,10 @@ import numpy as np
 
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify import kiln as kiln_fit
-from macromicro.identify.inference import full_contraction
 from macromicro.identify.kiln import Prediction
 from macromicro.identify.smoothing import without_spikes
 from macromicro.recording import Recording
+from macromicro.thesis.chapter5.actuator_fits import full_contraction
 from macromicro.thesis.chapter5.kiln_runs import KilnData
 from macromicro.thesis.claims import NOT_MEASURED, Claim, judged, stated, within
 

@@ -11,17 +11,17 @@ from typing import NamedTuple
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify import actuator, stressed, thermal
-from macromicro.identify.actuator import AMBIENT, Judgement, ThesisFit
-from macromicro.identify.stressed import StressedFit
-from macromicro.identify.thermal import StepRecord
+from macromicro.identify import heating, stressed
+from macromicro.identify.heating import AMBIENT, StepRecord
+from macromicro.identify.stressed import Judgement, StressedFit
 from macromicro.models import actuator as full_model
 from macromicro.models import stressed as better_model
 from macromicro.models.weighted_gain import Weighted
 from macromicro.recording import Recording
 from macromicro.runs.machine import Machine
-from macromicro.thesis.chapter5 import _electrothermal_runs
+from macromicro.thesis.chapter5 import _electrothermal_runs, actuator_fits
 from macromicro.thesis.chapter5._electrothermal_runs import StepData
+from macromicro.thesis.chapter5.actuator_fits import ThesisFit
 
 
 class Compared(NamedTuple):
@@ -71,20 +71,20 @@ def measured(table: FodTable, plant: Machine | None = None, seed: int = 0) -> Mo
 
 
 def _fitted(table: FodTable, data: StepData, plant: Machine | None, seed: int) -> Models:
-    first = actuator.thesis(table, data.steps, data.cooled[1.575])
+    first = actuator_fits.thesis(table, data.steps, data.cooled[1.575])
     better = stressed.fit(table, _electrothermal_runs.for_fit(plant, seed + 10_000))
     printed = first.model._replace(gain=Weighted())
     unseen = {
         name: Compared(
-            actuator.against(first.model, [r]),
-            actuator.against(printed, [r]),
+            actuator_fits.against(first.model, [r]),
+            actuator_fits.against(printed, [r]),
             stressed.against(better.model, r),
         )
         for name, r in _electrothermal_runs.for_judgement(plant, seed + 20_000).items()
     }
     traces = {v: _traced(table, first, better, trials) for v, trials in data.steps.items()}
     steps = {
-        v: actuator.judged(c.record.t, c.record.position, c.thesis, table.span)
+        v: stressed.judged(c.record.t, c.record.position, c.thesis, table.span)
         for v, c in traces.items()
     }
     return Models(table, data, first, better, traces, steps, unseen)
@@ -93,7 +93,7 @@ def _fitted(table: FodTable, data: StepData, plant: Machine | None, seed: int) -
 def _traced(
     table: FodTable, first: ThesisFit, better: StressedFit, trials: list[Recording]
 ) -> Trace:
-    record = thermal.inferred_step(table, trials, AMBIENT)
+    record = heating.inferred_step(table, trials, AMBIENT)
     sent, dt = trials[0]["ctrl"][: len(record.t)], trials[0].dt
     return Trace(
         record,

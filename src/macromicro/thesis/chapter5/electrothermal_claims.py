@@ -9,13 +9,12 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify import thermal
-from macromicro.identify.actuator import AMBIENT
+from macromicro.identify.heating import AMBIENT, cooling
 from macromicro.identify.notices import ConvergenceWarning
 from macromicro.models import heating
 from macromicro.models.heating import from_transfer, step_response, transfer
 from macromicro.models.weighted_gain import Weighted, exponential, weighted
-from macromicro.thesis.chapter5 import _electrothermal_runs
+from macromicro.thesis.chapter5 import _electrothermal_runs, actuator_fits
 from macromicro.thesis.chapter5._electrothermal_runs import CYCLES_BEFORE, WARM, StepData
 from macromicro.thesis.chapter5.actuator_models import Models, Unfitted
 from macromicro.thesis.claims import (
@@ -119,7 +118,7 @@ def _mls(models: Models) -> str:
         record = models.traces[1.575].record
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ConvergenceWarning)  # the reason says so
-            found = thermal.heating_mls(record, models.thesis.steady[1.575])
+            found = actuator_fits.heating_mls(record, models.thesis.steady[1.575])
         made = found.simulate(np.ones(round(60.0 / found.dt)))
     except InputError as error:
         return f"MLS, which Section 5.2.2 uses, finds no such model ({error})"
@@ -132,7 +131,7 @@ def _mls(models: Models) -> str:
 
 def _cooling(table: FodTable, data: StepData) -> Claim:
     """S8 as in Section 5.2.2, for an actuator cycled a few times; also from cold."""
-    warm = thermal.cooling(table, data.warm, AMBIENT)
+    warm = cooling(table, data.warm, AMBIENT)
     return stated(
         "S8",
         warm.time,
@@ -145,7 +144,7 @@ def _cooling(table: FodTable, data: StepData) -> Claim:
 
 def _cold(table: FodTable, data: StepData) -> str:
     try:
-        return f"{thermal.cooling(table, data.cooled[WARM], AMBIENT).time:.2f} s from cold; "
+        return f"{cooling(table, data.cooled[WARM], AMBIENT).time:.2f} s from cold; "
     except InputError as error:
         return f"from cold it is not known ({error}); "
 

@@ -12,12 +12,12 @@ from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.shades import shades
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify.inference import full_contraction
 from macromicro.identify.kiln import Prediction, cleaned
 from macromicro.identify.smoothing import window_means, without_spikes
 from macromicro.recording import Recording
 from macromicro.thesis.chapter5 import _kiln_claims, kiln_runs
 from macromicro.thesis.chapter5._kiln_claims import KilnRuns
+from macromicro.thesis.chapter5.actuator_fits import full_contraction
 from macromicro.thesis.claims import measured_by
 from macromicro.thesis.procedure import Lab, Procedure
 

@@ -1,4 +1,4 @@
-"""Heating (5.6) and cooling (5.9) from temperatures inferred by position (Section 5.2.2)."""
+"""Heating and cooling of a wire from steps: temperatures by position, (5.2), (5.6) and (5.9)."""
 
 from __future__ import annotations
 
@@ -15,18 +15,87 @@ from macromicro.identify import _counts, _slow_levels, coverage
 from macromicro.identify._central import central
 from macromicro.identify._restored import restored
 from macromicro.identify._spread import autoregression, driven, standard_errors
-from macromicro.identify.inference import Doubt, on_cooling, on_heating
-from macromicro.identify.iterated import mls
-from macromicro.identify.linear_fit import LinearFit
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.records import signal
 from macromicro.identify.search import least_squares
+from macromicro.identify.witnesses import within
 from macromicro.models.heating import Ladder, Modes, ladder, step_response
+from macromicro.models.weighted_gain import Exponential
 from macromicro.recording import Recording
+
+AMBIENT = 25.0  # deg C
 
 # A temperature whose band is wider than this [K] says next to nothing.
 WIDEST_BAND = 6.0
 _NUDGE = 1e-4  # of the logarithm of a rate or a share, for slopes
+
+
+class Doubt(NamedTuple):
+    position: float = 0.006  # error of the reading and of the table, mm
+    # error of the thermometer that the table was made with, as it stands for the wires, K
+    temperature: float = 0.3
+
+
+class Inferred(NamedTuple):
+    """Temperatures with a band of two standard errors."""
+
+    temperature: Array  # deg C
+    low: Array  # lower end of the band, deg C; in saturation it reaches to the end of the table
+    high: Array  # upper end, deg C
+    slope: Array  # slope of the branch, mm/K: what a kelvin of error is worth in position
+
+
+def on_heating(table: FodTable, x: npt.ArrayLike, doubt: Doubt | None = None) -> Inferred:
+    """Temperatures along the rising branch of the major loop; `x` in mm."""
+    grid, rising, _ = table.major_loop
+    return _inverted(grid, rising, table, x, doubt or Doubt())
+
+
+def on_cooling(
+    table: FodTable, x: npt.ArrayLike, peak: float, doubt: Doubt | None = None
+) -> Inferred:
+    """Temperatures along the first-order curve from a peak (deg C); `x` in mm."""
+    if not table.lo < peak:
+        raise InputError("inference, peak", peak, f"a temperature above {table.lo:g} degC")
+    top = min(peak, table.hi)
+    grid = np.append(table.grid[table.grid < top], top)
+    return _inverted(grid, table.curve(top, grid, "descending"), table, x, doubt or Doubt())
+
+
+def _inverted(
+    grid: Array, branch: Array, table: FodTable, x: npt.ArrayLike, doubt: Doubt
+) -> Inferred:
+    """The inverse of a branch that rises with temperature; held at its ends."""
+    place = np.asarray(x, dtype=np.float64)
+    if table.span <= 0.0:
+        raise ProblemError("inference, table", f"its span is {table.span:g}", "Give a rising one.")
+    if not np.isfinite(place).all():
+        raise ProblemError(
+            "inference, position", "the values are not finite", "Give finite numbers."
+        )
+    if not (doubt.position >= 0.0 and doubt.temperature >= 0.0):
+        raise InputError("inference, doubt", tuple(doubt), "errors of at least 0")
+    # Flat stretches have no inverse: of equal outputs the upper end is kept at the bottom
+    # of the branch, the lower end elsewhere, so that saturation reads as its beginning.
+    f = np.maximum.accumulate(branch)
+    first = int(np.flatnonzero(f <= f[0] + 1e-9 * table.span)[-1])
+    keep = np.r_[first, first + 1 + np.flatnonzero(np.diff(f[first:]) > 1e-9 * table.span)]
+    u, f = grid[keep], f[keep]
+    if len(u) < 2:
+        raise ProblemError(
+            "inference, branch",
+            "the branch is flat",
+            "Choose a branch on which the output changes.",
+        )
+    middle = np.interp(place, f, u)
+    reach = 2.0 * doubt.position
+    warmth = 2.0 * doubt.temperature
+    low = np.where(place - reach <= f[0], grid[0], np.interp(place - reach, f, u) - warmth)
+    high = np.where(place + reach >= f[-1], grid[-1], np.interp(place + reach, f, u) + warmth)
+    cell = np.clip(np.searchsorted(f, place, side="right") - 1, 0, len(u) - 2)
+    slope = np.diff(f)[cell] / np.diff(u)[cell]
+    inside = (place > f[0]) & (place < f[-1])
+    return Inferred(middle, np.minimum(low, middle), np.maximum(high, middle), slope * inside)
 
 
 class StepRecord(NamedTuple):
@@ -155,31 +224,6 @@ def _least(found: Any) -> Array:
     return standard_errors(found.jac) * float(np.sqrt(found.fun @ found.fun / free))
 
 
-def heating_mls(record: StepRecord, goal: float, dt: float = 0.1) -> LinearFit:
-    """(5.6) by `mls` of order three, as in the thesis."""
-    # Before the position shows a temperature, a line from 0 stands in: a second-order numerator
-    # needs the first samples. Equal weights per sample favour the long tail; `heating` is better.
-    known = np.isfinite(record.error)
-    t = np.arange(record.t[0], record.t[-1], dt)
-    y = np.interp(t, np.r_[record.t[0], record.t[known]], np.r_[0.0, record.rise[known]])
-    # Rest before the step shows where it begins.
-    lead = 5
-    u = np.r_[np.zeros(lead), np.full(len(t), goal)]
-    return mls(u, np.r_[np.zeros(lead), y], 3, 3, dt)
-
-
-def needed_goal(
-    table: FodTable, fit: Modes, t: Array, x: Array, ambient: float, level: float
-) -> float:
-    """T_d with which the model passes `level` (mm) when the record does (tuning of (5.8))."""
-    past = np.flatnonzero(x >= level)
-    if not len(past) or past[0] == 0:
-        found = f"it reaches {x.max():.4g} mm"
-        raise ProblemError("heating step", found, f"Record one that passes {level:.4g} mm.")
-    warm = float(on_heating(table, [level]).temperature[0]) - ambient
-    return warm / float(step_response(fit, t[past[0]]))
-
-
 class CoolingFit(NamedTuple):
     time: float  # Until 63 % of the fall is done, s
     fitted: float  # time constant by least squares, s
@@ -201,21 +245,85 @@ def cooling(table: FodTable, trials: Sequence[Recording], ambient: float) -> Coo
     peak = float(on_heating(table, [x[before & (t < t[begin])].mean()]).temperature[0])
     found = on_cooling(table, x[begin:], peak)
     time, rise = t[begin:] - t[begin], found.temperature - ambient
-    goal = (peak - ambient) * np.exp(-1.0)
-    done = np.flatnonzero(rise <= goal)
     usable = (found.slope > 0.0) & (found.high - found.low <= WIDEST_BAND)
-    if not len(done) or not usable[: done[0]].mean() > 0.5:
+    fit = exponential_fall(time, rise, usable, peak, ambient)
+    if fit is None:
         raise ProblemError(
             "cooling record",
             f"the position does not show the first 63 % of the fall from {peak:.1f} degC",
             "Record a longer fall, clear of the stop.",
         )
+    return fit
+
+
+def exponential_fall(
+    time: Array, rise: Array, usable: npt.NDArray[np.bool_], peak: float, ambient: float
+) -> CoolingFit | None:
+    """Cooling until 63 % of the fall is done; None if the record does not show that."""
+    start = peak - ambient
+    done = np.flatnonzero(rise <= start * np.exp(-1.0))
+    if not start > 0.0 or not len(done) or not usable[: max(done[0], 1)].mean() > 0.5:
+        return None
     last = int(done[0])
-    tt, yy = time[: last + 1][usable[: last + 1]], rise[: last + 1][usable[: last + 1]]
+    kept = np.flatnonzero(usable[: last + 1])
+    t, y = time[kept], rise[kept]
+    fit = least_squares(lambda theta: start * np.exp(-t / theta[0]) - y, [time[last]])
+    nrmse = float(np.sqrt(np.mean(fit.fun**2)) / np.ptp(y))
+    return CoolingFit(float(time[last]), float(fit.x[0]), nrmse, peak)
+
+
+class GainFit(NamedTuple):
+    model: Exponential  # b (K), a (1/V), y0 (K), x0 (V)
+    interval: Array  # 95 % limits of b, a, y0; NaN where the method gives none
+    asymptote: float  # b + y0, K
+    asymptote_interval: tuple[float, float]  # Its 95 % limits, K
+    rms: float  # distance of the points, K
+
+
+def checked_gain(volts: npt.ArrayLike, rise: npt.ArrayLike, least: int) -> tuple[Array, Array]:
+    """Both in order of the voltage, checked for number, equality and rise."""
+    x, y = signal(volts, "CTRL"), signal(rise, "steady temperature")
+    if len(x) != len(y) or len(x) < least or len(np.unique(x)) < len(x):
+        found = f"voltages and temperatures number {len(x)} and {len(y)}"
+        raise ProblemError("static gain", found, f"Give {least} or more pairs, all different.")
+    order = np.argsort(x)
+    x, y = x[order], y[order]
+    if np.any(np.diff(y) <= 0.0):
+        raise InputError("steady temperature", list(y), "values that rise with CTRL")
+    return x, y
+
+
+def static_gain(volts: npt.ArrayLike, rise: npt.ArrayLike) -> GainFit:
+    """b, a and y0 of (5.2) by non-linear least squares, x0 at the lowest voltage."""
+    x, y = checked_gain(volts, rise, 4)
+    x0 = float(x[0])
 
     def residual(theta: Array) -> Array:
-        return np.asarray((peak - ambient) * np.exp(-tt / theta[0]) - yy)
+        return np.asarray(theta[0] * -np.expm1(-theta[1] * (x - x0)) + theta[2] - y)
 
-    fit = least_squares(residual, [time[last]])
-    nrmse = float(np.sqrt(np.mean(fit.fun**2)) / np.ptp(yy))
-    return CoolingFit(float(time[last]), float(fit.x[0]), nrmse, peak)
+    start = [1.05 * np.ptp(y), 3.0 / np.ptp(x), y[0]]
+    scale = [float(np.ptp(y)), 1.0 / float(np.ptp(x)), float(np.ptp(y))]
+    found = least_squares(residual, start, x_scale=scale, method="lm", xtol=1e-12, ftol=1e-12)
+    if found.status <= 0:
+        notice(ConvergenceWarning, f"static gain: {found.message}; last values returned")
+    free = len(x) - 3
+    variance = float(found.fun @ found.fun) / free
+    covariance = np.linalg.inv(found.jac.T @ found.jac) * variance
+    factor = within(free)
+    reach = factor * np.sqrt(np.diag(covariance))
+    b, a, y0 = (float(v) for v in found.x)
+    across = np.array([1.0, 0.0, 1.0])
+    both = factor * float(np.sqrt(across @ covariance @ across))
+    model = Exponential(b, a, x0, y0)
+    return GainFit(
+        model,
+        np.column_stack([found.x - reach, found.x + reach]),
+        b + y0,
+        (b + y0 - both, b + y0 + both),
+        gain_rms(model, x, y),
+    )
+
+
+def gain_rms(model: Exponential, x: Array, y: Array) -> float:
+    fit = model.b * -np.expm1(-model.a * (x - model.x0)) + model.y0
+    return float(np.sqrt(np.mean((fit - y) ** 2)))

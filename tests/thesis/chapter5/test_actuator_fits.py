@@ -10,12 +10,13 @@ from macromicro.errors import InputError
 from macromicro.hysteresis import from_density
 from macromicro.hysteresis.preisach import Preisach
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify import _gain
-from macromicro.identify.actuator import NEAR_STOP, against, hysteresis, judged, thesis
+from macromicro.identify import heating
+from macromicro.identify.stressed import hysteresis, judged
 from macromicro.models import actuator
 from macromicro.models.heating import Modes, step_response
 from macromicro.models.weighted_gain import Exponential, exponential
 from macromicro.recording import Recording
+from macromicro.thesis.chapter5.actuator_fits import NEAR_STOP, against, thesis
 
 COLUMNS = (Column("t", "s", ""), Column("laser", "um", ""), Column("ctrl", "V", ""))
 MODES = Modes(1.3, 0.09, 0.012, 0.7, 0.2, 0.1)
@@ -57,7 +58,7 @@ def fitted() -> object:
 
 def test_the_thesis_model_is_found_again(fitted: object) -> None:
     """Gain by the voltages below the stop, and by 95 % of the stroke above it."""
-    from macromicro.identify.actuator import ThesisFit
+    from macromicro.thesis.chapter5.actuator_fits import ThesisFit
 
     assert isinstance(fitted, ThesisFit)
     whole = float(step_response(MODES, 399.0))
@@ -77,12 +78,12 @@ def test_the_line_has_its_asymptote_above_all_temperatures(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """By two thousandths at least, where the curve's own lies lower: the logarithm needs it."""
-    real = _gain.nonlinear
+    real = heating.static_gain
 
-    def low(volts: list[float], rise: list[float]) -> _gain.GainFit:
+    def low(volts: list[float], rise: list[float]) -> heating.GainFit:
         return real(volts, rise)._replace(asymptote=0.99 * rise[-1])
 
-    monkeypatch.setattr(_gain, "nonlinear", low)
+    monkeypatch.setattr(heating, "static_gain", low)
     found = thesis(TABLE, {v: [stepped(v)] for v in (*LOW, 1.8)}, [cooled()], 1.55)
     assert found.linearised.asymptote == pytest.approx(1.002 * found.steady[1.575], rel=1e-12)
 
@@ -118,7 +119,7 @@ def test_a_judgement_is_at_the_end_on_the_way_and_throughout() -> None:
 
 
 def test_against_a_record_the_model_gets_what_was_sent(fitted: object) -> None:
-    from macromicro.identify.actuator import ThesisFit
+    from macromicro.thesis.chapter5.actuator_fits import ThesisFit
 
     assert isinstance(fitted, ThesisFit)
     record = stepped(1.55)
