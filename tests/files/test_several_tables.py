@@ -112,3 +112,48 @@ def test_titles_and_a_table_of_one_row_are_left(tmp_path: Path) -> None:
     cut = table(tmp_path, head + one.format(1) + "1.7\t3\n\n" + one.format(2))
     with pytest.warns(UnreadLinesWarning, match="line 15: 2 cells instead of 4; left out"):
         assert cut.columns["V+ [V]"].tolist() == U * 2
+
+
+CELLS = st.sampled_from(
+    [
+        "t",
+        "u_V",
+        "x [mm]",
+        "run",
+        "",
+        "nan",
+        "12",
+        "-3.5",
+        "1,5",
+        "10:00:01",
+        "2024-03-01",
+        "mm",
+        "#",
+    ]
+)
+LINES = st.one_of(
+    st.lists(CELLS, min_size=1, max_size=4),
+    st.lists(st.floats(-9.0, 9.0).map("{:.3f}".format), min_size=1, max_size=4),
+    st.sampled_from([[""], ["Table 2"], ["# remark"], ["---"], ["% t u x"]]),
+)
+
+
+@given(st.lists(LINES, max_size=25), st.sampled_from([",", ";", "\t", " "]))
+@settings(max_examples=150, deadline=None)
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_any_text_is_read_or_refused_in_words(
+    tmp_path_factory: pytest.TempPathFactory, lines: list[list[str]], mark: str
+) -> None:
+    """Each column has numbers, or a message says why it has none."""
+    text = "\n".join(mark.join(line) for line in lines)
+    try:
+        found = table(tmp_path_factory.mktemp("any"), text)
+    except InputError:
+        return
+    for name in found.columns:
+        try:
+            values = found.several([name])[name]
+        except InputError as error:
+            assert "a.csv" in str(error)
+        else:
+            assert values.dtype == np.float64 and 0 < len(values) <= len(lines)
