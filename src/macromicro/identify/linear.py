@@ -19,6 +19,7 @@ from macromicro.identify.witnesses import factors
 if TYPE_CHECKING:
     from scipy.signal import TransferFunction
 
+MAX_ITERATIONS = _linear.MAX_ITERATIONS
 _ROUNDING = 1e-9
 _BENT = 0.125  # at the ends of a 95 % interval runs are then off by a quarter of what moves them
 _BY_FREE_RUN = ("mls", "sriv", "output_error")  # methods whose residual is the free run's

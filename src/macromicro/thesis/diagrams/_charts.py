@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 
 from macromicro.drawing.flow import Flow, ask, do, end, start
-from macromicro.identify._linear import MAX_ITERATIONS
+from macromicro.identify.linear import MAX_ITERATIONS
 from macromicro.identify.smoothing import without_spikes
 from macromicro.thesis.diagrams._described import Described, number
 
