@@ -70,11 +70,9 @@ class Axis(NamedTuple):
 
 @kernel
 def decay(p: Axis, direction: float, h: float) -> tuple[float, float, float]:
-    """Coefficients of a slide in one direction under a held force, without a spring.
-
-    The new speed is ``keep * speed + push * force``, the distance ``mass * push * speed + carry *
-    force``; with c the viscous friction, 1 - e^(-c h/M) = c push and c carry = h - M push.
-    """
+    """Coefficients of a slide in one direction under a held force, without a spring."""
+    # The new speed is keep * speed + push * force, the distance mass * push * speed + carry *
+    # force; with c the viscous friction, 1 - e^(-c h/M) = c push and c carry = h - M push.
     c = p.viscous + direction * p.asymmetry
     z = c * h / p.mass
     if z > _SERIES:
@@ -145,12 +143,10 @@ def glide(p: Axis, v: float, pull: float, h: float) -> tuple[float, float]:
 
 @kernel
 def slide(p: Axis, x: float, v: float, side: float, pull: float, h: float) -> tuple[float, float]:
-    """State of an axis on a spring after a time in one direction: the exact solution.
-
-    With A = (pull - k x) / M, a = c / 2 M, w^2 = k / M and e = exp(-a h): v(h) = e (S A + (C - a S)
-    v), x(h) = x + A (1 - e (C + a S)) / w^2 + e S v, where C and S are cos wd h and sin wd h / wd,
-    or cosh and sinh where it is overdamped.
-    """
+    """State of an axis on a spring after a time in one direction: the exact solution."""
+    # With A = (pull - k x) / M, a = c / 2 M, w^2 = k / M and e = exp(-a h): v(h) = e (S A + (C - a
+    # S) v), x(h) = x + A (1 - e (C + a S)) / w^2 + e S v, where C and S are cos wd h and sin wd h /
+    # wd, or cosh and sinh where it is overdamped.
     a = 0.5 * (p.viscous + side * p.asymmetry) / p.mass
     w2 = p.spring / p.mass
     push = (pull - p.spring * x) / p.mass
