@@ -8,7 +8,8 @@ import pytest
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import _axis_choice, drive
-from macromicro.identify._axis_choice import blocks, folds, no_better, turn
+from macromicro.identify._axis_choice import blocks, folds
+from macromicro.identify._choose import no_better, turn
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_inverse import Rows
 from macromicro.identify.runs import Run

@@ -64,6 +64,8 @@ def free_run(
             p.back,
             p.sine,
             p.cosine,
+            p.spring,
+            p.dead_zone,
         )
         v, gone = step(here, v, acting(p, force[k], x, v, h), h)
         x += gone

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
+from macromicro.identify._choose import FOLDS, Judged, no_better, simplest, turn, typical
 from macromicro.identify.axis_inverse import (
     STRUCTURES,
     Estimate,
@@ -26,10 +26,7 @@ from macromicro.identify.axis_inverse import (
 from macromicro.identify.runs import Run
 
 Index = npt.NDArray[np.int64]
-FOLDS = 3
-_GAIN = 0.02  # a richer structure must lower the held-out error by this part
-_SURE = 2.0  # and the blocks' squares by so many standard errors of what they gain
-_STRANGE = 3.0  # likewise, of what nobody spoke of: several such things are looked for
+_STRANGE = 3.0  # standard errors by which what nobody spoke of must gain: several are looked for
 _MOST = 12  # blocks in a record
 _LEAST = 40  # decimated samples in a block: its low-pass takes 20
 # What stands in for a structure where a part of the record does not show it.
@@ -41,15 +38,6 @@ _POORER = {
 }
 _TOO_POOR = "the motion does not determine its parameters"
 _NEGATIVE = "the mass or a friction is negative"
-
-
-class Judged(NamedTuple):
-    """Errors of the structures and the choice between them."""
-
-    structure: str  # the chosen one
-    # RMS force error of each in a typical held-out block: the geometric mean of all
-    scores: dict[str, float]
-    reasons: dict[str, str]  # why each other one was not chosen, in words
 
 
 def part(rows: Rows, where: slice) -> Rows:
@@ -76,13 +64,6 @@ def blocks(rows: list[Rows]) -> list[Rows]:
     return made
 
 
-def turn(number: Index) -> Index:
-    """Turn in which each block is held out."""
-    # Every third block, a different one of each three: a motion with a period of three blocks would
-    # otherwise be held out in the same phase each time.
-    return (number + number // FOLDS) % FOLDS
-
-
 def folds(rows: list[Rows]) -> Iterator[tuple[list[Rows], list[Rows]]]:
     """Blocks to fit and blocks held out, by turns."""
     pieces = blocks(rows)
@@ -102,21 +83,10 @@ def chosen(rows: list[Rows]) -> Judged:
             reasons[name] = found
         else:
             squares[name] = found
-    # Of a typical block: one in which the axis sticks would outweigh all others in a plain mean.
-    scores = {n: typical(each) for n, each in squares.items()}
-    best = ""
-    for name, score in scores.items():
-        if not best:
-            best = name
-            continue
-        reason = no_better(scores[best], score, np.log(squares[best] / squares[name]), best)
-        if reason:
-            reasons[name] = reason
-        else:
-            reasons[best] = f"{name} is better"
-            best = name
-    if best:
-        return Judged(best, scores, {n: reasons[n] for n in STRUCTURES if n in reasons})
+    if squares:
+        judged = simplest(squares, reasons)
+        ordered = {n: judged.reasons[n] for n in STRUCTURES if n in judged.reasons}
+        return judged._replace(reasons=ordered)
     if reasons["viscous"] == _NEGATIVE and fitted(rows, "viscous", told=False).axis.mass < 0.0:
         raise ProblemError(
             "record",
@@ -178,16 +148,3 @@ def told(part: float) -> str:
     if part == 1.0:
         return "alone gives a positive mass and friction"
     return f"lowers the force error by {100.0 * part:.0f} % on held-out data"
-
-
-def typical(squares: Array) -> float:
-    return float(np.exp(0.5 * np.mean(np.log(squares))))
-
-
-def no_better(score: float, richer: float, gained: Array, than: str, sure: float = _SURE) -> str:
-    if richer >= (1.0 - _GAIN) * score:
-        return f"not {100.0 * _GAIN:.0f} % better than {than}"
-    error = float(np.std(gained, ddof=1) / np.sqrt(len(gained))) if len(gained) > 1 else 0.0
-    if float(gained.mean()) < sure * error:
-        return f"better than {than}, but by less than the scatter of the blocks"
-    return ""

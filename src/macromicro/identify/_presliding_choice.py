@@ -9,8 +9,8 @@ import math
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.identify._axis_choice import FOLDS, no_better, turn, typical
 from macromicro.identify._axis_pieces import settled
+from macromicro.identify._choose import FOLDS, no_better, turn, typical
 from macromicro.identify._presliding_search import FLOOR, Problem, Shape, searched
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.presliding import REACHES

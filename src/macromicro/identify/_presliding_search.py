@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.identify import _axis_choice
 from macromicro.identify._axis_pieces import Index, Pieces, cut, settled
 from macromicro.identify._axis_slopes import slopes
+from macromicro.identify._choose import turn
 from macromicro.identify.axis_inverse import Estimate, Rows
 from macromicro.identify.presliding import Presliding
 from macromicro.identify.search import least_squares
@@ -172,7 +172,7 @@ def _weights(problem: Problem, held: int | None) -> list[Array]:
     made, first = [], 0
     for p in problem.pieces:
         number = first + np.arange(len(p.starts))
-        kept = np.ones(len(number)) if held is None else (_axis_choice.turn(number) != held)
+        kept = np.ones(len(number)) if held is None else (turn(number) != held)
         made.append(np.repeat(np.asarray(kept, np.float64), p.lengths))
         first += len(number)
     return made

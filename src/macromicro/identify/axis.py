@@ -1,199 +1,21 @@
-"""A motor-driven axis: mass, friction and a free simulation of the equation of motion.
+"""The axis of `macromicro.models.mass`, under the name by which identification knows it."""
 
-    M dv/dt = F - (Fv + s Fa) v - s (Fc + Fs exp(-(v/vs)^2)) - F0 - A sin x - B cos x,
-    s = sgn v,  dx/dt = v
+from macromicro.models.mass import (
+    Axis,
+    acting,
+    breakaway,
+    decay,
+    free_run,
+    given,
+    late,
+    level,
+    motion,
+    simulate,
+    stopping,
+)
+from macromicro.models.mass import glide as step
 
-F = gain u is the drive's force. For a rotary axis read inertia, torque and angle; A and B are
-gravity on its eccentric load, which hangs at -atan2(B, A). Asymmetry is in the viscous part only:
-while the axis slides, F0 and a Coulomb level that depends on the direction cannot be told apart.
-"""
-
-from __future__ import annotations
-
-import math
-from typing import NamedTuple
-
-import numpy as np
-import numpy.typing as npt
-
-from macromicro.arrays import Array
-from macromicro.kernel import compiled, kernel
-
-_SERIES = 1e-4  # of a time constant: below it a step is a series
-
-
-class Axis(NamedTuple):
-    """Parameters of the equation above, in the units of force, position and second (N, m).
-
-    Examples
-    --------
-    >>> from macromicro.identify import Axis
-    >>> Axis(mass=1.2, viscous=14.0, coulomb=3.0)._replace(offset=0.5).offset  # N
-    0.5
-    """
-
-    mass: float  #: M, N s2/m = kg
-    viscous: float  #: fv, N s/m
-    coulomb: float = 0.0  #: fc, N
-    offset: float = 0.0  #: F0, N
-    asymmetry: float = 0.0  #: fa, N s/m: viscous friction is Fv + Fa forwards, Fv - Fa backwards
-    stribeck: float = 0.0  #: fs, N
-    stribeck_speed: float = 1.0  #: vs, m/s
-    lag: float = 0.0  #: time by which the force acts late, s
-    #: greatest force that the drive's current gives, N. At a speed the drive can be asked for as
-    #: much more as back-EMF takes there, `back` Fv v, before it comes to that
-    limit: float = math.inf
-    #: part of Fv that is back-EMF, from 0 to 1; no other than a limited force shows it
-    back: float = 1.0
-    sine: float = 0.0  #: A and B, N m
-    cosine: float = 0.0  #: 0 of an axis that slides, or whose load is balanced
-
-
-@kernel
-def decay(p: Axis, direction: float, h: float) -> tuple[float, float, float]:
-    """Coefficients of a slide in one direction under a held force.
-
-    The new speed is ``keep * speed + push * force``, the distance ``mass * push * speed + carry *
-    force``; with c the viscous friction, 1 - e^(-c h/M) = c push and c carry = h - M push.
-    """
-    c = p.viscous + direction * p.asymmetry
-    z = c * h / p.mass
-    if z > _SERIES:
-        fall = -math.expm1(-z)
-        return 1.0 - fall, fall / c, h / c * (1.0 - fall / z)
-    # Where friction hardly slows the axis the terms above cancel; the next one is z^3/24.
-    rise = 1.0 - 0.5 * z + z * z / 6.0
-    slow = 0.5 - z / 6.0 + z * z / 24.0
-    return 1.0 - z * rise, h / p.mass * rise, h * h / p.mass * slow
-
-
-@kernel
-def stopping(p: Axis, v: float, net: float) -> float:
-    """Time in which a held force brings the axis to rest."""
-    c = p.viscous + (p.asymmetry if v > 0.0 else -p.asymmetry)
-    z = -c * v / net
-    return -p.mass * v / net * (math.log1p(z) / z if z > 1e-12 else 1.0)
-
-
-@kernel
-def breakaway(most: float, fades: float, v: float) -> float:
-    """Stribeck friction in excess of Coulomb friction, Fs exp(-(v/vs)^2)."""
-    if most == 0.0:
-        return 0.0
-    ratio = v / fades
-    return most * math.exp(-ratio * ratio)
-
-
-@kernel
-def level(p: Axis, v: float) -> float:
-    """Coulomb and Stribeck friction at a speed."""
-    return p.coulomb + breakaway(p.stribeck, p.stribeck_speed, v)
-
-
-@kernel
-def step(p: Axis, v: float, pull: float, h: float) -> tuple[float, float]:
-    """New speed and distance after a time under a held force."""
-    # Exact while the axis slides in one direction (Stribeck's level at the mean of the first and
-    # the last speed). A reversal is split at zero speed, so the result is continuous in the
-    # parameters.
-    moved = 0.0
-    if v != 0.0:
-        side = 1.0 if v > 0.0 else -1.0
-        keep, push, carry = decay(p, side, h)
-        net = pull - side * level(p, v)
-        new = keep * v + push * net
-        if p.stribeck != 0.0:
-            net = pull - side * level(p, 0.5 * (v + side * max(side * new, 0.0)))
-            new = keep * v + push * net
-        if new * side > 0.0:
-            return new, p.mass * push * v + carry * net
-        slide = h
-        if net * side < 0.0:  # not so where friction alone has used the speed up
-            slide = min(stopping(p, v, net), h)
-        keep, push, carry = decay(p, side, slide)
-        moved = p.mass * push * v + carry * net
-        h -= slide
-    hold = p.coulomb + p.stribeck
-    if abs(pull) <= hold or h <= 0.0:
-        return 0.0, moved
-    side = 1.0 if pull > 0.0 else -1.0
-    keep, push, carry = decay(p, side, h)
-    net = pull - side * hold
-    if p.stribeck != 0.0:
-        net = pull - side * level(p, 0.5 * push * net)
-    return push * net, moved + carry * net
-
-
-@kernel
-def given(p: Axis, force: float, v: float) -> float:
-    """Force of the drive within its limits of current and back-EMF."""
-    emf = p.back * p.viscous * v
-    return min(max(force, emf - p.limit), emf + p.limit)
-
-
-@kernel
-def acting(p: Axis, force: float, x: float, v: float, h: float) -> float:
-    """Drive force less the load's, before friction and acceleration."""
-    pull = given(p, force, v) - p.offset
-    if p.sine == 0.0 and p.cosine == 0.0:
-        return pull
-    x += 0.5 * h * v
-    return pull - p.sine * math.sin(x) - p.cosine * math.cos(x)
-
-
-@kernel
-def free_run(p: Axis, force: Array, x: float, v: float, h: float, out: Array) -> None:
-    """Positions from a state under a force, as a kernel."""
-    for k in range(len(out)):
-        out[k] = x
-        v, gone = step(p, v, acting(p, force[k], x, v, h), h)
-        x += gone
-
-
-def late(force: Array, samples: float) -> Array:
-    """A held input delayed by a time, which may be a fraction of a sample."""
-    if samples == 0.0:
-        return force
-    samples = min(samples, float(len(force)))  # later, nothing of it is seen
-    whole = math.floor(samples)
-    part = samples - whole
-    first = np.full(whole + 1, force[0])
-    shifted = np.concatenate([first, force])[: len(force) + 1]
-    return (1.0 - part) * shifted[1:] + part * shifted[:-1]
-
-
-def simulate(p: Axis, force: npt.ArrayLike, dt: float, x: float = 0.0, v: float = 0.0) -> Array:
-    """Free run: positions under a force.
-
-    Parameters
-    ----------
-    p : Axis
-        Parameters of the axis.
-    force : array_like, shape (n,)
-        N, held for `dt` each; it acts `lag` later.
-    dt : float
-        Sample time, s.
-    x : float, optional
-        Position at the start, m.
-    v : float, optional
-        Speed at the start, m/s.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Positions at the start of each sample, m.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from macromicro.identify import Axis, simulate
-    >>> axis = Axis(mass=2.0, viscous=0.0, coulomb=1.0)  # kg, N s/m, N
-    >>> simulate(axis, np.full(5, 5.0), dt=0.5)  # m, under 5 N
-    array([0.  , 0.25, 1.  , 2.25, 4.  ])
-    """
-    pull = np.ascontiguousarray(force, dtype=np.float64)
-    pull = late(pull, p.lag / dt)
-    out = np.empty_like(pull)
-    plain = Axis(*(float(value) for value in p))
-    compiled(free_run)(plain, pull, float(x), float(v), float(dt), out)
-    return out
+__all__ = [
+    "Axis", "acting", "breakaway", "decay", "free_run", "given", "late", "level", "motion",
+    "simulate", "step", "stopping",
+]  # fmt: skip

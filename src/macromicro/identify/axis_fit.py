@@ -18,9 +18,10 @@ from macromicro.identify import (
     _axis_load,
     _axis_thin,
 )
-from macromicro.identify._axis_choice import Judged, part
+from macromicro.identify._axis_choice import part
 from macromicro.identify._axis_instruments import instrumented, redrawn
 from macromicro.identify._axis_refine import begun, free_runs, refined, started
+from macromicro.identify._choose import Judged
 from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_inverse import (
     STRUCTURES,

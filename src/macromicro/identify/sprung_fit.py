@@ -1,58 +1,85 @@
-"""A sprung, coasting or dead-zoned drive by output error: `sprung_drive`."""
+"""Output error of a drive with a spring, dead zone, load or measured speed, or of a decay."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify import _sprung_doubts, _sprung_start, coverage
+from macromicro.identify import _mass_start, _moved_mass, coverage
+from macromicro.identify._choose import held_out, simplest
+from macromicro.identify._engine import Fit
+from macromicro.identify._errors import Spread
+from macromicro.identify._moved_mass import Model
 from macromicro.identify._ripple import Ripple
-from macromicro.identify._sprung_search import (
-    FRICTIONS,
-    End,
-    Model,
-    first,
-    judged,
-    moving,
-    searched,
-)
+from macromicro.identify.axis_inverse import ECCENTRIC, STRUCTURES
+from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.records import flag_saturation
 from macromicro.identify.runs import Run
-from macromicro.identify.search import least_squares
-from macromicro.identify.sprung import Sprung, simulate
+from macromicro.models.mass import Axis, motion
 
-_HELD_OUT = 0.3
-_BETTER = 0.02  # a richer friction must lower the held-out error by this part
+FIT = "fit"  # in place of a lag: found with the parameters
+_AUTO = ("viscous", "coulomb", "asymmetric")  # tried where no friction is asked for
 _NONSENSE = 0.1  # misfit beyond which parameters do not describe the record
 _BACK = 0.05  # of a record's travel: more is a motion that turns
 _SAME = 1e-3  # of the least error: searches that end so near are at one minimum
+_CUTS = 3  # rounds in which the end of a free motion is looked for
+_TAIL = 0.05  # of a motion without a spring that is left out before its end
+_FEW = 8.0  # samples in one period, at least
+_LATEST = 60  # samples by which a force may act late
+_BEGINNING = 0.1  # of a record: where its start is looked for
+
+
+class Load(NamedTuple):
+    """The mass, its drive and its output, apart from friction."""
+
+    driven: bool = True  # without a drive parameters are per mass
+    speed: bool = False  # the output is the speed
+    spring: bool = False
+    dead_zone: bool = False  # of the drive
+    eccentric: bool = False  # gravity on a rotating load
+    limit: float | None = None  # the drive's greatest force
+    lag: float | str = 0.0  # s by which the force acts late, or "fit"
+
+    def model(self, friction: str) -> Model:
+        names = ("mass",) * self.driven
+        names += tuple(n for n in STRUCTURES[friction] if n not in ("mass", "offset"))
+        # The place of a spring's rest does not show in speeds.
+        names += ("offset",) * (not (self.spring and self.speed))
+        names += ("spring",) * self.spring + ("dead_zone",) * self.dead_zone
+        names += ECCENTRIC * self.eccentric + ("lag",) * (self.lag == FIT)
+        limit = math.inf if self.limit is None else self.limit
+        late = 0.0 if isinstance(self.lag, str) else self.lag
+        return Model(names, Axis(1.0, 0.0, lag=late, limit=limit, back=0.0), self.speed)
 
 
 @dataclass(frozen=True)
 class SprungFit:
-    model: Model  # with the chosen friction
-    axis: Sprung  # parameters; of a free motion per mass, whose `mass` is 1
+    friction: str  # the chosen one of `STRUCTURES`
+    load: Load
+    axis: Axis  # parameters; of a free motion per mass, whose `mass` is 1
     names: tuple[str, ...]  # the free ones
-    covariance: Array  # covariance of these
+    spread: Spread
     # position and speed at the start of each record, found with the parameters
     starts: tuple[tuple[float, float], ...]
     free_run: tuple[Array, ...]  # the output by the model, an array per record
     residuals: tuple[Array, ...]  # measured less free run
-    # RMS of each friction over the last parts, by a fit to the first ones; empty where one was
-    # asked for
+    # RMS of each friction over pieces held out, by a fit to the others; empty where one was asked
     holdout: dict[str, float]
+    reasons: dict[str, str]  # why each other friction was not chosen, in words
     ends: tuple[float, ...]  # RMS where each search ended, least first
     gain: float  # force per unit of u
-    lag: float  # time by which u acts late, s
-    # errors of the parameters as drawn, where a force that repeats along the way or rounding to
-    # counts makes them other than normal
-    draws: Array | None = None
     # A force that repeats along the way and is not in the model, where the residuals show one
     repeats: Ripple | None = None
+
+    @property
+    def covariance(self) -> Array:
+        return self.spread.covariance
 
     @property
     def values(self) -> Array:
@@ -69,107 +96,172 @@ class SprungFit:
     @property
     def factors(self) -> Array:
         """Coverage factors, shape (2, p)."""
-        return coverage.factors(self.draws, np.eye(len(self.names)))
+        return self.spread.factors()
 
     def derived(self, of: str) -> tuple[float, float, Array]:
-        """A property of `Sprung` and its error, by its slopes."""
+        """A property of `Axis` with its error and coverage factors, by its slopes."""
         value = float(getattr(self.axis, of))
-        slopes = []
-        for name, at in zip(self.names, self.values, strict=True):
-            h = 1e-6 * max(abs(float(at)), 1e-12)
-            up = self.axis._replace(**{name: at + h})
-            slopes.append((getattr(up, of) - value) / h)
-        table = np.array([slopes])
-        error = float(coverage.errors(self.covariance, table)[0])
-        return value, error, coverage.factors(self.draws, table)[:, 0]
+        slopes = np.zeros((1, len(self.names)))
+        for k, name in enumerate(self.names):
+            at = float(getattr(self.axis, name))
+            h = 1e-6 * max(abs(at), 1e-12)
+            slopes[0, k] = (getattr(self.axis._replace(**{name: at + h}), of) - value) / h
+        return value, *self.combined(slopes)
+
+    def combined(self, slopes: Array) -> tuple[float, Array]:
+        """Error and coverage factors of a function of the parameters, by its slopes (1, p)."""
+        error = float(coverage.errors(self.covariance, slopes)[0])
+        return error, self.spread.factors(slopes)[:, 0]
 
     def simulate(self, u: Any, dt: float, x: float = 0.0, v: float = 0.0) -> Array:
         push = self.gain * np.asarray(u, np.float64)
-        return simulate(self.axis, push, dt, x, v, self.lag)[int(self.model.speed)]
+        return np.asarray(motion(self.axis, push, dt, x, v)[int(self.load.speed)])
 
 
-def sprung_drive(
+def sprung_drive(  # noqa: PLR0913 -- one parameter per option
     records: Sequence[Run],
     *,
     driven: bool = True,
     speed: bool = False,
     spring: bool = False,
     dead_zone: bool = False,
+    eccentric: bool = False,
     friction: str = "auto",
     gain: float = 1.0,
-    lag: float = 0.0,
+    limit: float | None = None,
+    lag: float | str = 0.0,
 ) -> SprungFit:
-    """Parameters of M dv/dt = D(gain u) - k x - friction(v) - F0 (`macromicro.identify.sprung`)."""
-    # Initial states are fitted; a free motion is fitted only until it is over. Standard errors
-    # allow for disturbing forces and coloured residuals.
-    if friction != "auto" and friction not in FRICTIONS:
-        raise InputError("structure", friction, f"auto or one of {', '.join(FRICTIONS)}")
+    """Parameters of the mass of `macromicro.models.mass` under the force gain u."""
+    # Initial states are fitted; a free motion is fitted only until it is over.
+    if friction != "auto" and friction not in STRUCTURES:
+        raise InputError("structure", friction, f"auto or one of {', '.join(STRUCTURES)}")
     if dead_zone and not driven:
         raise ProblemError("dead zone", "there is no column u", "Give the input of the drive.")
     if not spring and not speed and not driven and _turns(records):
         raise ProblemError(
             "record", "the free motion turns back", "Add --spring, or a column u of a drive."
         )
-    whole = [r._replace(u=gain * r.u if driven else np.zeros_like(r.x)) for r in records]
-    names = list(FRICTIONS) if friction == "auto" else [friction]
-    models = [Model(n, spring, dead_zone, driven, speed) for n in names]
-    holding = [m for m in models if "coulomb" in m.names]
+    most = None if limit is None else abs(gain) * limit
+    load = Load(driven, speed, spring, dead_zone, eccentric, most, lag)
+    whole = [r._replace(u=np.zeros_like(r.x)) for r in records]
+    if driven:
+        for k, r in enumerate(records):
+            flag_saturation(r.u, f"record[{k}].u", limit)  # the axis itself limits the force
+        whole = [r._replace(u=gain * r.u) for r in records]
+    names = list(_AUTO) if friction == "auto" else [friction]
+    holding = [n for n in names if n != "viscous"]
     kept = whole
     if not driven and holding:
         # Where friction stops the mass is chance within a band, so the motion alone is better
         # evidence, unless it is too short to show what stops it.
-        short, end = moving(whole, holding[0], lag)
-        if _misses(whole, end, lag, int(speed)) < _NONSENSE:
+        short, axis = moving(whole, load.model(holding[0]))
+        enough = sum(len(r.x) for r in short) >= _moved_mass.FEWEST
+        if enough and _misses(whole, axis, speed) < _NONSENSE:
             kept = short
-    scores: dict[str, float] = {}
-    chosen = models[0]
-    if len(models) > 1:
-        cut = [first(r, int((1.0 - _HELD_OUT) * len(r.t))) for r in kept]
-        for model in models:
-            try:
-                fit = searched(cut, model, lag)[0]
-            except InputError:
-                continue
-            scores[model.friction] = judged(kept, cut, fit, model, lag)
-        least = min(scores.values(), default=np.inf)
-        fair = [m for m in models if scores.get(m.friction, np.inf) <= least * (1.0 + _BETTER)]
-        if not fair:
-            raise ProblemError(
-                "record", "no friction could be fitted", "Record a motion that shows it."
+    holdout: dict[str, float] = {}
+    reasons: dict[str, str] = {}
+    chosen = names[0]
+    lead = _LATEST if lag == FIT else _lead(records, lag)
+    every: dict[str, list[Fit]] = {}
+    poorer: Axis | None = None
+    for name in names:
+        model = load.model(name)
+        every[name] = _ends(kept, model, lead, poorer)
+        poorer = model.axis(every[name][0].values)
+    if len(names) > 1:
+        squares = {
+            name: held_out(
+                load.model(name).simulated, ends[0].space, ends[0].pieces, ends[0].values
             )
-        chosen = fair[0]
-    ends = searched(kept, chosen, lag)
-    best = ends[0]
-    sure = _sprung_doubts.covariance(kept, best, chosen.names, lag, speed=speed)
-    starts = tuple((float(x), float(v)) for x, v in best.starts)
-    free = tuple(
-        simulate(best.axis, r.u, r.dt, x, v, lag)[int(speed)]
-        for r, (x, v) in zip(whole, starts, strict=True)
+            for name, ends in every.items()
+        }
+        chosen, holdout, reasons = simplest(squares)
+    model, ends = load.model(chosen), every[chosen]
+    found = _moved_mass.surest(kept, model, ends[0], lead)
+    repeats = _moved_mass.repeated(found, model)
+    if repeats is not None:
+        found = _moved_mass.under(found, model, repeats)
+    _moved_mass.doubted(found, model.names)
+    axis = model.axis(found.fit.values)
+    _coarse(kept, axis)
+    begun = _moved_mass.beginnings(found, kept)
+    starts = tuple(
+        _moved_mass.started(r, model, axis, near) for r, near in zip(whole, begun, strict=True)
     )
-    residuals = tuple(r.x - run for r, run in zip(whole, free, strict=True))
-    rms = tuple(e.rms for e in ends)
+    free = tuple(
+        motion(axis, r.u, r.dt, x, v)[int(speed)] for r, (x, v) in zip(whole, starts, strict=True)
+    )
     return SprungFit(
         chosen,
-        best.axis,
-        chosen.names,
-        sure.covariance,
+        load,
+        axis,
+        model.names,
+        found.spread,
         starts,
         free,
-        residuals,
-        scores,
-        rms,
+        tuple(r.x - run for r, run in zip(whole, free, strict=True)),
+        holdout,
+        reasons,
+        tuple(end.rms for end in ends),
         gain,
-        lag,
-        sure.draws,
-        sure.repeats,
+        repeats,
     )
 
 
-def _misses(records: Sequence[Run], end: End, lag: float, column: int) -> float:
+def moving(records: Sequence[Run], model: Model) -> tuple[list[Run], Axis]:
+    """Free motions up to shortly before their end, and the axis fitted to them."""
+    # Where friction stops the mass is chance within a band, and fitting it would bias the model; so
+    # the last swing, or twentieth part, is left out as well.
+    kept = list(records)
+    for _ in range(_CUTS):
+        axis = model.axis(_ends(kept, model, 0)[0].values)
+        cut = [_cut(r, _moves(axis, r, model)) for r in kept]
+        same = all(len(c.x) == len(r.x) for c, r in zip(cut, kept, strict=True))
+        kept = cut
+        if same:
+            break
+    return kept, axis
+
+
+def _ends(records: Sequence[Run], model: Model, lead: int, poorer: Axis | None = None) -> list[Fit]:
+    begins = _mass_start.begins(records, model)
+    if poorer is not None:  # a simpler friction is next to the richer one
+        begins = [poorer, begins[0]]
+    ends = _moved_mass.fitted(records, model, begins, lead)
+    if not ends:
+        raise ProblemError(
+            "record", "no search converged", "Record a motion that the model can follow."
+        )
+    return ends
+
+
+def _lead(records: Sequence[Run], lag: float | str) -> int:
+    return 0 if isinstance(lag, str) else math.ceil(lag / records[0].dt)
+
+
+def _cut(run: Run, samples: int) -> Run:
+    n = max(samples, 20)
+    return Run(run.t[:n], run.u[:n], run.x[:n])
+
+
+def _moves(axis: Axis, run: Run, model: Model) -> int:
+    """Samples of a record until shortly before the model comes to rest."""
+    x, v = _moved_mass.started(run, model, axis)
+    moved = np.flatnonzero(motion(axis, run.u, run.dt, x, v)[1])
+    n = len(run.x)
+    last = int(moved[-1]) + 1 if len(moved) else n
+    if last == n:
+        return n
+    swing = 1.0 / (axis.frequency * run.dt) if axis.frequency > 0.0 else _TAIL * last
+    return max(last - int(swing), 1)
+
+
+def _misses(records: Sequence[Run], axis: Axis, speed: bool) -> float:
     """RMS misfit of free simulations, by the scatter of the records."""
+    model = Model((), axis, speed)
     missed = [
-        simulate(end.axis, r.u, r.dt, x, v, lag)[column] - r.x
-        for r, (x, v) in zip(records, end.starts.tolist(), strict=True)
+        motion(axis, r.u, r.dt, *_moved_mass.started(r, model, axis))[int(speed)] - r.x
+        for r in records
     ]
     return float(np.std(np.concatenate(missed)) / np.std(np.concatenate([r.x for r in records])))
 
@@ -184,28 +276,26 @@ def _turns(records: Sequence[Run]) -> bool:
     return False
 
 
+def _coarse(records: Sequence[Run], axis: Axis) -> None:
+    """Warn of a sample time too long for the oscillation."""
+    dt = max(r.dt for r in records)
+    if axis.frequency * dt * _FEW > 1.0:
+        notice(
+            DataWarning,
+            f"{1.0 / (axis.frequency * dt):.3g} samples in a period of {axis.frequency:.4g} Hz: a "
+            "slower oscillation may fit as well; sample faster",
+        )
+
+
 def same(ends: Sequence[float]) -> int:
     return sum(e <= ends[0] * (1.0 + _SAME) for e in ends)
 
 
 def started(fit: SprungFit, run: Run) -> tuple[float, float]:
     """Initial state with the nearest free simulation over the first part."""
-    many = len(run.t) // 10
-    if fit.model.spring:
+    many = int(_BEGINNING * len(run.t))
+    if fit.axis.spring > 0.0:
         many = int(1.0 / (fit.axis.frequency * run.dt))
     part = Run(*(column[: min(max(many, 20), len(run.t))] for column in run))
-    speed = fit.model.speed
-    begin = _sprung_start.start(part, speed)
-    size = np.array(_sprung_start.scales([part], speed, 1.0))
-
-    def missed(at: Array) -> Array:
-        x, v = at * size
-        free = fit.simulate(part.u, part.dt, float(x), float(v))
-        return np.asarray((part.x - free) / size[int(speed)])
-
-    placed = fit.model.spring or not speed
-    low = np.array([-np.inf if placed else -1e-12, -np.inf])
-    high = np.array([np.inf if placed else 1e-12, np.inf])
-    found = least_squares(missed, np.array(begin) / size, bounds=(low, high))
-    x, v = (found.x * size).tolist()
-    return float(x), float(v)
+    pushed = part._replace(u=fit.gain * part.u)
+    return _moved_mass.started(pushed, fit.load.model(fit.friction), fit.axis)

@@ -179,8 +179,6 @@ def test_an_angle_may_hide_an_eccentric_load(
         ("t_s,u_V,x_m", {}, "x is m", "an angle in rad or deg, such as --columns x=angle:deg"),
         ("t,u,x", {}, "x is unknown", "an angle in rad or deg"),
         ("t_s,u_V,x_deg", {"structure": "lugre"}, "combined", "--structure lugre"),
-        ("t_s,u_V,x_deg", {"spring": True}, "combined", "a spring, a dead zone"),
-        ("t_s,u_V,x_deg", {"dead_zone": True}, "combined", "a spring, a dead zone"),
     ],
 )
 def test_an_eccentric_load_is_one_that_turns(

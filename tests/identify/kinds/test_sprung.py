@@ -88,6 +88,10 @@ def test_refused(tmp_path: Path) -> None:
         drive.identify(given(own), Options())
     with pytest.raises(InputError, match="--limit"):
         drive.identify(given(own), Options(free=True, spring=True, limit=3.0))
+    with pytest.raises(InputError, match="--delay"):
+        drive.identify(given(own), Options(free=True, spring=True, delay="fit"))
+    with pytest.raises(InputError, match="--eccentric"):
+        drive.identify(given(driven(tmp_path)), Options(spring=True, eccentric=True))
     with pytest.raises(InputError, match="--free"):
         drive.identify(given(driven(tmp_path), u="u_V"), Options(free=True))
     with pytest.raises(InputError, match="delay"):

@@ -205,13 +205,13 @@ def _other(picking: Picking, options: Options) -> bool:
 
 def _asked(options: Options) -> sprung.Asked:
     """Options for `kinds.sprung`; rejects those that it does not have."""
-    if options.limit is not None:
-        raise ProblemError("--limit", f"it cannot be combined with {_OTHERS}")
-    for name in ("eccentric", "endless"):
-        if getattr(options, name):
-            raise ProblemError(f"--{name}", f"it cannot be combined with {_OTHERS}")
-    if options.delay is not None and not (isinstance(options.delay, int) and options.delay >= 0):
-        accepted = f"a whole number of samples from 0 with {_OTHERS}"
+    if options.endless:
+        raise ProblemError("--endless", f"it cannot be combined with {_OTHERS}")
+    if options.free and options.limit is not None:
+        raise ProblemError("--limit", "a free motion has no drive")
+    whole = isinstance(options.delay, int) and options.delay >= 0
+    if not (options.delay in (None, FIT) or whole) or (options.free and options.delay == FIT):
+        accepted = "a whole number of samples from 0" + ("" if options.free else f', or "{FIT}"')
         raise InputError("--delay", options.delay, accepted)
     shared = {n: getattr(options, n) for n in sprung.Asked._fields}
     return sprung.Asked(**shared)

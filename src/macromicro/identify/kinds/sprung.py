@@ -11,13 +11,15 @@ import numpy as np
 
 from macromicro.errors import InputError, ProblemError
 from macromicro.files.reading import is_forc, read
-from macromicro.identify import coverage
+from macromicro.identify import eccentric
+from macromicro.identify.axis_inverse import ECCENTRIC
 from macromicro.identify.kinds import drive_words, model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.picking import Picked, Role, matched, railed, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run, checked
+from macromicro.place import ANGLE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -47,17 +49,22 @@ _MEANINGS = {
     "frequency": "undamped, of mass and spring",
     "damping": "relative to critical damping",
     "rest": "rest position of the spring",
+    "delay": "of the force",
+    **{n: drive_words.MEANINGS[n] for n in ("stribeck", "stribeck_speed", "unbalance", "hangs")},
 }
 
 
 class Asked(NamedTuple):
     gain: float | None  # force per unit of u; None: as the file says, else 1
     structure: str  # friction, or "auto"
-    delay: int | None  # samples by which u acts late; None: as the file says, else 0
+    # samples by which u acts late, or "fit"; None: as the file says, else 0
+    delay: int | str | None
     tests: tuple[str, ...]  # files with records that are not fitted
     spring: bool
     dead_zone: bool  # of the drive
     free: bool  # no drive
+    eccentric: bool = False  # gravity on a rotating load
+    limit: float | None = None  # u saturates there
 
 
 def in_speeds(what: Picking, place: Role) -> bool:
@@ -91,6 +98,12 @@ def identify(what: Picking, roles: tuple[Role, Role, Role], asked: Asked, gains:
     if gain is None:
         gain = next((first.constants[n] for n in gains if n in first.constants), 1.0)
     delay = int(first.constants.get("delay", 0)) if asked.delay is None else asked.delay
+    if asked.eccentric and (speed or first.units[out] != ANGLE.base):
+        raise ProblemError(
+            "--eccentric",
+            f"the unit of {out} is {first.units[out] or 'unknown'}",
+            "Name an angle in rad or deg, such as --columns x=angle:deg.",
+        )
     extent = float(np.std(np.concatenate([r.x for r in records])))
 
     def fitted(gain: float) -> SprungFit:
@@ -100,9 +113,11 @@ def identify(what: Picking, roles: tuple[Role, Role, Role], asked: Asked, gains:
             speed=speed,
             spring=asked.spring,
             dead_zone=asked.dead_zone,
+            eccentric=asked.eccentric,
             friction=asked.structure,
             gain=gain,
-            lag=delay * records[0].dt,
+            limit=asked.limit,
+            lag=delay if isinstance(delay, str) else delay * records[0].dt,
         )
 
     fit = fitted(gain) if asked.free else _signed(fitted, gain, extent, first.file)
@@ -122,17 +137,20 @@ def identify(what: Picking, roles: tuple[Role, Role, Role], asked: Asked, gains:
         ("starts", "position and speed at the start of each record are fitted too"),
     ]
     remarks += drive_words.repeated(fit.repeats, units["coulomb"], shown)
+    remarks += drive_words.late(delay)
     if asked.free:
         remarks.append(("free motion", "without a drive, forces are per mass"))
     data = {
-        "structure": fit.model.friction,
-        "spring": fit.model.spring,
-        "dead_zone": fit.model.dead_zone,
+        "structure": fit.friction,
+        "spring": fit.load.spring,
+        "dead_zone": fit.load.dead_zone,
         "rms": fit.rms,
         "fit_percent": percent,
         "gain": gain,
         "delay": delay,
+        "lag": fit.axis.lag,
         "holdout": fit.holdout,
+        "reasons": fit.reasons,
         "searches": fit.ends,
         "starts": fit.starts,
         "tests": testing.data(trials),
@@ -148,7 +166,8 @@ def identify(what: Picking, roles: tuple[Role, Role, Role], asked: Asked, gains:
             "residuals": pictures.leftover(fit.residuals, records[0].dt, label),
         }
 
-    title = "M dv/dt = D(gain u) - k x - (Fv +- Fa) v -+ Fc - F0"
+    title = "M dv/dt = D(gain u) - k x - (Fv +- Fa) v -+ (Fc + Fs exp(-(v/vs)^2)) - F0"
+    title += " - unbalance sin(x - hangs)" if asked.eccentric else ""
     return Result("drive", title, fit.axis, lines, remarks, _toml(lines, asked), draw, data)
 
 
@@ -188,61 +207,69 @@ def _measured(table: Picked, out: str) -> list[Run]:
 
 def _units(place: str, force: str, u: str, driven: bool) -> dict[str, str]:
     """Units of the parameters; of a free motion per mass."""
+    shared = {"stribeck_speed": f"{place}/s", "hangs": place, "delay": "s"}
+    shared |= {"rest": place, "frequency": "Hz"}
     if not driven:
-        return {
+        return shared | {
             "viscous": "1/s",
             "asymmetry": "1/s",
             "coulomb": f"{place}/s^2",
+            "stribeck": f"{place}/s^2",
+            "unbalance": f"{place}/s^2",
             "offset": f"{place}/s^2",
             "spring": "1/s^2",
-            "rest": place,
-            "frequency": "Hz",
         }
     kilogram = {("N", "m"): "kg", ("N", "rad"): "kg*m^2"}
-    return {
+    return shared | {
         "mass": kilogram.get((force, place), f"{force}*s^2/{place}"),
         "viscous": f"{force}*s/{place}",
         "asymmetry": f"{force}*s/{place}",
         "coulomb": force,
+        "stribeck": force,
+        "unbalance": force,
         "offset": force,
         "spring": f"{force}/{place}",
         "dead_zone": u,
-        "rest": place,
-        "frequency": "Hz",
     }
 
 
 def _lines(fit: SprungFit, units: dict[str, str]) -> list[Line]:
     """The parameters and results from mass and spring."""
     lines = []
-    if fit.model.spring:
+    if fit.load.spring:
         for name in ("frequency", "damping"):
             value, error, (_, factor) = fit.derived(name)
             lines.append(Line(name, value, error, units.get(name, ""), _MEANINGS[name], factor))
     every = zip(fit.names, fit.values, fit.std, fit.factors[1], strict=True)
     for name, value, error, factor in every:
-        if name == "offset" and fit.model.spring:
+        if name in ECCENTRIC:
+            continue
+        if name == "offset" and fit.load.spring:
             lines.append(_rest(fit, units["rest"]))
             continue
         size = fit.gain if name == "dead_zone" else 1.0
-        meant = units[name], _MEANINGS[name]
-        lines.append(Line(name, value / size, error / abs(size), *meant, float(factor)))
+        own = "delay" if name == "lag" else name
+        meant = units[own], _MEANINGS[own]
+        lines.append(Line(own, value / size, error / abs(size), *meant, float(factor)))
+    values, errors = eccentric.told(fit)
+    factors = fit.spread.factors(eccentric.slopes(fit))[1]
+    loads = zip(eccentric.NAMES, values, errors, factors, strict=False)
+    for name, value, error, factor in loads:
+        lines.append(Line(name, value, error, units[name], _MEANINGS[name], float(factor)))
     return lines
 
 
 def _rest(fit: SprungFit, unit: str) -> Line:
     k, f0 = fit.axis.spring, fit.axis.offset
-    i, j = fit.names.index("offset"), fit.names.index("spring")
     slopes = np.zeros((1, len(fit.names)))
-    slopes[0, [i, j]] = [-1.0 / k, f0 / (k * k)]
-    error = float(coverage.errors(fit.covariance, slopes)[0])
-    factor = float(coverage.factors(fit.draws, slopes)[1, 0])
-    return Line("rest", -f0 / k, error, unit, _MEANINGS["rest"], factor)
+    slopes[0, [fit.names.index("offset"), fit.names.index("spring")]] = [-1.0 / k, f0 / (k * k)]
+    error, factors = fit.combined(slopes)
+    return Line("rest", -f0 / k, error, unit, _MEANINGS["rest"], float(factors[1]))
 
 
 def _chosen(fit: SprungFit, unit: str) -> str:
     if not fit.holdout:
-        return f"{fit.model.friction}, as given"
+        return f"{fit.friction}, as given"
     told = []
     extent = max(
         float(np.ptp(free + left)) for free, left in zip(fit.free_run, fit.residuals, strict=True)
@@ -250,15 +277,10 @@ def _chosen(fit: SprungFit, unit: str) -> str:
     for name, error in fit.holdout.items():
         if error > _DIVERGED * extent:
             told.append(f"{name} diverges")
-            continue
-        if name == fit.model.friction:
-            why = "taken"
-        elif error > fit.holdout[fit.model.friction]:
-            why = "worse"
         else:
-            why = "not 2 % better"
-        told.append(f"{name} {error:.4g}, {why}")
-    return f"RMS on the last parts, not fitted to, in {unit}: " + "; ".join(told)
+            why = "taken" if name == fit.friction else fit.reasons[name]
+            told.append(f"{name} {error:.4g}, {why}")
+    return f"RMS on pieces held out in turn, in {unit}: " + "; ".join(told)
 
 
 def _ends(fit: SprungFit) -> str:

@@ -1,0 +1,303 @@
+"""Output error for a mass (`macromicro.models.mass`): records in pieces, scales, cuts, errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.arrays import Array
+from macromicro.identify import _counts, _errors
+from macromicro.identify._engine import Fit, Pieces, Space, cleared, fit, settled
+from macromicro.identify._errors import Spread
+from macromicro.identify._ripple import Ripple, ripple
+from macromicro.identify.axis_inverse import differences
+from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
+from macromicro.identify.runs import Run
+from macromicro.kernel import compiled
+from macromicro.models.mass import Axis, late, restarted
+
+PIECES = 16  # of all records: clusters enough for their errors
+_DECAYS = 8
+_LEAST = 50  # samples in a piece
+FEWEST = _DECAYS * _LEAST  # samples of a decay that its pieces are judged by
+_NEAR = 0.25  # of a piece: how far its start moves to a fast sample, where friction is at its level
+CORNER = 0.08  # of the samples' rate: cut-off of positions before they are differentiated
+_PLACES = np.linspace(-0.5, 0.5, 9)  # of the travel: tried about the place at the start
+_FEW = 100  # samples in which a force is looked for
+_WHITE = 1.5  # times the variance of the output's own noise: there is no other
+SIGNED = ("offset", "asymmetry", "sine", "cosine")
+_FORGOTTEN = 0.5  # of a record: in so short a time
+_BLOCKS = 5  # of a whole record that a force disturbs
+_ABOVE = ("mass", "spring", "stribeck_speed")  # never 0
+
+
+class Model(NamedTuple):
+    """The free parameters of a mass, and what else there is of it."""
+
+    names: tuple[str, ...]
+    fixed: Axis = Axis(1.0, 0.0)
+    speed: bool = False  # the output is the speed
+
+    def axis(self, values: Array) -> Axis:
+        return self.fixed._replace(**dict(zip(self.names, values.tolist(), strict=True)))
+
+    def values(self, axis: Axis) -> Array:
+        return np.array([getattr(axis, name) for name in self.names])
+
+    def simulated(self, values: Array, pieces: Pieces) -> Array:
+        axis = self.axis(values)
+        force = late(pieces.force, axis.lag / float(pieces.dt[0]))
+        out = np.empty((2, len(pieces.y)))
+        plain = Axis(*(float(value) for value in axis))
+        compiled(restarted)(plain, np.ascontiguousarray(force), *pieces[1:6], out)
+        return np.asarray(out[int(self.speed)])
+
+
+class Found(NamedTuple):
+    fit: Fit
+    spread: Spread
+
+
+def located(run: Run, speed: bool) -> tuple[Array, Array]:
+    """Smooth places and speeds of a record."""
+    if speed:
+        smooth = differences(Run(run.t, run.u, _summed(run)), run.u, CORNER / run.dt, 1)
+        return smooth.run.x, smooth.v
+    return run.x, differences(run, run.u, CORNER / run.dt, 1).v
+
+
+def _summed(run: Run) -> Array:
+    step = 0.5 * (run.x[1:] + run.x[:-1]) * run.dt
+    place = np.concatenate([[0.0], np.cumsum(step)])
+    return np.asarray(place - place.mean())  # a spring rests at about the mean
+
+
+def pieces(records: Sequence[Run], many: int, speed: bool, lead: int = 0) -> Pieces:
+    """The records in about so many pieces, each of at least one."""
+    total = sum(len(r.x) for r in records)
+    length = max(total / many, _LEAST)
+    forces: list[Array] = []
+    rows: list[tuple[int, int, float, float, float]] = []
+    used = 0
+    for r in records:
+        n = len(r.x)
+        place, rate = located(r, speed)
+        starts = _starts(np.abs(rate), max(int(n / length), 1))
+        for first, last in zip(starts, [*starts[1:], n], strict=True):
+            before = r.u[max(first - lead, 0) : first]
+            # Before a record its first force acted.
+            before = np.concatenate([np.full(lead - len(before), r.u[0]), before])
+            forces += [before, r.u[first:last]]
+            rows.append((used + lead, last - first, r.dt, float(place[first]), float(rate[first])))
+            used += lead + last - first
+    first_row, count, dt, x, v = (np.array(each) for each in zip(*rows, strict=True))
+    y = np.concatenate([r.x for r in records])
+    return Pieces(np.concatenate(forces), first_row, count, dt, x, v, y)
+
+
+def _starts(rate: Array, many: int) -> list[int]:
+    n = len(rate)
+    reach = int(_NEAR * n / many)
+    found = [0]
+    for at in np.linspace(0, n, many + 1)[1:-1].astype(int).tolist():
+        low = at - reach
+        found.append(low + int(np.argmax(rate[low : at + reach + 1])))
+    return found
+
+
+def space(model: Model, records: Sequence[Run], begin: Axis) -> Space:
+    """Scales and bounds of the parameters."""
+    states = [located(r, model.speed) for r in records]
+    place = max(float(np.ptp(x)) for x, _ in states) or 1.0
+    rate = max(float(np.abs(v).max()) for _, v in states) or 1.0
+    push = max(float(np.abs(r.u).max()) for r in records)
+    force = max(push, begin.spring * place, begin.mass * rate)
+    usual = {
+        "mass": 0.0,
+        "viscous": 0.1 * force / rate,
+        "asymmetry": 0.1 * force / rate,
+        "spring": 0.1 * force / place,
+        "stribeck_speed": 0.01 * rate,
+        "lag": records[0].dt,
+        "dead_zone": 0.1 * force,
+    }
+    names = model.names
+    scale = [max(abs(getattr(begin, n)), usual.get(n, 0.05 * force), 1e-300) for n in names]
+    low = [-np.inf if n in SIGNED else 1e-6 if n in _ABOVE else 0.0 for n in names]
+    high = np.full(len(names), np.inf)
+    unit = float(np.std(np.concatenate([r.x for r in records]))) or 1.0
+    return Space(names, np.array(scale), np.array(low), high, (place, rate), unit)
+
+
+def noise(records: Sequence[Run]) -> float:
+    """Variance of the output's own noise: by fourth differences, or of rounding to counts."""
+    found = []
+    for r in records:
+        white = float(np.mean(np.diff(r.x, 4) ** 2)) / 70.0
+        step = _counts.felt(r.x, white)
+        found.append(white if step is None else max(white, step * step / 12.0))
+    return float(np.mean(found))
+
+
+def fitted(
+    records: Sequence[Run], model: Model, begins: Sequence[Axis], lead: int = 0
+) -> list[Fit]:
+    """Output error over pieces from several starts, the nearest first."""
+    # Of a decay the late pieces tell little, so there are fewer of them.
+    many = PIECES if "mass" in model.names else _DECAYS
+    cut = pieces(records, many, model.speed, lead)
+    ends = []
+    for begin in begins:
+        where = space(model, records, begin)
+        ends.append(fit(model.simulated, where, cut, model.values(begin)))
+    return sorted((end for end in ends if np.isfinite(end.rms)), key=lambda end: end.rms)
+
+
+def started(
+    run: Run, model: Model, axis: Axis, near: tuple[float, float] | None = None
+) -> tuple[float, float]:
+    """State at a record's start from which the free simulation is nearest to it."""
+    lead = math.ceil(axis.lag / run.dt)
+    fixed = Model((), axis, model.speed)
+    where = space(fixed, [run], axis)
+    whole = pieces([run], 1, model.speed, lead)
+    tried = [whole]
+    if near is not None:
+        tried = [whole._replace(x=np.array([near[0]]), v=np.array([near[1]]))]
+    elif model.speed and axis.spring > 0.0:
+        # The place is not known, and friction makes more than one minimum of it.
+        tried = [whole._replace(x=whole.x + part * where.states[0]) for part in _PLACES]
+    ends = []
+    for begin in tried:
+        end = settled(fixed.simulated, where, begin, np.empty(0))
+        error = fixed.simulated(np.empty(0), end) - end.y
+        ends.append((float(error @ error), float(end.x[0]), float(end.v[0])))
+    return min(ends)[1:]
+
+
+def beginnings(found: Found, records: Sequence[Run]) -> list[tuple[float, float]]:
+    """States at the starts of the records, as fitted."""
+    rows = np.cumsum([0, *(len(r.x) for r in records[:-1])])
+    parts = found.fit.pieces
+    at = np.searchsorted(parts.edges, rows)
+    return list(zip(parts.x[at].tolist(), parts.v[at].tolist(), strict=True))
+
+
+def surest(records: Sequence[Run], model: Model, parts: Fit, lead: int = 0) -> Found:
+    """The fit to pieces; to whole records where these are no less sure of their parameters."""
+    # A force on a mass without a spring moves all that follows, so blocks of a whole record are
+    # not independent, unless noise of the output is all that is left. On a spring, and as a speed,
+    # it is forgotten; the whole record then tells more than pieces whose starts are unknown.
+    pieces_alone = len(parts.pieces.many) <= len(records)
+    found = Found(parts, _spread(parts, parts.pieces.edges))
+    quiet = np.mean(parts.residual**2) <= _WHITE * noise(records)
+    forgets = _memory(model, parts) <= _FORGOTTEN * max(len(r.x) * r.dt for r in records)
+    if not (quiet or forgets or pieces_alone):
+        return found
+    whole = parts
+    if not pieces_alone:
+        begin = model.axis(parts.values)
+        cut = pieces(records, 1, model.speed, lead)
+        whole = fit(model.simulated, space(model, records, begin), cut, parts.values)
+    quiet = np.mean(whole.residual**2) <= _WHITE * noise(records)
+    many = PIECES if quiet else max(_BLOCKS, len(records))
+    sure = Found(whole, _spread(whole, _errors.blocks(len(whole.residual), many)))
+    if forgets or pieces_alone:
+        return sure
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = np.diag(sure.spread.covariance) / np.diag(found.spread.covariance)
+    return sure if quiet and np.nanmedian(ratio) < 1.0 else found
+
+
+def _memory(model: Model, end: Fit) -> float:
+    """Time constant with which a driven output forgets a force, s."""
+    axis = model.axis(end.values)
+    if "mass" not in model.names or not (axis.spring > 0.0 or model.speed):
+        return math.inf
+    # Coulomb friction damps a motion of half the top speed as so much more viscous friction does.
+    drag = axis.viscous + 2.0 * axis.coulomb / end.space.states[1]
+    return (2.0 if axis.spring > 0.0 else 1.0) * axis.mass / drag if drag > 0.0 else math.inf
+
+
+def _spread(end: Fit, edges: npt.ArrayLike) -> Spread:
+    free = ~end.bound
+    made = _errors.unknown(len(end.values))
+    part = _errors.spread(end.slopes[:, free], end.residual, edges)
+    at = np.ix_(free, free)
+    made.covariance[at] = part.covariance
+    shares = np.zeros((len(part.shares), len(free), len(free)))
+    shares[:, at[0], at[1]] = part.shares
+    return Spread(made.covariance, shares)
+
+
+def repeated(found: Found, model: Model) -> Ripple | None:
+    """A force that repeats along the way, in the force that explains the residuals."""
+    end = found.fit
+    if model.speed:
+        return None
+    axis = model.axis(end.values)
+    table = np.column_stack([end.slopes, -end.residual])
+    simulated = model.simulated(end.values, end.pieces)
+    forces, places, taken = [], [], []
+    for first, last, dt in zip(
+        end.pieces.edges[:-1], end.pieces.edges[1:], end.pieces.dt.tolist(), strict=True
+    ):
+        rows = table[first:last]
+        bend = (rows[2:] - 2.0 * rows[1:-1] + rows[:-2]) / (dt * dt)
+        slope = (rows[2:] - rows[:-2]) / (2.0 * dt)
+        force = axis.mass * bend + axis.viscous * slope + axis.spring * rows[1:-1]
+        y, way = end.pieces.y[first:last], simulated[first:last]
+        # Where one of them turns or stands, friction has no known sign.
+        goes = np.sign(np.diff(y)) * np.sign(np.diff(way)) > 0.0
+        same = np.sign(np.diff(way))[1:] == np.sign(np.diff(way))[:-1]
+        sure = goes[1:] & goes[:-1] & same
+        forces.append(force[sure, -1])
+        places.append(y[1:-1][sure])
+        taken.append(force[sure, :-1])
+    return ripple(forces, places, taken) if sum(map(len, places)) > _FEW else None
+
+
+def under(found: Found, model: Model, repeats: Ripple) -> Found:
+    """The errors with those by a force that repeats along the way, in any phase."""
+    # All pieces share its phase, so their scatter tells less than it does. Its two quadratures move
+    # the parameters by a and b, and a phase that may be any by (a a' + b b') / 2.
+    end, size = found.fit, np.linalg.norm(found.fit.slopes, axis=0)
+    size[size == 0.0] = 1.0
+    pieces = end.pieces
+    rows = np.concatenate([
+        np.arange(first, first + count)
+        for first, count in zip(pieces.first, pieces.many, strict=True)
+    ])  # fmt: skip
+    plain = model.simulated(end.values, pieces)
+    covariance = found.spread.covariance.copy()
+    for turn in (0.0, 0.5 * math.pi):
+        force = pieces.force.copy()
+        force[rows] += repeats.at(pieces.y, turn)
+        moved = model.simulated(end.values, pieces._replace(force=force)) - plain
+        moved = cleared(model.simulated, end, moved)
+        by = np.linalg.lstsq(end.slopes / size, moved, rcond=None)[0] / size
+        covariance += 0.5 * np.outer(by, by)
+    return found._replace(spread=found.spread._replace(covariance=covariance))
+
+
+def doubted(found: Found, names: tuple[str, ...]) -> None:
+    """Warn of parameters that the records do not show; these lose their errors."""
+    end, covariance = found.fit, found.spread.covariance
+    if not end.settled:
+        notice(ConvergenceWarning, "output error: not settled; the last values are returned")
+    lost = _errors.unseen(end.slopes, names)
+    for name in np.array(names)[end.bound].tolist():
+        if name in lost:
+            continue
+        notice(
+            DataWarning,
+            f"{name} ended at 0: the record does not determine it, so it has no standard error",
+        )
+    for name in lost:
+        at = names.index(name)
+        covariance[at, :] = covariance[:, at] = np.nan
+    _errors.mixed(covariance, names, end.values)
