@@ -168,6 +168,8 @@ def test_saturated_input_is_clipped_and_said() -> None:
     with pytest.warns(SaturationWarning, match="beyond the limit of 40"):
         fit = drive(T[:4000], u, x, limit=40.0, structure="coulomb")
     np.testing.assert_allclose(fit.refined.values, [4.0, 25.0, 12.0, 2.0], rtol=1e-3)
+    assert fit.limit == 40.0
+    np.testing.assert_allclose(fit.simulate(u, 1e-3), x, atol=1e-3)  # the limit goes on to hold
 
 
 def test_uneven_time_is_interpolated_and_said() -> None:

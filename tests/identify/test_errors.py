@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.stats import t as student
 
 from macromicro.identify import DataWarning
-from macromicro.identify._errors import blocks, factors, mixed, spread, unknown, unseen
+from macromicro.identify._errors import Spread, blocks, factors, mixed, spread, unknown, unseen
 
 EDGES = np.arange(0, 1601, 100)
 
@@ -66,4 +68,16 @@ def test_what_cannot_be_separated_is_named() -> None:
     assert sorted(lost) == ["a", "c"]
     assert unseen(column, ("a", "b")) == []
     with pytest.warns(DataWarning, match="a and b cannot be separated .*correlation 0.990"):
-        mixed(np.array([[1.0, 0.99], [0.99, 1.0]]), ("a", "b"), np.ones(2))
+        mixed(joint(0.99, 1.0), ("a", "b"), np.ones(2))
+
+
+def joint(correlation: float, variance: float) -> Spread:
+    white = np.array([[[1.0, correlation], [correlation, 1.0]]])
+    return Spread(variance * np.eye(2), white)
+
+
+def test_errors_that_do_no_harm_may_go_together() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mixed(joint(0.99, 1e-6), ("a", "b"), np.ones(2))
+        mixed(joint(0.97, 1.0), ("a", "b"), np.ones(2))

@@ -97,12 +97,14 @@ def unseen(slopes: Array, names: Sequence[str]) -> list[str]:
     return lost
 
 
-def mixed(covariance: Array, names: Sequence[str], values: Array) -> None:
+def mixed(found: Spread, names: Sequence[str], values: Array) -> None:
     """Warn of parameters that the records cannot separate."""
-    size = np.sqrt(np.diag(covariance))
-    known = size < _KNOWN * np.abs(values)
+    known = np.sqrt(np.diag(found.covariance)) < _KNOWN * np.abs(values)
+    # Of a few clusters two errors may go together by chance; by the slopes they do not.
+    white = found.shares.sum(axis=0)
+    size = np.sqrt(np.diag(white))
     with np.errstate(invalid="ignore", divide="ignore"):
-        together = covariance / np.outer(size, size)
+        together = white / np.outer(size, size)
     for i in range(len(names)):
         for k in range(i):
             if abs(together[i, k]) > _TOGETHER and not (known[i] and known[k]):

@@ -31,7 +31,7 @@ _FEW = 100  # samples in which a force is looked for
 _WHITE = 1.5  # times the variance of the output's own noise: there is no other
 SIGNED = ("offset", "asymmetry", "sine", "cosine")
 _FORGOTTEN = 0.5  # of a record: in so short a time
-_BLOCKS = 5  # of a whole record that a force disturbs
+_BLOCKS = 4  # of a whole record that a force disturbs
 _ABOVE = ("mass", "spring", "stribeck_speed")  # never 0
 
 
@@ -300,4 +300,4 @@ def doubted(found: Found, names: tuple[str, ...]) -> None:
     for name in lost:
         at = names.index(name)
         covariance[at, :] = covariance[:, at] = np.nan
-    _errors.mixed(covariance, names, end.values)
+    _errors.mixed(found.spread, names, end.values)

@@ -66,6 +66,7 @@ class DriveFit:
     delay: int  #: samples by which u acts late
     #: why each other structure was not chosen, in words
     reasons: dict[str, str] = field(default_factory=dict)
+    limit: float | None = None  #: u saturates there
 
     @property
     def rms(self) -> float:
@@ -88,7 +89,7 @@ class DriveFit:
         Parameters
         ----------
         u : array_like, shape (n,)
-            Input; `gain` and `delay` are applied.
+            Input; `limit`, `gain` and `delay` are applied.
         dt : float
             Sample time, s.
         x : float, optional
@@ -101,8 +102,8 @@ class DriveFit:
         ndarray, shape (n,)
             Positions.
         """
-        push = late(np.asarray(u, np.float64), self.delay) * self.gain
-        return simulate(self.axis, push, dt, x, v)
+        driven = Driven(self.gain, self.limit, self.delay)
+        return simulate(self.axis, driven.force(np.asarray(u, np.float64)), dt, x, v)
 
 
 def drive(  # noqa: PLR0913 -- one parameter per option
@@ -230,6 +231,7 @@ def drive(  # noqa: PLR0913 -- one parameter per option
         float(gain),
         driven.delay,
         judged.reasons,
+        limit,
     )
 
 

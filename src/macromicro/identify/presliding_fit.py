@@ -25,7 +25,6 @@ from macromicro.identify._presliding_search import (
     searched,
 )
 from macromicro.identify._ripple import Ripple
-from macromicro.identify.axis import late
 from macromicro.identify.axis_fit import drive, rows_of, runs_of
 from macromicro.identify.axis_inverse import Estimate, Rows
 from macromicro.identify.driven import Driven
@@ -60,10 +59,11 @@ class PreslidingFit:
     delay: int  # samples by which u acts late
     # A force that repeats along the way and is not in the model, where there is one
     repeats: Ripple | None = None
+    limit: float | None = None  # u saturates there
 
     def simulate(self, u: npt.ArrayLike, dt: float, x: float = 0.0, v: float = 0.0) -> Array:
-        push = late(np.asarray(u, np.float64), self.delay) * self.gain
-        return simulate(self.model, push, dt, x, v)
+        driven = Driven(self.gain, self.limit, self.delay)
+        return simulate(self.model, driven.force(np.asarray(u, np.float64)), dt, x, v)
 
 
 def presliding_drive(
@@ -135,6 +135,7 @@ def presliding_drive(
         float(gain),
         int(delay),
         repeats,
+        limit,
     )
 
 

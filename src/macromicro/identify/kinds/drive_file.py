@@ -69,7 +69,7 @@ def machine(
         least = min(least, float(steps.min(where=steps > _FINEST * travel, initial=np.inf)))
     around = Around(
         gain=fit.gain,
-        effort=max(float(max(r.u.max(), -r.u.min())) for r in records),
+        effort=min(max(float(np.abs(r.u).max()) for r in records), fit.limit or np.inf),
         pitch=float(f"{least:.4g}"),
         period=float(f"{dt:.6g}"),
         travel=travel,
@@ -79,8 +79,8 @@ def machine(
     head = [
         "A motor-driven axis as a machine: macromicro run --config model.toml",
         (
-            f"Its 0 {place.unit} is the lowest position in the records, its effort limit the "
-            "largest effort there."
+            f"Its 0 {place.unit} is the lowest position in the records, its effort limit "
+            + ("--limit." if fit.limit else "the largest effort there.")
         ),
     ]
     if fit.gain == 1.0:
