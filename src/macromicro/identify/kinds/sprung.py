@@ -136,6 +136,10 @@ def identify(what: Picking, roles: tuple[Role, Role, Role], asked: Asked, gains:
         ("searches", f"{same(fit.ends)} of {len(fit.ends)} end there; RMS {_ends(fit)} {shown}"),
         ("starts", "position and speed at the start of each record are fitted too"),
     ]
+    if "offset" in fit.names:
+        name = "rest" if fit.load.spring else "offset"
+        text = f"the error of {name} leaves out forces that last longer than a part of a record"
+        remarks.append(("slow forces", text))
     remarks += drive_words.repeated(fit.repeats, units["coulomb"], shown)
     remarks += drive_words.late(delay)
     if asked.free:
