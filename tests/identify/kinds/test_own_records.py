@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -63,8 +64,10 @@ def test_an_input_counted_the_other_way_round_is_named(tmp_path: Path, spring: f
     heading, column = ("t_s,u_V,x_m", x) if spring else ("t_s,u_V,v_m/s", v)
     file = written(tmp_path / "a.csv", heading, t, -u, column + noise(len(t), 1e-5))
     pair = None if spring else {"v": "v_m/s"}
-    with pytest.raises(InputError, match=r"u: its sign is opposite .* fits .* --gain -1"):
-        from_files("drive", file, pair, spring=spring > 0.0, structure="coulomb")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # doubts about the wrong input would mislead
+        with pytest.raises(InputError, match=r"u: its sign is opposite .* fits .* --gain -1"):
+            from_files("drive", file, pair, spring=spring > 0.0, structure="coulomb")
     found = values(from_files("drive", file, pair, spring=spring > 0.0, gain=-1.0))
     assert found["mass"] == pytest.approx(0.1, rel=0.02)
 

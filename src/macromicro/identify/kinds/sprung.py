@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -179,24 +180,26 @@ def _signed(
     fitted: Callable[[float], SprungFit], gain: float, extent: float, file: str
 ) -> SprungFit:
     """A fit; refused where it fails and the input with its sign reversed explains the record."""
-    failed: Exception | None = None
-    try:
-        found = fitted(gain)
-        if found.rms < _POOR * extent:
-            return found
-    except _FAILURES as error:
-        failed = error
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # they are about another input
+    found: SprungFit | Exception
+    with warnings.catch_warnings(record=True) as doubts:
+        warnings.simplefilter("always")
         try:
-            missed = fitted(-gain).rms / extent
-        except _FAILURES:
-            missed = math.inf
-    if missed < _GOOD:
+            found = fitted(gain)
+        except _FAILURES as error:
+            found = error
+    missed = math.inf
+    if isinstance(found, Exception) or found.rms >= _POOR * extent:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # they are about another input
+            with suppress(*_FAILURES):
+                missed = fitted(-gain).rms / extent
+    if missed < _GOOD:  # the doubts are about the wrong input
         problem = f"its sign is opposite to the motion: reversed, it fits {1.0 - missed:.1%}"
         raise ProblemError(f"{file}, u", problem, f"Reverse u, or give --gain {-gain:g}.")
-    if failed is not None:
-        raise failed
+    for doubt in doubts:
+        warnings.warn(doubt.message, doubt.category, stacklevel=2)
+    if isinstance(found, Exception):
+        raise found
     return found
 
 
