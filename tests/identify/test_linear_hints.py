@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 
 import numpy as np
 import pytest
@@ -65,6 +66,14 @@ def test_a_dead_zone_and_a_limit_are_found_to_a_twentieth_of_the_input() -> None
     cut = of(u, answered(np.clip(u, -1.2, 1.2)))[0].words
     limit = re.fullmatch(r"an input that acts up to ([\d.]+) V only", cut)
     assert limit is not None and float(limit[1]) == pytest.approx(1.2, abs=0.11)
+
+
+def test_inputs_that_are_cut_to_be_tried_bring_no_warning() -> None:
+    """Nor do they say that the record's own input saturates."""
+    smooth = np.cumsum(inputs(3)) % 7.0 + 0.01 * np.arange(len(inputs(3)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        of(smooth, answered(smooth))
 
 
 def test_a_constant_in_the_output() -> None:

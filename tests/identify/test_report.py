@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+import warnings
 
 import numpy as np
+import pytest
 from tests.identify.kinds.seen import plots
 
 from macromicro.identify import _report
 from macromicro.identify._report import Curves, Pair
+from macromicro.identify.notices import DataWarning
 from macromicro.identify.result import Line, Result
 
 T = np.arange(40) * 0.5
@@ -54,6 +57,16 @@ def test_a_record_without_samples_or_a_change_has_no_percentage() -> None:
     none = np.zeros(0)
     assert math.isnan(Pair("a", none, none, none).rms)
     assert math.isnan(Pair("a", T, np.ones(40), np.ones(40)).percent)
+
+
+def test_parameters_whose_error_exceeds_them_are_named() -> None:
+    lines = [Line("mass", 2.0, 1.9), Line("stribeck", -0.1, 0.2), Line("offset", 0.0, 1.0)]
+    with pytest.warns(DataWarning, match="^stribeck: not determined") as seen:
+        _report.undetermined(lines, ("mass", "stribeck"))
+    assert len(seen) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        _report.undetermined([*lines[::2], Line("stribeck", 0.1)], ("mass", "stribeck"))
 
 
 def test_notes_hold_each_parameter_with_its_unit_and_accuracy() -> None:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple, cast
 
@@ -12,6 +13,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify._linear import Start, free_runs, iterated, prepared
+from macromicro.identify.notices import DataWarning
 
 _TRAIN = 0.7  # of each record
 _LESS = 0.1  # by which part the error of the last part must be lower
@@ -114,11 +116,13 @@ def _errors(asked: Asked) -> list[Array]:
     """Errors over whole records by `mls` of their first parts; none if it fails."""
     u, y = ([part[: _cut(part)] for part in each] for each in (asked.u, asked.y))
     orders, start = (asked.na, asked.nb, asked.delay), cast(Start, asked.start)
-    try:
-        theta = iterated(prepared(u, y, orders, asked.dt, None, start), instruments=False).theta
-        whole = prepared(asked.u, asked.y, orders, asked.dt, None, start)
-    except InputError:
-        return []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DataWarning)  # they are about an input that was cut here
+        try:
+            theta = iterated(prepared(u, y, orders, asked.dt, None, start), instruments=False).theta
+            whole = prepared(asked.u, asked.y, orders, asked.dt, None, start)
+        except InputError:
+            return []
     with np.errstate(over="ignore", invalid="ignore"):
         return [b - run for b, run in zip(asked.y, free_runs(whole, theta), strict=True)]
 

@@ -15,6 +15,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.kinds.loading import Picking, alike, loaded, there
+from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import Picked, Role
 from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result
@@ -138,6 +139,15 @@ def of_range(test: Pair, extent: float, how: str = "") -> tuple[str, str]:
     """A remark on a prediction, in percent of the fitted output's range."""
     text = f"RMS {100.0 * test.rms / extent:.2f} % of range, over {len(test.t)} samples"
     return f"prediction of {test.file}", ", ".join(filter(None, (text, how)))
+
+
+def undetermined(lines: Sequence[Line], names: Iterable[str]) -> None:
+    """Warn of parameters that cannot be 0 and whose standard error exceeds their value."""
+    wanted = set(names)
+    lost = [line.name for line in lines if line.name in wanted and line.error > abs(line.value)]
+    if lost:
+        text = "not determined by the records: the standard error exceeds the value"
+        notice(DataWarning, f"{', '.join(lost)}: {text}")
 
 
 def free_run(fitted: Sequence[Pair], tests: Sequence[Pair], label: str) -> Figure:

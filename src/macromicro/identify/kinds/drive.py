@@ -7,6 +7,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
 from macromicro.errors import InputError, ProblemError
+from macromicro.identify import _report
 from macromicro.identify.driven import FIT, Driven
 from macromicro.identify.kinds import drive_file, drive_words, presliding, sprung, testing
 from macromicro.identify.kinds.loading import Picking, loaded
@@ -97,6 +98,7 @@ def identify(picking: Picking, options: Options) -> Result:
 
     fit = _fitted(records, options, gain, delay, first.file if x_unit == ANGLE.base else "")
     lines = drive_words.lines(fit, units, records[0].dt)
+    _report.undetermined(lines, drive_words.ABOVE_ZERO)
     trials = [testing.driven(fit, run, file) for file, run in unseen]
     lines += testing.lines(trials, x_unit)
     samples = sum(len(r.t) for r in records)

@@ -24,6 +24,8 @@ MEANINGS = {
     "unbalance": "gravity's greatest torque",
     "hangs": "angle at which the load hangs",
 }
+# Parameters that are there, or are not: of these the error must not exceed the value.
+ABOVE_ZERO = ("mass", "viscous", "coulomb", "stribeck", "stribeck_speed", "spring", "dead_zone")
 
 
 def lines(fit: DriveFit, units: dict[str, str], dt: float) -> list[Line]:

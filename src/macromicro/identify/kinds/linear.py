@@ -73,6 +73,7 @@ def identify(picking: Picking, options: Options) -> Result:
     in_unit = tables[0].units["u"] or "u"
     place_unit, out_unit = out_unit, f"{out_unit}/s" if position else out_unit
     lines = coefficients(fit, out_unit, in_unit)
+    _report.undetermined(lines, ("gain",))
     if offset:
         how = "as given" if options.offset is not None else "found with the parameters"
         lines.append(Line("offset", offset, unit=out_unit, note=f"constant of the output, {how}"))

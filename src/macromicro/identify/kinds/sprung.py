@@ -12,7 +12,7 @@ import numpy as np
 
 from macromicro.errors import InputError, ProblemError
 from macromicro.files.reading import is_forc, read
-from macromicro.identify import eccentric
+from macromicro.identify import _report, eccentric
 from macromicro.identify.axis_inverse import ECCENTRIC
 from macromicro.identify.kinds import drive_words, model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
@@ -127,6 +127,7 @@ def identify(what: Picking, roles: tuple[Role, Role, Role], asked: Asked, gains:
     u = first.units.get("u", "") or "u"
     units = _units(unit, drive_words.newton(unit) if abs(gain) != 1.0 else u, u, not asked.free)
     lines = _lines(fit, units)
+    _report.undetermined(lines, drive_words.ABOVE_ZERO)
     trials = [_tried(fit, run, table.file) for table in others for run in _measured(table, out)]
     lines += testing.lines(trials, shown)
     samples = sum(len(r.t) for r in records)
