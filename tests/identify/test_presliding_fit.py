@@ -92,7 +92,7 @@ def test_a_record_of_rigid_friction_is_said_to_ask_for_no_other() -> None:
     pushed = u + 0.3 * random.standard_normal(8000)
     x = rigid(Axis(mass=2.0, viscous=15.0, coulomb=5.0, offset=0.3), pushed, DT)
     x = np.round(x / 1e-5) * 1e-5
-    with pytest.warns(DataWarning, match="does not ask for it"):
+    with pytest.warns(DataWarning, match="does not need it"):
         fit = presliding_drive(np.arange(8000) * DT, u, x, along=1)
     assert np.isnan(of(fit, "stiffness")[1])
     assert np.isnan(of(fit, "settling")[1])

@@ -194,7 +194,7 @@ def surest(records: Sequence[Run], model: Model, parts: Fit, lead: int = 0) -> F
     # it is forgotten; the whole record then tells more than pieces whose starts are unknown.
     pieces_alone = len(parts.pieces.many) <= len(records)
     found = Found(parts, _spread(parts, parts.pieces.edges))
-    quiet = np.mean(parts.residual**2) <= _WHITE * noise(records)
+    quiet = _quiet(parts, records)
     forgets = _memory(model, parts) <= _FORGOTTEN * max(len(r.x) * r.dt for r in records)
     if not (quiet or forgets or pieces_alone):
         return found
@@ -202,8 +202,10 @@ def surest(records: Sequence[Run], model: Model, parts: Fit, lead: int = 0) -> F
     if not pieces_alone:
         begin = model.axis(parts.values)
         cut = pieces(records, 1, model.speed, lead)
+        states = np.array(beginnings(found, records))  # nearer than measured ones
+        cut = cut._replace(x=states[:, 0], v=states[:, 1])
         whole = fit(model.simulated, space(model, records, begin), cut, parts.values)
-    quiet = np.mean(whole.residual**2) <= _WHITE * noise(records)
+    quiet = _quiet(whole, records)
     many = PIECES if quiet else max(_BLOCKS, len(records))
     sure = Found(whole, _spread(whole, _errors.blocks(len(whole.residual), many)))
     if forgets or pieces_alone:
@@ -211,6 +213,10 @@ def surest(records: Sequence[Run], model: Model, parts: Fit, lead: int = 0) -> F
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = np.diag(sure.spread.covariance) / np.diag(found.spread.covariance)
     return sure if quiet and np.nanmedian(ratio) < 1.0 else found
+
+
+def _quiet(end: Fit, records: Sequence[Run]) -> bool:
+    return bool(np.mean(end.residual**2) <= _WHITE * noise(records))
 
 
 def _memory(model: Model, end: Fit) -> float:
