@@ -290,6 +290,27 @@ def under(found: Found, model: Model, repeats: Ripple) -> Found:
     return found._replace(spread=found.spread._replace(covariance=covariance))
 
 
+def rounded(found: Found, records: Sequence[Run]) -> Found:
+    """The errors, none below those that rounding to counts makes where it is all that is left."""
+    # Rounding repeats in all parts of a periodic motion, so their scatter tells less than it does.
+    end = found.fit
+    cuts = np.cumsum([len(r.x) for r in records])[:-1]
+    measured, left = np.split(end.pieces.y, cuts), np.split(end.residual, cuts)
+    steps = _counts.steps(measured, left)
+    if steps is None:
+        return found
+    clean = [y + e for y, e in zip(measured, left, strict=True)]
+    solve = np.linalg.pinv(end.slopes)
+    drawn = _counts.redrawn(lambda error: solve @ error, end.slopes, clean, steps, zeroed=True)
+    if not _counts.alone(end.slopes, drawn.covariance, measured, clean, steps, zeroed=True):
+        return found
+    known = np.sqrt(np.diag(found.spread.covariance))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        wider = np.fmax(np.sqrt(np.diag(drawn.covariance)) / known, 1.0)
+    covariance = found.spread.covariance * np.outer(wider, wider)
+    return found._replace(spread=found.spread._replace(covariance=covariance))
+
+
 def doubted(found: Found, names: tuple[str, ...]) -> None:
     """Warn of parameters that the records do not show; these lose their errors."""
     end, covariance = found.fit, found.spread.covariance

@@ -177,7 +177,7 @@ def sprung_drive(  # noqa: PLR0913 -- one parameter per option
         }
         chosen, holdout, reasons = simplest(squares)
     model, ends = load.model(chosen), every[chosen]
-    found = _moved_mass.surest(kept, model, ends[0], lead)
+    found = _moved_mass.rounded(_moved_mass.surest(kept, model, ends[0], lead), kept)
     repeats = _moved_mass.repeated(found, model)
     if repeats is not None:
         found = _moved_mass.under(found, model, repeats)
