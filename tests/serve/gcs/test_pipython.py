@@ -79,7 +79,7 @@ def test_an_axis_references_moves_waits_and_stops(stage: Any) -> None:
         time.sleep(0.01)
     stage.StopAll(noraise=True)
     pitools.waitontarget(stage, timeout=60)
-    assert 35.0 <= stage.qPOS()["1"] < 70.0
+    assert 34.99 < stage.qPOS()["1"] < 70.0  # a stop may come before a count has gone by
     with pytest.raises(GCSError) as refusal:
         stage.STP()
     assert refusal.value == 10
