@@ -56,6 +56,12 @@ def test_an_integral_without_a_proportional_gain_is_refused() -> None:
     assert path in ("pi.kp", "pi.ki") and "stable" in accepted
 
 
+def test_gains_that_no_single_one_mends_are_refused_without_a_bound() -> None:
+    both = replaced(replaced(Control(), "pi.kp", 0.0), "pi.ki", 1e9)
+    ((path, _, accepted),) = both.unstable()
+    assert path == "pi.kp" and accepted == "gains of a stable loop, such as 3000"
+
+
 def test_an_observer_slower_than_the_loop_is_refused() -> None:
     slow = replaced(SHIPPED, "fine.observer", 1.0)
     ((path, _, accepted),) = slow.unstable()

@@ -23,7 +23,7 @@ from macromicro.arrays import Array
 from macromicro.control import pid_heat
 from macromicro.control.inverse.model import Inverse, everett
 from macromicro.control.pi import PiAntiWindup
-from macromicro.control.stability import blamed, spoken, words
+from macromicro.control.stability import refusal
 from macromicro.hysteresis.everett import lookup
 from macromicro.nominal import PERIOD
 
@@ -56,9 +56,7 @@ def _problem(path: str, gains: Any, names: tuple[str, ...]) -> tuple[str, Any, s
         return None
     plain = type(gains)()
     usual = {name: float(getattr(plain, name)) for name in names}
-    name, bound = blamed(gains, usual, _stable) or (names[0], usual[names[0]])
-    value = getattr(gains, name)
-    return f"{path}.{name}", value, words(value, bound, spoken(gains, name, bound))
+    return refusal(path, gains, usual, _stable)
 
 
 @lru_cache(maxsize=1024)

@@ -82,19 +82,24 @@ def macro_loop(gains: Any, linear: Linear = Linear()) -> tuple[Array, Array]:  #
 def problem(law: Law, gains: Any) -> tuple[str, float, str] | None:
     if not isinstance(gains, Pid | PdInitial | PdTuned) or _stable(gains):
         return None
-    usual = law.gains()._asdict()
-    found = blamed(gains, usual, _stable)
+    return refusal(law.field, gains, law.gains()._asdict(), _stable)
+
+
+def refusal(
+    path: str, gains: Any, usual: Mapping[str, float], stable: Callable[[Any], bool]
+) -> tuple[str, float, str]:
+    """The setting, value and accepted range of the gain that makes a loop unstable."""
+    found = blamed(gains, usual, stable)
     if found is None:
         name = max(usual, key=lambda each: _away(getattr(gains, each), usual[each]))
         value = getattr(gains, name)
-        return f"{law.field}.{name}", value, f"gains of a stable loop, such as {usual[name]:g}"
+        return f"{path}.{name}", value, f"gains of a stable loop, such as {usual[name]:g}"
     name, bound = found
     value = getattr(gains, name)
-    accepted = words(value, bound, spoken(gains, name, bound))
-    return f"{law.field}.{name}", value, accepted
+    return f"{path}.{name}", value, words(value, bound, _spoken(gains, name, bound))
 
 
-def spoken(gains: Any, name: str, bound: float) -> str:
+def _spoken(gains: Any, name: str, bound: float) -> str:
     par = next(e.par for e in entries(gains) if e.path == name)
     return str(par.spoken(bound))
 

@@ -1,7 +1,7 @@
 """Covariance of a fit by clusters of its residuals, and its intervals."""
 
-# Residuals within a piece of a record are correlated in ways that nobody knows; those of different
-# pieces are nearly independent. Each piece therefore counts once (`witnesses`).
+# Correlations of residuals within a piece of a record are unknown; those of different pieces are
+# nearly independent. Each piece therefore counts once (`witnesses`).
 
 from __future__ import annotations
 

@@ -9,8 +9,8 @@ import pytest
 
 from macromicro import identify
 from macromicro.errors import InputError
+from macromicro.identify._report import Pair
 from macromicro.identify.axis import Axis, simulate
-from macromicro.identify.kinds.testing import Trial
 
 DT = 0.005
 AXIS = Axis(mass=95.0, viscous=203.0, coulomb=20.0, offset=-3.0)
@@ -91,5 +91,5 @@ def test_what_cannot_be_a_test(tmp_path: Path) -> None:
 
 
 def test_an_output_that_stays_has_no_percentage() -> None:
-    still = Trial("a", np.arange(3.0), np.ones(3), np.ones(3))
+    still = Pair("a", np.arange(3.0), np.ones(3), np.ones(3))
     assert still.rms == 0.0 and np.isnan(still.percent)

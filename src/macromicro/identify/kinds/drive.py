@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify import _report
+from macromicro.identify._report import Curves
 from macromicro.identify.driven import FIT, Driven
 from macromicro.identify.kinds import drive_file, drive_words, presliding, sprung, testing
 from macromicro.identify.kinds.loading import Picking, loaded
@@ -17,8 +18,6 @@ from macromicro.identify.runs import Run, checked
 from macromicro.place import ANGLE
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from macromicro.identify.axis_fit import DriveFit
 
 
@@ -66,7 +65,7 @@ def identify(picking: Picking, options: Options) -> Result:
         return sprung.identify(picking, (T, U, X), _asked(options), GAINS)
     tables = loaded(picking, ROLES)
     first = tables[0]
-    others = testing.unseen(options.tests, picking, ROLES, first)
+    others = _report.unseen(options.tests, picking, ROLES, first)
     records = [run for table in tables for run in measured(table)]
     gain, said = options.gain, "as given"
     if gain is None:
@@ -100,7 +99,6 @@ def identify(picking: Picking, options: Options) -> Result:
     lines = drive_words.lines(fit, units, records[0].dt)
     _report.undetermined(lines, drive_words.ABOVE_ZERO)
     trials = [testing.driven(fit, run, file) for file, run in unseen]
-    lines += testing.lines(trials, x_unit)
     samples = sum(len(r.t) for r in records)
     remarks = [
         ("fit", f"free run {fit.fit:.2f} %, RMS {fit.rms:.4g} {x_unit} over {samples} samples"),
@@ -129,24 +127,20 @@ def identify(picking: Picking, options: Options) -> Result:
         "holdout_rms": fit.holdout_rms,
         "inverse": dict(zip(fit.inverse.names, fit.inverse.values, strict=True)),
         "inverse_std": dict(zip(fit.inverse.names, fit.inverse.std, strict=True)),
-        "tests": testing.data(trials),
     }
 
-    def draw() -> dict[str, Figure]:
-        from macromicro.identify.kinds import pictures
-
-        t = [r.t for r in records]
-        label = f"position [{x_unit}]"
-        return {
-            "free_run": testing.drawn(t, [r.x for r in records], fit.free_run, trials, label),
-            "residuals": pictures.leftover(fit.residuals, records[0].dt, label),
-        }
+    def curves() -> Curves:
+        t, x = [r.t for r in records], [r.x for r in records]
+        return Curves(
+            _report.pairs(t, x, fit.free_run), f"position [{x_unit}]", records[0].dt, fit.residuals
+        )
 
     title = "M dv/dt = gain u - (Fv +- Fa) v -+ (Fc + Fs exp(-(v/vs)^2)) - F0"
     title += " - unbalance sin(x - hangs)" if options.eccentric else ""
     toml = drive_file.settings(fit, records, force, x_unit, units, options.endless)
     remarks += drive_file.limits(toml, records, (u_unit, x_unit))
-    return Result("drive", title, fit.axis, lines, remarks, toml, draw, data)
+    parts = Result("drive", title, fit.axis, lines, remarks, toml, dict, data)
+    return _report.completed(parts, x_unit, trials, curves)
 
 
 def _fitted(

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.identify import _report
+from macromicro.identify._report import Curves
 from macromicro.identify.driven import Driven
 from macromicro.identify.kinds import drive_words, model_file, testing
 from macromicro.identify.result import Line, Result
@@ -54,7 +56,6 @@ def identify(records: Records, friction: str, along: int | None, driven: Driven)
     )
     lines = _lines(fit, records)
     trials = [testing.driven(fit, run, file) for file, run in records.tests]
-    lines += testing.lines(trials, place)
     percent = 100.0 * (1.0 - fit.rms / float(np.std(np.concatenate([r.x for r in runs]))))
     samples = sum(len(r.t) for r in runs)
     remarks = [
@@ -77,26 +78,26 @@ def identify(records: Records, friction: str, along: int | None, driven: Driven)
         "gain": fit.gain,
         "delay": fit.delay,
         "nodes": nodes,
-        "tests": testing.data(trials),
     }
+
+    def curves() -> Curves:
+        t, x = [r.t for r in runs], [r.x for r in runs]
+        return Curves(
+            _report.pairs(t, x, fit.free_run), f"position [{place}]", runs[0].dt, fit.residuals
+        )
 
     def draw() -> dict[str, Figure]:
         from macromicro.identify.kinds import pictures
 
-        t, label = [r.t for r in runs], f"position [{place}]"
-        drawn = {
-            "free_run": testing.drawn(t, [r.x for r in runs], fit.free_run, trials, label),
-            "residuals": pictures.leftover(fit.residuals, runs[0].dt, label),
-        }
-        if len(nodes) > 1:
-            levels = [("Coulomb friction", nodes, fit.model.levels, "o-")]
-            drawn["along"] = pictures.points(
-                "friction along the travel", label, f"[{records.force}]", levels
-            )
-        return drawn
+        if len(nodes) < 2:
+            return {}
+        levels = [("Coulomb friction", nodes, fit.model.levels, "o-")]
+        title, label = "friction along the travel", f"position [{place}]"
+        return {"along": pictures.points(title, label, f"[{records.force}]", levels)}
 
     title = "M dv/dt = gain u - (Fv +- Fa) v - (f + tau df/dt) - F0, f elastic up to Fc(x) + Fs"
-    return Result("drive", title, fit.model, lines, remarks, _toml(lines, fit), draw, data)
+    parts = Result("drive", title, fit.model, lines, remarks, _toml(lines, fit), draw, data)
+    return _report.completed(parts, place, trials, curves)
 
 
 def _nodes(fit: PreslidingFit) -> Array:

@@ -13,18 +13,16 @@ import numpy as np
 from macromicro.errors import InputError, ProblemError
 from macromicro.files.reading import is_forc, read
 from macromicro.identify import _report, eccentric
+from macromicro.identify._report import Curves, Pair
 from macromicro.identify.axis_inverse import ECCENTRIC
-from macromicro.identify.kinds import drive_words, model_file, testing
+from macromicro.identify.kinds import drive_words, model_file
 from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.picking import Picked, Role, matched, railed, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run, checked
 from macromicro.place import ANGLE
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from macromicro.identify.sprung_fit import SprungFit
 
 V = Role(
@@ -91,7 +89,7 @@ def identify(what: Picking, roles: tuple[Role, Role, Role], asked: Asked, gains:
         )
     wanted = [time, *(() if asked.free else (force,)), V if speed else place, RUN]
     tables = loaded(what, wanted)
-    others = testing.unseen(asked.tests, what, wanted, tables[0])
+    others = _report.unseen(asked.tests, what, wanted, tables[0])
     out = V.name if speed else place.name
     records = [run for table in tables for run in _measured(table, out)]
     first = tables[0]
@@ -129,7 +127,6 @@ def identify(what: Picking, roles: tuple[Role, Role, Role], asked: Asked, gains:
     lines = _lines(fit, units)
     _report.undetermined(lines, drive_words.ABOVE_ZERO)
     trials = [_tried(fit, run, table.file) for table in others for run in _measured(table, out)]
-    lines += testing.lines(trials, shown)
     samples = sum(len(r.t) for r in records)
     percent = 100.0 * (1.0 - fit.rms / extent)
     remarks = [
@@ -159,22 +156,17 @@ def identify(what: Picking, roles: tuple[Role, Role, Role], asked: Asked, gains:
         "reasons": fit.reasons,
         "searches": fit.ends,
         "starts": fit.starts,
-        "tests": testing.data(trials),
     }
-    label = f"{'speed' if speed else 'position'} [{shown}]"
 
-    def draw() -> dict[str, Figure]:
-        from macromicro.identify.kinds import pictures
-
-        t = [r.t for r in records]
-        return {
-            "free_run": testing.drawn(t, [r.x for r in records], fit.free_run, trials, label),
-            "residuals": pictures.leftover(fit.residuals, records[0].dt, label),
-        }
+    def curves() -> Curves:
+        label = f"{'speed' if speed else 'position'} [{shown}]"
+        t, x = [r.t for r in records], [r.x for r in records]
+        return Curves(_report.pairs(t, x, fit.free_run), label, records[0].dt, fit.residuals)
 
     title = "M dv/dt = D(gain u) - k x - (Fv +- Fa) v -+ (Fc + Fs exp(-(v/vs)^2)) - F0"
     title += " - unbalance sin(x - hangs)" if asked.eccentric else ""
-    return Result("drive", title, fit.axis, lines, remarks, _toml(lines, asked), draw, data)
+    parts = Result("drive", title, fit.axis, lines, remarks, _toml(lines, asked), dict, data)
+    return _report.completed(parts, shown, trials, curves)
 
 
 def _signed(
@@ -297,21 +289,15 @@ def _ends(fit: SprungFit) -> str:
     return f"{fit.ends[0]:.4g} to {fit.ends[-1]:.4g}"
 
 
-def _tried(fit: SprungFit, run: Run, file: str) -> Trial:
+def _tried(fit: SprungFit, run: Run, file: str) -> Pair:
     """A free simulation over a test record, its initial state fitted."""
     from macromicro.identify.sprung_fit import started
 
     x, v = started(fit, run)
-    return Trial(file, run.t, run.x, fit.simulate(run.u, run.dt, x, v))
+    return Pair(file, run.t, run.x, fit.simulate(run.u, run.dt, x, v))
 
 
 def _toml(lines: list[Line], asked: Asked) -> str:
     head = "A drive with a spring, a dead zone or none: parameters by output error, for other\n"
     head += "programs. Not for `macromicro run --config`: no machine of the package is like it."
-    values: dict[str, tuple[model_file.Value, str]] = {}
-    for line in lines:
-        if line.name.startswith("test"):
-            continue
-        spread = "" if math.isnan(line.error) else f"+- {line.error:.2g}"
-        values[line.name] = float(line.value), ", ".join(filter(None, (line.unit, spread)))
-    return model_file.plain(head, {"free" if asked.free else "drive": values})
+    return model_file.plain(head, {"free" if asked.free else "drive": _report.notes(lines)})
