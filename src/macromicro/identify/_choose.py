@@ -20,8 +20,6 @@ _SEARCH = 15  # steps of a search without the pieces held out
 
 
 class Judged(NamedTuple):
-    """Errors of the models and the choice between them."""
-
     structure: str  # the chosen one
     # RMS error of each in a typical held-out piece: the geometric mean of all
     scores: dict[str, float]

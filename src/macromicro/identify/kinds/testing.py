@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def driven(fit: DriveFit | PreslidingFit, run: Run, file: str) -> Pair:
-    """A free simulation of an axis over a validation record, from its measured start."""
+    # A free simulation from the measured start.
     from macromicro.identify.axis_fit import start
 
     x, v = start(run, fit.gain, fit.delay)
