@@ -26,7 +26,7 @@ from scipy.signal import lfilter
 from macromicro import identify
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import coverage, eccentric, presliding, sprung
+from macromicro.identify import eccentric, presliding, sprung
 from macromicro.identify.axis import Axis, acting, simulate, step
 from macromicro.identify.heating import StepRecord, heating
 from macromicro.identify.presliding_fit import presliding_drive
@@ -202,7 +202,7 @@ def turned(kind: str, seed: int) -> Estimates:
         errors = np.r_[found.std[: len(AXIS_NAMES)], std]
         factors = np.c_[
             found.factors[:, : len(AXIS_NAMES)],
-            coverage.factors(found.draws, eccentric.slopes(found)),
+            found.spread.factors(eccentric.slopes(found)),
         ]
         names = (*AXIS_NAMES, *eccentric.NAMES)
         yield f"eccentric load, {name}", names, truth, each, errors, factors

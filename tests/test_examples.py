@@ -30,13 +30,14 @@ def test_emps(
 ) -> None:
     """Inverse dynamics within 1 % (2 % for Fc) of the published, and viscous friction 2.1 % above:
     the published one pairs the held voltage with the speed at the sample's start (`test_drive`).
-    Free run 3.45 mm at most."""
+    The free run of the structure chosen on held-out data beats 3.42 mm, that of four published
+    parameters by output error."""
     said = lines("emps", tmp_path / "out", capfd, monkeypatch)
     for row, tolerance in zip(said[1:4], (0.01, 0.025, 0.02), strict=True):
         found, published = re.search(r"([\d.]+) \+-.*published ([\d.]+)", row).groups()  # type: ignore[union-attr]
         assert float(found) == pytest.approx(float(published), rel=tolerance)
-    rms = next(float(line.split()[2]) for line in said if line.startswith("free run"))
-    assert rms <= 3.45
+    (chosen,) = (line for line in said if line.startswith("chosen"))
+    assert float(chosen.split()[-3]) < 3.42
 
 
 def test_forc(

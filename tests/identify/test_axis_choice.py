@@ -7,8 +7,8 @@ import pytest
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import _axis_choice, drive
-from macromicro.identify._axis_choice import blocks, folds
+from macromicro.identify import _axis_hints, drive
+from macromicro.identify._axis_hints import blocks, folds
 from macromicro.identify._choose import no_better, turn
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_inverse import Rows
@@ -137,6 +137,6 @@ def test_what_nobody_spoke_of_must_be_surer_than_a_structure(
     assert no_better(1.0, 0.5, gained, "x") == ""
     assert "by less than the scatter of the blocks" in no_better(1.0, 0.5, gained, "x", 3.0)
     squares = iter([np.exp(gained), np.ones(16)])
-    monkeypatch.setattr(_axis_choice, "held_out", lambda rows, name: next(squares))
+    monkeypatch.setattr(_axis_hints, "held_out", lambda rows, name: next(squares))
     made = [Rows(Run(*[np.ones(9)] * 3), *[np.ones(9)] * 4, 1)]  # type: ignore[arg-type]
-    assert _axis_choice.lowered(made, made, "x") is None
+    assert _axis_hints.lowered_by(made, made, "x") is None

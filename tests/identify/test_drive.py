@@ -54,17 +54,19 @@ def test_published_viscous_friction_takes_the_voltage_for_that_of_its_instant(em
     assert p.mass == pytest.approx(95.1089, rel=0.002)
 
 
-def test_free_run_of_the_output_error_fit(four: DriveFit, emps: Any) -> None:
-    """Open loop, drive voltage to position, the whole record: at most 3.45 mm RMS."""
+def test_free_run_over_the_whole_record(emps: Any) -> None:
+    """Drive voltage to position; output error of four parameters misses by 3.42 mm elsewhere."""
     t, u, x, gain = emps
-    assert four.rms <= 3.45e-3
-    assert four.fit > 95.0
-    run = four.simulate(u, 1e-3, *four.starts[0])
-    assert np.sqrt(np.mean((x - run) ** 2)) == pytest.approx(four.rms, rel=1e-6)
-    np.testing.assert_allclose(run, simulate(four.axis, gain * u, 1e-3, *four.starts[0]))
-    from_rest = four.simulate(u, 1e-3, x[0])  # the record starts at 7 mm/s
-    assert np.sqrt(np.mean((x - from_rest) ** 2)) <= 3.45e-3
+    fit = drive(t, u, x, gain=gain)
+    assert fit.rms < 3.42e-3
+    assert fit.fit > 95.0
+    run = fit.simulate(u, 1e-3, *fit.starts[0])
+    assert np.sqrt(np.mean((x - run) ** 2)) == pytest.approx(fit.rms, rel=1e-6)
+    np.testing.assert_allclose(run, simulate(fit.axis, gain * u, 1e-3, *fit.starts[0]))
     assert len(t) == len(run)
+    # Forces disturb this axis; inverse dynamics is surer of its parameters than free runs are.
+    assert fit.surest is fit.inverse and fit.axis == fit.inverse.axis
+    assert (fit.inverse.std < fit.refined.std).all()
 
 
 def test_holdout_finds_the_asymmetry_of_emps_and_nothing_richer(four: DriveFit, emps: Any) -> None:

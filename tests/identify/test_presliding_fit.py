@@ -54,9 +54,7 @@ def test_stiffness_and_level_are_found_where_the_record_shows_them() -> None:
             abs(value - true) < 2.0 * half
         )  # a damping of 0.8 ms +- 0.7 was found: no normal error
         assert error < (0.5 if name == "settling" else 0.2) * true
-    kept = [fit.names.index(n) for n in ("mass", "viscous", "offset", "level 1")]
-    assert (fit.factors[:, kept].T == [1.0, 1.96]).all()
-    assert fit.factors[1, fit.names.index("settling")] > 2.5
+    assert (fit.factors[1] > 1.96).all()  # Student's
     assert fit.judged[fit.taken] < 0.5 * fit.judged["rigid"]
     assert fit.rms == pytest.approx(np.sqrt(np.mean(np.concatenate(fit.residuals) ** 2)))
 
@@ -152,7 +150,5 @@ def test_cogging_is_found_and_errors_are_those_of_a_harmonic() -> None:
     assert fit.repeats.size == pytest.approx(0.025, rel=0.05)
     for name, true in (("mass", 2.0), ("viscous", 15.0), ("level 1", 5.0), ("offset", 0.3)):
         value, error = of(fit, name)
-        one, wide = fit.factors[:, fit.names.index(name)]
-        assert 1.1 < one < 1.3 and 1.35 < wide < 1.6
-        assert abs(value - true) < 1.5 * wide * error
+        assert abs(value - true) < 1.5 * fit.factors[1, fit.names.index(name)] * error
         assert error < 0.02 * max(true, 0.5)

@@ -98,33 +98,19 @@ def test_noise_is_told_as_error_of_the_fit_and_of_its_modes() -> None:
 
 
 @pytest.mark.parametrize("keep", [0.0, 0.9])
-def test_errors_of_the_modes_allow_for_noise_that_goes_together(keep: float) -> None:
-    """Of few points, evenly over the logarithm of time: at least sigma^2 (J'J)^-1, sigma^2 by
-    n - 6; and J' G J between these inverses, G of the noise."""
-    record = stepped()
-    white = np.random.default_rng(2).normal(0.0, 0.02, len(record.t))
-    noise = np.asarray(lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], white))
-    noisy = record._replace(rise=record.rise + noise)
-    found = heating(noisy, 60.0, points=16)
-    usable = np.flatnonzero(np.isfinite(record.error) & (record.t > 0.0))
-    t = record.t[usable]
-    t = t[np.unique(np.minimum(np.searchsorted(t, np.geomspace(t[0], t[-1], 16)), len(t) - 1))]
-    left = step_response(found.modes, t) - np.interp(t, noisy.t, noisy.rise) / 60.0
-    theta = np.log(np.array(found.modes))
-
-    def response(log_modes: np.ndarray) -> np.ndarray:
-        return np.asarray(step_response(Modes(*np.exp(log_modes)), t))
-
-    steps = 1e-5 * np.eye(6)
-    j = np.array([(response(theta + by) - response(theta - by)) / 2e-5 for by in steps]).T
-    variance = float(left @ left) / (len(t) - 6)
-    wanted = np.array(found.modes) * np.sqrt(np.diag(np.linalg.inv(j.T @ j)) * variance)
-    places = np.searchsorted(noisy.t, t)
-    g = (0.02 / 60.0) ** 2 * keep ** np.abs(np.subtract.outer(places, places))
-    solve = np.linalg.pinv(j)
-    other = np.array(found.modes) * np.sqrt(np.diag(solve @ g @ solve.T))
-    np.testing.assert_allclose(found.std, np.maximum(wanted, other), rtol=0.1)
-    assert bool((np.array(found.std) > 1.5 * wanted).any()) is (keep > 0.0)
+def test_intervals_of_the_modes_hold_under_noise_that_goes_together(keep: float) -> None:
+    """Of 24 records, 95 % intervals hold nine of ten parameters, and are not wide for nothing."""
+    held, wide = [], []
+    for seed in range(24):
+        record = stepped()
+        white = np.random.default_rng(seed).normal(0.0, 0.1, len(record.t))
+        noise = np.asarray(lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], white))
+        found = heating(record._replace(rise=record.rise + noise), 60.0)
+        half = found.factors[1] * np.array(found.std)
+        held.append(np.abs(np.array(found.modes) - MODES) < half)
+        wide.append(np.array(found.std) / np.abs(np.array(found.modes) - MODES))
+    assert np.mean(held) > 0.88
+    assert np.median(wide) < 3.0
 
 
 def test_rates_come_in_falling_order_with_their_own_shares_and_errors() -> None:
@@ -237,32 +223,3 @@ def test_a_heating_fit_that_does_not_settle_is_said(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(optimize, "least_squares", lambda *a, **k: real(*a, **{**k, "max_nfev": 1}))
     with pytest.warns(ConvergenceWarning, match="heating"):
         heating(stepped(), 60.0)
-
-
-def test_errors_of_the_modes_allow_for_a_thermometer_in_steps() -> None:
-    record, off, step = stepped(60.0), [], 0.25
-    for at in (np.arange(12) + 0.5) / 12.0:
-        y = np.floor(record.rise / step + at) * step
-        found = heating(record._replace(rise=y), 60.0)
-        off.append(np.abs(np.array(found.modes) - MODES) / found.std)
-    assert (np.array(off) < 2.0).mean() >= 0.85
-    assert (np.array(off) < 0.5).mean() < 0.62  # as noise that goes together: nearly all
-    # What one place of the zero moves has an end: the first share errs as a wave does.
-    assert found.factors[0, 3] > 1.1 and found.factors[1, 3] < 1.7
-    assert heating(stepped(60.0), 60.0).factors.tolist() == [[1.0] * 6, [1.96] * 6]
-
-
-def test_a_draught_as_slow_as_the_slowest_rate_is_told_as_strong_as_it_was() -> None:
-    """Over 60 s of 400 s. By what the fit leaves, 95 % of the slowest mode hold in 80 of 100."""
-    t, inside = 0.1 * np.arange(4000), []
-    modes = Modes(1.75, 0.108, 0.0099, 0.74, 0.21, 0.05)
-    clean = 60.0 * np.asarray(step_response(modes, t))
-    keep = math.exp(-0.1 / 60.0)
-    for seed in range(40):
-        white = 0.2 * np.sqrt(1.0 - keep**2) * np.random.default_rng(seed).standard_normal(13000)
-        rise = clean + np.asarray(lfilter([1.0], [1.0, -keep], white))[9000:]
-        found = heating(StepRecord(t, rise, rise, np.zeros(len(t))), 60.0)
-        off = np.abs(np.array(found.modes) - modes) / np.array(found.std)
-        inside.append(off[[2, 5]])
-    assert np.all(np.mean(np.array(inside) < 1.96, axis=0) > 0.87)
-    assert np.all(np.mean(np.array(inside) < 1.0, axis=0) < 0.8)

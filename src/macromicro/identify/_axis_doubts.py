@@ -9,6 +9,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import ProblemError
+from macromicro.identify.axis import Axis
 from macromicro.identify.axis_inverse import Estimate, Rows
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.runs import Run
@@ -16,7 +17,7 @@ from macromicro.identify.runs import Run
 _FAR = 5.0  # a jump is that many times as large as any other step
 _JUMPS = 0.02  # of the samples at most
 _SURE = 2.0  # standard errors
-_ONE = 0.98  # correlation of errors
+_ALIKE = 0.01  # of a parameter: a difference that nobody minds
 _SLOW = 0.01  # of the greatest speed
 _REFUSED, _COARSE = 1.5, 4.0  # samples in the time constant
 
@@ -87,9 +88,9 @@ def against(estimate: Estimate) -> None:
         )
 
 
-def coarse(estimates: Sequence[Estimate], dt: float) -> None:
+def coarse(axes: Sequence[Axis], dt: float) -> None:
     """Reject, or warn of, a sample time that is too long for the axis."""
-    times = [e.axis.mass / e.axis.viscous for e in estimates if e.axis.viscous > 0.0]
+    times = [axis.mass / axis.viscous for axis in axes if axis.viscous > 0.0]
     least = min((t for t in times if t > 0.0), default=math.inf)
     found = f"the sample time is {dt * 1e3:.4g} ms, the time constant M/Fv {least * 1e3:.3g} ms"
     if least < _REFUSED * dt:
@@ -101,35 +102,33 @@ def coarse(estimates: Sequence[Estimate], dt: float) -> None:
         )
 
 
-def mixed(estimate: Estimate, rows: Sequence[Rows]) -> None:
-    if len(directions(rows)) == 1 and "coulomb" not in estimate.names:
+def mixed(names: Sequence[str], rows: Sequence[Rows]) -> None:
+    if len(directions(np.concatenate([r.v for r in rows]))) == 1 and "coulomb" not in names:
         notice(
             DataWarning,
             "motion in one direction only: Coulomb friction and a constant force cannot be "
             "separated; offset is their sum",
         )
-    for a, b, correlation in correlated(estimate):
+
+
+def apart(inverse: Estimate, refined: Estimate) -> None:
+    """Warn of two methods that differ by more than both their 95 % intervals."""
+    # After J. Hausman, Econometrica 46 (1978): of an axis like the model they agree.
+    at = [refined.names.index(name) for name in inverse.names]
+    off = np.abs(inverse.values - refined.values[at])
+    both = inverse.std * inverse.factors[1] + (refined.std * refined.factors[1])[at]
+    is_far = (off > both) & (off > _ALIKE * np.abs(inverse.values))
+    far = np.array(inverse.names)[is_far].tolist()
+    if far:
         notice(
             DataWarning,
-            f"{a} and {b} cannot be separated in this record (correlation {correlation:.3f}); "
-            "the printed errors hold for both jointly",
+            f"inverse dynamics and output error differ in {', '.join(far)} by more than their "
+            "errors: the axis is not what the model says (friction that varies along the travel "
+            "or gives before it slides, a spring, another force)",
         )
 
 
-def directions(rows: Sequence[Rows], least: float = 0.0) -> set[float]:
+def directions(v: Array, least: float = 0.0) -> set[float]:
     """Directions in which the axis exceeds 1 % of its greatest speed."""
-    v = np.concatenate([r.v for r in rows])
     going = np.sign(v[np.abs(v) > _SLOW * np.abs(v).max()])
     return {way for way in (1.0, -1.0) if np.sum(going == way) > least * len(going)}
-
-
-def correlated(estimate: Estimate) -> list[tuple[str, str, float]]:
-    with np.errstate(invalid="ignore", divide="ignore"):
-        together = estimate.covariance / np.outer(estimate.std, estimate.std)
-    names = estimate.names
-    return [
-        (names[i], names[k], float(together[i, k]))
-        for i in range(len(names))
-        for k in range(i + 1, len(names))
-        if abs(together[i, k]) > _ONE
-    ]

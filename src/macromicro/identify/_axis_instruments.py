@@ -9,19 +9,15 @@ identification, IEEE Trans. Control Systems Technology 22 (2014).
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.identify import _counts
-from macromicro.identify._axis_cogging import cogged, repeating
-from macromicro.identify._axis_noise import sensed
 from macromicro.identify._ripple import Ripple
-from macromicro.identify._spread import robust_covariance
 from macromicro.identify._triangle import triangle
-from macromicro.identify.axis import Axis, simulate
+from macromicro.identify.axis import simulate
 from macromicro.identify.axis_inverse import (
     SPEED,
     Estimate,
@@ -30,27 +26,27 @@ from macromicro.identify.axis_inverse import (
     columns,
     corrected,
     differences,
+    evened,
     linear,
     plausible,
     stacked,
+    with_errors,
 )
-from macromicro.identify.coverage import Drawn
 
 _ROUNDS = 5
 _SETTLED = 0.01  # standard errors
 _POOR = 1e8
 _LIKE = 0.9  # correlation of each instrument with its regressor, at least
-_DRAWS, _FEWEST, _WORK = 60, 20, 1_000_000  # draws; fewer of long records, by samples in all
 
 
-def instrumented(rows: list[Rows], start: Estimate, *, told: bool = True) -> Estimate:
+def instrumented(rows: list[Rows], start: Estimate) -> Estimate:
     """Inverse dynamics with instruments; the start itself if its free simulation is no guide."""
     names = linear(start.names)
     speed = start.axis.stribeck_speed
-    table, lengths = stacked(rows, lambda r: columns(r, names, speed))
-    left, force, ends = table[:, :-1], table[:, -1], np.cumsum(lengths)
+    table, _ = stacked(rows, lambda r: columns(r, names, speed))
+    left, force = table[:, :-1], table[:, -1]
     found = start
-    for _ in range(_ROUNDS if told else 1):
+    for _ in range(_ROUNDS):
         if not plausible(found):
             return start
         guides = np.empty(0)  # those of the round before are in memory no longer
@@ -64,85 +60,53 @@ def instrumented(rows: list[Rows], start: Estimate, *, told: bool = True) -> Est
             # Friction that drops within a few samples is the first to be missed by a free run
             # that goes with the record otherwise: its reversals are blurred alike.
             others = near[[n != "stribeck" for n in names]]
-            return _unblurred(rows, start, names) if told and others.min() >= _LIKE else start
+            return _unblurred(rows, start, names) if others.min() >= _LIKE else start
         theta = np.linalg.solve(square, guides.T @ force / sizes[0]) / sizes[1]
         missed = force - left @ theta
-        spread = start.covariance.copy()
-        if told:
-            spread = _spread(rows, found, guides, left, missed, ends)
-        values = dict(zip(names, theta.tolist(), strict=True))
         before, rms = found, float(np.sqrt(np.mean(missed**2)))
         found = replace(
             start,
-            axis=start.axis._replace(**values),
-            covariance=spread,
+            axis=start.axis._replace(**dict(zip(names, theta.tolist(), strict=True))),
             rms=rms,
             percent=100.0 * rms / float(np.sqrt(np.mean(force**2))),
         )
+        found = with_errors(found, _slopes(rows, before, guides), missed)
         moved = np.abs(found.values - before.values)[: len(names)]
         if (moved <= _SETTLED * found.std[: len(names)]).all():
             break
     if not plausible(found):
         return start if plausible(start) else found
-    repeats = repeating(rows, left, missed) if told else None
-    found = replace(found, searched=told)
-    if repeats is not None:
-        found = _repeated(found, repeats.force, cogged(repeats, guides, left))
     return _unblurred(rows, found, names)
 
 
-def _spread(
-    rows: list[Rows],
-    found: Estimate,
-    guides: Array,
-    left: Array,
-    missed: Array,
-    ends: npt.NDArray[np.int64],
-) -> Array:
-    """Covariance of all parameters, to first order including Stribeck's speed."""
-    if SPEED in found.names:
-        other, _ = stacked(
-            rows, lambda r: by_speed([_free(r, found)._replace(still=r.still)], found)[:, None]
-        )
-        guides, left = np.c_[guides, other], np.c_[left, by_speed(rows, found)]
-    return robust_covariance(guides, missed, ends, None, left)
+def under(rows: list[Rows], found: Estimate, repeats: Ripple | None) -> Estimate:
+    """The errors with those by a force that repeats along the way, in any phase."""
+    # Its two quadratures move the parameters by a and b, a phase that may be any by (a a' + b b')/2
+    if repeats is None or not plausible(found):
+        return replace(found, repeats=repeats)
+
+    def quadratures(rows: Rows) -> Array:
+        turns = (repeats.at(rows.run.x, turn) for turn in (0.0, 0.5 * math.pi))
+        return evened(rows, turns, [True, True])
+
+    names = linear(found.names)
+    slopes = _slopes(rows, found, _instruments(rows, found, names))
+    size = np.linalg.norm(slopes, axis=0)
+    size[size == 0.0] = 1.0
+    pair, _ = stacked(rows, quadratures)
+    moved = np.linalg.lstsq(slopes / size, pair, rcond=None)[0] / size[:, None]
+    covariance = np.asarray(found.covariance + 0.5 * (moved @ moved.T))
+    return replace(found, covariance=covariance, repeats=repeats)
 
 
-def _repeated(found: Estimate, force: Ripple, told: Drawn) -> Estimate:
-    p, spread = len(told.covariance), found.covariance.copy()
-    spread[:p, :p] = told.covariance
-    draws = np.zeros((len(told.draws), len(spread)))
-    draws[:, :p] = told.draws
-    return replace(found, covariance=spread, draws=draws, repeats=force)
-
-
-def redrawn(rows: list[Rows], found: Estimate, axis: Axis, ways: list[Array]) -> Estimate:
-    """The estimate with the errors due to position noise, where nothing else disturbs."""
-    # Behind the low-pass, rounding is neither white nor stationary, and doubly differentiated white
-    # noise is too steep for an autoregression. Both are drawn along trajectories of a known axis;
-    # the error is the estimate less that axis, so the bias at reversals is included.
-    known = {n: getattr(axis, n) for n in linear(found.names)}
-    start = replace(found, axis=found.axis._replace(**known))
-    sizes = [sensed(r.run.x) for r in rows]
-    steps = [_counts.felt(r.run.x, size**2) for r, size in zip(rows, sizes, strict=True)]
-    many, off = max(min(_DRAWS, _WORK // sum(map(len, ways))), _FEWEST), []
-    random = np.random.Generator(np.random.PCG64(0))  # the same data give the same errors
-    for zeros in _counts.places(len(rows), many):
-        drawn = []
-        for r, way, size, step, at in zip(rows, ways, sizes, steps, zeros, strict=True):
-            white = size * random.standard_normal(len(way))
-            noise = white if step is None else _counts.off(way, step, at)
-            made = differences(r.run._replace(x=way + noise), r.force, r.corner, r.factor)
-            drawn.append(made._replace(eccentric=r.eccentric))
-        one = instrumented(drawn, start, told=False)
-        if one is start:
-            return found
-        off.append(one.values - start.values)
-    draws = np.array(off)
-    spread = draws.T @ draws / many
-    held = np.array([n == SPEED for n in found.names])  # it was not searched for in the draws
-    spread[held] = spread[:, held] = np.nan
-    return replace(found, covariance=spread, draws=draws if any(steps) else None)
+def _slopes(rows: list[Rows], found: Estimate, guides: Array) -> Array:
+    """Regressors of all parameters, to first order including Stribeck's speed."""
+    if SPEED not in found.names:
+        return guides
+    other, _ = stacked(
+        rows, lambda r: by_speed([_free(r, found)._replace(still=r.still)], found)[:, None]
+    )
+    return np.asarray(np.c_[guides, other])
 
 
 def _unblurred(rows: list[Rows], found: Estimate, names: tuple[str, ...]) -> Estimate:

@@ -67,16 +67,25 @@ def simplest(squares: dict[str, Array], reasons: dict[str, str] | None = None) -
     return Judged(best, scores, against)
 
 
-def held_out(simulated: Simulated, space: Space, pieces: Pieces, begin: Array) -> Array:
-    """Mean square error of each piece by a fit without it."""
+def held_out(
+    simulated: Simulated,
+    space: Space,
+    pieces: Pieces,
+    begin: Array,
+    measured: Pieces | None = None,
+) -> Array:
+    """Mean square error of each piece by a fit without it, from its own state or a measured one."""
     turns = turn(np.arange(len(pieces.many)))
     squares = np.empty(len(turns))
     for fold in range(min(FOLDS, len(turns))):
         held = turns == fold
         kept = pieces if held.all() else pieces.some(~held)
         found = fit(simulated, space, kept, begin, most=_SEARCH, rounds=2)
-        other = pieces.some(held)
-        squares[held] = (
-            other.totals(residual(simulated, space, other, found.values) ** 2) / other.many
-        )
+        if measured is None:
+            other = pieces.some(held)
+            error = residual(simulated, space, other, found.values)
+        else:
+            other = measured.some(held)
+            error = simulated(found.values, other) - other.y
+        squares[held] = other.totals(error**2) / other.many
     return np.asarray(squares + 1e-30 * space.unit**2)

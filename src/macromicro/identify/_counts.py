@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.identify.coverage import Drawn
 
 _MOST = 1e7  # counts in a record's range
 _WHOLE = 0.01  # of a count: as near to a whole one every value is
@@ -16,7 +15,7 @@ _FEWEST = 3  # different values
 _OWN = 1.5  # times the variance of rounding: noise that rounding explains
 _ENOUGH = 20_000  # samples whose counts are compared
 _BY_CHANCE, _FURTHER = 3, 1.5  # counts that differ anyway; times those that are expected to
-_PLACES = (np.arange(200) + 0.5) / 200  # of counts, in counts
+_DRAWS = 200
 _ROUNDS = 2  # of draws: about what was found, then about what its errors leave open
 
 
@@ -40,18 +39,6 @@ def felt(x: Array, variance: float) -> float | None:
     return step if step is not None and variance <= _OWN * step * step / 12.0 else None
 
 
-def noise(clean: Array, variance: float, step: float | None, random: np.random.Generator) -> Array:
-    """Sensor noise: white, or rounding with a random zero if that is no less than the variance."""
-    if step is None or variance > _OWN * step * step / 12.0:
-        return np.asarray(np.sqrt(variance) * random.standard_normal(len(clean)))
-    return off(clean, step, random.uniform())
-
-
-def off(clean: Array, step: float, at: float) -> Array:
-    """Rounding error of a curve; `at` in counts."""
-    return np.asarray((np.round(clean / step + at) - at) * step - clean)
-
-
 def places(records: int, draws: int) -> Array:
     """Offsets of the zeros within a count: evenly spread in each record, random together."""
     random = np.random.Generator(np.random.PCG64(0))  # the same data give the same errors
@@ -59,33 +46,26 @@ def places(records: int, draws: int) -> Array:
     return np.stack([random.permutation(even) for _ in range(records)], axis=1)
 
 
-def redrawn(
-    asked: Callable[[Array], Array],
-    slopes: Array,
-    clean: Sequence[Array],
-    steps: Sequence[float],
-    *,
-    zeroed: bool = False,
-) -> Drawn:
-    """Errors of a fit due to rounding alone."""
+def covariance(slopes: Array, clean: Sequence[Array], steps: Sequence[float]) -> Array:
+    """Covariance of a linear fit due to rounding alone, to counts whose zero is known."""
     # Rounding of a smooth curve is correlated within a count and depends on where the curve lies,
     # and the fit has chosen the best such curve. So errors are drawn twice, the second time about
     # curves that are off by the first.
     whole, cuts = np.concatenate(clean), np.cumsum([len(x) for x in clean])[:-1]
     random = np.random.Generator(np.random.PCG64(1))
-    zeros = places(len(clean), len(_PLACES))
-    draws = np.zeros((len(zeros), slopes.shape[1]))
+    zeros, solve = places(len(clean), _DRAWS), np.linalg.pinv(slopes)
+    draws = np.zeros((_DRAWS, slopes.shape[1]))
     for _ in range(_ROUNDS):
         found = []
         # An error goes with a place of the zeros that it does not stem from.
         for error, row in zip(random.permutation(draws), zeros, strict=True):
             curves = np.split(whole - slopes @ error, cuts)
-            found.append(asked(np.concatenate([
-                (np.floor(x / step + at) - (at - 0.5 if zeroed else 0.0)) * step - x
+            found.append(solve @ np.concatenate([
+                (np.floor(x / step + at) - at + 0.5) * step - x
                 for x, step, at in zip(curves, steps, row, strict=True)
-            ])))  # fmt: skip
+            ]))  # fmt: skip
         draws = np.array(found)
-    return Drawn(draws.T @ draws / len(draws), draws)
+    return np.asarray(draws.T @ draws / len(draws))
 
 
 def alone(
@@ -94,31 +74,24 @@ def alone(
     outputs: Sequence[Array],
     clean: Sequence[Array],
     steps: Sequence[float],
-    *,
-    zeroed: bool = False,
 ) -> bool:
     """Whether rounding alone moved the parameters."""
     # Free simulations of the true parameters reproduce every count, those off by rounding nearly
-    # every one. Many different counts show another disturbance; with an unknown zero less of it
-    # shows.
+    # every one. Many different counts show another disturbance.
     off = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", slopes, spread, slopes), 0.0))
     cuts = np.cumsum([len(x) for x in clean])[:-1]
     expected, seen = 0.0, 0
     for y, x, far, step in zip(outputs, clean, np.split(off, cuts), steps, strict=True):
-        kept = np.flatnonzero(np.isfinite(y) & np.isfinite(x))
-        kept = kept[:: max(len(kept) // _ENOUGH, 1)]
-        whole = np.round((y[kept] - y[kept[0]]) / step)
-        exact = (x[kept] - y[kept[0]]) / step
+        kept = slice(None, None, max(len(y) // _ENOUGH, 1))
+        whole = np.round((y[kept] - y[0]) / step)
+        exact = (x[kept] - y[0]) / step
         expected += float(np.minimum(np.sqrt(2.0 / np.pi) * far[kept] / step, 1.0).sum())
-        places = [0.5] if zeroed else _PLACES
-        seen += min(int(np.count_nonzero(np.floor(exact + at) != whole)) for at in places)
-    # A zero that is unknown is anywhere within a count, and at most twice as far off as on average.
-    further = _FURTHER if zeroed else 2.0 * _FURTHER
-    return bool(seen <= _BY_CHANCE + further * expected)
+        seen += int(np.count_nonzero(np.floor(exact + 0.5) != whole))
+    return bool(seen <= _BY_CHANCE + _FURTHER * expected)
 
 
 def explains(residual: Array, step: float) -> bool:
-    spread, mean = np.nanvar(residual), abs(np.nanmean(residual))
+    spread, mean = np.var(residual), abs(np.mean(residual))
     return bool(spread <= _OWN * step * step / 12.0 and mean <= 0.5 * _OWN * step)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify._spread import autoregression
+from macromicro.identify._autoregression import autoregression
 from macromicro.identify._triangle import triangle
 from macromicro.identify.records import Record, Signals, records
 from macromicro.identify.search import least_squares

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.identify import _counts, _errors
-from macromicro.identify._engine import Fit, Pieces, Space, cleared, fit, settled
+from macromicro.identify._engine import Fit, Index, Pieces, Simulated, Space, cleared, fit, settled
 from macromicro.identify._errors import Spread
 from macromicro.identify._ripple import Ripple, ripple
 from macromicro.identify.axis_inverse import differences
@@ -28,6 +28,7 @@ _NEAR = 0.25  # of a piece: how far its start moves to a fast sample, where fric
 CORNER = 0.08  # of the samples' rate: cut-off of positions before they are differentiated
 _PLACES = np.linspace(-0.5, 0.5, 9)  # of the travel: tried about the place at the start
 _FEW = 100  # samples in which a force is looked for
+_SLOW = 0.15  # of the top speed: a slower one may be that of friction that gives
 _WHITE = 1.5  # times the variance of the output's own noise: there is no other
 SIGNED = ("offset", "asymmetry", "sine", "cosine")
 _FORGOTTEN = 0.5  # of a record: in so short a time
@@ -50,11 +51,23 @@ class Model(NamedTuple):
 
     def simulated(self, values: Array, pieces: Pieces) -> Array:
         axis = self.axis(values)
-        force = late(pieces.force, axis.lag / float(pieces.dt[0]))
+        force = _delayed(pieces, axis.lag)
         out = np.empty((2, len(pieces.y)))
         plain = Axis(*(float(value) for value in axis))
         compiled(restarted)(plain, np.ascontiguousarray(force), *pieces[1:6], out)
         return np.asarray(out[int(self.speed)])
+
+
+def _delayed(pieces: Pieces, lag: float) -> Array:
+    """The force of the pieces, late by a time."""
+    steps = np.unique(pieces.dt).tolist()
+    made = late(pieces.force, lag / steps[0])
+    for dt in steps[1:]:
+        other = late(pieces.force, lag / dt)
+        for k in np.flatnonzero(pieces.dt == dt).tolist():
+            rows = slice(pieces.first[k], pieces.first[k] + pieces.many[k])
+            made[rows] = other[rows]
+    return made
 
 
 class Found(NamedTuple):
@@ -76,7 +89,24 @@ def _summed(run: Run) -> Array:
     return np.asarray(place - place.mean())  # a spring rests at about the mean
 
 
-def pieces(records: Sequence[Run], many: int, speed: bool, lead: int = 0) -> Pieces:
+def _fastest(_: Array, rate: Array, many: int) -> list[int]:
+    """The fastest samples near even cuts, where friction is at its level."""
+    n, speed = len(rate), np.abs(rate)
+    reach = int(_NEAR * n / many)
+    found = [0]
+    for at in np.linspace(0, n, many + 1)[1:-1].astype(int).tolist():
+        low = at - reach
+        found.append(low + int(np.argmax(speed[low : at + reach + 1])))
+    return found
+
+
+def pieces(
+    records: Sequence[Run],
+    many: int,
+    speed: bool,
+    lead: int = 0,
+    starts: Callable[[Array, Array, int], list[int]] = _fastest,
+) -> Pieces:
     """The records in about so many pieces, each of at least one."""
     total = sum(len(r.x) for r in records)
     length = max(total / many, _LEAST)
@@ -86,8 +116,8 @@ def pieces(records: Sequence[Run], many: int, speed: bool, lead: int = 0) -> Pie
     for r in records:
         n = len(r.x)
         place, rate = located(r, speed)
-        starts = _starts(np.abs(rate), max(int(n / length), 1))
-        for first, last in zip(starts, [*starts[1:], n], strict=True):
+        cuts = starts(place, rate, max(int(n / length), 1))
+        for first, last in zip(cuts, [*cuts[1:], n], strict=True):
             before = r.u[max(first - lead, 0) : first]
             # Before a record its first force acted.
             before = np.concatenate([np.full(lead - len(before), r.u[0]), before])
@@ -97,16 +127,6 @@ def pieces(records: Sequence[Run], many: int, speed: bool, lead: int = 0) -> Pie
     first_row, count, dt, x, v = (np.array(each) for each in zip(*rows, strict=True))
     y = np.concatenate([r.x for r in records])
     return Pieces(np.concatenate(forces), first_row, count, dt, x, v, y)
-
-
-def _starts(rate: Array, many: int) -> list[int]:
-    n = len(rate)
-    reach = int(_NEAR * n / many)
-    found = [0]
-    for at in np.linspace(0, n, many + 1)[1:-1].astype(int).tolist():
-        low = at - reach
-        found.append(low + int(np.argmax(rate[low : at + reach + 1])))
-    return found
 
 
 def space(model: Model, records: Sequence[Run], begin: Axis) -> Space:
@@ -193,7 +213,7 @@ def surest(records: Sequence[Run], model: Model, parts: Fit, lead: int = 0) -> F
     # not independent, unless noise of the output is all that is left. On a spring, and as a speed,
     # it is forgotten; the whole record then tells more than pieces whose starts are unknown.
     pieces_alone = len(parts.pieces.many) <= len(records)
-    found = Found(parts, _spread(parts, parts.pieces.edges))
+    found = Found(parts, _spread(parts, clusters(parts.pieces)))
     quiet = _quiet(parts, records)
     forgets = _memory(model, parts) <= _FORGOTTEN * max(len(r.x) * r.dt for r in records)
     if not (quiet or forgets or pieces_alone):
@@ -215,6 +235,13 @@ def surest(records: Sequence[Run], model: Model, parts: Fit, lead: int = 0) -> F
     return sure if quiet and np.nanmedian(ratio) < 1.0 else found
 
 
+def clusters(pieces: Pieces) -> Index:
+    """Edges of the parts by which errors are judged: two pieces each, where there are many."""
+    # A slow force is alike in neighbours.
+    edges = pieces.edges
+    return np.append(edges[:-1:2], edges[-1]) if len(edges) > PIECES else edges
+
+
 def _quiet(end: Fit, records: Sequence[Run]) -> bool:
     return bool(np.mean(end.residual**2) <= _WHITE * noise(records))
 
@@ -231,8 +258,12 @@ def _memory(model: Model, end: Fit) -> float:
 
 def _spread(end: Fit, edges: npt.ArrayLike) -> Spread:
     free = ~end.bound
-    made = _errors.unknown(len(end.values))
-    part = _errors.spread(end.slopes[:, free], end.residual, edges)
+    return widened(_errors.spread(end.slopes[:, free], end.residual, edges), free)
+
+
+def widened(part: Spread, free: npt.NDArray[np.bool_]) -> Spread:
+    """The uncertainty of some of the parameters among all of them."""
+    made = _errors.unknown(len(free))
     at = np.ix_(free, free)
     made.covariance[at] = part.covariance
     shares = np.zeros((len(part.shares), len(free), len(free)))
@@ -240,15 +271,12 @@ def _spread(end: Fit, edges: npt.ArrayLike) -> Spread:
     return Spread(made.covariance, shares)
 
 
-def repeated(found: Found, model: Model) -> Ripple | None:
+def repeated(end: Fit, simulation: Simulated, axis: Axis) -> Ripple | None:
     """A force that repeats along the way, in the force that explains the residuals."""
-    end = found.fit
-    if model.speed:
-        return None
-    axis = model.axis(end.values)
     table = np.column_stack([end.slopes, -end.residual])
-    simulated = model.simulated(end.values, end.pieces)
+    simulated = simulation(end.values, end.pieces)
     forces, places, taken = [], [], []
+    least = _SLOW * end.space.states[1]
     for first, last, dt in zip(
         end.pieces.edges[:-1], end.pieces.edges[1:], end.pieces.dt.tolist(), strict=True
     ):
@@ -260,14 +288,15 @@ def repeated(found: Found, model: Model) -> Ripple | None:
         # Where one of them turns or stands, friction has no known sign.
         goes = np.sign(np.diff(y)) * np.sign(np.diff(way)) > 0.0
         same = np.sign(np.diff(way))[1:] == np.sign(np.diff(way))[:-1]
-        sure = goes[1:] & goes[:-1] & same
+        fast = np.abs(way[2:] - way[:-2]) > 2.0 * dt * least
+        sure = goes[1:] & goes[:-1] & same & fast
         forces.append(force[sure, -1])
         places.append(y[1:-1][sure])
         taken.append(force[sure, :-1])
     return ripple(forces, places, taken) if sum(map(len, places)) > _FEW else None
 
 
-def under(found: Found, model: Model, repeats: Ripple) -> Found:
+def under(found: Found, simulated: Simulated, repeats: Ripple) -> Found:
     """The errors with those by a force that repeats along the way, in any phase."""
     # All pieces share its phase, so their scatter tells less than it does. Its two quadratures move
     # the parameters by a and b, and a phase that may be any by (a a' + b b') / 2.
@@ -278,13 +307,13 @@ def under(found: Found, model: Model, repeats: Ripple) -> Found:
         np.arange(first, first + count)
         for first, count in zip(pieces.first, pieces.many, strict=True)
     ])  # fmt: skip
-    plain = model.simulated(end.values, pieces)
+    plain = simulated(end.values, pieces)
     covariance = found.spread.covariance.copy()
     for turn in (0.0, 0.5 * math.pi):
         force = pieces.force.copy()
         force[rows] += repeats.at(pieces.y, turn)
-        moved = model.simulated(end.values, pieces._replace(force=force)) - plain
-        moved = cleared(model.simulated, end, moved)
+        moved = simulated(end.values, pieces._replace(force=force)) - plain
+        moved = cleared(simulated, end, moved)
         by = np.linalg.lstsq(end.slopes / size, moved, rcond=None)[0] / size
         covariance += 0.5 * np.outer(by, by)
     return found._replace(spread=found.spread._replace(covariance=covariance))
@@ -300,13 +329,12 @@ def rounded(found: Found, records: Sequence[Run]) -> Found:
     if steps is None:
         return found
     clean = [y + e for y, e in zip(measured, left, strict=True)]
-    solve = np.linalg.pinv(end.slopes)
-    drawn = _counts.redrawn(lambda error: solve @ error, end.slopes, clean, steps, zeroed=True)
-    if not _counts.alone(end.slopes, drawn.covariance, measured, clean, steps, zeroed=True):
+    own = _counts.covariance(end.slopes, clean, steps)
+    if not _counts.alone(end.slopes, own, measured, clean, steps):
         return found
     known = np.sqrt(np.diag(found.spread.covariance))
     with np.errstate(invalid="ignore", divide="ignore"):
-        wider = np.fmax(np.sqrt(np.diag(drawn.covariance)) / known, 1.0)
+        wider = np.fmax(np.sqrt(np.diag(own)) / known, 1.0)
     covariance = found.spread.covariance * np.outer(wider, wider)
     return found._replace(spread=found.spread._replace(covariance=covariance))
 

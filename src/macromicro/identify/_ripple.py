@@ -11,8 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.identify._slow_levels import together
-from macromicro.identify._spread import autoregression
+from macromicro.identify._autoregression import autoregression, correlation_length
 
 _LEAST, _MOST = 2.0, 2000.0  # periods in the range of places
 _BINS = 16 * int(_MOST)  # of the range, in which forces are summed to be tried
@@ -86,7 +85,7 @@ def _by_chance(left: list[Array], tried: int, passed: float) -> float:
     s)^(n/2 - 1).
     """
     # Slow noise has few independent values, but is no wave of which more periods were passed.
-    many = max(sum(map(len, left)) / max(together(autoregression(left)), 1.0), passed)
+    many = max(sum(map(len, left)) / max(correlation_length(autoregression(left)), 1.0), passed)
     return float(1.0 - (_CHANCE / tried) ** (1.0 / max(0.5 * many - 1.0, 1.0)))
 
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import math
+import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -10,18 +14,10 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify import (
-    _axis_choice,
-    _axis_delay,
-    _axis_doubts,
-    _axis_drive,
-    _axis_load,
-    _axis_thin,
-)
-from macromicro.identify._axis_choice import part
-from macromicro.identify._axis_instruments import instrumented, redrawn
-from macromicro.identify._axis_refine import begun, free_runs, refined, started
-from macromicro.identify._choose import Judged
+from macromicro.identify import _axis_doubts, _axis_hints, _axis_long, _errors, _moved_mass
+from macromicro.identify._axis_instruments import instrumented, under
+from macromicro.identify._choose import Judged, turn
+from macromicro.identify._moved_mass import Model
 from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_inverse import (
     STRUCTURES,
@@ -30,18 +26,23 @@ from macromicro.identify.axis_inverse import (
     differences,
     fitted,
     plausible,
+    with_lag,
 )
 from macromicro.identify.driven import FIT, USUAL, Driven, Filtering
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.records import flag_saturation
 from macromicro.identify.runs import Run, checked
+from macromicro.identify.sprung_fit import Load, SprungFit, concluded
+from macromicro.models.mass import motion
 
 _LEAST = 200
 _SHARE = 0.05  # of the time: an axis that goes back for less shows no friction in that direction
 _MANY = 3  # with so many records, whole ones are held out
-
-
-CUTOFF = _axis_thin.CORNER  # of positions, in the samples' rate, where none is asked for
+_BLOCKS = 12  # of a record whose last part shows what the rest does not
+_LATER = 60  # samples by which a delay may be later than where its search begins
+_FLOOR = 1e-2  # of a negative mass or friction: where the search begins
+_REST = 0.02  # of the greatest speed
+CUTOFF = _moved_mass.CORNER  # of positions, in the samples' rate, where none is asked for
 
 
 @dataclass(frozen=True)
@@ -51,15 +52,15 @@ class DriveFit:
     structure: str  #: the chosen one of "viscous", "coulomb", "asymmetric", "stribeck", "full"
     inverse: Estimate  #: the estimate by inverse dynamics
     refined: Estimate  #: the estimate by output error
-    #: RMS force error of each structure tried on data that it was not fitted to, in a typical block
-    #: (`axis_choice`); empty when one was asked for
+    #: RMS force error of each structure tried on data that it was not fitted to, in a typical
+    #: block; empty when one was asked for
     holdout: dict[str, float]
     #: position RMS of the free run over the last part of each record (of three or more: over every
     #: third one) by the output-error fit to the rest
     holdout_rms: float
     #: position and speed at the start of each record, as its free run asks for
     starts: tuple[tuple[float, float], ...]
-    #: positions of the refined axis over each whole record, from `starts`
+    #: positions of the axis over each whole record, from `starts`
     free_run: tuple[Array, ...]
     residuals: tuple[Array, ...]  #: measured position less free run, an array per record
     gain: float  #: force per unit of u
@@ -69,22 +70,28 @@ class DriveFit:
     limit: float | None = None  #: u saturates there
 
     @property
+    def surest(self) -> Estimate:
+        """The estimate with the smaller standard errors; the others of this result are by it."""
+        return self.inverse if is_surer(self.inverse, self.refined) else self.refined
+
+    @property
     def rms(self) -> float:
         """RMS error of the free run over all records, in the unit of x."""
-        return self.refined.rms
+        return _size(self.residuals)
 
     @property
     def fit(self) -> float:
         """Free-run fit in percent; 100 is perfect."""
-        return 100.0 - self.refined.percent
+        runs = zip(self.free_run, self.residuals, strict=True)
+        return 100.0 * (1.0 - self.rms / _size([_about(free + left) for free, left in runs]))
 
     @property
     def axis(self) -> Axis:
-        """The refined parameters."""
-        return self.refined.axis
+        """The parameters of the surest estimate."""
+        return self.surest.axis
 
     def simulate(self, u: npt.ArrayLike, dt: float, x: float = 0.0, v: float = 0.0) -> Array:
-        """Free run of the refined axis.
+        """Free run of the axis.
 
         Parameters
         ----------
@@ -136,7 +143,7 @@ def drive(  # noqa: PLR0913 -- one parameter per option
     structure : str, optional
         Friction, or "auto": each structure is fitted to two thirds of the blocks of the records and
         judged by the others, in turn; a richer one is chosen only if it predicts their force at
-        least 2 % better, and by more than the blocks scatter (`axis_choice`).
+        least 2 % better, and by more than the blocks scatter.
     filtering : Filtering, optional
         Filter of the position and decimation.
     holdout : float, optional
@@ -175,25 +182,19 @@ def drive(  # noqa: PLR0913 -- one parameter per option
     runs = runs_of(t, u, x)
     whole = 0 if isinstance(delay, str) else int(delay)
     driven = Driven(gain, limit, whole, bool(eccentric), filtering, holdout)
-    lag: tuple[float, float] | None = None  # s, beyond whole samples, and its standard error
-    if isinstance(delay, str):
-        driven, lag = _delayed(runs, driven)
-    fine, coarse = 1, 1
-    if filtering == USUAL and lag is None:
-        fine, coarse = _axis_thin.factors(runs, driven)
-    few = _few(runs, coarse)
-    rows = rows_of(few, driven)
-    if lag is None:
-        _axis_drive.warned(rows, gain)
+    as_sent = rows = rows_of(_parts(runs), driven)
+    lag = error = 0.0
+    if delay == FIT:
+        lag, error = _axis_hints.lag(as_sent)
+        rows = _axis_hints.pushed(as_sent, lag)
+    else:
+        _axis_hints.warned(rows, gain)
     judged = Judged(structure, {}, {})
     if structure == "auto":
-        judged = _axis_choice.chosen(rows if lag is None else _axis_delay.pushed(rows, lag[0]))
-        structure = judged.structure
+        judged = _axis_hints.chosen(rows)
     if eccentric is None:
-        _axis_load.warned(rows, structure)
-    if coarse > 1:
-        rows = _means(runs, fine, driven)
-    inverse = _unblurred(runs, _inverse(rows, structure, lag), driven, structure, fine)
+        _axis_hints.warned_of_load(rows, judged.structure)
+    inverse = instrumented(rows, fitted(rows, judged.structure))
     _axis_doubts.against(inverse)
     if not plausible(inverse):
         notice(
@@ -201,37 +202,98 @@ def drive(  # noqa: PLR0913 -- one parameter per option
             f"inverse dynamics gives a negative mass or friction: {inverse}; "
             "output error keeps them above zero",
         )
-    seen = rows
-    if coarse > 1:
-        rows = seen = _means(runs, coarse, driven)  # the longer ones are in memory no more
-    judging = seen if lag is None else _axis_delay.pushed(seen, lag[0])
-    test, trained = _judged(judging, holdout, structure)
-    missed = np.concatenate(free_runs(test, trained.axis, started(test, trained.axis))[1])
-    final = refined(seen, inverse) if lag is None else _axis_delay.refined_late(seen, inverse, *lag)
-    if lag is not None and final.axis.lag != lag[0]:
-        inverse = _inverse(rows, structure, (final.axis.lag, float(final.std[-1])))
-    _axis_doubts.mixed(inverse, rows)
-    _axis_doubts.coarse((inverse, final), runs[0].dt)
-    starts = started(seen, final.axis)
-    if coarse > 1:
-        final, free, errors = _axis_thin.whole(runs, final, starts, driven, coarse)
+    records = [run._replace(u=driven.force(run.u)) for run in runs]
+    kept = _axis_long.shortened(records, inverse.axis)
+    load = Load(eccentric=bool(eccentric), lag=FIT if delay == FIT else 0.0)
+    model = load.model(judged.structure)
+    lead = math.ceil(2.0 * lag / min(r.dt for r in kept)) + _LATER if delay == FIT else 0
+    begin = _begin(model, inverse.axis._replace(lag=lag))
+    missed = _held_out(kept, holdout, model, begin, lead)
+    ends = _moved_mass.fitted(kept, model, [begin], lead)
+    with warnings.catch_warnings(record=True) as doubts:
+        warnings.simplefilter("always")
+        fit = concluded(kept, load, judged, ends, lead, whole=records, gain=gain)
+    inverse = under(rows, inverse, fit.repeats)
+    if delay == FIT:
+        later = _axis_hints.pushed(as_sent, lag + error)
+        other = instrumented(later, fitted(later, judged.structure))
+        inverse = with_lag(inverse, lag, error, other.values - inverse.values)
+    refined = _refined(fit, runs)
+    starts, free, residuals = fit.starts, fit.free_run, fit.residuals
+    if not is_surer(inverse, refined):
+        for doubt in doubts:
+            warnings.warn(doubt.message, doubt.category, stacklevel=2)
     else:
-        free, errors = free_runs(seen, final.axis, starts)
-    if final.sensed and coarse == 1 and lag is None:
-        inverse = redrawn(rows, inverse, final.axis, free)
+        _errors.mixed(inverse.spread, inverse.names, inverse.values)
+        starts, free = _free_runs(records, model, inverse.axis, fit.starts)
+        residuals = tuple(r.x - run for r, run in zip(runs, free, strict=True))
+    _axis_doubts.apart(inverse, refined)
+    _axis_doubts.mixed(inverse.names, rows)
+    _axis_doubts.coarse((inverse.axis, fit.axis), runs[0].dt)
     return DriveFit(
-        structure,
+        judged.structure,
         inverse,
-        final,
+        refined,
         judged.scores,
-        float(np.sqrt(np.mean(missed**2))),
-        tuple(starts),
-        tuple(free),
-        tuple(errors),
+        missed,
+        starts,
+        free,
+        residuals,
         float(gain),
         driven.delay,
         judged.reasons,
         limit,
+    )
+
+
+def _parts(runs: list[Run]) -> list[Run]:
+    """Records for inverse dynamics: all, or evenly spread parts of long ones."""
+    if not _axis_long.is_long(runs):
+        return runs
+    for k, run in enumerate(runs):
+        _axis_doubts.jumps(run, f"record[{k}].x")
+    return _axis_long.stretches(runs)
+
+
+def _begin(model: Model, axis: Axis) -> Axis:
+    """Where output error begins: inverse dynamics' estimate, with no negative mass or friction."""
+    values = model.values(axis)
+    least = np.array([-np.inf if n in _moved_mass.SIGNED else _FLOOR for n in model.names])
+    return model.axis(np.maximum(values, least * np.abs(values)))
+
+
+def is_surer(inverse: Estimate, refined: Estimate) -> bool:
+    """Whether inverse dynamics is surer of the parameters than output error, by their errors."""
+    at = [refined.names.index(name) for name in inverse.names]
+    known = np.isfinite(inverse.std) & np.isfinite(refined.std[at])
+    with np.errstate(divide="ignore"):
+        ratio = np.log(inverse.std[known]) - np.log(refined.std[at][known])
+    return plausible(inverse) and len(ratio) > 0 and float(np.mean(ratio)) < 0.0
+
+
+def _free_runs(
+    records: list[Run], model: Model, axis: Axis, near: Sequence[tuple[float, float]]
+) -> tuple[tuple[tuple[float, float], ...], tuple[Array, ...]]:
+    starts = tuple(
+        _moved_mass.started(r, model, axis, at) for r, at in zip(records, near, strict=True)
+    )
+    free = (motion(axis, r.u, r.dt, *at)[0] for r, at in zip(records, starts, strict=True))
+    return starts, tuple(free)
+
+
+def _size(parts: Sequence[Array]) -> float:
+    """RMS of all values of several arrays."""
+    return math.sqrt(sum(float(p @ p) for p in parts) / sum(map(len, parts)))
+
+
+def _about(x: Array) -> Array:
+    return np.asarray(x - x.mean())
+
+
+def _refined(fit: SprungFit, runs: list[Run]) -> Estimate:
+    percent = 100.0 * fit.rms / _size([_about(r.x) for r in runs])
+    return Estimate(
+        fit.axis, fit.names, fit.covariance, fit.rms, percent, fit.spread.shares, fit.repeats
     )
 
 
@@ -242,10 +304,10 @@ def _check(gain: float, structure: str, holdout: float, delay: int | str) -> Non
         raise InputError("structure", structure, ", ".join(["auto", *STRUCTURES]))
     if not 0.05 <= holdout <= 0.7:
         raise InputError("holdout", holdout, "a part from 0.05 to 0.7")
-    whole = isinstance(delay, int | np.integer) and 0 <= int(delay) <= _axis_delay.LATEST
+    whole = isinstance(delay, int | np.integer) and 0 <= int(delay) <= _axis_hints.LATEST
     if delay != FIT and not whole:
         raise InputError(
-            "delay", delay, f'a whole number of samples from 0 to {_axis_delay.LATEST}, or "{FIT}"'
+            "delay", delay, f'a whole number of samples from 0 to {_axis_hints.LATEST}, or "{FIT}"'
         )
 
 
@@ -293,79 +355,46 @@ def rows_of(runs: list[Run], driven: Driven) -> list[Rows]:
 
 
 def start(run: Run, gain: float, delay: int) -> tuple[float, float]:
-    return begun(differences(run, late(run.u, delay) * gain, CUTOFF / run.dt, 1))
+    """Measured position and speed at the start of a record; slow motion is rest."""
+    rows = differences(run, late(run.u, delay) * gain, CUTOFF / run.dt, 1)
+    v = float(rows.v[0])
+    moves = abs(v) > _REST * float(np.abs(rows.v).max())
+    return float(run.x[0]), v if moves else 0.0
 
 
-def _few(runs: list[Run], coarse: int) -> list[Run]:
-    """Records for the choice of friction: all, or evenly spread parts of long ones."""
-    if coarse == 1:
-        return runs
-    for k, run in enumerate(runs):
-        _axis_doubts.jumps(run, f"record[{k}].x")
-    return _axis_thin.stretches(runs)
+def _held_out(records: list[Run], holdout: float, model: Model, begin: Axis, lead: int) -> float:
+    """RMS of free runs over parts of the records by a fit to the others."""
+    train, test = split(records, holdout)
+    if _directions(test) > _directions(train):
+        blocks = [block for record in records for block in _blocks(record)]
+        held = turn(np.arange(len(blocks))) == 0
+        train = [block for block, out in zip(blocks, held, strict=True) if not out]
+        test = [block for block, out in zip(blocks, held, strict=True) if out]
+    axis = model.axis(_moved_mass.fitted(train, model, [begin], lead)[0].values)
+    missed = [r.x - motion(axis, r.u, r.dt, *_moved_mass.started(r, model, axis))[0] for r in test]
+    return float(np.sqrt(np.mean(np.concatenate(missed) ** 2)))
 
 
-def _means(runs: list[Run], many: int, driven: Driven) -> list[Rows]:
-    made = _axis_thin.thinned(runs, many, driven)
-    cut = Filtering(*_axis_thin.filtering(many, made[0].dt))
-    rows = rows_of(made, driven._replace(filtering=cut, delay=0))
-    return [r._replace(thin=many) for r in rows]
-
-
-def _split(rows: list[Rows], holdout: float) -> tuple[list[Rows], list[Rows]]:
+def split(records: list[Run], holdout: float) -> tuple[list[Run], list[Run]]:
     """Records to fit and records to judge by: tails, or every third of three or more."""
-    if len(rows) >= _MANY:
-        return [r for i, r in enumerate(rows) if i % _MANY != _MANY - 1], rows[_MANY - 1 :: _MANY]
-    cuts = [round(len(r.v) * (1.0 - holdout)) for r in rows]
-    return (
-        [part(r, slice(0, cut)) for r, cut in zip(rows, cuts, strict=True)],
-        [part(r, slice(cut, None)) for r, cut in zip(rows, cuts, strict=True)],
-    )
+    if len(records) >= _MANY:
+        kept = [r for i, r in enumerate(records) if i % _MANY != _MANY - 1]
+        return kept, records[_MANY - 1 :: _MANY]
+    cuts = [round(len(r.x) * (1.0 - holdout)) for r in records]
+    parts = list(zip(records, cuts, strict=True))
+    return [_part(r, 0, at) for r, at in parts], [_part(r, at, len(r.x)) for r, at in parts]
 
 
-def _inverse(rows: list[Rows], structure: str, lag: tuple[float, float] | None) -> Estimate:
-    """Inverse dynamics, with the error of a delay that was found."""
-
-    def made(rows: list[Rows]) -> Estimate:
-        rows = _axis_thin.pieces(rows)
-        return instrumented(rows, fitted(rows, structure))
-
-    return made(rows) if lag is None else _axis_delay.under(made, rows, *lag)
+def _part(run: Run, first: int, last: int) -> Run:
+    return Run(*(column[first:last] for column in run))
 
 
-def _unblurred(
-    runs: list[Run], found: Estimate, driven: Driven, structure: str, fine: int
-) -> Estimate:
-    """Inverse dynamics of means over `fine` samples, less their bias at reversals."""
-
-    def again(parts: list[Run]) -> Estimate:
-        return _inverse(_means(parts, fine, driven), structure, None)
-
-    blurred = fine > 1 and plausible(found)
-    return _axis_thin.unblurred(runs, found, driven, again) if blurred else found
+def _blocks(run: Run) -> list[Run]:
+    count = max(min(_BLOCKS, len(run.x) // _LEAST), 1)
+    ends = np.linspace(0, len(run.x), count + 1).round().astype(int)
+    return [_part(run, a, b) for a, b in pairwise(ends.tolist())]
 
 
-def _judged(rows: list[Rows], holdout: float, structure: str) -> tuple[list[Rows], Estimate]:
-    """Records to judge by and the fit to the rest; every third block if `_split` falls short."""
-    train, test = _split(rows, holdout)
-    shown = _axis_doubts.directions(train, _SHARE)
-    start = _seen(train, structure) if _axis_doubts.directions(test, _SHARE) <= shown else None
-    if start is None:
-        train, test = next(_axis_choice.folds(rows))
-        start = fitted(train, structure, told=False)
-    return test, refined(train, start, told=False)
-
-
-def _seen(rows: list[Rows], structure: str) -> Estimate | None:
-    try:
-        return fitted(rows, structure, told=False)
-    except InputError:
-        return None
-
-
-def _delayed(runs: list[Run], driven: Driven) -> tuple[Driven, tuple[float, float]]:
-    """The drive with whole samples of delay, and the remaining delay with its standard error, s."""
-    rows = rows_of(runs, driven)
-    found, error = _axis_delay.exact(rows, _axis_delay.delay(rows))
-    whole, dt = max(int(found) - 1, 0), runs[0].dt
-    return driven._replace(delay=whole), ((found - whole) * dt, error * dt)
+def _directions(records: list[Run]) -> set[float]:
+    speeds = np.concatenate([_moved_mass.located(r, False)[1] for r in records])
+    return _axis_doubts.directions(speeds, _SHARE)

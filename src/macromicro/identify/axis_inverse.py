@@ -23,9 +23,9 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify import coverage
+from macromicro.identify import _errors, coverage
+from macromicro.identify._errors import Spread
 from macromicro.identify._ripple import Ripple
-from macromicro.identify._spread import robust_covariance
 from macromicro.identify._triangle import triangle
 from macromicro.identify.axis import Axis, late
 from macromicro.identify.runs import Run
@@ -57,6 +57,7 @@ _ROUNDING = 1e-9  # of the force: a parameter that takes no more is 0
 _STILL = 0.01
 SMOOTH = ("mass", "viscous")  # their regressors have passed the low-pass of the position
 _MIXED = 0.1  # of the largest weight in what the regressors do not show
+BLOCKS = 8  # parts of all records that errors are judged by
 HELD = 0.5  # samples by which the mean of a held force is late
 
 
@@ -78,14 +79,11 @@ class Estimate:
     covariance: Array  #: covariance of these, in their order
     rms: float  #: error of the force (inverse dynamics) or of the position (output error)
     percent: float  #: the same as 100 |error| / |measured|, for positions about their mean
-    #: errors as rounding of the positions to counts makes them, or a force that repeats along the
-    #: way; None where errors are normal
-    draws: Array | None = None
-    #: whether noise of the positions, white or rounding, is all that moved the parameters
-    sensed: bool = False
+    #: information of each part of the records within the covariance of white noise, shape (k, p,
+    #: p): its parts give Student's factors; None where errors are normal
+    shares: Array | None = None
     #: A force that repeats along the way and is not in the model, where the residuals show one
     repeats: Ripple | None = None
-    searched: bool = False
 
     @property
     def values(self) -> Array:
@@ -99,8 +97,16 @@ class Estimate:
 
     @property
     def factors(self) -> Array:
-        """Coverage factors (`coverage.factors`) of these, shape (2, p)."""
-        return coverage.factors(self.draws, np.eye(len(self.names)))
+        """Coverage factors of the 68 and 95 % intervals of these, shape (2, p)."""
+        return coverage.normal(len(self.names)) if self.shares is None else self.spread.factors()
+
+    @property
+    def spread(self) -> Spread:
+        """Covariance and what its factors follow from."""
+        shares = self.shares
+        if shares is None:  # any number of parts: normal errors
+            shares = np.zeros((1, *self.covariance.shape))
+        return Spread(self.covariance, shares)
 
     def __str__(self) -> str:
         pairs = zip(self.names, self.values, self.std, strict=True)
@@ -117,7 +123,6 @@ class Rows(NamedTuple):
     factor: int  # decimation to come
     # cut-off of the low-pass that speed and acceleration have passed, Hz; infinite for none
     corner: float = math.inf
-    thin: int = 1  # measured samples of which each is the mean (`axis_thin`)
     eccentric: bool = False  # eccentric load of a rotary axis
 
 
@@ -189,14 +194,14 @@ def columns(
 
 
 def _fading(rows: Rows, speed: float) -> Array:
-    return np.asarray(_signs(rows) * np.exp(-((rows.v / speed) ** 2)))
+    return np.asarray(np.sign(rows.v) * np.exp(-((rows.v / speed) ** 2)))
 
 
 # What a unit of each parameter adds to the force, by Stribeck's speed.
 _TERMS: dict[str, Callable[[Rows, float], Array]] = {
     "mass": lambda rows, _: rows.a,
     "viscous": lambda rows, _: rows.v,
-    "coulomb": lambda rows, _: _signs(rows),
+    "coulomb": lambda rows, _: np.sign(rows.v),
     "offset": lambda rows, _: np.ones_like(rows.v),
     "asymmetry": lambda rows, _: np.abs(rows.v),
     "stribeck": _fading,
@@ -236,15 +241,6 @@ def _most(rows: Rows) -> int:
     return n if factor == 1 else len(range(10 * factor, n - 10 * factor, factor))
 
 
-def _signs(rows: Rows) -> Array:
-    """Sign of the speed, averaged where the motion turns within a block."""
-    if rows.thin == 1:
-        return np.sign(rows.v)
-    turn = np.abs(rows.a) * rows.run.dt  # the speed changes so much to either side
-    part = np.clip(np.divide(rows.v, turn, out=np.sign(rows.v), where=turn > 0.0), -1.0, 1.0)
-    return np.asarray(part * (2.0 - np.abs(part)))  # weighted by a triangle, as `means` does
-
-
 def _decimated(column: Array, factor: int) -> Array:
     """Every `factor`-th value behind a zero-phase low-pass, without the filter's ends."""
     if factor == 1:
@@ -275,15 +271,38 @@ class _Solved(NamedTuple):
     estimate: Estimate
     left: Array
     missed: Array
-    lengths: list[int]
 
     def told(self, rows: list[Rows]) -> Estimate:
-        """The estimate with its covariance, to first order including Stribeck's speed."""
+        """The estimate with its errors, to first order including Stribeck's speed."""
         found, table = self.estimate, self.left
         if SPEED in found.names:
             table = np.c_[table, by_speed(rows, found)]
-        spread = robust_covariance(table, self.missed, np.cumsum(self.lengths))
-        return replace(found, covariance=spread)
+        return with_errors(found, table, self.missed)
+
+
+def with_errors(found: Estimate, slopes: Array, missed: Array) -> Estimate:
+    """An estimate with the errors that parts of its records leave it."""
+    spread = _errors.spread(slopes, missed, _errors.blocks(len(missed), BLOCKS))
+    return replace(found, covariance=spread.covariance, shares=spread.shares)
+
+
+def with_lag(found: Estimate, lag: float, error: float, moved: Array) -> Estimate:
+    """An estimate at a delay that has an error, by which the parameters move."""
+    count = len(moved)
+    slopes = np.append(moved, error)  # of all parameters by that error
+    covariance = np.outer(slopes, slopes)
+    covariance[:count, :count] += found.covariance
+    shares = None
+    if found.shares is not None:
+        shares = np.zeros((len(found.shares), count + 1, count + 1))
+        shares[:, :count, :count] = found.shares
+    return replace(
+        found,
+        axis=found.axis._replace(lag=lag),
+        names=(*found.names, "lag"),
+        covariance=covariance,
+        shares=shares,
+    )
 
 
 def by_speed(rows: list[Rows], estimate: Estimate) -> Array:
@@ -301,7 +320,7 @@ def fitted(rows: list[Rows], structure: str, *, told: bool = True) -> Estimate:
     best: _Solved | None = None
     # What does not depend on Stribeck's speed is filtered once.
     fixed = tuple(n for n in linear(names) if n != "stribeck")
-    steady = stacked(rows, lambda r: columns(r, fixed, top))
+    steady, _ = stacked(rows, lambda r: columns(r, fixed, top))
     for k, speed in enumerate(speeds):
         try:
             found = _linear(rows, steady, names, float(speed))
@@ -321,7 +340,7 @@ def fitted(rows: list[Rows], structure: str, *, told: bool = True) -> Estimate:
     return best.told(rows) if told else best.estimate
 
 
-def _nearer(rows: list[Rows], steady: tuple[Array, list[int]], found: _Solved) -> _Solved:
+def _nearer(rows: list[Rows], steady: Array, found: _Solved) -> _Solved:
     """Stribeck's speed between the grid values, by Gauss-Newton steps."""
     for _ in range(_STEPS):
         made = found.estimate
@@ -345,11 +364,9 @@ def _nearer(rows: list[Rows], steady: tuple[Array, list[int]], found: _Solved) -
     return found
 
 
-def _linear(
-    rows: list[Rows], steady: tuple[Array, list[int]], names: tuple[str, ...], speed: float
-) -> _Solved:
+def _linear(rows: list[Rows], steady: Array, names: tuple[str, ...], speed: float) -> _Solved:
     """Least squares at a fixed Stribeck speed; `steady` holds the other columns."""
-    (table, lengths), each = steady, linear(names)
+    table, each = steady, linear(names)
     if "stribeck" in names:
         added, _ = stacked(rows, lambda r: columns(r, ("stribeck",), speed, forced=False))
         table = np.insert(table, each.index("stribeck"), added[:, 0], axis=1)
@@ -374,7 +391,7 @@ def _linear(
     percent = 100.0 * rms / float(np.sqrt(np.mean(force**2)))
     unknown = np.full((len(names), len(names)), np.nan)
     made = Estimate(axis, names, unknown, rms, percent)
-    return _Solved(made, left, missed, lengths)
+    return _Solved(made, left, missed)
 
 
 def _together(even: Array, scale: Array, names: tuple[str, ...]) -> str:
@@ -398,17 +415,3 @@ def corrected(found: Estimate, own: Array) -> Estimate:
     other = replace(found, axis=found.axis._replace(**dict(zip(found.names, values, strict=True))))
     sound = plausible(other) and (SPEED not in found.names or other.axis.stribeck_speed > 0.0)
     return other if sound else found
-
-
-def force_residuals(rows: list[Rows], estimate: Estimate) -> list[Array]:
-    theta = np.array([getattr(estimate.axis, n) for n in linear(estimate.names)])
-    return [table[:, -1] - table[:, :-1] @ theta for table in _tables(rows, estimate)]
-
-
-def regressors(rows: list[Rows], estimate: Estimate) -> list[Array]:
-    return _tables(rows, estimate, forced=False)
-
-
-def _tables(rows: list[Rows], estimate: Estimate, *, forced: bool = True) -> list[Array]:
-    names, speed = linear(estimate.names), estimate.axis.stribeck_speed
-    return [columns(r, names, speed, forced=forced) for r in rows]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,10 +11,7 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify import _counts, _slow_levels, coverage
-from macromicro.identify._central import central
-from macromicro.identify._restored import restored
-from macromicro.identify._spread import autoregression, driven, standard_errors
+from macromicro.identify import _errors, coverage
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.records import signal
 from macromicro.identify.search import least_squares
@@ -27,7 +24,7 @@ AMBIENT = 25.0  # deg C
 
 # A temperature whose band is wider than this [K] says next to nothing.
 WIDEST_BAND = 6.0
-_NUDGE = 1e-4  # of the logarithm of a rate or a share, for slopes
+_BLOCKS = 6  # parts of a step, even in log time, that errors are judged by
 
 
 class Doubt(NamedTuple):
@@ -144,8 +141,8 @@ class HeatingFit(NamedTuple):
     std: Modes  # their standard errors
     ladder: Ladder  # the same as three nodes
     nrmse: float  # RMS error over the range of the record's temperatures
-    # coverage factors (`coverage.factors`) of the modes
-    factors: Array = coverage.factors(None, np.eye(6))
+    # coverage factors of the modes
+    factors: Array = coverage.normal(6)
 
 
 def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
@@ -171,57 +168,13 @@ def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
     if found.status <= 0:
         notice(ConvergenceWarning, f"heating: {found.message}; last values returned")
     theta = np.exp(found.x)
-    # Early samples lie next to each other, so errors of the record that go together count.
-    errors = np.full(len(record.t), np.nan)
-    model = step_response(Modes(*theta), record.t[usable])
-    errors[usable] = np.asarray(model) - record.rise[usable] / goal
-    step = _counts.pitch(record.rise[usable])
-    rounded = None
-    if step is not None and _counts.explains(errors, step / goal):
-        every, solve = ([y + found.fun], [step / goal]), np.linalg.pinv(found.jac)
-        told = _counts.redrawn(lambda e: solve @ e, found.jac, *every)
-        rounded = told if _counts.alone(found.jac, told.covariance, [y], *every) else None
-    draws = None
-    if rounded is not None:
-        spread, least, draws = rounded.covariance, np.zeros(len(theta)), rounded.draws
-    else:
-        spread, least = _by_noise(found, usable, chosen, record, errors), _least(found)
-    std = theta * np.maximum(np.sqrt(np.diag(spread)), least)
+    spread = _errors.spread(found.jac, found.fun, _errors.blocks(len(t), _BLOCKS))
+    std = theta * np.sqrt(np.diag(spread.covariance))
     order = np.argsort(-theta[:3])
     order = np.r_[order, 3 + order]
     modes, doubt = (Modes(*each[order].tolist()) for each in (theta, std))
     nrmse = float(np.sqrt(np.mean(found.fun**2)) / np.ptp(y))
-    factors = coverage.factors(draws, np.eye(len(theta)))[:, order]
-    return HeatingFit(modes, doubt, ladder(modes), nrmse, factors)
-
-
-def _by_noise(
-    found: Any, usable: npt.NDArray[np.intp], chosen: npt.NDArray[np.intp], r: StepRecord, e: Array
-) -> Array:
-    """Covariance of the logarithms by the residual noise (`restored`, `slow_levels`)."""
-
-    def run(theta: Array) -> Array:
-        return np.asarray(step_response(Modes(*np.exp(theta)), r.t[usable]))
-
-    free = np.full(len(found.x), np.inf)
-    taken = central(run, found.x, np.full(len(free), _NUDGE), -free, free)
-    # Few samples were fitted: what the others leave holds the slow errors of that, too.
-    left = e[usable] - taken @ (np.linalg.pinv(taken) @ e[usable])
-    cuts = np.flatnonzero(np.diff(usable) > 1) + 1
-    every = np.split(left, cuts)
-    solve = np.zeros_like(taken.T)
-    solve[:, chosen] = np.linalg.pinv(found.jac)
-    if not _slow_levels.is_slow(len(usable), autoregression(every)):
-        backs = np.split(solve, cuts, axis=1)
-        noise = autoregression(np.split(e[usable], cuts))
-        return driven([b.T for b in backs], restored(noise, np.split(taken, cuts), backs))
-    return _slow_levels.covariance(solve, list(map(len, every)), _slow_levels.levels(every, taken))
-
-
-def _least(found: Any) -> Array:
-    """Standard errors for white residuals at the samples."""
-    free = max(len(found.fun) - found.jac.shape[1], 1)
-    return standard_errors(found.jac) * float(np.sqrt(found.fun @ found.fun / free))
+    return HeatingFit(modes, doubt, ladder(modes), nrmse, spread.factors()[:, order])
 
 
 class CoolingFit(NamedTuple):

@@ -25,7 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.identify._axis_pieces import Index, laid
+from macromicro.identify._engine import Index, Pieces
 from macromicro.identify.axis import breakaway, late
 from macromicro.kernel import compiled, kernel
 
@@ -50,6 +50,7 @@ class Presliding(NamedTuple):
     low: float  # place of the first node, m
     high: float  # place of the last node, m; one node: anywhere
     lag: float = 0.0  # time by which the force acts late, s
+    creep: float = 0.0  # speed below which a run begins at rest, in balance, m/s
 
     @property
     def coulomb(self) -> float:
@@ -131,7 +132,7 @@ def begin(p: Presliding, f: Array, x: float, v: float, pull: float) -> None:
     """Initial forces of the elements, in place: sliding, or at rest in balance."""
     g = max(level(p, x, v), 1e-12)
     total = min(max(pull, -g), g)
-    if v != 0.0:
+    if abs(v) > p.creep:
         total = g if v > 0.0 else -g
     for k in range(len(f)):
         f[k] = total if len(p.shares) == 0 else p.shares[k] * total
@@ -141,41 +142,41 @@ def begin(p: Presliding, f: Array, x: float, v: float, pull: float) -> None:
 def restarted(
     p: Presliding,
     force: Array,
-    starts: Index,
-    at: Array,
-    speeds: Array,
-    h: float,
+    first: Index,
+    count: Index,
+    dt: Array,
+    x0: Array,
+    v0: Array,
     f: Array,
     out: Array,
 ) -> None:
-    """Positions under a force, from a new state at the start of each piece, as a kernel."""
-    piece = 0
-    x = 0.0
-    v = 0.0
-    for k in range(len(out)):
-        if piece < len(starts) and k == starts[piece]:
-            x = at[piece]
-            v = speeds[piece]
-            begin(p, f, x, v, force[k] - p.offset)
-            piece += 1
-        out[k] = x
-        v, gone = step(p, f, x, v, force[k] - p.offset, h)
-        x += gone
+    """Positions of pieces one behind the other, each from its own state, as a kernel."""
+    row = 0
+    for piece in range(len(first)):
+        x = x0[piece]
+        v = v0[piece]
+        begin(p, f, x, v, force[first[piece]] - p.offset)
+        for k in range(count[piece]):
+            out[row] = x
+            pull = force[first[piece] + k] - p.offset
+            v, gone = step(p, f, x, v, pull, dt[piece])
+            x += gone
+            row += 1
 
 
-@laid.register
-def _laid(
-    model: Presliding, force: Array, starts: Index, at: Array, speeds: Array, dt: float
-) -> Array:
-    pull = np.ascontiguousarray(late(force, model.lag / dt))
-    out = np.empty_like(pull)
-    room = np.empty(max(len(model.shares), 1))
-    compiled(restarted)(model, pull, starts, at, speeds, float(dt), room, out)
+def simulated(p: Presliding, pieces: Pieces) -> Array:
+    """Positions over pieces of records."""
+    out = np.empty(len(pieces.y))
+    room = np.empty(max(len(p.shares), 1))
+    force = np.ascontiguousarray(pieces.force)
+    compiled(restarted)(p, force, *pieces[1:6], room, out)
     return out
 
 
 def simulate(
     p: Presliding, force: npt.ArrayLike, dt: float, x: float = 0.0, v: float = 0.0
 ) -> Array:
-    pull = np.ascontiguousarray(force, dtype=np.float64)
-    return laid(p, pull, np.zeros(1, np.int64), np.array([float(x)]), np.array([float(v)]), dt)
+    pull = late(np.ascontiguousarray(force, dtype=np.float64), p.lag / dt)
+    first, count = np.zeros(1, np.int64), np.array([len(pull)])
+    step, place, speed = np.array([[dt], [x], [v]], np.float64)
+    return simulated(p, Pieces(pull, first, count, step, place, speed, pull))

@@ -4,37 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import _axis_noise, _axis_spread, _axis_thin, coverage
-from macromicro.identify._axis_refine import begun, noisy, piece
-from macromicro.identify._central import central
-from macromicro.identify._presliding_choice import NODES, asked_for, chosen, named
-from macromicro.identify._presliding_force import disturbed
-from macromicro.identify._presliding_search import (
-    Problem,
-    Shape,
-    bounds,
-    nudges,
-    pieces_of,
-    problem_of,
-    searched,
-)
+from macromicro.identify import _axis_long, _errors, _moved_mass
+from macromicro.identify._elastic import ELASTIC, NODES, Candidate, chosen
+from macromicro.identify._engine import fit, settled
+from macromicro.identify._moved_mass import Model
 from macromicro.identify._ripple import Ripple
-from macromicro.identify.axis_fit import drive, rows_of, runs_of
-from macromicro.identify.axis_inverse import Estimate, Rows
+from macromicro.identify.axis import Axis
+from macromicro.identify.axis_fit import DriveFit, drive, runs_of
 from macromicro.identify.driven import Driven
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.presliding import FRICTIONS, Presliding, simulate
 
 _ELASTIC = ("stiffness", "settling", "share")
-_POSITIVE = ("stiffness", "settling", "stribeck_speed")  # uncertain by tens of percent
-_NEARLY = 1000.0  # times the noise of the position: a fit by measured starts, to be taken further
-_MOST = 60_000  # samples; of longer records evenly spread parts are fitted
+_MOST, _PART = 60_000, 5000  # samples; of longer records evenly spread parts are fitted
 
 
 @dataclass(frozen=True)
@@ -46,13 +35,13 @@ class PreslidingFit:
     names: tuple[str, ...]  # its parameters, one by one: scalars, then `share k` and `level k`
     values: Array
     std: Array  # standard errors; NaN for what the record does not show
-    factors: Array  # coverage factors (`coverage.factors`) of these
+    factors: Array  # coverage factors of the 68 and 95 % intervals of these, shape (2, p)
     # RMS of free runs over held-out pieces of a typical piece, by what was tried
     judged: dict[str, float]
     reasons: dict[str, str]  # why each one but the last was not taken
     taken: str  # key of what was taken
     rms: float  # of the free run over all records, unit of x
-    # positions of the axis over each whole record, from its measured start
+    # positions of the axis over each whole record, from its fitted start
     free_run: tuple[Array, ...]
     residuals: tuple[Array, ...]  # measured position less free run
     gain: float  # force per unit of u
@@ -82,54 +71,42 @@ def presliding_drive(
         raise InputError("structure", friction, ", ".join(FRICTIONS))
     if along is not None and not 1 <= along <= NODES[-1]:
         raise InputError("along", along, f"nodes along the travel, 1 to {NODES[-1]}")
-    rigid = drive(t, u, x, gain=gain, limit=limit, delay=delay)
-    if "coulomb" not in rigid.refined.names:  # friction's give hid it; levels are told in it
-        rigid = drive(t, u, x, gain=gain, limit=limit, delay=delay, structure="coulomb")
-    records, driven = runs_of(t, u, x), Driven(gain, limit, delay)
+    rigid = _rigid(t, u, x, gain=gain, limit=limit, delay=delay)
+    driven = Driven(gain, limit, delay)
+    records = [run._replace(u=driven.force(run.u)) for run in runs_of(t, u, x)]
     fitted = records
     if sum(len(r.t) for r in records) > _MOST:
-        fitted = _axis_thin.stretches(records, _MOST // 5000, 5000)
-    rows = rows_of(fitted, driven)
-    problem = problem_of(rows, rigid.refined)
-    z, shape, judged, reasons = chosen(problem, friction, along)
-    asked = asked_for(friction, reasons)
-    # Chosen by short pieces, fitted to those that rigid friction is fitted to.
-    length = piece(rows, rigid.inverse, False)
-    problem = problem._replace(pieces=pieces_of(rows, length))
-    found = searched(problem, z, shape, 60)
-    found = searched(problem, found.x, shape, 60, fine=True)
-    # Starts are known as little as any sample; where forces disturb it, they would take these up.
-    loose = problem._replace(pieces=pieces_of(rows, length, True))
-    if noisy(np.concatenate(loose.missed(found.x, shape)), rows, _NEARLY):
-        free = searched(loose, found.x, shape, 60, fine=True)
-        if noisy(np.concatenate(loose.missed(free.x, shape)), rows):
-            problem, found = loose, free
-    if found.status == 0:
+        fitted = _axis_long.stretches(records, _MOST // _PART, _PART)
+    names = tuple(n for n in rigid.refined.names if n != "lag")
+    found = chosen(fitted, Model(names), rigid.axis, friction, along)
+    kind, near = found.best
+    end = fit(kind.simulated, near.space, near.pieces, near.values)
+    if not end.settled:
         notice(ConvergenceWarning, "elastic friction: not settled; the last values are returned")
-    model = problem.model(found.x, shape)
-    names, values = told(model, shape)
-    spread, factors, repeats = _spread(problem, found.x, shape, rows, rigid.inverse)
-    if not asked:
-        spread[[n.startswith(_ELASTIC) for n in names]] = np.nan
-    free, errors = [], []
-    whole = rows
-    if fitted is not records:
-        whole = rows_of(records, driven)
-    for one in whole:
-        free.append(simulate(model, one.force, one.run.dt, *begun(one)))
-        errors.append(one.run.x - free[-1])
-    rms = float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+    model, values = kind.model(end.values), kind.parameters(end.values)
+    std, factors, repeats = _errors_of(Candidate(kind, end))
+    if ELASTIC in found.reasons:
+        notice(
+            DataWarning,
+            f"{friction} friction predicts held-out pieces no better than rigid friction, within "
+            "their scatter: the record does not need it, and its elastic parameters have no "
+            "standard errors",
+        )
+        std[[name.startswith(_ELASTIC) for name in values]] = np.nan
+    whole = settled(kind.simulated, end.space, _moved_mass.pieces(records, 1, False), end.values)
+    free = np.split(kind.simulated(end.values, whole), whole.edges[1:-1])
+    errors = [r.x - run for r, run in zip(records, free, strict=True)]
     return PreslidingFit(
         friction,
         model,
-        names,
-        values,
-        spread,
+        tuple(values),
+        np.array(list(values.values())),
+        std,
         factors,
-        judged,
-        reasons,
-        named(shape),
-        rms,
+        found.scores,
+        found.reasons,
+        kind.words,
+        float(np.sqrt(np.mean(np.concatenate(errors) ** 2))),
         tuple(free),
         tuple(errors),
         float(gain),
@@ -139,53 +116,50 @@ def presliding_drive(
     )
 
 
-def told(model: Presliding, shape: Shape) -> tuple[tuple[str, ...], Array]:
-    names = list(shape.names)
-    values = [float(getattr(model, n)) for n in names]
-    for k, share in enumerate(model.shares, 1):
-        names.append(f"share {k}")
-        values.append(float(share))
-    names += [f"level {k}" for k in range(1, shape.nodes + 1)]
-    values += [float(v) for v in model.levels]
-    return tuple(names), np.array(values)
+def _rigid(t: Any, u: Any, x: Any, **options: Any) -> DriveFit:
+    found = drive(t, u, x, **options)
+    if "coulomb" in found.refined.names:
+        return found
+    # The friction's give hid its level, which levels along the travel are relative to.
+    return drive(t, u, x, structure="coulomb", **options)
 
 
-def _spread(
-    problem: Problem, z: Array, shape: Shape, rows: list[Rows], inverse: Estimate
-) -> tuple[Array, Array, Ripple | None]:
-    """Standard errors (NaN at a bound), coverage factors and the periodic force."""
-    low, high, scale = bounds(z, shape)
-    model = problem.model(z, shape)
-    missed = problem.missed(z, shape)
-    # Rigid friction's residuals hold the give of the friction, which is more than most forces are.
-    # Along elastic friction's way forces show as they are, but nothing of short pieces.
-    forces, taken, repeats = disturbed(problem, z, shape, missed)
-    if forces:
-        noise = _axis_noise.noise(rows, model, forces, taken)._replace(repeats=repeats)
-    else:
-        noise = _axis_noise.disturbance(rows, inverse)
-    found = _axis_spread.covariance(
-        problem.pieces, model, problem.slopes(z, shape), np.concatenate(missed), noise
-    )
-
-    def shown(at: Array) -> Array:
-        return told(problem.model(at, shape), shape)[1]
-
-    turn = central(shown, z, nudges(z, scale, False), low, np.full(len(z), np.inf))
-    std = np.sqrt(np.diag(turn @ found.covariance @ turn.T))
-    factors = coverage.factors(found.draws, turn)
-    ended = (z <= low + 1e-3 * scale) | (z >= high - 1e-3 * scale)
-    names = told(model, shape)[0]
-    bound = [n for n, at in zip(shape.names, ended, strict=False) if at]
-    if bound:
+def _errors_of(found: Candidate) -> tuple[Array, Array, Ripple | None]:
+    """Standard errors (NaN at a bound), coverage factors and the force that repeats."""
+    kind, end = found
+    free = ~end.bound
+    edges = _moved_mass.clusters(end.pieces)
+    spread = _errors.spread(end.slopes[:, free], end.residual, edges)
+    model = kind.model(end.values)
+    seen = _moved_mass.Found(end, _moved_mass.widened(spread, free))
+    repeats = _moved_mass.repeated(end, kind.simulated, Axis(model.mass, model.viscous))
+    if repeats is not None:
+        seen = _moved_mass.under(seen, kind.simulated, repeats)
+    names = list(kind.parameters(end.values))
+    turn = _turn(found)
+    covariance = np.nan_to_num(seen.spread.covariance)
+    std = np.sqrt(np.diag(turn @ covariance @ turn.T))
+    ended = [n for n, at in zip(end.space.names, end.bound, strict=True) if at and n in names]
+    if ended:
         notice(
             DataWarning,
-            f"elastic friction: {', '.join(bound)} at a bound: the record does not determine "
+            f"elastic friction: {', '.join(ended)} at a bound: the record does not determine "
             "it, so it has no standard error",
         )
-    std[[names.index(n) for n in bound]] = np.nan
-    draws = None if found.draws is None else found.draws @ turn.T
-    for k in (names.index(n) for n in _POSITIVE if n in shape.names):
-        own = None if draws is None else draws[:, k]
-        factors[:, k] = coverage.positive(float(shown(z)[k]), float(std[k]), own)
-    return std, factors, repeats
+        std[[names.index(n) for n in ended]] = np.nan
+    return std, seen.spread.factors(turn), repeats
+
+
+def _turn(found: Candidate) -> Array:
+    """Derivatives of the parameters by those of the search."""
+    kind, z = found.kind, found.end.values
+    step = 1e-6 * np.maximum(np.abs(z), 1e-3)
+
+    def values(at: Array) -> Array:
+        return np.array(list(kind.parameters(at).values()))
+
+    columns = [
+        (values(z + one) - values(z - one)) / (2.0 * h)
+        for one, h in zip(np.diag(step), step, strict=True)
+    ]
+    return np.stack(columns, axis=1)

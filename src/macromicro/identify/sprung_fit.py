@@ -12,7 +12,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify import _mass_start, _moved_mass, coverage
-from macromicro.identify._choose import held_out, simplest
+from macromicro.identify._choose import Judged, held_out, simplest
 from macromicro.identify._engine import Fit
 from macromicro.identify._errors import Spread
 from macromicro.identify._moved_mass import Model
@@ -47,10 +47,9 @@ class Load(NamedTuple):
     lag: float | str = 0.0  # s by which the force acts late, or "fit"
 
     def model(self, friction: str) -> Model:
-        names = ("mass",) * self.driven
-        names += tuple(n for n in STRUCTURES[friction] if n not in ("mass", "offset"))
         # The place of a spring's rest does not show in speeds.
-        names += ("offset",) * (not (self.spring and self.speed))
+        unseen = ("mass",) * (not self.driven) + ("offset",) * (self.spring and self.speed)
+        names = tuple(n for n in STRUCTURES[friction] if n not in unseen)
         names += ("spring",) * self.spring + ("dead_zone",) * self.dead_zone
         names += ECCENTRIC * self.eccentric + ("lag",) * (self.lag == FIT)
         limit = math.inf if self.limit is None else self.limit
@@ -158,9 +157,7 @@ def sprung_drive(  # noqa: PLR0913 -- one parameter per option
         enough = sum(len(r.x) for r in short) >= _moved_mass.FEWEST
         if enough and _misses(whole, axis, speed) < _NONSENSE:
             kept = short
-    holdout: dict[str, float] = {}
-    reasons: dict[str, str] = {}
-    chosen = names[0]
+    judged = Judged(names[0], {}, {})
     lead = _LATEST if lag == FIT else _lead(records, lag)
     every: dict[str, list[Fit]] = {}
     poorer: Axis | None = None
@@ -175,24 +172,44 @@ def sprung_drive(  # noqa: PLR0913 -- one parameter per option
             )
             for name, ends in every.items()
         }
-        chosen, holdout, reasons = simplest(squares)
-    model, ends = load.model(chosen), every[chosen]
-    found = _moved_mass.rounded(_moved_mass.surest(kept, model, ends[0], lead), kept)
-    repeats = _moved_mass.repeated(found, model)
-    if repeats is not None:
-        found = _moved_mass.under(found, model, repeats)
-    _moved_mass.doubted(found, model.names)
+        judged = simplest(squares)
+    ends = every[judged.structure]
+    return concluded(kept, load, judged, ends, lead, whole=whole, gain=gain)
+
+
+def concluded(
+    records: Sequence[Run],
+    load: Load,
+    judged: Judged,
+    ends: Sequence[Fit],
+    lead: int,
+    *,
+    whole: Sequence[Run],
+    gain: float,
+) -> SprungFit:
+    """The result of searches over `records`, with free runs over the whole ones."""
+    model = load.model(judged.structure)
+    found = _moved_mass.rounded(_moved_mass.surest(records, model, ends[0], lead), records)
     axis = model.axis(found.fit.values)
-    _coarse(kept, axis)
-    begun = _moved_mass.beginnings(found, kept)
+    repeats = None
+    if not load.speed:
+        repeats = _moved_mass.repeated(found.fit, model.simulated, axis)
+    if repeats is not None:
+        found = _moved_mass.under(found, model.simulated, repeats)
+    _moved_mass.doubted(found, model.names)
+    _coarse(records, axis)
+    near: Sequence[tuple[float, float] | None] = [None] * len(whole)
+    if len(whole) == len(records):
+        near = _moved_mass.beginnings(found, records)
     starts = tuple(
-        _moved_mass.started(r, model, axis, near) for r, near in zip(whole, begun, strict=True)
+        _moved_mass.started(r, model, axis, at) for r, at in zip(whole, near, strict=True)
     )
     free = tuple(
-        motion(axis, r.u, r.dt, x, v)[int(speed)] for r, (x, v) in zip(whole, starts, strict=True)
+        motion(axis, r.u, r.dt, x, v)[int(load.speed)]
+        for r, (x, v) in zip(whole, starts, strict=True)
     )
     return SprungFit(
-        chosen,
+        judged.structure,
         load,
         axis,
         model.names,
@@ -200,8 +217,8 @@ def sprung_drive(  # noqa: PLR0913 -- one parameter per option
         starts,
         free,
         tuple(r.x - run for r, run in zip(whole, free, strict=True)),
-        holdout,
-        reasons,
+        judged.scores,
+        judged.reasons,
         tuple(end.rms for end in ends),
         gain,
         repeats,
@@ -236,7 +253,7 @@ def _ends(records: Sequence[Run], model: Model, lead: int, poorer: Axis | None =
 
 
 def _lead(records: Sequence[Run], lag: float | str) -> int:
-    return 0 if isinstance(lag, str) else math.ceil(lag / records[0].dt)
+    return 0 if isinstance(lag, str) else math.ceil(lag / min(r.dt for r in records))
 
 
 def _cut(run: Run, samples: int) -> Run:

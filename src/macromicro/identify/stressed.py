@@ -16,9 +16,8 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify import _stressed_begin
+from macromicro.identify import _errors, _stressed_begin
 from macromicro.identify._free_run_search import Span, ended, nearest, search
-from macromicro.identify._spread import standard_errors
 from macromicro.identify._stressed_begin import NAMES, TIMES
 from macromicro.identify.heating import AMBIENT
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
@@ -38,6 +37,7 @@ _POINTS = 150
 _COARSE = 8.0
 _FEW, _BEST, _MORE, _ROUNDS = 4, 2, 8, 40
 _SETTLED = 1e-7
+_BLOCKS = 40  # parts of all records that errors are judged by
 # Of 2 ms steps for two seconds where moves take half a second, and in proportion.
 _USUAL = 0.5
 _LOGS = [NAMES.index(name) for name in TIMES]
@@ -149,9 +149,9 @@ def fit(
     found = search(residual, begin, span, _ROUNDS, _SETTLED)
     if found.status <= 0:
         notice(ConvergenceWarning, "actuator model: search stopped before it settled")
-    variance = 2.0 * float(found.cost) / max(len(found.fun) - len(found.x), 1)
     values = _values(found.x)
-    std = standard_errors(found.jac) * variance**0.5
+    edges = _errors.blocks(len(found.fun), max(_BLOCKS, 2 * len(values)))
+    std = np.sqrt(np.diag(_errors.spread(found.jac, found.fun, edges).covariance))
     std[_LOGS] *= values[_LOGS]
     names = [*NAMES, *(f"heat {v:g} V" for v in means.volts[1:])]
     if at_end := _at_end(names, found.x, span, means.warming):

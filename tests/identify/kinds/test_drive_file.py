@@ -39,7 +39,7 @@ def test_settings_by_the_units() -> None:
     for force, x in (("N", "counts"), ("N", "rad"), ("N*m", "m"), ("A", "m"), ("u", "x")):
         text = kind(force, x)
         assert text.startswith(
-            "# A motor-driven axis: parameters by output error, for other programs.\n"
+            "# A motor-driven axis: parameters for other programs.\n"
             "# Not for `macromicro run --config`: the bench is another axis.\n"
         )
         assert tomllib.loads(text) == {"axis": {"mass": 1.5, "viscous": 12.0, "coulomb": 3.0}}

@@ -34,7 +34,7 @@ X = Role(
     ("m", "rad", "counts"),
 )
 ROLES = (T, U, X, RUN)
-_EXPLAINED = 80.0  # %: a fit that answers a refusal
+_EXPLAINED = 80.0  # %: a fit that is one
 GAINS = ("gain", "gtau")
 _OTHERS = "a spring, a dead zone, a measured speed or a free motion"
 
@@ -103,9 +103,11 @@ def identify(picking: Picking, options: Options) -> Result:
     remarks = [
         ("fit", f"free run {fit.fit:.2f} %, RMS {fit.rms:.4g} {x_unit} over {samples} samples"),
         ("on held-out data", f"RMS {fit.holdout_rms:.4g} {x_unit}"),
+        ("method", f"{drive_words.METHODS[fit.surest is not fit.inverse]}, the surer one"),
         ("force, inverse dynamics", f"error {fit.inverse.percent:.2f} %"),
         ("structure", drive_words.structure(fit)),
-        *drive_words.repeated(fit.inverse.repeats, force, x_unit),
+        drive_words.slow("offset"),
+        *drive_words.repeated(fit.refined.repeats, force, x_unit),
     ]
     if not named:
         bare = " and ".join(n for n in ("u", "x") if not first.units[n])
@@ -125,6 +127,9 @@ def identify(picking: Picking, options: Options) -> Result:
         "holdout": fit.holdout,
         "reasons": fit.reasons,
         "holdout_rms": fit.holdout_rms,
+        "method": drive_words.METHODS[fit.surest is not fit.inverse],
+        "refined": dict(zip(fit.refined.names, fit.refined.values, strict=True)),
+        "refined_std": dict(zip(fit.refined.names, fit.refined.std, strict=True)),
         "inverse": dict(zip(fit.inverse.names, fit.inverse.values, strict=True)),
         "inverse_std": dict(zip(fit.inverse.names, fit.inverse.std, strict=True)),
     }
@@ -146,7 +151,7 @@ def identify(picking: Picking, options: Options) -> Result:
 def _fitted(
     records: list[Run], options: Options, gain: float, delay: int | str, turns: str
 ) -> DriveFit:
-    """The drive; of the rotary file `turns` a refusal tries an eccentric load."""
+    """The drive; of the rotary file `turns` a poor fit tries an eccentric load."""
     from macromicro.identify import drive
 
     def fitted(eccentric: bool | None) -> DriveFit:
@@ -161,19 +166,24 @@ def _fitted(
             eccentric=eccentric,
         )
 
+    if options.eccentric or not turns:
+        return fitted(options.eccentric)
+    found: DriveFit | InputError
     try:
-        return fitted(options.eccentric or (None if turns else False))
-    except InputError:
-        if options.eccentric or not turns:
-            raise
+        found = fitted(None)
+    except InputError as error:
+        found = error
+    if isinstance(found, InputError) or found.fit < _EXPLAINED:
         fit = 0.0
         with warnings.catch_warnings(), suppress(InputError):
             warnings.simplefilter("ignore")
             fit = fitted(True).fit
-        if fit < _EXPLAINED:
-            raise
-        found = f"only gravity on an eccentric load explains the record (fit {fit:.1f} %)"
-        raise ProblemError(turns, found, "Add --eccentric.") from None
+        if fit >= _EXPLAINED:
+            said = f"only gravity on an eccentric load explains the record (fit {fit:.1f} %)"
+            raise ProblemError(turns, said, "Add --eccentric.")
+    if isinstance(found, InputError):
+        raise found
+    return found
 
 
 def _checked(options: Options) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from macromicro.errors import InputError
 from macromicro.identify.kinds import model_file
-from macromicro.identify.kinds.drive_words import told
+from macromicro.identify.kinds.drive_words import METHODS, told
 from macromicro.identify.runs import Run
 from macromicro.place import PLACES, Place
 
@@ -28,17 +28,17 @@ def settings(
     units: dict[str, str],
     endless: bool = False,
 ) -> str:
-    errors = dict(zip(fit.refined.names, fit.refined.std, strict=True))
+    errors = dict(zip(fit.surest.names, fit.surest.std, strict=True))
     if (force, x) == ("V", "counts"):
         return bench(fit, errors)
     for place in PLACES:
         if force in ("V", place.named("N")) and x == place.base:
             return machine(fit, records, units, errors, place, endless)
-    head = "A motor-driven axis: parameters by output error, for other programs.\n"
+    head = "A motor-driven axis: parameters for other programs.\n"
     head += "Not for `macromicro run --config`: the bench is another axis."
     values = {
         n: (float(v), ", ".join(filter(None, (units[n], about(errors[n])))))
-        for n, v in zip(fit.refined.names, fit.refined.values, strict=True)
+        for n, v in zip(fit.surest.names, fit.surest.values, strict=True)
     }
     return model_file.plain(head, {"axis": values})
 
@@ -87,8 +87,9 @@ def machine(
         head.append(
             f"No gain was known: 1 {place.named('N')} below stands for one unit of the effort."
         )
-    head += ["", "Identified by output error, with standard errors:"]
-    for name, (value, error, _) in told(fit.refined).items():
+    by = METHODS[fit.surest is not fit.inverse]
+    head += ["", f"Identified by {by}, with standard errors:"]
+    for name, (value, error, _) in told(fit.surest).items():
         head.append(" ".join(filter(None, (f"  {name} = {value:.5g}", about(error), units[name]))))
     values, name = axis_settings.values(axis, around), "axis"
     if place.turns:
@@ -164,7 +165,7 @@ def bench(fit: DriveFit, errors: dict[str, float]) -> str:
             {
                 "axis": {
                     n: (float(v), "counts and volts")
-                    for n, v in zip(fit.refined.names, fit.refined.values, strict=True)
+                    for n, v in zip(fit.surest.names, fit.surest.values, strict=True)
                 }
             },
         )

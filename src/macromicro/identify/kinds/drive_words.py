@@ -24,36 +24,46 @@ MEANINGS = {
     "unbalance": "gravity's greatest torque",
     "hangs": "angle at which the load hangs",
 }
+METHODS = ("inverse dynamics", "output error")
 # Parameters that are there, or are not: of these the error must not exceed the value.
 ABOVE_ZERO = ("mass", "viscous", "coulomb", "stribeck", "stribeck_speed", "spring", "dead_zone")
 
 
 def lines(fit: DriveFit, units: dict[str, str], dt: float) -> list[Line]:
     found = []
-    inverse, refined = told(fit.inverse), told(fit.refined)
-    if "lag" in refined:
-        lag, error, factor = refined.pop("lag")
+    both = told(fit.inverse), told(fit.refined)
+    best, other = both if fit.surest is fit.inverse else both[::-1]
+    by = METHODS[fit.surest is fit.inverse]
+    if "lag" in both[1]:
+        lag, error, factor = both[1].pop("lag")
         late = fit.delay * dt + lag
         found.append(Line("delay", late, error, "s", "of the force", factor))
-    for name, (value, error, factor) in refined.items():
-        other, spread = rounded(*inverse[name][:2])
-        note = f"{MEANINGS[name]}; inverse dynamics {other}" + (spread and f" +- {spread}")
+    for name in both[1]:
+        value, error, factor = best[name]
+        second, spread = rounded(*other[name][:2])
+        note = f"{MEANINGS[name]}; {by} {second}" + (spread and f" +- {spread}")
         found.append(Line(name, value, error, units[name], note, factor))
     return found
 
 
 def told(found: Estimate) -> dict[str, tuple[float, float, float]]:
     """Parameters of an estimate; an eccentric load as unbalance and angle."""
-    from macromicro.identify import coverage, eccentric
+    from macromicro.identify import eccentric
     from macromicro.identify.axis_inverse import ECCENTRIC
 
     each = (found.values, found.std, found.factors[1])
     every = zip(*(column.tolist() for column in each), strict=True)
     own = dict(zip(found.names, every, strict=True))
     made = {name: row for name, row in own.items() if name not in ECCENTRIC}
-    factors = coverage.factors(found.draws, eccentric.slopes(found))[1]
+    factors = found.spread.factors(eccentric.slopes(found))[1]
     load = zip(*(column.tolist() for column in (*eccentric.told(found), factors)), strict=True)
     return made | dict(zip(eccentric.NAMES, load, strict=False))
+
+
+def slow(name: str) -> tuple[str, str]:
+    """What errors by parts of a record leave out."""
+    text = f"the error of {name} leaves out forces that last longer than a part of a record"
+    return "slow forces", text
 
 
 def repeated(found: Ripple | None, force: str, x: str) -> list[tuple[str, str]]:

@@ -61,6 +61,7 @@ def identify(records: Records, friction: str, along: int | None, driven: Driven)
     remarks = [
         ("fit", f"free run {percent:.2f} %, RMS {fit.rms:.4g} {place} over {samples} samples"),
         ("structure", _judged(fit, place)),
+        drive_words.slow("offset"),
     ]
     nodes = _nodes(fit)
     if len(nodes) > 1:

@@ -136,9 +136,7 @@ def identify(what: Picking, roles: tuple[Role, Role, Role], asked: Asked, gains:
         ("starts", "position and speed at the start of each record are fitted too"),
     ]
     if "offset" in fit.names:
-        name = "rest" if fit.load.spring else "offset"
-        text = f"the error of {name} leaves out forces that last longer than a part of a record"
-        remarks.append(("slow forces", text))
+        remarks.append(drive_words.slow("rest" if fit.load.spring else "offset"))
     remarks += drive_words.repeated(fit.repeats, units["coulomb"], shown)
     remarks += drive_words.late(delay)
     if asked.free:

@@ -85,6 +85,10 @@ def identify(picking: Picking, options: Options) -> Result:
     remarks.append(
         ("dynamics", f"from the step to {chosen:g} V, error {100.0 * fit.nrmse:.2f} % of its range")
     )
+    slow = (
+        "errors of the middle rate and of shares leave out what lasts longer than a part of a step"
+    )
+    remarks.append(("slow disturbances", slow))
     if not _told(fit):
         slowest, lasted = 1.0 / fit.modes[_MODES - 1], float(records[chosen].t[-1])
         notice(
