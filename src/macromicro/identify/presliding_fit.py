@@ -23,7 +23,7 @@ from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.presliding import FRICTIONS, Presliding, simulate
 
 _ELASTIC = ("stiffness", "settling", "share")
-_MOST, _PART = 60_000, 5000  # samples; of longer records evenly spread parts are fitted
+_MOST, _PART = 30_000, 5000  # samples; of longer records evenly spread parts are fitted
 
 
 @dataclass(frozen=True)
