@@ -27,6 +27,7 @@ FEWEST = _DECAYS * _LEAST  # samples of a decay that its pieces are judged by
 _NEAR = 0.25  # of a piece: how far its start moves to a fast sample, where friction is at its level
 CORNER = 0.08  # of the samples' rate: cut-off of positions before they are differentiated
 _PLACES = np.linspace(-0.5, 0.5, 9)  # of the travel: tried about the place at the start
+_BEGINNING = 400_000  # samples by which the start of a record is found
 _FEW = 100  # samples in which a force is looked for
 _SLOW = 0.15  # of the top speed: a slower one may be that of friction that gives
 _WHITE = 1.5  # times the variance of the output's own noise: there is no other
@@ -181,6 +182,7 @@ def started(
     run: Run, model: Model, axis: Axis, near: tuple[float, float] | None = None
 ) -> tuple[float, float]:
     """State at a record's start from which the free simulation is nearest to it."""
+    run = Run(*(column[:_BEGINNING] for column in run))
     lead = math.ceil(axis.lag / run.dt)
     fixed = Model((), axis, model.speed)
     where = space(fixed, [run], axis)
