@@ -15,7 +15,7 @@ from macromicro.commission.procedure import Drawn, Estimate, Work
 from macromicro.commission.stand import Record
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
 from macromicro.identify.axis import simulate
-from macromicro.identify.coverage import NORMAL
+from macromicro.identify.clusters import NORMAL
 from macromicro.place import LENGTH, Place
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from macromicro.arrays import Array
 from macromicro.commission import _left_out, _momentum, _pole, _uneven
 from macromicro.commission._uneven import Fit, Level, held
 from macromicro.commission.stand import BALANCED, CommissionError, Pull, Record
-from macromicro.identify import witnesses
+from macromicro.identify import clusters
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_inverse import ECCENTRIC
 
@@ -85,7 +85,7 @@ class Model(NamedTuple):
     @property
     def within(self) -> float:
         """Standard errors in half of a 95 % interval."""
-        return witnesses.within(self.freedom)
+        return clusters.within(self.freedom)
 
 
 def fitted(
@@ -146,7 +146,7 @@ def fitted(
     mean, covariance = mean + shift, covariance + hidden
     if pull.error > 0.0:
         mean, covariance = _told(mean, covariance, fitted, pull)
-    mean = _pole.possible(mean, covariance, fitted, witnesses.within(chosen.freedom), dt)
+    mean = _pole.possible(mean, covariance, fitted, clusters.within(chosen.freedom), dt)
     stribeck, speed = weights @ drops
     axis = Axis(
         **dict(zip(fitted, mean.tolist(), strict=True)),

@@ -36,7 +36,7 @@ class Loops(NamedTuple):
     stroke: float  # of a slow cycle over the whole range, without creep, m
     width: float  # of its loop in the middle, over the stroke
     spread: tuple[float, ...]  # standard deviations of creep, stroke and width
-    freedom: float  # witnesses less one
+    freedom: float  # clusters less one
     rms: float  # residual, m
 
 

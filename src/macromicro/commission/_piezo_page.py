@@ -13,7 +13,7 @@ from macromicro.commission._piezo_loops import Loops, predicted
 from macromicro.commission.procedure import Drawn, Estimate, Work
 from macromicro.commission.stand import Record
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
-from macromicro.identify.witnesses import within
+from macromicro.identify.clusters import within
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -38,7 +38,7 @@ class Swing(NamedTuple):
     slew: float  # greatest rate of the effort that the stack follows, V/s
     limited: bool  # a step reached that rate; else it is the greatest one seen
     spread: tuple[float, ...]  # standard deviations of frequency, damping, lag and slew
-    freedom: float  # witnesses less what was fitted
+    freedom: float  # clusters less what was fitted
 
 
 def fitted(

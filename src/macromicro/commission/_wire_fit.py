@@ -28,7 +28,7 @@ _STEP = 1e-3  # of a parameter, for differences
 class Wire(NamedTuple):
     heat: Heat  # the parameters
     covariance: Array  # of them, a rise or fall of the effort a witness
-    freedom: float  # witnesses less one
+    freedom: float  # clusters less one
     rms: float  # residual, m
     begin: tuple[Begin, ...] = ()  # heat that each record begins with; none: cold
 

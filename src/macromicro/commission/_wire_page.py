@@ -14,7 +14,7 @@ from macromicro.commission.procedure import Drawn, Estimate, Work
 from macromicro.commission.stand import Record
 from macromicro.commission.wire_model import Heat, branch, simulated, thinned
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
-from macromicro.identify.witnesses import within
+from macromicro.identify.clusters import within
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -16,7 +16,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify import _errors
+from macromicro.identify import clusters
 from macromicro.identify._choose import FOLDS, Judged, no_better, simplest, turn, typical
 from macromicro.identify.axis import late
 from macromicro.identify.axis_inverse import (
@@ -221,8 +221,8 @@ def lag(rows: list[Rows]) -> tuple[float, float]:
         table = np.c_[np.concatenate(parts), -slope]
         force = np.concatenate(_forces(pushed(rows, found), 0.0))
         theta = np.linalg.lstsq(table, force, rcond=None)[0]
-        edges = _errors.blocks(len(force), BLOCKS)
-        spread = _errors.spread(table, force - table @ theta, edges)
+        edges = clusters.blocks(len(force), BLOCKS)
+        spread = clusters.spread(table, force - table @ theta, edges)
         error = float(np.sqrt(spread.covariance[-1, -1]))
         found = max(found + float(np.clip(theta[-1], -dt, dt)), 0.0)
     return found, error

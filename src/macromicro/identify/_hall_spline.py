@@ -22,8 +22,8 @@ from scipy.ndimage import uniform_filter1d
 from macromicro.arrays import Array
 from macromicro.control.calibration import Calibration
 from macromicro.errors import ProblemError
+from macromicro.identify.clusters import within
 from macromicro.identify.hall import HallFit
-from macromicro.identify.witnesses import within
 
 PIECES = (2, 3, 4, 6, 8, 10, 12, 14, 16, 20, 24, 30, 40, 60)
 # Steps finer than what foretells best: that one has bias too, the interval has only scatter.

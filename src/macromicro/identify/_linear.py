@@ -16,9 +16,9 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify._autoregression import autoregression
 from macromicro.identify._triangle import triangle
+from macromicro.identify.clusters import Spread, by_scores
 from macromicro.identify.records import Record, Signals, records
 from macromicro.identify.search import least_squares
-from macromicro.identify.witnesses import Told, told
 
 Start = Literal["rest", "free"]
 
@@ -356,7 +356,7 @@ def box_jenkins(task: Task) -> Solution:
     return solution._replace(iterations=count, converged=done)
 
 
-def witnessed(task: Task, solution: Solution) -> Told:
+def spread(task: Task, solution: Solution) -> Spread:
     """Errors of the parameters by the scatter of stretches of the records."""
     roots = task.roots
     slopes, left = solution.psi * roots[:, None], solution.residual * roots
@@ -371,4 +371,4 @@ def witnessed(task: Task, solution: Solution) -> Told:
         row += len(u)
     parts = np.split(slopes, cuts[1:])
     information = np.stack([part.T @ part for part in parts])
-    return told(information, np.add.reduceat(slopes * left[:, None], cuts, axis=0))
+    return by_scores(information, np.add.reduceat(slopes * left[:, None], cuts, axis=0))

@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.identify import _counts, _errors
+from macromicro.identify import _counts, clusters
 from macromicro.identify._engine import Fit, Index, Pieces, Simulated, Space, cleared, fit, settled
-from macromicro.identify._errors import Spread
 from macromicro.identify._ripple import Ripple, ripple
 from macromicro.identify.axis_inverse import differences
+from macromicro.identify.clusters import Spread
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.runs import Run
 from macromicro.kernel import compiled
@@ -215,7 +215,7 @@ def surest(records: Sequence[Run], model: Model, parts: Fit, lead: int = 0) -> F
     # not independent, unless noise of the output is all that is left. On a spring, and as a speed,
     # it is forgotten; the whole record then tells more than pieces whose starts are unknown.
     pieces_alone = len(parts.pieces.many) <= len(records)
-    found = Found(parts, _spread(parts, clusters(parts.pieces)))
+    found = Found(parts, _spread(parts, edges(parts.pieces)))
     quiet = _quiet(parts, records)
     forgets = _memory(model, parts) <= _FORGOTTEN * max(len(r.x) * r.dt for r in records)
     if not (quiet or forgets or pieces_alone):
@@ -229,7 +229,7 @@ def surest(records: Sequence[Run], model: Model, parts: Fit, lead: int = 0) -> F
         whole = fit(model.simulated, space(model, records, begin), cut, parts.values)
     quiet = _quiet(whole, records)
     many = PIECES if quiet else max(_BLOCKS, len(records))
-    sure = Found(whole, _spread(whole, _errors.blocks(len(whole.residual), many)))
+    sure = Found(whole, _spread(whole, clusters.blocks(len(whole.residual), many)))
     if forgets or pieces_alone:
         return sure
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -237,11 +237,11 @@ def surest(records: Sequence[Run], model: Model, parts: Fit, lead: int = 0) -> F
     return sure if quiet and np.nanmedian(ratio) < 1.0 else found
 
 
-def clusters(pieces: Pieces) -> Index:
-    """Edges of the parts by which errors are judged: two pieces each, where there are many."""
+def edges(pieces: Pieces) -> Index:
+    """Edges of the clusters by which errors are judged: two pieces each, where there are many."""
     # A slow force is alike in neighbours.
-    edges = pieces.edges
-    return np.append(edges[:-1:2], edges[-1]) if len(edges) > PIECES else edges
+    every = pieces.edges
+    return np.append(every[:-1:2], every[-1]) if len(every) > PIECES else every
 
 
 def _quiet(end: Fit, records: Sequence[Run]) -> bool:
@@ -260,12 +260,12 @@ def _memory(model: Model, end: Fit) -> float:
 
 def _spread(end: Fit, edges: npt.ArrayLike) -> Spread:
     free = ~end.bound
-    return widened(_errors.spread(end.slopes[:, free], end.residual, edges), free)
+    return widened(clusters.spread(end.slopes[:, free], end.residual, edges), free)
 
 
 def widened(part: Spread, free: npt.NDArray[np.bool_]) -> Spread:
     """The uncertainty of some of the parameters among all of them."""
-    made = _errors.unknown(len(free))
+    made = clusters.unknown(len(free))
     at = np.ix_(free, free)
     made.covariance[at] = part.covariance
     shares = np.zeros((len(part.shares), len(free), len(free)))
@@ -346,7 +346,7 @@ def doubted(found: Found, names: tuple[str, ...]) -> None:
     end, covariance = found.fit, found.spread.covariance
     if not end.settled:
         notice(ConvergenceWarning, "output error: not settled; the last values are returned")
-    lost = _errors.unseen(end.slopes, names)
+    lost = clusters.unseen(end.slopes, names)
     for name in np.array(names)[end.bound].tolist():
         if name in lost:
             continue
@@ -357,4 +357,4 @@ def doubted(found: Found, names: tuple[str, ...]) -> None:
     for name in lost:
         at = names.index(name)
         covariance[at, :] = covariance[:, at] = np.nan
-    _errors.mixed(found.spread, names, end.values)
+    clusters.mixed(found.spread, names, end.values)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify import _errors
+from macromicro.identify import clusters
 from macromicro.identify._free_run_search import Span, ended, nearest, search, slopes
 from macromicro.identify._transformation import Branch, quantile, relays
 from macromicro.identify.heating import AMBIENT
@@ -271,7 +271,7 @@ def _told(
     error[seen:] = _PULL * _USUAL
     parts = np.linspace(0, seen, max(_BLOCKS, 2 * len(names)) + 1)[:-1]
     edges = np.concatenate([np.unique(parts.astype(int)), seen + np.arange(count + 1)])
-    covariance = np.nan_to_num(_errors.spread(end.jac, error, edges).covariance)
+    covariance = np.nan_to_num(clusters.spread(end.jac, error, edges).covariance)
     std = np.sqrt(np.diag(turn @ covariance @ turn.T))
     at_end = np.logical_or(*ended(end.x, span.low, span.high))
     searched = [*NAMES, *names[len(NAMES) - 2 :]]

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify import _axis_doubts, _axis_hints, _axis_long, _errors, _moved_mass
+from macromicro.identify import _axis_doubts, _axis_hints, _axis_long, _moved_mass, clusters
 from macromicro.identify._axis_instruments import instrumented, under
 from macromicro.identify._choose import Judged, turn
 from macromicro.identify._moved_mass import Model
@@ -224,7 +224,7 @@ def drive(  # noqa: PLR0913 -- one parameter per option
         for doubt in doubts:
             warnings.warn(doubt.message, doubt.category, stacklevel=2)
     else:
-        _errors.mixed(inverse.spread, inverse.names, inverse.values)
+        clusters.mixed(inverse.spread, inverse.names, inverse.values)
         starts, free = _free_runs(records, model, inverse.axis, fit.starts)
         residuals = tuple(r.x - run for r, run in zip(runs, free, strict=True))
     _axis_doubts.apart(inverse, refined)

@@ -23,11 +23,11 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify import _errors, coverage
-from macromicro.identify._errors import Spread
+from macromicro.identify import clusters
 from macromicro.identify._ripple import Ripple
 from macromicro.identify._triangle import triangle
 from macromicro.identify.axis import Axis, late
+from macromicro.identify.clusters import Spread
 from macromicro.identify.runs import Run
 
 # Parameters of each structure, from the poorest to the richest.
@@ -98,7 +98,7 @@ class Estimate:
     @property
     def factors(self) -> Array:
         """Coverage factors of the 68 and 95 % intervals of these, shape (2, p)."""
-        return coverage.normal(len(self.names)) if self.shares is None else self.spread.factors()
+        return clusters.normal(len(self.names)) if self.shares is None else self.spread.factors()
 
     @property
     def spread(self) -> Spread:
@@ -282,7 +282,7 @@ class _Solved(NamedTuple):
 
 def with_errors(found: Estimate, slopes: Array, missed: Array) -> Estimate:
     """An estimate with the errors that parts of its records leave it."""
-    spread = _errors.spread(slopes, missed, _errors.blocks(len(missed), BLOCKS))
+    spread = clusters.spread(slopes, missed, clusters.blocks(len(missed), BLOCKS))
     return replace(found, covariance=spread.covariance, shares=spread.shares)
 
 

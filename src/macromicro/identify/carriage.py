@@ -23,7 +23,7 @@ from macromicro.control.terminal import estimate, model
 from macromicro.control.terminal.estimate import Belief
 from macromicro.control.terminal.model import Motion, Terminal
 from macromicro.errors import ProblemError
-from macromicro.identify import _carriage_give, witnesses
+from macromicro.identify import _carriage_give, clusters
 from macromicro.identify._carriage_give import Give, Nudged
 from macromicro.identify.search import halt, least_squares
 from macromicro.kernel import compiled, kernel
@@ -60,7 +60,7 @@ class CarriageFit(NamedTuple):
     # the law's parameters; those that a recording does not tell keep their defaults
     model: Terminal
     std: dict[str, float]  # standard errors of those that the laser tells, in their units
-    # degrees of freedom of these: a few strokes tell the most of a swing (`witnesses`)
+    # degrees of freedom of these: a few strokes tell the most of a swing (`clusters`)
     freedom: dict[str, float]
     # of the others: the least and the greatest of the values that each record alone gives; empty
     # for one record
@@ -177,7 +177,7 @@ def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
         p = _carriage_give.stiff(p, give)
     p = p._replace(wary=Terminal().wary)
     std = {name: math.hypot(*(error for error, _ in each)) for name, each in parts.items()}
-    free = {name: witnesses.freedom(each) for name, each in parts.items()}
+    free = {name: clusters.freedom(each) for name, each in parts.items()}
     return CarriageFit(p, std, free, apart, surprise, left, tuple(rows), tuple(motion), dt, give)
 
 
@@ -298,7 +298,7 @@ def _ringing(rows: Sequence[Record], dt: float) -> tuple[dict[str, float], dict[
     )
     edges = np.cumsum([0, *map(len, seen)])
     slopes = [(fit.jac[a:b], fit.fun[a:b]) for a, b in pairwise(edges)]
-    told = witnesses.told(
+    found = clusters.by_scores(
         _together(rows, np.array([j.T @ j for j, _ in slopes])),
         _together(rows, np.array([j.T @ e for j, e in slopes])),
     )
@@ -310,8 +310,8 @@ def _ringing(rows: Sequence[Record], dt: float) -> tuple[dict[str, float], dict[
     # Few strokes make a sandwich that is too thin: never less than white noise gives.
     errors: dict[str, Parts] = {}
     for i, name in enumerate(values):
-        strokes, noise = float(told.covariance[i, i]), float(white[i, i])
-        degrees = float(told.freedom[i]) if strokes > noise else math.inf
+        strokes, noise = float(found.covariance[i, i]), float(white[i, i])
+        degrees = float(found.degrees()[i]) if strokes > noise else math.inf
         errors[name] = [(math.sqrt(max(strokes, noise)), degrees)]
     return values, errors
 
@@ -325,11 +325,11 @@ def _shared(p: Terminal, rows: Sequence[Record], dt: float) -> tuple[float, Part
     total = sum(float(q @ q) for _, q in pairs)
     share = sum(float(q @ y) for y, q in pairs) / total
     left = [y - share * q for y, q in pairs]
-    told = witnesses.told(
+    found = clusters.by_scores(
         _together(rows, np.array([[[float(q @ q)]] for _, q in pairs])),
         _together(rows, np.array([[float(q @ e)] for (_, q), e in zip(pairs, left, strict=True)])),
     )
-    error = [(math.sqrt(float(told.covariance[0, 0])), float(told.freedom[0]))]
+    error = [(math.sqrt(float(found.covariance[0, 0])), float(found.degrees()[0]))]
     return min(max(share, 0.0), 1.0), error, float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.identify import coverage
+from macromicro.identify import clusters
 from macromicro.identify.axis import Axis
 from macromicro.identify.axis_inverse import ECCENTRIC
 
@@ -44,7 +44,7 @@ def told(found: Known) -> tuple[Array, Array]:
     table = slopes(found)
     if not len(table):
         return np.empty(0), np.empty(0)
-    return np.array(of(found.axis)), coverage.errors(found.covariance, table)
+    return np.array(of(found.axis)), clusters.errors(found.covariance, table)
 
 
 def slopes(found: Known) -> Array:

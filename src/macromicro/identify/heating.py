@@ -11,11 +11,11 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify import _errors, coverage
+from macromicro.identify import clusters
+from macromicro.identify.clusters import within
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.records import signal
 from macromicro.identify.search import least_squares
-from macromicro.identify.witnesses import within
 from macromicro.models.heating import Ladder, Modes, ladder, step_response
 from macromicro.models.weighted_gain import Exponential
 from macromicro.recording import Recording
@@ -142,7 +142,7 @@ class HeatingFit(NamedTuple):
     ladder: Ladder  # the same as three nodes
     nrmse: float  # RMS error over the range of the record's temperatures
     # coverage factors of the modes
-    factors: Array = coverage.normal(6)
+    factors: Array = clusters.normal(6)
 
 
 def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
@@ -168,7 +168,7 @@ def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
     if found.status <= 0:
         notice(ConvergenceWarning, f"heating: {found.message}; last values returned")
     theta = np.exp(found.x)
-    spread = _errors.spread(found.jac, found.fun, _errors.blocks(len(t), _BLOCKS))
+    spread = clusters.spread(found.jac, found.fun, clusters.blocks(len(t), _BLOCKS))
     std = theta * np.sqrt(np.diag(spread.covariance))
     order = np.argsort(-theta[:3])
     order = np.r_[order, 3 + order]

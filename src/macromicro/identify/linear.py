@@ -10,11 +10,11 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import _linear, coverage
+from macromicro.identify import _linear, clusters
 from macromicro.identify._linear import Solution, Start, Task, free_runs, prepared
+from macromicro.identify.clusters import Spread
 from macromicro.identify.notices import ConvergenceWarning, RestWarning, UnstableWarning, notice
 from macromicro.identify.records import Signals, fit_percent
-from macromicro.identify.witnesses import factors
 
 if TYPE_CHECKING:
     from scipy.signal import TransferFunction
@@ -118,17 +118,25 @@ class LinearFit:
     @property
     def gain_std(self) -> float:
         """Standard error of the static gain, to first order."""
-        return float(coverage.errors(self.covariance, self._gain_slopes)[0])
+        return float(clusters.errors(self.covariance, self._gain_slopes)[0])
 
     @property
     def factors(self) -> Array:
         """Coverage factors of a and b for 68 and 95 %, shape (2, na + nb)."""
-        return factors(self.shares, np.eye(len(self.a) + len(self.b)))
+        return self.spread.factors()
 
     @property
     def gain_factors(self) -> Array:
         """Coverage factors of the static gain, shape (2,)."""
-        return np.asarray(factors(self.shares, self._gain_slopes)[:, 0])
+        return np.asarray(self.spread.factors(self._gain_slopes)[:, 0])
+
+    @property
+    def spread(self) -> Spread:
+        """Covariance and what its coverage factors follow from."""
+        count = len(self.covariance)
+        return Spread(
+            self.covariance, np.zeros((1, count, count)) if self.shares is None else self.shares
+        )
 
     @property
     def _gain_slopes(self) -> Array:
@@ -287,8 +295,9 @@ def _finished(method: str, task: Task, solution: Solution) -> LinearFit:
         at = _linear.linearised(task, theta) if method in _BY_FREE_RUN else solution
     covariance, shares = np.full((size, size), np.nan), None
     if np.isfinite(at.psi).all() and np.isfinite(at.residual).all():
-        told = _linear.witnessed(task, at)
-        covariance, shares = told.covariance[:size, :size], told.shares[:, :size, :size]
+        found_spread = _linear.spread(task, at)
+        covariance = found_spread.covariance[:size, :size]
+        shares = found_spread.shares[:, :size, :size]
     found = LinearFit(
         method,
         a,

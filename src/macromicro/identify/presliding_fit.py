@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import _axis_long, _errors, _moved_mass
+from macromicro.identify import _axis_long, _moved_mass, clusters
 from macromicro.identify._elastic import ELASTIC, NODES, Candidate, chosen
 from macromicro.identify._engine import fit, settled
 from macromicro.identify._moved_mass import Model
@@ -128,8 +128,8 @@ def _errors_of(found: Candidate) -> tuple[Array, Array, Ripple | None]:
     """Standard errors (NaN at a bound), coverage factors and the force that repeats."""
     kind, end = found
     free = ~end.bound
-    edges = _moved_mass.clusters(end.pieces)
-    spread = _errors.spread(end.slopes[:, free], end.residual, edges)
+    edges = _moved_mass.edges(end.pieces)
+    spread = clusters.spread(end.slopes[:, free], end.residual, edges)
     model = kind.model(end.values)
     seen = _moved_mass.Found(end, _moved_mass.widened(spread, free))
     repeats = _moved_mass.repeated(end, kind.simulated, Axis(model.mass, model.viscous))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import macromicro
 from macromicro.drawing import files as drawings
-from macromicro.identify.coverage import NORMAL, is_normal
+from macromicro.identify.clusters import NORMAL, is_normal
 from macromicro.schema.text import plain, write_text
 
 if TYPE_CHECKING:

@@ -11,13 +11,13 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify import _mass_start, _moved_mass, coverage
+from macromicro.identify import _mass_start, _moved_mass, clusters
 from macromicro.identify._choose import Judged, held_out, simplest
 from macromicro.identify._engine import Fit
-from macromicro.identify._errors import Spread
 from macromicro.identify._moved_mass import Model
 from macromicro.identify._ripple import Ripple
 from macromicro.identify.axis_inverse import ECCENTRIC, STRUCTURES
+from macromicro.identify.clusters import Spread
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.records import flag_saturation
 from macromicro.identify.runs import Run
@@ -109,7 +109,7 @@ class SprungFit:
 
     def combined(self, slopes: Array) -> tuple[float, Array]:
         """Error and coverage factors of a function of the parameters, by its slopes (1, p)."""
-        error = float(coverage.errors(self.covariance, slopes)[0])
+        error = float(clusters.errors(self.covariance, slopes)[0])
         return error, self.spread.factors(slopes)[:, 0]
 
     def simulate(self, u: Any, dt: float, x: float = 0.0, v: float = 0.0) -> Array:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify import _errors, _stressed_begin
+from macromicro.identify import _stressed_begin, clusters
 from macromicro.identify._free_run_search import Span, ended, nearest, search
 from macromicro.identify._stressed_begin import NAMES, TIMES
 from macromicro.identify.heating import AMBIENT
@@ -150,8 +150,8 @@ def fit(
     if found.status <= 0:
         notice(ConvergenceWarning, "actuator model: search stopped before it settled")
     values = _values(found.x)
-    edges = _errors.blocks(len(found.fun), max(_BLOCKS, 2 * len(values)))
-    std = np.sqrt(np.diag(_errors.spread(found.jac, found.fun, edges).covariance))
+    edges = clusters.blocks(len(found.fun), max(_BLOCKS, 2 * len(values)))
+    std = np.sqrt(np.diag(clusters.spread(found.jac, found.fun, edges).covariance))
     std[_LOGS] *= values[_LOGS]
     names = [*NAMES, *(f"heat {v:g} V" for v in means.volts[1:])]
     if at_end := _at_end(names, found.x, span, means.warming):

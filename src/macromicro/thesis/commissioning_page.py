@@ -11,8 +11,8 @@ from typing import Any
 import macromicro
 from macromicro.commission.report import JSON, PAGE, TEMPLATE
 from macromicro.drawing.page import Picture, filled
+from macromicro.identify.clusters import within
 from macromicro.identify.result import rounded
-from macromicro.identify.witnesses import within
 from macromicro.report.write import write as write_run
 from macromicro.runs import folder
 from macromicro.schema.text import plain, write_text

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from macromicro.identify.clusters import unknown
 
 from macromicro.errors import InputError
 from macromicro.identify import from_files
-from macromicro.identify._errors import unknown
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.kinds import fitted
 from macromicro.identify.kinds import sprung as kind

@@ -9,7 +9,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify import _linear_hints, _report, coverage
+from macromicro.identify import _linear_hints, _report, clusters
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.kinds import model_file
 from macromicro.identify.kinds.loading import Picking, loaded
@@ -17,7 +17,6 @@ from macromicro.identify.picking import RUN, Picked, Role, T, railed, runs
 from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result, rounded
 from macromicro.identify.runs import Run, checked
-from macromicro.identify.witnesses import factors
 from macromicro.units import quotient
 
 if TYPE_CHECKING:
@@ -214,8 +213,8 @@ def joined(records: list[Run], position: bool) -> tuple[list[Run], list[str]]:
 
 def _shown(fit: LinearFit, line: Line, slope: Array) -> Line:
     """A line with the error of a function of a and b, to first order."""
-    error = float(coverage.errors(fit.covariance, slope[None])[0])
-    return line._replace(error=error, factor=float(factors(fit.shares, slope[None])[1, 0]))
+    error = float(clusters.errors(fit.covariance, slope[None])[0])
+    return line._replace(error=error, factor=float(fit.spread.factors(slope[None])[1, 0]))
 
 
 def _pair(fit: LinearFit, name: str, pole: complex, slope: Complex) -> Line:
@@ -224,7 +223,7 @@ def _pair(fit: LinearFit, name: str, pole: complex, slope: Complex) -> Line:
     by_size = (pole.conjugate() * slope).real / size
     damping = -pole.real / size
     error = float(
-        coverage.errors(fit.covariance, (-(slope.real + damping * by_size) / size)[None])[0]
+        clusters.errors(fit.covariance, (-(slope.real + damping * by_size) / size)[None])[0]
     )
     value, spread = rounded(damping, error) if math.isfinite(error) else (f"{damping:.3g}", "")
     note = f"a pair, damping {value}" + (spread and f" +- {spread}")

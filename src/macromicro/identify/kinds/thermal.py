@@ -11,6 +11,7 @@ import numpy as np
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify import _report
 from macromicro.identify._report import Curves, Pair
+from macromicro.identify.clusters import within
 from macromicro.identify.heating import CoolingFit, HeatingFit, StepRecord, heating, steady
 from macromicro.identify.kinds import heating as steps
 from macromicro.identify.kinds import model_file
@@ -19,7 +20,6 @@ from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import RUN, Picked, Role, T
 from macromicro.identify.result import Line, Result
-from macromicro.identify.witnesses import within
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -14,7 +14,7 @@ import numpy as np
 from macromicro import signals
 from macromicro.arrays import Array
 from macromicro.errors import MacromicroError
-from macromicro.identify.witnesses import within
+from macromicro.identify.clusters import within
 from macromicro.kernel import compiled, kernel
 from macromicro.plant import cycle
 from macromicro.plant.cycle import CycleBench, CyclePlant, CycleState

@@ -12,13 +12,13 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify import heating
+from macromicro.identify.clusters import within
 from macromicro.identify.heating import AMBIENT, CoolingFit, GainFit, HeatingFit, StepRecord
 from macromicro.identify.linear import LinearFit, mls
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.records import signal
 from macromicro.identify.search import least_squares
 from macromicro.identify.stressed import Judgement, hysteresis, judged
-from macromicro.identify.witnesses import within
 from macromicro.models import actuator
 from macromicro.models.actuator import Actuator
 from macromicro.models.heating import Modes, step_response
