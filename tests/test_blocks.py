@@ -117,7 +117,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro tune axis --config emps": TESTED + "tests/tuning/test_stage.py",
         "macromicro identify hysteresis curves.csv": DATA,
         "M dv/dt": "an equation",
-        "value    +-  unit": "an output",
+        "value     +-  95 % +-  unit": "an output",
     },
     "docs/laws.md": {
         "macromicro serve --config axis.toml": TESTED + "tests/serve/stage/test_docs_law.py",

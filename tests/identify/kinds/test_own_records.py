@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from macromicro.identify.clusters import unknown
 
 from macromicro.errors import InputError
 from macromicro.identify import from_files
 from macromicro.identify.axis import Axis, simulate
+from macromicro.identify.clusters import unknown
 from macromicro.identify.kinds import fitted
 from macromicro.identify.kinds import sprung as kind
 from macromicro.identify.kinds.loading import picking
