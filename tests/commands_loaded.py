@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
+import io
 import pkgutil
+import tempfile
+from pathlib import Path
 
 import macromicro
 from macromicro import threads
@@ -16,3 +20,23 @@ for module in pkgutil.walk_packages(macromicro.__path__, "macromicro.", onerror=
             importlib.import_module(module.name)
         except ImportError:  # of an extra that is not installed
             continue
+
+
+def _warmed() -> None:
+    """Kernels of two machines and the drawing of figures are in memory before anything is forked."""
+    from macromicro.cli import app
+
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        contextlib.redirect_stdout(io.StringIO()),
+        contextlib.redirect_stderr(io.StringIO()),
+    ):
+        programme = Path(folder, "short.toml")
+        programme.write_text('[[moves]]\nmacro = ["1 mm"]\nmicro = ["0.1 mm"]\nhold = "0.1 s"\n')
+        axis = Path(folder, "axis.toml")
+        axis.write_text('machine = "axis"\n')
+        for words in (("run", str(programme)), ("run", "--config", str(axis))):
+            app([*words, "--out", str(Path(folder, "out")), "--overwrite"], standalone_mode=False)
+
+
+_warmed()
