@@ -91,9 +91,8 @@ def under(rows: list[Rows], found: Estimate, repeats: Ripple | None) -> Estimate
 
     names = linear(found.names)
     slopes = _slopes(rows, found, _instruments(rows, found, names))
-    size = np.linalg.norm(slopes, axis=0)
-    size[size == 0.0] = 1.0
     pair, _ = stacked(rows, quadratures)
+    size = np.linalg.norm(slopes, axis=0)  # none is 0: the parameters were found by them
     moved = np.linalg.lstsq(slopes / size, pair, rcond=None)[0] / size[:, None]
     covariance = np.asarray(found.covariance + 0.5 * (moved @ moved.T))
     return replace(found, covariance=covariance, repeats=repeats)
