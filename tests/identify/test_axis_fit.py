@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,8 +13,8 @@ from macromicro.errors import InputError
 from macromicro.identify import Axis, Filtering, drive, simulate
 from macromicro.identify._axis_hints import part
 from macromicro.identify.axis import late
-from macromicro.identify.axis_fit import _check, rows_of, runs_of, split
-from macromicro.identify.axis_inverse import Rows, differences
+from macromicro.identify.axis_fit import _check, is_surer, rows_of, runs_of, split, start
+from macromicro.identify.axis_inverse import Estimate, Rows, differences
 from macromicro.identify.driven import Driven
 from macromicro.identify.runs import Run
 
@@ -181,3 +183,63 @@ def test_a_fit_tells_its_free_run_and_its_errors() -> None:
     assert found.fit == pytest.approx(100.0 * (1.0 - found.rms / np.std(x)))
     # Of noise alone, what was not fitted is missed by hardly more.
     assert found.holdout_rms == pytest.approx(1e-4, rel=0.2)
+
+
+def test_a_record_begins_at_rest_below_2_percent_of_its_top_speed() -> None:
+    t = np.arange(2000) * DT
+
+    def begun(slow: float) -> tuple[float, float]:
+        v = np.where(t < 1.0, slow, 1.0)
+        return start(Run(t, U[0] + 0.0 * t, 0.3 + np.cumsum(v) * DT), 1.0, 0)
+
+    assert begun(0.03) == (pytest.approx(0.30003), pytest.approx(0.03, abs=1e-3))
+    assert begun(0.01) == (pytest.approx(0.30001), 0.0)
+
+
+def test_a_delay_is_found_in_records_of_two_sample_times() -> None:
+    """150 ms, of records at 1 and 4 ms: in seconds, not in samples of one of them."""
+    truth, records = Axis(4.0, 25.0, 12.0, 2.0), []
+    for step, seed in ((1e-3, 1), (4e-3, 2)):
+        t = np.arange(round(8.0 / step)) * step
+        u = np.repeat(np.random.default_rng(seed).uniform(-60.0, 60.0, 27), round(0.3 / step))
+        u = u[: len(t)]
+        records.append((t, u, simulate(truth._replace(lag=0.15), u, step)))
+    t, u, x = (list(column) for column in zip(*records, strict=True))
+    found = drive(t, u, x, structure="coulomb", delay="fit")
+    assert found.axis.lag == pytest.approx(0.15, abs=1e-5)
+    np.testing.assert_allclose(found.axis[:4], truth[:4], rtol=1e-3)
+
+
+def test_what_the_last_part_alone_shows_is_fitted_too() -> None:
+    """Reverse motion in the last tenth: other blocks are held out then."""
+    u = np.repeat(np.random.default_rng(0).uniform(30.0, 150.0, 16), 400)
+    u[-800:] *= -1.0
+    truth = Axis(mass=20.0, viscous=200.0, coulomb=20.0)
+    x = simulate(truth, u, DT)
+    found = drive(np.arange(len(u)) * DT, u, x, structure="coulomb")
+    assert found.holdout_rms < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("inverse", "refined", "surer"),
+    [
+        ([1.0, 1.0], [2.0, 2.0], True),
+        ([1.0, 4.0], [2.0, 3.0], True),
+        ([1.0, 8.0], [2.0, 3.0], False),
+        ([1.0, np.nan], [2.0, 3.0], True),
+        ([np.nan, np.nan], [2.0, 3.0], False),
+    ],
+)
+def test_the_surer_method_has_the_smaller_errors_on_average(
+    inverse: list[float], refined: list[float], surer: bool
+) -> None:
+    """By the mean ratio of their logarithms, over parameters that both know."""
+    names, axis = ("mass", "viscous"), Axis(4.0, 25.0)
+    one, other = (
+        Estimate(axis, names, np.diag(np.square(std)), 0.1, 1.0) for std in (inverse, refined)
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert is_surer(one, other) is surer
+        negative = replace(one, axis=axis._replace(mass=-1.0))
+        assert not is_surer(negative, other)
