@@ -153,17 +153,16 @@ def test_errors_scatter_by_stretch_and_do_not_depend_on_units() -> None:
     random = np.random.default_rng(1)
     psi = random.standard_normal((4000, 2))
     told = [
-        _linear.witnessed(*task_of(psi, random.standard_normal(4000))).covariance
-        for _ in range(100)
+        _linear.spread(*task_of(psi, random.standard_normal(4000))).covariance for _ in range(100)
     ]
     np.testing.assert_allclose(
         np.mean(told, axis=0), np.linalg.inv(psi.T @ psi), rtol=0.1, atol=2e-5
     )
     mixed, left = np.array([[1e6, 3.0], [0.9, -2.0]]), random.standard_normal(4000)
-    one = _linear.witnessed(*task_of(psi, left))
-    other = _linear.witnessed(*task_of(psi @ np.linalg.inv(mixed), left))
+    one = _linear.spread(*task_of(psi, left))
+    other = _linear.spread(*task_of(psi @ np.linalg.inv(mixed), left))
     np.testing.assert_allclose(other.covariance, mixed @ one.covariance @ mixed.T, rtol=1e-6)
-    assert one.shares.shape == (10, 2, 2) and (one.freedom > 7.0).all()
+    assert one.shares.shape == (10, 2, 2) and (one.degrees() > 7.0).all()
 
 
 def test_how_far_a_model_is_from_linear_in_its_parameters() -> None:

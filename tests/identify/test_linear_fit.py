@@ -75,7 +75,10 @@ def test_the_fit_in_percent_is_the_share_of_the_spread_that_is_met() -> None:
 def made(a: list[float], b: list[float]) -> LinearFit:
     white = Whiteness(np.zeros(1), 0.0, 1.0, True)
     covariance = np.array([[4.0, 1.0, 0.5], [1.0, 9.0, -1.0], [0.5, -1.0, 16.0]])
-    return LinearFit("sriv", np.array(a), np.array(b), 0.5, 1, covariance, (), (), 99.0, white)
+    count = len(a) + len(b)
+    return LinearFit(
+        "sriv", np.array(a), np.array(b), 0.5, 1, covariance[:count, :count], (), (), 99.0, white
+    )
 
 
 def test_a_fit_of_one_pass_has_no_noise_model() -> None:

@@ -30,7 +30,7 @@ from macromicro.identify.axis_inverse import (
 )
 from macromicro.identify.driven import FIT, USUAL, Driven, Filtering
 from macromicro.identify.notices import DataWarning, notice
-from macromicro.identify.records import flag_saturation
+from macromicro.identify.records import fit_percent, flag_saturation
 from macromicro.identify.runs import Run, checked
 from macromicro.identify.sprung_fit import Load, SprungFit, concluded
 from macromicro.models.mass import motion
@@ -83,7 +83,7 @@ class DriveFit:
     def fit(self) -> float:
         """Free-run fit in percent; 100 is perfect."""
         runs = zip(self.free_run, self.residuals, strict=True)
-        return 100.0 * (1.0 - self.rms / _size([_about(free + left) for free, left in runs]))
+        return fit_percent([free + left for free, left in runs], self.free_run)
 
     @property
     def axis(self) -> Axis:
@@ -286,12 +286,8 @@ def _size(parts: Sequence[Array]) -> float:
     return math.sqrt(sum(float(p @ p) for p in parts) / sum(map(len, parts)))
 
 
-def _about(x: Array) -> Array:
-    return np.asarray(x - x.mean())
-
-
 def _refined(fit: SprungFit, runs: list[Run]) -> Estimate:
-    percent = 100.0 * fit.rms / _size([_about(r.x) for r in runs])
+    percent = 100.0 - fit_percent([r.x for r in runs], fit.free_run)
     return Estimate(
         fit.axis, fit.names, fit.covariance, fit.rms, percent, fit.spread.shares, fit.repeats
     )

@@ -98,7 +98,7 @@ class Estimate:
     @property
     def factors(self) -> Array:
         """Coverage factors of the 68 and 95 % intervals of these, shape (2, p)."""
-        return clusters.normal(len(self.names)) if self.shares is None else self.spread.factors()
+        return self.spread.factors()
 
     @property
     def spread(self) -> Spread:

@@ -58,7 +58,10 @@ def factors(degrees: npt.ArrayLike) -> Array:
     """Student's factors of intervals with the usual probabilities, shape (2, q)."""
     from scipy.stats import t
 
-    return np.array([t.ppf(0.5 + 0.5 * p, np.maximum(degrees, 1.0)) for p in SHARES])
+    known = np.maximum(degrees, 1.0)
+    each = zip(SHARES, NORMAL, strict=True)
+    found = [np.where(np.isinf(known), own, t.ppf(0.5 + 0.5 * p, known)) for p, own in each]
+    return np.array(found)
 
 
 def within(degrees: float) -> float:

@@ -12,6 +12,7 @@ from macromicro.identify import _report
 from macromicro.identify._report import Curves
 from macromicro.identify.driven import Driven
 from macromicro.identify.kinds import drive_words, model_file, testing
+from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run
 
@@ -56,7 +57,7 @@ def identify(records: Records, friction: str, along: int | None, driven: Driven)
     )
     lines = _lines(fit, records)
     trials = [testing.driven(fit, run, file) for file, run in records.tests]
-    percent = 100.0 * (1.0 - fit.rms / float(np.std(np.concatenate([r.x for r in runs]))))
+    percent = fit_percent([r.x for r in runs], fit.free_run)
     samples = sum(len(r.t) for r in runs)
     remarks = [
         ("fit", f"free run {percent:.2f} %, RMS {fit.rms:.4g} {place} over {samples} samples"),

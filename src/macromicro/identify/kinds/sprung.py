@@ -18,6 +18,7 @@ from macromicro.identify.axis_inverse import ECCENTRIC
 from macromicro.identify.kinds import drive_words, model_file
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.picking import Picked, Role, matched, railed, runs
+from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run, checked
 from macromicro.place import ANGLE
@@ -128,7 +129,7 @@ def identify(what: Picking, roles: tuple[Role, Role, Role], asked: Asked, gains:
     _report.undetermined(lines, drive_words.ABOVE_ZERO)
     trials = [_tried(fit, run, table.file) for table in others for run in _measured(table, out)]
     samples = sum(len(r.t) for r in records)
-    percent = 100.0 * (1.0 - fit.rms / extent)
+    percent = fit_percent([r.x for r in records], fit.free_run)
     remarks = [
         ("fit", f"free run {percent:.2f} %, RMS {fit.rms:.4g} {shown} over {samples} samples"),
         ("structure", _chosen(fit, shown)),
