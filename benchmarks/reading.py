@@ -81,7 +81,7 @@ def one(path: Path) -> dict[str, float]:
     taken, memory = time.perf_counter() - begin, peak() - before
     numbers = sum(column.nbytes for column in values.values())
     begin = time.perf_counter()
-    fit = drive(values["t"], values["u"], values["x"]).refined
+    fit = drive(values["t"], values["u"], values["x"]).surest
     return {
         "read": taken,
         "memory": memory,

@@ -23,7 +23,7 @@ for module in pkgutil.walk_packages(macromicro.__path__, "macromicro.", onerror=
 
 
 def _warmed() -> None:
-    """Kernels of two machines and the drawing of figures are in memory before anything is forked."""
+    """Kernels of two machines and what draws figures are in memory before anything is forked."""
     from macromicro.cli import app
 
     with (
