@@ -30,10 +30,12 @@ def test_without_a_kick_energy_never_rises_whatever_the_step(
 ) -> None:
     """Section 6.2: the belt stores and loses energy, it creates none."""
     before = energy(p, MASS, q, speed)
+    # Rounding of one part grows with the phase of a step; of 276 Hz in 8 s by 1e-12.
+    rounding = 1e-12 + np.finfo(float).eps * 2.0 * math.pi * p.frequency * h
     for _ in range(20):
         q, speed = belt.step(p, q, speed, 0.0, h)
         after = energy(p, MASS, q, speed)
-        assert after <= before * (1.0 + 1e-12)
+        assert after <= before * (1.0 + rounding)
         before = after
 
 
