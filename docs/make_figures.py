@@ -25,7 +25,8 @@ from macromicro.arrays import Array
 from macromicro.drawing.diagram import Diagram, block, quantiser, svg
 from macromicro.drawing.files import encoded
 from macromicro.drawing.style import BLUE, GREEN, ORANGE, finish, new, thinned
-from macromicro.machines.joint import course, machine, planning, runs
+from macromicro.machines import compositions, runs
+from macromicro.machines.joint import course, planning
 from macromicro.motion import Trajectory, s_curve, trapezoid
 from macromicro.programme import Programme, follow, load, travel
 from macromicro.recording import Recording
@@ -151,7 +152,7 @@ def draw_profile() -> Figure:
 
 def draw_path() -> Figure:
     """The usual moves of the example of two axes, the distance from the path magnified."""
-    made, settings = machine.load(PLOTTER)
+    made, settings = compositions.load(PLOTTER)
     plan = planning.plan(course.usual(settings), settings)
     run = runs.record(made, settings, plan).recording
     return joint_figures.path(run, plan, settings.path.tolerance).figure

@@ -138,11 +138,11 @@ CANNOT: dict[str, dict[str, str]] = {
     },
     "docs/xy.md": {
         "macromicro run --config examples/machines/xy-plotter.toml --rig": TESTED
-        + "tests/machines/joint/test_two_rigs.py",
+        + "tests/machines/joint/test_rigs.py",
         "macromicro tune xy": TESTED + "tests/tuning/test_joint.py",
         "macromicro response": TESTED + "tests/machines/joint/test_each.py",
         "macromicro commission": TESTED + "tests/commission/test_plane.py",
-        "macromicro robust --config": TESTED + "tests/robustness/test_joint.py",
+        "macromicro robust --config": TESTED + "tests/robustness/test_stages.py",
         "macromicro serve": TESTED + "tests/serve/joint",
         "$ nc": TESTED + "tests/serve/joint/test_served.py, such",
     },

@@ -12,9 +12,10 @@ import pytest
 from macromicro import batch, cli
 from macromicro.batch import Variants
 from macromicro.errors import InputError
+from macromicro.machines import composite, compositions
 from macromicro.machines.joint import course, planning
-from macromicro.machines.joint.machine import load, under
-from macromicro.machines.joint.trial import JointTrial, trial
+from macromicro.machines.joint.machine import XY_MACHINE
+from macromicro.machines.trial import kind, trial
 from macromicro.sweep.subject import laws, parameters
 
 PLOTTER = Path(__file__).parents[2] / "examples" / "machines" / "xy-plotter.toml"
@@ -30,10 +31,10 @@ def short(tmp_path: Path) -> str:
 
 
 def test_each_variant_has_the_figures_of_a_single_run(short: str) -> None:
-    settings = load(PLOTTER)[1]
+    settings = compositions.load(PLOTTER)[1]
     job = batch.job("xy", programme=short, seed=3, settings=settings)
     names = [m.name for m in job.metrics]
-    assert tuple(names) == JointTrial._fields and job.name == "xy"
+    assert tuple(names) == kind(XY_MACHINE)._fields and job.name == "xy"
     assert [m.unit for m in job.metrics if m.name in {"missed", "contour"}] == ["", "um"]
     paths = ("x.friction.coulomb", "y.load.payload", "seed")
     values = np.array([[10.0, 0.5, 0.0], [16.0, 0.5, 0.0], [10.0, 2.0, 0.0], [10.0, 0.5, 7.0]])
@@ -44,7 +45,7 @@ def test_each_variant_has_the_figures_of_a_single_run(short: str) -> None:
         # What x carries has followed, as in a file.
         assert tree.x.load.payload == pytest.approx(1.6 + 0.8 + payload)
         plan = planning.plan(course.load(Path(short)), tree)
-        assert tuple(row) == trial(under(tree), tree, plan, int(seed))
+        assert tuple(row) == trial(composite.under(XY_MACHINE, tree), tree, plan, int(seed))
     assert found[:, names.index("missed")].tolist() == [0.0] * 4
     assert len(np.unique(found[:3, names.index("peak_error_x")])) == 3
     assert found[3].tolist() == found[0].tolist()  # these encoders have no noise
@@ -60,8 +61,6 @@ def test_what_one_axis_cannot_do_is_an_impossible_variant(short: str) -> None:
         job.evaluate(Variants(("y.travel.high",), np.array([[0.4]])), 2)
     with pytest.raises(InputError, match=r"variant 0, x.load.mass"):
         job.evaluate(Variants(("x.load.mass",), np.array([[-1.0]])))
-    with pytest.raises(InputError, match="axis"):
-        batch.job("xy", machine="axis")
     assert laws(job) == () and {"x.hidden.bits", "y.controller.position"} & set(parameters(job))
 
 

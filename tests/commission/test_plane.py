@@ -20,7 +20,6 @@ from macromicro.commission.procedure import Options
 from macromicro.commission.stand import CommissionError
 from macromicro.errors import InputError
 from macromicro.machines import compositions, sheets
-from macromicro.machines.joint import machine as joint
 from macromicro.report import plane as pages
 from macromicro.rig.limits import LIVE
 from macromicro.schema.text import parsed_toml
@@ -130,7 +129,7 @@ def test_each_axis_is_a_place_of_its_own(tmp_path: Path) -> None:
     (tmp_path / "xy.toml").write_text(TABLE)
     pair, places = plane.virtual(tmp_path / "xy.toml", 3)
     for place, half, (name, _, own) in zip(
-        places, pair.halves, compositions.each(tmp_path / "xy.toml"), strict=True
+        places, pair.members, compositions.each(tmp_path / "xy.toml"), strict=True
     ):
         assert place.name.startswith(f"axis {name} of") and place.make(3) is half
         assert place.pitch == own.encoder.pitch and place.effort == own.controller.limit
@@ -148,7 +147,7 @@ def test_a_machine_of_two_axes_is_commissioned(tmp_path: Path) -> None:
     assert "right angle" in done.output
     told = json.loads((out / report.JSON).read_text())
     assert told["verification"]["met"] and set(told["axes"]) == {"x", "y"}
-    truth = joint.load(tmp_path / "xy.toml")[1]
+    truth = compositions.load(tmp_path / "xy.toml")[1]
     for name, own in (("x", truth.x), ("y", truth.y)):
         mass = told["axes"][name]["model"]["mass"]
         true = sheets.per_newton(own) * sheets.mass(own)
@@ -156,7 +155,7 @@ def test_a_machine_of_two_axes_is_commissioned(tmp_path: Path) -> None:
         assert (out / name / report.PAGE).is_file()
     page = (out / report.PAGE).read_text()
     assert page.count("data:image/png;base64,") == len(pages.DRAWN)
-    _, settings = joint.load(out / report.MACHINE)
+    _, settings = compositions.load(out / report.MACHINE)
     assert settings.stack.carries == "nothing" and settings.x.load.payload == 0.0
     run = ["run", "--config", str(out / report.MACHINE), "--out", str(tmp_path / "run")]
     assert CliRunner().invoke(app, run).exit_code == 0
@@ -168,11 +167,11 @@ def test_a_machine_of_two_axes_is_commissioned(tmp_path: Path) -> None:
 
 def test_two_rigs_are_places_of_a_files_pitches_and_drives(lab: str) -> None:
     pair, places = plane.own(Path("xy.toml"), f"{lab}:x+{lab}:weak", 0)
-    tree = joint.load(Path("xy.toml"))[1]
+    tree = compositions.load(Path("xy.toml"))[1]
     assert [place.name for place in places] == [f"axis x on {lab}:x", f"axis y on {lab}:weak"]
     assert [place.effort for place in places] == [tree.x.controller.limit, 3.0] and LIVE.motor > 3.0
     assert all(place.real and place.pitch == tree.x.encoder.pitch for place in places)
-    assert [place.make(0) for place in places] == list(pair.halves)
+    assert [place.make(0) for place in places] == list(pair.members)
 
 
 def test_both_are_open_and_the_other_has_no_effort(
@@ -242,13 +241,13 @@ def test_two_rigs_are_interrupted_and_commissioned_in_the_end(lab: str) -> None:
     assert not [each for each in kept if each in done.output] and len(kept) == 2
     assert "verification of both: 10 of 10 moves arrived" in done.output
     told = json.loads(Path("out", report.JSON).read_text())
-    truth = joint.load(Path("xy.toml"))[1]
+    truth = compositions.load(Path("xy.toml"))[1]
     for name, own in (("x", truth.x), ("y", truth.y)):
         mass = told["axes"][name]["model"]["mass"]
         true = sheets.per_newton(own) * sheets.mass(own)
         assert abs(mass["value"] - true) < max(2.0 * mass["half_width_95"], 0.02 * true)
     assert f"axis x on {lab}:x and axis y on {lab}:y" in Path("out", report.PAGE).read_text()
-    settings = joint.load(Path("out", report.MACHINE))[1]
+    settings = compositions.load(Path("out", report.MACHINE))[1]
     assert settings.stack.carries == "nothing"
     log = Path("log").read_text().splitlines()
     assert log[-4:] == LEFT and log.count("x entered") == 2 and "y driven" in log

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from macromicro.machines import axis, equipped, guarding, machine, open_rig, planning, runs, stage
+from macromicro.machines import axis, equipped, guarding, machine, open_rig, period, planning, runs
 from macromicro.machines.guard_words import DRIVE, LIMIT_HIGH, LIMIT_LOW, LIMITS, NOT_ENABLED
 from macromicro.machines.rig import CompiledTwin, Twin
 from macromicro.programme import Programme
@@ -134,7 +134,7 @@ def test_what_runs_away_is_caught_by_the_limit_switch(sign: float, fault: int) -
     watch = done.outcome.watch
     place = tree.switches.low if sign < 0.0 else tree.switches.high
     assert watch.fault == fault and done.recording["effort"][-1] == 0.0
-    assert done.recording["phase"][-1] == stage.FAULT
+    assert done.recording["phase"][-1] == period.FAULT
     fastest = float(np.max(np.abs(done.recording["true_speed"]))) * 1e-3
     assert abs(watch.value - place) < 2e-3 * fastest + 1e-4
     assert done.recording["limit_low" if sign < 0.0 else "limit_high"][-1] == 1.0

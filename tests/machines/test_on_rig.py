@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,8 @@ import pytest
 from macromicro import cli
 from macromicro.errors import InputError, MacromicroError
 from macromicro.machines import job, machine, on_rig, runs
+from macromicro.machines.on_rig import Rigs
+from macromicro.machines.planning import Schedule
 from macromicro.recording import Recording
 
 MINE = """
@@ -154,8 +157,8 @@ def test_another_period_is_refused(lab: Path) -> None:
     tree = machine.load(lab / "m.toml")[1]
     quick: Any = tree._replace(timing=tree.timing._replace(period=0.25e-3))
     with pytest.raises(InputError, match=r"timing\.period: '0\.00025 s'; accepted: 0\.001 s"):
-        on_rig.found("on_mine:axis", quick, 0)
-    assert on_rig.found("twin", quick, 0) is None
+        on_rig.found("on_mine:axis", machine.MACHINES[0], quick, 0)
+    assert on_rig.found("twin", machine.MACHINES[0], quick, 0) is None
 
 
 def test_a_way_of_which_nothing_is_left_is_no_arrival(lab: Path) -> None:
@@ -168,11 +171,11 @@ def test_a_way_of_which_nothing_is_left_is_no_arrival(lab: Path) -> None:
         guard=tree.guard._replace(error=1.0),
     )  # fmt: skip
     checked = job.check(job.Request(lab / "m.toml", "p.toml"))
-    fixture = on_rig.found("on_mine:away", weak, 0)
-    assert fixture is not None
+    rigs = on_rig.found("on_mine:away", made, weak, 0)
+    assert rigs is not None
     blocks = runs.Blocks()
     with pytest.raises(MacromicroError, match="the stage stopped at"):
-        on_rig.perform(made, weak, checked.plan, blocks, fixture.open(0))
+        on_rig.perform(made, weak, checked.plan, blocks, on_rig.opened(rigs, 0))
     assert blocks.blocks == []
 
 
@@ -193,6 +196,8 @@ def test_a_rig_of_its_own_period_is_collected_from(
 class Fake:
     """A rig that says when it is entered, left alone and left."""
 
+    channels, clock = (), None
+
     def __init__(self, name: str, said: list[str], fails: bool = False) -> None:
         self.name, self.said, self.fails = name, said, fails
 
@@ -212,36 +217,45 @@ class Fake:
 def said(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     there: list[str] = []
 
-    def bring(machine: Any, settings: Any, plan: Any, rig: Fake) -> None:
-        there.append(f"{rig.name} brought")
+    def bring(machine: Any, settings: Any, plan: Any, rig: Any) -> None:
+        there.append(f"{rig._rig.name} brought")
 
     monkeypatch.setattr(on_rig, "bring", bring)
     return there
 
 
-def standing(rig: Fake, rest: float) -> Any:
+def performed(rigs: list[Fake], sink: Any) -> Any:
+    """A programme of two stages on these rigs."""
     nothing: Any = None
-    return on_rig.Standing(nothing, nothing, nothing, rig, rest)
+    stages = SimpleNamespace(
+        stages=(("x", nothing), ("y", nothing)), trees=lambda settings: (nothing, nothing)
+    )
+    made: Any = stages
+    plans = Schedule((nothing, nothing), ())
+    return on_rig.perform(made, nothing, plans, sink, Rigs(rigs), [1.0, 2.0])
 
 
-def test_all_are_entered_before_one_moves_and_left_however_it_ends(said: list[str]) -> None:
-    sink, stages = runs.Blocks(), [standing(Fake("x", said), 1.0), standing(Fake("y", said), 2.0)]
+def test_all_are_entered_before_one_moves_and_left_however_it_ends(
+    said: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sink = runs.Blocks()
 
-    def run(blocks: runs.Blocks) -> None:
+    def run(machine: Any, settings: Any, planned: Any, blocks: runs.Blocks, **how: Any) -> None:
+        assert [rig._rig.name for rig in how["on"]] == ["x", "y"]
         said.append("run")
         blocks.append(np.ones((2, 3)))
         blocks.append(np.zeros((2, 1)))
         raise KeyboardInterrupt
 
+    monkeypatch.setattr(runs, "perform", run)
     with pytest.raises(KeyboardInterrupt):
-        on_rig.from_start(stages, sink, run)
+        performed([Fake("x", said), Fake("y", said)], sink)
     entered = ["x entered", "y entered", "x idle 1", "y idle 2", "x brought", "y brought"]
     assert said == [*entered, "run", "y left", "x left"]
     assert [block.tolist() for block in sink.blocks] == [[[1.0, 1.0, 1.0, 0.0]] * 2]
 
 
 def test_where_one_cannot_be_entered_nothing_moves(said: list[str]) -> None:
-    stages = [standing(Fake("x", said), 0.0), standing(Fake("y", said, fails=True), 0.0)]
     with pytest.raises(OSError, match="no such port"):
-        on_rig.from_start(stages, runs.Blocks(), lambda blocks: None)
+        performed([Fake("x", said), Fake("y", said, fails=True)], runs.Blocks())
     assert said == ["x entered", "x left"]

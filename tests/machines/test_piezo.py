@@ -10,8 +10,8 @@ from macromicro.errors import InputError
 from macromicro.hysteresis.prandtl_fit import fit
 from macromicro.hysteresis.prandtl_loop import measured
 from macromicro.kernel import compiled
-from macromicro.machines import machine, piezo_sheets, planning, runs, stage
-from macromicro.machines.piezo import DEFAULT, KIND, LAW
+from macromicro.machines import composite, machine, period, piezo_sheets, planning, runs, stage
+from macromicro.machines.piezo import DEFAULT, KIND
 from macromicro.machines.results import moves
 from macromicro.machines.rig import Twin
 from macromicro.machines.stage import Bounds
@@ -182,13 +182,14 @@ def test_an_identified_loop_is_nearer_than_the_printed_one():
 
 def test_interpreted_and_compiled_give_the_same_bits_and_so_does_a_rig():
     plan = planning.plan(programme(0.4, hold=0.001), DEFAULT)
-    loop, params = runs.loop(DEFAULT, plan), KIND.prepare(DEFAULT)
+    stages, bench = composite.clocked(PIEZO), composite.bench(PIEZO, DEFAULT)
+    loops = runs.loops(PIEZO, DEFAULT, plan)
     noise = np.random.default_rng(1).standard_normal((150, KIND.noises))
     blocks = []
-    for period in (stage.period(KIND, LAW), compiled(stage.period(KIND, LAW))):
-        block = np.zeros((len(stage.columns(KIND, LAW)), len(noise)))
-        begin = stage.beginning(KIND, LAW, params, loop)
-        period(params, loop, begin, noise, block, DEFAULT.timing.period)
+    for run in (period.period(stages), compiled(period.period(stages))):
+        block = np.zeros((len(period.columns(stages)), len(noise)))
+        begin = period.beginning(stages, bench, loops)
+        run(bench, loops, begin, (noise,), block, DEFAULT.timing.period)
         blocks.append(block)
     assert np.allclose(*blocks, rtol=1e-12, atol=1e-18)
     own = runs.record(PIEZO, DEFAULT, plan).recording

@@ -1,9 +1,8 @@
-"""One control period for any stage: interpreted, compiled and on a rig the same bits."""
+"""A stage under its law and without one: simulated and on a rig the same bits."""
 
 import numpy as np
 import pytest
 
-from macromicro.kernel import compiled
 from macromicro.machines import machine, planning, runs, stage
 from macromicro.machines.rig import Twin
 from macromicro.machines.stage import Bounds
@@ -25,21 +24,6 @@ def test_a_move_arrives_where_it_should(short):
     assert short.outcome.finished and short.outcome.fault is None
     pitch = AXIS.settings.encoder.pitch * 1e3
     assert abs(found["true_position"][-1] - SHORT.target[0] * pitch) < 3.0 * pitch
-
-
-def test_interpreted_and_compiled_give_the_same_bits(short):
-    settings, kind, law = AXIS.settings, AXIS.kind, AXIS.law
-    params = kind.prepare(settings)
-    loop = runs.loop(settings, planning.plan(SHORT, settings))
-    begin = stage.beginning(kind, law, params, loop)
-    noise = np.random.default_rng(1).standard_normal((len(short.recording) + 9, kind.noises))
-    blocks = []
-    for run in (stage.period(kind, law), compiled(stage.period(kind, law))):
-        block = np.zeros((len(stage.columns(kind, law)), len(noise)))
-        end, written = run(params, loop, begin, noise, block, settings.timing.period)
-        assert end.over and written == len(short.recording)
-        blocks.append(block)
-    assert np.array_equal(*blocks)
 
 
 def test_a_rig_is_driven_by_the_same_control_period(short):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from macromicro.arrays import own
-from macromicro.machines import machine, planning, runs, stage
-from macromicro.plant import bench
+from macromicro.machines import composite, machine, period, planning, runs, stage
+from macromicro.plant import bench as plants
 from macromicro.rig.twin import CompiledTwin, Twin
 from macromicro.settings import Settings
 from macromicro.types import SAFE
@@ -39,14 +39,15 @@ def test_a_drive_from_a_state_can_be_repeated(one):
 def test_a_run_from_a_state_can_be_repeated(one):
     tree, kind = one.settings, one.kind
     plan = planning.plan(planning.usual(tree), tree)
-    params, control = kind.prepare(tree), runs.loop(tree, plan)
-    began = stage.beginning(kind, one.law, params, control)
-    period, n = stage.fastest(kind, one.law), 400
-    noise = np.zeros((n, kind.noises))
+    stages, bench = composite.clocked(one), composite.bench(one, tree)
+    control = runs.loops(one, tree, plan)
+    began = period.beginning(stages, bench, control)
+    fastest, n = period.fastest(stages), 400
+    noise = (np.zeros((n, kind.noises)),)
 
     def go(state):
-        out = np.empty((len(stage.columns(kind, one.law)), n))
-        after, written = period(params, control, state, noise, out, tree.timing.period)
+        out = np.empty((len(period.columns(stages)), n))
+        after, written = fastest(bench, control, state, noise, out, tree.timing.period)
         return after, out[:, :written]
 
     middle, _ = go(began)
@@ -58,8 +59,8 @@ def test_a_run_from_a_state_can_be_repeated(one):
 
 @pytest.mark.parametrize("kind", [Twin, CompiledTwin])
 def test_two_twins_of_the_two_stage_machine_share_no_state(kind):
-    plant = bench.prepare(Settings().bench, Settings().sensors)
-    state = bench.initial(plant)
+    plant = plants.prepare(Settings().bench, Settings().sensors)
+    state = plants.initial(plant)
     before = leaves(state)
 
     def heated():

@@ -8,9 +8,9 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.kernel import compiled
-from macromicro.machines import machine, planning, runs, stage, wire_sheets
+from macromicro.machines import composite, machine, period, planning, runs, stage, wire_sheets
 from macromicro.machines.stage import Bounds
-from macromicro.machines.wire import DEFAULT, KIND, LAW, prepare
+from macromicro.machines.wire import DEFAULT, KIND, prepare
 from macromicro.plant import wire as alloys
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples/machines").glob("wire-*.toml"))
@@ -47,6 +47,9 @@ def test_what_it_cannot_do_is_refused(changes, path, words):
         DEFAULT.with_(changes)
     assert error.value.where.endswith(path)
     assert words in error.value.accepted
+
+
+WIRE = machine.MACHINES[2]
 
 
 def test_heats_follow_from_the_sheet():
@@ -184,13 +187,17 @@ def test_patience_grows_with_the_time_in_which_the_hysteresis_is_crossed():
 
 def test_interpreted_and_compiled_agree():
     plan = planning.plan(planning.usual(DEFAULT), DEFAULT)
-    loop, params = runs.loop(DEFAULT, plan), KIND.prepare(DEFAULT)
+    stages, bench = (
+        composite.clocked(machine.MACHINES[2]),
+        composite.bench(machine.MACHINES[2], DEFAULT),
+    )
+    loops = runs.loops(WIRE, DEFAULT, plan)
     noise = np.random.default_rng(1).standard_normal((300, KIND.noises))
     blocks = []
-    for period in (stage.period(KIND, LAW), compiled(stage.period(KIND, LAW))):
-        block = np.zeros((len(stage.columns(KIND, LAW)), len(noise)))
-        begin = stage.beginning(KIND, LAW, params, loop)
-        period(params, loop, begin, noise, block, DEFAULT.timing.period)
+    for run in (period.period(stages), compiled(period.period(stages))):
+        block = np.zeros((len(period.columns(stages)), len(noise)))
+        begin = period.beginning(stages, bench, loops)
+        run(bench, loops, begin, (noise,), block, DEFAULT.timing.period)
         blocks.append(block)
     assert np.allclose(*blocks, rtol=1e-12, atol=1e-18)
     assert np.ptp(blocks[0][1]) > 0.0

@@ -7,31 +7,31 @@ import pytest
 from tests.machines.joint.axes import straight
 
 from macromicro import cli
-from macromicro.machines.joint import machine as joint_machine
+from macromicro.machines import compositions, trial
 from macromicro.machines.joint import planning
+from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import DEFAULT
-from macromicro.machines.joint.trial import JointTrial
 from macromicro.schema.par import value_at
 from macromicro.tuning import joint, joint_files, stage
 
-GOOD = JointTrial(0.0, 0.0, 9.0, 4.0, 10.0, 0.01, 5.0, 6.0, 7.0, 0.2, 0.4)
+GOOD = trial.kind(XY_MACHINE)(0.0, 0.0, 9.0, 4.0, 10.0, 0.01, 5.0, 6.0, 7.0, 0.2, 0.4)
 
 
 def test_the_cost_by_hand():
     assert DEFAULT.x.guard.effort == 10.0 == DEFAULT.y.guard.effort
     # 2 and 4 % of the limit, in the mean 3 %, at a fifth for each.
-    assert joint.cost(GOOD, DEFAULT) == pytest.approx(4.0 * (1.0 + 0.2 * 3.0))
-    assert joint.cost(GOOD._replace(fault=3.0), DEFAULT) == stage.FAILED
-    assert joint.cost(GOOD._replace(missed=2.0), DEFAULT) == 3.0 * stage.FAILED
+    assert joint.cost(XY_MACHINE, GOOD, DEFAULT) == pytest.approx(4.0 * (1.0 + 0.2 * 3.0))
+    assert joint.cost(XY_MACHINE, GOOD._replace(fault=3.0), DEFAULT) == stage.FAILED
+    assert joint.cost(XY_MACHINE, GOOD._replace(missed=2.0), DEFAULT) == 3.0 * stage.FAILED
 
 
 def test_matched_axes_have_the_lower_position_gain():
     tree = DEFAULT.with_({"x.controller.position": "30 1/s", "y.controller.position": "40 1/s"})
-    found = joint.matched(tree)
+    found = joint.matched(XY_MACHINE, tree)
     assert found.x.controller.position == 30.0 == found.y.controller.position
     assert found.y._replace(controller=tree.y.controller) == tree.y and found.x == tree.x
     own = tree.with_("y.law", "tests.control.own_laws:sliding")
-    assert joint.matched(own) == own
+    assert joint.matched(XY_MACHINE, own) == own
 
 
 def test_a_search_never_ends_worse_than_it_began():
@@ -39,7 +39,7 @@ def test_a_search_never_ends_worse_than_it_began():
     aim = stage.named("error")
     heard = []
     found = joint.search(
-        joint_machine.XY_MACHINE,
+        XY_MACHINE,
         DEFAULT,
         plan,
         aim,
@@ -75,7 +75,7 @@ def test_the_command_writes_settings_that_run(tmp_path, monkeypatch, capsys):
         "tuning.json",
         "contour.png",
     }
-    found, tree = joint_machine.load(tmp_path / "out/tuned.toml")
+    found, tree = compositions.load(tmp_path / "out/tuned.toml")
     assert tree.y.load.payload == 0.2 and found.name == "xy"
     best = told["versions"].index(told["best"])
     row = next(r for r in told["table"] if r["name"] == "x.controller.position")

@@ -29,7 +29,7 @@ def leading(settings: Any) -> tuple[Any, Any] | None:
     """Machine and settings of the stage whose faults are tried, of two axes the first; None for the
     two-stage machine."""
     if isinstance(settings, JointSettings):
-        return settings.machine.axes[0], of(settings.tree)[0]
+        return settings.machine.stages[0][1], of(settings.tree)[0]
     return (settings.machine, settings.tree) if isinstance(settings, StageSettings) else None
 
 

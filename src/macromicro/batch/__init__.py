@@ -66,19 +66,12 @@ def _stage(machine: str) -> Callable[..., Job]:
     return make
 
 
-def _joint(**options: Any) -> Job:
-    from macromicro.batch._joint_job import JointJob
-
-    return JointJob(**options)
-
-
 JOBS: dict[str, Callable[..., Job]] = {
     "macro-model": _macro_model,
     "macro-bench": _macro_bench,
     "micro-bench": _micro_bench,
     "programme": _programme,
-    **{machine: _stage(machine) for machine in ("axis", "piezo", "wire", "rotary")},
-    "xy": _joint,
+    **{machine: _stage(machine) for machine in ("axis", "piezo", "wire", "rotary", "xy")},
 }
 
 

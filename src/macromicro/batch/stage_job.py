@@ -1,4 +1,4 @@
-"""The jobs "axis", "piezo", "wire", "rotary": metrics of a machine of one stage on a programme."""
+"""The jobs named by a machine: metrics of its run of a programme."""
 
 from __future__ import annotations
 
@@ -7,16 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from macromicro import programme as programmes
 from macromicro.arrays import Array
 from macromicro.batch.variants import SEED, Metric, Trajectories, Variants, applied, checked, seeds
 from macromicro.batch.variants import table as parameters
-from macromicro.columns import Column, layout
+from macromicro.columns import layout
 from macromicro.errors import InputError
-from macromicro.machines import machine as machines
-from macromicro.machines import planning, runs
-from macromicro.machines.trial import Trial, trial
-from macromicro.place import LENGTH, Place
+from macromicro.machines import composite, compositions, programmes, runs
+from macromicro.machines.composite import AnyMachine
+from macromicro.machines.machine import Machine
+from macromicro.machines.planning import Planned
+from macromicro.machines.trial import kind, trial
+from macromicro.place import LENGTH
 from macromicro.recording import Recording
 from macromicro.schema.config import check
 from macromicro.schema.par import NO_UNIT
@@ -24,30 +25,25 @@ from macromicro.schema.par import NO_UNIT
 TRACED = ("position", "target", "effort")
 
 
-def metrics(place: Place = LENGTH) -> tuple[Metric, ...]:
-    """Metrics of a run, the fields of `trial.Trial`."""
-    return told(Trial, place)
-
-
-def told(kind: Any, place: Place = LENGTH) -> tuple[Metric, ...]:
-    """Metrics of a run, the fields of a ``NamedTuple``."""
+def metrics(machine: AnyMachine) -> tuple[Metric, ...]:
+    """Metrics of a run, the fields of `trial.kind`."""
+    place = machine.stages[0][1].kind.place if isinstance(machine, Machine) else LENGTH
     return tuple(
         Metric(c.name, "" if c.unit in NO_UNIT else c.unit, c.meaning)
-        for c in layout(kind, place=place).columns
+        for c in layout(kind(machine), place=place).columns
     )
 
 
 class StageJob:
-    """A programme on a machine of one stage, as `macromicro run` runs it, without a recording.
+    """A programme on a machine, as `macromicro run` runs it, without a recording.
 
     Derived values (gains, limits of the motion, the guard) follow a variant's parameters, unless
     the settings have set them. Settings that no file could have are an impossible variant.
+    The parameters of several axes begin with the axis ("x.friction.coulomb"); a heavier y changes
+    the limits, the gains and the guard of an x that carries it.
     """
 
     block = 1
-    traced: tuple[str, ...] = TRACED
-    kinds: tuple[Any, ...] = ()  # kinds of its stages
-    trees: tuple[Any, ...] = ()  # their settings
 
     def __init__(
         self,
@@ -61,24 +57,27 @@ class StageJob:
         self._seed = seed
         self._open(machine, settings)
         self._known = parameters(self._settings)
-        self._path = programmes.find(str(programme)) if programme else None
+        self._programme = str(programme) if programme else None
         self._plan(self._settings)  # a wrong programme is refused at once
 
     def _open(self, machine: Any, settings: Any) -> None:
-        found = machines.named(machine, "job")
+        found: Any = compositions.machine(machine, "job")
         self.name = found.name
         self._settings = found.settings if settings is None else settings
-        self._machine: Any = machines.under(found, self._settings)
-        self.metrics = metrics(found.kind.place)
-        self.kinds, self.trees = (found.kind,), (self._settings,)
+        self._machine: AnyMachine = composite.under(found, self._settings)
+        self.metrics = metrics(found)
+        self.kinds = tuple(one.kind for _, one in self._machine.stages)
+        self.trees = found.trees(self._settings)
+        before = [f"{name}_" if name else "" for name in composite.names(found)]
+        self.traced = tuple(f"{each}{name}" for each in before for name in TRACED)
 
     def base(self) -> Any:
         return self._settings
 
-    def _plan(self, tree: Any) -> Any:
-        path = self._path
-        moves = planning.usual(tree) if path is None else planning.load(path, tree)
-        return planning.plan(moves, tree)
+    def _plan(self, tree: Any) -> Planned:
+        moves = programmes.chosen(self._machine, tree, self._programme)
+        planned: Planned = programmes.plan(self._machine, tree, moves)
+        return planned
 
     def _trial(self, tree: Any, seed: int) -> Any:
         return trial(self._machine, tree, self._plan(tree), seed)
@@ -111,9 +110,7 @@ class StageJob:
         shown = np.full((len(self.traced), len(done), rows), math.nan)
         for k, run in enumerate(done):
             shown[:, k, : run.shape[1]] = run
-        units = {c.name: c.unit for c in self._columns() if c.name in self.traced}
+        columns = runs.columns(self._machine)
+        units = {c.name: c.unit for c in columns if c.name in self.traced}
         t = np.arange(rows * every, step=every) * float(self.trees[0].timing.period)
         return Trajectories(t, dict(zip(self.traced, shown, strict=True)), units)
-
-    def _columns(self) -> tuple[Column, ...]:
-        return runs.columns(self._machine)

@@ -48,7 +48,7 @@ def collect(experiment: str | None, asked: Asked) -> None:
     stages = each(asked.config)
     procedure = collecting.find(experiment or "", stages[0][1])
     keys.seed(asked.seed, "--seed")
-    rigs = _named(asked.rig, len(stages))
+    rigs = _named(asked.rig, tuple(name for name, _, _ in stages))
     place = folder.chosen(asked.out, Path("results") / procedure.name, overwrite=asked.overwrite)
     folders = [place / name for name, _, _ in stages]
     for one in folders:
@@ -66,20 +66,22 @@ def collect(experiment: str | None, asked: Asked) -> None:
         raise typer.Exit(signals.status)
 
 
-def _named(rig: str, stages: int) -> list[str]:
-    """The rig of each stage; two axes are driven one after the other."""
-    from macromicro.machines.joint import two_rigs
+def _named(rig: str, stages: tuple[str, ...]) -> list[str]:
+    """The rig of each stage; several are driven one after the other."""
+    from macromicro.machines import on_rig
     from macromicro.rig.opening import TWIN
 
-    return [rig] * stages if stages == 1 or rig == TWIN else two_rigs.named(rig)
+    if stages == ("",) or rig == TWIN:
+        return [rig] * len(stages)
+    return on_rig.named(rig, stages)
 
 
 def _rig(name: str, tree: Any, seed: int) -> Any:
     """The user's rig with the period of the settings; None for the simulated machine."""
     from macromicro.machines import on_rig
+    from macromicro.rig.opening import TWIN
 
-    fixture = on_rig.found(name, tree, seed)
-    return None if fixture is None else fixture.make(seed)
+    return None if name == TWIN else on_rig.one(name, tree, seed).make(seed)
 
 
 def _saved(procedure: Procedure, given: Given, place: Path, asked: Asked, signals: Signals) -> None:

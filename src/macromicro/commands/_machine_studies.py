@@ -1,4 +1,4 @@
-"""``tune`` and ``robust`` for the machines of one stage and of two axes."""
+"""``tune`` and ``robust`` for the machines of one stage and of several."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import typer
 
-from macromicro.commands import machine_run
 from macromicro.commands.signals import Signals
 from macromicro.errors import InputError, ProblemError
 from macromicro.schema.text import printable
@@ -42,6 +41,14 @@ def name_of(config: Path) -> str:
     return chosen(config).name
 
 
+def of_several(config: Path) -> bool:
+    """Whether a settings file is for a machine of several stages on one clock."""
+    from macromicro.machines.composition import STEP
+    from macromicro.machines.compositions import chosen
+
+    return chosen(config).family == STEP
+
+
 def tune(
     asked: Asked,
     stage: str,
@@ -60,8 +67,7 @@ def tune(
     from macromicro.tuning.evolution import Stop
 
     kinds = formats(asked.figures)
-    pick = _tuned_pair if machine_run.in_step(asked.config) else _tuned_stage
-    names, search, told, search_least = pick(asked)
+    names, search, told, search_least = _tuned(asked)
     if stage not in names:
         raise InputError("stage", stage, f"{names[0]} for this machine")
     aim = tuning.named(objective)
@@ -114,37 +120,26 @@ def results(out: Path, settings: str, *, better: bool) -> str:
     return f"results: {out}" + (f"; try: macromicro run --config {out / settings}" * better)
 
 
-def _tuned_stage(asked: Asked) -> tuple[tuple[str, ...], Any, Any, int]:
-    """Names of the tuned set, search, files and fewest designs for a machine of one stage."""
-    from macromicro.machines import doubts, planning
-    from macromicro.machines.machine import load
-    from macromicro.tuning import stage, stage_files
-
-    machine, settings = load(asked.config, asked.law)
-    doubts.refuse(settings, printable(asked.config, 300), "tune")
-    plan = planning.plan(planning.usual(settings), settings)
-
-    def search(aim: Any, budget: Any, tell: Any) -> Any:
-        aim = stage.named(aim.name, machine.kind.place)
-        return stage.search(machine, settings, plan, aim, budget, tell)
-
-    return (machine.kind.name, machine.name, "macro"), search, stage_files, stage.LEAST
-
-
-def _tuned_pair(asked: Asked) -> tuple[tuple[str, ...], Any, Any, int]:
+def _tuned(asked: Asked) -> tuple[tuple[str, ...], Any, Any, int]:
+    """Names of the tuned set, search, files and fewest designs."""
     from functools import partial
 
-    from macromicro.machines import doubts
-    from macromicro.machines.joint import course, planning
-    from macromicro.machines.joint.machine import load
-    from macromicro.tuning import joint, joint_files
+    from macromicro.machines import compositions, doubts, programmes
+    from macromicro.machines.machine import Machine
+    from macromicro.tuning import joint, joint_files, stage, stage_files
 
-    only({"--law": asked.law}, name_of(asked.config))
-    machine, settings = load(asked.config)
+    machine, settings = compositions.load(asked.config, asked.law)
     doubts.refuse(settings, printable(asked.config, 300), "tune")
-    plan = planning.plan(course.usual(settings), settings)
-    search = partial(joint.search, machine, settings, plan)
-    return (machine.name,), search, joint_files, joint.LEAST
+    plan = programmes.plan(machine, settings, programmes.chosen(machine, settings))
+    if not isinstance(machine, Machine):
+        search = partial(joint.search, machine, settings, plan)
+        return (machine.name,), search, joint_files, joint.fewest(machine)
+    place = machine.kind.place
+
+    def search_one(aim: Any, budget: Any, tell: Any) -> Any:
+        return stage.search(machine, settings, plan, stage.named(aim.name, place), budget, tell)
+
+    return (machine.kind.name, machine.name, "macro"), search_one, stage_files, stage.LEAST
 
 
 def robust(
@@ -166,8 +161,7 @@ def robust(
     counted(samples)
     if workers is not None:
         keys.whole(workers, 1, MAX_WORKERS, "--workers")
-    pick = _pair if machine_run.in_step(asked.config) else _stage
-    title, required, study = pick(asked, programme, limits)
+    title, required, study = _studied(asked, programme, limits)
     folder.check(asked.out, 2_000_000, overwrite=asked.overwrite, names=told.FILES)
     with (
         Signals() as signals,
@@ -205,40 +199,19 @@ def _warn(settings: Any) -> None:
         print(f"macromicro: warning: {each.text}", file=sys.stderr)
 
 
-def _stage(asked: Asked, programme: str | None, limits: Path | None) -> tuple[str, Any, Any]:
-    """Title, requirements and study of a machine of one stage."""
+def _studied(asked: Asked, programme: str | None, limits: Path | None) -> tuple[str, Any, Any]:
+    """Title, requirements and study of a machine."""
     from functools import partial
 
-    from macromicro import programme as programmes
     from macromicro.batch.stage_job import metrics
-    from macromicro.machines import planning
-    from macromicro.machines.machine import load
+    from macromicro.machines import compositions, programmes
     from macromicro.robustness import requirements, stage
 
-    machine, settings = load(asked.config, asked.law)
+    machine, settings = compositions.load(asked.config, asked.law)
     _warn(settings)
-    required = () if limits is None else requirements.load(limits, metrics(machine.kind.place), ())
-    if programme is None:
-        moves = planning.usual(settings)
-    else:
-        moves = planning.load(programmes.find(programme), settings)
-    plan = planning.plan(moves, settings)
-    return moves.title, required, partial(stage.study, machine, settings, plan)
-
-
-def _pair(asked: Asked, programme: str | None, limits: Path | None) -> tuple[str, Any, Any]:
-    from functools import partial
-
-    from macromicro.machines.joint import job, planning
-    from macromicro.machines.joint.machine import load
-    from macromicro.robustness import joint, requirements
-
-    only({"--law": asked.law}, name_of(asked.config))
-    machine, settings = load(asked.config)
-    _warn(settings)
-    required = joint.required(settings)
+    required = stage.required(machine, settings)
     if limits is not None:
-        required = requirements.load(limits, joint.METRICS, required)
-    moves = job.chosen(settings, programme)
-    plan = planning.plan(moves, settings)
-    return moves.title, required, partial(joint.study, machine, settings, plan)
+        required = requirements.load(limits, metrics(machine), required)
+    moves = programmes.chosen(machine, settings, programme)
+    plan = programmes.plan(machine, settings, moves)
+    return moves.title, required, partial(stage.study, machine, settings, plan)

@@ -41,19 +41,13 @@ def before(job: Job, yes: bool) -> None:
 
 
 def before_one(job: Any, yes: bool) -> None:
-    """Ask before a run of a machine of one stage or of two axes, unless `yes`."""
+    """Ask before a run of a machine of one stage or of several, unless `yes`."""
     from macromicro.machines import on_rig
-    from macromicro.machines.joint import two_rigs
 
-    source = getattr(job, "source", None)
-    if source is None:
+    if job.source is None:
         return
-    about = (job.settings, job.plan, job.programme.title)
-    if isinstance(source, Fixture):
-        lines = on_rig.said(job.machine, *about, source.name, job.expected)
-    else:
-        lines = two_rigs.said(*about, source, job.expected)
-    agreed(lines, f"--rig {job.request.rig}", yes=yes)
+    what = (job.machine, job.settings, job.plan, job.programme.title)
+    agreed(on_rig.said(*what, job.source, job.expected), f"--rig {job.request.rig}", yes=yes)
 
 
 def said(job: Job, rig: Fixture) -> list[str]:

@@ -244,18 +244,24 @@ def _only(*given: str) -> None:
             raise ProblemError(f"--{name}", "not allowed with --kind two_stage")
 
 
+def _of_two_axes(config: Path) -> bool:
+    from macromicro.machines.compositions import chosen
+    from macromicro.machines.machine import JOINT
+
+    return chosen(config).name == JOINT
+
+
 def _in_step(config: Path | None, rig: str, own: tuple[str, str, str]) -> bool:
     """Whether a machine of two axes is commissioned, simulated or on two rigs."""
-    from macromicro.commands.machine_run import in_step
     from macromicro.errors import InputError, ProblemError
-    from macromicro.machines.joint.two_rigs import several
+    from macromicro.machines.on_rig import several
     from macromicro.rig.opening import TWIN
 
     if rig == TWIN:
-        return config is not None and not any(own) and in_step(config)
+        return config is not None and not any(own) and _of_two_axes(config)
     if not several(rig):
         return False
-    if config is None or not in_step(config):
+    if config is None or not _of_two_axes(config):
         accepted = "a file of the machine xy, with pitch, period and drive of each axis"
         raise InputError("--config", str(config or "missing"), accepted)
     for name, value in zip(("--pitch", "--kind", "--lowest"), own, strict=True):

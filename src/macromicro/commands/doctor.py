@@ -159,12 +159,12 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
 
 def _each(rig: str, look: Callable[[str], Iterator[Finding]]) -> Iterator[Finding]:
     """The findings of a rig; of two axes one after the other, each under its name."""
-    from macromicro.machines.joint import two_rigs
+    from macromicro.machines import on_rig
 
-    if not two_rigs.several(rig):
+    if not on_rig.several(rig):
         yield from look(rig)
         return
-    for name in two_rigs.named(rig):
+    for name in on_rig.named(rig):
         for each in look(name):
             yield each._replace(what=f"{name}, {each.what}")
 

@@ -1,4 +1,4 @@
-"""``run`` and ``config show`` for the machines of one stage and of two axes."""
+"""``run`` and ``config show`` for the machines of one stage and of several."""
 
 from __future__ import annotations
 
@@ -22,65 +22,44 @@ def takes_turns(config: Path | None) -> bool:
     return chosen(config).family == TURNS
 
 
-def in_step(config: Path) -> bool:
-    """Whether a settings file is for a machine of several axes on one clock."""
-    from macromicro.machines.composition import STEP
-    from macromicro.machines.compositions import chosen
-
-    return chosen(config).family == STEP
-
-
 def refuse(*, fan: bool) -> None:
     if fan:
         raise ProblemError("--fan", "this machine has no fan")
 
 
 def run(asked: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals) -> None:
-    """Run a programme on a machine of one stage or of two axes, into its folder."""
+    """Run a programme on a machine of one stage or of several, into its folder."""
     from macromicro.commands import asking
-    from macromicro.machines.job import Request
+    from macromicro.machines import job as jobs
     from macromicro.runs.folder import held
 
-    rooms = _rooms(asked[0])
-    job = rooms[0].check(Request(*asked))
+    job = jobs.check(jobs.Request(*asked))
     asking.before_one(job, yes)
-    with held(job.out, overwrite=job.request.overwrite, names=rooms[0].FILES):
-        _run(job, rooms, as_json, signals)
+    with held(job.out, overwrite=job.request.overwrite, names=job.names):
+        _run(job, as_json, signals)
 
 
-def _rooms(config: Path) -> tuple[Any, Any, Any]:
-    """Modules for job, runs and report of the machine that a file names."""
-    if in_step(config):
-        from macromicro.machines.joint import job as joint_job
-        from macromicro.machines.joint import runs as joint_runs
-        from macromicro.report import joint
-
-        return joint_job, joint_runs, joint
-    from macromicro.machines import job, runs
-    from macromicro.report import stage
-
-    return job, runs, stage
-
-
-def _run(job: Any, rooms: tuple[Any, Any, Any], as_json: bool, signals: Signals) -> None:
+def _run(job: Any, as_json: bool, signals: Signals) -> None:
     from datetime import datetime
 
     from macromicro.commands.performing import performed
+    from macromicro.machines import composite, runs
+    from macromicro.machines.job import execute
+    from macromicro.report import machine as report
     from macromicro.report import terminal
     from macromicro.report.summary import as_json as to_json
 
-    experiment, runs, report = rooms
-    if any(one.kind.plain for one in getattr(job.machine, "axes", (job.machine,))):
+    if composite.clocked(job.machine).plain:
         words = "is plain Python: the machine runs interpreted, slower; `force` and `after` under"
         print(f"friction.part {words} @kernel are compiled", file=sys.stderr)
-    elif getattr(job, "source", None) is None:  # on a rig the same period runs interpreted
+    elif job.source is None:  # on a rig the same period runs interpreted
         if not runs.is_compiled():
             print("compiling the machine, once, about 10 s", file=sys.stderr)
         runs.compile_machine(job.machine, job.settings, job.plan)
     signals.later()
     started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
     bar = terminal.bar(job.programme.title, job.expected, lambda k: f"move {k + 1}")
-    ended = performed(experiment.execute, job, bar, signals)
+    ended = performed(execute, job, bar, signals)
     try:
         content = report.write(ended, started)
     except OSError as error:
@@ -92,7 +71,8 @@ def _run(job: Any, rooms: tuple[Any, Any, Any], as_json: bool, signals: Signals)
         print(to_json(content), end="")
     else:
         verdict = terminal.verdict(report.verdict(ended), job.out)
-        terminal.show_lines(report.HEADINGS, report.table(ended), verdict, report.remarks(ended))
+        lines = (report.headings(ended), report.table(ended), verdict, report.remarks(ended))
+        terminal.show_lines(*lines)
         print(f"results: {job.out}")
     problems = report.problems(ended)
     if problems:
@@ -133,13 +113,18 @@ def _warn(settings: Any, key: str | None = None) -> None:
 
 
 def show_axis(config: Path | None, axis: str) -> None:
-    """Print one axis of a machine of two as settings of the machine `axis`."""
-    from macromicro.machines.joint import machine as joint
-    from macromicro.machines.joint.settings import AXES, DEFAULT, of
+    """Print one stage of a machine of several as settings of a machine of its own."""
+    from macromicro.machines import composite, compositions
+    from macromicro.machines.machine import JOINT
 
-    if axis not in AXES:
-        raise InputError("--axis", axis, f"{' or '.join(AXES)}")
-    settings = DEFAULT if config is None else joint.load(config)[1]
-    text = joint.alone(settings, axis)
-    _warn(of(settings)[AXES.index(axis)])
-    print(text, end="")
+    if config is None:
+        machine, settings = (found := compositions.machine(JOINT, "machine")), found.settings
+    else:
+        machine, settings = compositions.load(config)
+    names = composite.names(machine)
+    if axis not in names or names == ("",):
+        raise InputError("--axis", axis, " or ".join(names) or "a machine of several stages")
+    k = names.index(axis)
+    tree, one = machine.trees(settings)[k], machine.stages[k][1]
+    _warn(tree)
+    print(composite.as_toml(one, tree), end="")

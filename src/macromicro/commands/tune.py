@@ -113,7 +113,7 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
             "--penalty": penalty,
         }
         options |= {"--route": route if route != "optimise" else None}
-        if machine_run.in_step(config):
+        if _machine_studies.of_several(config):
             options |= {"--robust": robust}
         if not robust:
             for option, count in (("--benches", benches), ("--held-out", held_out)):

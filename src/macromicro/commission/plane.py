@@ -15,15 +15,14 @@ from macromicro.commission import running
 from macromicro.commission._verifying import Shifted
 from macromicro.commission.procedure import Options
 from macromicro.commission.running import Commissioned, Place
-from macromicro.machines import compositions, rig
-from macromicro.machines.joint import course, on_rig, planning, results, two_rigs
-from macromicro.machines.joint import machine as joint
-from macromicro.machines.joint.on_rig import Pair
-from macromicro.machines.joint.planning import JointPlan
-from macromicro.machines.joint.results import JointMove
-from macromicro.machines.joint.settings import AXES, DEFAULT, of
+from macromicro.machines import composite, compositions, on_rig, results, rig, runs
+from macromicro.machines.joint import course, planning
+from macromicro.machines.joint.machine import XY_MACHINE
+from macromicro.machines.joint.settings import AXES, DEFAULT
 from macromicro.machines.machine import JOINT, KEY
-from macromicro.machines.results import arrived
+from macromicro.machines.on_rig import Rigs
+from macromicro.machines.planning import Schedule
+from macromicro.machines.results import JointMove, arrived
 from macromicro.recording import Recording
 from macromicro.schema import config
 
@@ -34,7 +33,7 @@ class Both(NamedTuple):
     axes: tuple[Commissioned, Commissioned]  # of each
     toml: str  # the machine's file
     settings: Any  # of the machine's file
-    plan: JointPlan  # the moves that verify it
+    plan: Schedule  # the moves that verify it
     recording: Recording
     moves: list[JointMove]  # those that began
     fault: str  # of a guard; "" for none
@@ -46,21 +45,21 @@ class Both(NamedTuple):
         return alone and not self.fault and arrived(self.moves) == len(self.plan.legs)
 
 
-def virtual(path: Path, seed: int) -> tuple[Pair, tuple[Place, Place]]:
+def virtual(path: Path, seed: int) -> tuple[Rigs, tuple[Place, Place]]:
     """The simulated axes of a machine, of which only what a user would know is used."""
     stages = compositions.each(path)
     twins = [rig.CompiledTwin(m.kind, own, seed + k) for k, (_, m, own) in enumerate(stages)]
     names = [f"axis {name} of the machine of {path.name}" for name in AXES]
-    return _placed(Pair(twins), names, [own for _, _, own in stages], real=False)
+    return _placed(Rigs(twins), names, [own for _, _, own in stages], real=False)
 
 
-def own(path: Path, name: str, seed: int) -> tuple[Pair, tuple[Place, Place]]:
+def own(path: Path, name: str, seed: int) -> tuple[Rigs, tuple[Place, Place]]:
     """Two user's rigs; a machine's file gives pitches, drives and period."""
-    settings = joint.load(path)[1]
-    rigs = two_rigs.found(name, settings, seed, "commissioning both axes")
+    machine, settings = compositions.load(path)
+    rigs = on_rig.found(name, machine, settings, seed, "commissioning both axes")
     assert rigs is not None
     names = [f"axis {axis} on {one.name}" for axis, one in zip(AXES, rigs, strict=True)]
-    pair, places = _placed(two_rigs.opened(rigs, seed), names, of(settings), real=True)
+    pair, places = _placed(on_rig.opened(rigs, seed), names, machine.trees(settings), real=True)
     bounds = [math.inf if one.limits is None else one.limits.motor for one in rigs]
     first, second = (
         place._replace(effort=min(place.effort, most))
@@ -70,8 +69,8 @@ def own(path: Path, name: str, seed: int) -> tuple[Pair, tuple[Place, Place]]:
 
 
 def _placed(
-    pair: Pair, names: Sequence[str], trees: Sequence[Any], *, real: bool
-) -> tuple[Pair, tuple[Place, Place]]:
+    pair: Rigs, names: Sequence[str], trees: Sequence[Any], *, real: bool
+) -> tuple[Rigs, tuple[Place, Place]]:
     """Both rigs, each also as a place with the settings that a user would know."""
     first, second = (
         Place(
@@ -82,13 +81,13 @@ def _placed(
             own.controller.limit,
             real,
         )
-        for half, name, own in zip(pair.halves, names, trees, strict=True)
+        for half, name, own in zip(pair.members, names, trees, strict=True)
     )
     return pair, (first, second)
 
 
 def commission(
-    pair: Pair,
+    pair: Rigs,
     places: tuple[Place, Place],
     options: tuple[Options, Options],
     out: Path | None = None,
@@ -101,8 +100,8 @@ def commission(
     """Commission both axes one after the other, and verify them together."""
     # Both rigs are entered before anything moves, and left with safe outputs in any case.
     axes = []
-    with pair.halves[0], pair.halves[1]:
-        for half in pair.halves:
+    with pair.members[0], pair.members[1]:
+        for half in pair.members:
             half.stop()
         for name, place, allowed in zip(AXES, places, options, strict=True):
             one = running.commission(
@@ -130,8 +129,8 @@ def commission(
         )
         recording, fault = _together(pair, places, both, settings, plan)
     done(VERIFY)
-    return Both(both, toml, settings, plan, recording, results.moves(recording, plan, settings),
-                fault)  # fmt: skip
+    moves = results.of(XY_MACHINE, recording, plan, settings)
+    return Both(both, toml, settings, plan, recording, moves, fault)
 
 
 def as_toml(axes: tuple[Commissioned, Commissioned]) -> str:
@@ -150,11 +149,11 @@ def as_toml(axes: tuple[Commissioned, Commissioned]) -> str:
 
 
 def _together(
-    pair: Pair,
+    pair: Rigs,
     places: tuple[Place, Place],
     axes: tuple[Commissioned, Commissioned],
     settings: Any,
-    plan: JointPlan,
+    plan: Schedule,
 ) -> tuple[Recording, str]:
     """Both axes to their 0, and the coordinated moves."""
     with axes[0].work.stand.rig, axes[1].work.stand.rig:
@@ -165,9 +164,8 @@ def _together(
         on = tuple(Shifted(one.work.stand) for one in axes)
         pair.together = True
         try:
-            done = on_rig.record(
-                joint.under(settings), settings, plan, (on[0], on[1]), "verification"
-            )
+            machine = composite.under(XY_MACHINE, settings)
+            done = runs.record(machine, settings, plan, on=on, title="verification", warn=False)
         finally:
             pair.together = False
     fault = done.outcome.fault

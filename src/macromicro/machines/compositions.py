@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from macromicro.errors import ProblemError
-from macromicro.machines import _two_stage
+from macromicro.machines import _two_stage, composite
 from macromicro.machines import machine as machines
+from macromicro.machines.composite import AnyMachine, Composite
 from macromicro.machines.composition import ONE, STEP, Composition
 from macromicro.machines.guarding import Watch
-from macromicro.machines.joint import machine as joint
-from macromicro.machines.joint.settings import AXES, DEFAULT
-from macromicro.machines.joint.settings import of as axes_of
+from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.machine import JOINT, KEY, Machine
 from macromicro.machines.signals import Output, Sample
 from macromicro.machines.tree import joined
@@ -46,28 +47,60 @@ def of(machine: Machine) -> Composition:
     )
 
 
-def _both(path: Path, law: str | None = None) -> Any:
-    if law is not None:
-        raise ProblemError("--law", joint.LAWS, joint.SET_LAWS)
-    return joint.load(path)[1]
+def machine(name: object, where: str) -> AnyMachine:
+    """The machine of a name, of one stage or of several on one clock."""
+    return XY_MACHINE if name == JOINT else machines.named(name, where)
 
 
-XY = Composition(
-    name=JOINT,
-    title=joint.TITLE,
-    family=STEP,
-    stages=AXES,
-    settings=DEFAULT,
-    sample=Sample,
-    outputs=Output,
-    truth=joint.XY_MACHINE.axes[0].kind.truth,
-    told=(joint.XY_MACHINE.axes[0].law.memory, Watch),
-    load=_both,
-    as_toml=joint.as_toml,
-)
+def load(path: Path, law: str | None = None) -> tuple[AnyMachine, Any]:
+    """The machine that a settings file names, under the law that it chooses, and its settings."""
+    made = chosen(path)
+    if made.family == ONE:
+        return machines.load(path, law)
+    if made.family != STEP:
+        return machines.named(made.name, KEY), made.settings  # refused, with those that there are
+    settings = made.load(path, law)
+    whole = _table(read_toml(path, config.WHAT), path)
+    return composite.under(whole, settings), settings
+
+
+def _table(table: Mapping[str, Any], path: Path) -> Composite:
+    """The machine of several stages that a file names or describes."""
+    raw = table.get(KEY)
+    if isinstance(raw, dict):
+        return composite.described(raw, f"{printable(path, 300)}, {KEY}")
+    return XY_MACHINE
+
+
+def several(whole: Composite) -> Composition:
+    """A machine of several stages as a composition."""
+
+    def load(path: Path, law: str | None = None) -> Any:
+        if law is not None:
+            raise ProblemError("--law", composite.LAWS, composite.SET_LAWS)
+        file, table = printable(path, 300), read_toml(path, config.WHAT)
+        table.pop(KEY, None)
+        return config.overridden(whole.settings, table, file) if table else whole.settings
+
+    first = whole.stages[0][1]
+    return Composition(
+        name=whole.name,
+        title=whole.title,
+        family=STEP,
+        stages=composite.names(whole),
+        settings=whole.settings,
+        sample=Sample,
+        outputs=Output,
+        truth=first.kind.truth,
+        told=(first.law.memory, Watch),
+        load=load,
+        as_toml=partial(composite.as_toml, whole),
+    )
+
+
 COMPOSITIONS: tuple[Composition, ...] = (
     _two_stage.COMPOSITION,
-    XY,
+    several(XY_MACHINE),
     *(of(each) for each in machines.MACHINES),
 )
 
@@ -83,16 +116,18 @@ def chosen(path: Path | None) -> Composition:
     """The machine that a settings file is for."""
     if path is None:
         return named(UNNAMED, KEY)
-    name = read_toml(path, config.WHAT).get(KEY, UNNAMED)
+    table = read_toml(path, config.WHAT)
+    name = table.get(KEY, UNNAMED)
+    if isinstance(name, dict):
+        return several(_table(table, path))
     return named(name, f"{printable(path, 300)}, {KEY}")
 
 
 def each(path: Path) -> list[tuple[str, Machine, Any]]:
     """The stages of a machine: one, or several on one clock."""
-    if chosen(path).family != STEP:
-        return [("", *machines.load(path))]
-    both, settings = joint.load(path)
-    return list(zip(AXES, both.axes, axes_of(settings), strict=True))
+    machine, settings = load(path)
+    trees = machine.trees(settings)
+    return [(name, one, tree) for (name, one), tree in zip(machine.stages, trees, strict=True)]
 
 
 def by_default(composition: Composition, law: str | None) -> Any:
@@ -101,5 +136,5 @@ def by_default(composition: Composition, law: str | None) -> Any:
     if composition.family == ONE:
         return joined(composition.settings, law, "--law")
     if composition.family == STEP:
-        return _both(Path(), law)
+        raise ProblemError("--law", composite.LAWS, composite.SET_LAWS)
     return _two_stage.by_default(law)

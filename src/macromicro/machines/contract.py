@@ -13,7 +13,7 @@ from macromicro.arrays import Array
 from macromicro.control.contract import Broken, Finding, Look, looked
 from macromicro.errors import InputError
 from macromicro.kernel import compiled, is_kernel
-from macromicro.machines import planning, results, runs, stage, tree
+from macromicro.machines import composite, period, planning, results, runs, stage, tree
 from macromicro.machines.machine import Machine, as_toml, under
 from macromicro.machines.signals import Sample
 from macromicro.rig.twin import noise_source
@@ -186,14 +186,14 @@ def _direction(machine: Machine) -> str:
 def _compiled(machine: Machine) -> str:
     settings = machine.settings
     plan = planning.plan(planning.usual(settings), settings)
-    kind, law, noise = machine.kind, machine.law, _noise(machine, _PERIODS)
-    control, params = runs.loop(settings, plan), machine.kind.prepare(settings)
-    period, found = stage.period(kind, law), []
-    for run in (period, compiled(period)):
-        begin = stage.beginning(kind, law, params, control)
-        out = np.zeros((len(stage.columns(kind, law)), _PERIODS))
+    stages, noise = composite.clocked(machine), (_noise(machine, _PERIODS),)
+    control, bench = runs.loops(machine, settings, plan), composite.bench(machine, settings)
+    interpreted, found = period.period(stages), []
+    for run in (interpreted, compiled(interpreted)):
+        begin = period.beginning(stages, bench, control)
+        out = np.zeros((len(period.columns(stages)), _PERIODS))
         try:
-            run(params, control, begin, noise, out, settings.timing.period)
+            run(bench, control, begin, noise, out, settings.timing.period)
         except Exception as error:
             words = " ".join(str(error).split())[:200]
             remedy = "floats, math and NamedTuples alone (CONTRIBUTING.md, Kernels)"

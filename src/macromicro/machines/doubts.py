@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 from macromicro import place as places
 from macromicro.errors import InputError
 from macromicro.machines import deriving, rotary
-from macromicro.machines.joint.settings import AXES, XY, of
 from macromicro.schema.par import entries, value_at
 
 FAR = 20.0  # times the encoder's resolution
@@ -49,16 +48,16 @@ RULES: tuple[tuple[str, Callable[[Any], str]], ...] = ((ARRIVAL, _arrival),)
 
 def found(tree: Any) -> tuple[Doubt, ...]:
     """Uncertain derived settings of a machine."""
-    if not isinstance(tree, XY):
-        return tuple(_of(tree, RULES))
-    each = [
-        one._replace(path=f"{name}.{one.path}")
-        for name, own in zip(AXES, of(tree), strict=True)
-        for one in found(own)
+    stages = [
+        (n, own) for n, own in zip(tree._fields, tree, strict=True) if hasattr(own, "derived")
     ]
+    if not stages:
+        return tuple(_of(tree, RULES))
+    each = [one._replace(path=f"{name}.{one.path}") for name, own in stages for one in found(own)]
     why = " and ".join(one.path for one in each if one.path.endswith(ARRIVAL))
-    both = _of(tree, ((CONTOUR, lambda _: f"follows from {why}, which is in doubt"),))
-    return (*each, *(both if why else ()))
+    if not why or not hasattr(tree, "path"):
+        return tuple(each)
+    return (*each, *_of(tree, ((CONTOUR, lambda _: f"follows from {why}, which is in doubt"),)))
 
 
 def _of(tree: Any, rules: tuple[tuple[str, Callable[[Any], str]], ...]) -> list[Doubt]:

@@ -17,9 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from macromicro.errors import ProblemError
+from macromicro.machines import compositions
 from macromicro.machines import machine as machines
-from macromicro.machines.joint import machine as joint
-from macromicro.machines.joint.settings import of
 from macromicro.machines.machine import Machine
 from macromicro.machines.rig import CompiledTwin
 from macromicro.rig import faulty
@@ -132,5 +131,5 @@ def y(seed: int) -> FaultyStage:
 
 
 def _axis(k: int, seed: int, path: str | None) -> FaultyStage:
-    found, tree = joint.load(_file())
-    return FaultyStage(found.axes[k], of(tree)[k], seed, faulty.board(path))
+    _, machine, tree = compositions.each(_file())[k]
+    return FaultyStage(machine, tree, seed, faulty.board(path))

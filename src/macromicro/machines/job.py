@@ -1,4 +1,4 @@
-"""Runs a programme on a single-stage machine into a folder."""
+"""Runs a programme on a machine into a folder."""
 
 from __future__ import annotations
 
@@ -7,14 +7,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from macromicro import programme as programmes
 from macromicro.drawing import files
-from macromicro.errors import InputError
-from macromicro.machines import on_rig, planning, results, runs
-from macromicro.machines.machine import Machine, load
-from macromicro.machines.results import MoveResult
-from macromicro.machines.sequence import Plan
-from macromicro.programme import Programme
+from macromicro.machines import (
+    composite,
+    compositions,
+    on_rig,
+    planning,
+    programmes,
+    results,
+    runs,
+)
+from macromicro.machines.composite import AnyMachine, Composite
 from macromicro.recording import Recording, needed_bytes
 from macromicro.rig.faults import Fault
 from macromicro.rig.opening import TWIN
@@ -22,8 +25,8 @@ from macromicro.rig.session import Fixture
 from macromicro.runs import folder
 from macromicro.schema import keys
 
-FIGURES = ("response", "moves")
-FILES = (folder.RECORDING, folder.SUMMARY, folder.PAGE, *files.names(FIGURES))
+FIGURES = ("response", "moves")  # of a machine of one stage
+PATH_FIGURES = ("path", "axes")  # of one of several
 
 
 class Request(NamedTuple):
@@ -42,14 +45,24 @@ class Job(NamedTuple):
     """A checked request."""
 
     request: Request
-    machine: Machine
+    machine: Any  # `AnyMachine`
     settings: Any
-    programme: Programme
-    plan: Plan
+    programme: Any
+    plan: Any  # `Planned`; all cycles, with profiles
     overrides: dict[str, str]  # dotted path to text with unit
     out: Path
     expected: float  # simulated time, roughly, s
-    source: Fixture | None = None  # the rig that it runs on; None: the simulated machine
+    source: tuple[Fixture, ...] | None = None  # a rig a stage; None: the simulated machine
+
+    @property
+    def planned(self) -> int:
+        """Number of moves."""
+        return len(planning.each(self.plan)[0].target)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Files that it may write."""
+        return file_names(self.machine)
 
 
 class Ended(NamedTuple):
@@ -59,60 +72,57 @@ class Ended(NamedTuple):
     fault: Fault | None
     simulated: float  # time on the machine, s
     wall: float
-    moves: list[MoveResult]
+    moves: list[Any]
+
+
+def file_names(machine: AnyMachine) -> tuple[str, ...]:
+    drawn = PATH_FIGURES if isinstance(machine, Composite) else FIGURES
+    return (folder.RECORDING, folder.SUMMARY, folder.PAGE, *files.names(drawn))
 
 
 def check(request: Request) -> Job:
     """Check everything before anything is written or computed."""
-    machine, settings = load(request.config, request.law)
-    if request.programme is None:
-        single, name = planning.usual(settings), request.config.stem
-    else:
-        path = programmes.find(request.programme)
-        single, name = planning.load(path, settings), path.stem
+    machine, settings = compositions.load(request.config, request.law)
+    programme = programmes.chosen(machine, settings, request.programme)
+    name = Path(request.programme or request.config).stem
     keys.seed(request.seed, "--seed")
-    source = on_rig.found(request.rig, settings, request.seed)
-    try:
-        programme = single.repeated(request.cycles)
-    except InputError as error:
-        raise error.at("--cycles") from None
-    plan = planning.plan(programme, settings)
+    source = on_rig.found(request.rig, machine, settings, request.seed)
+    programme = programmes.repeated(machine, programme, request.cycles)
+    plan = programmes.plan(machine, settings, programme)
     out = folder.chosen(request.out, Path("results") / name, overwrite=request.overwrite)
-    expected = runs.expected(settings, plan)
-    folder.check(
-        out,
-        needed_bytes(runs.columns(machine), _capacity(settings, expected)),
-        overwrite=request.overwrite,
-        names=FILES,
-    )
+    expected = runs.expected(machine, settings, plan)
     overrides = runs.overridden(machine, settings)
-    return Job(request, machine, settings, programme, plan, overrides, out, expected, source)
+    job = Job(request, machine, settings, programme, plan, overrides, out, expected, source)
+    needed = needed_bytes(runs.columns(machine), _capacity(job))
+    folder.check(out, needed, overwrite=request.overwrite, names=job.names)
+    return job
 
 
-def _capacity(settings: Any, expected: float) -> int:
+def _capacity(job: Job) -> int:
     """Rows to reserve; the file grows if needed."""
-    return round((1.05 * expected + 5.0) / float(settings.timing.period))
+    return round((1.05 * job.expected + 5.0) / composite.period(job.machine, job.settings))
 
 
 def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> Ended:
     """Run a job into its folder's recording and measure it."""
-    request, settings = job.request, job.settings
+    request, settings, machine = job.request, job.settings, job.machine
     folder.make(job.out)
     attributes = runs.about(
-        job.machine, settings, job.programme.title, seed=request.seed, cycles=request.cycles
+        machine, settings, job.programme.title, seed=request.seed, cycles=request.cycles
     )
     place, began = job.out / folder.RECORDING, time.perf_counter()
-    capacity = _capacity(settings, job.expected)
-    rig = None if job.source is None else job.source.open(request.seed)
-    if rig is not None:
+    opened = None if job.source is None else on_rig.opened(job.source, request.seed)
+    if opened is not None:
         attributes["rig"] = request.rig
-    rows, dt = runs.columns(job.machine, rig), settings.timing.period
+    rows = runs.columns(machine, None if opened is None else opened.members)
+    dt, capacity = composite.period(machine, settings), _capacity(job)
     with folder.recorder(place, rows, capacity, dt, attributes) as recorder:
-        what = (job.machine, settings, job.plan, recorder)
-        if rig is None or job.source is None:
+        what = (machine, settings, job.plan, recorder)
+        if opened is None or job.source is None:
             outcome = runs.perform(*what, seed=request.seed, progress=progress)
         else:
-            outcome = on_rig.perform(*what, rig, job.source.rest, progress)
+            rests = [fixture.rest for fixture in job.source]
+            outcome = on_rig.perform(*what, opened, rests, progress)
         folder.conclude(recorder, outcome.finished, outcome.fault)
     wall = time.perf_counter() - began
     recording = Recording.load(place)
@@ -123,5 +133,5 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
         fault=outcome.fault,
         simulated=round(len(recording) * recording.dt, 9),
         wall=wall,
-        moves=results.moves(recording, job.plan, settings.arrival, job.machine.kind.place),
+        moves=results.of(machine, recording, job.plan, settings),
     )

@@ -56,6 +56,15 @@ class Machine(NamedTuple):
     #: it has none
     equip: Callable[[Any], Kind] | None = None
 
+    @property
+    def stages(self) -> tuple[tuple[str, Machine], ...]:
+        """Its only stage, which needs no name."""
+        return (("", self),)
+
+    def trees(self, settings: Any) -> tuple[Any, ...]:
+        """The settings of each stage."""
+        return (settings,)
+
 
 def _shipped(
     part: Any,

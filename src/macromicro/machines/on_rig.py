@@ -1,16 +1,21 @@
-"""A single-stage machine on a user's rig: checks, and the way to the start."""
+"""A machine on its user's rigs: checks, and the way to the start."""
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, TypeVar
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
 
 import numpy as np
 
 from macromicro.errors import InputError, MacromicroError, ProblemError
-from macromicro.machines import board_limits, planning, runs
+from macromicro.machines import board_limits, composite, planning, runs
+from macromicro.machines.composite import AnyMachine, Composite
+from macromicro.machines.joint.settings import AXES
 from macromicro.machines.machine import Machine
+from macromicro.machines.planning import Planned
 from macromicro.machines.runs import Blocks, Outcome
 from macromicro.machines.sequence import Plan
 from macromicro.motion import s_curve
@@ -20,17 +25,45 @@ from macromicro.rig.board import named as boards
 from macromicro.rig.board.rig import BOARD_LOOP
 from macromicro.rig.opening import OPTION, TWIN, open_rig
 from macromicro.rig.replay import SCHEME
-from macromicro.rig.session import BENCH, Fixture, Session
+from macromicro.rig.session import BENCH, Fixture
+from macromicro.schema.text import printable
 from macromicro.simulate import Sink
+from macromicro.types import Outputs
 
-Ended = TypeVar("Ended")
-
+AND = "+"  # between the names of rigs
 _SHARE = 0.25  # of the greatest speed, on the way to the start
 
 
-def found(name: str, settings: Any, seed: int, what: str = "a programme") -> Fixture | None:
+def found(
+    name: str, machine: AnyMachine, settings: Any, seed: int, what: str = "a programme"
+) -> tuple[Fixture, ...] | None:
+    """The rigs of a machine, one a stage; None: the simulated machine."""
     if name == TWIN:
         return None
+    trees = machine.trees(settings)
+    names = named(name, composite.names(machine)) if isinstance(machine, Composite) else [name]
+    each = enumerate(zip(names, trees, strict=True))
+    return tuple(one(rig, own, seed + k, what) for k, (rig, own) in each)
+
+
+def several(name: str) -> bool:
+    """Whether it names the rigs of several stages."""
+    return AND in name and not Path(name).is_file()
+
+
+def named(name: str, stages: tuple[str, ...] = AXES) -> list[str]:
+    """The rig of each stage."""
+    names = [one.strip() for one in name.split(AND)]
+    if len(names) != len(stages) or TWIN in names:
+        rigs = AND.join(f"mylab:{stage}" for stage in stages)
+        whose = "both axes" if len(stages) == 2 else "all stages"
+        accepted = f"{TWIN}, or the rigs of {whose}, {stages[0]} first: {rigs}"
+        raise InputError(OPTION, printable(name), accepted)
+    return names
+
+
+def one(name: str, settings: Any, seed: int, what: str = "a programme") -> Fixture:
+    """The rig of one stage."""
     if name.startswith(SCHEME):
         raise ProblemError(OPTION, "only the two-stage machine can replay a recording")
     if boards.is_board(name) and boards.read(name).loop == BOARD_LOOP:
@@ -62,44 +95,92 @@ def _from(place: float, plan: Plan, settings: Any) -> Plan:
     return planning.joined([way], float("nan"), place)
 
 
-class Standing(NamedTuple):
-    """A stage on a rig before a run."""
+class Rigs:
+    """Several rigs on one clock: in step, or one moving while the others keep their efforts."""
 
-    machine: Machine  # the machine, or an axis of one of several
-    settings: Any
-    plan: Plan  # its part of the programme
-    rig: Any  # that can be left idle: a `Session`, or half of a `Pair`; not entered
-    rest: float = 0.0  # how long it is left switched off first, s
+    def __init__(self, rigs: Sequence[Any]) -> None:
+        self.rigs = tuple(rigs)
+        self.together = False
+        self.members = tuple(Member(self, k) for k in range(len(self.rigs)))
+
+    def wait(self, dt: float) -> None:
+        for rig in self.rigs:
+            rig.clock.wait(dt)
 
 
-def from_start(stages: Sequence[Standing], sink: Sink, run: Callable[[Sink], Ended]) -> Ended:
-    """Bring stages to the start of a programme and run it; outputs are safe however it ends."""
-    with contextlib.ExitStack() as left:
-        for one in stages:
-            left.enter_context(one.rig)
-        for one in stages:
-            one.rig.idle(one.rest)
-        for one in stages:
-            bring(one.machine, one.settings, one.plan, one.rig)
-        with Behind(sink, runs.CHUNK) as behind:
-            return run(behind)
+class Member:
+    """One of several rigs on one clock, as a `Rig`."""
+
+    def __init__(self, group: Rigs, k: int) -> None:
+        self._group, self._rig, self._last = group, group.rigs[k], k == len(group.rigs) - 1
+        self.channels = tuple(self._rig.channels)
+        self.outputs = tuple(getattr(self._rig, "outputs", ()))
+        self.clock = self
+
+    def now(self) -> float:
+        return float(self._rig.clock.now())
+
+    def wait(self, dt: float) -> None:
+        """Wait for the next period; in step, only the last one waits."""
+        if self._last or not self._group.together:
+            self._group.wait(dt)
+
+    def read(self) -> Any:
+        return self._rig.read()
+
+    def write(self, outputs: Outputs) -> None:
+        self._rig.write(outputs)
+
+    def idle(self, seconds: float) -> None:
+        """Let time pass with safe outputs."""
+        self._rig.idle(seconds)
+
+    def stop(self) -> None:
+        self._rig.stop()
+
+    def __enter__(self) -> Self:
+        self._rig.__enter__()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._rig.__exit__(kind, error, trace)
+
+
+def opened(rigs: Sequence[Fixture], seed: int) -> Rigs:
+    """Rigs on one clock, for one run."""
+    return Rigs([rig.open(seed + k) for k, rig in enumerate(rigs)])
 
 
 def perform(
-    machine: Machine,
+    machine: AnyMachine,
     settings: Any,
-    plan: Plan,
+    planned: Planned,
     sink: Sink,
-    rig: Session,
-    rest: float = 0.0,
+    rigs: Rigs,
+    rests: Sequence[float] = (),
     progress: Callable[[float, int], None] | None = None,
 ) -> Outcome:
-    """Run a plan on a rig, from wherever it stands."""
+    """Run a plan on rigs, from wherever they stand; outputs are safe however it ends.
 
-    def run(behind: Sink) -> Outcome:
-        return runs.perform(machine, settings, plan, behind, on=rig, progress=progress)
-
-    return from_start([Standing(machine, settings, plan, rig, rest)], sink, run)
+    Each stays switched off for its rest, goes to the start of its plan, then all run in step.
+    """
+    trees, plans = machine.trees(settings), planning.each(planned)
+    with contextlib.ExitStack() as left:
+        for rig in rigs.members:
+            left.enter_context(rig)
+        for rig, rest in zip(rigs.members, rests or [0.0] * len(rigs.members), strict=True):
+            rig.idle(rest)
+        for (_, stage), *each in zip(machine.stages, trees, plans, rigs.members, strict=True):
+            bring(stage, *each)
+        rigs.together = True
+        with Behind(sink, runs.CHUNK) as behind:
+            how: Any = {"on": rigs.members, "progress": progress}
+            return runs.perform(machine, settings, planned, behind, **how)
 
 
 def bring(machine: Machine, settings: Any, plan: Plan, rig: Any) -> None:
@@ -121,15 +202,32 @@ def bring(machine: Machine, settings: Any, plan: Plan, rig: Any) -> None:
 
 
 def said(
-    machine: Machine, settings: Any, plan: Plan, title: str, name: str, expected: float
+    machine: AnyMachine,
+    settings: Any,
+    planned: Planned,
+    title: str,
+    rigs: Sequence[Fixture],
+    expected: float,
 ) -> list[str]:
     """What a run will move, how far and how hard."""
+    whole = f"{title or 'a programme'}, about {expected:.0f} s"
+    trees, plans = machine.trees(settings), planning.each(planned)
+    each = zip(composite.names(machine), machine.stages, trees, plans, rigs, strict=True)
+    if not isinstance(machine, Composite):
+        return [f"{rigs[0].name}, {whole}:", *_moved(machine, settings, plans[0])]
+    whose = "both axes" if len(rigs) == 2 else "all stages"
+    lines = [f"{whole}, {whose} in step:"]
+    for name, (_, one), own, plan, rig in each:
+        lines += [f"  {name} on {rig.name}:", *("  " + line for line in _moved(one, own, plan))]
+    return lines
+
+
+def _moved(machine: Machine, settings: Any, plan: Plan) -> list[str]:
     unit = place_of(settings)
     hard = f"up to {settings.guard.effort:g} V"
     low, high = float(np.min(plan.target)), float(np.max(plan.target))
     fast = unit.told(_SHARE * settings.motion.velocity, "m/s", 4)
     return [
-        f"{name}, {title or 'a programme'}, about {expected:.0f} s:",
         f"  first to {unit.told(plan.origin)} by its encoder, at up to {fast}",
         f"  {machine.kind.name}: {len(plan.target)} set points from {unit.told(low)} to "
         f"{unit.told(high)}, {hard}",

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from macromicro.arrays import Array
 from macromicro.machines import lines
+from macromicro.machines.period import Bench, Stages
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Kind
 from macromicro.place import LENGTH, Place
@@ -106,6 +107,18 @@ def of(rig: Any, place: Place = LENGTH) -> Kind:
 def _wired(there: tuple[str, ...], place: Place) -> Kind:
     kind = STAGE._replace(place=place)
     return kind._replace(lines=there, sense=_sense, switch=_switch) if there else kind
+
+
+def stages(simulated: Stages, on: Sequence[Any]) -> Stages:
+    """The stages of a machine on open rigs, under the same laws; their truth is unknown."""
+    kinds = tuple(of(rig, kind.place) for rig, kind in zip(on, simulated.kinds, strict=True))
+    return simulated._replace(kinds=kinds, extra=None)
+
+
+def bench(trees: Sequence[Any], on: Sequence[Any]) -> Bench:
+    """Open rigs as runtime parameters, with their settings' pitches."""
+    each = zip(on, trees, strict=True)
+    return Bench(tuple(opened(rig, own.encoder.pitch) for rig, own in each))
 
 
 def switched_on(stages: Sequence[Opened], kinds: Sequence[Kind], rise: float, dt: float) -> None:

@@ -20,6 +20,22 @@ from macromicro.programme import MICRO, Limits, Programme, dense
 from macromicro.schema.text import printable
 
 
+class Schedule(NamedTuple):
+    """A programme of several stages: their plans have the same times and pieces."""
+
+    plans: tuple[Plan, ...]  # of each
+    legs: tuple[Any, ...]  # the moves, as the programme has them
+    traces: tuple[Any, ...] = ()  # their paths, of a machine that has a plane
+
+
+Planned = Plan | Schedule
+
+
+def each(planned: Planned) -> tuple[Plan, ...]:
+    """The plan of each stage."""
+    return (planned,) if isinstance(planned, Plan) else planned.plans
+
+
 class Way(NamedTuple):
     """One move of a plan."""
 

@@ -1,4 +1,4 @@
-"""Results of single-stage moves, from the recording."""
+"""Results of moves, from the recording."""
 
 from __future__ import annotations
 
@@ -8,6 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from macromicro.arrays import Array
+from macromicro.machines import composite, planning
+from macromicro.machines.composite import AnyMachine
+from macromicro.machines.joint import contour
+from macromicro.machines.planning import Planned, Schedule
 from macromicro.machines.sequence import HOLDING, MOVING, Arrival, Plan
 from macromicro.place import LENGTH, Place
 from macromicro.recording import Recording
@@ -37,6 +42,62 @@ class MoveResult(NamedTuple):
     complete: bool  # whether its hold began
 
 
+class Contour(NamedTuple):
+    """Distance from the path while the profile lasts; mm."""
+
+    # rms, peak: of the positions that the encoders show
+    rms: float
+    peak: float
+    true_rms: float  # of the true positions in the plane
+    true_peak: float  # NaN on a rig, which does not know them
+
+
+class JointMove(NamedTuple):
+    """One move of several stages; mm or deg. None: unknown."""
+
+    move: int
+    name: str  # line, arc, path or trajectory
+    target: tuple[float, ...]
+    way: float  # length of the path
+    start_s: float
+    profile_s: float  # duration of its profile, s
+    arrived_s: float | None  # from its begin until all stages stay within their tolerances, s
+    contour: Contour | None  # distance from the path; None for a move that stays where it is
+    axes: tuple[MoveResult, ...]
+    true_error: float | None  # distance of the true position from the target at rest
+    complete: bool  # whether its hold began
+
+
+def of(machine: AnyMachine, recording: Recording, planned: Planned, settings: Any) -> list[Any]:
+    """A `MoveResult` a move of a machine of one stage, a `JointMove` of one of several."""
+    trees, plans = machine.trees(settings), planning.each(planned)
+    places = [one.kind.place for _, one in machine.stages]
+    if isinstance(planned, Plan):
+        return moves(recording, planned, settings.arrival, places[0])
+    if not len(recording):
+        return []
+    names = composite.names(machine)
+    stages = [
+        moves(alone(recording, names, name), plan, own.arrival, place)
+        for name, plan, own, place in zip(names, plans, trees, places, strict=True)
+    ]
+    return [_joint(recording, planned, each) for each in zip(*stages, strict=True)]
+
+
+def alone(recording: Recording, names: tuple[str, ...], name: str) -> Recording:
+    """One stage of a recording, as that of a single-stage machine."""
+    starts = tuple(f"{each}_" for each in names)
+    kept = [
+        c
+        for c in recording.columns
+        if c.name.startswith(f"{name}_")
+        or (not c.name.startswith(starts) and not c.name.startswith("true_"))
+    ]
+    columns = [c._replace(name=c.name.removeprefix(f"{name}_")) for c in kept]
+    values = [recording[c.name] for c in kept]
+    return Recording.from_arrays(columns, values, recording.dt, recording.attributes)
+
+
 def moves(
     recording: Recording, plan: Plan, rule: Arrival, place: Place = LENGTH
 ) -> list[MoveResult]:
@@ -55,17 +116,19 @@ def arrived(those: Iterable[Any]) -> int:
     return sum(m.arrived_s is not None for m in those)
 
 
-def rests(those: Iterable[MoveResult], place: Place = LENGTH) -> list[Rest]:
+def rests(those: Iterable[Any], place: Place = LENGTH) -> list[Rest]:
     """How moves ended, for a verdict."""
     return [
-        Rest(
-            m.move + 1,
-            m.arrived_s is not None,
-            m.complete,
-            None if m.rest_error is None else abs(m.rest_error) / place.per,
-        )
-        for m in those
+        Rest(m.move + 1, m.arrived_s is not None, m.complete, _away(m, place.per)) for m in those
     ]
+
+
+def _away(m: Any, per: float) -> float | None:
+    """Distance from the target at rest, by the readings, in m or rad."""
+    if isinstance(m, MoveResult):
+        return None if m.rest_error is None else abs(m.rest_error) / per
+    errors = [one.rest_error for one in m.axes if one.rest_error is not None]
+    return math.hypot(*errors) / per if len(errors) == len(m.axes) else None
 
 
 def settling(those: Iterable[Any]) -> list[float]:
@@ -112,4 +175,78 @@ def _move(
         if true is None or not np.any(rest)
         else float(np.nanmean(target - true[rest])),
         complete=bool(np.any(holding)),
+    )
+
+
+def rows(recording: Recording, move: int) -> slice:
+    """The rows of a move."""
+    found = np.flatnonzero(recording["move"] == move)
+    return slice(int(found[0]), int(found[-1]) + 1) if len(found) else slice(0, 0)
+
+
+def under_way(recording: Recording, planned: Planned, move: int) -> slice:
+    """The rows of a move while its profile lasts."""
+    own = rows(recording, move)
+    t = recording["t"][own]
+    length = planning.each(planned)[0].length[move]
+    n = int(np.sum(t - t[0] < length - 1e-9)) if len(t) else 0
+    return slice(own.start, min(own.start + max(n, 1), own.stop))
+
+
+def known(values: Array) -> Array:
+    """A column with gaps filled by the last reading."""
+    good = ~np.isnan(values)
+    if good.all() or not good.any():
+        return np.nan_to_num(values)
+    last = np.maximum.accumulate(np.where(good, np.arange(len(values)), 0))
+    filled: Array = np.nan_to_num(values[last])
+    return filled
+
+
+def _distance(recording: Recording, names: tuple[str, str], part: slice, trace: Any) -> Array:
+    """Contour error, mm; a missing reading repeats the last one."""
+    columns = [recording[name][part] for name in names if name in recording]
+    if len(columns) < len(names) or any(np.isnan(column).all() for column in columns):
+        return np.full(part.stop - part.start, np.nan)
+    places = [known(column) * 1e-3 for column in columns]
+    return contour.off(trace, *places).distance * 1e3
+
+
+def _contour(recording: Recording, planned: Schedule, move: int) -> Contour | None:
+    if not planned.traces or not planned.traces[move].pieces:
+        return None
+    part, trace = under_way(recording, planned, move), planned.traces[move]
+    read = _distance(recording, ("x_position", "y_position"), part, trace)
+    true = _distance(recording, ("true_x", "true_y"), part, trace)
+    rms = [float(np.sqrt(np.mean(d * d))) for d in (read, true)]
+    return Contour(rms[0], float(read.max()), rms[1], float(true.max()))
+
+
+def _true_error(recording: Recording, planned: Schedule, move: int) -> float | None:
+    part = rows(recording, move)
+    rest = recording["t"][part] > recording["t"][part][-1] - REST
+    rest &= recording["phase"][part] == HOLDING
+    if "true_x" not in recording or not rest.any():
+        return None
+    end = planned.legs[move].end
+    here = [float(np.mean(recording[name][part][rest])) for name in ("true_x", "true_y")]
+    far = float(np.hypot(here[0] - 1e3 * end[0], here[1] - 1e3 * end[1]))
+    return None if np.isnan(far) else far
+
+
+def _joint(recording: Recording, planned: Schedule, stages: tuple[MoveResult, ...]) -> JointMove:
+    k, first = stages[0].move, stages[0]
+    times = [m.arrived_s for m in stages if m.arrived_s is not None]
+    return JointMove(
+        move=k,
+        name=planned.legs[k].name,
+        target=tuple(m.target for m in stages),
+        way=1e3 * float(planned.traces[k].border[-1]) if planned.traces else 0.0,
+        start_s=first.start_s,
+        profile_s=first.profile_s,
+        arrived_s=max(times) if len(times) == len(stages) else None,
+        contour=_contour(recording, planned, k),
+        axes=stages,
+        true_error=_true_error(recording, planned, k),
+        complete=first.complete,
     )

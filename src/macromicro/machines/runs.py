@@ -1,11 +1,11 @@
-"""Runs a programme on a single-stage machine: compiled simulation, or any rig."""
+"""Runs a programme on a machine: compiled simulation, or any rigs."""
 
 from __future__ import annotations
 
-import contextlib
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,16 +14,19 @@ import macromicro
 from macromicro.arrays import Array
 from macromicro.columns import Column, whole
 from macromicro.kernel import cache_folder
-from macromicro.machines import guarding, lines, open_rig, planning, results, stage, tree
-from macromicro.machines.guarding import Watch
-from macromicro.machines.machine import Machine, as_toml
+from macromicro.machines import composite, guarding, lines, open_rig, planning, results, tree
+from macromicro.machines import period as clocked
+from macromicro.machines.composite import AnyMachine
+from macromicro.machines.guard_words import OTHER_AXIS
+from macromicro.machines.guarding import OK, Watch
+from macromicro.machines.planning import Planned
 from macromicro.machines.sequence import DONE, Plan
 from macromicro.machines.stage import Loop, compiles
-from macromicro.place import LENGTH, Place
+from macromicro.place import Place
 from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
-from macromicro.rig.faults import Fault, ended
+from macromicro.rig.faults import SWITCHED_OFF, Fault, ended
 from macromicro.rig.twin import noise_source
 from macromicro.runs import arrivals
 from macromicro.schema import config
@@ -33,95 +36,31 @@ from macromicro.types import Rig
 CHUNK = 5000  # periods
 LIVE = 50  # periods of a rig after which the sink has them
 
+Progress = Callable[[float, int], None]
+
 
 class Outcome(NamedTuple):
     finished: bool  # whether the programme came to its end
-    watch: Watch
+    watches: tuple[Watch, ...]  # last states of the stages' guards
     simulated: float  # time on the machine, s
     wall: float
-    place: Place = LENGTH  # unit of the stage's positions
+    names: tuple[str, ...]
+    places: tuple[Place, ...]  # units of their positions
+
+    @property
+    def watch(self) -> Watch:
+        """That of the guard that found a fault, or the first."""
+        return next((w for w in self.watches if w.fault not in (OK, OTHER_AXIS)), self.watches[0])
 
     @property
     def fault(self) -> Fault | None:
-        return guarding.describe(self.watch, self.place)
-
-
-def loop(settings: Any, plan: Plan) -> Loop:
-    wired = lines.wired(settings)
-    return Loop(tree.gains(settings), settings.guard, settings.arrival, plan, wired)
-
-
-def longest(settings: Any, plan: Plan) -> float:
-    """Upper bound of a programme's duration: every move times out."""
-    if not np.isnan(plan.end):
-        return plan.end + 1.0
-    each = float(settings.arrival.patience + 3.0 * settings.timing.period)
-    waits = len(plan.target) * each
-    return float(plan.length.sum() + plan.hold.sum()) + waits + 1.0
-
-
-def expected(settings: Any, plan: Plan) -> float:
-    if not np.isnan(plan.end):
-        return plan.end
-    each = float(2.0 * settings.arrival.dwell)
-    return float(plan.length.sum() + plan.hold.sum()) + each * len(plan.target)
-
-
-def is_compiled() -> bool:
-    """Whether the compiler's cache seems to hold a stage already."""
-    return any(cache_folder().rglob("stage.period*.nbi"))
-
-
-def compile_machine(machine: Machine, settings: Any, plan: Plan) -> None:
-    """Compile a machine, or load it from the cache."""
-    kind, law = machine.kind, machine.law
-    params, control = kind.prepare(settings), loop(settings, plan)
-    run = stage.beginning(kind, law, params, control)
-    if not compiles(law):
-        nothing = np.zeros((1, kind.noises))
-        stage.quick(kind).measure(params, run.stage, 0.0, nothing, 0)
-        return
-    nothing = np.empty((0, kind.noises))
-    block = np.empty((len(stage.columns(kind, law)), 0))
-    stage.fastest(kind, law)(params, control, run, nothing, block, settings.timing.period)
-
-
-def perform(
-    machine: Machine,
-    settings: Any,
-    plan: Plan,
-    sink: Sink,
-    *,
-    on: Rig | None = None,
-    seed: int = 0,
-    progress: Callable[[float, int], None] | None = None,
-) -> Outcome:
-    """Run a plan on a machine into a sink; the same seed gives the same bits."""
-    law, dt = machine.law, settings.timing.period
-    random, control = noise_source(seed), loop(settings, plan)
-    with contextlib.nullcontext() if on is None else on:
-        if on is None:
-            kind, params, chunk = machine.kind, machine.kind.prepare(settings), CHUNK
-            period = stage.fastest(kind, law)
-        else:
-            kind, chunk = open_rig.of(on, machine.kind.place), LIVE
-            params = open_rig.opened(on, settings.encoder.pitch)
-            period = stage.period(kind, law)
-            open_rig.switched_on([params], [kind], lines.rise(settings), dt)
-        run = stage.beginning(kind, law, params, control)
-        rows = stage.columns(kind, law)
-        limit, began = round(longest(settings, plan) / dt), time.perf_counter()
-        while run.tick < limit and not run.over:
-            noise = random.standard_normal((chunk, kind.noises))
-            block = np.empty((len(rows), chunk))
-            run, written = period(params, control, run, noise, block, dt)
-            done = block[:, :written]
-            sink.append(done if on is None else whole(done, rows))
-            if progress is not None:
-                progress(run.tick * dt, run.progress.move)
-    finished = run.progress.phase == DONE
-    took = time.perf_counter() - began
-    return Outcome(finished, run.watch, run.tick * dt, took, machine.kind.place)
+        k = self.watches.index(self.watch)
+        found = guarding.describe(self.watches[k], self.places[k])
+        if found is None or not self.names[k]:
+            return found
+        whose = "both axes" if len(self.names) == 2 else "all axes"
+        evidence = found.evidence.replace(SWITCHED_OFF, f"{whose}: {SWITCHED_OFF}")
+        return found._replace(message=f"Axis {self.names[k]}: {found.message}", evidence=evidence)
 
 
 class Blocks:
@@ -139,39 +78,152 @@ class Done(NamedTuple):
     outcome: Outcome
 
 
-def columns(machine: Machine, on: Rig | None = None) -> tuple[Column, ...]:
-    return stage.columns(
-        machine.kind if on is None else open_rig.of(on, machine.kind.place), machine.law
+def loop(settings: Any, plan: Plan) -> Loop:
+    """What controls a stage."""
+    wired = lines.wired(settings)
+    return Loop(tree.gains(settings), settings.guard, settings.arrival, plan, wired)
+
+
+def loops(machine: AnyMachine, settings: Any, planned: Planned) -> tuple[Loop, ...]:
+    trees = machine.trees(settings)
+    return tuple(loop(*each) for each in zip(trees, planning.each(planned), strict=True))
+
+
+def longest(machine: AnyMachine, settings: Any, planned: Planned) -> float:
+    """Upper bound of a programme's duration: every move times out."""
+    return max(
+        _longest(own, plan)
+        for own, plan in zip(machine.trees(settings), planning.each(planned), strict=True)
+    )
+
+
+def _longest(settings: Any, plan: Plan) -> float:
+    if not np.isnan(plan.end):
+        return plan.end + 1.0
+    each = float(settings.arrival.patience + 3.0 * settings.timing.period)
+    waits = len(plan.target) * each
+    return float(plan.length.sum() + plan.hold.sum()) + waits + 1.0
+
+
+def expected(machine: AnyMachine, settings: Any, planned: Planned) -> float:
+    plan = planning.each(planned)[0]
+    if not np.isnan(plan.end):
+        return plan.end
+    each = max(2.0 * own.arrival.dwell for own in machine.trees(settings))
+    return float(plan.length.sum() + plan.hold.sum()) + float(each) * len(plan.target)
+
+
+def is_compiled() -> bool:
+    """Whether the compiler's cache seems to hold a machine already."""
+    return any(cache_folder().rglob("period.period*.nbi"))
+
+
+def compile_machine(machine: AnyMachine, settings: Any, planned: Planned) -> None:
+    """Compile a machine, or load it from the cache."""
+    stages, bench = composite.clocked(machine), composite.bench(machine, settings)
+    control = loops(machine, settings, planned)
+    # Interpreted, a period shows whether its kernels compile.
+    count = 0 if all(map(compiles, stages.laws)) else 1
+    noise = tuple(np.zeros((count, kind.noises)) for kind in stages.kinds)
+    block = np.empty((len(clocked.columns(stages)), count))
+    begin = clocked.beginning(stages, bench, control)
+    dt = composite.period(machine, settings)
+    clocked.fastest(stages)(bench, control, begin, noise, block, dt)
+
+
+def columns(machine: AnyMachine, on: Sequence[Rig] | Rig | None = None) -> tuple[Column, ...]:
+    stages = composite.clocked(machine)
+    return clocked.columns(stages if on is None else open_rig.stages(stages, rigs(on)))
+
+
+def rigs(on: Sequence[Rig] | Rig) -> tuple[Rig, ...]:
+    """One rig a stage."""
+    return tuple(on) if isinstance(on, Sequence) else (on,)
+
+
+def perform(
+    machine: AnyMachine,
+    settings: Any,
+    planned: Planned,
+    sink: Sink,
+    *,
+    on: Sequence[Rig] | Rig | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Outcome:
+    """Run a plan on a machine into a sink; the same seed gives the same bits.
+
+    On rigs the drives are enabled first, and outputs are safe however the run ends.
+    """
+    dt, control = composite.period(machine, settings), loops(machine, settings, planned)
+    stages, random, began = composite.clocked(machine), noise_source(seed), time.perf_counter()
+    with ExitStack() as entered:
+        if on is None:
+            bench, chunk, period = (
+                composite.bench(machine, settings),
+                CHUNK,
+                clocked.fastest(stages),
+            )
+        else:
+            for rig in rigs(on):
+                entered.enter_context(rig)
+            trees, chunk = machine.trees(settings), LIVE
+            stages, bench = open_rig.stages(stages, rigs(on)), open_rig.bench(trees, rigs(on))
+            period = clocked.period(stages)
+            rise = max(lines.rise(own) for own in trees)
+            open_rig.switched_on(bench.stages, stages.kinds, rise, dt)
+        run, rows = clocked.beginning(stages, bench, control), clocked.columns(stages)
+        limit = round(longest(machine, settings, planned) / dt)
+        while run.tick < limit and not run.over:
+            noise = tuple(random.standard_normal((chunk, kind.noises)) for kind in stages.kinds)
+            block = np.empty((len(rows), chunk))
+            run, written = period(bench, control, run, noise, block, dt)
+            done = block[:, :written]
+            sink.append(done if on is None else whole(done, rows))
+            if progress is not None:
+                progress(run.tick * dt, run.progress.move)
+    return Outcome(
+        finished=run.progress.phase == DONE,
+        watches=tuple(part.watch for part in run.parts),
+        simulated=run.tick * dt,
+        wall=time.perf_counter() - began,
+        names=stages.names,
+        places=tuple(kind.place for kind in stages.kinds),
     )
 
 
 def record(
-    machine: Machine,
+    machine: AnyMachine,
     settings: Any,
-    programme: Programme | Plan,
+    programme: Programme | Planned,
     *,
-    on: Rig | None = None,
+    on: Sequence[Rig] | Rig | None = None,
+    title: str = "",
     seed: int = 0,
     warn: bool = True,
 ) -> Done:
     """`perform`, in memory."""
-    title = programme.title if isinstance(programme, Programme) else ""
-    plan = planning.plan(programme, settings) if isinstance(programme, Programme) else programme
-    blocks = Blocks()
-    outcome = perform(machine, settings, plan, blocks, on=on, seed=seed)
+    if isinstance(programme, Programme):
+        title = title or programme.title
+        planned: Planned = planning.plan(programme, settings)
+    else:
+        planned = programme
+    blocks, there = Blocks(), columns(machine, on)
+    blocks.append(np.empty((len(there), 0)))
+    outcome = perform(machine, settings, planned, blocks, on=on, seed=seed)
     attributes = about(machine, settings, title, seed=seed)
     attributes |= ended(outcome.finished, outcome.fault)
     rows = np.concatenate(blocks.blocks, axis=1)
-    made = Recording.from_arrays(columns(machine, on), rows, settings.timing.period, attributes)
-    if warn and np.isnan(plan.end):  # what comes by time waits for no arrival
-        place = machine.kind.place
-        moves = results.moves(made, plan, settings.arrival, place)
-        arrivals.warn(results.rests(moves, place), results.REMEDY, place)
+    dt = composite.period(machine, settings)
+    made = Recording.from_arrays(there, rows, dt, attributes)
+    if warn and np.isnan(planning.each(planned)[0].end):  # what comes by time waits for no arrival
+        moves = results.of(machine, made, planned, settings)
+        arrivals.warn(results.rests(moves, outcome.places[0]), results.REMEDY, outcome.places[0])
     return Done(made, outcome)
 
 
 def about(
-    machine: Machine, settings: Any, title: str, *, seed: int, cycles: int = 1
+    machine: AnyMachine, settings: Any, title: str, *, seed: int, cycles: int = 1
 ) -> dict[str, Attribute]:
     """Attributes of the recording."""
     return {
@@ -181,10 +233,11 @@ def about(
         "seed": seed,
         "cycles": cycles,
         "overrides": json.dumps(overridden(machine, settings)),
-        "settings": as_toml(machine, settings),
+        "settings": composite.as_toml(machine, settings),
     }
 
 
-def overridden(machine: Machine, settings: Any) -> dict[str, str]:
+def overridden(machine: AnyMachine, settings: Any) -> dict[str, str]:
+    """Parameters that differ from the machine's defaults, as text with units."""
     found = config.difference(settings, machine.settings)
     return {k: v[1:-1] if v[:1] == v[-1:] == '"' else v for k, v in found.items()}

@@ -1,9 +1,11 @@
-"""A sequence of moves of one stage: profile, arrival or time-out, hold."""
+"""A sequence of moves of one stage or several: profile, arrival or time-out, hold."""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, NamedTuple
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +16,7 @@ from macromicro.control import arrival
 from macromicro.control.arrival import TICK
 from macromicro.control.stage_law import Sample, Target
 from macromicro.kernel import kernel
+from macromicro.machines.folding import empty, fold, true
 from macromicro.schema.par import Par
 
 WAITING, MOVING, HOLDING, DONE = range(4)
@@ -71,22 +74,29 @@ def begin() -> Progress:
 
 
 @kernel
-def aim(
-    plan: Plan, s: Progress, t: float
-) -> tuple[Annotated[int, Meaning(name="piece")], Annotated[Target, Meaning(name="target")]]:
+def piece_at(plan: Plan, s: Progress, t: float) -> int:
+    """The piece of the present profile at a time."""
+    piece = s.piece
+    if s.phase == MOVING:
+        since, last = t - s.began, plan.first[s.move + 1] - 1
+        while piece < last and plan.pieces[piece + 1, 0] <= since:
+            piece += 1
+    return int(piece)
+
+
+@kernel
+def aim(plan: Plan, s: Progress, t: float) -> Target:
+    """The set point; the progress holds the piece."""
     if s.move < 0:
-        return 0, Target(plan.origin, 0.0, 0.0, math.inf)
+        return Target(plan.origin, 0.0, 0.0, math.inf)
     since = t - s.began
     if s.phase != MOVING or since >= plan.length[s.move] - TICK:
-        return s.piece, Target(plan.target[s.move], 0.0, 0.0, math.inf)
-    piece, last = s.piece, plan.first[s.move + 1] - 1
-    while piece < last and plan.pieces[piece + 1, 0] <= since:
-        piece += 1
-    h = since - plan.pieces[piece, 0]
-    p, v = plan.pieces[piece, 1], plan.pieces[piece, 2]
-    a, j = plan.pieces[piece, 3], plan.pieces[piece, 4]
+        return Target(plan.target[s.move], 0.0, 0.0, math.inf)
+    h = since - plan.pieces[s.piece, 0]
+    p, v = plan.pieces[s.piece, 1], plan.pieces[s.piece, 2]
+    a, j = plan.pieces[s.piece, 3], plan.pieces[s.piece, 4]
     place = p + h * (v + h * (0.5 * a + h * j / 6.0))
-    return piece, Target(place, v + h * (a + 0.5 * h * j), a + h * j, math.inf)
+    return Target(place, v + h * (a + 0.5 * h * j), a + h * j, math.inf)
 
 
 @kernel
@@ -109,27 +119,110 @@ def over(plan: Plan, s: Progress, t: float) -> bool:
 
 
 @kernel
+def begun(plan: Plan, s: Progress, t: float) -> Progress:
+    """The progress with what is due at a time: the next move, the end, the next piece."""
+    if s.phase == DONE:
+        return s
+    if over(plan, s, t):
+        return Progress(DONE, s.move, s.piece, t, s.inside, s.arrived)
+    if due(plan, s, t):
+        s = Progress(MOVING, s.move + 1, plan.first[s.move + 1], t, math.nan, 0)
+    return Progress(s.phase, s.move, piece_at(plan, s, t), s.began, s.inside, s.arrived)
+
+
+@kernel
+def waits(plan: Plan, s: Progress, t: float) -> bool:
+    """Whether a profile has ended and its arrival has not."""
+    return bool(s.phase == MOVING and t - s.began >= plan.length[s.move] - TICK)
+
+
+@kernel
+def judged(
+    plan: Plan,
+    s: Progress,
+    t: float,
+    inside: Annotated[float, Meaning("since when the stage is within its tolerance", "s")],
+    arrived: Annotated[bool, Meaning("whether every stage has arrived")],
+    patience: Annotated[float, Meaning("longest wait for an arrival", "s")],
+) -> Progress:
+    """The progress of a profile that has ended: arrived, given up, or waiting."""
+    if arrived or t - s.began >= plan.length[s.move] + patience - TICK:
+        return Progress(HOLDING, s.move, s.piece, t, inside, int(arrived))
+    return Progress(MOVING, s.move, s.piece, s.began, inside, 0)
+
+
+@kernel
 def step(
     plan: Plan, rule: Arrival, s: Progress, sample: Sample
 ) -> tuple[
     Annotated[Progress, Meaning(name="progress")], Annotated[Target, Meaning(name="target")]
 ]:
     t = sample.t
-    if s.phase == DONE:
-        return s, Target(plan.target[s.move], 0.0, 0.0, math.inf)
-    if over(plan, s, t):
-        done = Progress(DONE, s.move, s.piece, t, s.inside, s.arrived)
-        return done, Target(plan.target[s.move], 0.0, 0.0, math.inf)
-    if due(plan, s, t):
-        s = Progress(MOVING, s.move + 1, plan.first[s.move + 1], t, math.nan, 0)
-    piece, target = aim(plan, s, t)
-    s = Progress(s.phase, s.move, piece, s.began, s.inside, s.arrived)
-    if s.phase == MOVING and t - s.began >= plan.length[s.move] - TICK:
+    s = begun(plan, s, t)
+    target = aim(plan, s, t)
+    if waits(plan, s, t):
         inside = arrival.since(rule, target.position - sample.position, s.inside, t)
-        there = arrival.arrived(rule, inside, t)
-        late = t - s.began >= plan.length[s.move] + rule.patience - TICK
-        if there or late:
-            s = Progress(HOLDING, s.move, piece, t, inside, int(there))
-        else:
-            s = Progress(MOVING, s.move, piece, s.began, inside, 0)
+        s = judged(plan, s, t, inside, arrival.arrived(rule, inside, t), rule.patience)
     return s, target
+
+
+@lru_cache(maxsize=16)
+def together(count: int) -> Callable[..., tuple[Progress, Any, Any]]:
+    """`step` of several stages, whose plans have the same times and pieces.
+
+    A kernel from the loops of the stages (`stage.Loop`), the progress of all, since when each is
+    within its tolerance, and their samples to progress, those times and the targets. A move has
+    arrived once every stage has.
+    """
+
+    def targets(k: int, rest: Any) -> Any:
+        def aims(loops: Any, s: Progress, t: float) -> Any:
+            return (aim(loops[0].plan, s, t), *rest(loops[1:], s, t))
+
+        return aims
+
+    def inside(k: int, rest: Any) -> Any:
+        def since(loops: Any, aims: Any, samples: Any, before: Any, t: float) -> Any:
+            error = aims[0].position - samples[0].position
+            first = arrival.since(loops[0].arrival, error, before[0], t)
+            return (first, *rest(loops[1:], aims[1:], samples[1:], before[1:], t))
+
+        return since
+
+    def arrived(k: int, rest: Any) -> Any:
+        def all_arrived(loops: Any, since: Any, t: float) -> bool:
+            first = arrival.arrived(loops[0].arrival, since[0], t)
+            return first and rest(loops[1:], since[1:], t)
+
+        return all_arrived
+
+    def patience(k: int, rest: Any) -> Any:
+        def longest(loops: Any) -> float:
+            return float(max(loops[0].arrival.patience, rest(loops[1:])))
+
+        return longest
+
+    aims_of = fold(targets, count, empty)
+    since_of = fold(inside, count, empty)
+    all_arrived = fold(arrived, count, true)
+    longest = fold(patience, count, _at_once)
+    outside = (math.nan,) * count
+
+    def steps(loops: Any, s: Progress, since: Any, samples: Any) -> tuple[Progress, Any, Any]:
+        plan, t, move = loops[0].plan, samples[0].t, s.move
+        s = begun(plan, s, t)
+        if s.move != move:
+            since = outside
+        aims = aims_of(loops, s, t)
+        if waits(plan, s, t):
+            since = since_of(loops, aims, samples, since, t)
+            there = all_arrived(loops, since, t)
+            s = judged(plan, s, t, since[0], there, longest(loops))
+        return s, since, aims
+
+    return kernel(steps)
+
+
+@kernel
+def _at_once(loops: Any) -> float:
+    return 0.0

@@ -1,32 +1,27 @@
-"""One control period for any kind of stage and any law, interpreted and compiled."""
+"""The kernels of a kind of stage, what controls it, and its open loop."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any, NamedTuple, ParamSpec, TypeVar, get_type_hints
+from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 
 from macromicro import arrays, joining
 from macromicro.arrays import Array
-from macromicro.columns import Column, Layout, layout, put
-from macromicro.control import outside
 from macromicro.control.stage_law import StageLaw
 from macromicro.kernel import compiled, is_kernel
-from macromicro.machines import guarding, sequence
 from macromicro.machines import lines as guarded_lines
-from macromicro.machines.guarding import OK, Limits, Watch
-from macromicro.machines.lines import Held, Wired
-from macromicro.machines.sequence import DONE, Arrival, Plan, Progress
-from macromicro.machines.signals import Inside, Output, Sample, Target
+from macromicro.machines.guarding import Limits
+from macromicro.machines.lines import Wired
+from macromicro.machines.sequence import Arrival, Plan
+from macromicro.machines.signals import Sample
 from macromicro.place import LENGTH, Place
-from macromicro.types import Enable, Lines
+from macromicro.types import Lines
 
 P = ParamSpec("P")
 R = TypeVar("R")
-
-FAULT = 4  # phase that is recorded once the guard has tripped
 
 
 class Kind(NamedTuple):
@@ -72,181 +67,6 @@ class Loop(NamedTuple):
     arrival: Arrival  #: when a move has arrived
     plan: Plan  #: the programme
     wired: Wired = Wired()  #: of the guard, for a stage with lines
-
-
-class Run(NamedTuple):
-    """State of a run."""
-
-    tick: int  #: control periods so far
-    stage: Any  #: the stage's
-    progress: Progress  #: the sequence's
-    memory: Any  #: the law's
-    watch: Watch  #: the guard's
-    held: Held = Held()  #: the guard's, of a stage with lines
-
-    @property
-    def over(self) -> bool:
-        """Whether the programme is done or the guard has tripped."""
-        return self.progress.phase == DONE or self.watch.fault != OK
-
-
-Period = Callable[[Any, Loop, Run, Array, Array, float], tuple[Run, int]]
-
-
-@lru_cache(maxsize=64)
-def columns(kind: Kind, law: StageLaw) -> tuple[Column, ...]:
-    """What a run of a stage records.
-
-    Parameters
-    ----------
-    kind : Kind
-        Kind of stage.
-    law : StageLaw
-        That controls the stage.
-
-    Returns
-    -------
-    tuple[Column, ...]
-        In the order of the rows.
-
-    Examples
-    --------
-    >>> from macromicro.machines import piezo
-    >>> from macromicro.machines.stage import columns
-    >>> [column.name for column in columns(piezo.KIND, piezo.LAW)[:3]]
-    ['t', 'position', 'target']
-    """
-    found = laid_out(kind, law)
-    if law.gains not in outside.found():
-        return found.columns
-    named = {c.name: f"law_{c.name}" for c in layout(law.memory).columns}
-    return tuple(c._replace(name=named.get(c.name, c.name)) for c in found.columns)
-
-
-def own(kind: Kind, law: StageLaw) -> tuple[Column, ...]:
-    """What a law of another package has recorded of its memory, under a stage of some kind.
-
-    Parameters
-    ----------
-    kind : Kind
-        Kind of stage.
-    law : StageLaw
-        That controls the stage.
-
-    Returns
-    -------
-    tuple[Column, ...]
-        The law's own columns; none of a law of this package.
-
-    Examples
-    --------
-    >>> from macromicro.machines import piezo
-    >>> from macromicro.machines.stage import own
-    >>> own(piezo.KIND, piezo.LAW)  # a law of this package
-    ()
-    """
-    return tuple(c for c in columns(kind, law) if c.name.startswith("law_"))
-
-
-def laid_out(kind: Kind, law: StageLaw) -> Layout:
-    """Where a run of a stage records what; of the lines, those that the stage has.
-
-    Parameters
-    ----------
-    kind : Kind
-        Kind of stage.
-    law : StageLaw
-        That controls the stage.
-
-    Returns
-    -------
-    Layout
-        Parts: sample, target, output, memory, sequence, truth, lines, enable line.
-
-    Examples
-    --------
-    >>> from macromicro.machines import piezo
-    >>> from macromicro.machines.stage import laid_out
-    >>> layout = laid_out(piezo.KIND, piezo.LAW)
-    >>> layout.columns[1].name, layout.columns[1].unit
-    ('position', 'mm')
-    """
-    recorded = [_only(each, kind.lines) for each in (Lines, Enable)]
-    shown = (Sample, Target, Output, law.memory, Inside, kind.truth, *recorded)
-    return layout(*shown, place=kind.place)
-
-
-def _only(kind: Any, names: tuple[str, ...]) -> Any:
-    """A ``NamedTuple`` class of which only some fields are recorded."""
-    hints = get_type_hints(kind, include_extras=True)
-    return NamedTuple(kind.__name__, [(n, h if n in names else float) for n, h in hints.items()])
-
-
-@lru_cache(maxsize=64)
-def period(kind: Kind, law: StageLaw) -> Period:
-    """The loop of a kind of stage under a law.
-
-    Parameters
-    ----------
-    kind : Kind
-        Kind of stage.
-    law : StageLaw
-        That controls the stage.
-
-    Returns
-    -------
-    Period
-        ``run(params, loop, state, noise, out, dt) -> (state, written)``: runs for up to
-        ``len(noise)`` control periods, until the programme is done or the guard trips (that period
-        is the last written), with `out` of shape (columns, periods). Arrays of the state that it
-        is given are changed in place; `fastest` leaves them as they are.
-    """
-    measure, advance, show, step = kind.measure, kind.advance, kind.show, law.step
-    tell, sense, switch = law.tell, kind.sense, kind.switch
-    joining.joined(measure, advance, show, step, sense, switch)
-    watched, bounded = watching(kind)
-    parts = laid_out(kind, law).parts
-    sample_rows, target_rows, output_rows, memory_rows, inside_rows, truth_rows = (
-        part.rows for part in parts[:6]
-    )
-    sample_scales, target_scales, output_scales, memory_scales, inside_scales, truth_scales = (
-        part.scales for part in parts[:6]
-    )
-    (line_rows, line_scales), (enable_rows, enable_scales) = parts[6:]
-
-    def run(
-        params: Any, loop: Loop, state: Run, noise: Array, out: Array, dt: float
-    ) -> tuple[Run, int]:
-        tick, stage, progress = state.tick, state.stage, state.progress
-        memory, watch, held = state.memory, state.watch, state.held
-        written = 0
-        for k in range(noise.shape[0]):
-            sample = measure(params, stage, tick * dt, noise, k)
-            told = sense(params, stage)
-            progress, target = sequence.step(loop.plan, loop.arrival, progress, sample)
-            memory, wanted = step(loop.gains, memory, target, sample, dt)
-            watch, held, passed = watched(loop.wired, held, watch, told, sample, wanted)
-            guard = bounded(loop.guard, loop.wired, held)
-            watch, effort = guarding.step(guard, watch, sample, target, passed)
-            enable = 1.0 if watch.fault == OK else 0.0
-            phase = float(progress.phase if watch.fault == OK else FAULT)
-            put(out, k, sample, sample_rows, sample_scales)
-            put(out, k, target, target_rows, target_scales)
-            put(out, k, Output(effort), output_rows, output_scales)
-            put(out, k, tell(memory), memory_rows, memory_scales)
-            inside = Inside(phase, float(progress.move), float(progress.arrived))
-            put(out, k, inside, inside_rows, inside_scales)
-            put(out, k, show(params, stage), truth_rows, truth_scales)
-            put(out, k, told, line_rows, line_scales)
-            put(out, k, Enable(enable), enable_rows, enable_scales)
-            stage = advance(params, switch(params, stage, enable), effort, noise, k, dt)
-            tick += 1
-            written += 1
-            if progress.phase == DONE or watch.fault != OK:
-                break
-        return Run(tick, stage, progress, memory, watch, held), written
-
-    return run
 
 
 def watching(kind: Kind) -> tuple[Callable[..., Any], Callable[..., Any]]:
@@ -397,129 +217,6 @@ def quick(kind: Kind) -> Kind:
     joining.joined(*kernels.values())
     made: dict[str, Any] = {name: quickest(each, kind) for name, each in kernels.items()}
     return kind._replace(**made)
-
-
-def fastest(kind: Kind, law: StageLaw) -> Period:
-    """The loop of a kind of stage under a law, as fast as it can run.
-
-    Parameters
-    ----------
-    kind : Kind
-        Kind of stage.
-    law : StageLaw
-        That controls the stage.
-
-    Returns
-    -------
-    Period
-        `in_place` on a copy of the state that it is given, which may be given to another run.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from macromicro.machines import piezo, planning, runs
-    >>> from macromicro.machines.stage import beginning, columns, fastest
-    >>> kind, law, settings = piezo.KIND._replace(plain=True), piezo.LAW, piezo.DEFAULT
-    >>> loop = runs.loop(settings, planning.plan(planning.usual(settings), settings))
-    >>> params, noise = kind.prepare(settings), np.zeros((5, kind.noises))
-    >>> start, out = beginning(kind, law, params, loop), np.empty((len(columns(kind, law)), 5))
-    >>> end, written = fastest(kind, law)(params, loop, start, noise, out, 0.001)
-    >>> end.tick, written
-    (5, 5)
-    """
-    return owning(in_place(kind, law))
-
-
-def owning(run: Callable[..., Any]) -> Callable[..., Any]:
-    """A loop whose runs leave the state that they are given as it is.
-
-    Parameters
-    ----------
-    run : Callable[..., Any]
-        Takes parameters, control, state and more.
-
-    Returns
-    -------
-    Callable[..., Any]
-        The same on a copy of the state.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from macromicro.machines.stage import owning
-    >>> def run(params, control, state):
-    ...     state += 1.0
-    ...     return state
-    >>> start = np.zeros(2)
-    >>> owning(run)(None, None, start), start
-    (array([1., 1.]), array([0., 0.]))
-    """
-
-    def apart(params: Any, control: Any, state: Any, *more: Any) -> Any:
-        return run(params, control, arrays.own(state), *more)
-
-    return apart
-
-
-def in_place(kind: Kind, law: StageLaw) -> Period:
-    """The loop of a kind of stage under a law, for who gives a state away.
-
-    Parameters
-    ----------
-    kind : Kind
-        Kind of stage.
-    law : StageLaw
-        That controls the stage.
-
-    Returns
-    -------
-    Period
-        `period`, compiled; under a law in plain Python interpreted, over compiled kernels.
-
-    Examples
-    --------
-    >>> from macromicro.machines import piezo
-    >>> from macromicro.machines.stage import in_place, period
-    >>> plain = piezo.KIND._replace(plain=True)  # interpreted
-    >>> in_place(plain, piezo.LAW) is period(plain, piezo.LAW)
-    True
-    """
-    if compiles(law):
-        return quickest(period(kind, law), kind)
-    return period(quick(kind), law)
-
-
-def beginning(kind: Kind, law: StageLaw, params: Any, loop: Loop) -> Run:
-    """The state at the start of a run.
-
-    Parameters
-    ----------
-    kind : Kind
-        Kind of stage.
-    law : StageLaw
-        That controls the stage.
-    params : Any
-        The stage's.
-    loop : Loop
-        What controls it.
-
-    Returns
-    -------
-    Run
-        At rest at the plan's origin.
-
-    Examples
-    --------
-    >>> from macromicro.machines import piezo, planning, runs
-    >>> from macromicro.machines.stage import beginning
-    >>> settings = piezo.DEFAULT
-    >>> loop = runs.loop(settings, planning.plan(planning.usual(settings), settings))
-    >>> beginning(piezo.KIND, piezo.LAW, piezo.KIND.prepare(settings), loop).over
-    False
-    """
-    first = Sample(0.0, loop.plan.origin)
-    memory = law.start(loop.gains, first)
-    return Run(0, kind.initial(params), sequence.begin(), memory, guarding.fresh(), Held())
 
 
 class Bounds(NamedTuple):

@@ -1,21 +1,21 @@
-"""Results of a single-stage run as figures, for tuning and robustness."""
+"""Results of a run as figures, for tuning and robustness."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Annotated, Any, NamedTuple, TypeVar
+from functools import lru_cache
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from macromicro.columns import Quantity
-from macromicro.machines import results, runs
+from macromicro.machines import composite, planning, results, runs
+from macromicro.machines.composite import AnyMachine
 from macromicro.machines.machine import Machine
-from macromicro.machines.sequence import Plan
+from macromicro.machines.planning import Planned
 from macromicro.recording import Recording
-
-Found = TypeVar("Found")
 
 
 class Trial(NamedTuple):
@@ -38,63 +38,124 @@ class Trial(NamedTuple):
     rough: Annotated[float, Quantity("V", "rms change of the effort from period to period")]
 
 
-def trial(machine: Machine, settings: Any, plan: Plan, seed: int) -> Trial:
-    blocks = runs.Blocks()
-    outcome = runs.perform(machine, settings, plan, blocks, seed=seed)
-    rows = np.concatenate(blocks.blocks, axis=1)
-    recording = Recording.from_arrays(runs.columns(machine), rows, settings.timing.period, {})
-    moves = results.moves(recording, plan, settings.arrival, machine.kind.place)
-    effort = recording["effort"]
-    arrived = results.settling(moves)
-    whole = outcome.watch.fault == 0 and len(moves) == len(plan.target)
+_SHARED = {
+    "fault": Quantity("1", "code of the fault that stopped the run, 0 for none"),
+    "missed": Quantity("1", "moves that did not arrive"),
+}
+_PATH = {
+    "contour": Quantity("um", "largest distance from the path, by the encoders"),
+    "rms_contour": Quantity("um", "rms of the same, over all moves"),
+    "true_contour": Quantity("um", "largest distance from the path, true"),
+}
+_SETTLING = Quantity("s", "slowest arrival of both, counted from the end of the profile")
+_TRUE = Quantity("um", "largest distance from the target at rest, true")
 
-    def most(values: Iterator[float | None]) -> float:
+
+def kind(machine: AnyMachine) -> Any:
+    """The ``NamedTuple`` of a machine's figures: `Trial`, or one with those of each stage."""
+    if isinstance(machine, Machine):
+        return Trial
+    places = tuple(one.kind.place for _, one in machine.stages)
+    return _joint(composite.names(machine), places, machine.extra is not None)
+
+
+@lru_cache(maxsize=16)
+def _joint(names: tuple[str, ...], places: tuple[Any, ...], has_plane: bool) -> Any:
+    """Figures of several stages; infinity: no arrival; NaN: stopped by a guard."""
+    notes = _SHARED | (_PATH if has_plane else {}) | {"settling": _SETTLING}
+    first = names[0]
+    for name, place in zip(names, places, strict=True):
+        words = (
+            f"largest distance from the set point, {name}"
+            if name == first
+            else (f"the same, {name}")
+        )
+        notes[f"peak_error_{name}"] = place.column(Quantity("um", words))
+    if has_plane:
+        notes["true_error"] = _TRUE
+    for name in names:
+        words = f"rms change of the effort from period to period, {name}"
+        notes[f"rough_{name}"] = Quantity("V", words if name == first else f"the same, {name}")
+    fields = [(name, Annotated[float, note]) for name, note in notes.items()]
+    return NamedTuple("JointTrial", fields)
+
+
+def trial(machine: AnyMachine, settings: Any, planned: Planned, seed: int) -> Any:
+    done = runs.record(machine, settings, planned, seed=seed, warn=False)
+    return measured(machine, settings, planned, done)
+
+
+def measured(machine: AnyMachine, settings: Any, planned: Planned, done: runs.Done) -> Any:
+    """Figures of a run that was recorded."""
+    recording, fault = done.recording, done.outcome.watch.fault
+    moves = results.of(machine, recording, planned, settings)
+    planned_moves = len(planning.each(planned)[0].target)
+    whole = fault == 0 and len(moves) == planned_moves
+    settling = results.settling(moves)
+
+    def most(values: Iterable[float | None]) -> float:
         known = [abs(v) for v in values if v is not None]
         return 1e3 * max(known, default=0.0) if whole else math.nan
 
-    return Trial(
-        fault=float(outcome.watch.fault),
-        missed=float(len(plan.target) - results.arrived(moves)),
-        settling=max(0.0, *arrived) if whole else math.nan,
-        mean_settling=max(0.0, float(np.mean(arrived))) if whole else math.nan,
-        peak_error=most(m.peak_error for m in moves),
-        rms_error=1e3 * float(np.sqrt(np.mean([m.rms_error**2 for m in moves])))
-        if whole
-        else math.nan,
-        overshoot=most(m.overshoot for m in moves),
-        rest_error=most(m.rest_error for m in moves),
-        true_error=most(m.true_error for m in moves),
-        effort=float(np.max(np.abs(effort))),
-        rough=float(np.sqrt(np.mean(np.diff(effort) ** 2))) if len(effort) > 1 else 0.0,
-    )
+    def rms(values: list[float]) -> float:
+        squares = [v**2 for v in values]
+        return 1e3 * math.sqrt(float(np.mean(squares))) if whole and squares else math.nan
+
+    shared = {
+        "fault": float(fault),
+        "missed": float(planned_moves - results.arrived(moves)),
+        "settling": max(0.0, *settling) if whole else math.nan,
+    }
+    if isinstance(machine, Machine):
+        return Trial(
+            **shared,
+            mean_settling=max(0.0, float(np.mean(settling))) if whole else math.nan,
+            peak_error=most(m.peak_error for m in moves),
+            rms_error=rms([m.rms_error for m in moves]),
+            overshoot=most(m.overshoot for m in moves),
+            rest_error=most(m.rest_error for m in moves),
+            true_error=most(m.true_error for m in moves),
+            effort=float(np.max(np.abs(recording["effort"]))),
+            rough=_rough(recording, "effort"),
+        )
+    paths = [m.contour for m in moves if m.contour is not None]
+    found = shared | {
+        "contour": most(c.peak for c in paths),
+        "rms_contour": rms([c.rms for c in paths]),
+        "true_contour": most(c.true_peak for c in paths),
+        "true_error": most(m.true_error for m in moves),
+    }
+    for k, name in enumerate(composite.names(machine)):
+        found[f"peak_error_{name}"] = most(m.axes[k].peak_error for m in moves)
+        found[f"rough_{name}"] = _rough(recording, f"{name}_effort")
+    made = kind(machine)
+    return made(**{name: found[name] for name in made._fields})
+
+
+def _rough(recording: Recording, column: str) -> float:
+    """RMS change of an effort from period to period, V."""
+    if len(recording) < 2:
+        return 0.0
+    return float(np.sqrt(np.mean(np.diff(recording[column]) ** 2)))
 
 
 def trials(
-    machine: Machine,
+    machine: AnyMachine,
     trees: Sequence[Any],
-    plan: Plan,
+    planned: Planned,
     seeds: Sequence[int],
     workers: int,
     done: Callable[[int], bool] = lambda n: False,
-) -> list[Trial]:
+) -> list[Any]:
     """Run a plan on many machines, in threads; compiled runs release the lock."""
     if trees:
-        runs.compile_machine(machine, trees[0], plan)
-    return threaded(
-        lambda tree, seed: trial(machine, tree, plan, seed), trees, seeds, workers, done
-    )
-
-
-def threaded(
-    run: Callable[[Any, int], Found],
-    trees: Sequence[Any],
-    seeds: Sequence[int],
-    workers: int,
-    done: Callable[[int], bool] = lambda n: False,
-) -> list[Found]:
-    found: list[Found] = []
+        runs.compile_machine(machine, trees[0], planned)
+    found: list[Any] = []
     with ThreadPoolExecutor(workers) as pool:
-        waiting = [pool.submit(run, *pair) for pair in zip(trees, seeds, strict=True)]
+        waiting = [
+            pool.submit(trial, machine, tree, planned, seed)
+            for tree, seed in zip(trees, seeds, strict=True)
+        ]
         for each in waiting:
             found.append(each.result())
             if done(len(found)):

@@ -1,4 +1,4 @@
-"""Figures of a run of two axes: the path with magnified errors, and both axes over time."""
+"""Figures of a run of several stages: the path with magnified errors, and all over time."""
 
 from __future__ import annotations
 
@@ -10,14 +10,16 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED, finish, line, new
-from macromicro.machines.joint import contour, results
-from macromicro.machines.joint.planning import JointPlan
-from macromicro.machines.joint.settings import AXES, of
+from macromicro.machines import results
+from macromicro.machines.composite import Composite, names
+from macromicro.machines.joint import contour
+from macromicro.machines.joint.settings import AXES
+from macromicro.machines.planning import Schedule
 from macromicro.recording import Recording
 from macromicro.report._figures import Drawn
 
 SHOWN = 0.05  # of the picture's width; what the largest contour error is magnified to
-_COLORS = (BLUE, ORANGE)
+_COLORS = (BLUE, ORANGE, GREEN, RED)
 
 
 def magnification(peak: float, span: float) -> float:
@@ -35,10 +37,11 @@ def _ways(recording: Recording) -> list[tuple[str, str, str, str]]:
         ("true_x", "true_y", RED, "true"),
         ("x_position", "y_position", BLUE, "by the encoders"),
     ]
-    return [way for way in every if not np.isnan(recording[way[0]]).all()]
+    known = (way for way in every if way[0] in recording)
+    return [way for way in known if not np.isnan(recording[way[0]]).all()]
 
 
-def _beside(recording: Recording, plan: JointPlan, names: tuple[str, str]) -> Iterator[Any]:
+def _beside(recording: Recording, plan: Schedule, names: tuple[str, str]) -> Iterator[Any]:
     """Rows, positions (mm) and nearest points of each move on a path, during its profile."""
     for k in np.unique(recording["move"][recording["move"] >= 0]).tolist():
         if plan.traces[k].pieces:
@@ -47,7 +50,7 @@ def _beside(recording: Recording, plan: JointPlan, names: tuple[str, str]) -> It
             yield part, x, y, contour.off(plan.traces[k], 1e-3 * x, 1e-3 * y)
 
 
-def path(recording: Recording, plan: JointPlan, tolerance: float) -> Drawn:
+def path(recording: Recording, plan: Schedule, tolerance: float) -> Drawn:
     """The path in the plane, with the encoders' and the true positions."""
     ways = _ways(recording)
     found = {way[3]: list(_beside(recording, plan, way[:2])) for way in ways}
@@ -100,39 +103,48 @@ def outline(trace: Any, turn: float = 0.02) -> tuple[Array, Array]:
     return np.concatenate(xs), np.concatenate(ys)
 
 
-def axes_over_time(recording: Recording, plan: JointPlan, settings: Any) -> Drawn:
-    """Positions, errors, distance from the path and efforts over the run."""
-    figure, grid = new(9.4, 4, sharex=True)
-    places, errors, beside, efforts = grid[:, 0]
+def axes_over_time(
+    recording: Recording, plan: Schedule, machine: Composite, settings: Any
+) -> Drawn:
+    """Positions, errors and efforts of each stage over the run; in a plane the contour error."""
+    plane = machine.extra is not None
+    figure, grid = new(9.4, 4 if plane else 3, sharex=True)
+    places, errors, *paths, efforts = grid[:, 0]
     t = recording["t"]
-    for name, color, own in zip(AXES, _COLORS, of(settings), strict=True):
+    units = [one.kind.place for _, one in machine.stages]
+    trees = machine.trees(settings)
+    same = len(set(units)) == 1
+    for k, (name, own, place) in enumerate(zip(names(machine), trees, units, strict=True)):
+        color = _COLORS[k % len(_COLORS)]
         target, position = recording[f"{name}_target"], recording[f"{name}_position"]
+        label = name if same else f"{name} [{place.unit}]"
         line(places, t, target, BLACK, "", linewidth=0.8, linestyle="--")
-        line(places, t, position, color, name)
-        line(errors, t, 1e3 * (target - position), color, name)
-        for edge in (-1e6 * own.arrival.tolerance, 1e6 * own.arrival.tolerance):
-            errors.axhline(edge, color=color, linewidth=0.8, linestyle=":")
+        line(places, t, position, color, label)
+        label = name if same else f"{name} [{place.fine}]"
+        line(errors, t, 1e3 * (target - position), color, label)
+        for edge in (-own.arrival.tolerance, own.arrival.tolerance):
+            errors.axhline(place.fines * edge, color=color, linewidth=0.8, linestyle=":")
         line(efforts, t, recording[f"{name}_effort"], color, name)
-    for *names, color, label in _ways(recording):
-        far = np.full(len(t), np.nan)
-        for part, _, _, near in _beside(recording, plan, (names[0], names[1])):
-            far[part] = 1e6 * near.distance
-        line(beside, t, far, color, label)
-    beside.axhline(1e6 * settings.path.tolerance, color=GREEN, linewidth=0.8, linestyle=":")
-    finish(places, "Position; dashed: set point", "", "[mm]", legend=True)
-    finish(errors, "Set point minus position; dotted: tolerance", "", "[um]", legend=True)
-    finish(
-        beside,
-        "Distance from the path while the profile lasts; dotted: tolerance",
-        "",
-        "[um]",
-        legend=True,
-    )
+    unit, fine = (f"[{units[0].unit}]", f"[{units[0].fine}]") if same else ("", "")
+    finish(places, "Position; dashed: set point", "", unit, legend=True)
+    finish(errors, "Set point minus position; dotted: tolerance", "", fine, legend=not same)
+    if plane:
+        _paths(paths[0], recording, plan, settings.path.tolerance)
     finish(efforts, "Effort at the D/A", y="[V]", legend=True)
     figure.subplots_adjust(hspace=0.3)
-    return Drawn(
-        "axes",
-        "Both axes",
-        "Position, error and effort of each axis, and what the errors make beside the path.",
-        figure,
-    )
+    caption = "Position, error and effort of each axis"
+    caption += ", and what the errors make beside the path." if plane else "."
+    return Drawn("axes", "Both axes" if len(units) == 2 else "All stages", caption, figure)
+
+
+def _paths(ax: Any, recording: Recording, plan: Schedule, tolerance: float) -> None:
+    """The distance from the path over time, while a profile lasts."""
+    t = recording["t"]
+    for *columns, color, label in _ways(recording):
+        far = np.full(len(t), np.nan)
+        for part, _, _, near in _beside(recording, plan, (columns[0], columns[1])):
+            far[part] = 1e6 * near.distance
+        line(ax, t, far, color, label)
+    ax.axhline(1e6 * tolerance, color=GREEN, linewidth=0.8, linestyle=":")
+    title = "Distance from the path while the profile lasts; dotted: tolerance"
+    finish(ax, title, "", "[um]", legend=True)

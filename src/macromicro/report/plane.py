@@ -13,6 +13,7 @@ from macromicro.commission.plane import Both
 from macromicro.commission.running import Place
 from macromicro.drawing import files as drawings
 from macromicro.drawing.page import Picture, filled
+from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import AXES
 from macromicro.machines.machine import JOINT
 from macromicro.report import joint_figures
@@ -107,7 +108,7 @@ def write(
     """Write the results of both; each axis' own stay beside them."""
     drawn = [
         joint_figures.path(found.recording, found.plan, found.settings.path.tolerance),
-        joint_figures.axes_over_time(found.recording, found.plan, found.settings),
+        joint_figures.axes_over_time(found.recording, found.plan, XY_MACHINE, found.settings),
     ]
     signs = {procedure.sign(p.kind, f.work) for p, f in zip(places, found.axes, strict=True)}
     with folder.staged(out) as stage:

@@ -13,7 +13,6 @@ import macromicro
 from macromicro.columns import quantities
 from macromicro.drawing import files as drawings
 from macromicro.drawing.style import BLUE, GREEN, RED, finish, new
-from macromicro.machines.joint.trial import JointTrial
 from macromicro.place import LENGTH, Place
 from macromicro.robustness._statistics import CONFIDENCE, LEVELS, rank_correlation, spread
 from macromicro.robustness.requirements import Requirement
@@ -24,14 +23,25 @@ from macromicro.schema.text import plain, write_text
 
 NUMBERS, FIGURE = "robust.json", "robust"
 FILES = (NUMBERS, *drawings.names((FIGURE,)))
-_SHOWN = ("settling", "peak_error", "rest_error", "true_error")
-_JOINT = ("contour", "rms_contour", "true_contour", "true_error")
+_FOUR = (  # those of the first row that a machine has are drawn
+    ("contour", "rms_contour", "true_contour", "true_error"),
+    ("settling", "peak_error", "rest_error", "true_error"),
+)
 
 
 def _place(found: Study) -> Place:
     """The unit of the machine's positions; two axes are linear."""
     kind = getattr(found.machine, "kind", None)
     return LENGTH if kind is None else kind.place
+
+
+def _shown(found: Study) -> tuple[str, ...]:
+    """Figures that are drawn: four at most."""
+    known = type(found.nominal)._fields
+    for names in _FOUR:
+        if set(names) <= set(known):
+            return names
+    return tuple(known[2:6])  # beside fault and moves that did not arrive
 
 
 def metrics(found: Study) -> dict[str, dict[str, Any]]:
@@ -141,7 +151,7 @@ def _required(found: Study, words: str, *required: Requirement) -> str:
 def draw_figure(found: Study) -> Any:
     """Distributions of settling and errors, or of the distance from the path."""
     figure, axes = new(5.4, 2, 2)
-    shown = _JOINT if isinstance(found.nominal, JointTrial) else _SHOWN
+    shown = _shown(found)
     for ax, name in zip(axes.flat, shown, strict=True):
         about = quantities(type(found.nominal), _place(found))[name]
         values = np.array([getattr(t, name) for t in found.found])

@@ -1,4 +1,4 @@
-"""Gains of a machine of two axes: each axis by itself, then both for the path.
+"""Gains of a machine of several axes: each by itself, then all together, for the path.
 
 The distance from the path is the difference of the axes' errors, so equal lag of both axes stays
 on a straight line. So both position gains at the lower of the two are tried as well.
@@ -11,19 +11,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from macromicro import place as places
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.machines import planning as single
-from macromicro.machines.joint.machine import Joint
-from macromicro.machines.joint.planning import JointPlan
-from macromicro.machines.joint.settings import AXES, of
-from macromicro.machines.joint.trial import JointTrial, trials
+from macromicro.machines.composite import Composite, names
+from macromicro.machines.planning import Schedule
+from macromicro.machines.trial import trials
 from macromicro.schema.par import replaced, value_at
 from macromicro.tuning import stage
 from macromicro.tuning.evolution import minimise
 from macromicro.tuning.stage import FAILED, ROUGH, WIDE, Budget, Objective
 
-LEAST = 3 * stage.LEAST  # designs of a search
 SHEETS, ALONE, MATCHED, PAIR = "sheets", "each alone", "matched", "pair"
 POSITION = "controller.position"
 
@@ -31,13 +30,13 @@ POSITION = "controller.position"
 class Version(NamedTuple):
     name: str  # one of `SHEETS`, `ALONE`, `MATCHED` and `PAIR`
     settings: Any  # of the machine
-    found: JointTrial  # how they did
+    found: Any  # how they did
     cost: float  # um; of the contour, with penalties
 
 
 class Tuning(NamedTuple):
-    machine: Joint
-    plan: JointPlan  # what it was judged by
+    machine: Composite
+    plan: Schedule  # what it was judged by
     objective: Objective  # of each axis alone
     versions: tuple[Version, ...]  # in the order in which they were found
     knobs: tuple[str, ...]  # gains that were searched
@@ -53,45 +52,60 @@ class Tuning(NamedTuple):
         return self.best.name != SHEETS
 
 
-def cost(found: JointTrial, settings: Any) -> float:
+def cost(machine: Composite, found: Any, settings: Any) -> float:
+    """RMS contour, or where there is no path the largest error in tolerances, with penalties."""
     if found.fault != 0.0 or found.missed > 0.0:
-        return FAILED * (1.0 + found.missed)
-    each = zip((found.rough_x, found.rough_y), of(settings), strict=True)
-    rough = [100.0 * value / own.guard.effort for value, own in each]
-    return float(found.rms_contour * (1.0 + ROUGH * float(np.mean(rough))))
+        return float(FAILED * (1.0 + found.missed))
+    stages = list(zip(names(machine), machine.trees(settings), strict=True))
+    rough = [100.0 * getattr(found, f"rough_{name}") / own.guard.effort for name, own in stages]
+    penalty = 1.0 + ROUGH * float(np.mean(rough))
+    if machine.extra is not None:
+        return float(found.rms_contour * penalty)
+    errors = [
+        getattr(found, f"peak_error_{name}") / (own.arrival.tolerance * places.of(own).fines)
+        for name, own in stages
+    ]
+    return float(max(errors) * penalty)
 
 
-def knobs(machine: Joint, settings: Any) -> tuple[str, ...]:
+def fewest(machine: Composite) -> int:
+    """Fewest designs of a search."""
+    return (len(machine.stages) + 1) * stage.LEAST
+
+
+def knobs(machine: Composite, settings: Any) -> tuple[str, ...]:
     return tuple(
         f"{name}.{path}"
-        for name, own, tree in zip(AXES, machine.axes, of(settings), strict=True)
+        for (name, own), tree in zip(machine.stages, machine.trees(settings), strict=True)
         for path in stage.knobs(own, tree)
     )
 
 
-def matched(settings: Any) -> Any:
-    """Both axes with the lower of their position gains."""
-    if any(own.law != own._field_defaults["law"] for own in of(settings)):
+def matched(machine: Composite, settings: Any) -> Any:
+    """All axes with the lowest of their position gains, of a machine with a plane."""
+    trees = machine.trees(settings)
+    if machine.extra is None or any(own.law != own._field_defaults["law"] for own in trees):
         return settings
-    lower = min(value_at(own, POSITION) for own in of(settings))
-    for name in AXES:
+    lower = min(value_at(own, POSITION) for own in trees)
+    for name in names(machine):
         settings = replaced(settings, f"{name}.{POSITION}", lower)
     return settings
 
 
 def search(
-    machine: Joint,
+    machine: Composite,
     settings: Any,
-    plan: JointPlan,
+    plan: Schedule,
     objective: Objective,
     budget: Budget,
     progress: Callable[[int, float], None] = lambda done, best: None,
 ) -> Tuning:
-    """Search a third of the designs for each axis on its usual moves, and a third for the pair."""
-    if budget.evaluations < LEAST:
-        raise InputError("--evaluations", budget.evaluations, f"{LEAST} or more")
-    share, spent, alone = budget.evaluations // 3, 0, settings
-    for name, own, tree in zip(AXES, machine.axes, of(settings), strict=True):
+    """Search an equal share of the designs for each axis on its usual moves, and for all."""
+    least = fewest(machine)
+    if budget.evaluations < least:
+        raise InputError("--evaluations", budget.evaluations, f"{least} or more")
+    share, spent, alone = budget.evaluations // (len(machine.stages) + 1), 0, settings
+    for (name, own), tree in zip(machine.stages, machine.trees(settings), strict=True):
         moves = single.plan(single.usual(tree), tree)
 
         def tell(done: int, best: float, before: int = spent) -> None:
@@ -102,13 +116,13 @@ def search(
         alone, spent = alone._replace(**{name: found.tuned}), spent + found.evaluations
     searched = knobs(machine, settings)
 
-    def tried(trees: Sequence[Any]) -> list[JointTrial]:
+    def tried(trees: Sequence[Any]) -> list[Any]:
         return trials(machine, trees, plan, [budget.seed] * len(trees), budget.workers)
 
-    known = [(SHEETS, settings), (ALONE, alone), (MATCHED, matched(alone))]
+    known = [(SHEETS, settings), (ALONE, alone), (MATCHED, matched(machine, alone))]
     results = tried([tree for _, tree in known])
     versions = [
-        Version(name, tree, t, cost(t, settings))
+        Version(name, tree, t, cost(machine, t, settings))
         for (name, tree), t in zip(known, results, strict=True)
     ]
     begin = min(versions, key=lambda v: v.cost).settings
@@ -122,9 +136,11 @@ def search(
 
     def costs(designs: Array) -> Array:
         trees = [on(design) for design in designs]
-        good = [k for k, t in enumerate(trees) if not any(own.together() for own in of(t))]
+        good = [
+            k for k, t in enumerate(trees) if not any(own.together() for own in machine.trees(t))
+        ]
         found = np.full(len(trees), 2.0 * FAILED)
-        found[good] = [cost(t, settings) for t in tried([trees[k] for k in good])]
+        found[good] = [cost(machine, t, settings) for t in tried([trees[k] for k in good])]
         return found
 
     before = spent
@@ -137,7 +153,7 @@ def search(
     )
     last = on(pair.design)
     found_last = tried([last])[0]
-    versions.append(Version(PAIR, last, found_last, cost(found_last, settings)))
+    versions.append(Version(PAIR, last, found_last, cost(machine, found_last, settings)))
     return Tuning(
         machine,
         plan,

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import macromicro
+from macromicro import place as places
 from macromicro.columns import quantities
 from macromicro.drawing import files as drawings
 from macromicro.drawing.style import BLUE, GREEN, RED, finish, line, new
-from macromicro.machines.joint import contour, results, runs
-from macromicro.machines.joint.trial import JointTrial
+from macromicro.machines import composite, results, runs
+from macromicro.machines.joint import contour
 from macromicro.machines.machine import KEY
 from macromicro.schema import config
 from macromicro.schema.par import entries, value_at
-from macromicro.tuning.joint import Tuning
+from macromicro.tuning.joint import Tuning, Version
 from macromicro.tuning.stage import ROUGH
 from macromicro.tuning.stage_files import NUMBERS, SETTINGS, save
 from macromicro.units import printed
@@ -37,10 +38,11 @@ def table(found: Tuning) -> list[Row]:
         Row(path, tuple(float(value_at(v.settings, path)) for v in versions), units[path])
         for path in found.knobs
     ]
-    for name, about in quantities(JointTrial).items():
+    for name, about in quantities(type(versions[0].found)).items():
         unit = "" if about.unit == "1" else about.unit
         rows.append(Row(about.meaning, tuple(getattr(v.found, name) for v in versions), unit))
-    rows.append(Row("cost (contour)", tuple(v.cost for v in versions), "um"))
+    what, unit = ("contour", "um") if found.machine.extra else ("error in tolerances", "")
+    rows.append(Row(f"cost ({what})", tuple(v.cost for v in versions), unit))
     return rows
 
 
@@ -78,31 +80,40 @@ def content(found: Tuning) -> dict[str, Any]:
     }
 
 
-def draw_figure(found: Tuning) -> Any:
-    """Distance from the path with the gains of the sheets and with the best, for the same moves."""
-    figure, axes = new(4.6, 2, sharex=True)
-    both = ((found.versions[0], RED), (found.best, BLUE))
-    for ax, (version, color) in zip(axes[:, 0], both, strict=True):
-        done = runs.record(found.machine, version.settings, found.plan, seed=found.seed, warn=False)
-        r = done.recording
+def _errors(found: Tuning, version: Version, color: str) -> Iterator[tuple[Any, Any, str, str]]:
+    """Times, errors, colours and labels: the distance from the path, or the error of each stage."""
+    done = runs.record(found.machine, version.settings, found.plan, seed=found.seed, warn=False)
+    r = done.recording
+    if found.machine.extra is not None:
         for k, trace in enumerate(found.plan.traces):
             part = results.under_way(r, found.plan, k)
             if trace.pieces and part.stop > part.start:
                 x, y = (1e-3 * results.known(r[f"{n}_position"][part]) for n in "xy")
-                far = contour.off(trace, x, y).distance
-                line(ax, r["t"][part], 1e6 * far, color, "")
-        tolerance = 1e6 * version.settings.path.tolerance
-        ax.axhline(tolerance, color=GREEN, linewidth=0.8, linestyle=":")
-        last = ax is axes[-1, 0]
-        finish(
-            ax,
-            f"Distance from the path, {version.name}; dotted: tolerance",
-            "time [s]" if last else "",
-            "[um]",
-        )
-    high = max(ax.get_ylim()[1] for ax in axes[:, 0])
+                yield r["t"][part], 1e6 * contour.off(trace, x, y).distance, color, ""
+        return
+    trees = found.machine.trees(version.settings)
+    for k, (name, own) in enumerate(zip(composite.names(found.machine), trees, strict=True)):
+        error = 1e3 * (r[f"{name}_target"] - r[f"{name}_position"])
+        yield r["t"], error, f"C{k}", f"{name} [{places.of(own).fine}]"
+
+
+def draw_figure(found: Tuning) -> Any:
+    """The error with the gains of the sheets and with the best, for the same moves."""
+    figure, axes = new(4.6, 2, sharex=True)
+    plane = found.machine.extra is not None
+    what, unit = ("Distance from the path", "[um]") if plane else ("Set point minus position", "")
+    both = ((found.versions[0], RED), (found.best, BLUE))
+    for ax, (version, color) in zip(axes[:, 0], both, strict=True):
+        for each in _errors(found, version, color):
+            line(ax, *each)
+        if plane:
+            tolerance = 1e6 * version.settings.path.tolerance
+            ax.axhline(tolerance, color=GREEN, linewidth=0.8, linestyle=":")
+        title = f"{what}, {version.name}{'; dotted: tolerance' if plane else ''}"
+        finish(ax, title, "time [s]" if ax is axes[-1, 0] else "", unit, legend=not plane)
+    ends = [end for ax in axes[:, 0] for end in ax.get_ylim()]
     for ax in axes[:, 0]:
-        ax.set_ylim(0.0, high)
+        ax.set_ylim(0.0 if plane else min(ends), max(ends))
     return figure
 
 

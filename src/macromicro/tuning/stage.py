@@ -147,7 +147,7 @@ def search(
 ) -> Tuning:
     evaluations, seed, others, fresh, workers, named, allowed = budget
     rows = machines.uncertain(machine, settings) if others or fresh else ()
-    drawn = machines.machines(settings, rows, others, seed)[1] if others else []
+    drawn = machines.machines(machine, settings, rows, others, seed)[1] if others else []
     bodies = [settings, *drawn, *named]
     searched = knobs(machine, settings)
     start = np.array([value_at(settings, path) for path in searched])
@@ -188,7 +188,7 @@ def search(
         after, paid = before, (paid[0], paid[0])
     judged: tuple[list[Trial], list[Trial]] = ([], [])
     if fresh:
-        new_ones = machines.machines(settings, rows, fresh, seed + 1)[1]
+        new_ones = machines.machines(machine, settings, rows, fresh, seed + 1)[1]
         judged = tried(middle, new_ones), tried(design, new_ones)
     tuned = on(design, settings)
     return Tuning(

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
-from macromicro.machines.joint import course, planning, runs
+from macromicro.machines import composite, runs
+from macromicro.machines.joint import course, planning
 from macromicro.machines.joint.course import Course
-from macromicro.machines.joint.machine import under
+from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import DEFAULT
 
 # Scales that are fine, no friction, side by side: what is left is linear and the same on both.
@@ -46,4 +47,4 @@ def straight(*points, hold=0.05):
 def ran(settings, programme, seed=0):
     """A run, and its plan."""
     plan = planning.plan(programme, settings)
-    return plan, runs.record(under(settings), settings, plan, seed=seed)
+    return plan, runs.record(composite.under(XY_MACHINE, settings), settings, plan, seed=seed)

@@ -8,10 +8,9 @@ import pytest
 
 from macromicro import ArrivalWarning, cli
 from macromicro.errors import InputError
-from macromicro.machines import machine
+from macromicro.machines import compositions, job, machine, results, runs
 from macromicro.machines.job import Request
-from macromicro.machines.joint import course, job, planning, results, runs
-from macromicro.machines.joint import machine as joint
+from macromicro.machines.joint import course, planning
 from macromicro.machines.joint.settings import DEFAULT
 from macromicro.recording import Recording
 from macromicro.runs import folder
@@ -150,7 +149,7 @@ def test_a_move_of_which_one_axis_does_not_arrive_is_reported(files, monkeypatch
     told = capsys.readouterr()
     assert "moves 1, 2 did not arrive within 0.02 s" in told.err
     assert "0 of 2 moves arrived; worst " in told.out
-    found, settings = joint.load(files / "m.toml")
+    found, settings = compositions.load(files / "m.toml")
     plan = planning.plan(course.load(files / "p.toml"), settings)
     with pytest.warns(ArrivalWarning, match="^moves 1, 2 did not arrive; the worst stopped "):
         runs.record(found, settings, plan)
@@ -165,7 +164,7 @@ def test_a_run_stopped_from_outside_keeps_its_recording(files):
         job.execute(asked, stop)
     kept = Recording.load(files / "out" / folder.RECORDING)
     assert len(kept) == runs.CHUNK
-    assert results.moves(kept, asked.plan, asked.settings)
+    assert results.of(asked.machine, kept, asked.plan, asked.settings)
 
 
 def test_its_settings_are_shown(files, monkeypatch, capsys):
@@ -200,7 +199,7 @@ def test_the_example_keeps_its_tolerance_with_the_gains_of_its_sheets():
     made = job.check(Request(EXAMPLE, out=Path("unused")))
     done = runs.record(made.machine, made.settings, made.plan)
     assert done.outcome.finished and done.outcome.fault is None
-    moves = results.moves(done.recording, made.plan, made.settings)
+    moves = results.of(made.machine, done.recording, made.plan, made.settings)
     assert len(moves) == 10 and all(m.arrived_s is not None for m in moves)
     assert max(m.contour.peak for m in moves) < 1e3 * made.settings.path.tolerance
     # What the encoders do not see: the corner that is farthest up leans by the squareness.

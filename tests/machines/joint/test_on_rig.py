@@ -7,26 +7,26 @@ from typing import Any
 import numpy as np
 import pytest
 
-from macromicro.machines import rig
-from macromicro.machines.joint import course, on_rig, planning, results, runs
+from macromicro.machines import results, rig, runs
+from macromicro.machines.joint import course, planning
 from macromicro.machines.joint.machine import XY_MACHINE
-from macromicro.machines.joint.on_rig import Pair
 from macromicro.machines.joint.settings import DEFAULT, of
+from macromicro.machines.on_rig import Rigs
 from macromicro.report import joint_figures
 from macromicro.types import SAFE
 
 
-def pair(tree: Any) -> Pair:
+def pair(tree: Any) -> Rigs:
     twins = [
         rig.CompiledTwin(axis.kind, own)
-        for axis, own in zip(XY_MACHINE.axes, of(tree), strict=True)
+        for (_, axis), own in zip(XY_MACHINE.stages, of(tree), strict=True)
     ]
-    return Pair(twins)
+    return Rigs(twins)
 
 
 def test_alone_either_lets_time_pass_and_in_step_only_the_second() -> None:
     both = pair(DEFAULT)
-    first, second = both.halves
+    first, second = both.members
     dt = DEFAULT.x.timing.period
     first.write(SAFE._replace(motor=5.0))
     for _ in range(100):
@@ -52,12 +52,12 @@ def test_in_step_the_moves_are_those_of_the_compiled_machine() -> None:
     plan = planning.plan(whole._replace(legs=whole.legs[:2]), tree)
     both = pair(tree)
     both.together = True
-    done = on_rig.record(XY_MACHINE, tree, plan, (both.halves[0], both.halves[1]))
+    done = runs.record(XY_MACHINE, tree, plan, on=both.members, warn=False)
     there = runs.record(XY_MACHINE, tree, plan)
     assert done.outcome.finished and done.outcome.fault is None
     for name in ("t", "x_position", "y_position", "x_target", "y_target", "move"):
         assert done.recording[name] == pytest.approx(there.recording[name], abs=1e-9), name
-    mine, theirs = (results.moves(one.recording, plan, tree) for one in (done, there))
+    mine, theirs = (results.of(XY_MACHINE, one.recording, plan, tree) for one in (done, there))
     assert [m.arrived_s for m in mine] == [m.arrived_s for m in theirs]
     assert mine[1].contour is not None and theirs[1].contour is not None
     assert mine[1].contour.peak == pytest.approx(theirs[1].contour.peak)
@@ -72,7 +72,7 @@ def test_a_fault_of_one_stops_both() -> None:
     plan = planning.plan(course.usual(tree), tree)
     both = pair(tree)
     both.together = True
-    done = on_rig.record(XY_MACHINE, tree, plan, (both.halves[0], both.halves[1]))
+    done = runs.record(XY_MACHINE, tree, plan, on=both.members, warn=False)
     assert not done.outcome.finished
     fault = done.outcome.fault
     assert fault is not None and fault.message.startswith("Axis y")

@@ -8,8 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from macromicro.errors import InputError
+from macromicro.machines import programmes
 from macromicro.machines.joint import course, planning
 from macromicro.machines.joint.course import Course, Leg
+from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import AXES, DEFAULT, of
 from macromicro.motion import path, s_curve
 from tests.machines.joint.axes import straight
@@ -167,18 +169,22 @@ def _arc(begin, centre, angle):
     return (Leg("arc", (piece,), (math.inf,), piece.end, 0.1),)
 
 
+def cycled(programme, cycles):
+    return programmes.repeated(XY_MACHINE, programme, cycles)
+
+
 def test_cycles_go_on_from_where_the_one_before_ended():
     there = straight((0.05, 0.02), (0.1, 0.1))
-    twice = planning.plan(there, DEFAULT, 2)
+    twice = planning.plan(cycled(there, 2), DEFAULT)
     assert [leg.end for leg in twice.legs] == [(0.05, 0.02), (0.1, 0.1)] * 2
     again = twice.legs[2].pieces[0]
     assert (again.x, again.y) == (0.1, 0.1) and again.end == pytest.approx((0.05, 0.02), abs=1e-15)
-    back = planning.plan(straight((0.05, 0.02), (0.0, 0.0)), DEFAULT, 3)
+    back = planning.plan(cycled(straight((0.05, 0.02), (0.0, 0.0)), 3), DEFAULT)
     assert len(back.legs) == 6
-    usual = planning.plan(course.usual(DEFAULT), DEFAULT, 2)
+    usual = planning.plan(cycled(course.usual(DEFAULT), 2), DEFAULT)
     assert len(usual.legs) == 2 * len(course.usual(DEFAULT).legs)
     begin = Course("t", _arc((0.0, 0.0), (0.05, 0.0), -math.pi), "t")
-    rounds = planning.plan(begin, DEFAULT, 2)
+    rounds = planning.plan(cycled(begin, 2), DEFAULT)
     assert [leg.name for leg in rounds.legs] == ["arc", "line", "arc"]
     assert rounds.legs[1].end == (0.0, 0.0)
 

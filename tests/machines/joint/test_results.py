@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from macromicro.columns import Column
-from macromicro.machines.joint import planning, results
-from macromicro.machines.joint.settings import DEFAULT
+from macromicro.machines import results
+from macromicro.machines.joint import planning
+from macromicro.machines.joint.machine import XY_MACHINE
+from macromicro.machines.joint.settings import AXES, DEFAULT
 from macromicro.recording import Recording
 from tests.machines.joint.axes import straight
 
@@ -29,7 +31,7 @@ def recording(**off):
 
 
 def test_across_the_path_an_error_is_one_of_the_contour():
-    (move,) = results.moves(recording(x_position=-0.006, y_position=0.008), PLAN, DEFAULT)
+    (move,) = results.of(XY_MACHINE, recording(x_position=-0.006, y_position=0.008), PLAN, DEFAULT)
     assert move.way == pytest.approx(50.0) and move.target == pytest.approx((40.0, 30.0))
     # At a right angle to the direction (0.8, 0.6).
     assert move.contour.peak == pytest.approx(0.01) == pytest.approx(move.contour.rms)
@@ -42,13 +44,13 @@ def test_across_the_path_an_error_is_one_of_the_contour():
 def test_along_the_path_it_is_none():
     back = {"x_position": -0.008, "y_position": -0.006}
     r = recording(**back)
-    (move,) = results.moves(r, PLAN, DEFAULT)
+    (move,) = results.of(XY_MACHINE, r, PLAN, DEFAULT)
     assert move.contour.rms < 2e-3  # but for the first rows, behind the beginning
     assert move.axes[0].peak_error == pytest.approx(0.008)
 
 
 def test_the_true_place_is_told_apart():
-    (move,) = results.moves(recording(true_x=0.03, true_y=-0.04), PLAN, DEFAULT)
+    (move,) = results.of(XY_MACHINE, recording(true_x=0.03, true_y=-0.04), PLAN, DEFAULT)
     assert move.contour.peak == pytest.approx(0.0, abs=1e-9)
     assert move.contour.true_peak == pytest.approx(0.05) == pytest.approx(move.contour.true_rms)
     assert move.true_error == pytest.approx(0.05)
@@ -62,7 +64,7 @@ def test_a_reading_that_is_missing_counts_as_where_it_was():
 
 
 def test_one_axis_is_a_recording_of_one_stage():
-    alone = results.alone(recording(), "y")
+    alone = results.alone(recording(), AXES, "y")
     names = [c.name for c in alone.columns]
     assert names == ["t", "phase", "move", "arrived", "position", "target", "true_position"]
     assert alone["target"][-1] == pytest.approx(30.0)

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.machines import axis, machine
-from macromicro.machines.joint import machine as joint
+from macromicro.machines import axis, composite, compositions, machine
+from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import AXES, DEFAULT, RULES, of
 from macromicro.schema import config
 from macromicro.schema.par import value_at
@@ -65,44 +65,42 @@ def test_no_rule_depends_on_a_later_one():
 )
 def test_what_cannot_work_is_refused(tmp_path, text, what):
     with pytest.raises(InputError, match=what):
-        joint.load(file(tmp_path, f'machine = "xy"\n{text}\n'))
+        compositions.load(file(tmp_path, f'machine = "xy"\n{text}\n'))
 
 
 def test_side_by_side_no_payload_is_asked_for(tmp_path):
     text = 'machine = "xy"\n[stack]\ncarries = "nothing"\n[x.load]\npayload = "0.1 kg"\n'
-    assert joint.load(file(tmp_path, text))[1].x.load.payload == 0.1
+    assert compositions.load(file(tmp_path, text))[1].x.load.payload == 0.1
 
 
 def test_all_settings_as_toml_are_read_back_bit_for_bit(tmp_path):
     tree = DEFAULT.with_({"y.load.payload": "0.123456789 kg", "hidden.squareness": "0.01 deg"})
-    text = joint.as_toml(tree)
+    text = composite.as_toml(XY_MACHINE, tree)
     assert text.startswith('machine = "xy"\n')
-    found, again = joint.load(file(tmp_path, text))
+    found, again = compositions.load(file(tmp_path, text))
     assert again == tree and found.name == "xy"
-    assert joint.as_toml(tree, "path").startswith("[path]\n")
+    assert composite.as_toml(XY_MACHINE, tree, "path").startswith("[path]\n")
 
 
 def test_each_axis_may_have_a_law_of_its_own(tmp_path):
     text = 'machine = "xy"\n[y]\nlaw = "tests.control.own_laws:sliding"\n[y.own]\nslope = "9 1/s"\n'
-    found, tree = joint.load(file(tmp_path, text))
+    found, tree = compositions.load(file(tmp_path, text))
     assert tree.y.own.slope == 9.0 and tree.x.law == "cascade"
-    assert found.axes[0].law.name == "cascade" != found.axes[1].law.name
-    assert joint.load(file(tmp_path, joint.as_toml(tree)))[1] == tree
+    assert [one.law.name == "cascade" for _, one in found.stages] == [True, False]
+    assert compositions.load(file(tmp_path, composite.as_toml(XY_MACHINE, tree)))[1] == tree
 
 
 def test_one_axis_alone_is_a_file_of_the_machine_axis(tmp_path):
     tree = DEFAULT.with_("y.load.payload", "2 kg")
-    for name, own in zip(AXES, of(tree), strict=True):
-        found, alone = machine.load(file(tmp_path, joint.alone(tree, name)))
+    for own in of(tree):
+        found, alone = machine.load(file(tmp_path, composite.as_toml(XY_MACHINE.stages[0][1], own)))
         assert found.name == "axis" and alone == own
 
 
 def test_who_knows_one_stage_says_how_to_get_one(tmp_path):
     path = file(tmp_path, 'machine = "xy"\n')
-    assert joint.is_joint(path)
     with pytest.raises(InputError, match=r"single-stage.*config show --config FILE --axis x"):
         machine.chosen(path)
-    assert not joint.is_joint(file(tmp_path, 'machine = "axis"\n'))
     with pytest.raises(InputError, match="two_stage, xy, axis"):
         machine.named("xyz", "test")
     config.check(DEFAULT, "the defaults")

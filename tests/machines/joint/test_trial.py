@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from macromicro.machines.joint import planning, results, runs, trial
+from macromicro.machines import results, runs, trial
+from macromicro.machines.joint import planning
 from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import DEFAULT
 from tests.machines.joint.axes import straight
@@ -15,7 +16,7 @@ PLAN = planning.plan(straight((0.03, 0.02), (0.03, 0.02), (0.0, 0.03)), DEFAULT)
 def test_its_figures_are_those_of_the_moves():
     found = trial.trial(XY_MACHINE, DEFAULT, PLAN, 3)
     r = runs.record(XY_MACHINE, DEFAULT, PLAN, seed=3).recording
-    moves = results.moves(r, PLAN, DEFAULT)
+    moves = results.of(XY_MACHINE, r, PLAN, DEFAULT)
     assert moves[1].contour is None and moves[1].way == 0.0  # it stays
     beside = [moves[0].contour, moves[2].contour]
     assert (found.fault, found.missed) == (0.0, 0.0)

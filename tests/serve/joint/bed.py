@@ -32,7 +32,9 @@ class Bed:
         self.settings, self.tree = found, found.tree
         self.twins = [
             twin(axis.kind, own, k)
-            for k, (axis, own) in enumerate(zip(found.machine.axes, of(found.tree), strict=True))
+            for k, ((_, axis), own) in enumerate(
+                zip(found.machine.stages, of(found.tree), strict=True)
+            )
         ]
         self.rig: Any = _opening.real(found, self.twins) if real else _opening.simulated(found, 0)
         self.pair = _opening.paired(found, self.rig)

@@ -12,10 +12,11 @@ import pytest
 
 from macromicro.control.live.leading import REST, Aim, Course
 from macromicro.errors import InputError
-from macromicro.machines import guarding, stage
+from macromicro.machines import composite, guarding, period, stage
 from macromicro.machines import machine as machines
 from macromicro.machines.guarding import Limits
 from macromicro.machines.lines import Held, Wired
+from macromicro.machines.period import Bench, Part, Stages
 from macromicro.machines.sequence import MOVING, Progress
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Bounds
@@ -28,6 +29,28 @@ from macromicro.serve.stage.rig import Simulated
 PRINTER = Path(__file__).parents[3] / "examples" / "machines" / "printer.toml"
 
 
+class One:
+    """The control of a machine of one stage."""
+
+    def __init__(self, every: Control) -> None:
+        self.every = every
+
+    def run(self, course: Course, params: Any, state: Any, seen: Sample, noise: Any) -> Any:
+        (after,) = self.every.run((course,), Bench((params,)), (state,), (seen,), (noise,))
+        return after
+
+    @property
+    def effort(self) -> float:
+        return self.every.efforts[0]
+
+    @property
+    def captured(self) -> float:
+        return self.every.captured[0]
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.every, name)
+
+
 class Driven:
     """A simulated printer under its law, without a loop."""
 
@@ -36,7 +59,7 @@ class Driven:
         assert found is not None
         self.tree = found.tree
         self.rig = Simulated(found.machine, found.tree, found.live.pitch, 0)
-        self.control: Control = self.rig.control
+        self.control = One(self.rig.control)
 
     def run(self, course: Course, seconds: float) -> float:
         self.rig.source = lambda: course
@@ -87,15 +110,15 @@ def test_a_law_that_begins_anew_forgets_what_it_has_gathered() -> None:
     stage = Driven()
     course = Course(True, REST._replace(position=2e-4), restart=1)
     stage.run(course, 0.01)
-    before = stage.control._memory.integral
+    before = stage.control._memory[0].integral
     assert before > 0.0
     stage.run(course._replace(aim=REST, restart=2), 0.001)
-    assert abs(stage.control._memory.integral) < 0.1 * abs(before)
+    assert abs(stage.control._memory[0].integral) < 0.1 * abs(before)
     # Off and on again it begins anew, whatever the number.
     stage.run(course, 0.01)
     stage.run(course._replace(on=False), 0.001)
     stage.run(course._replace(aim=REST), 0.001)
-    assert abs(stage.control._memory.integral) < 0.1 * abs(before)
+    assert abs(stage.control._memory[0].integral) < 0.1 * abs(before)
 
 
 class Gains(NamedTuple):
@@ -132,7 +155,8 @@ class Watched:
         )
         self.made: list[str] = []
         kind = self.machine.kind
-        rows = [*(c.name for c in stage.columns(kind, printer.law)), "law_speed"]
+        stages = Stages((kind,), (printer.law,))
+        rows = [*(c.name for c in period.columns(stages)), "law_speed"]
         self.row = rows.index("effort")
         self.pulses = rows.index("index_count") if kind.lines else None
         self.shown = [math.nan] * 4
@@ -145,30 +169,32 @@ class Watched:
             return loop
 
         monkeypatch.setattr(controls, "gains", lambda tree: tree.controller)
-        monkeypatch.setattr(stage, "columns", lambda *_: [SimpleNamespace(name=n) for n in rows])
-        monkeypatch.setattr(stage, "in_place", known("in_place", self.loop))
-        monkeypatch.setattr(stage, "period", known("period", self.loop))
+        monkeypatch.setattr(period, "columns", lambda *_: [SimpleNamespace(name=n) for n in rows])
+        monkeypatch.setattr(period, "in_place", known("in_place", self.loop))
+        monkeypatch.setattr(period, "period", known("period", self.loop))
         monkeypatch.setattr(stage, "opened", known("opened", self.free))
         monkeypatch.setattr(stage, "quickest", lambda function, *kinds: compiled(function))
 
-    def control(self, kind: Any = None) -> Control:
-        return Control(self.machine, self.tree, kind or self.machine.kind)
+    def control(self, kind: Any = None) -> One:
+        own = None if kind is None else composite.clocked(self.machine)._replace(kinds=(kind,))
+        return One(Control(self.machine, self.tree, own))
 
     def start(self, gains: Any, seen: Sample) -> tuple[Any, ...]:
         self.begun += 1
         return ("memory", self.begun, gains, seen)
 
-    def loop(self, params: Any, loop: Any, run: Any, noise: Any, out: Any, dt: float) -> Any:
-        self.loops.append((params, loop, run, noise.copy(), dt))
+    def loop(self, bench: Any, loops: Any, run: Any, noise: Any, out: Any, dt: float) -> Any:
+        (params,), (loop,), (part,), (draws,) = bench.stages, loops, run.parts, noise
+        self.loops.append((params, loop, run, draws.copy(), dt))
         out[:] = 9.0
         out[-1] = [1.0, 2.0, 3.0, 4.0]
         out[self.row] = [0.1, 0.2, 0.3, 0.4]
         if self.pulses is not None:
             out[self.pulses] = self.shown
-        watch = run.watch._replace(fault=self.fault)
-        memory, held = (*run.memory, "later"), run.held._replace(low=run.held.low + 1.0)
-        after = run._replace(stage="driven", memory=memory, watch=watch, held=held)
-        return after, self.written
+        watch = part.watch._replace(fault=self.fault)
+        memory, held = (*part.memory, "later"), part.held._replace(low=part.held.low + 1.0)
+        after = Part("driven", memory, watch, held)
+        return run._replace(parts=(after,)), self.written
 
     def free(self, params: Any, state: Any, bounds: Any, efforts: Any, *rest: Any) -> Any:
         noise, out, dt = rest
@@ -194,7 +220,7 @@ def test_loop_and_law_are_given_the_course(monkeypatch: pytest.MonkeyPatch) -> N
     control = made.control()
     assert control.effort == 0.0 and control.dt == 0.25e-3
     assert repr(control.watch) == repr(guarding.fresh())
-    assert control.place is made.machine.kind.place
+    assert control.places[0] is made.machine.kind.place
     assert control.run(COURSE, "params", "state", SEEN, NOISE) == "driven"
     params, loop, run, noise, dt = made.loops[0]
     assert (params, dt) == ("params", 0.25e-3) and np.array_equal(noise, NOISE)
@@ -205,10 +231,11 @@ def test_loop_and_law_are_given_the_course(monkeypatch: pytest.MonkeyPatch) -> N
     assert plan.hold.tolist() == plan.length.tolist() == [math.inf]
     assert plan.first.tolist() == [0, 1] and plan.pieces.tolist() == [[0.0, 0.03, 0.1, 0.2, 0.3]]
     assert plan.origin == 0.03 and math.isnan(plan.end)
-    assert (run.tick, run.stage) == (2000, "state")
+    (part,) = run.parts
+    assert (run.tick, part.stage) == (2000, "state")
     assert repr(run.progress) == repr(Progress(MOVING, 0, 0, 0.5, math.nan, 0))
-    assert run.memory == ("memory", 1, Gains(3.0), SEEN)
-    assert repr(run.watch) == repr(guarding.fresh())
+    assert part.memory == ("memory", 1, Gains(3.0), SEEN)
+    assert repr(part.watch) == repr(guarding.fresh())
     assert control.effort == 0.4 and made.coasts == []
 
 
@@ -257,7 +284,7 @@ def test_a_law_takes_other_gains_and_keeps_its_memory(monkeypatch: pytest.Monkey
     control.take(Gains(1.5))
     control.run(COURSE, "params", "state", SEEN, NOISE)
     assert [loop.gains for _, loop, *_ in made.loops] == [Gains(3.0), Gains(1.5)]
-    assert made.begun == 1 and made.loops[1][2].memory[-1] == "later"
+    assert made.begun == 1 and made.loops[1][2].parts[0].memory[-1] == "later"
 
 
 @pytest.mark.parametrize("written", [2, 4])
@@ -302,14 +329,14 @@ def test_the_law_begins_anew_with_another_number_and_after_it_was_off(
     control = made.control()
     for course in (COURSE, COURSE, COURSE._replace(restart=8), COURSE._replace(restart=8)):
         control.run(course, "params", "state", SEEN, NOISE)
-    begun = [run.memory[1] for _, _, run, _, _ in made.loops]
+    begun = [run.parts[0].memory[1] for _, _, run, _, _ in made.loops]
     assert begun == [1, 1, 2, 2]
-    assert made.loops[1][2].memory[-1] == "later"  # it goes on from what it has gathered
+    assert made.loops[1][2].parts[0].memory[-1] == "later"  # it goes on from what it has gathered
     off = COURSE._replace(on=False, restart=8)
     assert control.run(off, "params", "state", SEEN, NOISE) == "coasted"
     assert control.effort == 0.0
     control.run(COURSE._replace(restart=8), "params", "state", SEEN, NOISE)
-    assert made.loops[-1][2].memory == ("memory", 3, Gains(3.0), SEEN)
+    assert made.loops[-1][2].parts[0].memory == ("memory", 3, Gains(3.0), SEEN)
 
 
 @pytest.mark.parametrize(("effort", "limit"), [(0.5, 0.5), (5.0, 3.0), (math.inf, 3.0)])
@@ -318,7 +345,7 @@ def test_the_course_lowers_the_laws_limit(
 ) -> None:
     made = Watched(monkeypatch, Gains())
     made.control().run(COURSE._replace(effort=effort), "params", "state", SEEN, NOISE)
-    assert made.loops[0][1].gains == Gains(limit) == made.loops[0][2].memory[2]
+    assert made.loops[0][1].gains == Gains(limit) == made.loops[0][2].parts[0].memory[2]
 
 
 def test_a_law_without_a_limit_is_for_machines_that_know_their_place(
@@ -357,7 +384,7 @@ class Lined(Watched):
         self.switched.append((params, state, enable))
         return "switched"
 
-    def control(self, kind: Any = None) -> Control:
+    def control(self, kind: Any = None) -> One:
         return super().control(self.machine.kind._replace(name="a rig"))
 
 
@@ -410,8 +437,8 @@ def test_the_lines_are_guarded_from_where_the_law_was_switched_on(
     off = COURSE._replace(on=False)
     for course in (COURSE, COURSE, COURSE._replace(homing=True), off, COURSE):
         control.run(course, "params", "state", SEEN, NOISE)
-    assert [run.held.low for _, _, run, *_ in made.loops] == [0.0, 1.0, 2.0, 0.0]
-    assert repr(made.loops[-1][2].held) == repr(Held())
+    assert [run.parts[0].held.low for _, _, run, *_ in made.loops] == [0.0, 1.0, 2.0, 0.0]
+    assert repr(made.loops[-1][2].parts[0].held) == repr(Held())
     leave = 2.0 * 0.1 * 0.5  # twice a tenth of the greatest speed
     assert [loop.wired for _, loop, *_ in made.loops] == [
         Wired(pytest.approx(leave), 0.0, homing) for homing in (0, 0, 1, 0)

@@ -242,6 +242,20 @@ def _table(path: Path) -> Course:
     )
 
 
+def repeated(legs: tuple[Leg, ...], cycles: int) -> tuple[Leg, ...]:
+    """All cycles, joined by straight moves where needed."""
+    first = legs[0]
+    begin = (first.pieces[0].x, first.pieces[0].y) if first.pieces else first.end
+    if cycles == 1 or math.dist(begin, legs[-1].end) < 1e-12:
+        return legs * cycles
+    if first.name == "line":  # it goes to the same place from wherever it begins
+        again = paths.line(legs[-1].end, first.end)
+        rest = (first._replace(pieces=(again,)), *legs[1:])
+    else:
+        rest = (Leg("line", (paths.line(legs[-1].end, begin),), (math.inf,), begin, 0.0), *legs)
+    return (*legs, *(rest * (cycles - 1)))
+
+
 def usual(tree: Any) -> Course:
     """A square with exact stops, a circle and a diagonal."""
     span = min(tree.x.travel.high, tree.y.travel.high)

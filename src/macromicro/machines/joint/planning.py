@@ -14,8 +14,7 @@ from macromicro.errors import InputError
 from macromicro.machines import planning
 from macromicro.machines.joint.course import Course, Leg
 from macromicro.machines.joint.settings import AXES, of
-from macromicro.machines.planning import Way
-from macromicro.machines.sequence import Plan
+from macromicro.machines.planning import Schedule, Way
 from macromicro.motion.feed import Limits, feed
 from macromicro.motion.path import MEET, Piece, line
 from macromicro.motion.profile import Segment
@@ -34,12 +33,6 @@ class Trace(NamedTuple):
     pieces: tuple[Piece, ...]  # of the path; none where it stays
     border: Array  # way at the beginning of each piece, and at the end, m
     s: Array  # way of the set point at each control period since the move's begin, m
-
-
-class JointPlan(NamedTuple):
-    plans: tuple[Plan, Plan]  # of each axis; their times are the same
-    legs: tuple[Leg, ...]
-    traces: tuple[Trace, ...]
 
 
 def limits(piece: Piece, tree: Any, speed: float = math.inf) -> Limits:
@@ -62,15 +55,14 @@ def limits(piece: Piece, tree: Any, speed: float = math.inf) -> Limits:
     return Limits(fastest, FORWARD * most, FORWARD * jerk)
 
 
-def plan(course: Course, tree: Any, cycles: int = 1, *, step: float | None = None) -> JointPlan:
+def plan(course: Course, tree: Any, *, step: float | None = None) -> Schedule:
     """Moves and their profiles, from (0, 0) on."""
     where = printable(course.source, 300)
-    legs = _repeated(course, cycles)
     ways: tuple[list[Way], list[Way]] = ([], [])
     traces = []
     for number, leg in enumerate(course.legs, 1):
         _check_travel(leg, tree, f"{where}, move {number}")
-    for leg in legs:
+    for leg in course.legs:
         made, trace = _leg(leg, tree, step or min(STEP, tree.x.timing.period))
         for each, pieces, end in zip(ways, made, leg.end, strict=True):
             each.append(Way(math.nan, end, leg.hold, pieces))
@@ -78,22 +70,7 @@ def plan(course: Course, tree: Any, cycles: int = 1, *, step: float | None = Non
     for name, each, own in zip(AXES, ways, of(tree), strict=True):
         planning.check(each, own, f"{where}, {name}")
     first, second = (planning.joined(each, math.nan) for each in ways)
-    return JointPlan((first, second), legs, tuple(traces))
-
-
-def _repeated(course: Course, cycles: int) -> tuple[Leg, ...]:
-    """All cycles, joined by straight moves where needed."""
-    legs = course.legs
-    first = legs[0]
-    begin = (first.pieces[0].x, first.pieces[0].y) if first.pieces else first.end
-    if cycles == 1 or math.dist(begin, legs[-1].end) < 1e-12:
-        return legs * cycles
-    if first.name == "line":  # it goes to the same place from wherever it begins
-        again = line(legs[-1].end, first.end)
-        rest = (first._replace(pieces=(again,)), *legs[1:])
-    else:
-        rest = (Leg("line", (line(legs[-1].end, begin),), (math.inf,), begin, 0.0), *legs)
-    return (*legs, *(rest * (cycles - 1)))
+    return Schedule((first, second), course.legs, tuple(traces))
 
 
 def _check_travel(leg: Leg, tree: Any, where: str) -> None:

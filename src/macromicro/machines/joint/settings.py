@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, NamedTuple
 
-from macromicro.machines import axis, owned
+from macromicro.machines import axis, stage_trees
 from macromicro.machines._rounding import rounded
-from macromicro.machines.tree import Checked, Problem, Rule, settled, under_law, with_
-from macromicro.schema.par import Par, changed
+from macromicro.machines.tree import Checked, Problem, Rule, settled, with_
+from macromicro.schema.par import Par
 
 AXES = ("x", "y")
 UPPER, NOTHING = "y", "nothing"
@@ -85,18 +85,7 @@ class XY(NamedTuple):
 
     def grown(self, table: Mapping[str, object], where: str) -> XY:
         """With the gains and parts that a table names."""
-        laws: dict[str, Any] = {}
-        parts: dict[str, Any] = {}
-        for name in AXES:
-            own, there, one = table.get(name), f"{where}, {name}", getattr(self, name)
-            told = dict(own) if isinstance(own, Mapping) else {}
-            told |= {k[2:]: v for k, v in table.items() if k.startswith(f"{name}.")}
-            laws[name] = under_law(one, told, there)
-            found = owned.named(one, told, there).items()
-            parts |= {f"{name}.{path}": value for path, value in found}
-        made = self._replace(**laws)
-        if parts:
-            made = changed(made, parts)
+        made: XY = stage_trees.grown(self, AXES, table, where)
         return made
 
     def with_(self, changes: str | Mapping[str, object], value: object = None) -> XY:
@@ -115,21 +104,14 @@ def _carried(tree: XY) -> float:
     return float(tree.stack.body + tree.y.load.mass + tree.y.load.payload)
 
 
-def _within(name: str, rule: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """A rule of one axis within the whole tree."""
-    return lambda tree: rule(getattr(tree, name))
-
-
 def _both(what: Callable[[Any], float]) -> Callable[[XY], float]:
     """Limits of both axes together."""
     return lambda tree: rounded(math.hypot(what(tree.x), what(tree.y)))
 
 
-_OWN: Any = axis.Axis
-_RULES: tuple[Rule, ...] = _OWN().derived()
 RULES: tuple[Rule, ...] = (
     ("x.load.payload", _carried),
-    *((f"{name}.{path}", _within(name, rule)) for name in AXES for path, rule in _RULES),
+    *stage_trees.each_rule({name: axis.Axis() for name in AXES}),
     ("path.speed", _both(lambda one: one.motion.velocity)),
     ("path.acceleration", _both(lambda one: one.motion.acceleration)),
     ("path.tolerance", _both(lambda one: one.arrival.tolerance)),
@@ -137,12 +119,7 @@ RULES: tuple[Rule, ...] = (
 
 
 def _checks(tree: XY) -> Iterator[Checked]:
-    yield (
-        tree.x.timing.period != tree.y.timing.period,
-        "y.timing.period",
-        tree.y.timing.period,
-        "{x.timing.period}: both axes run on one clock",
-    )
+    yield from stage_trees.on_one_clock(tree, AXES)
     upper = tree.y.load.mass + tree.y.load.payload
     yield (
         tree.stack.carries == UPPER and tree.x.load.payload < upper,

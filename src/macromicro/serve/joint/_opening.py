@@ -17,9 +17,9 @@ from macromicro.control.live.messages import (
     Programme,
     Stop,
 )
-from macromicro.machines import guarding
-from macromicro.machines.joint import course, on_rig, planning, two_rigs
-from macromicro.machines.joint.settings import AXES, of
+from macromicro.machines import guarding, on_rig
+from macromicro.machines.joint import course, planning
+from macromicro.machines.joint.settings import of
 from macromicro.rig.session import Session
 from macromicro.rig.twin import VirtualClock
 from macromicro.serve.joint._machine import Pair
@@ -82,12 +82,12 @@ def opened(spec: Spec) -> Opened:
     """The two-axis machine of `spec`; nothing is switched on."""
     settings = spec.settings
     assert isinstance(settings, JointSettings)
-    tree, axes = settings.tree, settings.machine.axes
-    found = two_rigs.found(spec.rig, tree, spec.seed, "serving both axes")
+    tree, stages = settings.tree, settings.machine.stages
+    found = on_rig.found(spec.rig, settings.machine, tree, spec.seed, "serving both axes")
     if found is None:
         twin = simulated(settings, spec.seed)
         return Opened(twin, paired(settings, twin), settings)
-    for name, axis, own, fixture in zip(AXES, axes, of(tree), found, strict=True):
+    for (name, axis), own, fixture in zip(stages, of(tree), found, strict=True):
         needed(axis, own, fixture, f"{name}.")
     made = [fixture.make(spec.seed + k) for k, fixture in enumerate(found)]
     paced = any(not isinstance(each.clock, VirtualClock) for each in made)
@@ -100,12 +100,12 @@ def real(settings: JointSettings, rigs: Sequence[Any]) -> Real:
     sessions = [
         Session(each, own.timing.period) for each, own in zip(rigs, of(settings.tree), strict=True)
     ]
-    return Real(settings.machine, settings.tree, on_rig.Pair(sessions))
+    return Real(settings.machine, settings.tree, on_rig.Rigs(sessions))
 
 
 def _like(settings: JointSettings, rig: Real) -> Real:
-    each = zip(settings.machine.axes, of(settings.tree), rig.halves, strict=True)
-    return real(settings, [Like(a, own, h.channels, h.outputs) for a, own, h in each])
+    each = zip(settings.machine.stages, of(settings.tree), rig.members, strict=True)
+    return real(settings, [Like(a, own, h.channels, h.outputs) for (_, a), own, h in each])
 
 
 def simulated(settings: JointSettings, seed: int) -> Simulated:
@@ -116,11 +116,11 @@ def simulated(settings: JointSettings, seed: int) -> Simulated:
 def paired(settings: JointSettings, rig: Simulated | Real) -> Pair:
     tree = settings.tree
     leds = []
-    for k, (axis, own) in enumerate(zip(settings.machine.axes, of(tree), strict=True)):
+    for k, ((_, axis), own) in enumerate(zip(settings.machine.stages, of(tree), strict=True)):
         lead = guide.guide(axis, own, switched=ENABLE in rig.kinds[k].lines)
 
         def take(gains: object, k: int = k) -> None:
-            rig.control.take(k, gains)
+            rig.control.take(gains, k)
 
         led = live.Led(guide.parameters(axis, own), lead, settings.period, own, take)
         led.lines = lambda k=k: rig.lines[k]  # type: ignore[misc]

@@ -11,8 +11,7 @@ from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import LiveState, Played
 from macromicro.control.stage_law import Sample, Target
 from macromicro.machines import sequence
-from macromicro.machines.joint import loop, planning
-from macromicro.machines.joint.loop import Joined
+from macromicro.machines.joint import planning
 from macromicro.machines.joint.settings import of
 from macromicro.machines.sequence import Arrival, Plan, Progress, begin
 from macromicro.machines.stage import Loop
@@ -47,6 +46,14 @@ def straight(
     return made
 
 
+_OUTSIDE = (math.nan, math.nan)  # neither axis is within its tolerance
+
+
+def _aim(plan: Plan, progress: Progress, t: float) -> Target:
+    """The set point at any time of the present move."""
+    return sequence.aim(plan, progress._replace(piece=sequence.piece_at(plan, progress, t)), t)
+
+
 class Slowing(NamedTuple):
     time: float  # of the programme's clock, s
     rate: float  # how fast that goes: 1 before the stop, 0 at rest
@@ -62,7 +69,7 @@ def slower(
     The path runs on a clock t of falling rate r: the speed of q(t) is q' r, its acceleration
     q'' r^2 + q' r', with r' as negative as both axes allow.
     """
-    found = [sequence.aim(plan, progress, s.time)[1] for plan in plans]
+    found = [_aim(plan, progress, s.time) for plan in plans]
     r = s.rate
     moving = [
         (abs(t.velocity), math.copysign(t.acceleration, t.velocity * t.acceleration), a)
@@ -95,14 +102,14 @@ class Together:
         self._slowing: Slowing | None = None
         self.places: Point = (math.nan, math.nan)
         self._plans: tuple[Plan, Plan] | None = None
-        self._joined = Joined(begin(), math.nan)
+        self._progress, self._inside = begin(), _OUTSIDE
         self._targets: tuple[Target, Target] | None = None
         self._offsets = (0.0, 0.0)
 
     def start(self, plans: tuple[Plan, Plan], offsets: Point) -> None:
         """Begin a programme; `offsets` are the encoders' readings at 0."""
-        self._plans, self._joined, self._offsets = plans, Joined(begin(), math.nan), offsets
-        self._slowing = None
+        self._plans, self._offsets, self._slowing = plans, offsets, None
+        self._progress, self._inside = begin(), _OUTSIDE
 
     def hold(self, dt: float) -> None:
         """Bring the programme to rest on its path from the next period on."""
@@ -127,7 +134,7 @@ class Together:
         if slowing is None or plans is None:
             return slow_down(p, q, s, g, place, dt)
         if s.time != slowing.at:  # once for both
-            slowing = slower(plans, self._joined.progress, slowing, self._most, dt)
+            slowing = slower(plans, self._progress, slowing, self._most, dt)
             self._slowing = slowing = slowing._replace(at=s.time)
         aim, over = slowing.aims[axis], all(each[1:] == REST[1:] for each in slowing.aims)
         aim = aim._replace(position=aim.position + self._offsets[axis])
@@ -155,7 +162,7 @@ class Together:
             if axis == 0:
                 self._follow(local.t)
             assert self._targets is not None
-            return self._joined.progress, self._targets[axis]
+            return self._progress, self._targets[axis]
 
         return _playing.step(p, q, s, g, place, dt, follow)
 
@@ -170,5 +177,6 @@ class Together:
             Sample(now, place - offset)
             for place, offset in zip(self.places, self._offsets, strict=True)
         )
-        self._joined, one, two = loop.aims((first, second), self._joined, a, b)
-        self._targets = one, two
+        self._progress, self._inside, self._targets = sequence.together(2)(
+            (first, second), self._progress, self._inside, (a, b)
+        )

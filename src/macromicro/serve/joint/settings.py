@@ -8,19 +8,18 @@ from typing import Any, NamedTuple
 from macromicro.columns import Column
 from macromicro.control.live.parameters import Live, SoftLimits
 from macromicro.errors import ProblemError
-from macromicro.machines import pace
-from macromicro.machines.joint import machine as joint
-from macromicro.machines.joint import runs, two_rigs
-from macromicro.machines.joint.machine import Joint
+from macromicro.machines import composite, on_rig, pace
+from macromicro.machines.composite import Composite
+from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import AXES, DEFAULT, of
 from macromicro.machines.machine import JOINT
+from macromicro.machines.period import law_columns
 from macromicro.machines.tree import gains, gains_set
 from macromicro.rig import limits
 from macromicro.rig.limits import Limits
 from macromicro.rig.opening import TWIN
 from macromicro.schema.config import overridden
 from macromicro.schema.text import printable
-from macromicro.serve.joint import _control as control
 from macromicro.serve.joint._programmes import TwoAxes
 from macromicro.serve.persist import identity
 from macromicro.serve.settings import ServeSettings, kept
@@ -49,8 +48,9 @@ class JointSettings(NamedTuple):
         return self.lives[0]
 
     @property
-    def machine(self) -> Joint:
-        return joint.under(self.tree)
+    def machine(self) -> Composite:
+        made: Composite = composite.under(XY_MACHINE, self.tree)
+        return made
 
     @property
     def controller(self) -> Gains:
@@ -74,7 +74,7 @@ class JointSettings(NamedTuple):
 
     @property
     def law_columns(self) -> tuple[Column, ...]:
-        return control.law_columns(runs.kinds(self.machine), runs.laws(self.machine))
+        return law_columns(composite.clocked(self.machine))
 
     @property
     def speeds(self) -> dict[str, float]:
@@ -86,12 +86,12 @@ class JointSettings(NamedTuple):
 
     def kept_as(self, rig: str) -> str:
         known: dict[str, Any] = {}
-        for name, axis, tree in zip(AXES, self.machine.axes, of(self.tree), strict=True):
+        for (name, axis), tree in zip(self.machine.stages, of(self.tree), strict=True):
             known |= of_position(axis, tree, f"{name}.")
         return identity(rig, JOINT, known)
 
     def rigs(self, name: str) -> tuple[str, ...]:
-        return (name,) if name == TWIN else tuple(two_rigs.named(name))
+        return (name,) if name == TWIN else tuple(on_rig.named(name))
 
     def place(self, rig: str) -> str:
         return f"{rig}-{JOINT}"
@@ -99,17 +99,17 @@ class JointSettings(NamedTuple):
     def as_toml(self, control: Any, limits: SoftLimits) -> str:
         own = zip(AXES, of(self.tree), control, strict=True)
         made = {name: tree._replace(**{gains_set(tree): law}) for name, tree, law in own}
-        return joint.as_toml(self.tree._replace(**made))
+        return composite.as_toml(XY_MACHINE, self.tree._replace(**made))
 
 
 def load(path: Path, law: str | None = None) -> JointSettings:
     """Read the settings of a two-axis machine, for a period that the server can keep."""
     if law is not None:
-        raise ProblemError("--law", joint.LAWS, joint.SET_LAWS)
+        raise ProblemError("--law", composite.LAWS, composite.SET_LAWS)
     file, table, serve = parted(path)
     tree = overridden(DEFAULT, table, file) if table else DEFAULT
     kept(serve, pace.period(tree.x), file)
-    axes = joint.under(tree).axes
-    first, second = (guide.live(axis, own) for axis, own in zip(axes, of(tree), strict=True))
+    stages = zip(composite.under(XY_MACHINE, tree).stages, of(tree), strict=True)
+    first, second = (guide.live(axis, own) for (_, axis), own in stages)
     model = f"{JOINT} {printable(Path(path).stem, 60)}".replace(",", " ")
     return JointSettings(model, tree, (first, second), serve)

@@ -1,9 +1,9 @@
-"""A stage's law and guard, several of their periods per period of the live machine."""
+"""Laws and guards of a machine, several of their periods per period of the live machine."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,13 +11,16 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.control.live.leading import Course
 from macromicro.errors import InputError
-from macromicro.machines import guarding, lines, pace, stage
-from macromicro.machines.guarding import OK, Limits, Watch
+from macromicro.machines import composite, guarding, lines, pace, period, stage
+from macromicro.machines.composite import AnyMachine
+from macromicro.machines.guard_words import OTHER_AXIS
+from macromicro.machines.guarding import OK, Limits, Watch, latched
 from macromicro.machines.lines import Held, Wired
 from macromicro.machines.machine import Machine
+from macromicro.machines.period import Bench, Part, Run, Stages
 from macromicro.machines.sequence import MOVING, Plan, Progress
 from macromicro.machines.signals import Sample
-from macromicro.machines.stage import Bounds, Kind, Loop, Run
+from macromicro.machines.stage import Bounds, Loop
 from macromicro.machines.tree import gains
 
 RESTS = 0.05  # of the greatest speed between two readings, of a stage at rest that nothing pushes
@@ -106,82 +109,135 @@ class Resting:
 
 
 class Control:
-    """Law and guard of a stage that follow a course."""
+    """Laws and guards of a machine's stages, each following a course."""
 
-    def __init__(self, machine: Machine, tree: Any, kind: Kind) -> None:
-        self._law, self._tree = machine.law, tree
-        number = self.number = pace.periods(tree)
-        self.place = machine.kind.place
-        self._gains = gains(tree)
-        self.dt = float(tree.timing.period)
-        checked(machine, tree)
-        law, simulated = machine.law, kind is machine.kind
-        self._period = stage.in_place(kind, law) if simulated else stage.period(kind, law)
-        self._free = stage.quickest(stage.opened(kind), kind) if simulated else stage.opened(kind)
-        names = [column.name for column in stage.columns(kind, law)]
-        self._effort_row = names.index("effort")
-        self.own_rows = [names.index(column.name) for column in stage.own(kind, law)]
-        self.own: list[float] = []  # what the law showed of its memory last; none while it is off
-        self._index_row = names.index("index_count") if "index_count" in kind.lines else None
-        self._kind = kind
-        self._switch = stage.switching(kind) if simulated else kind.switch
-        self._wired = lines.wired(tree) if kind.lines else Wired()
-        self._held = Held()
+    def __init__(self, machine: AnyMachine, tree: Any, stages: Stages | None = None) -> None:
+        simulated = composite.clocked(machine)
+        self.stages = simulated if stages is None else stages
+        self._trees = machine.trees(tree)
+        kinds = self.kinds = self.stages.kinds
+        count = range(len(kinds))
+        number = self.number = pace.periods(self._trees[0])
+        self.places = [kind.place for kind in simulated.kinds]
+        self._gains = list(map(gains, self._trees))
+        self.dt = float(self._trees[0].timing.period)
+        for (name, one), own in zip(machine.stages, self._trees, strict=True):
+            checked(one, own, f"{name}." if name else "")
+        free, self._switch = [stage.opened(k) for k in kinds], [k.switch for k in kinds]
+        if stages is None:
+            free = [stage.quickest(each, kind) for each, kind in zip(free, kinds, strict=True)]
+            self._switch = [stage.switching(kind) for kind in kinds]
+        self._free = free
+        self._apart = stages is None or len(kinds) == 1  # several rigs need each period in step
+        self._period = (period.in_place if stages is None else period.period)(self.stages)
+        before = [f"{name}_" if name else "" for name in composite.names(machine)]
+        names = [column.name for column in period.columns(self.stages)]
+        self._efforts = [names.index(f"{each}effort") for each in before]
+        self.own_rows = [names.index(c.name) for c in period.law_columns(self.stages)]
+        self.own: list[float] = []  # what the laws showed of their memory last; none while off
+        pulses = [f"{each}index_count" for each in before]
+        self._pulses = [names.index(name) if name in names else -1 for name in pulses]
+        self._wired = [lines.wired(own) for own in self._trees]
         self._out = np.empty((len(names), number))
         self._nothing = nothing(number)
-        self._memory: Any
-        self._restart: int | None = None  # the course's, with which the law began
-        self.watch: Watch = guarding.fresh()
-        self._resting = Resting(tree)
-        self.effort = 0.0  # V, the last that was given
+        self._memory: list[Any] = [None for _ in count]
+        self._restart: list[int | None] = [None for _ in count]  # of the courses, with which
+        # the laws began
+        self._held = [Held() for _ in count]
+        self.efforts = [0.0 for _ in count]  # V, the last that were given
         self.enable = 0.0
-        self.captured = math.nan  # counts of the last index pulse of the period, before its end
+        self.captured = [math.nan for _ in count]  # counts of the period's last index pulses
+        self.watches: list[Watch] = [guarding.fresh() for _ in count]
+        self._resting = [Resting(own) for own in self._trees]
 
-    def take(self, gains: Any) -> None:
-        """Change the law's gains from the next period on; it keeps its memory."""
-        self._gains = gains
+    def take(self, gains: Any, stage: int = 0) -> None:
+        """Change a law's gains from the next period on; it keeps its memory."""
+        self._gains[stage] = gains
 
     def renew(self) -> None:
-        self.watch = guarding.cleared(self.watch)
+        self.watches = [guarding.cleared(watch) for watch in self.watches]
 
-    def run(self, course: Course, params: Any, state: Any, seen: Sample, noise: Array) -> Any:
-        self.captured = math.nan
-        if not course.on or course.waiting or self.watch.fault != OK:
-            self._restart, self.effort, self._held = None, 0.0, Held()
-            self.own = []
-            self.enable = 1.0 if course.waiting and self.watch.fault == OK else 0.0
-            self.watch = self._resting.look(self.watch, seen)
-            return self._coast(params, state, noise)
-        self._resting.since = math.nan
+    @property
+    def tripped(self) -> bool:
+        """Whether a guard has switched off, which switches all stages off."""
+        return any(watch.fault != OK for watch in self.watches)
+
+    @property
+    def faulty(self) -> int:
+        """Index of the stage with the fault."""
+        return next(k for k, w in enumerate(self.watches) if w.fault not in (OK, OTHER_AXIS))
+
+    @property
+    def watch(self) -> Watch:
+        """That of the stage with the fault, or of the first."""
+        return self.watches[self.faulty if self.tripped else 0]
+
+    def run(
+        self, courses: Sequence[Course], bench: Bench, states: Any, seen: Any, noise: Any
+    ) -> tuple[Any, ...]:
+        """Drive the stages for one period of the live machine."""
+        self.captured = [math.nan for _ in self.kinds]
+        ready = not self.tripped and all(course.on for course in courses)
+        if not ready or any(course.waiting for course in courses):
+            self._restart, self._held = [None for _ in self.kinds], [Held() for _ in self.kinds]
+            self.efforts, self.own = [0.0 for _ in self.kinds], []
+            self.enable = 1.0 if ready else 0.0
+            self._look(seen)
+            return self._coast(bench, states, noise)
         self.enable = 1.0
-        gained = limited(self._gains, course)
-        if course.restart != self._restart:
-            self._memory, self._restart = self._law.start(gained, seen), course.restart
-        control = led(course, gained, self._tree, self._wired)
-        tick = round(seen.t / self.dt) if math.isfinite(seen.t) else 0  # the guard ends that
-        began = Run(
-            tick,
-            state,
-            Progress(MOVING, 0, 0, seen.t, math.nan, 0),
-            self._memory,
-            self.watch,
-            self._held,
-        )
-        run, written = self._period(params, control, began, noise, self._out, self.dt)
-        self._memory, self.watch, self._held = run.memory, run.watch, run.held
-        self.effort = float(self._out[self._effort_row, written - 1])
-        if self.own_rows:
-            self.own = self._out[self.own_rows, written - 1].tolist()
-        if self._index_row is not None:
-            self.captured = pulsed(self._out[self._index_row, 1:written])  # the first was seen
-        if self.watch.fault != OK:
+        for each in self._resting:
+            each.since = math.nan
+        controls = tuple(self._led(k, course, seen[k]) for k, course in enumerate(courses))
+        tick = round(seen[0].t / self.dt) if math.isfinite(seen[0].t) else 0  # the guard ends that
+        progress = Progress(MOVING, 0, 0, seen[0].t, math.nan, 0)
+        state = zip(states, self._memory, self.watches, self._held, strict=True)
+        parts = tuple(Part(*each) for each in state)
+        began = Run(tick, progress, (math.nan,) * len(parts), parts)
+        run, written = self._period(bench, controls, began, noise, self._out, self.dt)
+        last = self._out[:, written - 1]
+        self.own = last[self.own_rows].tolist()
+        for k, part in enumerate(run.parts):
+            self._memory[k], self.watches[k], self._held[k] = part.memory, part.watch, part.held
+            self.efforts[k] = float(last[self._efforts[k]])
+            if self._pulses[k] >= 0:
+                self.captured[k] = pulsed(self._out[self._pulses[k], 1:written])  # 0 was seen
+        after = tuple(part.stage for part in run.parts)
+        if self.tripped:
             self.enable = 0.0
         if written < self.number:
-            return self._coast(params, run.stage, noise[written:])
-        return run.stage
+            return self._coast(bench, after, tuple(each[written:] for each in noise))
+        return after
 
-    def _coast(self, params: Any, state: Any, noise: Array) -> Any:
-        """Simulate the same time without an effort."""
-        if self._kind.lines:
-            state = self._switch(params, state, self.enable)
-        return coasted(self._free, params, state, self._nothing, noise, self.dt)
+    def _look(self, seen: Sequence[Sample]) -> None:
+        """Watch the sensors while nothing is driven."""
+        each = zip(self._resting, self.watches, seen, strict=True)
+        watches = [resting.look(watch, sample) for resting, watch, sample in each]
+        if any(watch.fault != OK for watch in watches):
+            watches = [interlocked(watch, seen[0].t) for watch in watches]
+        self.watches = watches
+
+    def _led(self, k: int, course: Course, seen: Sample) -> Loop:
+        gained = limited(self._gains[k], course)
+        if course.restart != self._restart[k]:
+            self._memory[k] = self.stages.laws[k].start(gained, seen)
+            self._restart[k] = course.restart
+        return led(course, gained, self._trees[k], self._wired[k])
+
+    def _coast(self, bench: Bench, states: Any, noise: Any) -> tuple[Any, ...]:
+        """Simulate the same time without efforts."""
+        ends = [
+            self._switch[k](bench.stages[k], states[k], self.enable) if kind.lines else states[k]
+            for k, kind in enumerate(self.kinds)
+        ]
+        rows = len(noise[0])
+        step = rows if self._apart else 1
+        for first in range(0, rows, step):
+            for k, free in enumerate(self._free):
+                params, draws = bench.stages[k], noise[k][first : first + step]
+                ends[k] = coasted(free, params, ends[k], self._nothing, draws, self.dt)
+        return tuple(ends)
+
+
+def interlocked(watch: Watch, t: float) -> Watch:
+    """A guard after the fault of another stage."""
+    return watch if watch.fault != OK else latched(watch, OTHER_AXIS, 0.0, 0.0, t)

@@ -118,10 +118,11 @@ def opened(spec: Spec) -> Opened:
     """The single-stage machine of `spec`; nothing is switched on."""
     settings = spec.settings
     assert isinstance(settings, StageSettings)
-    fixture = on_rig.found(spec.rig, settings.tree, spec.seed, "serving")
-    if fixture is None:
+    found = on_rig.found(spec.rig, settings.machine, settings.tree, spec.seed, "serving")
+    if found is None:
         twin = _simulated(settings, spec.seed)
         return Opened(twin, _live(settings, twin), False, False, settings)
+    (fixture,) = found
     needed(settings.machine, settings.tree, fixture)
     made = fixture.make(spec.seed)
     paced = not isinstance(made.clock, VirtualClock)

@@ -10,8 +10,8 @@ from typing import Any, Self
 import numpy as np
 
 from macromicro.control.live.leading import Course
-from macromicro.machines import guarding, lines, open_rig, pace
-from macromicro.machines.guarding import OK, Watch
+from macromicro.machines import composite, guarding, lines, open_rig, pace
+from macromicro.machines.guarding import Watch
 from macromicro.machines.machine import Machine
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import quickest
@@ -56,11 +56,12 @@ class Simulated(Entered):
         self.dt, self.tick, self.pitch = pace.period(tree), 0, pitch
         self._share = float(tree.encoder.pitch) / pitch
         self.clock = VirtualClock(self)
-        self.control = Control(machine, tree, kind)
+        self.control = Control(machine, tree)
         self.source: Source = Course
         self._measure = quickest(kind.measure, kind)
         self._sense = quickest(kind.sense, kind) if kind.lines else kind.sense
-        self._params = kind.prepare(tree)
+        self._bench = composite.bench(machine, tree)
+        self._params = self._bench.stages[0]
         self._state = kind.initial(self._params)
         self._random = noise_source(seed)
         self._noise = np.empty((self.control.number, kind.noises))
@@ -79,17 +80,18 @@ class Simulated(Entered):
         seen = self._seen()
         if self.kind.lines:
             told = self._sense(self._params, self._state)
-            self.lines = with_pulse(told, self.control.captured, self._share)
+            self.lines = with_pulse(told, self.control.captured[0], self._share)
         return counted(seen.t, seen.position / self.pitch)
 
     def advance(self) -> None:
         seen = self._seen()
-        self._state = self.control.run(self.source(), self._params, self._state, seen, self._noise)
+        courses, noise = (self.source(),), (self._noise,)
+        (self._state,) = self.control.run(courses, self._bench, (self._state,), (seen,), noise)
         self.tick += 1
         self._draw()
 
     def stop(self) -> None:
-        self.control.effort = 0.0
+        self.control.efforts = [0.0]
 
 
 class Real:
@@ -97,7 +99,8 @@ class Real:
 
     def __init__(self, machine: Machine, tree: Any, rig: Rig) -> None:
         self.kind = open_rig.of(rig, machine.kind.place)
-        self.control = Control(machine, tree, self.kind)
+        self._tree = tree
+        self.control = Control(machine, tree, open_rig.stages(composite.clocked(machine), (rig,)))
         self.source: Source = Course
         self.outputs = tuple(getattr(rig, "outputs", ()))
         self.timed = bool(getattr(rig, "timed", False))
@@ -115,7 +118,7 @@ class Real:
         if not self.kind.lines:
             return self._sample._replace(encoder=count)
         told = lines.read(self._sample, self.channels)
-        self.lines = with_pulse(told, self.control.captured, self._share)
+        self.lines = with_pulse(told, self.control.captured[0], self._share)
         return Shown(self._sample.t, count, *[math.nan] * 4)
 
     def write(self, outputs: Outputs) -> None:
@@ -127,12 +130,12 @@ class Real:
     def wait(self, dt: float) -> None:
         """Give the law's effort and wait for the next period."""
         seen = Sample(self._sample.t, self._sample.encoder * self._pitch)
-        read: Any = _Read(self._rig, self._sample)
-        opened = open_rig.opened(read, self._pitch)
-        self.control.run(self.source(), opened, 0.0, seen, self._noise)
+        read: Any = Read(self._rig, self._sample)
+        bench = open_rig.bench((self._tree,), (read,))
+        self.control.run((self.source(),), bench, (0.0,), (seen,), (self._noise,))
 
     def stop(self) -> None:
-        self.control.effort = 0.0
+        self.control.efforts = [0.0]
         self._rig.stop()
 
     def __enter__(self) -> Self:
@@ -148,7 +151,7 @@ class Real:
         self._rig.__exit__(kind, error, trace)
 
 
-class _Read:
+class Read:
     """A rig whose first reading of these periods exists already."""
 
     def __init__(self, rig: Rig, sample: Shown) -> None:
@@ -179,11 +182,11 @@ class Led:
 
     @property
     def given(self) -> Outputs:
-        return SAFE._replace(motor=self._control.effort)
+        return SAFE._replace(motor=self._control.efforts[0])
 
     @property
     def tripped(self) -> bool:
-        return bool(self._control.watch.fault != OK)
+        return bool(self._control.tripped)
 
     def read(self) -> Shown:
         found: Shown = self._session.read()
@@ -215,7 +218,7 @@ class Led:
 
     def fault(self) -> tuple[Trouble, bool]:
         """The latched fault, and whether counts may have been missed."""
-        found = faults.of_stage(*self.evidence(), self._control.place)
+        found = faults.of_stage(*self.evidence(), self._control.places[0])
         return found, guarding.blind(self._control.watch)
 
     def renew(self) -> None:

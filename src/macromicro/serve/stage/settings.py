@@ -9,8 +9,10 @@ from macromicro.columns import Column
 from macromicro.control.live.messages import MACRO
 from macromicro.control.live.parameters import Live, SoftLimits
 from macromicro.machines import machine as machines
-from macromicro.machines import pace, stage
+from macromicro.machines import pace
+from macromicro.machines.composite import clocked
 from macromicro.machines.machine import Machine, as_toml
+from macromicro.machines.period import law_columns
 from macromicro.machines.tree import gains, gains_set, joined
 from macromicro.rig import limits
 from macromicro.rig.limits import Limits
@@ -69,8 +71,7 @@ class StageSettings(NamedTuple):
 
     @property
     def law_columns(self) -> tuple[Column, ...]:
-        machine = self.machine
-        return stage.own(machine.kind, machine.law)
+        return law_columns(clocked(self.machine))
 
     @property
     def speeds(self) -> dict[str, float]:

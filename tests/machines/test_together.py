@@ -7,7 +7,6 @@ import pytest
 
 from macromicro.control.stage_law import Sample, Target
 from macromicro.machines import sequence
-from macromicro.machines.joint.loop import Joined, aims
 from macromicro.machines.sequence import DONE, HOLDING, MOVING, WAITING, Arrival, Plan
 from macromicro.machines.stage import Loop
 
@@ -39,15 +38,18 @@ def loops(first, second, *, patience=(1.0, 1.0), dwell=(0.02, 0.02)):
 
 def run(both, n, errors=(lambda t: 0.0, lambda t: 0.0)):
     """Phases, moves and targets of n periods; each stage is off its set point by its error."""
-    state, seen = Joined(sequence.begin(), NAN), []
+    progress, inside, seen = sequence.begin(), (NAN, NAN), []
+    step = sequence.together(2)
     places = [0.0, 0.0]
     for k in range(n):
         t = k * DT
         # A stage is where its set point is, less its error: the sequence is asked twice.
-        _, one, two = aims(both, state, Sample(t, places[0]), Sample(t, places[1]))
-        places = [one.position - errors[0](t), two.position - errors[1](t)]
-        state, one, two = aims(both, state, Sample(t, places[0]), Sample(t, places[1]))
-        seen.append((state.progress, one, two))
+        here = (Sample(t, places[0]), Sample(t, places[1]))
+        _, _, aims = step(both, progress, inside, here)
+        places = [aim.position - error(t) for aim, error in zip(aims, errors, strict=True)]
+        here = (Sample(t, places[0]), Sample(t, places[1]))
+        progress, inside, aims = step(both, progress, inside, here)
+        seen.append((progress, *aims))
     return seen
 
 

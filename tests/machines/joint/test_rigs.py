@@ -12,7 +12,8 @@ import pytest
 
 from macromicro import cli
 from macromicro.errors import InputError
-from macromicro.machines.joint import job, two_rigs
+from macromicro.machines import job, on_rig
+from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import DEFAULT
 from macromicro.machines.runs import Blocks
 from macromicro.recording import Recording
@@ -115,24 +116,24 @@ def test_an_axis_that_does_not_come_to_its_start_ends_it(
 )
 def test_other_than_two_rigs_are_refused(lab: Path, name: str) -> None:
     with pytest.raises(InputError) as error:
-        two_rigs.found(name, DEFAULT, 0)
+        on_rig.found(name, XY_MACHINE, DEFAULT, 0)
     assert error.value.where == "--rig" and "mylab:x+mylab:y" in error.value.accepted
 
 
 def test_a_file_with_a_plus_in_its_name_is_one_rig(lab: Path) -> None:
-    assert two_rigs.several("a+b.toml") and not two_rigs.several("mylab:x")
+    assert on_rig.several("a+b.toml") and not on_rig.several("mylab:x")
     (lab / "a+b.toml").write_text("")
-    assert not two_rigs.several("a+b.toml")
+    assert not on_rig.several("a+b.toml")
 
 
 def test_a_rig_of_another_period_is_refused_with_it(lab: Path) -> None:
     with pytest.raises(InputError) as error:
-        two_rigs.found("two_mine:x+two_mine:quick", DEFAULT, 0)
+        on_rig.found("two_mine:x+two_mine:quick", XY_MACHINE, DEFAULT, 0)
     assert "timing.period" in error.value.where and "0.0005 s" in error.value.accepted
 
 
 def test_the_twin_needs_none() -> None:
-    made: Any = two_rigs.found("twin", DEFAULT, 0)
+    made: Any = on_rig.found("twin", XY_MACHINE, DEFAULT, 0)
     assert made is None
 
 
@@ -172,7 +173,7 @@ def test_drives_with_an_enable_line_are_on_before_the_programme(
 def test_interrupted_both_are_safe_and_nothing_is_lost(lab: Path) -> None:
     checked = job.check(job.Request(lab / "m.toml", out=lab / "o", rig="two_mine:x+two_mine:y"))
     assert checked.source is not None
-    pair = two_rigs.opened(checked.source, 0)
+    pair = on_rig.opened(checked.source, 0)
     sink, seen = Blocks(), []
 
     def enough(t: float, move: int) -> None:
@@ -183,6 +184,6 @@ def test_interrupted_both_are_safe_and_nothing_is_lost(lab: Path) -> None:
 
     with pytest.raises(KeyboardInterrupt):
         what = (checked.machine, checked.settings, checked.plan, sink, pair)
-        two_rigs.perform(*what, progress=enough)
+        on_rig.perform(*what, progress=enough)
     assert sum(block.shape[1] for block in sink.blocks) == round(seen[-1] / 1e-3) > 500
     assert all(session._rig._outputs == SAFE for session in pair.rigs)

@@ -1,4 +1,4 @@
-"""Two stages on one clock: the same bits compiled and interpreted, and one's fault stops both."""
+"""One control period: the same bits compiled and interpreted, and one's fault stops all."""
 
 import math
 
@@ -6,31 +6,43 @@ import numpy as np
 import pytest
 
 from macromicro.kernel import compiled
-from macromicro.machines import guarding
-from macromicro.machines import runs as single
+from macromicro.machines import composite, guarding, period, planning, results, runs
+from macromicro.machines import machine as machines
 from macromicro.machines.guard_words import OTHER_AXIS
-from macromicro.machines.joint import contour, loop, planning, results, runs
-from macromicro.machines.joint.machine import XY_MACHINE, under
+from macromicro.machines.joint import contour
+from macromicro.machines.joint import planning as joint_planning
+from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import AXES, DEFAULT
-from macromicro.machines.machine import MACHINES
 from tests.machines.joint.axes import linear, ran, straight
 
-AXIS = MACHINES[0]
+AXIS = machines.MACHINES[0]
 SLANTED = DEFAULT.with_("hidden.squareness", "1 deg")
 SHORT = straight((0.01, 0.004), (0.01, 0.0))
 
 
-def test_interpreted_and_compiled_give_the_same_bits():
-    plan = planning.plan(SHORT, SLANTED)
-    kinds, laws = runs.kinds(XY_MACHINE), runs.laws(XY_MACHINE)
-    bench, loops = runs.bench(XY_MACHINE, SLANTED), runs.loops(SLANTED, plan)
-    start = loop.beginning(kinds, laws, bench, loops)
+def short(machine):
+    """Settings and plan of a short run."""
+    if machine is AXIS:
+        settings = AXIS.settings
+        usual = planning.usual(settings)
+        first = (usual.start[:1], usual.stage[:1], usual.target[:1] / 20.0, usual.hold[:1] / 6.0)
+        one = usual._replace(start=first[0], stage=first[1], target=first[2], hold=first[3])
+        return settings, planning.plan(one, settings)
+    return SLANTED, joint_planning.plan(SHORT, SLANTED)
+
+
+@pytest.mark.parametrize("machine", [AXIS, XY_MACHINE], ids=lambda machine: machine.name)
+def test_interpreted_and_compiled_give_the_same_bits(machine):
+    settings, planned = short(machine)
+    stages, bench = composite.clocked(machine), composite.bench(machine, settings)
+    loops = runs.loops(machine, settings, planned)
+    start = period.beginning(stages, bench, loops)
     draws = np.random.default_rng(1)
-    noise = tuple(draws.standard_normal((700, kind.noises)) for kind in kinds)
+    noise = tuple(draws.standard_normal((700, kind.noises)) for kind in stages.kinds)
     blocks, ends = [], []
-    for run in (loop.period(kinds, laws), compiled(loop.period(kinds, laws))):
-        block = np.zeros((len(runs.columns(XY_MACHINE)), 700))
-        end, written = run(bench, loops, start, noise, block, SLANTED.x.timing.period)
+    for run in (period.period(stages), compiled(period.period(stages))):
+        block = np.zeros((len(period.columns(stages)), 700))
+        end, written = run(bench, loops, start, noise, block, composite.period(machine, settings))
         assert end.over
         blocks.append(block)
         ends.append(written)
@@ -43,8 +55,8 @@ def test_an_axis_of_the_pair_is_the_axis_alone(name):
     plan, both = ran(SLANTED, straight((0.05, 0.02), (0.01, 0.06)))
     k = AXES.index(name)
     own = (SLANTED.x, SLANTED.y)[k]
-    alone = single.record(AXIS, own, plan.plans[k]).recording
-    found = results.alone(both.recording, name)
+    alone = runs.record(AXIS, own, plan.plans[k]).recording
+    found = results.alone(both.recording, AXES, name)
     # Alone it does not wait for the other: the first move is compared, until one has arrived.
     n = int(np.argmax(alone["phase"] == 2))
     for column in ("position", "target", "effort", "speed", "integral", "true_position"):
@@ -59,7 +71,7 @@ def test_a_straight_line_stays_straight_on_identical_linear_axes(end):
     assert done.outcome.finished
     r = done.recording
     assert np.abs(r["x_target"] - r["x_position"]).max() > 1e-3  # mm: each axis has an error, and
-    found = results.moves(r, plan, settings)[0].contour
+    found = results.of(XY_MACHINE, r, plan, settings)[0].contour
     assert found.peak < 1e-6 and found.true_peak < 1e-6  # mm: it is along the path
 
 
@@ -96,8 +108,8 @@ def test_both_begin_and_end_together_and_the_next_waits_for_both():
 def test_a_fault_of_one_axis_switches_both_off_in_the_same_period(name):
     """A guard that allows less than the move needs trips in the middle of it."""
     settings = DEFAULT.with_({f"{name}.guard.high": "30 mm", f"{name}.travel.high": "29 mm"})
-    plan = planning.plan(straight((0.1, 0.1)), DEFAULT)
-    done = runs.record(under(settings), settings, plan)
+    plan = joint_planning.plan(straight((0.1, 0.1)), DEFAULT)
+    done = runs.record(composite.under(XY_MACHINE, settings), settings, plan)
     r, (first, second) = done.recording, done.outcome.watches
     own, other = (first, second) if name == "x" else (second, first)
     assert own.fault == guarding.HIGH and other.fault == OTHER_AXIS
@@ -108,16 +120,6 @@ def test_a_fault_of_one_axis_switches_both_off_in_the_same_period(name):
     fault = done.outcome.fault
     assert fault.name == "above the soft limit" and fault.message.startswith(f"Axis {name}:")
     assert "both axes" in fault.evidence and not done.outcome.finished
-
-
-def test_a_guard_that_is_told_keeps_its_own_fault():
-    calm = guarding.fresh()
-    tripped = calm._replace(fault=guarding.FAST, value=2.0, limit=1.0, time=0.5)
-    assert loop.told(calm, calm, 3.0, 1.0) == (calm, 3.0)
-    assert loop.told(tripped, tripped, 3.0, 1.0) == (tripped, 0.0)
-    watch, effort = loop.told(calm, tripped, 3.0, 1.0)
-    assert (watch.fault, watch.time, effort) == (OTHER_AXIS, 1.0, 0.0)
-    assert loop.told(tripped, calm, 0.0, 1.0) == (tripped, 0.0)
 
 
 def test_where_the_axes_are_not_square_the_true_place_leans():
@@ -131,7 +133,7 @@ def test_where_the_axes_are_not_square_the_true_place_leans():
     assert np.array_equal(square["true_x"], square["x_true_position"])
     for name in ("x_position", "y_position", "x_effort", "y_effort"):  # nobody sees it
         assert np.array_equal(square[name], r[name])
-    move = results.moves(r, plan, SLANTED)[0]
+    move = results.of(XY_MACHINE, r, plan, SLANTED)[0]
     assert move.true_error == pytest.approx(100.0 * math.sin(slant), abs=0.1)
     assert move.contour.peak < 0.1 < move.contour.true_peak
 
@@ -139,8 +141,9 @@ def test_where_the_axes_are_not_square_the_true_place_leans():
 def test_a_law_of_ones_own_runs_on_one_axis():
     text = {"y.law": "tests.control.own_laws:sliding"}
     settings = linear().with_(text)
-    machine = under(settings)
-    assert machine.axes[0].law.name == "cascade" and machine.axes[1].law.name != "cascade"
+    machine = composite.under(XY_MACHINE, settings)
+    (_, first), (_, second) = machine.stages
+    assert first.law.name == "cascade" and second.law.name != "cascade"
     names = [c.name for c in runs.columns(machine)]
     assert any(n.startswith("y_law_") for n in names)
     assert not any(n.startswith("x_law_") for n in names)

@@ -10,11 +10,11 @@ from macromicro.errors import InputError
 from macromicro.machines.joint import planning
 from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import DEFAULT
-from macromicro.robustness import joint, stage, stage_files
+from macromicro.robustness import stage, stage_files
 from macromicro.schema.par import entries
 
 PLAN = planning.plan(straight((0.05, 0.03), (0.0, 0.05)), DEFAULT)
-ROWS = joint.uncertain(XY_MACHINE, DEFAULT)
+ROWS = stage.uncertain(XY_MACHINE, DEFAULT)
 
 
 def test_every_row_names_parameters_of_the_machine():
@@ -24,12 +24,12 @@ def test_every_row_names_parameters_of_the_machine():
     assert len(names) == len(set(names)) and {"x_mass", "y_mass", "squareness"} <= set(names)
     assert "x_mode" not in names and "body" in names
     soft = DEFAULT.with_({"x.drive.frequency": "50 Hz", "stack.carries": "nothing"})
-    names = [row.name for row in joint.uncertain(XY_MACHINE, soft)]
+    names = [row.name for row in stage.uncertain(XY_MACHINE, soft)]
     assert "x_mode" in names and "y_mode" not in names and "body" not in names
 
 
 def test_the_plants_change_and_the_laws_do_not():
-    amounts, trees = joint.machines(DEFAULT, ROWS, 12, 1)
+    amounts, trees = stage.machines(XY_MACHINE, DEFAULT, ROWS, 12, 1)
     at = {row.name: k for k, row in enumerate(ROWS)}
     for each, tree in zip(amounts, trees, strict=True):
         upper = 0.5 * each[at["y_mass"]]
@@ -45,8 +45,8 @@ def test_the_plants_change_and_the_laws_do_not():
 
 
 def test_a_study_tells_how_many_keep_the_contour():
-    found = joint.study(XY_MACHINE, DEFAULT, PLAN, 12, 2, 2)
-    found = found._replace(required=joint.required(DEFAULT))
+    found = stage.study(XY_MACHINE, DEFAULT, PLAN, 12, 2, 2)
+    found = found._replace(required=stage.required(XY_MACHINE, DEFAULT))
     told = stage_files.content(found)
     assert told["done"] == 12 and len(told["machines"]) == 12 and told["machine"] == "xy"
     (required,) = told["requirements"]
@@ -59,11 +59,11 @@ def test_a_study_tells_how_many_keep_the_contour():
     assert told["metrics"]["contour"]["nominal"] == found.nominal.contour
     # A narrower limit is kept by fewer.
     middle = sorted(t.contour for t in found.found)[5]
-    tight = joint.required(DEFAULT)[0]._replace(limit=middle)
+    tight = stage.required(XY_MACHINE, DEFAULT)[0]._replace(limit=middle)
     assert found.met(tight).passed == 6
-    assert joint.study(XY_MACHINE, DEFAULT, PLAN, 12, 2, 1).found == found.found
+    assert stage.study(XY_MACHINE, DEFAULT, PLAN, 12, 2, 1).found == found.found
     with pytest.raises(InputError, match="--samples"):
-        joint.study(XY_MACHINE, DEFAULT, PLAN, 9, 0, 1)
+        stage.study(XY_MACHINE, DEFAULT, PLAN, 9, 0, 1)
 
 
 def test_the_command_writes_its_folder(tmp_path, monkeypatch, capsys):

@@ -1,0 +1,364 @@
+"""One control period of the stages of a machine on one clock, interpreted and compiled."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Annotated, Any, NamedTuple, get_type_hints
+
+import numpy as np
+
+from macromicro import arrays, joining
+from macromicro.arrays import Array
+from macromicro.columns import Column, Layout, Quantity, layout, put
+from macromicro.control import outside
+from macromicro.control.stage_law import Sample, StageLaw, Target
+from macromicro.kernel import kernel
+from macromicro.machines import guarding, sequence
+from macromicro.machines.folding import empty, false, fold, nothing
+from macromicro.machines.guard_words import OTHER_AXIS
+from macromicro.machines.guarding import OK, Watch, latched
+from macromicro.machines.lines import Held
+from macromicro.machines.sequence import DONE, Progress
+from macromicro.machines.signals import Inside, Output
+from macromicro.machines.stage import Kind, compiles, quick, quickest, watching
+from macromicro.types import Enable, Lines
+
+FAULT = 4  # phase that is recorded once a guard has tripped
+
+
+class Extra(NamedTuple):
+    """What a machine records beside its stages."""
+
+    truth: Any  # a ``NamedTuple`` of floats, annotated with `Quantity`
+    show: Callable[[Any, Any], Any]  # kernel: from its parameters and the stages' truths to it
+
+
+class Stages(NamedTuple):
+    """The stages of a machine, each under its law."""
+
+    kinds: tuple[Kind, ...]
+    laws: tuple[StageLaw, ...]
+    names: tuple[str, ...] = ("",)  # before their columns; the only stage of a machine has none
+    extra: Extra | None = None
+
+    @property
+    def plain(self) -> bool:
+        """Whether a part is plain Python, so that the machine runs interpreted."""
+        return any(kind.plain for kind in self.kinds)
+
+
+class Bench(NamedTuple):
+    """Runtime parameters."""
+
+    stages: tuple[Any, ...]  # of each
+    extra: Any = ()  # of `Stages.extra`
+
+
+class Part(NamedTuple):
+    """State of one stage."""
+
+    stage: Any
+    memory: Any  # the law's
+    watch: Watch  # the guard's
+    held: Held = Held()  # the guard's, of a stage with lines
+
+
+class Run(NamedTuple):
+    """State of a run."""
+
+    tick: int  # control periods so far
+    progress: Progress
+    inside: tuple[float, ...]  # since when each stage is within its tolerance, s; NaN: it is not
+    parts: tuple[Part, ...]
+
+    @property
+    def over(self) -> bool:
+        """Whether the programme is done or a guard has tripped."""
+        return self.progress.phase == DONE or any(p.watch.fault != OK for p in self.parts)
+
+
+Period = Callable[[Bench, Any, Run, Any, Array, float], tuple[Run, int]]
+
+
+class Clock(NamedTuple):
+    t: Annotated[float, Quantity("s", "time since the start")]
+
+
+_SHARED = ("t", *(c.name for c in layout(Inside).columns))
+
+
+@lru_cache(maxsize=64)
+def columns(stages: Stages) -> tuple[Column, ...]:
+    """What a run records: of several stages what they share first, then each under its name."""
+    if stages.names == ("",):
+        return _columns(stages.kinds[0], stages.laws[0])
+    shared = (Clock, Inside) if stages.extra is None else (Clock, Inside, stages.extra.truth)
+    found = list(layout(*shared).columns)
+    for name, kind, law in zip(stages.names, stages.kinds, stages.laws, strict=True):
+        own = (c for c in _columns(kind, law) if c.name not in _SHARED)
+        found += [c._replace(name=f"{name}_{c.name}") for c in own]
+    return tuple(found)
+
+
+def law_columns(stages: Stages) -> tuple[Column, ...]:
+    """What laws of other packages have recorded of their memory."""
+    starts = tuple(f"{name}_law_" if name else "law_" for name in stages.names)
+    return tuple(c for c in columns(stages) if c.name.startswith(starts))
+
+
+def _columns(kind: Kind, law: StageLaw) -> tuple[Column, ...]:
+    found = _laid_out(kind, law).columns
+    if law.gains not in outside.found():
+        return found
+    named = {c.name: f"law_{c.name}" for c in layout(law.memory).columns}
+    return tuple(c._replace(name=named.get(c.name, c.name)) for c in found)
+
+
+def _laid_out(kind: Kind, law: StageLaw) -> Layout:
+    """Parts: sample, target, output, memory, sequence, truth, lines, enable line."""
+    recorded = [_only(each, kind.lines) for each in (Lines, Enable)]
+    shown = (Sample, Target, Output, law.memory, Inside, kind.truth, *recorded)
+    return layout(*shown, place=kind.place)
+
+
+def _only(kind: Any, names: tuple[str, ...]) -> Any:
+    """A ``NamedTuple`` class of which only some fields are recorded."""
+    hints = get_type_hints(kind, include_extras=True)
+    return NamedTuple(kind.__name__, [(n, h if n in names else float) for n, h in hints.items()])
+
+
+def _rows(stages: Stages, k: int) -> list[tuple[Any, Any]]:
+    """Rows and scales of the parts of `_laid_out` of a stage."""
+    index = {c.name: row for row, c in enumerate(columns(stages))}
+    kind, law, name = stages.kinds[k], stages.laws[k], stages.names[k]
+    before = f"{name}_" if name else ""
+    named = [c.name for c in _columns(kind, law)]
+    place = np.array([index[n if n in _SHARED else f"{before}{n}"] for n in named])
+    parts = _laid_out(kind, law).parts
+    return [(np.where(p.rows >= 0, place[p.rows], -1), p.scales) for p in parts]
+
+
+@lru_cache(maxsize=64)
+def period(stages: Stages) -> Period:
+    """The loop of a machine.
+
+    ``run(bench, loops, state, noise, out, dt) -> (state, written)`` runs up to as many control
+    periods as there are rows of noise, until the programme is done or a guard trips (that period is
+    the last written), with `out` of shape (columns, periods). `loops` and `noise` have one entry a
+    stage. Arrays of the state are changed in place; `fastest` leaves them as they are.
+    """
+    count = len(stages.kinds)
+    for kind, law in zip(stages.kinds, stages.laws, strict=True):
+        joining.joined(kind.measure, kind.advance, kind.show, law.step, kind.sense, kind.switch)
+    measured, said = _measured(stages), _said(stages)
+    follow = sequence.together(count)
+    acted, recorded = _acted(stages), _recorded(stages)
+    tripped_of, interlocked = _tripped(count), _interlocked(count)
+    advanced, shown, recorded_extra = _advanced(stages), _shown(stages), _recorded_extra(stages)
+
+    def run(
+        bench: Bench, loops: Any, state: Run, noise: Any, out: Array, dt: float
+    ) -> tuple[Run, int]:
+        params = bench.stages
+        tick, progress, inside, parts = state.tick, state.progress, state.inside, state.parts
+        written = 0
+        for k in range(noise[0].shape[0]):
+            t = tick * dt
+            samples = measured(params, parts, t, noise, k)
+            lines = said(params, parts)
+            progress, inside, targets = follow(loops, progress, inside, samples)
+            acts = acted(loops, parts, targets, samples, lines, dt)
+            tripped = tripped_of(acts)
+            acts = interlocked(acts, tripped, t)
+            enable = 0.0 if tripped else 1.0
+            phase = float(FAULT if tripped else progress.phase)
+            now = Inside(phase, float(progress.move), float(progress.arrived))
+            truths = shown(params, parts)
+            recorded(out, k, samples, targets, acts, truths, lines, now, Enable(enable))
+            recorded_extra(out, k, bench.extra, truths)
+            parts = advanced(params, parts, acts, enable, noise, k, dt)
+            tick += 1
+            written += 1
+            if progress.phase == DONE or tripped:
+                break
+        return Run(tick, progress, inside, parts), written
+
+    return run
+
+
+def _measured(stages: Stages) -> Any:
+    def each(j: int, rest: Any) -> Any:
+        measure = stages.kinds[j].measure
+
+        def measured(params: Any, parts: Any, t: float, noise: Any, k: int) -> Any:
+            first = measure(params[0], parts[0].stage, t, noise[0], k)
+            return (first, *rest(params[1:], parts[1:], t, noise[1:], k))
+
+        return measured
+
+    return fold(each, len(stages.kinds), empty)
+
+
+def _said(stages: Stages) -> Any:
+    """What the lines of the stages say."""
+
+    def each(j: int, rest: Any) -> Any:
+        sense = stages.kinds[j].sense
+
+        def said(params: Any, parts: Any) -> Any:
+            return (sense(params[0], parts[0].stage), *rest(params[1:], parts[1:]))
+
+        return said
+
+    return fold(each, len(stages.kinds), empty)
+
+
+def _acted(stages: Stages) -> Any:
+    """Memory, watch, held and effort of each stage: its law, then its guards."""
+
+    def each(j: int, rest: Any) -> Any:
+        step = stages.laws[j].step
+        watched, bounded = watching(stages.kinds[j])
+
+        def acted(loops: Any, parts: Any, targets: Any, samples: Any, lines: Any, dt: float) -> Any:
+            loop, part, target, sample = loops[0], parts[0], targets[0], samples[0]
+            memory, wanted = step(loop.gains, part.memory, target, sample, dt)
+            watch, held, passed = watched(
+                loop.wired, part.held, part.watch, lines[0], sample, wanted
+            )
+            guard = bounded(loop.guard, loop.wired, held)
+            watch, effort = guarding.step(guard, watch, sample, target, passed)
+            others = rest(loops[1:], parts[1:], targets[1:], samples[1:], lines[1:], dt)
+            return ((memory, watch, held, effort), *others)
+
+        return acted
+
+    return fold(each, len(stages.kinds), empty)
+
+
+def _tripped(count: int) -> Any:
+    """Whether a guard has found a fault."""
+
+    def each(j: int, rest: Any) -> Any:
+        def tripped(acts: Any) -> bool:
+            return bool(acts[0][1].fault != OK or rest(acts[1:]))
+
+        return tripped
+
+    return fold(each, count, false)
+
+
+def _interlocked(count: int) -> Any:
+    """The acts after a fault of any stage, which switches all off in the same period."""
+
+    def each(j: int, rest: Any) -> Any:
+        def interlocked(acts: Any, tripped: bool, t: float) -> Any:
+            memory, watch, held, effort = acts[0]
+            if tripped:
+                effort = 0.0
+                if watch.fault == OK:
+                    watch = latched(watch, OTHER_AXIS, 0.0, 0.0, t)
+            return ((memory, watch, held, effort), *rest(acts[1:], tripped, t))
+
+        return interlocked
+
+    return fold(each, count, empty)
+
+
+def _shown(stages: Stages) -> Any:
+    def each(j: int, rest: Any) -> Any:
+        show = stages.kinds[j].show
+
+        def shown(params: Any, parts: Any) -> Any:
+            return (show(params[0], parts[0].stage), *rest(params[1:], parts[1:]))
+
+        return shown
+
+    return fold(each, len(stages.kinds), empty)
+
+
+def _recorded(stages: Stages) -> Any:
+    def each(j: int, rest: Any) -> Any:
+        tell = stages.laws[j].tell
+        sample, target, output, memory, inside, truth, lines, enable = _rows(stages, j)
+        (sample_rows, sample_scales), (target_rows, target_scales) = sample, target
+        (output_rows, output_scales), (memory_rows, memory_scales) = output, memory
+        (inside_rows, inside_scales), (truth_rows, truth_scales) = inside, truth
+        (line_rows, line_scales), (enable_rows, enable_scales) = lines, enable
+
+        def recorded(
+            out: Any, k: int, samples: Any, targets: Any, acts: Any, truths: Any, said: Any,
+            now: Inside, switched: Enable,
+        ) -> None:  # fmt: skip
+            put(out, k, samples[0], sample_rows, sample_scales)
+            put(out, k, targets[0], target_rows, target_scales)
+            put(out, k, Output(acts[0][3]), output_rows, output_scales)
+            put(out, k, tell(acts[0][0]), memory_rows, memory_scales)
+            put(out, k, now, inside_rows, inside_scales)
+            put(out, k, truths[0], truth_rows, truth_scales)
+            put(out, k, said[0], line_rows, line_scales)
+            put(out, k, switched, enable_rows, enable_scales)
+            rest(out, k, samples[1:], targets[1:], acts[1:], truths[1:], said[1:], now, switched)
+
+        return recorded
+
+    return fold(each, len(stages.kinds), nothing)
+
+
+def _recorded_extra(stages: Stages) -> Any:
+    if stages.extra is None:
+        return nothing
+    show = stages.extra.show
+    rows, scales = layout(Clock, Inside, stages.extra.truth).parts[2]
+
+    def recorded(out: Any, k: int, params: Any, truths: Any) -> None:
+        put(out, k, show(params, truths), rows, scales)
+
+    return kernel(recorded)
+
+
+def _advanced(stages: Stages) -> Any:
+    def each(j: int, rest: Any) -> Any:
+        advance, switch = stages.kinds[j].advance, stages.kinds[j].switch
+
+        def advanced(
+            params: Any, parts: Any, acts: Any, enable: float, noise: Any, k: int, dt: float
+        ) -> Any:
+            memory, watch, held, effort = acts[0]
+            switched = switch(params[0], parts[0].stage, enable)
+            stage = advance(params[0], switched, effort, noise[0], k, dt)
+            others = rest(params[1:], parts[1:], acts[1:], enable, noise[1:], k, dt)
+            return (Part(stage, memory, watch, held), *others)
+
+        return advanced
+
+    return fold(each, len(stages.kinds), empty)
+
+
+def fastest(stages: Stages) -> Period:
+    """The loop of a machine, as fast as it can run, on a copy of the state that it is given."""
+    run = in_place(stages)
+
+    def apart(bench: Bench, loops: Any, state: Run, noise: Any, out: Array, dt: float) -> Any:
+        return run(bench, loops, arrays.own(state), noise, out, dt)
+
+    return apart
+
+
+def in_place(stages: Stages) -> Period:
+    """`fastest` that may change the state given to it; plain Python runs interpreted."""
+    if all(map(compiles, stages.laws)):
+        return quickest(period(stages), *stages.kinds)
+    return period(stages._replace(kinds=tuple(map(quick, stages.kinds))))
+
+
+def beginning(stages: Stages, bench: Bench, loops: Any) -> Run:
+    """The state at the start of a run: at rest at the plans' origins."""
+    parts = []
+    for kind, law, params, loop in zip(stages.kinds, stages.laws, bench.stages, loops, strict=True):
+        memory = law.start(loop.gains, Sample(0.0, loop.plan.origin))
+        parts.append(Part(kind.initial(params), memory, guarding.fresh(), Held()))
+    blank = (math.nan,) * len(parts)
+    return Run(0, sequence.begin(), blank, tuple(parts))

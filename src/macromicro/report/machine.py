@@ -1,0 +1,337 @@
+"""Table, summary, figures and page of a run of a machine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+import macromicro
+from macromicro.drawing.page import Picture
+from macromicro.machines import composite, planning, results
+from macromicro.machines.composite import Composite
+from macromicro.machines.job import Ended
+from macromicro.machines.joint.settings import UPPER
+from macromicro.machines.tree import gains
+from macromicro.report import _machine_page, joint_figures, stage_figures
+from macromicro.report._figures import Drawn
+from macromicro.report.words import Line, amount
+from macromicro.runs import arrivals, folder
+from macromicro.schema.par import entries
+from macromicro.schema.text import write_text
+from macromicro.units import printed
+
+_ONE = (
+    "#",
+    "stage",
+    "target",
+    "arrival",
+    "profile",
+    "peak error",
+    "true peak",
+    "rms error",
+    "overshoot",
+    "error at rest",
+    "true error",
+)
+_PLANE = (
+    "#",
+    "move",
+    "target",
+    "arrival",
+    "profile",
+    "contour rms",
+    "contour peak",
+    "true contour",
+    "peak error x",
+    "peak error y",
+    "true error",
+)
+RATES = ("m/s", "m/s^2", "m/s^3")  # units of the motion's limits, on a slide
+_GAINS = 4  # that a line tells; the page has all
+_OF_ONE = (
+    "Arrival runs from the move's start until the reading stays within the tolerance. Peak and "
+    "rms error are the distance of the reading from the set point during the profile, the "
+    "true peak is that of the load's true position. The error at rest is the target minus the mean "
+    "reading over the hold's last 0.1 s; the true error is the same for the true position. True "
+    "values exist only in simulation."
+)
+_OF_PLANE = (
+    "Arrival runs from the move's start until both axes stay within their tolerances. The contour "
+    "error is the distance of the encoders' position from the path during the profile; "
+    "the true contour is the largest one of the true position, which includes the squareness "
+    "of the axes. Peak errors are distances from each axis' set point. The true error is the "
+    "distance of the true position from the target over the hold's last 0.1 s. No controller reads "
+    "true values."
+)
+_OF_SEVERAL = (
+    "Arrival runs from the move's start until all stages stay within their tolerances. Peak errors "
+    "are distances of the readings from the set points during the profile; the error at rest is "
+    "the target minus the mean reading over the hold's last 0.1 s."
+)
+
+
+def headings(ended: Ended) -> tuple[str, ...]:
+    machine = ended.job.machine
+    if not isinstance(machine, Composite):
+        return _ONE
+    if machine.extra is not None:
+        return _PLANE
+    names = composite.names(machine)
+    errors = [f"{what} {name}" for name in names for what in ("peak error", "error at rest")]
+    return ("#", "move", "target", "arrival", "profile", *errors)
+
+
+def table(ended: Ended) -> list[Line]:
+    machine = ended.job.machine
+    if not isinstance(machine, Composite):
+        return _table_of_one(ended)
+    return [
+        Line(
+            (
+                str(m.move + 1),
+                m.name,
+                _target(ended, m),
+                _arrival(m),
+                f"{m.profile_s:.3f} s",
+                *(_plane_errors(m) if machine.extra is not None else _stage_errors(ended, m)),
+            ),
+            m.arrived_s is not None,
+        )
+        for m in ended.moves
+    ]
+
+
+def _arrival(m: Any) -> str:
+    lost = "did not arrive" if m.complete else "cut short"
+    return lost if m.arrived_s is None else f"{m.arrived_s:.3f} s"
+
+
+def _table_of_one(ended: Ended) -> list[Line]:
+    lines = []
+    # Errors of a stage that is exact to nanometres would all read 0.00 um.
+    kind = ended.job.machine.stages[0][1].kind
+    place = kind.place
+    fine = ended.job.settings.arrival.tolerance < place.smallest
+    unit, scale = (place.finest, 1e6) if fine else (place.fine, 1e3)
+    for m in ended.moves:
+        cells = (
+            str(m.move + 1),
+            kind.name,
+            f"{m.target:.6g} {place.unit}",
+            _arrival(m),
+            f"{m.profile_s:.3f} s",
+            *(
+                amount(None if x is None else x * scale, 1, unit)
+                for x in (m.peak_error, m.true_peak_error, m.rms_error)
+            ),
+            *(
+                amount(None if x is None else x * scale, 2, unit)
+                for x in (m.overshoot, m.rest_error, m.true_error)
+            ),
+        )
+        lines.append(Line(cells, m.arrived_s is not None))
+    return lines
+
+
+def _target(ended: Ended, m: Any) -> str:
+    units = [one.kind.place.unit for _, one in ended.job.machine.stages]
+    if len(set(units)) == 1:
+        return f"{', '.join(f'{value:.6g}' for value in m.target)} {units[0]}"
+    return ", ".join(f"{value:.6g} {unit}" for value, unit in zip(m.target, units, strict=True))
+
+
+def _plane_errors(m: Any) -> Iterator[str]:
+    contour = (None,) * 3 if m.contour is None else (m.contour[0], m.contour[1], m.contour[3])
+    for e in (*contour, *(own.peak_error for own in m.axes)):
+        yield amount(None if e is None or math.isnan(e) else 1e3 * e, 1, "um")
+    yield amount(None if m.true_error is None else 1e3 * m.true_error, 1, "um")
+
+
+def _stage_errors(ended: Ended, m: Any) -> Iterator[str]:
+    for (_, one), own in zip(ended.job.machine.stages, m.axes, strict=True):
+        for e in (own.peak_error, own.rest_error):
+            yield amount(None if e is None else 1e3 * e, 2, one.kind.place.fine)
+
+
+def verdict(ended: Ended) -> str:
+    job, moves = ended.job, ended.moves
+    place = job.machine.stages[0][1].kind.place
+    rests = results.rests(moves, place)
+    if np.isfinite(planning.each(job.plan)[0].end):  # set points come by time, and wait for nothing
+        peak = max((m.peak_error for m in moves), default=None)
+        return arrivals.verdict(rests, 0, place, followed=peak and peak / place.per)
+    return arrivals.verdict(rests, job.planned, place, doubt=_machine_page.doubt(job.settings))
+
+
+def remarks(ended: Ended) -> list[tuple[str, str]]:
+    job = ended.job
+    if isinstance(job.machine, Composite):
+        found = _of_several(ended)
+    else:
+        found = _of_one(job.settings, job.machine.kind.place)
+    if ended.wall > 0.0:
+        speed = ended.simulated / ended.wall
+        text = f"{ended.simulated:.1f} s simulated in {ended.wall:.2f} s, "
+        found.append(("speed", f"{text}{speed:.0f} times real time"))
+    return found
+
+
+def _of_one(settings: Any, place: Any) -> list[tuple[str, str]]:
+    tolerance = settings.arrival.tolerance
+    within = f"within {tolerance * place.fines:.4g} {place.fine} for {settings.arrival.dwell:g} s"
+    told = [
+        f"{e.path} {printed(e.par.spoken(e.value, 4))}"
+        for e in entries(gains(settings))
+        if isinstance(e.value, float) and e.value > 0.0
+    ]
+    return [
+        ("motion", _motion(settings, place)),
+        ("arrival", within),
+        *_machine_page.warnings(settings),
+        ("law", f"{settings.law}: {', '.join(told[:_GAINS])}"),
+    ]
+
+
+def _motion(settings: Any, place: Any) -> str:
+    limits = zip(settings.motion, RATES, strict=True)
+    return "at most " + ", ".join(place.told(value, unit, 4) for value, unit in limits)
+
+
+def _of_several(ended: Ended) -> list[tuple[str, str]]:
+    machine, settings = ended.job.machine, ended.job.settings
+    plane = getattr(machine, "extra", None) is not None
+    found = _path(ended) if plane else []
+    for (name, one), own in zip(machine.stages, machine.trees(settings), strict=True):
+        if plane:
+            text = (
+                f"at most {own.motion.velocity:.4g} m/s, {own.motion.acceleration:.4g} m/s^2, "
+                f"{own.motion.jerk:.4g} m/s^3; {own.load.mass + own.load.payload:.4g} kg; "
+                f"{own.law}, position gain {own.controller.position:.4g} 1/s"
+            )
+        else:
+            text = f"{one.name}; {_motion(own, one.kind.place)}; {own.law}"
+        found.append((name, text))
+    found += _machine_page.warnings(settings)
+    if plane and settings.stack.carries == UPPER:
+        found.append(("stack", f"x carries y: {settings.x.load.payload:.4g} kg"))
+    return found
+
+
+def _path(ended: Ended) -> list[tuple[str, str]]:
+    """The contour error of a run in the plane, and the limits of its path."""
+    path, found = ended.job.settings.path, []
+    contours = [m.contour for m in ended.moves if m.contour is not None]
+    if contours:
+        tolerance = 1e6 * path.tolerance
+        told = _beside("by the encoders", [(c.peak, c.rms) for c in contours], tolerance)
+        if not any(math.isnan(c.true_peak) for c in contours):  # no rig knows it
+            true = _beside("true", [(c.true_peak, c.true_rms) for c in contours], tolerance)
+            told = f"{told}; {true}"
+        found.append(("contour", f"{told}; tolerance {tolerance:.4g} um"))
+    limits = f"at most {path.speed:.4g} m/s and {path.acceleration:.4g} m/s^2 in the plane"
+    return [*found, ("path", limits)]
+
+
+def _beside(whose: str, moves: list[tuple[float, float]], tolerance: float) -> str:
+    """Peak and rms of the distance from the path (mm), judged by a tolerance (um)."""
+    peak = 1e3 * max(peak for peak, _ in moves)
+    rms = 1e3 * math.sqrt(sum(rms**2 for _, rms in moves) / len(moves))
+    word = "within" if peak <= tolerance else "beyond"
+    return f"{whose} at most {peak:.1f} um, {word} the tolerance, rms {rms:.1f} um"
+
+
+def problems(ended: Ended) -> list[str]:
+    """Problems in a run of moves, a sentence each."""
+    found, job = [], ended.job
+    if ended.fault is not None:
+        fault = ended.fault
+        found.append(f"fault: {fault.message} Evidence: {fault.evidence}. {fault.remedy}")
+    elif not ended.finished:
+        count = f"move {len(ended.moves)} of {job.planned}"
+        found.append(f"the programme did not finish: {count} at {ended.simulated:.3f} s")
+    lost = arrivals.lost(results.rests(ended.moves, job.machine.stages[0][1].kind.place))
+    if lost and np.isnan(planning.each(job.plan)[0].end):
+        patience = max(own.arrival.patience for own in job.machine.trees(job.settings))
+        found.append(f"{lost} within {patience:g} s of the profile's end")
+    return found
+
+
+def summary(ended: Ended, started: str) -> dict[str, Any]:
+    job, machine = ended.job, ended.job.machine
+    content = {
+        "machine": machine.name,
+        "programme": job.programme.title,
+        "source": job.programme.source,
+        "cycles": job.request.cycles,
+        "seed": job.request.seed,
+        "version": macromicro.__version__,
+        "started": started,
+        "overrides": job.overrides,
+        "finished": ended.finished,
+        "fault": ended.fault and ended.fault._asdict(),
+        "warnings": [text for _, text in _machine_page.warnings(job.settings)],
+        "moves_planned": job.planned,
+    }
+    if not isinstance(machine, Composite):
+        content["unit"] = machine.kind.place.unit
+    content |= {
+        "simulated_s": ended.simulated,
+        "wall_s": ended.wall,
+        "speed": ended.simulated / ended.wall if ended.wall > 0.0 else None,
+    }
+    if not isinstance(machine, Composite):
+        return content | {"moves": [m._asdict() for m in ended.moves]}
+    if machine.extra is not None:
+        content["contour_tolerance_mm"] = 1e3 * job.settings.path.tolerance
+    names = composite.names(machine)
+    content["moves"] = [
+        {
+            **m._asdict(),
+            "contour": m.contour and m.contour._asdict(),
+            "axes": {n: a._asdict() for n, a in zip(names, m.axes, strict=True)},
+        }
+        for m in ended.moves
+    ]
+    return content
+
+
+def draw(ended: Ended) -> Iterator[Drawn]:
+    job, rows = ended.job, ended.recording
+    if not len(rows):
+        return
+    if not isinstance(job.machine, Composite):
+        yield stage_figures.response(ended)
+        yield stage_figures.settling(ended)
+        return
+    if job.machine.extra is not None:
+        yield joint_figures.path(rows, job.plan, job.settings.path.tolerance)
+    yield joint_figures.axes_over_time(rows, job.plan, job.machine, job.settings)
+
+
+def page(ended: Ended, pictures: list[Picture], started: str) -> str:
+    job = ended.job
+    footnote = _OF_ONE
+    if isinstance(job.machine, Composite):
+        footnote = _OF_PLANE if job.machine.extra is not None else _OF_SEVERAL
+    words = _machine_page.Words(
+        headings(ended),
+        table(ended),
+        remarks(ended),
+        verdict(ended),
+        problems(ended),
+        footnote,
+        composite.as_toml(job.machine, job.settings),
+    )
+    return _machine_page.page(ended, pictures, started, words)
+
+
+def write(ended: Ended, started: str) -> dict[str, Any]:
+    """Write everything beside the recording; the summary first."""
+    content = summary(ended, started)
+    pictures = _machine_page.pictures(ended, content, draw(ended))
+    text = page(ended, pictures, started)
+    write_text(ended.job.out / folder.PAGE, text)
+    return content
