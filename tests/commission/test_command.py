@@ -74,7 +74,7 @@ def test_an_interrupted_commissioning_is_resumed(folder: Path) -> None:
         run.send_signal(signal.SIGINT)
         said = run.communicate()[1]
     assert run.returncode == 130, said
-    assert "--resume goes on" in said
+    assert "to continue: --resume" in said
     before = kept.read_text()
     again = command(folder, *words)
     assert again.returncode == 2

@@ -144,7 +144,7 @@ def test_a_machine_of_two_axes_is_commissioned(tmp_path: Path) -> None:
     done = CliRunner().invoke(app, words)
     assert done.exit_code == 0, done.output
     assert "verification of both: 10 of 10 moves arrived" in done.output
-    assert "right angle" in done.output
+    assert "square" in done.output
     told = json.loads((out / report.JSON).read_text())
     assert told["verification"]["met"] and set(told["axes"]) == {"x", "y"}
     truth = compositions.load(tmp_path / "xy.toml")[1]
@@ -233,7 +233,7 @@ def test_two_rigs_are_interrupted_and_commissioned_in_the_end(lab: str) -> None:
                 process.send_signal(signal.SIGINT)
                 break
         rest = process.stderr.read()
-        assert process.wait(60) == 130 and "--resume goes on" in rest
+        assert process.wait(60) == 130 and "to continue: --resume" in rest
     log = Path("log").read_text().splitlines()
     assert "x driven" in log and "y driven" not in log and log[-4:] == LEFT
     done = CliRunner().invoke(app, [*line[3:], "--resume"])

@@ -93,7 +93,7 @@ def test_what_is_not_known_about_it_is_drawn() -> None:
     rows = robustness.uncertain(machine.under(AXIS, tree), tree)
     assert [r.parts for r in rows if r.name == "seal"] == [(("friction.own.level", 1.0),)]
     assert not {"coulomb", "breakaway", "viscous"} & {r.name for r in rows}
-    _, trees = robustness.machines(tree, rows, 12, 3)
+    _, trees = robustness.machines(AXIS, tree, rows, 12, 3)
     levels = [each.friction.own.level for each in trees]
     assert 2.8 <= min(levels) < 3.5 and 5.0 < max(levels) <= 6.0
     assert all(each.controller == tree.controller for each in trees)

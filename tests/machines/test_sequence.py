@@ -117,7 +117,7 @@ def test_a_scheduled_move_waits_for_its_time_and_the_next_one_ends_it():
     p = plan(0.01, 0.02, hold=math.inf, start=[0.05, 0.3], end=0.5)
     rows = run(p)
     assert rows[0][1:] == (WAITING, -1, 0, (0.0, 0.0, 0.0, math.inf))
-    assert sequence.aim(p, begin(), 0.0) == (0, (0.0, 0.0, 0.0, math.inf))
+    assert sequence.aim(p, begin(), 0.0) == (0.0, 0.0, 0.0, math.inf)
     for move, t in ((0, 0.05), (1, 0.3)):
         assert next(r[0] for r in rows if r[2] == move) == pytest.approx(t, abs=0.5 * DT)
     assert rows[-1][1] == DONE and rows[-1][0] == pytest.approx(0.5, abs=0.5 * DT)

@@ -30,7 +30,7 @@ def test_every_machine_has_a_table_that_its_law_does_not_know(other):
     paths = {e.path for e in entries(other.settings)}
     assert rows and all(row.stage == other.name for row in rows)
     assert all(path in paths for row in rows for path, _ in row.parts)
-    for tree in stage.machines(other.settings, rows, 10, 3)[1]:
+    for tree in stage.machines(other, other.settings, rows, 10, 3)[1]:
         other.kind.prepare(tree)
         for name in stage.KEPT:
             assert getattr(tree, name) == getattr(other.settings, name)
@@ -45,7 +45,7 @@ def test_what_the_machine_has_not_is_not_varied():
 
 def test_the_plant_changes_and_the_law_does_not():
     rows = stage.uncertain(AXIS, AXIS.settings)
-    amounts, trees = stage.machines(AXIS.settings, rows, 12, 1)
+    amounts, trees = stage.machines(AXIS, AXIS.settings, rows, 12, 1)
     assert amounts.shape == (12, len(rows))
     mass = [row.name for row in rows].index("mass")
     for each, tree in zip(amounts, trees, strict=True):
@@ -108,7 +108,7 @@ def test_requirements_are_met_by_some(tmp_path):
     middle = float(np.median([t.rms_error for t in found.found]))
     path = tmp_path / "limits.toml"
     path.write_text(f'rms_error = "{middle} um"\nfault = 0\nsettling = "0.1 ms"\n')
-    required = requirements.load(path, metrics(), ())
+    required = requirements.load(path, metrics(AXIS), ())
     assert [r.metric.name for r in required] == ["fault", "settling", "rms_error"]
     none, quick, near = required
     found = found._replace(required=required)
@@ -125,7 +125,7 @@ def test_requirements_are_met_by_some(tmp_path):
     assert said[4].startswith("required: all of them: met on ")
     path.write_text('macro_settling = "1 s"\n')
     with pytest.raises(InputError, match="unknown metric"):
-        requirements.load(path, metrics(), ())
+        requirements.load(path, metrics(AXIS), ())
 
 
 @pytest.mark.parametrize("samples", [9, 100_001])

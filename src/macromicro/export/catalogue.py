@@ -20,7 +20,6 @@ from macromicro.kernel import is_kernel
 from macromicro.machines import compositions
 from macromicro.machines import machine as machines
 from macromicro.machines.composition import TURNS
-from macromicro.machines.machine import JOINT
 from macromicro.schema import plugins
 from macromicro.schema.config import load_overrides
 from macromicro.schema.text import printable
@@ -31,10 +30,11 @@ def every(config: Path | None = None) -> Made:
     """All units of a machine's settings; without them, of all machines with their defaults."""
     found: Made = {}
     if config is not None:
-        if compositions.chosen(config).family == TURNS:
+        whole = compositions.chosen(config)
+        if whole.family == TURNS:
             return two_stage(load_overrides(config, Settings()))
         for name, machine, settings in compositions.each(config):
-            alone_ = machine._replace(name=f"{JOINT}.{name}") if name else machine
+            alone_ = machine._replace(name=f"{whole.name}.{name}") if name else machine
             found |= of_machine(alone_, settings)
         return found
     found |= two_stage(Settings())

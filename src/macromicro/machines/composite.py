@@ -64,8 +64,7 @@ def described(raw: dict[str, Any], where: str) -> Composite:
     title = f"{len(stages)} stages with coordinated moves"
     tree = stage_trees.made({name: one.settings for name, one in stages})
     written = f'{{ stages = {{ {pairs} }}, order = "{TOGETHER}" }}'
-    short = ", ".join(f"{name} {kind}" for name, kind in kinds.items())
-    return Composite(short, title, tree, tuple(stages), written=written)
+    return Composite("_".join(kinds), title, tree, tuple(stages), written=written)
 
 
 def names(machine: AnyMachine) -> tuple[str, ...]:

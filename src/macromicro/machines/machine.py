@@ -122,8 +122,8 @@ def named(name: object, where: str) -> Machine:
     if name == TWO_STAGE:
         others = ", ".join(repr(m.name) for m in MACHINES)
         raise InputError(where, TWO_STAGE, f"one of {others} here")
-    if name == JOINT:
-        raise InputError(where, JOINT, _ONE)
+    if name == JOINT or isinstance(name, dict):
+        raise InputError(where, JOINT if name == JOINT else "several stages", _ONE)
     for machine in MACHINES:
         if machine.name == name:
             return machine

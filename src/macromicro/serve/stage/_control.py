@@ -123,21 +123,26 @@ class Control:
         self.dt = float(self._trees[0].timing.period)
         for (name, one), own in zip(machine.stages, self._trees, strict=True):
             checked(one, own, f"{name}." if name else "")
+        self._period = (period.in_place if stages is None else period.period)(self.stages)
         free, self._switch = [stage.opened(k) for k in kinds], [k.switch for k in kinds]
         if stages is None:
             free = [stage.quickest(each, kind) for each, kind in zip(free, kinds, strict=True)]
             self._switch = [stage.switching(kind) for kind in kinds]
         self._free = free
         self._apart = stages is None or len(kinds) == 1  # several rigs need each period in step
-        self._period = (period.in_place if stages is None else period.period)(self.stages)
         before = [f"{name}_" if name else "" for name in composite.names(machine)]
         names = [column.name for column in period.columns(self.stages)]
         self._efforts = [names.index(f"{each}effort") for each in before]
         self.own_rows = [names.index(c.name) for c in period.law_columns(self.stages)]
         self.own: list[float] = []  # what the laws showed of their memory last; none while off
-        pulses = [f"{each}index_count" for each in before]
-        self._pulses = [names.index(name) if name in names else -1 for name in pulses]
-        self._wired = [lines.wired(own) for own in self._trees]
+        self._pulses = [
+            names.index(f"{each}index_count") if "index_count" in kind.lines else -1
+            for each, kind in zip(before, kinds, strict=True)
+        ]
+        self._wired = [
+            lines.wired(own) if kind.lines else Wired()
+            for own, kind in zip(self._trees, kinds, strict=True)
+        ]
         self._out = np.empty((len(names), number))
         self._nothing = nothing(number)
         self._memory: list[Any] = [None for _ in count]
