@@ -11,12 +11,13 @@ from __future__ import annotations
 import os
 import warnings
 from pathlib import Path
+from typing import Any, cast
 
 from macromicro import programme as programmes
 from macromicro.design import served
 from macromicro.design import tracking as following
-from macromicro.design.response import MoveResult
 from macromicro.design.tracking import Tracking
+from macromicro.errors import ProblemError
 from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.rig import faults
@@ -24,6 +25,7 @@ from macromicro.rig.opening import TWIN
 from macromicro.runs import arrivals, judging, programmed
 from macromicro.runs.job import DEFAULT, load, place
 from macromicro.schema import config, keys
+from macromicro.schema.text import read_toml
 from macromicro.settings import Settings
 
 PathLike = str | os.PathLike[str]
@@ -33,18 +35,20 @@ _REMEDY = (
 )
 
 
-def load_settings(path: PathLike) -> Settings:
-    """The default settings, overridden by a TOML file as by ``--config``.
+def load_settings(path: PathLike) -> Any:
+    """The default settings of a machine, overridden by a TOML file as by ``--config``.
 
     Parameters
     ----------
     path : PathLike
-        File of settings (see ``macromicro config show``); a key that it lacks keeps its default.
+        File of settings of any machine (see ``macromicro config show``); a key that it lacks keeps
+        its default. A file that names no machine is for the two-stage machine.
 
     Returns
     -------
-    Settings
-        The whole tree; units as in its parameters' annotations.
+    Any
+        The whole tree, of the two-stage machine a `Settings`; units as in its parameters'
+        annotations.
 
     Raises
     ------
@@ -61,44 +65,51 @@ def load_settings(path: PathLike) -> Settings:
     ...     load_settings(Path(folder, "own.toml"))["bench.friction.coulomb"]
     11.0
     """
-    return config.load_overrides(Path(path), Settings())
+    from macromicro.machines import compositions
+
+    return compositions.chosen(Path(path)).load(Path(path))
 
 
 def run(
-    programme: PathLike | Programme = DEFAULT,
+    what: PathLike | Programme | None = None,
+    programme: PathLike | Programme | None = None,
     *,
     seed: int = 0,
     cycles: int = 1,
     fan: bool = False,
-    settings: Settings | None = None,
+    settings: Any = None,
     rig: str = TWIN,
 ) -> Recording:
-    """Run a programme on the virtual bench, or on a rig, in memory.
+    """Run a programme on a simulated machine, or on a rig, in memory.
 
     The recording has the columns and numbers that ``macromicro run`` writes for the same arguments;
-    save it with ``Recording.save``. The first run on a machine compiles the bench, which takes
-    about 10 s.
+    save it with ``Recording.save``. The first run on a machine compiles it, which takes about 10 s.
 
     Parameters
     ----------
-    programme : PathLike | Programme, optional
-        A programme, its file, or the name of a shipped example.
+    what : PathLike | Programme | None, optional
+        The settings file of a machine of any kind (it has a key ``machine``); else a programme of
+        the two-stage machine, its file, or the name of a shipped example.
+    programme : PathLike | Programme | None, optional
+        The programme of the machine of `what`, its file, or the name of an example; default: the
+        machine's usual moves.
     seed : int, optional
         Seed of the sensor noise: the same seed gives the same rows, bit for bit.
     cycles : int, optional
         Number of repetitions of a programme of moves.
     fan : bool, optional
         Whether the fan cools the wires.
-    settings : Settings | None, optional
-        Bench, sensors, controller and guard; default: the nominal machine.
+    settings : Any, optional
+        Settings of the machine, such as those of `load_settings` with changes; default: those of
+        its file, or the nominal two-stage machine.
     rig : str, optional
-        "twin" for the virtual bench of the settings, "MODULE:FACTORY" or "FILE.toml" of a rig,
+        "twin" for the simulated machine of the settings, "MODULE:FACTORY" or "FILE.toml" of a rig,
         which moves at once and is not asked for, or "replay:FILE" for the sensors of a recording.
 
     Returns
     -------
     Recording
-        One row per control period (1 ms). If the guard stopped the run, a warning says why, the
+        One row per control period. If the guard stopped the run, a warning says why, the
         recording ends there, and its attribute ``finished`` is 0. If moves did not arrive, an
         `ArrivalWarning` names them.
 
@@ -107,23 +118,79 @@ def run(
     InputError
         An argument, the programme or the settings are not accepted.
     """
-    settings = Settings() if settings is None else settings
     keys.seed(seed, "seed")
+    if programme is not None or _is_machine(what):
+        from macromicro.machines.compositions import UNNAMED, chosen
+
+        path = Path(os.fspath(cast("PathLike", what)))
+        if chosen(path).name != UNNAMED:
+            if fan:
+                raise ProblemError("fan", "this machine has no fan")
+            return _run_machine(path, programme, settings, seed, cycles, rig)
+        settings = load_settings(path) if settings is None else settings
+        what = programme
+    settings = Settings() if settings is None else settings
     config.check(settings, "settings")
-    if not isinstance(programme, Programme):
-        programme = load(programmes.find(os.fspath(programme)), settings)
+    moving = DEFAULT if what is None else what
+    if not isinstance(moving, Programme):
+        moving = load(programmes.find(os.fspath(moving)), settings)
     on = place(rig, seed, settings)
-    done = programmed.record(programme, settings, on=on, seed=seed, fan=fan, cycles=cycles)
+    done = programmed.record(moving, settings, on=on, seed=seed, fan=fan, cycles=cycles)
     fault = faults.describe(done.outcome.watch)
     if fault is not None:
         text = f"{fault.message} {fault.evidence}. {fault.remedy}"
         warnings.warn(f"the run was stopped: {text}", stacklevel=2)
-    numbers = programme.repeated(cycles).numbers
+    numbers = moving.repeated(cycles).numbers
     arrivals.warn(arrivals.of_both(judging.moves(done.recording, settings), numbers), _REMEDY)
     return done.recording
 
 
-def moves(recording: Recording, settings: Settings | None = None) -> list[MoveResult]:
+def _is_machine(what: PathLike | Programme | None) -> bool:
+    """Whether it is a settings file that names or describes a machine."""
+    if what is None or isinstance(what, Programme):
+        return False
+    path = Path(os.fspath(what))
+    is_toml = path.suffix.lower() == ".toml" and path.is_file()
+    return is_toml and config.MACHINE in read_toml(path, config.WHAT)
+
+
+def _run_machine(
+    path: Path,
+    programme: PathLike | Programme | None,
+    settings: Any,
+    seed: int,
+    cycles: int,
+    rig: str,
+) -> Recording:
+    """`run` of a machine of one stage, or of several on one clock."""
+    from macromicro.machines import composite, compositions, on_rig, runs
+    from macromicro.machines import programmes as reading
+
+    machine, own = compositions.load(path)
+    if settings is not None:
+        own = settings
+        config.check(own, "settings")
+        machine = composite.under(machine, own)
+    moving: Any = programme
+    if not isinstance(programme, Programme):
+        name = None if programme is None else os.fspath(programme)
+        moving = reading.chosen(machine, own, name)
+    moving = reading.repeated(machine, moving, cycles)
+    plan = reading.plan(machine, own, moving)
+    source = on_rig.found(rig, machine, own, seed)
+    if source is None:
+        done = runs.record(machine, own, plan, title=moving.title, seed=seed)
+    else:
+        rigs, rests = on_rig.opened(source, seed), [each.rest for each in source]
+        done = on_rig.record(machine, own, plan, rigs, rests, moving.title)
+    if done.outcome.fault is not None:
+        fault = done.outcome.fault
+        text = f"{fault.message} {fault.evidence}. {fault.remedy}"
+        warnings.warn(f"the run was stopped: {text}", stacklevel=3)
+    return done.recording
+
+
+def moves(recording: Recording, settings: Any = None) -> list[Any]:
     """How each move went: arrival, settling, final error, overshoot, in the units of a table.
 
     Needs nothing but the recording: stages and targets are read from its references. A stage whose
@@ -134,14 +201,16 @@ def moves(recording: Recording, settings: Settings | None = None) -> list[MoveRe
     recording : Recording
         A run, or a recording of the live machine. In the latter the moves are those to a given
         place, without homing and jogs; macro targets are where its encoder counted them.
-    settings : Settings | None, optional
-        Settings of the run, of which the encoder and the macro tolerance matter; default: those
-        that the recording tells.
+    settings : Any, optional
+        Settings of the run, of which encoder and tolerances matter; default: those that the
+        recording tells.
 
     Returns
     -------
-    list[MoveResult]
-        One entry per move, in order; none for a recording without rows.
+    list[Any]
+        One entry per move, in order: a `design.response.MoveResult` of the two-stage machine, a
+        `machines.results.MoveResult` of one stage, a `JointMove` of several. None for a recording
+        without rows.
 
     Examples
     --------
@@ -155,6 +224,14 @@ def moves(recording: Recording, settings: Settings | None = None) -> list[MoveRe
     >>> moves(run)[0].settling_s
     0.5
     """
+    if not served.is_live(recording):
+        from macromicro.machines import compositions, results
+
+        found = compositions.recorded(recording)
+        if found is not None:
+            machine, own = found
+            planned = results.planned(machine, recording)
+            return results.of(machine, recording, planned, own if settings is None else settings)
     return judging.moves(recording, settings)
 
 

@@ -13,7 +13,7 @@ from macromicro.machines import composite, compositions, programmes, results, ru
 from macromicro.machines import machine as machines
 from macromicro.serve import choosing
 
-EXAMPLE = Path(__file__).parents[2] / "examples/machines/stage-3d.toml"
+EXAMPLE = Path(__file__).parents[2] / "examples/machines/xyz.toml"
 PROGRAMME = """
 title = "pick"
 [[moves]]

@@ -17,8 +17,9 @@ from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.machine import JOINT, KEY, Machine
 from macromicro.machines.signals import Output, Sample
 from macromicro.machines.tree import joined
+from macromicro.recording import Recording
 from macromicro.schema import config
-from macromicro.schema.text import printable, read_toml
+from macromicro.schema.text import parsed_toml, printable, read_toml
 
 UNNAMED = _two_stage.NAME  # of a settings file that names none
 
@@ -61,6 +62,19 @@ def load(path: Path, law: str | None = None) -> tuple[AnyMachine, Any]:
         return machines.named(made.name, KEY), made.settings  # refused, with those that there are
     settings = made.load(path, law)
     whole = _table(read_toml(path, config.WHAT), path)
+    return composite.under(whole, settings), settings
+
+
+def recorded(recording: Recording) -> tuple[AnyMachine, Any] | None:
+    """The machine of a recording and its settings; None: the two-stage machine."""
+    text = recording.attributes.get("settings")
+    table = parsed_toml(text, "the recording's settings") if isinstance(text, str) else {}
+    name = table.pop(KEY, UNNAMED)
+    if name == UNNAMED:
+        return None
+    where = "the recording's settings"
+    whole = composite.described(name, where) if isinstance(name, dict) else machine(name, where)
+    settings = config.overridden(whole.settings, table, where)
     return composite.under(whole, settings), settings
 
 

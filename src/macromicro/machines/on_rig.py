@@ -183,6 +183,20 @@ def perform(
             return runs.perform(machine, settings, planned, behind, **how)
 
 
+def record(
+    machine: AnyMachine,
+    settings: Any,
+    planned: Planned,
+    rigs: Rigs,
+    rests: Sequence[float] = (),
+    title: str = "",
+) -> runs.Done:
+    """`perform`, in memory."""
+    blocks, columns = Blocks(), runs.columns(machine, rigs.members)
+    outcome = perform(machine, settings, planned, blocks, rigs, rests)
+    return runs.recorded(machine, settings, planned, blocks, columns, outcome, title)
+
+
 def bring(machine: Machine, settings: Any, plan: Plan, rig: Any) -> None:
     """Go to where a plan begins, unless it stands there."""
     place = float(rig.read().encoder) * float(settings.encoder.pitch)

@@ -12,6 +12,7 @@ from macromicro.arrays import Array
 from macromicro.machines import composite, planning
 from macromicro.machines.composite import AnyMachine
 from macromicro.machines.joint import contour
+from macromicro.machines.moves import Move
 from macromicro.machines.planning import Planned, Schedule
 from macromicro.machines.sequence import HOLDING, MOVING, Arrival, Plan
 from macromicro.place import LENGTH, Place
@@ -82,6 +83,40 @@ def of(machine: AnyMachine, recording: Recording, planned: Planned, settings: An
         for name, plan, own, place in zip(names, plans, trees, places, strict=True)
     ]
     return [_joint(recording, planned, each) for each in zip(*stages, strict=True)]
+
+
+def planned(machine: AnyMachine, recording: Recording) -> Planned:
+    """The moves of a recording as its set points show them."""
+    t, index = recording["t"], recording["move"]
+    count = int(np.max(index, initial=-1)) + 1
+    spans = [np.flatnonzero(index == k) for k in range(count)]
+    names = [f"{name}_target" if name else "target" for name in composite.names(machine)]
+    targets = [
+        recording[column] / one.kind.place.per
+        for column, (_, one) in zip(names, machine.stages, strict=True)
+    ]
+    under_way = [
+        max(int(np.sum(np.cumsum(own[span][::-1] != own[span][-1]) > 0)) for own in targets)
+        for span in spans
+    ]
+    length = np.array([t[span[n]] - t[span[0]] for span, n in zip(spans, under_way, strict=True)])
+    plans = tuple(
+        Plan(
+            start=np.full(count, math.nan),
+            target=np.array([own[span[-1]] for span in spans]),
+            hold=np.zeros(count),
+            length=length,
+            first=np.zeros(count + 1, np.int64),
+            pieces=np.empty((0, 5)),
+            origin=float(own[0]) if len(own) else 0.0,
+            end=math.nan,
+        )
+        for own in targets
+    )
+    if len(plans) == 1:
+        return plans[0]
+    ends = zip(*(plan.target.tolist() for plan in plans), strict=True)
+    return Schedule(plans, tuple(Move("move", end, 0.0) for end in ends))
 
 
 def alone(recording: Recording, names: tuple[str, ...], name: str) -> Recording:

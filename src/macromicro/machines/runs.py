@@ -209,11 +209,26 @@ def record(
     else:
         planned = programme
     blocks, there = Blocks(), columns(machine, on)
-    blocks.append(np.empty((len(there), 0)))
     outcome = perform(machine, settings, planned, blocks, on=on, seed=seed)
+    return recorded(machine, settings, planned, blocks, there, outcome, title, seed, warn=warn)
+
+
+def recorded(
+    machine: AnyMachine,
+    settings: Any,
+    planned: Planned,
+    blocks: Blocks,
+    there: Sequence[Column],
+    outcome: Outcome,
+    title: str = "",
+    seed: int = 0,
+    *,
+    warn: bool = True,
+) -> Done:
+    """A run as a recording, with a warning of moves that did not arrive."""
     attributes = about(machine, settings, title, seed=seed)
     attributes |= ended(outcome.finished, outcome.fault)
-    rows = np.concatenate(blocks.blocks, axis=1)
+    rows = np.concatenate([np.empty((len(there), 0)), *blocks.blocks], axis=1)
     dt = composite.period(machine, settings)
     made = Recording.from_arrays(there, rows, dt, attributes)
     if warn and np.isnan(planning.each(planned)[0].end):  # what comes by time waits for no arrival

@@ -47,7 +47,7 @@ def test_both_home_and_only_then_the_place_is_trusted() -> None:
     true = [
         kind.show(params, state)[0]
         for kind, params, state in zip(
-            bed.rig.control.kinds, bed.rig._bench[:2], bed.rig._states, strict=True
+            bed.rig.control.kinds, bed.rig._bench.stages[:2], bed.rig._states, strict=True
         )
     ]
     # The stop gives way under the push of the touch: within its push over its stiffness.
@@ -409,7 +409,7 @@ def test_a_fault_of_one_axis_switches_both_off_in_the_same_period() -> None:
     assert all(abs(effort) > 0.0 for effort in control.efforts)
     # Somebody blocks y: it is put back where it began.
     kind = control.kinds[1]
-    bed.rig._states = (bed.rig._states[0], kind.initial(bed.rig._bench[1]))
+    bed.rig._states = (bed.rig._states[0], kind.initial(bed.rig._bench.stages[1]))
     bed.run(1)
     assert control.tripped and control.efforts == [0.0, 0.0] and control.enable == 0.0
     assert control.watches[0].fault == OTHER_AXIS

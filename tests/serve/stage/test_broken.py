@@ -276,7 +276,7 @@ def test_what_a_law_did_is_no_doubt_of_the_place() -> None:
     bed = ready("printer")
     bed.run(5)
     control = bed.rig.control
-    control.watch = control.watch._replace(fault=1, value=11.0, limit=10.0)  # illegal effort
+    control.watches[0] = control.watch._replace(fault=1, value=11.0, limit=10.0)  # illegal effort
     bed.run(2)
     assert bed.fault is not None and bed.fault.name == "illegal effort" and bed.trusted
     bed.jump = 500.0  # a jump meanwhile is one

@@ -46,7 +46,7 @@ def test_the_page_s_law_homes_and_moves_an_axis(lab: Path) -> None:
     assert isinstance(reply, Accepted), reply
     for _ in range(60_000):
         bed.run(1)
-        efforts.append(abs(control.effort))
+        efforts.append(abs(control.efforts[0]))
         if any(getattr(n, "id", None) == reply.id for n in bed.notices):
             break
     assert bed.fault is None and bed.machine.view().motion == 0

@@ -13,13 +13,13 @@ from macromicro.control import outside
 from macromicro.control.live.leading import REST, Course
 from macromicro.control.settings import Control
 from macromicro.machines import machine as machines
+from macromicro.machines.period import Stages, law_columns
 from macromicro.place import LENGTH
 from macromicro.recording import Recording as Recorded
 from macromicro.serve import choosing, shared
 from macromicro.serve._machine import View
 from macromicro.serve._recording import Means, Recording
 from macromicro.serve._trail import Trail
-from macromicro.serve.joint import _control as joint
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import COLUMNS, OWN, Shared, Vitals, telemetry
 from macromicro.serve.stage import settings
@@ -75,7 +75,7 @@ def test_a_stage_tells_what_its_own_law_remembers(tmp_path: Path, monkeypatch) -
         if led.tripped:
             break
         (speed,) = led.own()
-        assert speed == 1e3 * rig.control._memory.speed
+        assert speed == 1e3 * rig.control._memory[0].speed
         fastest = max(fastest, speed)
     assert fastest > 0.1
     rig.source = Course
@@ -100,9 +100,9 @@ def test_of_the_two_stage_machine(tmp_path: Path) -> None:
 def test_of_two_axes_each_has_its_letter() -> None:
     axis = machines.load(PRINTER)[0]
     law = outside.find(SLIDING, "test")
-    found = joint.law_columns((axis.kind, axis.kind), (law, axis.law))
+    found = law_columns(Stages((axis.kind, axis.kind), (law, axis.law), ("x", "y")))
     assert [c.name for c in found] == ["x_law_speed"]
-    found = joint.law_columns((axis.kind, axis.kind), (law, law))
+    found = law_columns(Stages((axis.kind, axis.kind), (law, law), ("x", "y")))
     assert [c.name for c in found] == ["x_law_speed", "y_law_speed"]
 
 

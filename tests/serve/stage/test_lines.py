@@ -108,7 +108,7 @@ def test_a_jog_into_the_limit_switch_is_a_fault_and_it_leaves_slowly(tmp_path: P
     assert bed.fault.code == 208 and bed.fault.name == "lower limit switch"
     assert bed.tree.load.stop_low < bed.place <= bed.tree.switches.low + 1e-5
     bed.run(20)
-    assert bed.line("enable") == 0.0 and bed.rig.control.effort == 0.0
+    assert bed.line("enable") == 0.0 and bed.rig.control.efforts == [0.0]
     bed.clear()
     assert isinstance(bed.ask(m.Enable()), Accepted)
     bed.run(100)

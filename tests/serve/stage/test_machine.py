@@ -61,17 +61,18 @@ def test_new_gains_are_the_laws_from_the_next_period_on(screw: Machine) -> None:
     was = screw.settings.controller.position
     law, seen = screw.rig.control, []
     whole = law._period
-    law._period = lambda params, loop, *rest: (seen.append(loop.gains), whole(params, loop, *rest))[
-        1
-    ]
+    law._period = lambda bench, loops, *rest: (
+        seen.append(loops[0].gains),
+        whole(bench, loops, *rest),
+    )[1]
     screw.run(1)
-    memory = law._memory
+    memory = law._memory[0]
     change = m.SetGains((("position", 0.5 * was), ("notch.depth", 0.25)))
     assert screw.led.refusal(change) is None and seen[-1].position == was
     assert screw.ask(change) == Accepted(
         0, (Change("position", was, 0.5 * was), Change("notch.depth", 0.1, 0.25))
     )
-    assert law._memory is memory
+    assert law._memory[0] is memory
     screw.run(1)
     assert seen[-1].position == 0.5 * was and seen[-1].notch.depth == 0.25
     told = [n for n in screw.notices if isinstance(n, Event) and n.kind == "gains"]
@@ -89,7 +90,7 @@ def test_gains_that_a_file_may_not_have_change_nothing(screw: Machine, changes: 
     reply = screw.ask(m.SetGains(changes))
     assert isinstance(reply, Refused) and reply.reason and reply.remedy
     assert screw.led.refusal(m.SetGains(changes)) == reply
-    assert screw.rig.control._gains == screw.settings.controller
+    assert screw.rig.control._gains == [screw.settings.controller]
 
 
 def test_a_velocity_loop_that_the_delays_do_not_allow_is_told_with_the_rule(
