@@ -15,10 +15,9 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify._autoregression import autoregression
-from macromicro.identify._triangle import triangle
 from macromicro.identify.clusters import Spread, by_scores
 from macromicro.identify.records import Record, Signals, records
-from macromicro.identify.search import least_squares
+from macromicro.identify.search import least_squares, triangle
 
 Start = Literal["rest", "free"]
 
