@@ -11,15 +11,12 @@ import pytest
 from macromicro.errors import InputError
 from macromicro.identify import from_files
 from macromicro.identify.axis import Axis, simulate
-from macromicro.identify.clusters import unknown
 from macromicro.identify.kinds import fitted
-from macromicro.identify.kinds import sprung as kind
 from macromicro.identify.kinds.loading import picking
 from macromicro.identify.notices import PoorFitWarning
 from macromicro.identify.result import Result
 from macromicro.identify.sprung import Sprung
 from macromicro.identify.sprung import simulate as swing
-from macromicro.identify.sprung_fit import Load, SprungFit
 
 DT = 0.01
 
@@ -155,14 +152,3 @@ def test_few_points_are_a_test(tmp_path: Path) -> None:
     test = written(tmp_path / "b.csv", "u,f", u[:250:20], f[:250:20])
     found = from_files("plays", file, tests=(str(test),))
     assert "RMS 0.0" in dict(found.remarks)[f"prediction of {test}"]
-
-
-def test_a_structure_that_diverges_is_a_row_without_a_figure() -> None:
-    reasons = {"viscous": "coulomb is better", "asymmetric": "not 2 % better than coulomb"}
-    fit = SprungFit(
-        "coulomb", Load(speed=True), Sprung(mass=1.0, viscous=1.0), (), unknown(0),
-        ((0.0, 0.0),), (np.ones(3),), (np.arange(3.0),),
-        {"coulomb": 0.1, "viscous": 0.3, "asymmetric": 7.8e9}, reasons, (0.1,), 1.0,
-    )  # fmt: skip
-    said = kind._chosen(fit, "rad/s")
-    assert said.endswith("coulomb 0.1, taken; viscous 0.3, coulomb is better; asymmetric diverges")
