@@ -60,7 +60,7 @@ WITHOUT = {
     "macromicro.identify.axis_fit.DriveFit": "shown by `identify.drive`",
     "macromicro.identify.deadzone.DeadZone": "shown by `identify.dead_zone`",
     "macromicro.identify.deadzone.Trial": "shown by `identify.dead_zone`",
-    "macromicro.identify.discontinuity.Side": "shown by `identify.DiscontinuousDeadZone`",
+    "macromicro.identify.deadzone.Side": "shown by `identify.DiscontinuousDeadZone`",
     "macromicro.kernel.admit": "changes the process",
     "macromicro.kernel.by_type": "needs the compiler",
     "macromicro.kernel.cache_folder": "reads all sources",

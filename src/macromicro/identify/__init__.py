@@ -8,16 +8,16 @@ if TYPE_CHECKING:
     from macromicro.identify.axis import Axis as Axis
     from macromicro.identify.axis import simulate as simulate
     from macromicro.identify.axis_fit import DriveFit as DriveFit
+    from macromicro.identify.axis_fit import Filtering as Filtering
     from macromicro.identify.axis_fit import drive as drive
     from macromicro.identify.axis_inverse import STRUCTURES as STRUCTURES
     from macromicro.identify.axis_inverse import Estimate as Estimate
     from macromicro.identify.deadzone import DeadZone as DeadZone
+    from macromicro.identify.deadzone import DiscontinuousDeadZone as DiscontinuousDeadZone
+    from macromicro.identify.deadzone import Side as Side
     from macromicro.identify.deadzone import Trial as Trial
     from macromicro.identify.deadzone import dead_zone as dead_zone
-    from macromicro.identify.discontinuity import DiscontinuousDeadZone as DiscontinuousDeadZone
-    from macromicro.identify.discontinuity import Side as Side
-    from macromicro.identify.discontinuity import discontinuous_dead_zone as discontinuous_dead_zone
-    from macromicro.identify.driven import Filtering as Filtering
+    from macromicro.identify.deadzone import discontinuous_dead_zone as discontinuous_dead_zone
     from macromicro.identify.hall import calibrate as calibrate
     from macromicro.identify.kinds import KINDS as KINDS
     from macromicro.identify.kinds import from_files as from_files

@@ -14,9 +14,8 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify.kinds.loading import Picking, alike, loaded, there
 from macromicro.identify.notices import DataWarning, notice
-from macromicro.identify.picking import Picked, Role
+from macromicro.identify.picking import Picked, Picking, Role, alike, loaded, there
 from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result
 from macromicro.schema.text import printable

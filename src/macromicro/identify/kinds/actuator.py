@@ -18,8 +18,7 @@ from macromicro.errors import ProblemError
 from macromicro.identify import _report
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.kinds import model_file
-from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.picking import RUN, Picked, Role, T, runs
+from macromicro.identify.picking import RUN, Picked, Picking, Role, T, loaded, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import checked
 from macromicro.recording import Recording

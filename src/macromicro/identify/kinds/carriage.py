@@ -14,8 +14,7 @@ from macromicro.identify import _report
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.clusters import within
 from macromicro.identify.kinds import model_file
-from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.picking import RUN, Role, T, runs
+from macromicro.identify.picking import RUN, Picking, Role, T, loaded, runs
 from macromicro.identify.result import Line, Result
 from macromicro.schema.par import entries
 from macromicro.units import quantity

@@ -18,13 +18,12 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.files.reading import is_forc, read
 from macromicro.identify import _report
 from macromicro.identify._report import Curves, Pair
-from macromicro.identify.driven import FIT
 from macromicro.identify.kinds import drive_file, drive_words, model_file
-from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.picking import RUN, Picked, Role, T, matched, railed, runs
+from macromicro.identify.picking import RUN, Picked, Picking, Role, T, loaded, matched, railed, runs
 from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run, checked
+from macromicro.identify.sprung_fit import FIT
 from macromicro.place import ANGLE
 
 if TYPE_CHECKING:

@@ -12,8 +12,7 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.identify import _linear_hints, _report, clusters
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.kinds import model_file
-from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.picking import RUN, Picked, Role, T, railed, runs
+from macromicro.identify.picking import RUN, Picked, Picking, Role, T, loaded, railed, runs
 from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result, rounded
 from macromicro.identify.runs import Run, checked
