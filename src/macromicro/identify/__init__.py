@@ -45,47 +45,25 @@ if TYPE_CHECKING:
     from macromicro.identify.result import Result as Result
     from macromicro.identify.runs import Run as Run
 
-# Public name -> the module that defines it. For type checkers: also import it above.
+# Public names by the module that defines them. For type checkers: also import them above.
 _HOMES = {
-    "Axis": "axis",
-    "ConvergenceWarning": "notices",
-    "DataWarning": "notices",
-    "DeadZone": "deadzone",
-    "DiscontinuousDeadZone": "discontinuity",
-    "DriveFit": "axis_fit",
-    "Estimate": "axis_inverse",
-    "Filtering": "driven",
-    "KINDS": "kinds",
-    "LinearFit": "linear",
-    "Loop": "play_operators",
-    "Result": "result",
-    "ResampledWarning": "notices",
-    "RestWarning": "notices",
-    "Run": "runs",
-    "STRUCTURES": "axis_inverse",
-    "SaturationWarning": "notices",
-    "Side": "discontinuity",
-    "Trial": "deadzone",
-    "UnstableWarning": "notices",
-    "Whiteness": "linear",
-    "average_runs": "records",
-    "box_jenkins": "linear",
-    "calibrate": "hall",
-    "dead_zone": "deadzone",
-    "differentiated": "records",
-    "discontinuous_dead_zone": "discontinuity",
-    "drive": "axis_fit",
-    "from_files": "kinds",
-    "gls": "linear",
-    "integrated": "records",
-    "least_squares": "linear",
-    "load_plays": "play_operators",
-    "lowpassed": "records",
-    "mls": "linear",
-    "output_error": "linear",
-    "plays": "play_operators",
-    "simulate": "axis",
-    "sriv": "linear",
+    name: module
+    for module, names in {
+        "axis": "Axis simulate",
+        "axis_fit": "DriveFit Filtering drive",
+        "axis_inverse": "Estimate STRUCTURES",
+        "deadzone": "DeadZone DiscontinuousDeadZone Side Trial dead_zone discontinuous_dead_zone",
+        "hall": "calibrate",
+        "kinds": "KINDS from_files",
+        "linear": "LinearFit Whiteness box_jenkins gls least_squares mls output_error sriv",
+        "notices": "ConvergenceWarning DataWarning ResampledWarning RestWarning"
+        " SaturationWarning UnstableWarning",
+        "play_operators": "Loop load_plays plays",
+        "records": "average_runs differentiated integrated lowpassed",
+        "result": "Result",
+        "runs": "Run",
+    }.items()
+    for name in names.split()
 }
 
 __getattr__, __dir__ = front_door(__name__, _HOMES)
