@@ -20,6 +20,7 @@ from macromicro.files.reading import is_forc, read
 from macromicro.files.table import Table
 from macromicro.identify.notices import DataWarning, SaturationWarning, notice
 from macromicro.identify.records import steps
+from macromicro.identify.runs import Run, checked
 from macromicro.schema.text import printable
 from macromicro.units import measured
 
@@ -235,6 +236,16 @@ def runs(picked: Picked) -> list[dict[str, Array]]:
         return found
     long = [part for part in found if len(part["t"]) >= _SHORTEST]
     return long or found
+
+
+def sampled(table: Picked, output: str, least: int = 20) -> list[Run]:
+    """Evenly sampled runs of an output and its input, which is 0 where there is none."""
+    found = []
+    for part in runs(table):
+        railed(part[output], f"{table.file}, {output}")
+        u = part.get("u", np.zeros(len(part["t"])))
+        found.append(checked(part["t"], u, part[output], table.file, least))
+    return found
 
 
 def _breaks(file: str, t: Array, run: Array | None) -> npt.NDArray[np.int64]:

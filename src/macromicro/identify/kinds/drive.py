@@ -19,10 +19,10 @@ from macromicro.files.reading import is_forc, read
 from macromicro.identify import _report
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.kinds import drive_file, drive_words, model_file
-from macromicro.identify.picking import RUN, Picked, Picking, Role, T, loaded, matched, railed, runs
+from macromicro.identify.picking import RUN, Picking, Role, T, loaded, matched, sampled
 from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result
-from macromicro.identify.runs import Run, checked
+from macromicro.identify.runs import Run
 from macromicro.identify.sprung_fit import FIT
 from macromicro.place import ANGLE
 
@@ -482,8 +482,8 @@ def _loaded(picking: Picking, options: Options, speed: bool, least: int) -> Load
             )
     shown = unit or ("x/s" if speed else "x")
     return Loaded(
-        [run for table in tables for run in _measured(table, out.name, least)],
-        [(table.file, run) for table in others for run in _measured(table, out.name, least)],
+        [run for table in tables for run in sampled(table, out.name, least)],
+        [(table.file, run) for table in others for run in sampled(table, out.name, least)],
         first.file,
         gain,
         gain_by,
@@ -494,12 +494,3 @@ def _loaded(picking: Picking, options: Options, speed: bool, least: int) -> Load
         first.units.get("u", "") or "u",
         tuple(n for n in ("u", "x") if not first.units.get(n, "")),
     )
-
-
-def _measured(table: Picked, out: str, least: int) -> list[Run]:
-    found = []
-    for part in runs(table):
-        railed(part[out], f"{table.file}, {out}")
-        u = part.get("u", np.zeros(len(part["t"])))
-        found.append(checked(part["t"], u, part[out], table.file, least))
-    return found

@@ -29,9 +29,9 @@ from macromicro.identify.heating import (
 )
 from macromicro.identify.kinds import model_file
 from macromicro.identify.notices import DataWarning, notice
-from macromicro.identify.picking import RUN, Picked, Picking, Role, T, loaded, railed, runs
+from macromicro.identify.picking import RUN, Picked, Picking, Role, T, loaded, sampled
 from macromicro.identify.result import Line, Result
-from macromicro.identify.runs import Run, checked
+from macromicro.identify.runs import Run
 from macromicro.recording import Recording
 
 if TYPE_CHECKING:
@@ -369,12 +369,10 @@ def steps(tables: Sequence[Picked], role: str) -> Steps:
     cold: dict[float, list[Cold]] = {}
     left = 0
     for table in tables:
-        for part in runs(table):
-            railed(part[role], f"{table.file}, {role}")
-            run = checked(part["t"], part["u"], part[role], table.file, 50)
-            first = int(np.argmax(run.u != 0.0))
-            before = Cold(float(run.x[: first + 1].mean()), first + 1)
-            run = Run(run.t[first:] - run.t[first], run.u[first:], run.x[first:])
+        for whole in sampled(table, role, 50):
+            first = int(np.argmax(whole.u != 0.0))
+            before = Cold(float(whole.x[: first + 1].mean()), first + 1)
+            run = Run(whole.t[first:] - whole.t[first], whole.u[first:], whole.x[first:])
             if len(run.t) < 50 or run.u[0] <= 0.0:
                 left += 1
                 continue
