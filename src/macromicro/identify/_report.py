@@ -89,6 +89,14 @@ def completed(
     return result
 
 
+def records(
+    picking: Picking, roles: Sequence[Role], tests: Sequence[str]
+) -> tuple[list[Picked], list[Picked]]:
+    """Columns of the records to fit and of the validation records, in the same units."""
+    tables = loaded(picking, roles)
+    return tables, unseen(tests, picking, roles, tables[0])
+
+
 def unseen(
     tests: Sequence[str], what: Picking, roles: Sequence[Role], first: Picked
 ) -> list[Picked]:

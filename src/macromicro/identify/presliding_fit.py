@@ -24,6 +24,7 @@ from macromicro.identify.axis_fit import DriveFit, Driven, drive, runs_of
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.presliding import FRICTIONS, REACHES, Presliding, simulate, simulated
 from macromicro.identify.runs import Run
+from macromicro.identify.search import central
 
 _ELASTIC = ("stiffness", "settling", "share")
 _MOST, _PART = 30_000, 5000  # samples; of longer records evenly spread parts are fitted
@@ -157,15 +158,9 @@ def _turn(found: Candidate) -> Array:
     """Derivatives of the parameters by those of the search."""
     kind, z = found.kind, found.end.values
     step = 1e-6 * np.maximum(np.abs(z), 1e-3)
-
-    def values(at: Array) -> Array:
-        return np.array(list(kind.parameters(at).values()))
-
-    columns = [
-        (values(z + one) - values(z - one)) / (2.0 * h)
-        for one, h in zip(np.diag(step), step, strict=True)
-    ]
-    return np.stack(columns, axis=1)
+    return central(
+        lambda at: np.array([*kind.parameters(at).values()]), z, step, z - step, z + step
+    )
 
 
 RIGID = "rigid"

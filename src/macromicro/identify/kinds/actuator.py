@@ -18,7 +18,7 @@ from macromicro.errors import ProblemError
 from macromicro.identify import _report
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.kinds import model_file
-from macromicro.identify.picking import RUN, Picked, Picking, Role, T, loaded, runs
+from macromicro.identify.picking import RUN, Picked, Picking, Role, T, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import checked
 from macromicro.recording import Recording
@@ -108,8 +108,7 @@ def _with_table(picking: Picking, options: Options, file: Path, room: float) -> 
     from macromicro.identify import wire_table
 
     table = load_table(file)
-    tables = loaded(picking, ROLES)
-    others = _report.unseen(options.tests, picking, ROLES, tables[0])
+    tables, others = _report.records(picking, ROLES, options.tests)
     records = [one for each in tables for one in _recordings(each)]
     found = wire_table.for_law(table, records, room)
     fit, wires = found.fit, found.fit.model.wires
@@ -136,8 +135,7 @@ def _without_table(picking: Picking, options: Options, room: float) -> Result:
     from macromicro.identify import wire
 
     roles = (T, DRIVE, X, C, RUN)
-    tables = loaded(picking, roles)
-    others = _report.unseen(options.tests, picking, roles, tables[0])
+    tables, others = _report.records(picking, roles, options.tests)
     records = [one for each in tables for one in _heated(each)]
     median = wire.AUSTENITE if options.austenite is None else options.austenite
     fit = wire.without_table(records, room, median)

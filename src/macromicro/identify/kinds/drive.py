@@ -19,7 +19,7 @@ from macromicro.files.reading import is_forc, read
 from macromicro.identify import _report
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.kinds import drive_file, drive_words, model_file
-from macromicro.identify.picking import RUN, Picking, Role, T, loaded, matched, sampled
+from macromicro.identify.picking import RUN, Picking, Role, T, matched, sampled
 from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run
@@ -462,9 +462,8 @@ def in_speeds(picking: Picking, place: Role) -> bool:
 def _loaded(picking: Picking, options: Options, speed: bool, least: int) -> Loaded:
     out = V if speed else X
     roles = [T, *(() if options.free else (U,)), out, RUN]
-    tables = loaded(picking, roles)
+    tables, others = _report.records(picking, roles, options.tests)
     first = tables[0]
-    others = _report.unseen(options.tests, picking, roles, first)
     gain, gain_by = options.gain, "as given"
     if gain is None:
         name = next((n for n in GAINS if n in first.constants), "")

@@ -29,7 +29,7 @@ from macromicro.identify.heating import (
 )
 from macromicro.identify.kinds import model_file
 from macromicro.identify.notices import DataWarning, notice
-from macromicro.identify.picking import RUN, Picked, Picking, Role, T, loaded, sampled
+from macromicro.identify.picking import RUN, Picked, Picking, Role, T, sampled
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run
 from macromicro.recording import Recording
@@ -80,8 +80,7 @@ def identify(picking: Picking, options: Options) -> Result:
 
         source, role = Source(load_table(options.table), options.ambient), "x"
     roles = (T, U, X if role == "x" else TEMPERATURE, RUN)
-    tables = loaded(picking, roles)
-    others = _report.unseen(options.tests, picking, roles, tables[0])
+    tables, others = _report.records(picking, roles, options.tests)
     sorted_ = steps(tables, role)
     remarks: list[tuple[str, str]] = []
     records = {
