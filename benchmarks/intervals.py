@@ -26,13 +26,14 @@ from scipy.signal import lfilter
 from macromicro import identify
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import eccentric, presliding, sprung
+from macromicro.identify import eccentric, presliding
 from macromicro.identify.axis import Axis, acting, simulate, step
 from macromicro.identify.heating import StepRecord, heating
 from macromicro.identify.presliding_fit import presliding_drive
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung_fit import sprung_drive
 from macromicro.kernel import compiled
+from macromicro.models import mass
 from macromicro.models.heating import Modes, step_response
 
 OUT = Path(__file__).resolve().parents[1] / "docs" / "coverage.json"
@@ -46,8 +47,8 @@ SAMPLES = 8000
 TURNED = Axis(mass=0.01, viscous=0.08, coulomb=0.05, offset=0.01)
 # On a spring, driven at 2 to 3 Hz and left to decay at 18 Hz; forces of the latter are per mass.
 SPRUNG = {
-    "on a spring": sprung.Sprung(mass=2.0, viscous=5.0, coulomb=3.0, offset=1.0, spring=400.0),
-    "decay": sprung.Sprung(mass=1.0, viscous=1.2, coulomb=0.05, spring=(2.0 * math.pi * 18.0) ** 2),
+    "on a spring": Axis(mass=2.0, viscous=5.0, coulomb=3.0, offset=1.0, spring=400.0),
+    "decay": Axis(mass=1.0, viscous=1.2, coulomb=0.05, spring=(2.0 * math.pi * 18.0) ** 2),
 }
 SPRUNG_SIZE = {"on a spring": (6.0, 1e-5), "decay": (0.05, 1e-6)}  # white force, sensor
 SPRUNG_SAMPLES = 4000
@@ -238,7 +239,7 @@ def on_spring(kind: str, seed: int) -> Estimates:
         for k in range(n):
             x[k] = place
             cog = 0.25 * white * math.sin(turn * place + phase) if kind == "cogging" else 0.0
-            place, v = sprung.step(p, place, v, float(pushed[k]) + cog, DT)
+            place, v = mass.step(p, place, v, float(pushed[k]) + cog, DT)
         if kind == "quantised":  # to the nearest count of an encoder whose zero is known
             at = random.uniform()
             y = (np.round(x / (2.0 * noise) + at) - at) * 2.0 * noise

@@ -12,8 +12,8 @@ import json
 import sys
 from pathlib import Path
 
-from macromicro.identify import heated
 from macromicro.identify import kiln as kiln_fit
+from macromicro.identify import wire_table
 from macromicro.plant import bench, kiln
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.plant.kiln import KilnBench
@@ -31,7 +31,7 @@ def main() -> None:
     if "--quick" in sys.argv:
         next(iter(heats.records(machine)))
         return
-    found = heated.found(table, list(heats.records(machine)))
+    found = wire_table.for_law(table, list(heats.records(machine)))
     values = {k: v for k, v in found.gains._asdict().items() if k not in TUNED}
     rounded = {k: _rounded(v) for k, v in values.items()}
     PLACE.write_text(json.dumps(rounded, indent=1) + "\n", "utf-8")

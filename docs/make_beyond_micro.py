@@ -25,8 +25,8 @@ from macromicro.design import fine_limits
 from macromicro.drawing.files import encoded
 from macromicro.drawing.style import BLUE, GREEN, ORANGE, finish, new
 from macromicro.errors import InputError
-from macromicro.identify import heated
 from macromicro.identify import kiln as kiln_fit
+from macromicro.identify import wire_table
 from macromicro.kernel import compiled
 from macromicro.nominal import PERIOD
 from macromicro.plant import bench, kiln
@@ -66,7 +66,7 @@ def drawn(n: int, seed: int) -> list[Settings]:
     return [machines.settings_at(Settings(), rows, amounts) for amounts in sample.amounts]
 
 
-def identified(settings: Settings, seed: int) -> heated.HeatedFit:
+def identified(settings: Settings, seed: int) -> wire_table.LawFit:
     """As `collect kiln`, `collect actuator` and `identify actuator` do."""
     machine = bench.prepare(settings.bench, settings.sensors)
     oven = kiln.prepare(kiln.beside(settings.bench))
@@ -74,7 +74,7 @@ def identified(settings: Settings, seed: int) -> heated.HeatedFit:
     turns = kiln_runs.cycles(cold=max(kiln_runs.COLD, room + 2.0))
     cycles = kiln_runs.run(oven, turns, seed)
     curves = kiln_fit.fod_table([cycles], cold=max(35.0, room + 6.0))
-    return heated.found(curves, list(heats.records(machine, seed)), room)
+    return wire_table.for_law(curves, list(heats.records(machine, seed)), room)
 
 
 def under(settings: Settings, law: str, gains: Inverse | None) -> Settings:

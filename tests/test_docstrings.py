@@ -25,6 +25,8 @@ PUBLIC = tomllib.loads(PROJECT.read_text())["tool"]["docstrings"]["public"]
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 # Decorated so, a function is read like a value, or says nothing of its own.
 VALUES = ("property", "cached_property", "overload", "setter")
+# Decorated so, it takes what the decorator documents: see `test_methods_share_their_parameters`.
+SHARED = ("_method",)
 # Functions and classes without an example, by where they are defined, and why.
 WITHOUT = {
     "macromicro.api.run": "compiles the bench",
@@ -58,7 +60,7 @@ WITHOUT = {
     "macromicro.identify.axis_fit.DriveFit": "shown by `identify.drive`",
     "macromicro.identify.deadzone.DeadZone": "shown by `identify.dead_zone`",
     "macromicro.identify.deadzone.Trial": "shown by `identify.dead_zone`",
-    "macromicro.identify.discontinuity.Side": "shown by `identify.DiscontinuousDeadZone`",
+    "macromicro.identify.deadzone.Side": "shown by `identify.DiscontinuousDeadZone`",
     "macromicro.kernel.admit": "changes the process",
     "macromicro.kernel.by_type": "needs the compiler",
     "macromicro.kernel.cache_folder": "reads all sources",
@@ -104,8 +106,8 @@ def _thing(name: str) -> Any:
 def _public(node: ast.AST, within: str) -> Iterator[tuple[str, Function]]:
     """A function, or the public methods of a class."""
     if isinstance(node, Function):
-        worn = {re.split(r"[.(]", ast.unparse(d))[-1] for d in node.decorator_list}
-        if not node.name.startswith("_") and not worn & set(VALUES):
+        worn = {n for d in node.decorator_list for n in re.split(r"[.()]", ast.unparse(d))}
+        if not node.name.startswith("_") and not worn & {*VALUES, *SHARED}:
             yield f"{within}.{node.name}", node
     elif isinstance(node, ast.ClassDef):
         for child in node.body:

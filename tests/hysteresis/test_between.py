@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from macromicro.hysteresis._fit import along_output
 from macromicro.hysteresis.curves import Curve
+from macromicro.hysteresis.shape import along_output
 from macromicro.hysteresis.table import FodTable
 
 NODES = np.linspace(0.0, 10.0, 101)

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
 
-from macromicro.hysteresis._fit import _edge, _ended, _evened, _followed, _scatter, branches
 from macromicro.hysteresis.curves import Curve
-from macromicro.hysteresis.shape import Grid
+from macromicro.hysteresis.shape import Grid, _edge, _ended, _evened, _followed, _scatter, branches
 
 
 @pytest.mark.parametrize("uneven", [False, True])

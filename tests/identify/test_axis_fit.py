@@ -13,9 +13,8 @@ from macromicro.errors import InputError
 from macromicro.identify import Axis, Filtering, drive, simulate
 from macromicro.identify._axis_hints import part
 from macromicro.identify.axis import late
-from macromicro.identify.axis_fit import _check, is_surer, rows_of, runs_of, split, start
+from macromicro.identify.axis_fit import Driven, _check, is_surer, rows_of, runs_of, split, start
 from macromicro.identify.axis_inverse import Estimate, Rows, differences
-from macromicro.identify.driven import Driven
 from macromicro.identify.runs import Run
 
 DT = 1e-3

@@ -15,9 +15,8 @@ from macromicro.errors import InputError
 from macromicro.identify import _axis_hints, drive
 from macromicro.identify._axis_hints import delay, suspected
 from macromicro.identify.axis import Axis, late, simulate
-from macromicro.identify.axis_fit import rows_of, runs_of
+from macromicro.identify.axis_fit import FIT, Driven, rows_of, runs_of
 from macromicro.identify.axis_inverse import Rows
-from macromicro.identify.driven import FIT, Driven
 from macromicro.identify.notices import DataWarning
 
 BALANCED = Axis(mass=0.01, viscous=0.08, coulomb=0.05, offset=0.01)

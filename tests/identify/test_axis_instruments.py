@@ -10,8 +10,8 @@ from macromicro.identify import axis_fit
 from macromicro.identify._axis_instruments import instrumented, under
 from macromicro.identify._ripple import Ripple
 from macromicro.identify.axis import Axis, acting, simulate, step
+from macromicro.identify.axis_fit import Driven
 from macromicro.identify.axis_inverse import Estimate, Rows, differences, fitted
-from macromicro.identify.driven import Driven
 from macromicro.identify.runs import Run
 
 DT, N = 1e-3, 8000

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from macromicro.identify import _axis_long, drive
+from macromicro.identify import _moved_mass, drive
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_fit import DriveFit
 from macromicro.identify.notices import SaturationWarning
@@ -32,7 +32,7 @@ def test_means_move_as_the_mean_force_tells(many: int, seed: int) -> None:
     n = 40 * many + many // 2
     u = np.random.default_rng(seed).standard_normal(n)
     v = np.concatenate([[0.0], np.cumsum(u)[:-1]]) * DT  # at each sample, under a held force
-    made = _axis_long.means(Run(np.arange(n) * DT, u, v), many)
+    made = _moved_mass.means(Run(np.arange(n) * DT, u, v), many)
     assert len(made.t) == 40 and made.dt == pytest.approx(many * DT)
     speeds, force = made.x, made.u  # what is averaged as positions are speeds here
     np.testing.assert_allclose(np.diff(speeds), force[:-1] * made.dt, atol=1e-12)
@@ -40,24 +40,24 @@ def test_means_move_as_the_mean_force_tells(many: int, seed: int) -> None:
 
 def test_short_records_stay_as_they_are() -> None:
     run = record(20_000)
-    assert not _axis_long.is_long([run]) and _axis_long.shortened([run], AXIS) == [run]
+    assert not _moved_mass.is_long([run]) and _moved_mass.shortened([run], AXIS) == [run]
 
 
 def test_blocks_are_short_against_the_time_constant(monkeypatch: pytest.MonkeyPatch) -> None:
     """470 samples, of which 30 remain; what is still too long is represented by its parts."""
     run = record(30_000)
-    monkeypatch.setattr(_axis_long, "LONG", 10_000)
-    (made,) = _axis_long.shortened([run], AXIS)
+    monkeypatch.setattr(_moved_mass, "LONG", 10_000)
+    (made,) = _moved_mass.shortened([run], AXIS)
     assert len(made.t) == 10_000 and made.dt == pytest.approx(3.0 * DT)
-    monkeypatch.setattr(_axis_long, "LONG", 1000)
-    parts = _axis_long.shortened([run], AXIS)
+    monkeypatch.setattr(_moved_mass, "LONG", 1000)
+    parts = _moved_mass.shortened([run], AXIS)
     assert [len(part.t) for part in parts] == [250] * 4
     assert parts[0].dt == pytest.approx(15.0 * DT)
     assert parts[-1].t[-1] == pytest.approx(run.t[-1], abs=15.0 * DT)
 
 
 def test_stretches_are_spread_over_the_records_by_their_lengths() -> None:
-    made = _axis_long.stretches([record(3000), record(1000, 3)], 4, 500)
+    made = _moved_mass.stretches([record(3000), record(1000, 3)], 4, 500)
     assert [len(part.t) for part in made] == [500] * 4
     assert [round(part.t[0] / DT) for part in made] == [0, 1250, 2500, 0]
 
@@ -67,7 +67,7 @@ def both() -> tuple[Run, DriveFit, DriveFit]:
     run = record(20_000)
     with pytest.MonkeyPatch.context() as patch:
         plain = drive(*run, structure="coulomb")
-        patch.setattr(_axis_long, "LONG", 7500)
+        patch.setattr(_moved_mass, "LONG", 7500)
         return run, plain, drive(*run, structure="coulomb")
 
 
@@ -93,7 +93,7 @@ def test_a_late_and_limited_input_is_so_before_it_is_averaged(
     run = record(20_000)
     acts = np.clip(run.u, -65.0, 65.0)
     later = run._replace(u=np.roll(run.u, -7), x=simulate(AXIS, acts, DT))
-    monkeypatch.setattr(_axis_long, "LONG", 7500)
+    monkeypatch.setattr(_moved_mass, "LONG", 7500)
     with pytest.warns(SaturationWarning):
         found = drive(*later, structure="coulomb", delay=7, limit=65.0)
     assert found.refined.axis.mass == pytest.approx(95.0, rel=1e-3)

@@ -9,8 +9,7 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.identify import dead_zone, discontinuous_dead_zone
-from macromicro.identify.deadzone import Trial, _lowest, _trial, _under_way, constant
-from macromicro.identify.discontinuity import _side
+from macromicro.identify.deadzone import Trial, _lowest, _side, _trial, _under_way, constant
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.runs import Run
 

@@ -8,8 +8,7 @@ import pytest
 from macromicro import hall_table
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify._hall_spline import splined
-from macromicro.identify.hall import calibrated
+from macromicro.identify.hall import calibrated, splined
 from macromicro.plant import bench, hall
 from macromicro.plant.bench import Bench, Sensors
 

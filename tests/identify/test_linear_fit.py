@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +12,17 @@ import pytest
 from scipy.signal import dlsim
 from scipy.stats import chi2, t
 
-from macromicro.identify.linear import LinearFit, Whiteness, whiteness
+from macromicro.identify.linear import (
+    LinearFit,
+    Whiteness,
+    box_jenkins,
+    gls,
+    least_squares,
+    mls,
+    output_error,
+    sriv,
+    whiteness,
+)
 from macromicro.identify.records import fit_percent as percent
 
 RNG = np.random.default_rng(3)
@@ -146,3 +158,17 @@ def test_it_is_handed_to_python_control() -> None:
     found = replace(made([-0.75, 0.125], [3.0]), delay=0)
     system = found.to_control()
     assert system.dt == 0.5 and control.dcgain(system) == pytest.approx(found.gain)
+
+
+def test_methods_share_their_parameters() -> None:
+    """Those that a decorator documents once."""
+    plain = inspect.signature(gls).parameters
+    names = [name for name in plain if name != "noise_order"]
+    for method in (least_squares, mls, sriv, output_error, box_jenkins):
+        own = inspect.signature(method)
+        assert list(own.parameters) == names and own.return_annotation == "LinearFit"
+        said = inspect.getdoc(method) or ""
+        heads = [said.index(f"{title}\n---") for title in ("Parameters", "Returns", "Raises")]
+        assert heads == sorted(heads) and said.index("Examples\n---") > heads[-1]
+        described = re.findall(r"^([a-z, ]+) : ", said, re.MULTILINE)
+        assert [name for row in described for name in row.split(", ")] == names

@@ -33,7 +33,7 @@ Y[[0, -1]] = 0.0  # both records below start at rest
 
 
 def task(na: int = 2, nb: int = 2, delay: int = 1, start: Any = "rest", n: int = 60) -> Task:
-    return prepared([U[:n], U[::-1][:n]], [Y[:n], Y[::-1][:n]], (na, nb, delay), 0.1, None, start)
+    return prepared([U[:n], U[::-1][:n]], [Y[:n], Y[::-1][:n]], na, nb, 0.1, delay, start=start)
 
 
 @pytest.mark.parametrize(
@@ -56,13 +56,13 @@ def test_a_free_start_has_as_many_terms_as_the_model_remembers(
 )  # fmt: skip
 def test_orders_out_of_range_are_refused(name: str, orders: Any) -> None:
     with pytest.raises(InputError, match=f"{name}.*a whole number from .* to 50"):
-        prepared(U, Y, orders, 0.1, None, "rest")
+        prepared(U, Y, orders[0], orders[1], 0.1, orders[2])
 
 
 def test_the_smallest_and_largest_orders_are_accepted() -> None:
     long = np.random.default_rng(0).normal(size=400)
-    assert prepared(long, long, (0, 1, 0), 0.1, None, "rest").size == 1
-    assert prepared(long, long, (50, 50, 50), 0.1, None, "rest").size == 100
+    assert prepared(long, long, 0, 1, 0.1, 0, start="rest").size == 1
+    assert prepared(long, long, 50, 50, 0.1, 50, start="rest").size == 100
 
 
 @pytest.mark.parametrize(("na", "nb", "delay"), [(1, 1, 1), (2, 3, 4)])
@@ -78,16 +78,16 @@ def test_a_record_has_two_samples_a_parameter_and_ten_to_spare(
 @pytest.mark.parametrize("dt", [0.0, -1.0, np.inf, np.nan])
 def test_a_sample_time_is_finite_and_above_zero(dt: float) -> None:
     with pytest.raises(InputError, match="dt"):
-        prepared(U, Y, (1, 1, 1), dt, None, "rest")
+        prepared(U, Y, 1, 1, dt, 1, start="rest")
 
 
 def test_a_free_start_needs_an_input_that_changes() -> None:
     ones = np.ones(60)
     with pytest.raises(InputError, match="constant"):
-        prepared(ones, Y, (1, 1, 1), 0.1, None, "free")
-    assert prepared(ones, Y, (1, 1, 1), 0.1, None, "rest").starts == 0
+        prepared(ones, Y, 1, 1, 0.1, 1, start="free")
+    assert prepared(ones, Y, 1, 1, 0.1, 1, start="rest").starts == 0
     with pytest.raises(InputError, match="start"):
-        prepared(U, Y, (1, 1, 1), 0.1, None, "warm")  # type: ignore[arg-type]
+        prepared(U, Y, 1, 1, 0.1, 1, start="warm")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("delay", [0, 1, 3])
@@ -404,10 +404,10 @@ def test_the_least_of_several_ends_is_taken_and_all_are_told() -> None:
 
 
 def test_beginnings_are_those_of_the_methods_and_of_first_order() -> None:
-    task = prepared(BITS, ANSWER, (2, 2, 1), 1.0, None, "rest")
+    task = prepared(BITS, ANSWER, 2, 2, 1.0, 1, start="rest")
     found = _linear.begins(task)
     for name in ("mls", "sriv", "least_squares"):
         np.testing.assert_allclose(found[name], np.r_[POLES, ZEROS], rtol=1e-6)
-    low = _linear.begins(prepared(BITS, ANSWER, (1, 1, 1), 1.0, None, "rest"))
+    low = _linear.begins(prepared(BITS, ANSWER, 1, 1, 1.0, 1, start="rest"))
     assert "first order" not in low
     np.testing.assert_allclose(found["first order"], [low["mls"][0], 0.0, low["mls"][1], 0.0])

@@ -12,16 +12,16 @@ from macromicro.errors import InputError
 from macromicro.identify import DataWarning
 from macromicro.identify.notices import SaturationWarning
 from macromicro.identify.runs import Run
-from macromicro.identify.sprung import Sprung, simulate, step
 from macromicro.identify.sprung_fit import Load, SprungFit, moving, same, sprung_drive, started
 from macromicro.kernel import compiled
+from macromicro.models.mass import Axis, motion, step
 
 DT = 1e-3
-DRIVE = Sprung(
+DRIVE = Axis(
     mass=2.0, viscous=5.0, coulomb=3.0, offset=1.0, asymmetry=0.5, spring=400.0, dead_zone=4.0
 )
 TONE = 18.0
-DECAY = Sprung(mass=1.0, viscous=1.2, coulomb=0.05, offset=0.3, spring=(2 * math.pi * TONE) ** 2)
+DECAY = Axis(mass=1.0, viscous=1.2, coulomb=0.05, offset=0.3, spring=(2 * math.pi * TONE) ** 2)
 
 
 def steps(random: np.random.Generator, n: int = 4000) -> Array:
@@ -29,7 +29,7 @@ def steps(random: np.random.Generator, n: int = 4000) -> Array:
 
 
 def record(
-    p: Sprung,
+    p: Axis,
     u: Array,
     seed: int,
     noise: float,
@@ -37,11 +37,11 @@ def record(
     out: int = 0,
 ) -> Run:
     random = np.random.default_rng(seed)
-    y = simulate(p, u, DT, *at)[out]
+    y = motion(p, u, DT, *at)[out]
     return Run(np.arange(len(u)) * DT, u, y + noise * random.standard_normal(len(u)))
 
 
-def near(fit: SprungFit, truth: Sprung, most: float = 4.0) -> None:
+def near(fit: SprungFit, truth: Axis, most: float = 4.0) -> None:
     """All free parameters within so many told errors, which are below 2 % of what there is."""
     for name, value, error in zip(fit.names, fit.values, fit.std, strict=True):
         true = getattr(truth, name)
@@ -91,7 +91,7 @@ def test_a_decay_of_coarse_samples() -> None:
     random = np.random.default_rng(5)
     t = np.arange(2500) / (12.0 * TONE)
     p = DECAY._replace(coulomb=0.0, viscous=0.2)
-    y = simulate(p, np.zeros(len(t)), t[1], 1e-3)[0] + 3e-4 * random.standard_normal(len(t))
+    y = motion(p, np.zeros(len(t)), t[1], 1e-3)[0] + 3e-4 * random.standard_normal(len(t))
     fit = sprung_drive([Run(t, 0 * t, y)], driven=False, spring=True, friction="viscous")
     tone, error, _ = fit.derived("frequency")
     assert abs(tone - TONE) < min(4.0 * error, 2e-3 * TONE)
@@ -101,7 +101,7 @@ def test_a_decay_of_coarse_samples() -> None:
 def test_gain_and_lag_of_the_input() -> None:
     u = steps(np.random.default_rng(6))
     p = DRIVE._replace(asymmetry=0.0)
-    x = simulate(p, 3.0 * u, DT, lag=2e-3)[0]
+    x = motion(p._replace(lag=2e-3), 3.0 * u, DT)[0]
     run = Run(
         np.arange(len(u)) * DT, u, x + 1e-5 * np.random.default_rng(7).standard_normal(len(u))
     )
@@ -122,7 +122,7 @@ def test_the_start_of_a_record_that_was_not_fitted() -> None:
 
 def test_what_cannot_be_told_apart_is_said() -> None:
     """Motion one way only: Coulomb friction and a constant force are one number."""
-    p = Sprung(mass=2.0, viscous=5.0, coulomb=3.0, offset=1.0)
+    p = Axis(mass=2.0, viscous=5.0, coulomb=3.0, offset=1.0)
     u = 20.0 + np.abs(steps(np.random.default_rng(9)))
     with pytest.warns(DataWarning, match="coulomb and offset cannot be separated"):
         fit = sprung_drive([record(p, u, 10, 1e-5, at=(0.0, 2.0))], friction="coulomb")
@@ -143,7 +143,7 @@ def test_what_ends_at_zero_has_no_error() -> None:
 
 def test_too_few_samples_in_a_period_are_doubted() -> None:
     t = np.arange(600) / (5.0 * TONE)
-    y = simulate(DECAY, np.zeros(len(t)), t[1], 1e-3)[0]
+    y = motion(DECAY, np.zeros(len(t)), t[1], 1e-3)[0]
     with pytest.warns(DataWarning, match="samples in a period"):
         sprung_drive([Run(t, 0 * t, y)], driven=False, spring=True, friction="viscous")
 
@@ -166,10 +166,10 @@ def test_refused() -> None:
 RUBBED = DECAY._replace(offset=0.0, coulomb=0.05)
 
 
-def disturbed(p: Sprung, seed: int, white: float, n: int = 3000, step: float = 0.0) -> Run:
+def disturbed(p: Axis, seed: int, white: float, n: int = 3000, step: float = 0.0) -> Run:
     """A decay from 1 mm under a white force, its place in counts."""
     random = np.random.default_rng(seed)
-    x = simulate(p, white * random.standard_normal(n), DT, 1e-3, 0.0)[0]
+    x = motion(p, white * random.standard_normal(n), DT, 1e-3, 0.0)[0]
     if step:
         at = random.uniform()
         x = (np.round(x / step + at) - at) * step
@@ -179,7 +179,7 @@ def disturbed(p: Sprung, seed: int, white: float, n: int = 3000, step: float = 0
 def test_a_decay_is_fitted_until_it_is_over() -> None:
     whole = disturbed(RUBBED, 1, 0.0)
     model = Load(driven=False, spring=True).model("coulomb")
-    moved = np.flatnonzero(simulate(RUBBED, whole.u, DT, 1e-3, 0.0)[1])[-1]
+    moved = np.flatnonzero(motion(RUBBED, whole.u, DT, 1e-3, 0.0)[1])[-1]
     kept = moving([whole], model)[0][0]
     assert moved - 1.1 / (TONE * DT) < len(kept.x) < moved - 0.8 / (TONE * DT)
     assert (kept.x == whole.x[: len(kept.x)]).all()
@@ -194,9 +194,9 @@ def test_a_decay_is_fitted_until_it_is_over() -> None:
 
 
 def test_a_coasting_mass_is_fitted_until_it_rests() -> None:
-    p = Sprung(mass=1.0, viscous=0.8, coulomb=0.4)
+    p = Axis(mass=1.0, viscous=0.8, coulomb=0.4)
     n = 2000
-    v = simulate(p, np.zeros(n), DT, 0.0, 0.5)[1]
+    v = motion(p, np.zeros(n), DT, 0.0, 0.5)[1]
     model = Load(driven=False, speed=True).model("coulomb")
     last = np.flatnonzero(v)[-1]
     kept = moving([Run(np.arange(n) * DT, np.zeros(n), v)], model)[0][0]
@@ -248,7 +248,7 @@ def test_errors_of_a_decay_hold_a_force_that_repeats_along_the_way() -> None:
 
 def test_everything_together() -> None:
     """Gravity on a load that turns, Stribeck friction, a spring, a limit and a delay at once."""
-    p = Sprung(
+    p = Axis(
         mass=0.01, viscous=0.08, coulomb=0.05, offset=0.01, spring=0.5, stribeck=0.04,
         stribeck_speed=0.5, sine=0.1, cosine=-0.05, limit=0.8, back=0.0, lag=3.4e-3,
     )  # fmt: skip

@@ -13,8 +13,7 @@ from scipy.special import expit
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify._stress_cycles import SHARES, Cycle, cycle, pieces
-from macromicro.identify._stress_map import Way, fit, missed
+from macromicro.identify._stress_map import SHARES, Cycle, Way, cycle, fit, missed, pieces
 from macromicro.plant import kiln, micro, wire
 
 HALF = int(np.abs(SHARES - 0.5).argmin())

@@ -13,7 +13,7 @@ from macromicro.commands.signals import Signals
 from macromicro.commands.streams import warned
 
 if TYPE_CHECKING:
-    from macromicro.identify.kinds.loading import Picking
+    from macromicro.identify.picking import Picking
 
 app = typer.Typer(
     cls=Group,
@@ -429,7 +429,7 @@ def _identify(
 ) -> None:
     """Read, identify, print, and write to `out` if given: all of it or nothing."""
     from macromicro.errors import ProblemError
-    from macromicro.identify.kinds.loading import picking
+    from macromicro.identify.picking import picking
     from macromicro.identify.result import NAMES
     from macromicro.runs import folder
     from macromicro.runs.folder import held

@@ -13,7 +13,6 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.hysteresis._fit import along_output, branches, fitted
 from macromicro.hysteresis.curves import (
     KINDS,
     ClockwiseWarning,
@@ -23,7 +22,16 @@ from macromicro.hysteresis.curves import (
     tidy,
 )
 from macromicro.hysteresis.everett import Everett
-from macromicro.hysteresis.shape import ROUNDS, Grid, cells, numbered, readings
+from macromicro.hysteresis.shape import (
+    ROUNDS,
+    Grid,
+    along_output,
+    branches,
+    cells,
+    fitted,
+    numbered,
+    readings,
+)
 
 Shape = Literal["free", "monotone", "nonnegative"]
 SHAPES = ("free", "monotone", "nonnegative")

@@ -8,16 +8,16 @@ if TYPE_CHECKING:
     from macromicro.identify.axis import Axis as Axis
     from macromicro.identify.axis import simulate as simulate
     from macromicro.identify.axis_fit import DriveFit as DriveFit
+    from macromicro.identify.axis_fit import Filtering as Filtering
     from macromicro.identify.axis_fit import drive as drive
     from macromicro.identify.axis_inverse import STRUCTURES as STRUCTURES
     from macromicro.identify.axis_inverse import Estimate as Estimate
     from macromicro.identify.deadzone import DeadZone as DeadZone
+    from macromicro.identify.deadzone import DiscontinuousDeadZone as DiscontinuousDeadZone
+    from macromicro.identify.deadzone import Side as Side
     from macromicro.identify.deadzone import Trial as Trial
     from macromicro.identify.deadzone import dead_zone as dead_zone
-    from macromicro.identify.discontinuity import DiscontinuousDeadZone as DiscontinuousDeadZone
-    from macromicro.identify.discontinuity import Side as Side
-    from macromicro.identify.discontinuity import discontinuous_dead_zone as discontinuous_dead_zone
-    from macromicro.identify.driven import Filtering as Filtering
+    from macromicro.identify.deadzone import discontinuous_dead_zone as discontinuous_dead_zone
     from macromicro.identify.hall import calibrate as calibrate
     from macromicro.identify.kinds import KINDS as KINDS
     from macromicro.identify.kinds import from_files as from_files
@@ -45,47 +45,25 @@ if TYPE_CHECKING:
     from macromicro.identify.result import Result as Result
     from macromicro.identify.runs import Run as Run
 
-# Public name -> the module that defines it. For type checkers: also import it above.
+# Public names by the module that defines them. For type checkers: also import them above.
 _HOMES = {
-    "Axis": "axis",
-    "ConvergenceWarning": "notices",
-    "DataWarning": "notices",
-    "DeadZone": "deadzone",
-    "DiscontinuousDeadZone": "discontinuity",
-    "DriveFit": "axis_fit",
-    "Estimate": "axis_inverse",
-    "Filtering": "driven",
-    "KINDS": "kinds",
-    "LinearFit": "linear",
-    "Loop": "play_operators",
-    "Result": "result",
-    "ResampledWarning": "notices",
-    "RestWarning": "notices",
-    "Run": "runs",
-    "STRUCTURES": "axis_inverse",
-    "SaturationWarning": "notices",
-    "Side": "discontinuity",
-    "Trial": "deadzone",
-    "UnstableWarning": "notices",
-    "Whiteness": "linear",
-    "average_runs": "records",
-    "box_jenkins": "linear",
-    "calibrate": "hall",
-    "dead_zone": "deadzone",
-    "differentiated": "records",
-    "discontinuous_dead_zone": "discontinuity",
-    "drive": "axis_fit",
-    "from_files": "kinds",
-    "gls": "linear",
-    "integrated": "records",
-    "least_squares": "linear",
-    "load_plays": "play_operators",
-    "lowpassed": "records",
-    "mls": "linear",
-    "output_error": "linear",
-    "plays": "play_operators",
-    "simulate": "axis",
-    "sriv": "linear",
+    name: module
+    for module, names in {
+        "axis": "Axis simulate",
+        "axis_fit": "DriveFit Filtering drive",
+        "axis_inverse": "Estimate STRUCTURES",
+        "deadzone": "DeadZone DiscontinuousDeadZone Side Trial dead_zone discontinuous_dead_zone",
+        "hall": "calibrate",
+        "kinds": "KINDS from_files",
+        "linear": "LinearFit Whiteness box_jenkins gls least_squares mls output_error sriv",
+        "notices": "ConvergenceWarning DataWarning ResampledWarning RestWarning"
+        " SaturationWarning UnstableWarning",
+        "play_operators": "Loop load_plays plays",
+        "records": "average_runs differentiated integrated lowpassed",
+        "result": "Result",
+        "runs": "Run",
+    }.items()
+    for name in names.split()
 }
 
 __getattr__, __dir__ = front_door(__name__, _HOMES)

@@ -16,7 +16,6 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.identify._ripple import Ripple
-from macromicro.identify._triangle import triangle
 from macromicro.identify.axis import simulate
 from macromicro.identify.axis_inverse import (
     SPEED,
@@ -32,6 +31,7 @@ from macromicro.identify.axis_inverse import (
     stacked,
     with_errors,
 )
+from macromicro.identify.search import triangle
 
 _ROUNDS = 5
 _SETTLED = 0.01  # standard errors

@@ -15,10 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.identify.search import least_squares
+from macromicro.identify.search import NUDGE, central, least_squares
 
 Index = npt.NDArray[np.int64]
-_NUDGE = 1e-3  # of a parameter: wide enough to smooth over samples at which a mass sticks
 _LEAST = 1e-2  # of a parameter's scale: differences are never finer
 _STATE = 1e-4  # of the states' scales: over which their slopes are taken
 _BLIND = 1e-9  # of the output's scale, by a state's: it shows nowhere
@@ -170,14 +169,10 @@ class _Search:
 
     def slopes(self, at: Array) -> Array:
         self._prepare(at)
+        # Steps are wide enough to smooth over samples at which a mass sticks.
+        nudge = NUDGE * np.maximum(np.abs(at), _LEAST)
         low, high = self.space.low, self.space.high
-        table = np.empty((len(self.pieces.y), len(at)))
-        for k in range(len(at)):
-            nudge = _NUDGE * max(abs(at[k]), _LEAST)
-            up, down = at.copy(), at.copy()
-            up[k], down[k] = min(at[k] + nudge, high[k]), max(at[k] - nudge, low[k])
-            change = self._run(up, self.pieces) - self._run(down, self.pieces)
-            table[:, k] = self.less(change) / (up[k] - down[k])
+        table = central(lambda z: self._run(z, self.pieces), at, nudge, low, high, self.less)
         return np.nan_to_num(table / self.space.unit)
 
     def moved(self, at: Array) -> Pieces:

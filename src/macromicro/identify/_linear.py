@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from types import MappingProxyType
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -15,10 +16,9 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify._autoregression import autoregression
-from macromicro.identify._triangle import triangle
 from macromicro.identify.clusters import Spread, by_scores
 from macromicro.identify.records import Record, Signals, records
-from macromicro.identify.search import least_squares
+from macromicro.identify.search import least_squares, triangle
 
 Start = Literal["rest", "free"]
 
@@ -65,17 +65,48 @@ class Solution(NamedTuple):
     iterations: int = 1
     converged: bool = True
     noise: Array = WHITE  # d1, d2, ... of the noise filter
+    # fit of the free run from each start of a search, percent
+    starts: Mapping[str, float] = MappingProxyType({})
 
 
 def prepared(
     u: Signals,
     y: Signals,
-    orders: tuple[int, int, int],
+    na: int,
+    nb: int,
     dt: float,
-    weights: Signals | None,
-    start: Start,
+    delay: int = 1,
+    weights: Signals | None = None,
+    *,
+    start: Start = "rest",
 ) -> Task:
-    na, nb, delay = orders
+    """What a method fits to; its parameters are those of every method.
+
+    Parameters
+    ----------
+    u, y : array_like
+        Input and output, shape (n,), or lists of such arrays, one per record.
+    na, nb : int
+        Numbers of coefficients a and b.
+    dt : float
+        Sample time, s.
+    delay : int, optional
+        Samples from u to y.
+    weights : Signals | None, optional
+        As `y`: zero or more, on squared residuals; None: 1.
+    start : Start, optional
+        "rest" (zero before the record) or "free" (initial state estimated, per record).
+
+    Returns
+    -------
+    LinearFit
+        Coefficients with their covariance.
+
+    Raises
+    ------
+    InputError
+        An option is not accepted, or the data are unusable.
+    """
     for name, value, least in (("na", na, 0), ("nb", nb, 1), ("delay", delay, 0)):
         if not isinstance(value, int | np.integer) or not least <= value <= 50:
             raise InputError(name, value, f"a whole number from {least} to 50")

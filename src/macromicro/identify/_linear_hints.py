@@ -115,12 +115,13 @@ def _cut(record: Array) -> int:
 def _errors(asked: Asked) -> list[Array]:
     """Errors over whole records by `mls` of their first parts; none if it fails."""
     u, y = ([part[: _cut(part)] for part in each] for each in (asked.u, asked.y))
-    orders, start = (asked.na, asked.nb, asked.delay), cast(Start, asked.start)
+    how = asked.na, asked.nb, asked.dt, asked.delay
+    start = cast(Start, asked.start)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DataWarning)  # they are about an input that was cut here
         try:
-            theta = iterated(prepared(u, y, orders, asked.dt, None, start), instruments=False).theta
-            whole = prepared(asked.u, asked.y, orders, asked.dt, None, start)
+            theta = iterated(prepared(u, y, *how, start=start), instruments=False).theta
+            whole = prepared(asked.u, asked.y, *how, start=start)
         except InputError:
             return []
     with np.errstate(over="ignore", invalid="ignore"):

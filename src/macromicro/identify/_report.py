@@ -14,9 +14,8 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify.kinds.loading import Picking, alike, loaded, there
 from macromicro.identify.notices import DataWarning, notice
-from macromicro.identify.picking import Picked, Role
+from macromicro.identify.picking import Picked, Picking, Role, alike, loaded, there
 from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result
 from macromicro.schema.text import printable
@@ -88,6 +87,14 @@ def completed(
     result.data.setdefault("tests", validation_data(tests))
     result.draw = draw
     return result
+
+
+def records(
+    picking: Picking, roles: Sequence[Role], tests: Sequence[str]
+) -> tuple[list[Picked], list[Picked]]:
+    """Columns of the records to fit and of the validation records, in the same units."""
+    tables = loaded(picking, roles)
+    return tables, unseen(tests, picking, roles, tables[0])
 
 
 def unseen(

@@ -7,14 +7,14 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify import _axis_doubts, _axis_hints, _axis_long, _moved_mass, clusters
+from macromicro.identify import _axis_doubts, _axis_hints, _moved_mass, clusters
 from macromicro.identify._axis_instruments import instrumented, under
 from macromicro.identify._choose import Judged, turn
 from macromicro.identify._moved_mass import Model
@@ -28,11 +28,10 @@ from macromicro.identify.axis_inverse import (
     plausible,
     with_lag,
 )
-from macromicro.identify.driven import FIT, USUAL, Driven, Filtering
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.records import fit_percent, flag_saturation
 from macromicro.identify.runs import Run, checked
-from macromicro.identify.sprung_fit import Load, SprungFit, concluded
+from macromicro.identify.sprung_fit import FIT, Load, SprungFit, concluded
 from macromicro.models.mass import motion
 
 _LEAST = 200
@@ -43,6 +42,40 @@ _LATER = 60  # samples by which a delay may be later than where its search begin
 _FLOOR = 1e-2  # of a negative mass or friction: where the search begins
 _REST = 0.02  # of the greatest speed
 CUTOFF = _moved_mass.CORNER  # of positions, in the samples' rate, where none is asked for
+
+
+class Filtering(NamedTuple):
+    """How positions are differentiated for inverse dynamics.
+
+    Examples
+    --------
+    >>> from macromicro.identify import Filtering
+    >>> Filtering(cutoff=40.0)  # Hz
+    Filtering(cutoff=40.0, decimate=None)
+    """
+
+    #: cut-off of the zero-phase low-pass on positions, Hz; by default 0.08 / dt
+    cutoff: float | None = None
+    #: every how many samples remain, after a low-pass on force and regressors alike; by default 10,
+    #: fewer for short records
+    decimate: int | None = None
+
+
+USUAL = Filtering()
+
+
+class Driven(NamedTuple):
+    gain: float = 1.0  # force per unit of u
+    limit: float | None = None  # u saturates there
+    delay: int = 0  # samples by which u acts late
+    eccentric: bool = False  # eccentric load under gravity
+    filtering: Filtering = USUAL
+    holdout: float = 0.3  # part of each record that is held out
+
+    def force(self, u: Array) -> Array:
+        within = u if self.limit is None else np.clip(u, -self.limit, self.limit)
+        pull = late(within, self.delay)
+        return pull if self.gain == 1.0 else self.gain * pull  # no copy: records may be long
 
 
 @dataclass(frozen=True)
@@ -203,7 +236,7 @@ def drive(  # noqa: PLR0913 -- one parameter per option
             "output error keeps them above zero",
         )
     records = [run._replace(u=driven.force(run.u)) for run in runs]
-    kept = _axis_long.shortened(records, inverse.axis)
+    kept = _moved_mass.shortened(records, inverse.axis)
     load = Load(eccentric=bool(eccentric), lag=FIT if delay == FIT else 0.0)
     model = load.model(judged.structure)
     lead = math.ceil(2.0 * lag / min(r.dt for r in kept)) + _LATER if delay == FIT else 0
@@ -248,11 +281,11 @@ def drive(  # noqa: PLR0913 -- one parameter per option
 
 def _parts(runs: list[Run]) -> list[Run]:
     """Records for inverse dynamics: all, or evenly spread parts of long ones."""
-    if not _axis_long.is_long(runs):
+    if not _moved_mass.is_long(runs):
         return runs
     for k, run in enumerate(runs):
         _axis_doubts.jumps(run, f"record[{k}].x")
-    return _axis_long.stretches(runs)
+    return _moved_mass.stretches(runs)
 
 
 def _begin(model: Model, axis: Axis) -> Axis:

@@ -25,10 +25,10 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify import clusters
 from macromicro.identify._ripple import Ripple
-from macromicro.identify._triangle import triangle
 from macromicro.identify.axis import Axis, late
 from macromicro.identify.clusters import Spread
 from macromicro.identify.runs import Run
+from macromicro.identify.search import triangle
 
 # Parameters of each structure, from the poorest to the richest.
 STRUCTURES: dict[str, tuple[str, ...]] = {

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from functools import wraps
+from inspect import signature
+from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec
 
 import numpy as np
 import numpy.typing as npt
@@ -312,6 +315,7 @@ def _finished(method: str, task: Task, solution: Solution) -> LinearFit:
         solution.iterations,
         solution.converged,
         solution.noise,
+        dict(solution.starts),
         shares=shares,
     )
     return replace(found, doubt=_doubt(task, found, theta))
@@ -370,46 +374,38 @@ def _nonlinearity(task: Task, fit: LinearFit, theta: Array) -> float:
     return most
 
 
-def least_squares(
-    u: Signals,
-    y: Signals,
-    na: int,
-    nb: int,
-    dt: float,
-    delay: int = 1,
-    weights: Signals | None = None,
-    *,
-    start: Start = "rest",
-) -> LinearFit:
+P = ParamSpec("P")
+
+
+def _method(
+    given: Callable[P, Task],
+) -> Callable[[Callable[[Task], Solution]], Callable[P, LinearFit]]:
+    """A public method by its solution; it takes what `given` takes and documents."""
+
+    def method(solved: Callable[[Task], Solution]) -> Callable[P, LinearFit]:
+        name = solved.__name__
+
+        @wraps(solved)
+        def fitted(*args: P.args, **named: P.kwargs) -> LinearFit:
+            task = given(*args, **named)
+            return _finished(name, task, solved(task))
+
+        taken = signature(given).replace(return_annotation="LinearFit")
+        fitted.__signature__ = taken  # type: ignore[attr-defined]
+        if solved.__doc__ and given.__doc__:
+            shared = given.__doc__.partition("\n\n    ")[2].rstrip()
+            fitted.__doc__ = solved.__doc__.replace("Examples\n", f"{shared}\n\n    Examples\n", 1)
+        return fitted
+
+    return method
+
+
+@_method(prepared)
+def least_squares(task: Task) -> Solution:
     """B = (U'U)^-1 U'Y (Section 4.1.1): y[k] = -a1 y[k-1] - ... + b1 u[k-delay] + ... + e[k].
 
     Consistent only for white e; otherwise `doubt` says that it is biased. Output noise does so: on
     speeds from differentiated encoder counts b is several times too large (`mls` avoids this).
-
-    Parameters
-    ----------
-    u, y : array_like
-        Input and output, shape (n,), or lists of such arrays, one per record.
-    na, nb : int
-        Numbers of coefficients a and b.
-    dt : float
-        Sample time, s.
-    delay : int, optional
-        Samples from u to y.
-    weights : Signals | None, optional
-        As `y`: zero or more, on squared residuals; None: 1.
-    start : Start, optional
-        "rest" (zero before the record) or "free" (initial state estimated, per record).
-
-    Returns
-    -------
-    LinearFit
-        Coefficients with their covariance.
-
-    Raises
-    ------
-    InputError
-        An option is not accepted, or the data are unusable.
 
     Examples
     --------
@@ -421,8 +417,7 @@ def least_squares(
     >>> fit.a.round(6), fit.b.round(6)
     (array([-0.9]), array([0.2]))
     """
-    task = prepared(u, y, (na, nb, delay), dt, weights, start)
-    return _finished("least_squares", task, _linear.equation_error(task))
+    return _linear.equation_error(task)
 
 
 def gls(
@@ -476,42 +471,18 @@ def gls(
     """
     if not isinstance(noise_order, int) or not 1 <= noise_order <= 50:
         raise InputError("noise_order", noise_order, "a whole number from 1 to 50")
-    task = prepared(u, y, (na, nb, delay), dt, weights, start)
+    task = prepared(u, y, na, nb, dt, delay, weights, start=start)
     return _finished("gls", task, _linear.generalised(task, noise_order))
 
 
-def mls(
-    u: Signals,
-    y: Signals,
-    na: int,
-    nb: int,
-    dt: float,
-    delay: int = 1,
-    weights: Signals | None = None,
-    *,
-    start: Start = "rest",
-) -> LinearFit:
+@_method(prepared)
+def mls(task: Task) -> Solution:
     """Modified least squares (Section 4.1.1, Figure 4.2), read as Steiglitz-McBride (1965).
 
     Least squares with input and output filtered by 1 / A until the parameters settle; the residual
     is y - (B / A) u. The flow chart is lost; this reading fits its text ("an additional loop
     filters bias noise"). Exact for white output noise; `doubt` names the bias under other noise and
     above order 1.
-
-    Parameters
-    ----------
-    u, y, na, nb, dt, delay, weights, start
-        As for `least_squares`.
-
-    Returns
-    -------
-    LinearFit
-        Coefficients with their covariance.
-
-    Raises
-    ------
-    InputError
-        An option is not accepted, or the data are unusable.
 
     Examples
     --------
@@ -524,40 +495,15 @@ def mls(
     >>> fit.a.round(2), fit.b.round(2)
     (array([-0.9]), array([0.2]))
     """
-    task = prepared(u, y, (na, nb, delay), dt, weights, start)
-    return _finished("mls", task, _linear.iterated(task, instruments=False))
+    return _linear.iterated(task, instruments=False)
 
 
-def sriv(
-    u: Signals,
-    y: Signals,
-    na: int,
-    nb: int,
-    dt: float,
-    delay: int = 1,
-    weights: Signals | None = None,
-    *,
-    start: Start = "rest",
-) -> LinearFit:
+@_method(prepared)
+def sriv(task: Task) -> Solution:
     """Simplified refined instrumental variables (Young and Jakeman, 1979), starting from `mls`.
 
     The instruments are the regressors of the model's noise-free output, which removes the bias
     under any noise that is independent of the input. Errors as for `output_error`.
-
-    Parameters
-    ----------
-    u, y, na, nb, dt, delay, weights, start
-        As for `least_squares`.
-
-    Returns
-    -------
-    LinearFit
-        Coefficients with their covariance.
-
-    Raises
-    ------
-    InputError
-        An option is not accepted, or the data are unusable.
 
     Examples
     --------
@@ -570,42 +516,17 @@ def sriv(
     >>> fit.a.round(2), fit.b.round(2)
     (array([-0.9]), array([0.2]))
     """
-    task = prepared(u, y, (na, nb, delay), dt, weights, start)
-    return _finished("sriv", task, _linear.iterated(task, instruments=True))
+    return _linear.iterated(task, instruments=True)
 
 
-def output_error(
-    u: Signals,
-    y: Signals,
-    na: int,
-    nb: int,
-    dt: float,
-    delay: int = 1,
-    weights: Signals | None = None,
-    *,
-    start: Start = "rest",
-) -> LinearFit:
+@_method(prepared)
+def output_error(task: Task) -> Solution:
     """Minimiser of sum w (y - (B / A) u)^2, by trust regions with exact gradients.
 
     Consistent for noise independent of the input, and of least variance if it is white (Ljung,
     System Identification, chapter 7). Searches start at the results of `mls`, `sriv`,
     `least_squares` and a first-order model; the best end is taken, and `starts` lists them all.
     `doubt` says where a pole of a higher order may follow coloured noise.
-
-    Parameters
-    ----------
-    u, y, na, nb, dt, delay, weights, start
-        As for `least_squares`.
-
-    Returns
-    -------
-    LinearFit
-        Coefficients with their covariance.
-
-    Raises
-    ------
-    InputError
-        An option is not accepted, or the data are unusable.
 
     Examples
     --------
@@ -618,47 +539,23 @@ def output_error(
     >>> fit.a.round(2), fit.b.round(2)
     (array([-0.9]), array([0.2]))
     """
-    task = prepared(u, y, (na, nb, delay), dt, weights, start)
     tried = _linear.begins(task)
     ends = _linear.searched(task, tried)
     with np.errstate(over="ignore", invalid="ignore"):
         fits = {n: fit_percent(task.outputs, free_runs(task, ends[n].theta)) for n in tried}
-    return replace(_finished("output_error", task, next(iter(ends.values()))), starts=fits)
+    return next(iter(ends.values()))._replace(starts=fits)
 
 
-def box_jenkins(
-    u: Signals,
-    y: Signals,
-    na: int,
-    nb: int,
-    dt: float,
-    delay: int = 1,
-    weights: Signals | None = None,
-    *,
-    start: Start = "rest",
-) -> LinearFit:
+@_method(prepared)
+def box_jenkins(task: Task) -> Solution:
     """y = (B / A) u + e / D with e white: a model of the machine and one of the noise.
 
     D is an autoregression of the residual, of the order (at most 30) that Akaike's criterion
     prefers; A and B minimise D (y - (B / A) u); repeated until they settle. This is the prediction-
     error method for Box-Jenkins models with autoregressive noise (Ljung, System Identification,
     sections 4.2 and 7.2; Young and Jakeman, 1979), of least variance for noise independent of the
-    input. Its intervals hold under every disturbance of docs/coverage.md.
-
-    Parameters
-    ----------
-    u, y, na, nb, dt, delay, weights, start
-        As for `least_squares`.
-
-    Returns
-    -------
-    LinearFit
-        Its `noise` holds d1, d2, ... of D; its residuals are e.
-
-    Raises
-    ------
-    InputError
-        An option is not accepted, or the data are unusable.
+    input. Its intervals hold under every disturbance of docs/coverage.md. `noise` holds
+    d1, d2, ... of D; residuals are e.
 
     Examples
     --------
@@ -671,5 +568,4 @@ def box_jenkins(
     >>> fit.a.round(2), fit.b.round(2), fit.noise.round(1)
     (array([-0.9]), array([0.2]), array([-0.5]))
     """
-    task = prepared(u, y, (na, nb, delay), dt, weights, start)
-    return _finished("box_jenkins", task, _linear.box_jenkins(task))
+    return _linear.box_jenkins(task)

@@ -11,7 +11,7 @@ from scipy.io import savemat
 
 from macromicro.arrays import Array
 from macromicro.hysteresis import FodTable
-from macromicro.identify.kinds.loading import Picking
+from macromicro.identify.picking import Picking
 from macromicro.identify.result import Line
 
 

@@ -9,15 +9,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.identify.test_heated import record
+from tests.identify.test_wire_lags import record
 
 from macromicro import api
 from macromicro.control.inverse.model import Inverse
 from macromicro.errors import InputError
-from macromicro.identify import heated, kinds
-from macromicro.identify.heated import HeatedFit
+from macromicro.hysteresis.table import FodTable
+from macromicro.identify import kinds, wire_table
 from macromicro.identify.kinds import actuator, model_file
-from macromicro.identify.stressed import StressedFit
+from macromicro.identify.wire import WireFit
+from macromicro.identify.wire_model import Wire
+from macromicro.identify.wire_table import LawFit
 from macromicro.models.stressed import simulate
 from macromicro.settings import Settings, chosen
 
@@ -46,20 +48,19 @@ def test_gains_that_do_not_work_together_are_no_file() -> None:
 
 @pytest.mark.parametrize("sensor", [2.5e-3, math.nan])
 def test_what_was_found_is_told(tmp_path: Path, monkeypatch, sensor: float) -> None:
-    """The search itself is tested in test_heated."""
+    """The search itself is tested in test_wire_lags."""
     from macromicro.control.inverse.model import prepare
 
     seen = {}
-    names = (*actuator._MEANS, "heat 1.5 V")
-    fit = StressedFit(
-        prepare(Inverse()).model, dict.fromkeys(names, 1.0), dict.fromkeys(names, 0.1), 0.012, 7
-    )
+    names = (*actuator.MEANINGS, "heat 1.5 V")
+    model, table = Wire(prepare(Inverse()).model), FodTable(0.0, 1.0, np.eye(2, k=-1), 0.0)
+    fit = WireFit(model, table, dict.fromkeys(names, 1.0), dict.fromkeys(names, 0.1), 0.012, 7)
 
     def found(table, records, ambient):
         seen.update(table=table, records=records, ambient=ambient)
-        return HeatedFit(fit, sensor, Inverse())
+        return LawFit(fit, sensor, Inverse())
 
-    monkeypatch.setattr(heated, "found", found)
+    monkeypatch.setattr(wire_table, "for_law", found)
     monkeypatch.setattr("macromicro.hysteresis.table_files.load_table", lambda path: "the table")
     record(2e-3, 3e-3).save(tmp_path / "a.h5")
     result = kinds.from_files("actuator", tmp_path / "a.h5", table=tmp_path / "t.h5", ambient=21.0)
@@ -79,7 +80,7 @@ def test_what_was_found_is_told(tmp_path: Path, monkeypatch, sensor: float) -> N
     judged = kinds.from_files(
         "actuator", tmp_path / "a.h5", table=tmp_path / "t.h5", tests=(str(tmp_path / "b.h5"),)
     )
-    free = simulate(fit.model, original["ctrl"], original.dt, math.nan)[0]
+    free = simulate(model.wires, original["ctrl"], original.dt, math.nan)[0]
     missed = 1e-3 * np.asarray(original["laser"]) - free
     assert judged.data["tests"][0]["rms"] == pytest.approx(float(np.sqrt(np.mean(missed**2))))
     titles = [axes.get_title("left") for axes in judged.draw()["free_run"].axes]

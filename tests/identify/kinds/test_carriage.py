@@ -10,8 +10,7 @@ from macromicro import api
 from macromicro.errors import InputError
 from macromicro.identify import kinds
 from macromicro.identify.kinds import carriage
-from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.picking import runs
+from macromicro.identify.picking import Picking, loaded, runs
 from macromicro.plant import bench
 from macromicro.runs import strokes
 from macromicro.settings import Settings

@@ -13,8 +13,7 @@ from tests.identify.kinds.seen import facts, given, mat, plots, table
 from macromicro import identify
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify.deadzone import DeadZone, Trial
-from macromicro.identify.discontinuity import discontinuous_dead_zone
+from macromicro.identify.deadzone import DeadZone, Trial, discontinuous_dead_zone
 from macromicro.identify.kinds import deadzone
 from macromicro.identify.kinds.deadzone import Options
 from macromicro.identify.notices import DataWarning

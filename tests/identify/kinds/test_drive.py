@@ -57,7 +57,7 @@ def test_a_file_in_volts_and_metres(tmp_path: Path, asked: list[dict[str, Any]])
     assert said["method"] == "output error, the surer one"
     assert said["on held-out data"] == "RMS 0.02 m"
     assert said["force, inverse dynamics"] == "error 7.50 %"
-    assert said["structure"] == "force error on held-out data: coulomb 0.25, taken"
+    assert said["structure"] == "force error on held-out data: coulomb 0.25, taken; viscous 0.5"
     assert "gain" not in said and "delay" not in said
     assert (made.data["gain"], made.data["delay"], made.data["rms"]) == (
         1.0,

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.identify.kinds.fits import AXIS, DT, NAMES, STD, fit, si
+from tests.identify.kinds.fits import AXIS, DT, HUNG, HUNG_NAMES, HUNG_STD, NAMES, STD, fit, si
 
 from macromicro import settings
 from macromicro.arrays import Array
@@ -44,6 +44,14 @@ def test_settings_by_the_units() -> None:
         )
         assert tomllib.loads(text) == {"axis": {"mass": 1.5, "viscous": 12.0, "coulomb": 3.0}}
         assert f"viscous = 12.0  # {force}*s/{x}, +- 0.5\n" in text
+
+
+def test_an_eccentric_load_in_units_without_a_machine_is_unbalance_and_angle() -> None:
+    units = drive_words.units_of("u", "rad")
+    text = drive_file.settings(fit(HUNG, HUNG_NAMES, HUNG_STD), [], "u", "rad", units)
+    found = tomllib.loads(text)["axis"]
+    assert found["unbalance"] == pytest.approx(0.5)
+    assert found["hangs"] == pytest.approx(np.arctan2(0.4, 0.3)) and "sine" not in found
 
 
 def test_the_machine_of_a_drive_in_metres() -> None:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import pytest
-from tests.identify.kinds.fits import AXIS, NAMES, STD, fit
 
 from macromicro.identify._ripple import Ripple
 from macromicro.identify.kinds import drive_words
@@ -22,22 +20,27 @@ from macromicro.identify.kinds import drive_words
     ],
 )
 def test_units_of_the_parameters(force: str, x: str, mass: str, slope: str, speed: str) -> None:
-    assert drive_words.units_of(force, x) == {
+    units = drive_words.units_of(force, x, "V")
+    known = {
         "mass": mass, "viscous": slope, "coulomb": force, "offset": force,
         "asymmetry": slope, "stribeck": force, "stribeck_speed": speed,
-        "unbalance": force, "hangs": x,
+        "unbalance": force, "hangs": x, "dead_zone": "V", "rest": x, "spring": f"{force}/{x}",
     }  # fmt: skip
+    assert {name: units[name] for name in known} == known
+    free = drive_words.units_of(force, x, driven=False)
+    assert (free["viscous"], free["coulomb"], free["spring"]) == ("1/s", f"{x}/s^2", "1/s^2")
 
 
 def test_the_structure_in_words() -> None:
-    one = dataclasses.replace(fit(AXIS, NAMES, STD), holdout={}, structure="full")
-    assert drive_words.structure(one) == "full, as given"
+    assert drive_words.structure("head", "full", {}, {}, math.inf) == "full, as given"
     why = {"viscous": "coulomb is better", "full": "the mass or a friction is negative"}
-    many = dataclasses.replace(one, holdout={"viscous": 0.5, "coulomb": 0.25}, reasons=why)
-    assert drive_words.structure(dataclasses.replace(many, structure="coulomb")) == (
-        "force error on held-out data: coulomb 0.25, taken; viscous 0.5: coulomb is better; "
+    tried = {"viscous": 0.5, "coulomb": 0.25}
+    assert drive_words.structure("error", "coulomb", tried, why, math.inf) == (
+        "error: coulomb 0.25, taken; viscous 0.5: coulomb is better; "
         "full: the mass or a friction is negative"
     )
+    words = drive_words.structure("error", "coulomb", {"viscous": 3e15, "coulomb": 0.25}, {}, 1.0)
+    assert words == "error: coulomb 0.25, taken; viscous diverges"
 
 
 def test_a_force_that_repeats_is_told_with_its_period() -> None:

@@ -11,8 +11,8 @@ from tests.identify.kinds.seen import degrees
 from macromicro.errors import InputError
 from macromicro.hysteresis import FodTable
 from macromicro.identify.heating import StepRecord
-from macromicro.identify.kinds import heating
-from macromicro.identify.kinds.heating import Source
+from macromicro.identify.kinds import thermal
+from macromicro.identify.kinds.thermal import Source
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.picking import Picked
 from macromicro.identify.runs import Run
@@ -38,7 +38,7 @@ def step(volts: float, n: int = 60, before: int = 0, after: int = 0) -> tuple[np
 
 def test_steps_are_sorted_by_voltage_and_begin_where_it_does() -> None:
     with pytest.warns(DataWarning, match=r"^3 runs are no steps .a constant voltage from a cold"):
-        found = heating.steps(
+        found = thermal.steps(
             [
                 picked(step(2.0, before=7), step(1.0), step(2.0 + 1e-11)),
                 picked(
@@ -65,13 +65,13 @@ def test_steps_are_sorted_by_voltage_and_begin_where_it_does() -> None:
 
 
 def test_a_run_that_stays_is_not_replaced_by_one_that_falls() -> None:
-    found = heating.steps([picked(step(2.0, 70), step(2.0, 40, after=30))], "T")
+    found = thermal.steps([picked(step(2.0, 70), step(2.0, 40, after=30))], "T")
     assert [len(r.t) for r in found.held[2.0]] == [70]
     assert [len(r.t) for r in found.cooled[2.0]] == [70]
 
 
 def test_positions_are_taken_by_their_role() -> None:
-    found = heating.steps([picked(step(2.0), role="x")], "x")
+    found = thermal.steps([picked(step(2.0), role="x")], "x")
     assert found.held[2.0][0].x[0] == 20.0
 
 
@@ -82,9 +82,9 @@ def test_no_step_and_short_runs_are_refused() -> None:
             InputError, match=r"f\.csv: no run steps to a voltage .*open-loop steps from cold"
         ),
     ):
-        heating.steps([picked(step(-2.0))], "T")
+        thermal.steps([picked(step(-2.0))], "T")
     with pytest.raises(InputError, match=r"f\.csv.*49.*50"):
-        heating.steps([picked(step(2.0, 49))], "T")
+        thermal.steps([picked(step(2.0, 49))], "T")
 
 
 def run(x: np.ndarray, dt: float = DT, u: np.ndarray | float = 2.0) -> Run:
@@ -95,12 +95,12 @@ def run(x: np.ndarray, dt: float = DT, u: np.ndarray | float = 2.0) -> Run:
 def test_the_mean_of_runs_alike_is_the_record() -> None:
     x = 20.0 + np.arange(100.0)
     group = [run(x), run(x[:95] + 2.0), run(x[:80] + 50.0), run(x + 90.0, 1.01 * DT)]
-    made = heating.record(group, MEASURED)
+    made = thermal.record(group, MEASURED)
     assert len(made.t) == 95 and made.t[-1] == pytest.approx(9.4)
     np.testing.assert_allclose(made.position, x[:95] + 1.0)
     np.testing.assert_allclose(made.rise, np.arange(95.0))  # from the mean of both starts
     np.testing.assert_array_equal(made.error, 0.0)
-    warm = heating.record(group, Source(None, 15.0))
+    warm = thermal.record(group, Source(None, 15.0))
     np.testing.assert_allclose(warm.rise, x[:95] + 1.0 - 15.0)
 
 
@@ -110,19 +110,19 @@ def test_the_room_is_what_was_measured_before_the_step() -> None:
     u = np.r_[np.zeros(99), np.full(4001, 2.0)]
     x = np.where(u > 0.0, 50.0, 20.0) + noise
     x[99] = 20.0 + noise[99]  # measured when the step begins
-    found = heating.steps([picked((u, x))], "T")
+    found = thermal.steps([picked((u, x))], "T")
     (cold,) = found.cold[2.0]
     assert cold.samples == 100 and cold.mean == pytest.approx(x[:100].mean())
-    made = heating.record(found.held[2.0], MEASURED, found.cold[2.0])
+    made = thermal.record(found.held[2.0], MEASURED, found.cold[2.0])
     np.testing.assert_allclose(made.rise, x[99:] - x[:100].mean())
     np.testing.assert_allclose(made.error, 0.02, rtol=0.05)
-    alone = heating.record(found.held[2.0], MEASURED)
+    alone = thermal.record(found.held[2.0], MEASURED)
     np.testing.assert_allclose(alone.rise, x[99:] - x[99])
     np.testing.assert_allclose(alone.error, 0.2, rtol=0.05)
-    known = heating.record(found.held[2.0], Source(None, 21.0), found.cold[2.0])
+    known = thermal.record(found.held[2.0], Source(None, 21.0), found.cold[2.0])
     np.testing.assert_array_equal(known.error, 0.0)
-    two = [heating.Cold(20.0, 100), heating.Cold(22.0, 25)]
-    both = heating.record([found.held[2.0][0]] * 2, MEASURED, two)
+    two = [thermal.Cold(20.0, 100), thermal.Cold(22.0, 25)]
+    both = thermal.record([found.held[2.0][0]] * 2, MEASURED, two)
     np.testing.assert_allclose(both.rise, x[99:] - 21.0)
     np.testing.assert_allclose(both.error, 0.2 * math.sqrt(0.5 * (0.01 + 0.04)), rtol=0.05)
 
@@ -131,19 +131,19 @@ def test_a_fall_goes_to_what_was_measured_before_the_step() -> None:
     t = np.arange(600) * DT
     u = np.where(t < 10.0, 2.0, 0.0)
     x = 20.0 + np.where(t < 10.0, 40.0, 40.0 * np.exp(-(t - 10.0) / 5.0))
-    fall = heating.fall([run(x, u=u)], MEASURED, [heating.Cold(20.0, 50)])
+    fall = thermal.fall([run(x, u=u)], MEASURED, [thermal.Cold(20.0, 50)])
     assert 5.0 <= fall.time < 5.0 + 1.5 * DT  # the first sample below
-    warm = heating.fall([run(x, u=u)], MEASURED, [heating.Cold(30.0, 50)])  # 63 % of 30 K
+    warm = thermal.fall([run(x, u=u)], MEASURED, [thermal.Cold(30.0, 50)])  # 63 % of 30 K
     assert warm.time == pytest.approx(5.0 * math.log(40.0 / (10.0 + 30.0 / math.e)), abs=2.0 * DT)
 
 
 def test_nine_tenths_of_the_longest_are_too_short() -> None:
     group = [run(np.zeros(101)), run(np.ones(91)), run(np.ones(92))]
-    np.testing.assert_allclose(heating.record(group, MEASURED).position, 0.5)
+    np.testing.assert_allclose(thermal.record(group, MEASURED).position, 0.5)
     group = [run(np.zeros(101)), run(np.ones(91))]
-    np.testing.assert_allclose(heating.record(group, MEASURED).position, 0.0)
+    np.testing.assert_allclose(thermal.record(group, MEASURED).position, 0.0)
     near = [run(np.zeros(101)), run(np.ones(101), DT * 1.0005)]
-    np.testing.assert_allclose(heating.record(near, MEASURED).position, 0.5)
+    np.testing.assert_allclose(thermal.record(near, MEASURED).position, 0.5)
 
 
 @pytest.fixture(scope="module")
@@ -153,11 +153,11 @@ def law() -> FodTable:
 
 def test_positions_become_temperatures_by_the_table(law: FodTable) -> None:
     u = np.linspace(25.0, 40.0, 200)
-    made = heating.record([run(0.1 * (u - 20.0))], Source(law, None))
+    made = thermal.record([run(0.1 * (u - 20.0))], Source(law, None))
     good = np.isfinite(made.error)
     assert good.sum() > 100
     np.testing.assert_allclose(made.rise[good], u[good] - 25.0, atol=0.8)
-    cooler = heating.record([run(0.1 * (u - 20.0))], Source(law, 22.0))
+    cooler = thermal.record([run(0.1 * (u - 20.0))], Source(law, 22.0))
     np.testing.assert_allclose(cooler.rise[good] - made.rise[good], 3.0, atol=0.8)
     np.testing.assert_allclose(made.position, 0.1 * (u - 20.0), atol=1e-6)  # mm
 
@@ -170,10 +170,10 @@ def test_a_position_near_the_stop_shows_no_temperature(law: FodTable) -> None:
         x = law.f_low + share * law.span * np.array([0.1, 1.0, 0.5])
         return StepRecord(none, x, none, none)
 
-    assert heating.NEAR_STOP == 0.97
-    assert heating.clear_of_stop(at(0.969), source)
-    assert not heating.clear_of_stop(at(0.971), source)
-    assert heating.clear_of_stop(at(5.0), MEASURED)
+    assert thermal.NEAR_STOP == 0.97
+    assert thermal.clear_of_stop(at(0.969), source)
+    assert not thermal.clear_of_stop(at(0.971), source)
+    assert thermal.clear_of_stop(at(5.0), MEASURED)
 
 
 def test_drift_is_the_change_over_the_last_tenth() -> None:
@@ -181,12 +181,12 @@ def test_drift_is_the_change_over_the_last_tenth() -> None:
     rise = np.where(t >= 95.0, 10.0 + 0.2 * (t - 95.0), 0.0)  # 11 samples, 10 to 12 K
     made = StepRecord(t, rise, rise, rise)
     # Its first and last two samples: 10.1 and 11.9 K of 12 K.
-    assert heating.drift(made) == pytest.approx(1.8 / 12.0)
-    assert heating.drift(made._replace(rise=-rise)) == pytest.approx(-1.8 / 12.0)
+    assert thermal.drift(made) == pytest.approx(1.8 / 12.0)
+    assert thermal.drift(made._replace(rise=-rise)) == pytest.approx(-1.8 / 12.0)
     t = np.arange(92.0)
-    assert heating.drift(StepRecord(t, t, t + 0.0, t)) == pytest.approx((90.5 - 82.5) / 91.0)
-    assert math.isnan(heating.drift(StepRecord(t[:90], t, t[:90], t)))
-    assert heating.drift(StepRecord(t, t, 0.0 * t, t)) == 0.0
+    assert thermal.drift(StepRecord(t, t, t + 0.0, t)) == pytest.approx((90.5 - 82.5) / 91.0)
+    assert math.isnan(thermal.drift(StepRecord(t[:90], t, t[:90], t)))
+    assert thermal.drift(StepRecord(t, t, 0.0 * t, t)) == 0.0
 
 
 def cooled(tau: float, n: int = 200, before: int = 30) -> Run:
@@ -199,12 +199,12 @@ def cooled(tau: float, n: int = 200, before: int = 30) -> Run:
 
 
 def test_a_fall_gives_its_time_constant() -> None:
-    found = heating.fall([cooled(3.0), cooled(3.0)], MEASURED)
+    found = thermal.fall([cooled(3.0), cooled(3.0)], MEASURED)
     assert found.time == pytest.approx(3.0)  # the sample at which 1/e is reached
     assert found.fitted == pytest.approx(3.0, rel=1e-5)
     assert found.peak == pytest.approx(80.0) and found.nrmse < 1e-6
     # By a lower ambient temperature the fall seems longer: exp(-t / 3) = ((70 / e) - 10) / 60.
-    other = heating.fall([cooled(3.0)], Source(None, 10.0))
+    other = thermal.fall([cooled(3.0)], Source(None, 10.0))
     assert other.time == pytest.approx(math.ceil(-30.0 * math.log((70 / math.e - 10) / 60)) * DT)
     assert other.fitted > 3.1 and other.nrmse > 1e-3
 
@@ -213,16 +213,16 @@ def test_the_peak_is_the_mean_of_the_last_five_samples_before_the_fall() -> None
     one = cooled(3.0)
     one.x[20:25] = 500.0
     one.x[25:30] = [78.0, 79.0, 80.0, 81.0, 82.0]
-    assert heating.fall([one], MEASURED).peak == pytest.approx(80.0)
+    assert thermal.fall([one], MEASURED).peak == pytest.approx(80.0)
     early = cooled(3.0, before=4)
-    assert heating.fall([early], MEASURED).peak == pytest.approx(65.0)  # 20 and three of 80
+    assert thermal.fall([early], MEASURED).peak == pytest.approx(65.0)  # 20 and three of 80
 
 
 def test_nrmse_is_of_the_range_that_was_fitted() -> None:
     one = cooled(3.0)
     t = np.arange(200) * DT
     one.x[30:] = 20.0 + 60.0 * np.maximum(1.0 - t / 5.0, 0.0)
-    found = heating.fall([one], MEASURED)
+    found = thermal.fall([one], MEASURED)
     last = int(np.argmax(1.0 - t / 5.0 <= math.exp(-1.0))) + 1
     model = 60.0 * np.exp(-t[:last] / found.fitted)
     rest = model - 60.0 * (1.0 - t[:last] / 5.0)
@@ -241,22 +241,22 @@ def test_nrmse_is_of_the_range_that_was_fitted() -> None:
 @pytest.mark.parametrize("tau", [60.0, 0.3])
 def test_a_fall_that_ends_too_early_or_is_too_quick_is_refused(tau: float) -> None:
     with pytest.raises(InputError, match=r"cooling record: it falls from 80 to .* 63 % of the way"):
-        heating.fall([cooled(tau)], MEASURED)
+        thermal.fall([cooled(tau)], MEASURED)
 
 
 def test_five_samples_of_a_fall_are_enough() -> None:
-    assert heating.fall([cooled(0.45)], MEASURED).time == pytest.approx(0.5)
+    assert thermal.fall([cooled(0.45)], MEASURED).time == pytest.approx(0.5)
 
 
 def test_falls_of_two_lengths_are_averaged_over_the_shorter() -> None:
     one = cooled(3.0)
     short = Run(*(column[:-5] for column in one))
-    assert heating.fall([one, short], MEASURED).time == heating.fall([one], MEASURED).time
+    assert thermal.fall([one, short], MEASURED).time == thermal.fall([one], MEASURED).time
 
 
 def test_no_fall_from_below_ambient() -> None:
     with pytest.raises(InputError, match="cooling record"):
-        heating.fall([cooled(3.0)], Source(None, 90.0))
+        thermal.fall([cooled(3.0)], Source(None, 90.0))
 
 
 def test_a_position_s_fall_by_the_table(law: FodTable) -> None:
@@ -264,17 +264,17 @@ def test_a_position_s_fall_by_the_table(law: FodTable) -> None:
     u = np.r_[np.linspace(25.0, 45.0, 300), np.full(200, 45.0), 25.0 + 20.0 * np.exp(-t)]
     volts = np.r_[np.full(500, 2.0), np.zeros(300)]
     one = run(0.1 * (u - 20.0), 0.02, volts)
-    found = heating.fall([one], Source(law, None))
+    found = thermal.fall([one], Source(law, None))
     assert found.time == pytest.approx(1.0, abs=0.15)
-    assert heating.fall([one], Source(law, 20.0)).time > found.time + 0.1
+    assert thermal.fall([one], Source(law, 20.0)).time > found.time + 0.1
 
 
 def test_a_dip_at_once_is_no_fall() -> None:
     one = cooled(3.0)
     one.x[33] = 20.0
     with pytest.raises(InputError, match="cooling record"):
-        heating.fall([one], MEASURED)
+        thermal.fall([one], MEASURED)
 
 
 def test_a_voltage_of_one_sample_is_a_fall() -> None:
-    assert list(heating.steps([picked(step(2.0, 1, after=60))], "T").cooled) == [2.0]
+    assert list(thermal.steps([picked(step(2.0, 1, after=60))], "T").cooled) == [2.0]

@@ -16,8 +16,7 @@ from macromicro.hysteresis import FodTable, Preisach, congruency, wiping_out
 from macromicro.hysteresis.table_files import load_table, save_table
 from macromicro.identify import _report
 from macromicro.identify.kinds import hysteresis
-from macromicro.identify.kinds.curves import Found
-from macromicro.identify.kinds.hysteresis import Options
+from macromicro.identify.kinds.hysteresis import Found, Options
 from macromicro.identify.notices import DataWarning
 
 

@@ -8,7 +8,8 @@ import pytest
 from tests.identify.kinds.seen import given, table
 
 from macromicro.errors import InputError
-from macromicro.identify.kinds import fitted, from_files, loading
+from macromicro.identify import picking
+from macromicro.identify.kinds import fitted, from_files
 from macromicro.identify.kinds.linear import ROLES
 from macromicro.identify.picking import RUN, Role
 
@@ -19,33 +20,33 @@ def file(tmp_path: Path) -> Path:
 
 
 def test_an_argument_with_an_equals_sign_is_a_column_after_columns(file: Path) -> None:
-    found = loading.picking(["u=volts", str(file)], ["t=time"])
-    assert found == loading.Picking([file], {"t": "time", "u": "volts"})
+    found = picking.picking(["u=volts", str(file)], ["t=time"])
+    assert found == picking.Picking([file], {"t": "time", "u": "volts"})
     with pytest.raises(InputError, match=r"u=volts.*no such file"):
-        loading.picking(["u=volts", str(file)], [])
+        picking.picking(["u=volts", str(file)], [])
     odd = file.rename(file.with_name("u=volts"))
-    assert loading.picking([str(odd)], ["t=time"]) == loading.Picking([odd], {"t": "time"})
+    assert picking.picking([str(odd)], ["t=time"]) == picking.Picking([odd], {"t": "time"})
 
 
 def test_none_too_many_or_a_missing_file_is_refused(file: Path) -> None:
     with pytest.raises(InputError, match=r"FILE: no file is given.*one or more to identify from"):
-        loading.there([])
-    assert loading.there([file] * 500) == [file] * 500
+        picking.there([])
+    assert picking.there([file] * 500) == [file] * 500
     with pytest.raises(InputError, match=r"501 files were given.*At most 500"):
-        loading.there([file] * 501)
+        picking.there([file] * 501)
     with pytest.raises(InputError, match=r"gone\.csv: no such file"):
-        loading.there([file, "gone.csv"])
+        picking.there([file, "gone.csv"])
     with pytest.raises(InputError, match="no such file"):
-        loading.there(["a\0b"])
+        picking.there(["a\0b"])
     with pytest.raises(InputError, match="no such file"):
-        loading.there(["a" * 5000])
+        picking.there(["a" * 5000])
 
 
 def test_units_of_all_files_agree(file: Path, tmp_path: Path) -> None:
     other = table(tmp_path / "b.csv", "t_s,u_V,x_um", [0, 1], [1, 2], [3, 4])
-    assert [t.units["x"] for t in loading.loaded(given(file, file), ROLES)] == ["mm", "mm"]
+    assert [t.units["x"] for t in picking.loaded(given(file, file), ROLES)] == ["mm", "mm"]
     with pytest.raises(InputError, match=r"b\.csv: . is in um, in .*a\.csv in mm"):
-        loading.loaded(given(file, other), ROLES)
+        picking.loaded(given(file, other), ROLES)
 
 
 def test_curves_of_a_magnetometer_are_no_columns(tmp_path: Path) -> None:
@@ -54,7 +55,7 @@ def test_curves_of_a_magnetometer_are_no_columns(tmp_path: Path) -> None:
     with pytest.raises(
         InputError, match=r"forc: the file holds first-order reversal curves.*identify hyster"
     ):
-        loading.loaded(given(place), ROLES)
+        picking.loaded(given(place), ROLES)
 
 
 def test_kinds_and_their_options_are_named_in_a_refusal(file: Path) -> None:
@@ -86,9 +87,9 @@ def test_a_file_may_lack_an_optional_column_that_another_has(tmp_path: Path) -> 
     one.write_text("t_s,u_V,run\n0,1,0\n1,2,0\n")
     other.write_text("t_s,u_mV\n0,1\n1,2\n")
     roles = (Role("t", "time", ("t",), ("s",)), Role("u", "input", ("u",), ("V",)), RUN)
-    first, second = loading.loaded(loading.Picking([one, other], {}), roles)
+    first, second = picking.loaded(picking.Picking([one, other], {}), roles)
     assert "run" in first.values and "run" not in second.values
     other.write_text("t_s,u_N\n0,1\n1,2\n")
     roles = (roles[0], Role("u", "input", ("u",), ("V", "N")), RUN)
     with pytest.raises(InputError, match=r"other\.csv: u is in N, in .*one\.csv"):
-        loading.loaded(loading.Picking([one, other], {}), roles)
+        picking.loaded(picking.Picking([one, other], {}), roles)

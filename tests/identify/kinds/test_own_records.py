@@ -11,15 +11,11 @@ import pytest
 from macromicro.errors import InputError
 from macromicro.identify import from_files
 from macromicro.identify.axis import Axis, simulate
-from macromicro.identify.clusters import unknown
 from macromicro.identify.kinds import fitted
-from macromicro.identify.kinds import sprung as kind
-from macromicro.identify.kinds.loading import picking
 from macromicro.identify.notices import PoorFitWarning
+from macromicro.identify.picking import picking
 from macromicro.identify.result import Result
-from macromicro.identify.sprung import Sprung
-from macromicro.identify.sprung import simulate as swing
-from macromicro.identify.sprung_fit import Load, SprungFit
+from macromicro.models.mass import motion
 
 DT = 0.01
 
@@ -59,8 +55,8 @@ def test_files_with_a_clock_each_are_one_record(tmp_path: Path) -> None:
 def test_an_input_counted_the_other_way_round_is_named(tmp_path: Path, spring: float) -> None:
     t = DT * np.arange(1500)
     u = np.sign(np.sin(2.0 * np.pi * 0.23 * t)) + 0.5 * np.sin(2.0 * np.pi * 0.9 * t)
-    true = Sprung(mass=0.1, viscous=0.4, coulomb=0.05, spring=spring)
-    x, v = swing(true, u, DT, 0.0, 0.0)
+    true = Axis(mass=0.1, viscous=0.4, coulomb=0.05, spring=spring)
+    x, v = motion(true, u, DT, 0.0, 0.0)
     heading, column = ("t_s,u_V,x_m", x) if spring else ("t_s,u_V,v_m/s", v)
     file = written(tmp_path / "a.csv", heading, t, -u, column + noise(len(t), 1e-5))
     pair = None if spring else {"v": "v_m/s"}
@@ -90,10 +86,10 @@ def test_a_hanging_arm_asks_for_eccentric(tmp_path: Path) -> None:
 
 def test_a_decay_that_stops_after_two_swings_shows_its_friction(tmp_path: Path) -> None:
     """2.3 Hz, 1.6 1/s and 0.4 m/s^2: where the mass stays is evidence."""
-    true = Sprung(mass=1.0, viscous=1.6, coulomb=0.4, spring=(2.0 * np.pi * 2.3) ** 2)
+    true = Axis(mass=1.0, viscous=1.6, coulomb=0.4, spring=(2.0 * np.pi * 2.3) ** 2)
     files = []
     for k, begin in enumerate((0.012, -0.011)):
-        x, _ = swing(true, np.zeros(500), 2e-3, begin, 0.0)
+        x, _ = motion(true, np.zeros(500), 2e-3, begin, 0.0)
         rows = (2e-3 * np.arange(500), x + noise(500, 4e-7))
         files.append(written(tmp_path / f"{k}.csv", "t_s,x_m", *rows))
     found = from_files("drive", files, free=True, spring=True)
@@ -155,14 +151,3 @@ def test_few_points_are_a_test(tmp_path: Path) -> None:
     test = written(tmp_path / "b.csv", "u,f", u[:250:20], f[:250:20])
     found = from_files("plays", file, tests=(str(test),))
     assert "RMS 0.0" in dict(found.remarks)[f"prediction of {test}"]
-
-
-def test_a_structure_that_diverges_is_a_row_without_a_figure() -> None:
-    reasons = {"viscous": "coulomb is better", "asymmetric": "not 2 % better than coulomb"}
-    fit = SprungFit(
-        "coulomb", Load(speed=True), Sprung(mass=1.0, viscous=1.0), (), unknown(0),
-        ((0.0, 0.0),), (np.ones(3),), (np.arange(3.0),),
-        {"coulomb": 0.1, "viscous": 0.3, "asymmetric": 7.8e9}, reasons, (0.1,), 1.0,
-    )  # fmt: skip
-    said = kind._chosen(fit, "rad/s")
-    assert said.endswith("coulomb 0.1, taken; viscous 0.3, coulomb is better; asymmetric diverges")

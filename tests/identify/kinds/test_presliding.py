@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,19 +11,17 @@ import pytest
 from macromicro.arrays import Array
 from macromicro.identify import presliding_fit
 from macromicro.identify._ripple import Ripple
-from macromicro.identify.driven import Driven
-from macromicro.identify.kinds.presliding import Records, identify
+from macromicro.identify.kinds import from_files
 from macromicro.identify.presliding import Presliding
 from macromicro.identify.presliding_fit import PreslidingFit
 from macromicro.identify.runs import Run
 
 NAMES = ("mass", "viscous", "offset", "stiffness", "settling", "level 1")
 VALUES = np.array([2.0, 15.0, 0.3, 5e4, 4e-3, 5.0])
-UNITS = {"mass": "kg", "viscous": "N s/m", "offset": "N", "coulomb": "N"}
 MODEL = Presliding(
     2.0, 15.0, 0.3, 0.0, 0.0, 0.01, 5e4, 4e-3, np.empty(0), np.array([5.0]), -1.0, 1.0
 )
-T = np.arange(100) * 1e-3
+T = np.arange(300) * 1e-3
 RECORD = Run(T, np.sin(T), 0.1 * np.sin(T))
 
 
@@ -35,12 +34,14 @@ def fitted(factors: Array, repeats: Ripple | None) -> PreslidingFit:
 
 @pytest.mark.parametrize("repeats", [None, Ripple(2.0 * math.pi / 0.06, 0.025, 0.025, 0.0)])
 def test_intervals_and_a_force_that_repeats_are_told(
-    repeats: Ripple | None, monkeypatch: pytest.MonkeyPatch
+    repeats: Ripple | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     factors = np.array([[1.0] * 6, [1.96, 1.96, 1.96, 2.1, 3.4, 1.42]])
     found = fitted(factors, repeats)
     monkeypatch.setattr(presliding_fit, "presliding_drive", lambda *_, **__: found)
-    told = identify(Records([RECORD], [], "N", "m", UNITS), "lugre", 1, Driven(1.0, None, 0))
+    np.savez(tmp_path / "a.npz", t_s=T, u_N=RECORD.u, x_m=RECORD.x)
+    told = from_files("drive", tmp_path / "a.npz", structure="lugre", along=1)
+    assert told.lines[0].unit == "kg" and told.lines[3].unit == "N/m"
     halves = {line.name: line.half / line.error for line in told.lines}
     assert halves == pytest.approx(
         {"mass": 1.96, "viscous": 1.96, "offset": 1.96}

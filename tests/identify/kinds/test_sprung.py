@@ -13,11 +13,11 @@ from tests.identify.kinds.seen import facts, given, plots, table
 from macromicro.errors import InputError
 from macromicro.identify.kinds import drive
 from macromicro.identify.kinds.drive import Options
-from macromicro.identify.sprung import Sprung, simulate
+from macromicro.models.mass import Axis, motion
 
 DT = 1e-3
-DRIVE = Sprung(mass=2.0, viscous=5.0, coulomb=3.0, offset=1.0, spring=400.0, dead_zone=4.0)
-DECAY = Sprung(mass=1.0, viscous=1.2, coulomb=0.05, offset=0.3, spring=(2 * math.pi * 18.0) ** 2)
+DRIVE = Axis(mass=2.0, viscous=5.0, coulomb=3.0, offset=1.0, spring=400.0, dead_zone=4.0)
+DECAY = Axis(mass=1.0, viscous=1.2, coulomb=0.05, offset=0.3, spring=(2 * math.pi * 18.0) ** 2)
 T = np.arange(3000) * DT
 
 
@@ -25,14 +25,14 @@ def driven(tmp_path: Path) -> Path:
     """Position and speed beside each other, in mm and mm/s; 3 N/V."""
     random = np.random.default_rng(1)
     u = np.repeat(random.uniform(-10.0, 10.0, 30), 100)
-    x, v = simulate(DRIVE, 3.0 * u, DT)
+    x, v = motion(DRIVE, 3.0 * u, DT)
     x, v = x + 1e-5 * random.standard_normal(3000), v + 1e-3 * random.standard_normal(3000)
     return table(tmp_path / "own.csv", "t_s,u_V,x_mm,speed [mm/s]", T, u, 1e3 * x, 1e3 * v)
 
 
 def decay(path: Path, at: float, seed: int) -> Path:
     noise = 1e-6 * np.random.default_rng(seed).standard_normal(3000)
-    return table(path, "t_s,x_mm", T, 1e3 * (simulate(DECAY, 0.0 * T, DT, at)[0] + noise))
+    return table(path, "t_s,x_mm", T, 1e3 * (motion(DECAY, 0.0 * T, DT, at)[0] + noise))
 
 
 def test_a_spring_and_a_dead_zone(tmp_path: Path) -> None:

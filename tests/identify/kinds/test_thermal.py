@@ -18,9 +18,8 @@ from macromicro.errors import InputError
 from macromicro.hysteresis import table_files
 from macromicro.identify import _report
 from macromicro.identify.heating import CoolingFit, GainFit, HeatingFit, StepRecord
-from macromicro.identify.kinds import heating, thermal
-from macromicro.identify.kinds.heating import Source, Steps
-from macromicro.identify.kinds.thermal import Found, Options
+from macromicro.identify.kinds import thermal
+from macromicro.identify.kinds.thermal import Found, Options, Source, Steps
 from macromicro.identify.notices import DataWarning
 from macromicro.models.heating import Ladder, Modes, step_response
 from macromicro.models.weighted_gain import Exponential, exponential
@@ -104,7 +103,7 @@ def test_a_fall_that_shows_nothing_is_left_out(monkeypatch: pytest.MonkeyPatch) 
         assert source is MEASURED
         return fit
 
-    monkeypatch.setattr(heating, "fall", fall)
+    monkeypatch.setattr(thermal, "fall", fall)
     groups: Any = {3.0: ["good"], 2.0: ["bad"], 1.0: ["good"]}
     with pytest.warns(DataWarning, match="^cooling from 2 V left out: cooling record: 'a fall'"):
         assert list(thermal._falls(Steps({}, groups), MEASURED)) == [1.0, 3.0]

@@ -11,12 +11,12 @@ from macromicro.hysteresis import from_density
 from macromicro.hysteresis.preisach import Preisach
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify import heating
-from macromicro.identify.stressed import hysteresis, judged
+from macromicro.identify.wire_model import hysteresis
 from macromicro.models import actuator
 from macromicro.models.heating import Modes, step_response
 from macromicro.models.weighted_gain import Exponential, exponential
 from macromicro.recording import Recording
-from macromicro.thesis.chapter5.actuator_fits import NEAR_STOP, against, thesis
+from macromicro.thesis.chapter5.actuator_fits import NEAR_STOP, against, judged, thesis
 
 COLUMNS = (Column("t", "s", ""), Column("laser", "um", ""), Column("ctrl", "V", ""))
 MODES = Modes(1.3, 0.09, 0.012, 0.7, 0.2, 0.1)

@@ -118,7 +118,7 @@ def test_better_model_follows_minor_loops(models: Models, name: str) -> None:
 
 def test_better_model_is_a_physical_one(models: Models) -> None:
     """DESIGN: three nodes of positive elements; latent heat; a stage that stiffens."""
-    p = models.better.model
+    p = models.better.model.wires
     assert min(p.ladder) > 0.0
     assert p.latent > 0.0
     assert p.stiffening > 0.0

@@ -8,9 +8,8 @@ from os import PathLike, fspath
 from typing import Any
 
 from macromicro.errors import InputError, ProblemError
-from macromicro.identify.kinds.loading import Picking, there
 from macromicro.identify.notices import PoorFitWarning, notice
-from macromicro.identify.picking import chosen
+from macromicro.identify.picking import Picking, chosen, there
 from macromicro.identify.result import Result
 from macromicro.schema.text import printable
 

@@ -14,8 +14,7 @@ from macromicro.identify import _report
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.clusters import within
 from macromicro.identify.kinds import model_file
-from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.picking import RUN, Role, T, runs
+from macromicro.identify.picking import RUN, Picking, Role, T, runs
 from macromicro.identify.result import Line, Result
 from macromicro.schema.par import entries
 from macromicro.units import quantity
@@ -46,8 +45,7 @@ class Options(NamedTuple):
 def identify(picking: Picking, options: Options) -> Result:
     from macromicro.identify import carriage
 
-    tables = loaded(picking, ROLES)
-    others = _report.unseen(options.tests, picking, ROLES, tables[0])
+    tables, others = _report.records(picking, ROLES, options.tests)
     records = [part for table in tables for part in runs(table)]
     pitch, said = _pitch(records, options.pitch, tables[0].file)
     fit = carriage.carriage([_columns(r) for r in records], pitch)

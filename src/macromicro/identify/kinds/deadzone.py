@@ -15,9 +15,8 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.identify import _report
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.kinds import model_file
-from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.notices import DataWarning, notice
-from macromicro.identify.picking import RUN, Picked, Role, T, runs
+from macromicro.identify.picking import RUN, Picked, Picking, Role, T, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run, checked
 from macromicro.nominal import FULL_SCALE
@@ -26,9 +25,8 @@ from macromicro.schema.text import printable
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from macromicro.identify.deadzone import DeadZone
+    from macromicro.identify.deadzone import DeadZone, DiscontinuousDeadZone
     from macromicro.identify.deadzone import Trial as Outcome
-    from macromicro.identify.discontinuity import DiscontinuousDeadZone
 
 
 U = Role(
@@ -70,8 +68,7 @@ class Prediction(NamedTuple):
 def identify(picking: Picking, options: Options) -> Result:
     from macromicro.identify import dead_zone
 
-    tables = loaded(picking, ROLES)
-    others = _report.unseen(options.tests, picking, ROLES, tables[0])
+    tables, others = _report.records(picking, ROLES, options.tests)
     records = [run for table in tables for run in constant(table)]
     if not records:
         raise ProblemError(tables[0].file, _NO_RUN, _RECORD)

@@ -37,8 +37,8 @@ def settings(
     head = "A motor-driven axis: parameters for other programs.\n"
     head += "Not for `macromicro run --config`: the bench is another axis."
     values = {
-        n: (float(v), ", ".join(filter(None, (units[n], about(errors[n])))))
-        for n, v in zip(fit.surest.names, fit.surest.values, strict=True)
+        n: (value, ", ".join(filter(None, (units[n], about(error)))))
+        for n, (value, error, _) in told(fit.surest).items()
     }
     return model_file.plain(head, {"axis": values})
 

@@ -1,10 +1,14 @@
-"""Parameters of an identified drive with their units, in words."""
+"""Parameters of an identified drive with their meanings and units, and what is said of a fit."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from macromicro.arrays import Array
 from macromicro.identify.result import Line, rounded
 from macromicro.place import ANGLE, LENGTH, PLACES
 
@@ -12,41 +16,62 @@ if TYPE_CHECKING:
     from macromicro.identify._ripple import Ripple
     from macromicro.identify.axis_fit import DriveFit
     from macromicro.identify.axis_inverse import Estimate
+    from macromicro.identify.presliding_fit import PreslidingFit
+    from macromicro.identify.sprung_fit import SprungFit
+
+Values = dict[str, tuple[float, float, float]]  # value, standard error, 95 % factor
 
 MEANINGS = {
+    "frequency": "undamped, of mass and spring",
+    "damping": "relative to critical damping",
     "mass": "inertia",
     "viscous": "viscous friction",
     "coulomb": "Coulomb friction",
     "offset": "constant force",
+    "rest": "rest position of the spring",
     "asymmetry": "viscous, excess of forwards over backwards",
     "stribeck": "breakaway above Coulomb",
     "stribeck_speed": "speed over which that fades",
+    "spring": "stiffness",
+    "dead_zone": "input below which the drive gives no force",
     "unbalance": "gravity's greatest torque",
     "hangs": "angle at which the load hangs",
+    "stiffness": "before it slides",
+    "settling": "presliding damping over that stiffness",
+    "delay": "of the force",
 }
 METHODS = ("inverse dynamics", "output error")
 # Parameters that are there, or are not: of these the error must not exceed the value.
 ABOVE_ZERO = ("mass", "viscous", "coulomb", "stribeck", "stribeck_speed", "spring", "dead_zone")
+_DIVERGED = 10.0  # times the record's range: an error that is no figure any more
 
 
-def lines(fit: DriveFit, units: dict[str, str], dt: float) -> list[Line]:
-    found = []
-    both = told(fit.inverse), told(fit.refined)
-    best, other = both if fit.surest is fit.inverse else both[::-1]
-    by = METHODS[fit.surest is fit.inverse]
-    if "lag" in both[1]:
-        lag, error, factor = both[1].pop("lag")
-        late = fit.delay * dt + lag
-        found.append(Line("delay", late, error, "s", "of the force", factor))
-    for name in both[1]:
-        value, error, factor = best[name]
-        second, spread = rounded(*other[name][:2])
-        note = f"{MEANINGS[name]}; {by} {second}" + (spread and f" +- {spread}")
-        found.append(Line(name, value, error, units[name], note, factor))
-    return found
+def units_of(force: str, x: str, u: str = "", driven: bool = True) -> dict[str, str]:
+    """Units of the parameters, SI where force and position are; without a drive per mass."""
+    named = {(p.named("N"), p.base): p.named("kg") for p in PLACES}
+    mass = named.get((force, x), f"{force}*s^2/{x}")
+    slope, stiff = f"{force}*s/{x}", f"{force}/{x}"
+    if not driven:
+        force, slope, stiff = f"{x}/s^2", "1/s", "1/s^2"
+    return {
+        "frequency": "Hz",
+        "mass": mass,
+        **dict.fromkeys(("viscous", "asymmetry"), slope),
+        **dict.fromkeys(("coulomb", "offset", "stribeck", "unbalance"), force),
+        **dict.fromkeys(("rest", "hangs"), x),
+        "stribeck_speed": f"{x}/s",
+        **dict.fromkeys(("spring", "stiffness"), stiff),
+        "dead_zone": u,
+        **dict.fromkeys(("settling", "delay", "lag"), "s"),
+    }
 
 
-def told(found: Estimate) -> dict[str, tuple[float, float, float]]:
+def newton(x: str) -> str:
+    """The unit of force where positions are in `x`: of torque for an angle."""
+    return (ANGLE if x == ANGLE.base else LENGTH).named("N")
+
+
+def told(found: Estimate | SprungFit) -> Values:
     """Parameters of an estimate; an eccentric load as unbalance and angle."""
     from macromicro.identify import eccentric
     from macromicro.identify.axis_inverse import ECCENTRIC
@@ -60,6 +85,90 @@ def told(found: Estimate) -> dict[str, tuple[float, float, float]]:
     return made | dict(zip(eccentric.NAMES, load, strict=False))
 
 
+def _line(name: str, row: tuple[float, float, float], units: Mapping[str, str]) -> Line:
+    value, error, factor = row
+    return Line(name, value, error, units.get(name, ""), MEANINGS[name], factor)
+
+
+def rigid_lines(fit: DriveFit, units: Mapping[str, str], dt: float) -> list[Line]:
+    """Parameters of the surest estimate, the other one's as a note."""
+    lines = []
+    both = told(fit.inverse), told(fit.refined)
+    best, other = both if fit.surest is fit.inverse else both[::-1]
+    by = METHODS[fit.surest is fit.inverse]
+    if "lag" in both[1]:
+        lag, error, factor = both[1].pop("lag")
+        lines.append(_line("delay", (fit.delay * dt + lag, error, factor), units))
+    for name in both[1]:
+        line = _line(name, best[name], units)
+        second, spread = rounded(*other[name][:2])
+        lines.append(line._replace(note=f"{line.note}; {by} {second}{spread and f' +- {spread}'}"))
+    return lines
+
+
+def sprung_lines(fit: SprungFit, units: Mapping[str, str]) -> list[Line]:
+    """Parameters, and what follows from mass and spring."""
+    rows: Values = {}
+    if fit.load.spring:
+        for name in ("frequency", "damping"):
+            value, error, factors = fit.derived(name)
+            rows[name] = value, error, float(factors[1])
+    for name, (value, error, factor) in told(fit).items():
+        if name == "offset" and fit.load.spring:
+            k, f0 = fit.axis.spring, fit.axis.offset
+            slopes = np.zeros((1, len(fit.names)))
+            at = [fit.names.index("offset"), fit.names.index("spring")]
+            slopes[0, at] = [-1.0 / k, f0 / (k * k)]
+            spread, factors = fit.combined(slopes)
+            rows["rest"] = -f0 / k, spread, float(factors[1])
+        else:
+            size = fit.gain if name == "dead_zone" else 1.0
+            own = "delay" if name == "lag" else name
+            rows[own] = value / size, error / abs(size), factor
+    return [_line(name, row, units) for name, row in rows.items()]
+
+
+def elastic_lines(fit: PreslidingFit, units: Mapping[str, str], place: str) -> list[Line]:
+    """Parameters, with the levels of friction along the travel."""
+    nodes = nodes_of(fit)
+    lines: list[Line] = []
+    levels = 0
+    every = zip(fit.names, fit.values, fit.std, fit.factors[1].tolist(), strict=True)
+    for name, value, error, factor in every:
+        kind = name.split(maxsplit=1)[0]
+        if kind == "level" and len(nodes) > 1:
+            note = f"Coulomb friction at {nodes[levels]:.4g} {place}"
+            lines.append(Line(name, value, error, units["coulomb"], note, factor))
+            levels += 1
+        elif kind == "share":
+            lines.append(Line(name, value, error, "", "of the friction in this element", factor))
+        else:
+            own = "coulomb" if kind == "level" else name
+            lines.append(_line(own, (value, error, factor), units))
+    return lines
+
+
+def nodes_of(fit: PreslidingFit) -> Array:
+    return np.linspace(fit.model.low, fit.model.high, len(fit.model.levels))
+
+
+def structure(
+    head: str, taken: str, scores: Mapping[str, float], reasons: Mapping[str, str], most: float
+) -> str:
+    """The structures that were tried with their errors on data held out, up to `most`."""
+    if not scores:
+        return f"{taken}, as given"
+    said = []
+    for name in dict.fromkeys((taken, *scores, *reasons)):
+        if scores.get(name, 0.0) > _DIVERGED * most:
+            said.append(f"{name} diverges")
+            continue
+        error = f" {scores[name]:.4g}" if name in scores else ""
+        why = f": {reasons[name]}" if reasons.get(name) else ""
+        said.append(f"{name}{error}{', taken' if name == taken else why}")
+    return f"{head}: " + "; ".join(said)
+
+
 def slow(name: str) -> tuple[str, str]:
     """What errors by parts of a record leave out."""
     text = f"the error of {name} leaves out forces that last longer than a part of a record"
@@ -70,43 +179,11 @@ def repeated(found: Ripple | None, force: str, x: str) -> list[tuple[str, str]]:
     if found is None:
         return []
     every = 2.0 * math.pi / found.turn
-    told = f"a force of {found.size:.3g} {force} repeats every {every:.3g} {x}"
-    return [("repeats", f"{told}; not modelled, but included in the errors")]
+    said = f"a force of {found.size:.3g} {force} repeats every {every:.3g} {x}"
+    return [("repeats", f"{said}; not modelled, but included in the errors")]
 
 
 def late(delay: int | str) -> list[tuple[str, str]]:
     if not delay or isinstance(delay, str):
         return []
     return [("delay", f"u acts {delay} sample{'s' * (delay != 1)} late")]
-
-
-def newton(x: str) -> str:
-    """The unit of force where positions are in `x`: of torque for an angle."""
-    return (ANGLE if x == ANGLE.base else LENGTH).named("N")
-
-
-def units_of(force: str, x: str) -> dict[str, str]:
-    """Units of the parameters, SI where force and position are."""
-    whole = {(p.named("N"), p.base): p.named("kg") for p in PLACES}
-    slope = f"{force}*s/{x}"
-    return {
-        "mass": whole.get((force, x), f"{force}*s^2/{x}"),
-        "viscous": slope,
-        "coulomb": force,
-        "offset": force,
-        "asymmetry": slope,
-        "stribeck": force,
-        "stribeck_speed": f"{x}/s",
-        "unbalance": force,
-        "hangs": x,
-    }
-
-
-def structure(fit: DriveFit) -> str:
-    if not fit.holdout:
-        return f"{fit.structure}, as given"
-    tried = [f"{fit.structure} {fit.holdout[fit.structure]:.4g}, taken"]
-    for name, why in fit.reasons.items():
-        error = f" {fit.holdout[name]:.4g}" if name in fit.holdout else ""
-        tried.append(f"{name}{error}: {why}")
-    return "force error on held-out data: " + "; ".join(tried)

@@ -13,9 +13,8 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.identify import _report
 from macromicro.identify._report import Pair
 from macromicro.identify.kinds import model_file
-from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.notices import DataWarning, notice
-from macromicro.identify.picking import RUN, Picked, Role, railed, runs
+from macromicro.identify.picking import RUN, Picked, Picking, Role, loaded, railed, runs
 from macromicro.identify.result import Line, Result
 from macromicro.schema.text import write_text
 
@@ -143,7 +142,7 @@ def _fitted(sweeps: list[tuple[Array, Array]], options: Options) -> tuple[HallFi
         from macromicro.identify.hall import calibrated
 
         return calibrated(sweeps, *asked), []
-    from macromicro.identify._hall_spline import splined
+    from macromicro.identify.hall import splined
 
     made = splined(sweeps, *asked)
     half = made.wide * float(np.nanmean(made.fit.error)) * 1e6

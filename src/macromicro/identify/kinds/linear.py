@@ -12,11 +12,10 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.identify import _linear_hints, _report, clusters
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.kinds import model_file
-from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.picking import RUN, Picked, Role, T, railed, runs
+from macromicro.identify.picking import RUN, Picked, Picking, Role, T, loaded, sampled
 from macromicro.identify.records import fit_percent
 from macromicro.identify.result import Line, Result, rounded
-from macromicro.identify.runs import Run, checked
+from macromicro.identify.runs import Run
 from macromicro.units import quotient
 
 if TYPE_CHECKING:
@@ -180,9 +179,7 @@ def measured(tables: list[Picked], width: float) -> list[Run]:
                 "Name a column with --columns y=COLUMN or x=COLUMN.",
             )
         role = "y" if "y" in table.values else "x"
-        for part in runs(table):
-            railed(part[role], f"{table.file}, {role}")
-            run = checked(part["t"], part["u"], part[role], table.file)
+        for run in sampled(table, role):
             less = np.sign(run.u) * np.maximum(np.abs(run.u) - width, 0.0)
             found.append(run._replace(u=less))
     return found

@@ -8,16 +8,13 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.hysteresis import prandtl, prandtl_loop, prandtl_rate
-from macromicro.hysteresis.prandtl_fit import PLAYS, PrandtlFit, fit
-from macromicro.hysteresis.prandtl_rate import RateFit
+from macromicro.hysteresis import prandtl, prandtl_fit
+from macromicro.hysteresis.prandtl_fit import PLAYS, PrandtlFit, RateFit, fit
 from macromicro.identify import _report
 from macromicro.identify._report import Pair
-from macromicro.identify.kinds import curves as cutting
 from macromicro.identify.kinds import model_file
-from macromicro.identify.kinds.hysteresis import ROLES
-from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.picking import Picked
+from macromicro.identify.kinds.hysteresis import ROLES, cleaned
+from macromicro.identify.picking import Picked, Picking, loaded
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import checked
 from macromicro.units import convert, quotient
@@ -50,19 +47,19 @@ def identify(picking: Picking, options: Options) -> Result:
         raise ProblemError(
             f"{table.file}, curve", "the file holds single curves", "Give a recording over time."
         )
-    u, f = cutting.cleaned(table)
+    u, f = cleaned(table)
     rated: RateFit | None = None
     try:
         if options.rate:
             u, f, dt = _timed(table)
-            rated = prandtl_rate.fit(u, f, dt, options.plays)
+            rated = prandtl_fit.fit_rate(u, f, dt, options.plays)
         found = rated.fit if rated else fit(u, f, options.plays)
     except InputError as error:
         raise error.at(f"{table.file}: {error.where}") from None
     u_unit, f_unit = table.units["u"], table.units["f"]
     p = found.operator
     extent, span = float(np.ptp(f)), float(np.ptp(u))
-    loop = prandtl_loop.measured(p.thresholds, p.weights, span)
+    loop = prandtl.measured(p.thresholds, p.weights, span)
     share = 100.0 * loop.width / loop.stroke
     per = quotient(f_unit, u_unit)
     lines = [
@@ -185,11 +182,11 @@ def drawn(u: Array, f: Array, found: PrandtlFit, units: tuple[str, str]) -> dict
 def _predicted(p: prandtl.Prandtl, picked: Picked, lag: float | None = None) -> Pair:
     """Prediction of another recording, once its past is known."""
     if lag is None:
-        u, f = cutting.cleaned(picked, 2)
+        u, f = cleaned(picked, 2)
         outputs = prandtl.run(p, u, prandtl.relaxed(p, float(u[0])))
     else:
         u, f, dt = _timed(picked)
-        outputs = prandtl_rate.run(p, lag, u, dt)
+        outputs = prandtl_fit.run_rate(p, lag, u, dt)
     # The larger the swing so far, the fewer plays still depend on what was before.
     low, high = np.minimum.accumulate(u), np.maximum.accumulate(u)
     counts = high - low >= min(2.0 * float(p.thresholds[-1]), 0.99 * float(np.ptp(u)))

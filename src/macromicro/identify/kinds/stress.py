@@ -12,12 +12,10 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.identify import _report
 from macromicro.identify._report import Pair
-from macromicro.identify._stress_cycles import SHARES, Cycle, cycle, pieces
-from macromicro.identify._stress_map import StressMap, fit, missed
+from macromicro.identify._stress_map import SHARES, Cycle, StressMap, cycle, fit, missed, pieces
 from macromicro.identify.kinds import model_file
-from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.notices import DataWarning, notice
-from macromicro.identify.picking import Picked, Role
+from macromicro.identify.picking import Picked, Picking, Role
 from macromicro.identify.result import Line, Result
 from macromicro.units import quotient
 
@@ -44,8 +42,7 @@ class Options(NamedTuple):
 
 def identify(picking: Picking, options: Options) -> Result:
     """Transformation temperatures, linear in the load by branch, and the levels."""
-    tables = loaded(picking, ROLES)
-    others = _report.unseen(options.tests, picking, ROLES, tables[0])
+    tables, others = _report.records(picking, ROLES, options.tests)
     found = fit(_cycles(tables))
     load, out = tables[0].units["load"] or "load", tables[0].units["x"] or "x"
     middle = float(np.mean(found.heating.loads))

@@ -3,23 +3,36 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from macromicro.arrays import Array
+from macromicro.columns import Column
 from macromicro.errors import InputError, ProblemError
+from macromicro.hysteresis.table import FodTable
 from macromicro.identify import _report
 from macromicro.identify._report import Curves, Pair
 from macromicro.identify.clusters import within
-from macromicro.identify.heating import CoolingFit, HeatingFit, StepRecord, heating, steady
-from macromicro.identify.kinds import heating as steps
+from macromicro.identify.heating import (
+    CoolingFit,
+    HeatingFit,
+    StepRecord,
+    cooling,
+    exponential_fall,
+    heating,
+    inferred_step,
+    steady,
+)
 from macromicro.identify.kinds import model_file
-from macromicro.identify.kinds.heating import Source
-from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.notices import DataWarning, notice
-from macromicro.identify.picking import RUN, Picked, Role, T
+from macromicro.identify.picking import RUN, Picked, Picking, Role, T, sampled
 from macromicro.identify.result import Line, Result
+from macromicro.identify.runs import Run
+from macromicro.recording import Recording
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -67,12 +80,11 @@ def identify(picking: Picking, options: Options) -> Result:
 
         source, role = Source(load_table(options.table), options.ambient), "x"
     roles = (T, U, X if role == "x" else TEMPERATURE, RUN)
-    tables = loaded(picking, roles)
-    others = _report.unseen(options.tests, picking, roles, tables[0])
-    sorted_ = steps.steps(tables, role)
+    tables, others = _report.records(picking, roles, options.tests)
+    sorted_ = steps(tables, role)
     remarks: list[tuple[str, str]] = []
     records = {
-        v: steps.record(group, source, sorted_.cold.get(v, ()))
+        v: record(group, source, sorted_.cold.get(v, ()))
         for v, group in sorted(sorted_.held.items())
     }
     rises = _steady(records, source, remarks)
@@ -81,7 +93,7 @@ def identify(picking: Picking, options: Options) -> Result:
     falls = _falls(sorted_, source)
     found = Found(records, rises, chosen, fit, _gain(rises, remarks), falls)
     tests = _predicted(found, others, role, source)
-    rest = steps.drift(records[chosen])
+    rest = drift(records[chosen])
     remarks.append(
         ("dynamics", f"from the step to {chosen:g} V, error {100.0 * fit.nrmse:.2f} % of its range")
     )
@@ -121,9 +133,9 @@ def _predicted(found: Found, others: list[Picked], role: str, source: Source) ->
 
     tests = []
     for table in others:
-        seen = steps.steps([table], role)
+        seen = steps([table], role)
         for volts, group in sorted(seen.held.items()):
-            step = steps.record(group, source, seen.cold.get(volts, ()))
+            step = record(group, source, seen.cold.get(volts, ()))
             if volts in found.rises:
                 end = found.rises[volts]
             elif found.gain is not None:
@@ -163,7 +175,7 @@ def _steady(
     """Steady rise [K] of each voltage whose end shows one."""
     rises, stopped = {}, []
     for volts, step in records.items():
-        if not steps.clear_of_stop(step, source):
+        if not clear_of_stop(step, source):
             stopped.append(volts)
             continue
         try:
@@ -215,12 +227,12 @@ def _gain(rises: dict[float, float], remarks: list[tuple[str, str]]) -> GainFit 
         return None
 
 
-def _falls(sorted_: steps.Steps, source: Source) -> dict[float, CoolingFit]:
+def _falls(sorted_: Steps, source: Source) -> dict[float, CoolingFit]:
     """Cooling by voltage; unusable steps are left out with a warning."""
     found = {}
     for volts, group in sorted(sorted_.cooled.items()):
         try:
-            found[volts] = steps.fall(group, source, sorted_.cold.get(volts, ()))
+            found[volts] = fall(group, source, sorted_.cold.get(volts, ()))
         except InputError as error:
             notice(DataWarning, f"cooling from {volts:g} V left out: {error}")
     return found
@@ -326,3 +338,146 @@ def _toml(found: Found) -> str:
     head = "Heating and cooling as identified, for other programs and macromicro.models.\n"
     head += "Not for `macromicro run --config`: the bench has wires and plates, not these modes."
     return model_file.plain(head, tables)
+
+
+_SHORTEST = 4.5  # samples of a fall to 63 %
+NEAR_STOP = 0.97  # of the table's range: beyond it a position shows no temperature
+_COLUMNS = (Column("t", "s", ""), Column("ctrl", "V", ""), Column("laser", "um", ""))
+
+
+class Source(NamedTuple):
+    table: FodTable | None  # from position; None: it was measured
+    ambient: float | None  # deg C; None: the first temperature of each record, or 25 deg C
+
+
+class Cold(NamedTuple):
+    mean: float  # of a temperature, deg C, or a position, mm
+    samples: int  # number, with the first of the step
+
+
+class Steps(NamedTuple):
+    held: dict[float, list[Run]]  # those of a constant voltage
+    cooled: dict[float, list[Run]]  # those that end at 0 V
+    # what was seen before the steps of each voltage
+    cold: Mapping[float, list[Cold]] = MappingProxyType({})
+
+
+def steps(tables: Sequence[Picked], role: str) -> Steps:
+    held: dict[float, list[Run]] = {}
+    cooled: dict[float, list[Run]] = {}
+    cold: dict[float, list[Cold]] = {}
+    left = 0
+    for table in tables:
+        for whole in sampled(table, role, 50):
+            first = int(np.argmax(whole.u != 0.0))
+            before = Cold(float(whole.x[: first + 1].mean()), first + 1)
+            run = Run(whole.t[first:] - whole.t[first], whole.u[first:], whole.x[first:])
+            if len(run.t) < 50 or run.u[0] <= 0.0:
+                left += 1
+                continue
+            change = np.flatnonzero(run.u != run.u[0])
+            volts = round(float(run.u[0]), 9)
+            if not len(change):
+                held.setdefault(volts, []).append(run)
+            elif np.all(run.u[change[0] :] == 0.0):
+                cooled.setdefault(volts, []).append(run)
+            else:
+                left += 1
+                continue
+            cold.setdefault(volts, []).append(before)
+    if left:
+        accepted = "a constant voltage from a cold start, then 0 V perhaps"
+        notice(DataWarning, f"{left} runs are no steps ({accepted}); left out")
+    if not held and not cooled:
+        raise ProblemError(
+            tables[0].file,
+            "no run steps to a voltage and stays there",
+            "Record open-loop steps from cold.",
+        )
+    for volts, group in cooled.items():  # a fall's rise will do where there is nothing better
+        if volts not in held:
+            cut = [int(np.argmax(r.u == 0.0)) for r in group]
+            held[volts] = [Run(*(c[:k] for c in r)) for r, k in zip(group, cut, strict=True)]
+    return Steps(held, cooled, cold)
+
+
+def _alike(group: list[Run]) -> list[Run]:
+    """The longest runs of a group with equal sample times, cut to one length."""
+    long = max(r.t[-1] for r in group)
+    kept = [r for r in group if r.t[-1] > 0.9 * long]
+    kept = [r for r in kept if abs(r.dt - kept[0].dt) < 1e-3 * kept[0].dt]
+    n = min(len(r.t) for r in kept)
+    return [Run(r.t[:n], r.u[:n], r.x[:n]) for r in kept]
+
+
+def _recordings(group: list[Run]) -> list[Recording]:
+    return [
+        Recording.from_arrays(_COLUMNS, [r.t, r.u, r.x * 1e3], float(f"{r.dt:.9g}"), {})
+        for r in group
+    ]
+
+
+def record(group: list[Run], source: Source, cold: Sequence[Cold] = ()) -> StepRecord:
+    """Mean temperature rise over ambient of one voltage's runs."""
+    # An unknown ambient temperature is the mean of the readings before the steps; its error is
+    # their scatter.
+    group = _alike(group)
+    if source.table is not None:
+        ambient = 25.0 if source.ambient is None else source.ambient
+        return inferred_step(source.table, _recordings(group), ambient)
+    mean = np.mean([r.x for r in group], axis=0)
+    if source.ambient is not None:
+        return StepRecord(group[0].t, mean, mean - source.ambient, np.zeros_like(mean))
+    cold = _cold(group, cold)
+    error = _scatter(mean) * math.sqrt(np.mean([1.0 / c.samples for c in cold]))
+    ambient = _ambient(cold)
+    return StepRecord(group[0].t, mean, mean - ambient, np.full_like(mean, error))
+
+
+def _cold(group: list[Run], cold: Sequence[Cold]) -> Sequence[Cold]:
+    return cold or [Cold(float(r.x[0]), 1) for r in group]
+
+
+def _ambient(cold: Sequence[Cold]) -> float:
+    return float(np.mean([c.mean for c in cold]))
+
+
+def _scatter(x: Array) -> float:
+    """Noise over the last half, by second differences (J. von Neumann, 1941)."""
+    return float(np.sqrt(np.mean(np.diff(x[len(x) // 2 :], 2) ** 2) / 6.0))
+
+
+def clear_of_stop(step: StepRecord, source: Source) -> bool:
+    """Whether the end of a step shows a temperature."""
+    if source.table is None:
+        return True
+    table = source.table
+    return float(step.position.max()) < table.f_low + NEAR_STOP * table.span
+
+
+def drift(step: StepRecord) -> float:
+    """Change of the rise over the last tenth of a record."""
+    last = step.t >= step.t[-1] - 0.1 * (step.t[-1] - step.t[0])
+    rise = step.rise[last]
+    if len(rise) < 10:
+        return math.nan
+    tenth = max(len(rise) // 5, 1)
+    return float(rise[-tenth:].mean() - rise[:tenth].mean()) / max(abs(float(rise[-1])), 1e-12)
+
+
+def fall(group: list[Run], source: Source, cold: Sequence[Cold] = ()) -> CoolingFit:
+    """Cooling constant of (5.9) from one voltage's runs."""
+    group = _alike(group)
+    if source.table is not None:
+        ambient = 25.0 if source.ambient is None else source.ambient
+        return cooling(source.table, _recordings(group), ambient)
+    t, x = group[0].t, np.mean([r.x for r in group], axis=0)
+    begin = int(np.argmax(group[0].u == 0.0))
+    ambient = _ambient(_cold(group, cold)) if source.ambient is None else source.ambient
+    peak = float(x[max(begin - 5, 0) : begin].mean())
+    every = np.ones(len(x) - begin, dtype=np.bool_)
+    fit = exponential_fall(t[begin:] - t[begin], x[begin:] - ambient, every, peak, ambient)
+    if fit is None or fit.time < _SHORTEST * group[0].dt:
+        found = f"it falls from {peak:.4g} to {x[-1]:.4g} degC"
+        raise ProblemError("cooling record", found, "Record 63 % of the way to ambient or more.")
+    return fit

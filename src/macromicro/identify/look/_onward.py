@@ -11,7 +11,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.files.table import Table
-from macromicro.identify.kinds import drive, hall, hysteresis, linear, sprung, stress, thermal
+from macromicro.identify.kinds import drive, hall, hysteresis, linear, stress, thermal
 from macromicro.identify.picking import DEGREES, Role, T, matched
 from macromicro.units import convert
 
@@ -77,7 +77,7 @@ def _output(table: Table) -> str:
     found = matched(table, (T, linear.U))
     others = [name for name in table.columns if name not in found.values()]
     unit = table.units.get(others[0], "") if len(others) == 1 and len(found) == 2 else ""
-    moves = not unit or _converts(unit, (*drive.X.units, *sprung.V.units))
+    moves = not unit or _converts(unit, (*drive.X.units, *drive.V.units))
     return "" if moves else others[0]
 
 
@@ -98,7 +98,7 @@ def _fits(unit: str, role: Role, with_units: str) -> bool:
 
 def by_units(table: Table) -> tuple[dict[str, str], list[str]]:
     """Time, effort and position of a drive, by name, by units or by even steps; "?" if unsure."""
-    roles = (*drive.ROLES[:3], sprung.V)
+    roles = (*drive.ROLES[:3], drive.V)
     named = {
         role.name: name
         for role in roles
@@ -119,7 +119,7 @@ def by_units(table: Table) -> tuple[dict[str, str], list[str]]:
                 break
     for role in roles[1:]:
         fits = [name for name in rest if _converts(table.units.get(name, ""), role.units)]
-        free = columns["x" if role is sprung.V else role.name] == "?"
+        free = columns["x" if role is drive.V else role.name] == "?"
         if free and len(fits) == 1:
             columns[role.name] = fits[0]
             reasons.append(f"{role.name}: {fits[0]}, the only one in {table.units[fits[0]]}")

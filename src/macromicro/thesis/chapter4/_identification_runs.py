@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.identify.discontinuity import DiscontinuousDeadZone, discontinuous_dead_zone
+from macromicro.identify.deadzone import DiscontinuousDeadZone, discontinuous_dead_zone
 from macromicro.identify.linear import LinearFit, mls
 from macromicro.identify.records import average_runs, differentiated
 from macromicro.recording import Recording

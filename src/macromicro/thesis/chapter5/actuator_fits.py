@@ -18,7 +18,7 @@ from macromicro.identify.linear import LinearFit, mls
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.records import signal
 from macromicro.identify.search import least_squares
-from macromicro.identify.stressed import Judgement, hysteresis, judged
+from macromicro.identify.wire_model import hysteresis
 from macromicro.models import actuator
 from macromicro.models.actuator import Actuator
 from macromicro.models.heating import Modes, step_response
@@ -27,6 +27,27 @@ from macromicro.recording import Recording
 
 # Steps that get this close to the table's end are in saturation: no steady temperature.
 NEAR_STOP = 0.97
+
+
+class Judgement(NamedTuple):
+    """Error of a model, as shares of the stroke."""
+
+    steady: float  # difference at the end
+    dynamic: float  # RMS until the measured position has come to stay
+    whole: float  # RMS throughout
+
+
+def judged(t: Array, measured: Array, model: Array, stroke: float) -> Judgement:
+    """Error of a model's position; the dynamic part is the rise and 1.5 times its time (2 %)."""
+    error = (model - measured) / stroke
+    last = t >= t[-1] - 0.02 * (t[-1] - t[0])
+    arrived = int(np.argmax(measured >= 0.98 * measured.max()))
+    moving = t <= t[0] + 1.5 * (t[arrived] - t[0])
+    return Judgement(
+        float(error[last].mean()),
+        float(np.sqrt(np.mean(error[moving] ** 2))),
+        float(np.sqrt(np.mean(error**2))),
+    )
 
 
 class ThesisFit(NamedTuple):

@@ -11,9 +11,9 @@ from typing import NamedTuple
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify import heating, stressed
+from macromicro.identify import heating, wire_table
 from macromicro.identify.heating import AMBIENT, StepRecord
-from macromicro.identify.stressed import Judgement, StressedFit
+from macromicro.identify.wire import WireFit
 from macromicro.models import actuator as full_model
 from macromicro.models import stressed as better_model
 from macromicro.models.weighted_gain import Weighted
@@ -21,7 +21,7 @@ from macromicro.recording import Recording
 from macromicro.runs.machine import Machine
 from macromicro.thesis.chapter5 import _electrothermal_runs, actuator_fits
 from macromicro.thesis.chapter5._electrothermal_runs import StepData
-from macromicro.thesis.chapter5.actuator_fits import ThesisFit
+from macromicro.thesis.chapter5.actuator_fits import Judgement, ThesisFit, judged
 
 
 class Compared(NamedTuple):
@@ -42,7 +42,7 @@ class Models(NamedTuple):
     table: FodTable  # Figure 5.8
     data: StepData
     thesis: ThesisFit
-    better: StressedFit
+    better: WireFit
     traces: dict[float, Trace]  # by voltage [V]
     steps: dict[float, Judgement]  # the thesis' model on the data of its fit (S10)
     unseen: dict[str, Compared]  # all models on other runs, by name
@@ -72,31 +72,35 @@ def measured(table: FodTable, plant: Machine | None = None, seed: int = 0) -> Mo
 
 def _fitted(table: FodTable, data: StepData, plant: Machine | None, seed: int) -> Models:
     first = actuator_fits.thesis(table, data.steps, data.cooled[1.575])
-    better = stressed.fit(table, _electrothermal_runs.for_fit(plant, seed + 10_000))
+    better = wire_table.with_table(table, _electrothermal_runs.for_fit(plant, seed + 10_000))
     printed = first.model._replace(gain=Weighted())
     unseen = {
         name: Compared(
             actuator_fits.against(first.model, [r]),
             actuator_fits.against(printed, [r]),
-            stressed.against(better.model, r),
+            _judged(better, r),
         )
         for name, r in _electrothermal_runs.for_judgement(plant, seed + 20_000).items()
     }
     traces = {v: _traced(table, first, better, trials) for v, trials in data.steps.items()}
     steps = {
-        v: stressed.judged(c.record.t, c.record.position, c.thesis, table.span)
-        for v, c in traces.items()
+        v: judged(c.record.t, c.record.position, c.thesis, table.span) for v, c in traces.items()
     }
     return Models(table, data, first, better, traces, steps, unseen)
 
 
-def _traced(
-    table: FodTable, first: ThesisFit, better: StressedFit, trials: list[Recording]
-) -> Trace:
+def _traced(table: FodTable, first: ThesisFit, better: WireFit, trials: list[Recording]) -> Trace:
     record = heating.inferred_step(table, trials, AMBIENT)
     sent, dt = trials[0]["ctrl"][: len(record.t)], trials[0].dt
     return Trace(
         record,
         full_model.simulate(first.model, sent, dt)[0],
-        better_model.simulate(better.model, sent, dt)[0],
+        better_model.simulate(better.model.wires, sent, dt)[0],
     )
+
+
+def _judged(better: WireFit, recording: Recording) -> Judgement:
+    """The improved model's free simulation against a recording from cold."""
+    wires = better.model.wires
+    made = better_model.simulate(wires, recording["ctrl"], recording.dt)[0]
+    return judged(recording["t"], 1e-3 * recording["laser"], made, wires.hysteresis.span)

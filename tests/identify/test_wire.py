@@ -9,8 +9,9 @@ import pytest
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import _unheated
-from macromicro.identify._unheated import Heated
+from macromicro.identify import search, wire
+from macromicro.identify.wire import Heated
+from macromicro.identify.wire_model import simulate
 
 DT = 0.02
 
@@ -67,51 +68,49 @@ def test_two_records_foretell_others_that_were_not_fitted() -> None:
     others = {seed: foreign(levels(seed), seed) for seed in range(9, 17)}
     missed = np.empty((4, len(others)))
     for row, first in zip(missed, (1, 3, 5, 7), strict=True):
-        fit = _unheated.unheated([foreign(levels(s), s) for s in (first, first + 1)])
-        assert fit.rms < 0.013 * fit.range
+        records = [foreign(levels(s), s) for s in (first, first + 1)]
+        extent = np.ptp(np.concatenate([r.x for r in records]))
+        fit = wire.without_table(records)
+        assert fit.rms < 0.013 * extent
         assert np.all(np.diff(fit.model.wires.heat) > 0.0)
-        assert [len(x) for x in fit.free_run] == [6000, 6000]
         for k, other in enumerate(others.values()):
-            made = _unheated.simulate(fit.model, other.u, DT)
+            made = simulate(fit.model, other.u, DT)
             row[k] = np.sqrt(np.mean((made - other.x) ** 2)) / np.ptp(other.x)
     assert np.median(missed) < 0.012 and missed.max() < 0.029
     kept = [k for k, seed in enumerate(others) if seed != 15]
     assert missed[:, kept].max() < 0.02
 
 
-def own(known: _unheated._Known, **changes: float) -> tuple[Array, list[str]]:
+def own(known: wire._Scale, **changes: float) -> tuple[Array, list[str]]:
     """Search values of a known actuator."""
-    begin = {n: v for n, v, *_ in _unheated._SCALARS} | changes
-    logs = {n: log for n, _, _, _, log in _unheated._SCALARS}
-    z = [math.log(begin[n]) if logs[n] else begin[n] for n in _unheated.NAMES]
-    return np.array([*z, *np.zeros(len(known.volts) - 1)]), list(_unheated.NAMES)
+    return wire.placed(known.parameters, changes), [p.name for p in known.parameters]
 
 
 def test_what_the_model_made_is_found_again() -> None:
     u = levels(5, 4000)
-    known = _unheated._Known(_unheated._nodes(u), 25.0, 80.0, 2.0, 0.1)
+    known = wire._Scale(wire._nodes(u), 25.0, 80.0, 2.0, 0.1)
     z, _ = own(known, wire=0.8, latent=10.0, stroke=1.2, hysteresis=15.0, warm=90.0)
-    model, table, values = _unheated._model(known, z)
-    x = _unheated.simulate(model, u, DT)
+    model, table, values = wire._wire(known, z)
+    x = simulate(model, u, DT)
     assert x[0] == pytest.approx(0.1, abs=1e-3)
     assert model.wires.ladder.c1 * model.wires.ladder.r1 == pytest.approx(0.8)
     assert sum(model.wires.ladder[k] for k in (1, 3, 5)) == pytest.approx(1.0)
     assert table.span == pytest.approx(2.4)
     assert values["heat 1.6"] == pytest.approx(90.0)
     assert values["heat 0.5"] == pytest.approx(90.0 * (0.5 / 1.6) ** 2)
-    grid = _unheated._gridded(Heated(u, x, DT))
-    assert np.abs(_unheated._missed(known, [grid], z)).max() < 1e-12
-    slopes = _unheated.slopes(
-        lambda z: _unheated._missed(known, [grid], z), z, _unheated._span(known)
+    grid = wire._gridded(Heated(u, x, DT))
+    assert np.abs(wire._missed(known, [grid], z)).max() < 1e-12
+    slopes = search.slopes(
+        lambda z: wire._missed(known, [grid], z), z, wire.bounds_of(known.parameters)
     )
     assert np.all(np.abs(slopes).max(axis=0)[[0, 5, 10, 14]] > 1e-3)
 
 
 def test_medians_of_contraction_and_extension_are_where_they_are_said_to_be() -> None:
-    known = _unheated._Known(np.array([0.0, 1.0]), 25.0, 80.0, 2.0, 0.0)
+    known = wire._Scale(np.array([0.0, 1.0]), 25.0, 80.0, 2.0, 0.0)
     spreads = {"rise spread": 1.5, "fall spread": 1.5}
     z, _ = own(known, **{"rise skew": 0.4, "fall skew": 3.0, "hysteresis": 35.0}, **spreads)
-    _, table, _ = _unheated._model(known, z)
+    _, table, _ = wire._wire(known, z)
     at = table.lo + table.step * np.arange(len(table.values))
     rise = table.values[:, 0] / table.span
     fall = 1.0 - table.values[-1, :] / table.span
@@ -123,7 +122,7 @@ def test_twice_the_scale_of_temperature_is_the_same_actuator() -> None:
     u = levels(6, 3000)
     made = []
     for austenite, size in ((80.0, 1.0), (135.0, 2.0)):
-        known = _unheated._Known(_unheated._nodes(u), 25.0, austenite, 2.0, 0.0)
+        known = wire._Scale(wire._nodes(u), 25.0, austenite, 2.0, 0.0)
         z, _ = own(
             known,
             **{n: size * v for n, v in (
@@ -133,27 +132,27 @@ def test_twice_the_scale_of_temperature_is_the_same_actuator() -> None:
             resistance=-0.1,
             growth=0.3,
         )  # fmt: skip
-        made.append(_unheated.simulate(_unheated._model(known, z)[0], u, DT))
+        made.append(simulate(wire._wire(known, z)[0], u, DT))
     assert made[0] == pytest.approx(made[1], abs=1e-6)
 
 
 def test_expansion_makes_the_wires_longer_while_they_warm() -> None:
     u = np.full(500, 0.5)
-    known = _unheated._Known(np.array([0.0, 0.5]), 25.0, 80.0, 2.0, 0.0)
+    known = wire._Scale(np.array([0.0, 0.5]), 25.0, 80.0, 2.0, 0.0)
     z, names = own(known, expansion=0.05, warm=20.0)
-    x = _unheated.simulate(_unheated._model(known, z)[0], u, DT)
+    x = simulate(wire._wire(known, z)[0], u, DT)
     z[names.index("expansion")] = 0.0
-    plain = _unheated.simulate(_unheated._model(known, z)[0], u, DT)
+    plain = simulate(wire._wire(known, z)[0], u, DT)
     assert x[-1] < plain[-1] - 0.05 * 2.0 * 10.0 / 55.0
 
 
 def steady(**changes: float) -> tuple[float, float]:
     """Warming of contracted wires in the end, which their expansion shows, and the heat, K."""
-    known = _unheated._Known(np.array([0.0, 1.0]), 25.0, 80.0, 2.0, 0.0)
+    known = wire._Scale(np.array([0.0, 1.0]), 25.0, 80.0, 2.0, 0.0)
     always = {"expansion": 0.05, "r1": 0.6, "plates": 1.0, "body": 5.0, "warm": 200.0}
     z, _ = own(known, **always, **changes)
-    p, _, values = _unheated._model(known, z)
-    x = _unheated.simulate(p, np.full(6000, 1.0), DT)
+    p, _, values = wire._wire(known, z)
+    x = simulate(p, np.full(6000, 1.0), DT)
     return float((2.0 - x[-1]) / p.expansion), values["heat 1"]
 
 
@@ -170,8 +169,8 @@ def test_hot_wires_lose_more_where_convection_grows() -> None:
 
 
 def test_many_levels_get_few_points_and_few_levels_one_each() -> None:
-    assert list(_unheated._nodes(np.array([0.0, 1.0, 1.0, 2.5]))) == [0.0, 1.0, 2.5]
-    many = _unheated._nodes(np.linspace(-1.0, 3.0, 400))
+    assert list(wire._nodes(np.array([0.0, 1.0, 1.0, 2.5]))) == [0.0, 1.0, 2.5]
+    many = wire._nodes(np.linspace(-1.0, 3.0, 400))
     assert len(many) == 8 and many[0] == 0.0 and many[-1] == 3.0
 
 
@@ -186,4 +185,4 @@ def test_many_levels_get_few_points_and_few_levels_one_each() -> None:
 )
 def test_what_cannot_be_is_refused(records: list[Heated], options: dict, said: str) -> None:
     with pytest.raises(InputError, match=said):
-        _unheated.unheated(records, **options)
+        wire.without_table(records, **options)

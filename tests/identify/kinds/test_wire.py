@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.identify.kinds.seen import table
-from tests.identify.test_unheated import DT, foreign, levels, own
+from tests.identify.test_wire import DT, foreign, levels, own
 
 from macromicro.errors import InputError
-from macromicro.identify import _unheated, kinds
-from macromicro.identify._unheated import UnheatedFit
+from macromicro.identify import kinds, wire
+from macromicro.identify.wire import WireFit
 
 
 @pytest.fixture
@@ -28,18 +28,17 @@ def files(tmp_path: Path) -> list[Path]:
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list:
-    """The search itself is tested in test_unheated of the library."""
+    """The search itself is tested in test_wire."""
     seen = []
 
     def found(records, ambient, austenite):
         seen.append((records, ambient, austenite))
-        known = _unheated._Known(_unheated._nodes(records[0].u), ambient, austenite, 2.0, 0.0)
-        model, relays, values = _unheated._model(known, own(known)[0])
+        known = wire._Scale(wire._nodes(records[0].u), ambient, austenite, 2.0, 0.0)
+        model, relays, values = wire._wire(known, own(known)[0])
         std = dict.fromkeys(values, 0.1) | {"latent": math.nan}
-        free = tuple(_unheated.simulate(model, r.u, r.dt) for r in records)
-        return UnheatedFit(model, relays, values, std, 0.02, 2.0, free)
+        return WireFit(model, relays, values, std, 0.02, 9)
 
-    monkeypatch.setattr(_unheated, "unheated", found)
+    monkeypatch.setattr(wire, "without_table", found)
     return seen
 
 
@@ -53,9 +52,10 @@ def test_what_was_found_is_told(files: list[Path], asked: list) -> None:
     assert lines[heat].note == "final warming of the wires by so many A"
     assert "not fitted" in lines["test"].note
     said = dict(found.remarks)
-    assert said["fit"] == "20 um RMS, 1.00 % of the range, 1 records"
+    extent = float(np.ptp(records[0].x))
+    assert said["fit"] == f"20 um RMS, {2.0 / extent:.2f} % of the range, 1 records"
     assert said["scale of temperature"].startswith("half contracted at 80 degC")
-    share = 100.0 * found.data["tests"][0]["rms"] / 2.0
+    share = 100.0 * found.data["tests"][0]["rms"] / extent
     assert said["test records"] == f"{share:.2f} % of the range at most"
     drawn = found.plot()
     assert set(drawn) == {"free_run", "residuals", "branches", "heat"}

@@ -1,12 +1,12 @@
-"""Tests of the triangle that stands for a long table."""
+"""Slopes by differences to both sides, and the triangle that stands for a long table."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from macromicro.identify import _triangle as module
-from macromicro.identify._triangle import stretches, triangle
+from macromicro.identify import search as module
+from macromicro.identify.search import central, stretches, triangle
 
 
 @pytest.mark.parametrize("cuts", [[], [1], [3, 3, 250]])
@@ -48,3 +48,18 @@ def test_stretches_are_views_of_all_rows(monkeypatch: pytest.MonkeyPatch) -> Non
     assert [part.tolist() for part in parts] == [[0, 1, 2, 3], [4, 5, 6, 7], [8, 9]]
     assert all(np.shares_memory(part, rows) for part in parts)
     assert [len(part) for part in stretches(rows[:0])] == [0]
+
+
+def test_slopes_are_exact_of_squares_and_stay_within_the_bounds() -> None:
+    seen = []
+
+    def made(z: np.ndarray) -> np.ndarray:
+        seen.append(z.copy())
+        return np.array([z[0] ** 2, z[0] + 3.0 * z[1], z[1]])
+
+    at, nudge = np.array([2.0, 1.0]), np.array([0.1, 0.5])
+    free = central(made, at, nudge, np.full(2, -9.0), np.full(2, 9.0))
+    assert free == pytest.approx(np.array([[4.0, 0.0], [1.0, 3.0], [0.0, 1.0]]))
+    seen.clear()
+    central(made, at, nudge, np.array([2.0, 0.8]), np.array([2.05, 9.0]))
+    assert [list(z) for z in seen] == [[2.05, 1.0], [2.0, 1.0], [2.0, 1.5], [2.0, 0.8]]

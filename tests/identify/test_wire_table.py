@@ -13,22 +13,19 @@ from macromicro.columns import Column
 from macromicro.errors import InputError
 from macromicro.hysteresis import from_density
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify._free_run_search import Span
-from macromicro.identify._stressed_begin import MOST_VOLTAGES, NAMES, means
+from macromicro.identify import wire
 from macromicro.identify.notices import ConvergenceWarning, DataWarning
-from macromicro.identify.stressed import (
-    _at_end,
-    _cut,
-    _grid,
-    _Known,
-    _late,
-    _searched,
-    _values,
-    _with,
-    against,
-    fit,
-    hysteresis,
-    judged,
+from macromicro.identify.wire import Parameter, named, placed
+from macromicro.identify.wire_model import hysteresis
+from macromicro.identify.wire_table import (
+    MOST_VOLTAGES,
+    gridded,
+    means,
+    parameters_of,
+    switched,
+    too_slow,
+    wires_of,
+    with_table,
 )
 from macromicro.models import stressed
 from macromicro.models.heating import Ladder
@@ -56,7 +53,7 @@ def recorded(
 def test_the_time_grid_is_fine_after_each_change_of_ctrl() -> None:
     """2 ms for two seconds, 10 ms up to ten, then 50 ms; here with one change after 15 s."""
     ctrl = np.where(np.arange(20001) < 15000, 1.5, 1.6)
-    run = _grid(recorded(ctrl, np.zeros(20001), 1e-3))
+    run = gridded(recorded(ctrl, np.zeros(20001), 1e-3))
     starts = np.r_[0.0, np.cumsum(run.dt)[:-1]]
     assert np.sum(run.dt) == pytest.approx(20.0)
     for begin, end, step in ((0.0, 2.0, 0.002), (2.0, 10.0, 0.01), (10.0, 15.0, 0.05),
@@ -69,7 +66,7 @@ def test_the_time_grid_is_fine_after_each_change_of_ctrl() -> None:
 
 
 def test_a_coarse_record_keeps_all_its_samples() -> None:
-    run = _grid(recorded(np.full(101, 1.5), np.zeros(101), 0.1))
+    run = gridded(recorded(np.full(101, 1.5), np.zeros(101), 0.1))
     np.testing.assert_allclose(run.dt, 0.1)
     assert len(run.dt) == 100
 
@@ -77,14 +74,14 @@ def test_a_coarse_record_keeps_all_its_samples() -> None:
 @pytest.mark.parametrize("dt", [0.01, 0.00999999999999801, 0.0100000000000021])
 def test_no_step_of_the_time_grid_is_empty_where_a_files_period_is_not_exact(dt: float) -> None:
     ctrl = np.r_[np.full(1500, 1.5), np.zeros(600)]
-    run = _grid(recorded(ctrl, np.zeros(2100), dt))
+    run = gridded(recorded(ctrl, np.zeros(2100), dt))
     assert run.dt.min() > 0.5 * dt and np.isfinite(run.cut).all()
-    assert len(run.dt) == len(_grid(recorded(ctrl, np.zeros(2100), 0.01)).dt)
+    assert len(run.dt) == len(gridded(recorded(ctrl, np.zeros(2100), 0.01)).dt)
 
 
-def test_positions_are_met_at_points_spread_evenly_over_the_grid() -> None:
+def test_positions_are_met_at_points_spread_evenly_over_thegridded() -> None:
     x = np.arange(20001) * 1e-4
-    run = _grid(recorded(np.full(20001, 1.5), x, 1e-3))
+    run = gridded(recorded(np.full(20001, 1.5), x, 1e-3))
     starts = np.r_[0.0, np.cumsum(run.dt)[:-1]]
     assert len(run.at) == 150 and run.at[0] == 1 and run.at[-1] == len(run.dt) - 1
     assert np.ptp(np.diff(run.at)) <= 1
@@ -95,7 +92,7 @@ def test_the_share_of_time_cut_is_that_of_each_step() -> None:
     contract = np.zeros(3001)
     contract[2005:2008] = 1.0
     contract[100] = 1.0
-    run = _grid(recorded(np.full(3001, 1.5), np.zeros(3001), 1e-3, contract))
+    run = gridded(recorded(np.full(3001, 1.5), np.zeros(3001), 1e-3, contract))
     starts = np.round(np.r_[0.0, np.cumsum(run.dt)[:-1]], 9)
     assert run.cut[starts == 0.1] == 0.5  # one of two milliseconds
     assert run.cut[starts == 2.0] == pytest.approx(0.3)  # three of ten
@@ -124,25 +121,37 @@ def test_where_contract_acts_is_the_middle_of_where_it_did(
     places: tuple[float, ...], on: float, off: float
 ) -> None:
     none = recorded(np.ones(20), np.zeros(20), 0.01)
-    assert _cut([none, switching(*places)], 4.0) == (pytest.approx(on), pytest.approx(off))
-    assert _cut([none], 4.0) == (math.inf, math.inf)
-    assert _cut([recorded(np.ones(9), np.zeros(9), 0.01, np.zeros(9))], 4.0) == (math.inf, math.inf)
+    assert switched([none, switching(*places)], 4.0) == (pytest.approx(on), pytest.approx(off))
+    assert switched([none], 4.0) == (math.inf, math.inf)
+    assert switched([recorded(np.ones(9), np.zeros(9), 0.01, np.zeros(9))], 4.0) == (
+        math.inf,
+        math.inf,
+    )
 
 
-KNOWN = _Known(np.array([0.0, 1.5, 1.6]), 0.0, 3.9, 3.8, 25.0, hysteresis(TABLE))
+VOLTS = np.array([0.0, 1.5, 1.6])
+KNOWN = {
+    **{"volts": VOLTS, "lag": 0.0, "cut_on": 3.9, "cut_off": 3.8},
+    **{"ambient": 25.0, "hysteresis": hysteresis(TABLE)},
+}
+NAMES = ("c1", "r1", "c2", "r2", "c3", "latent", "shift", "stiffening")
 TRUTH = np.array([0.9, 0.7, 30.0, 0.22, 1200.0, 15.0, 1.0, 0.8, 58.0, 80.0])
+
+
+def actuator(known: dict[str, Any], theta: np.ndarray) -> stressed.Stressed:
+    return wires_of(known, {str(k): float(v) for k, v in enumerate(theta)})
 
 
 def test_values_go_to_their_places_in_the_model() -> None:
     """The resistances add up to 1, as far as the third stays above 0.002."""
-    p = _with(KNOWN, TRUTH)
+    p = actuator(KNOWN, TRUTH)
     assert p.heat.tolist() == [0.0, 58.0, 80.0]
     assert p.ladder == (0.9, 0.7, 30.0, 0.22, 1200.0, pytest.approx(0.08))
     assert (p.latent, p.shift, p.stiffening) == (15.0, 1.0, 0.8)
-    assert (p.volts, p.cut_on, p.ambient) == (KNOWN.volts, 3.9, 25.0)
+    assert (p.volts is VOLTS, p.cut_on, p.ambient) == (True, 3.9, 25.0)
     wide = TRUTH.copy()
     wide[1] = 0.95
-    assert _with(KNOWN, wide).ladder.r3 == 0.002
+    assert actuator(KNOWN, wide).ladder.r3 == 0.002
 
 
 NEAR = np.array([0.8, 0.75, 40.0, 0.2, 1500.0, 20.0, 0.5, 0.5, 62.0, 76.0])
@@ -151,7 +160,7 @@ NEAR = np.array([0.8, 0.75, 40.0, 0.2, 1500.0, 20.0, 0.5, 0.5, 62.0, 76.0])
 def made(*levels: float, seconds: float = 2.0) -> Recording:
     """A free run of the model that NEAR gives, so long at each voltage, with 2 um of noise."""
     ctrl = np.repeat(levels, round(seconds / 0.02)).astype(float)
-    x = stressed.simulate(_with(KNOWN, NEAR), ctrl, 0.02)[0]
+    x = stressed.simulate(actuator(KNOWN, NEAR), ctrl, 0.02)[0]
     noise = np.random.default_rng(len(levels)).normal(0.0, 0.002, len(x))
     return recorded(ctrl, x + noise, 0.02)
 
@@ -161,28 +170,32 @@ def test_a_model_is_found_again_from_its_own_runs() -> None:
     runs = [made(1.5, 0.0, 1.6, 0.0, seconds=25.0), made(1.6, 1.5, 0.0, seconds=25.0)]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = fit(TABLE, runs)
+        found = with_table(TABLE, runs)
     assert list(found.values) == [*NAMES, "heat 1.5 V", "heat 1.6 V"] == list(found.std)
     assert found.rms == pytest.approx(0.002, rel=0.2)
-    assert found.model.volts.tolist() == [0.0, 1.5, 1.6]
-    assert found.values["heat 1.5 V"] == found.model.heat[1] == pytest.approx(62.0, rel=0.05)
-    assert found.values["heat 1.6 V"] == found.model.heat[2] == pytest.approx(76.0, rel=0.05)
-    assert (found.model.cut_on, found.model.ambient, found.model.lag) == (math.inf, 25.0, 0.0)
+    assert found.model.wires.volts.tolist() == [0.0, 1.5, 1.6]
+    assert found.values["heat 1.5 V"] == found.model.wires.heat[1] == pytest.approx(62.0, rel=0.05)
+    assert found.values["heat 1.6 V"] == found.model.wires.heat[2] == pytest.approx(76.0, rel=0.05)
+    assert (found.model.wires.cut_on, found.model.wires.ambient, found.model.wires.lag) == (
+        math.inf,
+        25.0,
+        0.0,
+    )
     assert all(0.0 < s < math.inf for s in found.std.values())
     # Moves of this wire take three times as long as the thesis': steps four times as long.
     assert means(TABLE, runs, 25.0).pace == pytest.approx(1.45, rel=0.05)
     error = np.concatenate([
-        stressed.simulate(found.model, r.ctrl, r.dt, r.cut)[0][r.at] - r.x
-        for r in (_grid(run, 4.0) for run in runs)
+        stressed.simulate(found.model.wires, r.ctrl, r.dt, r.cut)[0][r.at] - r.x
+        for r in (gridded(run, 4.0) for run in runs)
     ])  # fmt: skip
     assert found.rms == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-6)
     assert 1 < found.iterations <= 40
-    known = KNOWN._replace(cut_on=math.inf, cut_off=math.inf)
+    known = KNOWN | {"cut_on": math.inf, "cut_off": math.inf}
     ratio = list(found.std.values()) / textbook_errors(known, found.values, runs)
     assert np.all((ratio > 0.5) & (ratio < 2.0))  # slopes by other steps
     for name, true in zip(found.values, NEAR, strict=True):
         assert found.values[name] == pytest.approx(true, abs=4.0 * found.std[name]), name
-    again = fit(TABLE, runs, near=found)
+    again = with_table(TABLE, runs, near=found)
     assert again.rms == pytest.approx(found.rms, rel=1e-4)
 
 
@@ -211,12 +224,12 @@ def test_the_search_begins_by_table_and_records_not_by_the_thesis(unit: float, s
     p, runs = foreign(unit, slow)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = fit(TABLE, runs, ambient=18.0)
+        found = with_table(TABLE, runs, ambient=18.0)
     assert found.rms == pytest.approx(0.002, rel=0.15)
     assert found.values["c1"] == pytest.approx(0.8 * slow, rel=0.1)
     assert found.values["shift"] == pytest.approx(-12.0, abs=1.0)
     assert found.values["stiffening"] == pytest.approx(8.0, rel=0.1)
-    for level, heat in zip(found.model.volts, found.model.heat, strict=True):
+    for level, heat in zip(found.model.wires.volts, found.model.wires.heat, strict=True):
         assert heat == pytest.approx(np.interp(level, p.volts, p.heat), rel=0.1)
 
 
@@ -232,19 +245,21 @@ def test_what_table_and_records_say_before_the_search() -> None:
 
 def test_what_warms_longer_than_any_record_is_said() -> None:
     ladder = Ladder(0.9, 0.7, 30.0, 0.2, 1200.0, 0.1)
-    assert _late(ladder, 121.0) == ""
-    assert _late(ladder, 100.0) == "c3 r3 (120 s) is"
-    assert _late(ladder, 5.0) == "c2 r2 (6 s) and c3 r3 (120 s) are"
+    assert too_slow(ladder, 121.0) == ""
+    assert too_slow(ladder, 100.0) == "c3 r3 (120 s) is"
+    assert too_slow(ladder, 5.0) == "c2 r2 (6 s) and c3 r3 (120 s) are"
     with pytest.warns(DataWarning, match=r"c2 r2 .* longer than the longest record \(4 s\)"):
-        fit(TABLE, [made(1.5, 0.0), made(1.6, 0.0)])
+        with_table(TABLE, [made(1.5, 0.0), made(1.6, 0.0)])
 
 
-def textbook_errors(known: _Known, values: dict[str, float], runs: list[Recording]) -> np.ndarray:
+def textbook_errors(
+    known: dict[str, Any], values: dict[str, float], runs: list[Recording]
+) -> np.ndarray:
     """Textbook: variance of what is left, times the inverse of the slopes' products."""
-    grids = [_grid(run) for run in runs]
+    grids = [gridded(run) for run in runs]
 
     def residual(theta: np.ndarray) -> np.ndarray:
-        p = _with(known, theta)
+        p = actuator(known, theta)
         return np.concatenate([
             stressed.simulate(p, g.ctrl, g.dt, g.cut)[0][g.at] - g.x for g in grids
         ])  # fmt: skip
@@ -260,28 +275,18 @@ def textbook_errors(known: _Known, values: dict[str, float], runs: list[Recordin
     return np.sqrt(np.diag(np.linalg.inv(j.T @ j)) * variance)
 
 
-def test_a_free_run_is_judged_against_a_record() -> None:
-    p = _with(KNOWN, NEAR)
-    run = made(1.5, 0.0)
-    x = run["laser"] * 1e-3
-    assert against(p, run).whole == pytest.approx(0.002 / 4.0, rel=0.2)
-    other = p._replace(shift=p.shift + 1.0)
-    model = stressed.simulate(other, run["ctrl"], 0.02)[0]
-    assert against(other, run) == pytest.approx(judged(run["t"], x, model, 4.0), rel=1e-12)
-
-
 def test_what_cannot_be_fitted_is_refused() -> None:
     run = made(1.5)
     with pytest.raises(InputError, match="2 open-loop recordings"):
-        fit(TABLE, [run])
+        with_table(TABLE, [run])
     still = recorded(np.full(50, 1.5), np.zeros(50), 0.02)
     with pytest.raises(InputError, match=r"no level moves the wires by 2 % of 4 mm"):
-        fit(TABLE, [still, still])
+        with_table(TABLE, [still, still])
     many = recorded(np.linspace(0.3, 1.9, MOST_VOLTAGES + 1), np.linspace(0.0, 3.0, 61), 0.02)
     with pytest.raises(InputError, match=r"61 different levels.*at most 60"):
-        fit(TABLE, [many, still])
+        with_table(TABLE, [many, still])
     with pytest.raises(InputError, match=r"ambient.*less than .* deg C"):
-        fit(TABLE, [run, run], ambient=90.0)
+        with_table(TABLE, [run, run], ambient=90.0)
 
 
 def test_a_search_that_is_cut_short_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -290,7 +295,7 @@ def test_a_search_that_is_cut_short_is_said(monkeypatch: pytest.MonkeyPatch) -> 
     real = optimize.least_squares
     monkeypatch.setattr(optimize, "least_squares", lambda *a, **k: real(*a, **{**k, "max_nfev": 1}))
     with pytest.warns(ConvergenceWarning, match="before it settled"):
-        fit(TABLE, [made(1.5, 0.0), made(1.6, 0.0)])
+        with_table(TABLE, [made(1.5, 0.0), made(1.6, 0.0)])
 
 
 class Answer(NamedTuple):
@@ -320,7 +325,7 @@ def answer(n: int, status: int = 1) -> Answer:
     """Of `n` residuals and nine search values: one voltage."""
     random = np.random.default_rng(n)
     fun = random.normal(size=n)
-    found = _searched(TRUTH[:9])
+    found = np.where(np.isin(np.arange(9), [0, 2, 4]), np.log(TRUTH[:9]), TRUTH[:9])
     return Answer(found, fun, random.normal(size=(n, 9)), 0.5 * float(fun @ fun), status, 7)
 
 
@@ -328,7 +333,7 @@ def test_standard_errors_are_those_of_what_is_left(monkeypatch: pytest.MonkeyPat
     """Of white residuals about sigma^2 (J'J)^-1; residuals count in units of 10 um."""
     given = answer(3000)
     answering(monkeypatch, given)
-    found = fit(TABLE, [made(1.5), made(1.5, 0.0)])
+    found = with_table(TABLE, [made(1.5, seconds=14.0), made(1.5, 0.0)])
     inverse = np.linalg.inv(given.jac.T @ given.jac)
     wanted = np.sqrt(np.diag(inverse) * float(np.mean(given.fun**2)))
     wanted[[0, 2, 4]] *= TRUTH[[0, 2, 4]]  # times are searched in their logarithms
@@ -341,11 +346,11 @@ def test_only_a_search_that_is_cut_short_is_not_settled(monkeypatch: pytest.Monk
     runs = [made(1.5, seconds=99.0), made(1.5, 0.0)]
     answering(monkeypatch, answer(20, status=0))
     with pytest.warns(ConvergenceWarning, match="before it settled"):
-        fit(TABLE, runs)
+        with_table(TABLE, runs)
     answering(monkeypatch, answer(20, status=1))  # by the slope, a settled one
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        fit(TABLE, runs)
+        with_table(TABLE, runs)
 
 
 def test_contract_acts_where_it_did_on_a_table_that_begins_above_nought(
@@ -354,26 +359,39 @@ def test_contract_acts_where_it_did_on_a_table_that_begins_above_nought(
     """The table reaches from 1 to 5 mm, so 4.5 mm is within it."""
     answering(monkeypatch, answer(20))
     raised = FodTable(TABLE.lo, TABLE.step, TABLE.values, 1.0)
-    found = fit(raised, [switching(4.5, 4.4), recorded(np.ones(20) * 1.5, np.zeros(20), 0.01)])
-    assert (found.model.cut_on, found.model.cut_off) == pytest.approx((4.5, 4.4))
-    found = fit(raised, [switching(5.5, 5.4), recorded(np.ones(20) * 1.5, np.zeros(20), 0.01)])
-    assert (found.model.cut_on, found.model.cut_off) == pytest.approx((4.998, 4.898))
+    found = with_table(
+        raised, [switching(4.5, 4.4), recorded(np.ones(20) * 1.5, np.zeros(20), 0.01)]
+    )
+    assert (found.model.wires.cut_on, found.model.wires.cut_off) == pytest.approx((4.5, 4.4))
+    found = with_table(
+        raised, [switching(5.5, 5.4), recorded(np.ones(20) * 1.5, np.zeros(20), 0.01)]
+    )
+    assert (found.model.wires.cut_on, found.model.wires.cut_off) == pytest.approx((4.998, 4.898))
 
 
-def test_parameters_at_their_bounds_are_named() -> None:
-    low = np.array([math.log(0.1), 0.1, 0.0, 0.1, 0.0, 0.0, -60.0, 0.0, 0.0])
-    high = np.array([math.log(50.0), 0.9, 9.0, 0.9, 9.0, 80.0, 60.0, 9.0, 2000.0])
-    span = Span(low, high, np.zeros(9))
-    names = (*NAMES, "heat 1.5 V")
-    z = 0.5 * (low + high)
-    assert _at_end(names, z, span, 60.0) == []
-    z[0], z[5], z[8] = math.log(50.0) - 1e-9, 1e-9, 1.5
-    assert _at_end(names, z, span, 60.0) == ["c1 at most 50", "latent at least 0"]
-    z[8] = 0.05  # a thousandth of 60 K is near, of 2000 K it would be too much
-    assert _at_end(names, z, span, 60.0)[-1] == "heat 1.5 V at least 0"
+def test_parameters_at_their_bounds_are_named_and_have_no_error() -> None:
+    rows = [Parameter("c1", 1.0, 0.1, 50.0, True), Parameter("latent", 9.0, 0.0, 80.0)]
+    rows.append(Parameter("heat 1.5 V", 60.0, 0.0, 2000.0))
+    slopes = np.random.default_rng(0).normal(size=(300, 3))
+
+    def judged(*z: float) -> dict[str, float]:
+        end = Answer(np.array(z), slopes[:, 0] - 0.5, slopes, 1.0, 1, 7)
+        within = np.array([6.0, 80.0, 60.0])
+        return wire.errors(rows, end, lambda z: named(rows, z), np.arange(0, 301, 10), within)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert all(np.isfinite(v) for v in judged(1.0, 9.0, 1.5).values())
+    # A thousandth of 60 K is near, of 2000 K it would be too much.
+    said = r"c1 at most 50, latent at least 0, heat 1\.5 V at least 0, a bound of the search"
+    with pytest.warns(DataWarning, match=said):
+        found = judged(math.log(50.0) - 1e-9, 1e-9, 0.05)
+    assert all(math.isnan(v) for v in found.values())
 
 
 def test_search_values_are_logarithms_of_times() -> None:
-    z = _searched(TRUTH)
+    rows = parameters_of(means(TABLE, [made(1.5), made(1.6)], 25.0))
+    values = dict(zip((p.name for p in rows), TRUTH.tolist(), strict=True))
+    z = placed(rows, values)
     assert z[[0, 2, 4]] == pytest.approx(np.log(TRUTH[[0, 2, 4]])) and z[7] == TRUTH[7]
-    np.testing.assert_allclose(_values(z), TRUTH, rtol=1e-12)
+    assert named(rows, z) == pytest.approx(values, rel=1e-12)

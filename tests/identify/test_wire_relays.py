@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from macromicro.hysteresis import advance, fresh
-from macromicro.identify._transformation import Branch, below, quantile, relays
-from macromicro.identify.stressed import hysteresis
+from macromicro.identify.wire_model import Branch, below, hysteresis, quantile, relays
 
 UP, DOWN = Branch(80.0, 3.0, 0.6), Branch(60.0, 4.0, 1.5)
 SKEWS = st.floats(0.2, 5.0)

@@ -10,8 +10,8 @@ import pytest
 from macromicro.columns import Column
 from macromicro.control.inverse.model import Inverse, prepare
 from macromicro.errors import InputError
-from macromicro.identify import heated
 from macromicro.identify import kiln as kiln_fit
+from macromicro.identify import wire_table
 from macromicro.models import stressed
 from macromicro.plant import bench, kiln
 from macromicro.plant.bench import Bench, Sensors
@@ -50,28 +50,28 @@ def record(lag: float, sensor: float, noise: float = 0.0) -> Recording:
 @pytest.mark.parametrize("lag", [5e-4, 2e-3, 8e-3, 24e-3])
 def test_the_drivers_lag_shows_where_ctrl_changes(lag: float) -> None:
     model = prepare(Inverse()).model._replace(lag=1.0)  # whatever was there before
-    found = heated.driver_lag(model, [record(lag, 3e-3, 0.3)])
+    found = wire_table.driver_lag(model, [record(lag, 3e-3, 0.3)])
     assert found == pytest.approx(lag, abs=2e-4)
 
 
 def test_a_model_that_is_wrong_elsewhere_shifts_it_by_less_than_a_period() -> None:
     model = prepare(Inverse()).model
     wrong = model._replace(heat=1.03 * model.heat, shift=model.shift + 1.0)
-    assert heated.driver_lag(wrong, [record(2e-3, 3e-3)]) == pytest.approx(2e-3, abs=1e-3)
+    assert wire_table.driver_lag(wrong, [record(2e-3, 3e-3)]) == pytest.approx(2e-3, abs=1e-3)
 
 
 @pytest.mark.parametrize("lag", [0.0, 1e-3, 3e-3, 10e-3, 80e-3])
 def test_the_sensors_lag_is_that_of_its_voltage_behind_the_laser(lag: float) -> None:
-    assert heated.sensor_lag([record(2e-3, lag)]) == pytest.approx(lag, abs=1.5e-4)
+    assert wire_table.sensor_lag([record(2e-3, lag)]) == pytest.approx(lag, abs=1.5e-4)
 
 
 def test_the_shortest_hold_is_that_between_two_changes() -> None:
     r = record(2e-3, 3e-3)
-    assert heated.shortest([r]) == pytest.approx(min(s for _, s in heats.BURSTS))
+    assert wire_table.shortest([r]) == pytest.approx(min(s for _, s in heats.BURSTS))
     one = np.where(r["t"] > 1.0, 2.0, 0.0)
     step = Recording.from_arrays(COLUMNS, [r["t"], one, r["laser"], r["hall_voltage"]], DT, {})
-    assert heated.shortest([step]) == math.inf
-    assert heated.shortest([step, r]) == heated.shortest([r])
+    assert wire_table.shortest([step]) == math.inf
+    assert wire_table.shortest([step, r]) == wire_table.shortest([r])
 
 
 def test_without_a_change_of_ctrl_there_is_no_lag_to_see() -> None:
@@ -80,7 +80,7 @@ def test_without_a_change_of_ctrl_there_is_no_lag_to_see() -> None:
         COLUMNS, [r["t"], np.full(len(r["t"]), 1.5), r["laser"], r["hall_voltage"]], DT, {}
     )
     with pytest.raises(InputError, match="CTRL never changes"):
-        heated.driver_lag(prepare(Inverse()).model, [still])
+        wire_table.driver_lag(prepare(Inverse()).model, [still])
 
 
 def test_slow_records_alone_are_refused() -> None:
@@ -90,16 +90,16 @@ def test_slow_records_alone_are_refused() -> None:
     with pytest.raises(
         InputError, match=r"period is 0\.01 s.*at 0\.005 s or less, a tenth of the shortest hold"
     ):
-        heated.found(table, [slow])  # type: ignore[arg-type]
+        wire_table.for_law(table, [slow])  # type: ignore[arg-type]
     with pytest.raises(InputError, match="period is nan s"):
-        heated.found(table, [])  # type: ignore[arg-type]
+        wire_table.for_law(table, [])  # type: ignore[arg-type]
 
 
 @pytest.mark.slow
 def test_the_shipped_benchs_actuator_is_found_from_its_sensors() -> None:
     oven = kiln.prepare(KilnBench())
     table = kiln_fit.fod_table([kiln_runs.run(oven, kiln_runs.cycles())])
-    found = heated.found(table, list(heats.records(bench.prepare(Bench(), Sensors()))))
+    found = wire_table.for_law(table, list(heats.records(bench.prepare(Bench(), Sensors()))))
     truth = Bench()
     assert found.gains.lag == pytest.approx(truth.driver.lag, abs=3e-4)
     assert found.sensor == pytest.approx(Sensors().hall.lag, abs=2e-4)
