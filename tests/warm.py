@@ -1,0 +1,110 @@
+"""Processes forked from a warm Python, which has imported and compiled what they need.
+
+Tests of how a process begins, or of one that is killed, start a Python of their own.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import socket
+import subprocess
+import sys
+import threading
+import types
+from typing import Any
+
+_CODE = "import sys; from tests.warm_server import main; main(*sys.argv[1:])"
+_PR_SET_CHILD_SUBREAPER = 36
+
+
+class Server:
+    """The process that is forked. It starts with the first request and imports a module."""
+
+    def __init__(self, preloaded: str) -> None:
+        self._preloaded = preloaded
+        self._turn = threading.Lock()
+        self._owner = 0
+        self._end: socket.socket | None = None
+
+    def adopt(self, end: socket.socket) -> None:
+        """Use the server that waits at the other end."""
+        self._end, self._owner = end, os.getpid()
+
+    def forked(self, request: dict[str, Any], descriptors: list[int]) -> int:
+        """The id of a new process, a child of this one."""
+        with self._turn:
+            if self._owner != os.getpid():  # a fork of its owner needs one of its own
+                self._start()
+            assert self._end is not None
+            # A child of the server forks the process and ends; orphans are ours meanwhile.
+            _adopt_orphans(True)
+            try:
+                socket.send_fds(self._end, [json.dumps(request).encode()], descriptors)
+                return int(self._end.recv(64))
+            finally:
+                _adopt_orphans(False)
+
+    def _start(self) -> None:
+        ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        path = os.pathsep.join(p or os.getcwd() for p in sys.path)
+        with theirs:
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-c", _CODE, self._preloaded, str(theirs.fileno())],
+                pass_fds=[theirs.fileno()],
+                env={**os.environ, "PYTHONPATH": path},
+                stdin=subprocess.DEVNULL,
+                start_new_session=True,
+            )
+        self.adopt(ours)
+
+
+def _adopt_orphans(on: bool) -> None:
+    ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, int(on), 0, 0, 0)
+
+
+LOOPS = Server("tests.warm_loops")
+COMMANDS = Server("tests.warm_commands")
+
+
+class Command(subprocess.Popen[Any]):
+    """`subprocess.Popen` of `[sys.executable, "-m", "macromicro", ...]`."""
+
+    server = COMMANDS
+
+    def _execute_child(  # type: ignore[override]
+        self, args: Any, executable: Any, preexec_fn: Any, close_fds: Any, pass_fds: Any,
+        cwd: Any, env: Any, startupinfo: Any, creationflags: Any, shell: Any,
+        p2cread: int, p2cwrite: int, c2pread: int, c2pwrite: int, errread: int, errwrite: int,
+        restore_signals: Any, gid: Any, gids: Any, uid: Any, umask: Any, start_new_session: bool,
+        *_: Any,
+    ) -> None:  # fmt: skip
+        request = {
+            "words": [os.fspath(word) for word in args[1:]],
+            "folder": os.fspath(cwd or os.getcwd()),
+            "environment": dict(os.environ if env is None else env),
+            "descriptors": [0, 1, 2, *pass_fds],
+            "session": start_new_session,
+        }
+        streams = [
+            own if given == -1 else given for own, given in enumerate((p2cread, c2pwrite, errwrite))
+        ]
+        try:
+            self.pid = self.server.forked(request, [*streams, *pass_fds])
+            self._child_created = True
+        finally:
+            self._close_pipe_fds(p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite)
+
+
+class Loop(Command):
+    """`subprocess.Popen` of a loop process."""
+
+    server = LOOPS
+
+
+def loops_are_forked() -> None:
+    """Have stations of this process start their loops so."""
+    from macromicro.serve import _launching
+
+    vars(_launching)["subprocess"] = types.SimpleNamespace(Popen=Loop, DEVNULL=subprocess.DEVNULL)
