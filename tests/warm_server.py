@@ -8,6 +8,7 @@ import fcntl
 import gc
 import importlib
 import json
+import multiprocessing.util
 import os
 import signal
 import socket
@@ -24,6 +25,7 @@ _ABOVE = 500  # no process asks for a descriptor with so high a number
 def main(preloaded: str, end: str) -> None:
     """Import a module, then fork until the other end is closed."""
     importlib.import_module(preloaded)
+    atexit._clear()  # a forked process has not what libraries would tidy up
     _serve(socket.socket(fileno=int(end)))
 
 
@@ -95,6 +97,7 @@ def _program(request: dict[str, Any], descriptors: list[int]) -> None:
         status = 1
     threading._shutdown()  # type: ignore[attr-defined]
     atexit._run_exitfuncs()
+    multiprocessing.util._exit_function()
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(OSError, ValueError):
             stream.flush()

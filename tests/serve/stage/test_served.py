@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from tests.serve.scpi.client import Client
 from tests.serve.web.web_parts import Client as Page
+from tests.warm import Command
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "machines"
 # A loaded test computer misses periods and answers late: that is not what is looked at here.
@@ -49,7 +50,7 @@ def served(folder: Path, text: str, *options: str) -> Iterator[Served]:
     file.write_text(text + PATIENT, encoding="utf-8")
     command = [sys.executable, "-m", "macromicro", "serve", "--config", str(file)]
     command += ["--scpi", "0", "--web", "0", "--state", str(folder / "position.json"), *options]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=folder) as process:
+    with Command(command, stdout=subprocess.PIPE, text=True, cwd=folder) as process:
         try:
             assert process.stdout is not None
             said = ""
