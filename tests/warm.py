@@ -74,27 +74,23 @@ class Command(subprocess.Popen[Any]):
     server = COMMANDS
 
     def _execute_child(  # type: ignore[override]
-        self, args: Any, executable: Any, preexec_fn: Any, close_fds: Any, pass_fds: Any,
-        cwd: Any, env: Any, startupinfo: Any, creationflags: Any, shell: Any,
-        p2cread: int, p2cwrite: int, c2pread: int, c2pwrite: int, errread: int, errwrite: int,
-        restore_signals: Any, gid: Any, gids: Any, uid: Any, umask: Any, start_new_session: bool,
-        *_: Any,
+        self, args: Any, _: Any, __: Any, ___: Any, pass_fds: Any, cwd: Any, env: Any, *rest: Any
     ) -> None:  # fmt: skip
+        pipes, new_session = rest[3:9], rest[14]
         request = {
             "words": [os.fspath(word) for word in args[1:]],
             "folder": os.fspath(cwd or os.getcwd()),
             "environment": dict(os.environ if env is None else env),
             "descriptors": [0, 1, 2, *pass_fds],
-            "session": start_new_session,
+            "session": new_session,
         }
-        streams = [
-            own if given == -1 else given for own, given in enumerate((p2cread, c2pwrite, errwrite))
-        ]
+        ends = (pipes[0], pipes[3], pipes[5])  # -1: that of this process
+        streams = [own if end == -1 else end for own, end in enumerate(ends)]
         try:
             self.pid = self.server.forked(request, [*streams, *pass_fds])
             self._child_created = True
         finally:
-            self._close_pipe_fds(p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite)
+            self._close_pipe_fds(*pipes)
 
 
 class Loop(Command):

@@ -11,9 +11,6 @@ import tempfile
 from pathlib import Path
 
 import macromicro
-from macromicro import threads
-
-threads.one_for_blas()  # before numpy is imported
 
 THREADED = ("ophyd", "ophyd_async")  # clients that start threads, of which a fork has none
 sys.modules |= dict.fromkeys(THREADED)  # their import fails

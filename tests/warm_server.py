@@ -8,7 +8,6 @@ import fcntl
 import gc
 import importlib
 import json
-import multiprocessing.util
 import os
 import signal
 import socket
@@ -18,14 +17,16 @@ import time
 import traceback
 from typing import Any
 
+from macromicro import threads
+
 _SIZE = 2**20  # of a request, which contains an environment
 _ABOVE = 500  # no process asks for a descriptor with so high a number
 
 
 def main(preloaded: str, end: str) -> None:
     """Import a module, then fork until the other end is closed."""
+    threads.one_for_blas()  # before numpy is imported
     importlib.import_module(preloaded)
-    atexit._clear()  # a forked process has not what libraries would tidy up
     _serve(socket.socket(fileno=int(end)))
 
 
@@ -77,8 +78,10 @@ def _program(request: dict[str, Any], descriptors: list[int]) -> None:
     for number, wanted in zip(above, request["descriptors"], strict=True):
         os.dup2(number, wanted)
         os.close(number)
-    for number, name in enumerate(("stdin", "stdout", "stderr")):
-        setattr(sys, name, open(number, "w" if number else "r", encoding="utf-8", closefd=False))  # noqa: SIM115
+    unbuffered = "PYTHONUNBUFFERED" in request["environment"]
+    sys.stdin = open(0, encoding="utf-8", closefd=False)  # noqa: SIM115
+    sys.stdout = open(1, "w", 1 if unbuffered else -1, encoding="utf-8", closefd=False)  # noqa: SIM115
+    sys.stderr = open(2, "w", 1, encoding="utf-8", closefd=False)  # noqa: SIM115
     os.chdir(request["folder"])
     os.environ.clear()
     os.environ.update(request["environment"])
@@ -97,7 +100,6 @@ def _program(request: dict[str, Any], descriptors: list[int]) -> None:
         status = 1
     threading._shutdown()  # type: ignore[attr-defined]
     atexit._run_exitfuncs()
-    multiprocessing.util._exit_function()
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(OSError, ValueError):
             stream.flush()
