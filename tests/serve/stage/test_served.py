@@ -7,6 +7,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -116,7 +117,7 @@ def test_an_axis_homes_and_moves(screw: Served) -> None:
     screw.send(SLOW)
     screw.send("MOVE:ABS 80 MM")
     while screw.mm() < 5.0:
-        pass
+        time.sleep(0.02)
     screw.send("STOP")
     assert screw.ask("*OPC?") == "1"
     assert 5.0 < screw.mm() < 79.0
