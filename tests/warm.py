@@ -13,6 +13,8 @@ import subprocess
 import sys
 import threading
 import types
+from collections.abc import Mapping, Sequence
+from multiprocessing import util
 from typing import Any
 
 _CODE = "import sys; from tests.warm_server import main; main(*sys.argv[1:])"
@@ -32,8 +34,18 @@ class Server:
         """Use the server that waits at the other end."""
         self._end, self._owner = end, os.getpid()
 
-    def forked(self, request: dict[str, Any], descriptors: list[int]) -> int:
-        """The id of a new process, a child of this one."""
+    def forked(
+        self, words: Sequence[Any], streams: Sequence[int], passed: Sequence[int],
+        folder: Any = None, environment: Mapping[str, str] | None = None, session: bool = False,
+    ) -> int:  # fmt: skip
+        """The id of a new child of this process, which runs `python WORDS`."""
+        request = {
+            "words": [os.fsdecode(word) for word in words],
+            "folder": os.fsdecode(folder or os.getcwd()),
+            "environment": dict(os.environ if environment is None else environment),
+            "descriptors": [0, 1, 2, *passed],
+            "session": session,
+        }
         with self._turn:
             if self._owner != os.getpid():  # a fork of its owner needs one of its own
                 self._start()
@@ -41,7 +53,7 @@ class Server:
             # A child of the server forks the process and ends; orphans are ours meanwhile.
             _adopt_orphans(True)
             try:
-                socket.send_fds(self._end, [json.dumps(request).encode()], descriptors)
+                socket.send_fds(self._end, [json.dumps(request).encode()], [*streams, *passed])
                 return int(self._end.recv(64))
             finally:
                 _adopt_orphans(False)
@@ -77,17 +89,10 @@ class Command(subprocess.Popen[Any]):
         self, args: Any, _: Any, __: Any, ___: Any, pass_fds: Any, cwd: Any, env: Any, *rest: Any
     ) -> None:  # fmt: skip
         pipes, new_session = rest[3:9], rest[14]
-        request = {
-            "words": [os.fspath(word) for word in args[1:]],
-            "folder": os.fspath(cwd or os.getcwd()),
-            "environment": dict(os.environ if env is None else env),
-            "descriptors": [0, 1, 2, *pass_fds],
-            "session": new_session,
-        }
         ends = (pipes[0], pipes[3], pipes[5])  # -1: that of this process
         streams = [own if end == -1 else end for own, end in enumerate(ends)]
         try:
-            self.pid = self.server.forked(request, [*streams, *pass_fds])
+            self.pid = self.server.forked(args[1:], streams, pass_fds, cwd, env, new_session)
             self._child_created = True
         finally:
             self._close_pipe_fds(*pipes)
@@ -99,8 +104,22 @@ class Loop(Command):
     server = LOOPS
 
 
+_spawned = util.spawnv_passfds
+
+
 def loops_are_forked() -> None:
     """Have stations of this process start their loops so."""
     from macromicro.serve import _launching
 
     vars(_launching)["subprocess"] = types.SimpleNamespace(Popen=Loop, DEVNULL=subprocess.DEVNULL)
+
+
+def workers_are_forked() -> None:
+    """Have `multiprocessing` start its "spawn" processes so."""
+
+    def started(path: Any, words: Sequence[Any], passed: Sequence[int]) -> int:
+        if "--multiprocessing-fork" not in words:
+            return int(_spawned(path, words, passed))
+        return COMMANDS.forked(words[1:], (0, 1, 2), passed)
+
+    vars(util)["spawnv_passfds"] = started

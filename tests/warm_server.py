@@ -68,8 +68,8 @@ def _forked(request: dict[str, Any], descriptors: list[int], end: socket.socket)
 def _program(request: dict[str, Any], descriptors: list[int]) -> None:
     """Run what `python WORDS` would run, and end as it would."""
     words = request["words"]
-    if "serve" in words:
-        _loops_of_its_own(descriptors)
+    if "-m" in words:
+        _server_of_its_own(descriptors)
     if request["session"]:
         os.setsid()
     above = [fcntl.fcntl(number, fcntl.F_DUPFD_CLOEXEC, _ABOVE) for number in descriptors]
@@ -125,8 +125,8 @@ def _status(code: object) -> int:
     return 1
 
 
-def _loops_of_its_own(descriptors: list[int]) -> None:
-    """A process that serves starts its loops from a copy of this one, which is warm as well."""
+def _server_of_its_own(descriptors: list[int]) -> None:
+    """Loops and workers of a command are forked from a copy of this process, as warm as it is."""
     from tests import warm
 
     ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
@@ -136,5 +136,7 @@ def _loops_of_its_own(descriptors: list[int]) -> None:
             os.close(number)
         _serve(theirs)
     theirs.close()
-    warm.LOOPS.adopt(ours)
+    warm.LOOPS = warm.Loop.server = warm.COMMANDS
+    warm.COMMANDS.adopt(ours)
     warm.loops_are_forked()
+    warm.workers_are_forked()
