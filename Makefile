@@ -4,6 +4,8 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 MINUTES ?= 60
 KIND ?= each
+# Of tests, on two cores: those of live machines mostly wait.
+WORKERS ?= 3
 MUTATED ?= rig/guard.py rig/guarded.py rig/limits.py rig/envelope.py rig/sensing.py rig/_watching.py rig/opening.py rig/replay.py control/live machines/guarding.py machines/lines.py machines/homing.py serve/stage/_control.py serve/stage/_playing.py serve/stage/_machine.py
 SOAK ?= results/soak.md
 TRIAL ?= results/trial.md
@@ -31,16 +33,16 @@ serve: $(VENV)/.core ## serve the virtual bench live: SCPI and a page, until Ctr
 	$(BIN)/macromicro serve
 
 test: $(VENV)/.dev ## run the tests
-	$(PYTEST) -n 2 -m "not slow"
+	$(PYTEST) -n $(WORKERS) -m "not slow"
 
 test-docs: $(VENV)/.dev ## run every code block of README and docs, and the notebooks
-	$(PYTEST) -n 2 -m slow tests/test_blocks.py tests/tools/website
+	$(PYTEST) -n $(WORKERS) -m slow tests/test_blocks.py tests/tools/website
 
 test-slow: $(VENV)/.dev ## run the slow tests alone
 	$(PYTEST) -m slow
 
 test-all: $(VENV)/.dev ## run the tests, slow ones too, and print the coverage
-	$(PYTEST) -n 2 --cov
+	$(PYTEST) -n $(WORKERS) --cov
 
 # Chromium travels with its libraries, so only the system's packages can bring it.
 browser: ## install Debian's chromium for the browser tests
