@@ -4,10 +4,14 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 MINUTES ?= 60
 KIND ?= each
+# Of tests, on two cores: those of live machines mostly wait.
+WORKERS ?= 3
 MUTATED ?= rig/guard.py rig/guarded.py rig/limits.py rig/envelope.py rig/sensing.py rig/_watching.py rig/opening.py rig/replay.py control/live machines/guarding.py machines/lines.py machines/homing.py serve/stage/_control.py serve/stage/_playing.py serve/stage/_machine.py
 SOAK ?= results/soak.md
 TRIAL ?= results/trial.md
 MATRIX ?= results/matrix.md
+# Tests start hundreds of processes; each would compile this package if it left no bytecode behind.
+PYTEST := env -u PYTHONDONTWRITEBYTECODE $(BIN)/python -m pytest
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
@@ -29,16 +33,16 @@ serve: $(VENV)/.core ## serve the virtual bench live: SCPI and a page, until Ctr
 	$(BIN)/macromicro serve
 
 test: $(VENV)/.dev ## run the tests
-	$(BIN)/python -m pytest -n 2 -m "not slow"
+	$(PYTEST) -n $(WORKERS) -m "not slow"
 
 test-docs: $(VENV)/.dev ## run every code block of README and docs, and the notebooks
-	$(BIN)/python -m pytest -n 2 -m slow tests/test_blocks.py tests/tools/website
+	$(PYTEST) -n $(WORKERS) -m slow tests/test_blocks.py tests/tools/website
 
 test-slow: $(VENV)/.dev ## run the slow tests alone
-	$(BIN)/python -m pytest -m slow
+	$(PYTEST) -m slow
 
 test-all: $(VENV)/.dev ## run the tests, slow ones too, and print the coverage
-	$(BIN)/python -m pytest -n 2 --cov
+	$(PYTEST) -n $(WORKERS) --cov
 
 # Chromium travels with its libraries, so only the system's packages can bring it.
 browser: ## install Debian's chromium for the browser tests
@@ -93,7 +97,7 @@ firmware-arm: $(VENV)/.core ## build the firmware's core for a Cortex-M4F, which
 	$(MAKE) --no-print-directory -C firmware mps2
 
 maker: $(VENV)/.dev ## follow docs/build-one.md on the simulated board, command by command (a quarter of an hour)
-	$(BIN)/python -m pytest -m "slow or not slow" tests/firmware/test_build_one.py
+	$(PYTEST) -m "slow or not slow" tests/firmware/test_build_one.py
 
 trial: firmware ## random orders and injuries before the simulated board for MINUTES=60 of its time; TRIAL=
 	PYTHONPATH=tools $(BIN)/python -m boardtrial --minutes $(MINUTES) --out $(TRIAL)

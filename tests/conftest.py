@@ -10,6 +10,7 @@ import pytest
 from hypothesis import settings
 
 from macromicro import kernel, threads
+from tests import warm
 
 threads.one_for_blas()  # as the command does, before a test imports numpy
 
@@ -37,6 +38,14 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
             return next((f for f in _SHARING if file.startswith(f)), file)
 
     return Files(config, log)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _warm_processes() -> None:
+    """Loops and workers are forked from a process that is warm; see `tests.warm`."""
+    warm.workers_are_forked()
+    if "macromicro.serve._launching" in sys.modules:
+        warm.loops_are_forked()
 
 
 @pytest.fixture(scope="module", autouse=True)

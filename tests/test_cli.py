@@ -17,6 +17,7 @@ from macromicro import cli
 from macromicro.recording import Recording
 from macromicro.runs.folder import FILES, PAGE, RECORDING, SUMMARY
 from tests.command import command as macromicro
+from tests.warm import Command
 
 COMMAND = [sys.executable, "-m", "macromicro"]
 SHORT = '[[moves]]\nmacro = ["20 mm"]\nmicro = ["1 mm"]\nhold = "1.2 s"\n'
@@ -121,8 +122,9 @@ def test_a_move_that_does_not_arrive_exits_with_1(tmp_path: Path) -> None:
 
 
 def started(*arguments: str | Path, cwd: Path, until: str, **more: str) -> subprocess.Popen[str]:
-    """A run in the background, once it has said `until`."""
-    process = subprocess.Popen(
+    """A run in the background, once it has said `until`; with a cache of its own a new Python."""
+    how = subprocess.Popen if more else Command
+    process = how(
         [*COMMAND, *map(str, arguments)],
         cwd=cwd,
         text=True,

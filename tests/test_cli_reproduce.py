@@ -17,6 +17,7 @@ from macromicro.drawing import exhibit
 from macromicro.thesis import reproduce
 from macromicro.thesis.procedure import Lab
 from tests.command import command as macromicro
+from tests.warm import Command
 
 COMMAND = [sys.executable, "-m", "macromicro", "reproduce"]
 
@@ -199,7 +200,7 @@ def test_a_figure_that_cannot_be_drawn_is_noted(
 def test_interrupted_keeps_what_was_done(tmp_path: Path) -> None:
     """Ctrl-C once the first procedure has ended: a page with it, the others not measured."""
     names = ("--only", "sensor-design", "laser-noise", "--jobs", "1")
-    with subprocess.Popen(
+    with Command(
         [*COMMAND, *names], cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as running:
         assert running.stderr is not None

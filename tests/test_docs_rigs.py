@@ -17,6 +17,8 @@ from macromicro.machines import open_rig
 from macromicro.recording import Recording
 from macromicro.rig.session import BENCH, KINDS
 from macromicro.types import Lines
+from tests.command import command as macromicro
+from tests.warm import Command
 
 PAGE = (Path(__file__).parents[1] / "docs" / "rigs.md").read_text(encoding="utf-8")
 RIG, USE, LINED = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
@@ -52,6 +54,9 @@ def lab(tmp_path: Path) -> Path:
 
 
 def run(lab: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """A command of the package, or Python."""
+    if words[:2] == ("-m", "macromicro"):
+        return macromicro(*words[2:], cwd=lab)
     return subprocess.run(
         [sys.executable, *words], cwd=lab, stdin=subprocess.DEVNULL, capture_output=True,
         text=True, check=False,
@@ -126,7 +131,7 @@ def test_a_signal_leaves_the_rig_safe(lab: Path, number: int) -> None:
     """Sent while the motor is on."""
     (lab / "slow.py").write_text(SLOW, encoding="utf-8")
     words = ["-m", "macromicro", "collect", "--rig", "slow:bench", "drive", "--out", "o"]
-    process = subprocess.Popen([sys.executable, *words], cwd=lab, stderr=subprocess.PIPE, text=True)
+    process = Command([sys.executable, *words], cwd=lab, stderr=subprocess.PIPE, text=True)
     assert process.stderr is not None
     while "driving" not in process.stderr.readline():
         assert process.poll() is None

@@ -18,6 +18,7 @@ import pytest
 
 from macromicro.recording import Recording
 from tests.command import command as macromicro
+from tests.warm import Command
 
 DOCS = Path(__file__).parents[1] / "docs"
 LAW = re.findall(r"```python\n(.*?)```", (DOCS / "laws.md").read_text("utf-8"), re.DOTALL)[0]
@@ -95,7 +96,7 @@ def command(lab: Path, *words: str, check: bool = True) -> subprocess.CompletedP
 @contextmanager
 def serving(lab: Path, *words: str) -> Iterator[Callable[[str], str]]:
     """A server of the lab's, and what asks it over SCPI."""
-    process = subprocess.Popen(
+    process = Command(
         [sys.executable, "-m", "macromicro", "serve", "--scpi", "0", "--web", "-1", *words],
         cwd=lab, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
         env={**os.environ, "MACROMICRO_TOKEN": ""},

@@ -18,6 +18,7 @@ import pytest
 from macromicro.recording import Recording
 from macromicro.serve import persist
 from tests.command import command
+from tests.warm import Command
 
 RUN = (sys.executable, "-m", "macromicro", "serve")
 SLOW = """
@@ -41,7 +42,7 @@ class Server:
         )
         self.folder, self.errors = folder, folder / "stderr"
         with self.errors.open("w") as errors:
-            self.process = subprocess.Popen(
+            self.process = Command(
                 [*RUN, "--scpi", "0", "--web", "0", "--config", "live.toml", *options],
                 cwd=folder,
                 stdout=subprocess.PIPE,

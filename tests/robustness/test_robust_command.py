@@ -16,6 +16,7 @@ from pathlib import Path
 
 import pytest
 from tests.command import command as macromicro
+from tests.warm import Command
 
 from macromicro.robustness import files
 from macromicro.robustness._metrics import NAMES, measure
@@ -207,7 +208,7 @@ def test_bad_input_is_one_message(tmp_path: Path, arguments: list[str], words: s
 @pytest.mark.slow
 def test_ctrl_c_reports_what_is_done(tmp_path: Path) -> None:
     (tmp_path / "short.toml").write_text(SHORT)
-    process = subprocess.Popen(
+    process = Command(
         [
             *COMMAND,
             "robust",

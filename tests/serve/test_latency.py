@@ -20,6 +20,7 @@ from macromicro.serve.faults import late
 from macromicro.serve.measuring import Cyclic, Latency
 from macromicro.serve.settings import LiveSettings
 from tests.command import command
+from tests.warm import Command
 
 RUN = (sys.executable, "-m", "macromicro", "latency", "--no-cyclictest")
 GOT = Latency(
@@ -49,7 +50,7 @@ def test_the_numbers_are_of_every_period(tmp_path: Path) -> None:
 
 
 def test_ctrl_c_gives_what_was_measured_until_then(tmp_path: Path) -> None:
-    process = subprocess.Popen(
+    process = Command(
         [*RUN[:-1], "--seconds", "600", "--config", config(tmp_path)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

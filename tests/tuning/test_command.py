@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from tests.command import command as macromicro
+from tests.warm import Command
 
 COMMAND = [sys.executable, "-m", "macromicro"]
 
@@ -73,7 +74,7 @@ def test_no_number(tmp_path: Path) -> None:
 
 def test_an_interrupt_keeps_the_best_so_far(tmp_path: Path) -> None:
     """Ctrl-C in a search that would take minutes."""
-    process = subprocess.Popen(
+    process = Command(
         [*COMMAND, "tune", "macro", "--on", "bench", "--evaluations", "1000000"],
         cwd=tmp_path,
         stderr=subprocess.PIPE,

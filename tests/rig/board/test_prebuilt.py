@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from macromicro.errors import MacromicroError
 from macromicro.rig.board import prebuilt
+from tests.command import command
 
 
 def _exported(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "macromicro", "export", "hex", *words]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    return command("export", "hex", *words, cwd=folder)
 
 
 def test_the_command_writes_a_file_for_avrdude_and_its_hash(tmp_path: Path) -> None:

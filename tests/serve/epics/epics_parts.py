@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from tests.serve.stage.test_served import PATIENT
+from tests.warm import Command
 
 
 def _free() -> str:
@@ -40,7 +41,7 @@ def serving(folder: Path, text: str = "", token: str = "") -> Iterator[None]:
     command = [sys.executable, "-m", "macromicro", "serve", "--config", "own.toml"]
     command += ["--scpi", "-1", "--web", "-1", "--epics", PREFIX, "--state", "position.json"]
     environment = os.environ | {"MACROMICRO_TOKEN": token}
-    with subprocess.Popen(
+    with Command(
         command, stdout=subprocess.PIPE, text=True, cwd=folder, env=environment
     ) as process:
         try:

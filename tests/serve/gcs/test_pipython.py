@@ -16,6 +16,7 @@ from typing import Any
 
 import pytest
 from tests.serve.stage.test_served import PATIENT, example
+from tests.warm import Command
 
 pytest.importorskip("pipython")
 from pipython import GCSDevice, GCSError, pitools
@@ -31,7 +32,7 @@ def device(folder: Path, text: str) -> Iterator[Any]:
     (folder / "own.toml").write_text(text + PATIENT, encoding="utf-8")
     command = [sys.executable, "-m", "macromicro", "serve", "--config", "own.toml"]
     command += ["--scpi", "-1", "--web", "-1", "--gcs", "0", "--state", "position.json"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=folder) as process:
+    with Command(command, stdout=subprocess.PIPE, text=True, cwd=folder) as process:
         try:
             assert process.stdout is not None
             port = ""

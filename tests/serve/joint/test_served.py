@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from pathlib import Path
 
 import pytest
@@ -52,7 +53,7 @@ def test_two_axes_home_move_jog_and_run_programmes(tmp_path: Path) -> None:
         assert half == pytest.approx(0.25e-3) and abs(volts) < 24.0
         client.send("JOG:Y -5 MM/S")
         while point(client)[1] > y - 1.0:
-            pass
+            time.sleep(0.02)
         client.send("JOG:Y 0 MM/S")
         assert client.ask("*OPC?") == "1" and y - 5.0 < point(client)[1] < y - 1.0
         client.fine()
@@ -73,7 +74,7 @@ def test_two_axes_home_move_jog_and_run_programmes(tmp_path: Path) -> None:
         assert float(client.ask('GAIN? "y.position"')) == 0.5 * was
         client.send("MOVE:POIN 190 MM,5 MM")
         while point(client)[0] < 60.0:
-            pass
+            time.sleep(0.02)
         client.send("STOP")
         assert client.ask("*OPC?") == "1" and client.ask("MODE?") == '"stopped"'
         x, y = point(client)

@@ -7,12 +7,14 @@ import re
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from tests.serve.scpi.client import Client
 from tests.serve.web.web_parts import Client as Page
+from tests.warm import Command
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "machines"
 # A loaded test computer misses periods and answers late: that is not what is looked at here.
@@ -49,7 +51,7 @@ def served(folder: Path, text: str, *options: str) -> Iterator[Served]:
     file.write_text(text + PATIENT, encoding="utf-8")
     command = [sys.executable, "-m", "macromicro", "serve", "--config", str(file)]
     command += ["--scpi", "0", "--web", "0", "--state", str(folder / "position.json"), *options]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=folder) as process:
+    with Command(command, stdout=subprocess.PIPE, text=True, cwd=folder) as process:
         try:
             assert process.stdout is not None
             said = ""
@@ -115,7 +117,7 @@ def test_an_axis_homes_and_moves(screw: Served) -> None:
     screw.send(SLOW)
     screw.send("MOVE:ABS 80 MM")
     while screw.mm() < 5.0:
-        pass
+        time.sleep(0.02)
     screw.send("STOP")
     assert screw.ask("*OPC?") == "1"
     assert 5.0 < screw.mm() < 79.0

@@ -25,7 +25,7 @@ def until(what: Callable[[], Any], patience: float = 30.0) -> Any:
         found = what()
         if found:
             return found
-        time.sleep(0.01)
+        time.sleep(0.03)  # a look at a page takes a third of that
     raise AssertionError("what was waited for never came")
 
 

@@ -6,20 +6,22 @@ import contextlib
 import importlib
 import io
 import pkgutil
+import sys
 import tempfile
 from pathlib import Path
 
 import macromicro
-from macromicro import threads
 
-threads.one_for_blas()  # before numpy is imported
-
+THREADED = ("ophyd", "ophyd_async")  # clients that start threads, of which a fork has none
+sys.modules |= dict.fromkeys(THREADED)  # their import fails
 for module in pkgutil.walk_packages(macromicro.__path__, "macromicro.", onerror=lambda name: None):
     if not module.name.endswith("__main__"):
         try:
             importlib.import_module(module.name)
         except ImportError:  # of an extra that is not installed
             continue
+for name in THREADED:
+    del sys.modules[name]
 
 
 def _warmed() -> None:
@@ -40,3 +42,4 @@ def _warmed() -> None:
 
 
 _warmed()
+importlib.import_module("tests.warm_loops")
