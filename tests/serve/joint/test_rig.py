@@ -97,7 +97,7 @@ def test_time_begins_with_the_first_reading_of_each() -> None:
     assert [twin.began for twin in bed.twins] == [1000.0, 2000.0]
     assert bed.done(m.MovePoint(0.05, 0.03)).outcome == m.DONE
     seen = bed.rig.read()
-    assert seen.t == bed.rig.second.t == pytest.approx(bed.twins[0].tick * bed.twins[0].dt)
+    assert seen.t == bed.rig.shown[1].t == pytest.approx(bed.twins[0].tick * bed.twins[0].dt)
     bed.twins[1].pitch = -1.0  # it counts the wrong way
     assert isinstance(bed.ask(m.MovePoint(0.02, 0.02)), m.Accepted)
     bed.run(500)

@@ -26,7 +26,7 @@ class Bed:
         self.twin = CompiledTwin(found.machine.kind, found.tree, seed)
         self.rig: Any = opening._simulated(found, seed)
         if real:
-            self.rig = stage_rig.Real(found.machine, found.tree, self.twin)
+            self.rig = stage_rig.Real(found.machine, found.tree, (self.twin,))
         self.machine = opening._live(found, self.rig)
         self.led = stage_rig.Led(Session(self.rig, self.period), self.rig)
         self.led.__enter__()
@@ -74,4 +74,4 @@ class Bed:
 
     @property
     def place(self) -> float:
-        return float(self.rig._state.axis.x)
+        return float(self.rig._states[0].axis.x)

@@ -58,14 +58,14 @@ class Driven:
         found = settings.load(PRINTER)
         assert found is not None
         self.tree = found.tree
-        self.rig = Simulated(found.machine, found.tree, found.live.pitch, 0)
+        self.rig = Simulated(found.machine, found.tree, (found.live.pitch,), 0)
         self.control = One(self.rig.control)
 
     def run(self, course: Course, seconds: float) -> float:
-        self.rig.source = lambda: course
+        self.rig.source = lambda: (course,)
         for _ in range(round(seconds / 1e-3)):
             self.rig.clock.wait(1e-3)
-        return self.rig.read().encoder * self.rig.pitch
+        return self.rig.read().encoder * self.rig.pitches[0]
 
 
 def test_the_law_follows_its_course_and_off_it_gives_nothing() -> None:

@@ -54,7 +54,7 @@ def test_the_page_s_law_homes_and_moves_an_axis(lab: Path) -> None:
     assert 0.0 < max(efforts) < bed.tree.guard.push, "homing lowered the limit of 10 V"
     end = bed.end(m.MoveTo(0.12))
     assert end.outcome == m.DONE
-    assert bed.rig._state.x == pytest.approx(0.12, abs=5e-4)
+    assert bed.rig._states[0].x == pytest.approx(0.12, abs=5e-4)
 
 
 def test_the_option_names_it_as_well_as_the_file(lab: Path) -> None:

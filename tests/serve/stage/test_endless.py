@@ -29,7 +29,7 @@ def test_it_moves_turn_after_turn_without_a_homing(tmp_path: Path) -> None:
     assert isinstance(one.ask(m.Enable()), Accepted)
     for turns in (5.25, -3.0):
         assert one.end(m.MoveTo(turns * TURN)).outcome == m.DONE and one.fault is None
-        assert one.rig._state.x == pytest.approx(turns * TURN, abs=1e-3)  # no lines: the axis'
+        assert one.rig._states[0].x == pytest.approx(turns * TURN, abs=1e-3)  # no lines: the axis'
     assert isinstance(one.ask(m.MoveTo(21.0 * TURN)), Refused)
 
 

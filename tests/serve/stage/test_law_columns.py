@@ -61,14 +61,15 @@ def test_a_stage_tells_what_its_own_law_remembers(tmp_path: Path, monkeypatch) -
         "macromicro.serve.stage._control.checked", lambda *_: None
     )  # it has no limit
     assert found.law_columns == (SPEED,)
-    rig = Simulated(found.machine, found.tree, found.live.pitch, 0)
+    rig = Simulated(found.machine, found.tree, (found.live.pitch,), 0)
 
     class Session:
         channels, clock = rig.channels, rig.clock
 
     led = Led(Session(), rig)  # type: ignore[arg-type]
     assert led.own() == []
-    rig.source = lambda: Course(True, REST._replace(position=0.7e-3), restart=1)
+    course = Course(True, REST._replace(position=0.7e-3), restart=1)
+    rig.source = lambda: (course,)
     fastest = 0.0
     for _ in range(200):
         rig.clock.wait(1e-3)
@@ -78,7 +79,7 @@ def test_a_stage_tells_what_its_own_law_remembers(tmp_path: Path, monkeypatch) -
         assert speed == 1e3 * rig.control._memory[0].speed
         fastest = max(fastest, speed)
     assert fastest > 0.1
-    rig.source = Course
+    rig.source = lambda: (Course(),)
     rig.clock.wait(1e-3)
     assert led.own() == []
 

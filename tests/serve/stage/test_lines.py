@@ -151,10 +151,10 @@ def test_a_homed_stage_that_was_pushed_onto_a_switch_comes_back(tmp_path: Path) 
     bed.ask(m.Enable())
     bed.end(m.Home())
     bed.ask(m.Disable())
-    here = bed.rig._state.axis.x
+    here = bed.rig._states[0].axis.x
     for k in range(100):  # by hand, below the soft limit and the switch
-        s, x = bed.rig._state, here + (k + 1) / 100 * (-4e-3 - here)
-        bed.rig._state = s._replace(axis=s.axis._replace(x=x, xm=x))
+        s, x = bed.rig._states[0], here + (k + 1) / 100 * (-4e-3 - here)
+        bed.rig._states = (s._replace(axis=s.axis._replace(x=x, xm=x)),)
         bed.run(1)
     bed.run(50)
     assert bed.line("limit_low") == 1.0
@@ -169,8 +169,8 @@ def test_a_drive_that_trips_is_a_fault_with_its_words_until_it_has_cooled(tmp_pa
     bed = Bed(written(tmp_path, "home+index"))
     bed.ask(m.Enable())
     bed.end(m.Home())
-    s = bed.rig._state
-    bed.rig._state = s._replace(drive=s.drive._replace(heat=1.5))
+    s = bed.rig._states[0]
+    bed.rig._states = (s._replace(drive=s.drive._replace(heat=1.5)),)
     bed.run(5)
     assert bed.fault.code == 211 and bed.fault.name == "drive fault"
     assert "clear the fault and enable" in bed.fault.remedy

@@ -26,7 +26,7 @@ class Machine:
         found = settings.load(SCREW)
         assert found is not None
         self.settings, tree = found, found.tree
-        self.rig = Simulated(found.machine, tree, found.live.pitch, 0)
+        self.rig = Simulated(found.machine, tree, (found.live.pitch,), 0)
         self.led = Led(
             guide.parameters(found.machine, tree),
             guide.guide(found.machine, tree),
@@ -34,7 +34,7 @@ class Machine:
             tree,
             self.rig.control.take,
         )
-        self.rig.source = lambda: self.led.course
+        self.rig.source = lambda: (self.led.course,)
         self.led.begin(self.rig.read(), Restored(True, 0.0, "known"))
         self.notices: list[Any] = []
         self.run(2)
@@ -124,7 +124,7 @@ def test_a_programme_follows_its_plan_and_is_refused_where_it_leads_too_far() ->
     (end,) = [n for n in screw.notices if isinstance(n, m.Finished)]
     assert (end.id, end.outcome) == (1, m.DONE)
     tolerance = screw.settings.tree.arrival.tolerance
-    assert screw.rig.read().encoder * screw.rig.pitch == pytest.approx(0.0, abs=tolerance)
+    assert screw.rig.read().encoder * screw.rig.pitches[0] == pytest.approx(0.0, abs=tolerance)
 
 
 def test_without_trust_no_programme_begins() -> None:

@@ -23,7 +23,7 @@ from macromicro.machines.joint.settings import of
 from macromicro.rig.session import Session
 from macromicro.rig.twin import VirtualClock
 from macromicro.serve.joint._machine import Pair
-from macromicro.serve.joint._rig import Led, Real, Simulated
+from macromicro.serve.joint._rig import Led
 from macromicro.serve.joint._together import Together
 from macromicro.serve.joint.settings import JointSettings
 from macromicro.serve.loop_spec import Spec
@@ -31,6 +31,7 @@ from macromicro.serve.persist import Evident
 from macromicro.serve.stage import _machine as live
 from macromicro.serve.stage import guide
 from macromicro.serve.stage.opening import REST, Like, needed, rehearsed
+from macromicro.serve.stage.rig import Real, Simulated
 from macromicro.types import ENABLE, Sample
 
 
@@ -100,11 +101,13 @@ def real(settings: JointSettings, rigs: Sequence[Any]) -> Real:
     sessions = [
         Session(each, own.timing.period) for each, own in zip(rigs, of(settings.tree), strict=True)
     ]
-    return Real(settings.machine, settings.tree, on_rig.Rigs(sessions))
+    group = on_rig.Rigs(sessions)
+    group.together = True
+    return Real(settings.machine, settings.tree, group.members)
 
 
 def _like(settings: JointSettings, rig: Real) -> Real:
-    each = zip(settings.machine.stages, of(settings.tree), rig.members, strict=True)
+    each = zip(settings.machine.stages, of(settings.tree), rig.rigs, strict=True)
     return real(settings, [Like(a, own, h.channels, h.outputs) for (_, a), own, h in each])
 
 
@@ -127,7 +130,7 @@ def paired(settings: JointSettings, rig: Simulated | Real) -> Pair:
         led.leaning = lambda k=k: guarding.leaning(rig.control.watches[k])  # type: ignore[misc]
         leds.append(led)
     made = Pair((leds[0], leds[1]), tree, Together(tree))
-    made.other = lambda: rig.second
+    made.other = lambda: rig.shown[1]
     made.effort = lambda: rig.control.efforts[1]
     rig.source = lambda: made.courses
     return made

@@ -61,8 +61,10 @@ class Opened(NamedTuple):
         rig: stage_rig.Simulated | stage_rig.Real = twin
         if isinstance(self.rig, stage_rig.Real):
             machine, tree = settings.machine, settings.tree
-            like = Like(machine, tree, self.rig.channels, self.rig.outputs)
-            rig = stage_rig.Real(machine, tree, like)
+            (own,) = self.rig.rigs
+            outputs = tuple(getattr(own, "outputs", ()))
+            like = Like(machine, tree, self.rig.channels, outputs)
+            rig = stage_rig.Real(machine, tree, (like,))
         middle = 0.5 * (settings.tree.travel.low + settings.tree.travel.high)
         requests = (
             (Stop(), 2),  # nothing is enabled before the first sample, which is seen behind it
@@ -126,7 +128,7 @@ def opened(spec: Spec) -> Opened:
     needed(settings.machine, settings.tree, fixture)
     made = fixture.make(spec.seed)
     paced = not isinstance(made.clock, VirtualClock)
-    real = stage_rig.Real(settings.machine, settings.tree, made)
+    real = stage_rig.Real(settings.machine, settings.tree, (made,))
     return Opened(real, _live(settings, real), paced, fixture.counted, settings)
 
 
@@ -146,14 +148,14 @@ def needed(machine: Machine, tree: Any, fixture: Fixture, where: str = "") -> No
 
 def _simulated(settings: StageSettings, seed: int) -> stage_rig.Simulated:
     machine, tree = settings.machine, settings.tree
-    return stage_rig.Simulated(machine, tree, settings.live.pitch, seed)
+    return stage_rig.Simulated(machine, tree, (settings.live.pitch,), seed)
 
 
 def _live(settings: StageSettings, rig: stage_rig.Simulated | stage_rig.Real) -> live.Led:
     machine, tree = settings.machine, settings.tree
-    q = guide.guide(machine, tree, switched=ENABLE in rig.kind.lines)
+    q = guide.guide(machine, tree, switched=ENABLE in rig.kinds[0].lines)
     made = live.Led(guide.parameters(machine, tree), q, settings.period, tree, rig.control.take)
-    rig.source = lambda: made.course
-    made.lines = lambda: rig.lines
+    rig.source = lambda: (made.course,)
+    made.lines = lambda: rig.lines[0]
     made.leaning = lambda: guarding.leaning(rig.control.watch)
     return made

@@ -1,18 +1,20 @@
-"""A stage with its law as the loop's rig, and its guard as the loop's guard."""
+"""The stages of a machine with their laws as the loop's rig, and their guards as its guard."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
 
+from macromicro.control.live.alone import SENSORS
 from macromicro.control.live.leading import Course
 from macromicro.machines import composite, guarding, lines, open_rig, pace
+from macromicro.machines.composite import AnyMachine, Composite
 from macromicro.machines.guarding import Watch
-from macromicro.machines.machine import Machine
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import quickest
 from macromicro.rig.session import Session
@@ -26,7 +28,11 @@ from macromicro.types import ENABLE, QUIET, SAFE, Clock, Command, Outputs, Rig
 from macromicro.types import Sample as Shown
 
 MISSED = "the position sensor failed while a fault was latched"
-Source = Callable[[], Course]
+Source = Callable[[], Sequence[Course]]
+
+
+def _off(count: int) -> Source:
+    return lambda: (Course(),) * count
 
 
 class Entered:
@@ -50,96 +56,122 @@ class Entered:
 
 
 class Simulated(Entered):
-    def __init__(self, machine: Machine, tree: Any, pitch: float, seed: int) -> None:
-        kind = self.kind = machine.kind
-        self.channels: tuple[str, ...] = ("encoder", *kind.lines)
-        self.dt, self.tick, self.pitch = pace.period(tree), 0, pitch
-        self._share = float(tree.encoder.pitch) / pitch
-        self.clock = VirtualClock(self)
+    """The simulated stages of a machine."""
+
+    def __init__(self, machine: AnyMachine, tree: Any, pitches: Sequence[float], seed: int) -> None:
+        trees = machine.trees(tree)
         self.control = Control(machine, tree)
-        self.source: Source = Course
-        self._measure = quickest(kind.measure, kind)
-        self._sense = quickest(kind.sense, kind) if kind.lines else kind.sense
+        self.kinds = self.control.kinds
+        self.channels = _channels(machine, ("encoder", *self.kinds[0].lines))
+        self.dt, self.tick, self.pitches = pace.period(trees[0]), 0, tuple(pitches)
+        each = zip(trees, self.pitches, strict=True)
+        self._shares = [float(own.encoder.pitch) / pitch for own, pitch in each]
+        self.clock = VirtualClock(self)
+        self.source = _off(len(trees))
+        self._measure = [quickest(kind.measure, kind) for kind in self.kinds]
+        self._sense = [quickest(k.sense, k) if k.lines else k.sense for k in self.kinds]
         self._bench = composite.bench(machine, tree)
-        self._params = self._bench.stages[0]
-        self._state = kind.initial(self._params)
+        stages = zip(self.kinds, self._bench.stages, strict=True)
+        self._states: Any = tuple(kind.initial(params) for kind, params in stages)
         self._random = noise_source(seed)
-        self._noise = np.empty((self.control.number, kind.noises))
-        self.lines = QUIET
+        self._noise = tuple(np.empty((self.control.number, kind.noises)) for kind in self.kinds)
+        self.shown = [Shown(0.0, *[math.nan] * 5) for _ in trees]
+        self.lines = [QUIET for _ in trees]
         self._draw()
 
     def _draw(self) -> None:
-        self._noise[:] = self._random.standard_normal(self._noise.shape)
+        for each in self._noise:
+            each[:] = self._random.standard_normal(each.shape)
 
-    def _seen(self) -> Sample:
+    def _seen(self) -> tuple[Sample, ...]:
         t = self.tick * self.dt
-        found: Sample = self._measure(self._params, self._state, t, self._noise, 0)
-        return found
+        each = zip(self._measure, self._bench.stages, self._states, self._noise, strict=True)
+        return tuple(measure(params, state, t, noise, 0) for measure, params, state, noise in each)
 
     def read(self) -> Shown:
-        seen = self._seen()
-        if self.kind.lines:
-            told = self._sense(self._params, self._state)
-            self.lines = with_pulse(told, self.control.captured[0], self._share)
-        return counted(seen.t, seen.position / self.pitch)
+        for k, (seen, pitch) in enumerate(zip(self._seen(), self.pitches, strict=True)):
+            self.shown[k] = counted(seen.t, seen.position / pitch)
+            if self.kinds[k].lines:
+                told = self._sense[k](self._bench.stages[k], self._states[k])
+                self.lines[k] = with_pulse(told, self.control.captured[k], self._shares[k])
+        return self.shown[0]
 
     def advance(self) -> None:
         seen = self._seen()
-        courses, noise = (self.source(),), (self._noise,)
-        (self._state,) = self.control.run(courses, self._bench, (self._state,), (seen,), noise)
+        self._states = self.control.run(self.source(), self._bench, self._states, seen, self._noise)
         self.tick += 1
         self._draw()
 
     def stop(self) -> None:
-        self.control.efforts = [0.0]
+        self.control.efforts = [0.0 for _ in self.kinds]
+
+
+def _channels(machine: AnyMachine, alone: tuple[str, ...]) -> tuple[str, ...]:
+    """Those of the only stage, or the encoder of each of several."""
+    if not isinstance(machine, Composite):
+        return alone
+    return tuple(SENSORS[name] for name in composite.names(machine))
 
 
 class Real:
-    """A user's rig with an encoder, driven by a machine's law."""
+    """Users' rigs with an encoder, one a stage, driven by a machine's laws."""
 
-    def __init__(self, machine: Machine, tree: Any, rig: Rig) -> None:
-        self.kind = open_rig.of(rig, machine.kind.place)
-        self._tree = tree
-        self.control = Control(machine, tree, open_rig.stages(composite.clocked(machine), (rig,)))
-        self.source: Source = Course
-        self.outputs = tuple(getattr(rig, "outputs", ()))
-        self.timed = bool(getattr(rig, "timed", False))
-        self.channels = tuple(dict.fromkeys((*rig.channels, *self.kind.lines)))
-        self.lines = QUIET
-        self._rig, self._pitch = rig, float(tree.encoder.pitch)
-        self._share = self._pitch / guide.count(tree)
-        self._sample = Shown(0.0, *[math.nan] * 5)
-        self._noise = np.empty((self.control.number, 0))
+    def __init__(self, machine: AnyMachine, tree: Any, rigs: Sequence[Any]) -> None:
+        self.rigs, self._trees = tuple(rigs), machine.trees(tree)
+        stages = open_rig.stages(composite.clocked(machine), self.rigs)
+        self.control = Control(machine, tree, stages)
+        self.kinds = stages.kinds
+        self.source = _off(len(self.rigs))
+        self.timed = bool(getattr(rigs[0], "timed", False))
+        alone = tuple(dict.fromkeys((*rigs[0].channels, *self.kinds[0].lines)))
+        self.channels = _channels(machine, alone)
+        self.lines = [QUIET for _ in self.rigs]
+        self.shown = [Shown(0.0, *[math.nan] * 5) for _ in self.rigs]
+        self._read: list[Any] = list(self.shown)
+        self._shares = [float(own.encoder.pitch) / guide.count(own) for own in self._trees]
+        self._noise = tuple(np.empty((self.control.number, 0)) for _ in self.rigs)
+        self._left = ExitStack()
         self.clock: Clock = self
 
     def read(self) -> Shown:
-        self._sample = self._rig.read()
-        count = shared_out(self._sample.encoder, self._share)
-        if not self.kind.lines:
-            return self._sample._replace(encoder=count)
-        told = lines.read(self._sample, self.channels)
-        self.lines = with_pulse(told, self.control.captured[0], self._share)
-        return Shown(self._sample.t, count, *[math.nan] * 4)
+        for k, rig in enumerate(self.rigs):
+            seen = self._read[k] = rig.read()
+            count = shared_out(seen.encoder, self._shares[k])
+            if self.kinds[k].lines:
+                told = lines.read(seen, (*rig.channels, *self.kinds[k].lines))
+                self.lines[k] = with_pulse(told, self.control.captured[k], self._shares[k])
+                self.shown[k] = Shown(seen.t, count, *[math.nan] * 4)
+            else:
+                self.shown[k] = seen._replace(encoder=count)
+        return self.shown[0]
 
     def write(self, outputs: Outputs) -> None:
-        """The law gives the effort."""
+        """The laws give the efforts."""
 
     def now(self) -> float:
-        return self._rig.clock.now()
+        return float(self.rigs[0].clock.now())
 
     def wait(self, dt: float) -> None:
-        """Give the law's effort and wait for the next period."""
-        seen = Sample(self._sample.t, self._sample.encoder * self._pitch)
-        read: Any = Read(self._rig, self._sample)
-        bench = open_rig.bench((self._tree,), (read,))
-        self.control.run((self.source(),), bench, (0.0,), (seen,), (self._noise,))
+        """Give the laws' efforts and wait for the next period."""
+        each = zip(self._read, self._trees, strict=True)
+        samples = tuple(Sample(seen.t, seen.encoder * own.encoder.pitch) for seen, own in each)
+        read = [Read(rig, seen) for rig, seen in zip(self.rigs, self._read, strict=True)]
+        bench = open_rig.bench(self._trees, read)
+        states = (0.0,) * len(read)
+        self.control.run(self.source(), bench, states, samples, self._noise)
 
     def stop(self) -> None:
-        self.control.efforts = [0.0]
-        self._rig.stop()
+        """Set all outputs to safe values, whatever one of the rigs raises."""
+        self.control.efforts = [0.0 for _ in self.rigs]
+        with ExitStack() as each:
+            for rig in self.rigs:
+                each.callback(rig.stop)
 
     def __enter__(self) -> Self:
-        self._rig.__enter__()
+        with ExitStack() as entered:
+            for rig in self.rigs:
+                entered.enter_context(rig)
+            self._left = entered.pop_all()
         return self
 
     def __exit__(
@@ -148,7 +180,7 @@ class Real:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._rig.__exit__(kind, error, trace)
+        self._left.__exit__(kind, error, trace)
 
 
 class Read:
@@ -194,9 +226,9 @@ class Led:
 
     def lines(self) -> tuple[float, ...]:
         """State of the lines and of the enable line; NaN where it has none."""
-        rig, there = self._rig, self._rig.kind.lines
+        rig, there = self._rig, self._rig.kinds[0].lines
         enable = self._control.enable if ENABLE in there else math.nan
-        return (*lines.shown(rig.lines, there), enable)
+        return (*lines.shown(rig.lines[0], there), enable)
 
     def own(self) -> list[float] | None:
         """The law's memory for the telemetry; [] while it is off, None if it shows nothing."""
