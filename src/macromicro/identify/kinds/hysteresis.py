@@ -50,6 +50,11 @@ _TRIED = (0.5, 1.0, 2.0, 4.0, 8.0)  # grid steps
 Choice = tuple[float, str]  # smoothness in grid steps, and how tables go on between curves
 _FOLDS = 3
 _ENOUGH = 2 + 2 * _FOLDS  # curves by which something is chosen: the outer ones, two in each fold
+Pair = tuple[Array, Array]
+_NEAR = 0.1  # a cycle begins within this part of the range from an end of it
+_BACK = 0.5  # of its range: what ends nearer to its begin is a cycle
+_LEG = 0.03  # what turns by less than this part of the range is noise; of the output, too
+_WINDOWS = 300  # points of a curve over the whole range
 
 
 class Options(NamedTuple):
@@ -395,14 +400,6 @@ def _save(table: FodTable, path: Path) -> None:
     from macromicro.hysteresis.table_files import save_table
 
     save_table(table, path)
-
-
-Pair = tuple[Array, Array]
-
-_NEAR = 0.1  # a cycle begins within this part of the range from an end of it
-_BACK = 0.5  # of its range: what ends nearer to its begin is a cycle
-_LEG = 0.03  # what turns by less than this part of the range is noise; of the output, too
-_WINDOWS = 300  # points of a curve over the whole range
 
 
 class Found(NamedTuple):
