@@ -18,6 +18,12 @@ PLAYS = 16
 # The past before a recording began is forgotten once the input has been this near to both ends of
 # its range, in steps of the thresholds.
 _NEAR = 0.5
+_STARTS = (1e-4, 1e-3, 0.01, 0.1)  # of the largest values: the best of these begins
+_ROWS = 3000  # samples by which the search is judged
+_WIDEST = 0.5  # of the input's range: more than all thresholds grow by
+_SMALL = 1e-3  # of a sample: no lag
+_MOST = 120  # steps of a search
+_BETTER = 0.02  # by this part what is held out must be predicted better
 
 
 class PrandtlFit(NamedTuple):
@@ -211,14 +217,6 @@ def _checked(
     if not 0.0 <= held_out <= 0.9:
         raise InputError("Prandtl-Ishlinskii, held out", held_out, "a share of 0 to 0.9")
     return recorded(u, f, 4)
-
-
-_STARTS = (1e-4, 1e-3, 0.01, 0.1)  # of the largest values: the best of these begins
-_ROWS = 3000  # samples by which the search is judged
-_WIDEST = 0.5  # of the input's range: more than all thresholds grow by
-_SMALL = 1e-3  # of a sample: no lag
-_MOST = 120  # steps of a search
-_BETTER = 0.02  # by this part what is held out must be predicted better
 
 
 class RateFit(NamedTuple):

@@ -20,6 +20,14 @@ ROUNDS = 800
 ROUGH = 200  # these do to tell which of several tables predicts curves best
 _WEIGHED = (20, 60, 150)  # after these rounds the weight is adjusted
 Index = npt.NDArray[np.int64]
+_CORNERS = ((1, 0, 1.0), (0, 0, -1.0), (1, 1, -1.0), (0, 1, 1.0))
+# A roughness of the density must be paid for at all, or nothing fills the gaps.
+LEAST_SMOOTH = 0.3
+_GUESSED = 0.1  # weight of a curve that nobody measured
+_BETWEEN = 3  # curves between two neighbours
+_LEVELS = 120
+_LEAN = 1e-6
+_LEAST = 0.02  # of the loop's height: a curve that falls by less has no levels
 
 
 class Grid(NamedTuple):
@@ -67,9 +75,6 @@ def densities(n: int, ids: Index) -> Any:
     r, c = np.nonzero(np.tri(n - 1, dtype=bool))
     shares = [(ids[r + di, c + dj], np.full(r.size, s)) for di, dj, s in _CORNERS]
     return _sparse(shares, r.size, int(ids.max()) + 1)
-
-
-_CORNERS = ((1, 0, 1.0), (0, 0, -1.0), (1, 1, -1.0), (0, 1, 1.0))
 
 
 def roughness(n: int) -> Any:
@@ -189,15 +194,6 @@ def _ratio(target: Array, found: Array) -> Array:
 def cells(values: Array) -> Array:
     """Weights of the cells; the inverse of the double sum."""
     return np.tril(values[1:, :-1] - values[:-1, :-1] - values[1:, 1:] + values[:-1, 1:])
-
-
-# A roughness of the density must be paid for at all, or nothing fills the gaps.
-LEAST_SMOOTH = 0.3
-_GUESSED = 0.1  # weight of a curve that nobody measured
-_BETWEEN = 3  # curves between two neighbours
-_LEVELS = 120
-_LEAN = 1e-6
-_LEAST = 0.02  # of the loop's height: a curve that falls by less has no levels
 
 
 def branches(curves: list[Curve], grid: Grid, monotone: bool) -> tuple[Array, Array, float]:

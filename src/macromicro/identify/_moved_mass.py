@@ -35,6 +35,9 @@ SIGNED = ("offset", "asymmetry", "sine", "cosine")
 _FORGOTTEN = 0.5  # of a record: in so short a time
 _BLOCKS = 4  # of a whole record that a force disturbs
 _ABOVE = ("mass", "spring", "stribeck_speed")  # never 0
+LONG = 400_000  # samples in all records; fewer are taken as they are
+_KEPT = 30.0  # samples left in a time constant M/Fv
+_PARTS = 4  # stretches that stand for a long record
 
 
 class Model(NamedTuple):
@@ -358,11 +361,6 @@ def doubted(found: Found, names: tuple[str, ...]) -> None:
         at = names.index(name)
         covariance[at, :] = covariance[:, at] = np.nan
     clusters.mixed(found.spread, names, end.values)
-
-
-LONG = 400_000  # samples in all records; fewer are taken as they are
-_KEPT = 30.0  # samples left in a time constant M/Fv
-_PARTS = 4  # stretches that stand for a long record
 
 
 def is_long(runs: list[Run]) -> bool:

@@ -25,6 +25,11 @@ from macromicro.hysteresis.diagnostics import reversals
 
 BRANCHES = ("heating", "cooling")
 _SATURATING = 3  # loads, for three unknowns
+SHARES = np.linspace(0.01, 0.99, 50)
+_WHOLE = 0.8  # of a load's range of temperatures: a shorter branch is a minor one
+_ENDS = 0.03  # of that range: over which the levels are taken
+_BINS = 400
+_SWING = 0.1  # of the range: a smaller turn is noise
 
 
 class Way(NamedTuple):
@@ -183,13 +188,6 @@ def _left_out(cycles: Sequence[Cycle], way: Way) -> dict[float, float]:
         one.load: missed(_map([*cycles[:k], *cycles[k + 1 :]], way), one)
         for k, one in enumerate(cycles)
     }
-
-
-SHARES = np.linspace(0.01, 0.99, 50)
-_WHOLE = 0.8  # of a load's range of temperatures: a shorter branch is a minor one
-_ENDS = 0.03  # of that range: over which the levels are taken
-_BINS = 400
-_SWING = 0.1  # of the range: a smaller turn is noise
 
 
 class Branch(NamedTuple):

@@ -17,6 +17,14 @@ from macromicro.control.calibration import Calibration
 from macromicro.errors import ProblemError
 from macromicro.identify.clusters import within
 
+PIECES = (2, 3, 4, 6, 8, 10, 12, 14, 16, 20, 24, 30, 40, 60)
+# Steps finer than what foretells best: that one has bias too, the interval has only scatter.
+FINER = 2
+BINS = 2000  # of the runs' range
+LEAST = 50  # bins that a run must have
+SPEED = 0.001  # of a run: half the window of its speed
+REST = 5.0  # standard deviations of the noise: as near to its ends a run may be at rest
+
 
 class HallFit(NamedTuple):
     """A calibration with its uncertainty; NaN beyond the runs."""
@@ -129,15 +137,6 @@ def _averaged(grid: Array, tables: Array) -> Calibration:
         inner[last] + (grid[last + 1 :] - grid[last]) * (inner[last] - inner[last - 1]) / step
     )
     return Calibration(float(grid[0]), float(step), np.maximum.accumulate(inner))
-
-
-PIECES = (2, 3, 4, 6, 8, 10, 12, 14, 16, 20, 24, 30, 40, 60)
-# Steps finer than what foretells best: that one has bias too, the interval has only scatter.
-FINER = 2
-BINS = 2000  # of the runs' range
-LEAST = 50  # bins that a run must have
-SPEED = 0.001  # of a run: half the window of its speed
-REST = 5.0  # standard deviations of the noise: as near to its ends a run may be at rest
 
 
 class SplineFit(NamedTuple):

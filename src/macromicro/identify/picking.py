@@ -24,6 +24,12 @@ from macromicro.identify.runs import Run, checked
 from macromicro.schema.text import printable
 from macromicro.units import measured
 
+_SHORTEST = 20  # rows of a run behind a gap
+# Of a temperature: the size of a degree and its zero, which differences do not have.
+DEGREES = {"K": (1.0, 273.15), "degF": (5.0 / 9.0, 32.0), "°F": (5.0 / 9.0, 32.0)}
+CLOCK = "\0"  # in place of a column of times: row by row at a rate
+_MOST = 500
+
 
 class MissingRowsWarning(DataWarning):
     """Rows with missing or infinite numbers were left out."""
@@ -31,9 +37,6 @@ class MissingRowsWarning(DataWarning):
 
 class UnitWarning(DataWarning):
     """A column without a unit; the usual one was assumed."""
-
-
-_SHORTEST = 20  # rows of a run behind a gap
 
 
 class Role(NamedTuple):
@@ -54,9 +57,6 @@ class Picked(NamedTuple):
     constants: dict[str, float]  # constants of the file, by name
 
 
-# Of a temperature: the size of a degree and its zero, which differences do not have.
-DEGREES = {"K": (1.0, 273.15), "degF": (5.0 / 9.0, 32.0), "°F": (5.0 / 9.0, 32.0)}
-CLOCK = "\0"  # in place of a column of times: row by row at a rate
 T = Role("t", "time", TIMES, ("s",))
 RUN = Role("run", "which run a row belongs to", ("run", "record", "trial"), optional=True)
 
@@ -309,9 +309,6 @@ def _held(same: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     for k in range(5):
         held[k : k + len(run)] |= run
     return held
-
-
-_MOST = 500
 
 
 class Picking(NamedTuple):

@@ -28,6 +28,29 @@ from macromicro.identify.search import central
 
 _ELASTIC = ("stiffness", "settling", "share")
 _MOST, _PART = 30_000, 5000  # samples; of longer records evenly spread parts are fitted
+RIGID = "rigid"
+ELASTIC = "elastic friction"
+NODES = (1, 3, 5, 9, 17)  # tried along the travel
+FLOOR = 1e-3  # of the level: the least that is allowed
+_BEGINS = (0.05, 0.3, 1.5, 4.0)  # circular frequencies of the stuck mass times the sample time
+_STIFFEST = 2.0 * math.pi  # of these
+_REST = 0.02  # of the greatest speed: less is rest
+_GOES = 0.1  # of it: the axis slides
+_SLID = 0.02  # of the travel: so far from where it turned, friction is at its level
+_PIECES = 12
+_WIDE = 4.0  # of the logarithm of shares
+_SMALL = 0.01  # of the mean square of a typical piece: what less is, is no better
+# Lowest and highest value, and scale, of each parameter as the search sees it.
+_LIMITS = {
+    "mass": (0.05, 20.0, 1.0),
+    "viscous": (0.0, 50.0, 1.0),
+    "offset": (-5.0, 5.0, 1.0),
+    "stiffness": (math.log(1e-4), math.log(_STIFFEST), 10.0),
+    "settling": (0.0, 1e4, 10.0),
+    "asymmetry": (-20.0, 20.0, 1.0),
+    "stribeck": (0.0, 20.0, 1.0),
+    "stribeck_speed": (-4.0, 4.0, 2.5),
+}
 
 
 @dataclass(frozen=True)
@@ -161,31 +184,6 @@ def _turn(found: Candidate) -> Array:
     return central(
         lambda at: np.array([*kind.parameters(at).values()]), z, step, z - step, z + step
     )
-
-
-RIGID = "rigid"
-ELASTIC = "elastic friction"
-NODES = (1, 3, 5, 9, 17)  # tried along the travel
-FLOOR = 1e-3  # of the level: the least that is allowed
-_BEGINS = (0.05, 0.3, 1.5, 4.0)  # circular frequencies of the stuck mass times the sample time
-_STIFFEST = 2.0 * math.pi  # of these
-_REST = 0.02  # of the greatest speed: less is rest
-_GOES = 0.1  # of it: the axis slides
-_SLID = 0.02  # of the travel: so far from where it turned, friction is at its level
-_PIECES = 12
-_WIDE = 4.0  # of the logarithm of shares
-_SMALL = 0.01  # of the mean square of a typical piece: what less is, is no better
-# Lowest and highest value, and scale, of each parameter as the search sees it.
-_LIMITS = {
-    "mass": (0.05, 20.0, 1.0),
-    "viscous": (0.0, 50.0, 1.0),
-    "offset": (-5.0, 5.0, 1.0),
-    "stiffness": (math.log(1e-4), math.log(_STIFFEST), 10.0),
-    "settling": (0.0, 1e4, 10.0),
-    "asymmetry": (-20.0, 20.0, 1.0),
-    "stribeck": (0.0, 20.0, 1.0),
-    "stribeck_speed": (-4.0, 4.0, 2.5),
-}
 
 
 class Elastic(NamedTuple):

@@ -17,7 +17,7 @@ from macromicro.identify.deadzone import DeadZone, Trial, discontinuous_dead_zon
 from macromicro.identify.kinds import deadzone
 from macromicro.identify.kinds.deadzone import Options
 from macromicro.identify.notices import DataWarning
-from macromicro.identify.picking import Picked
+from macromicro.identify.picking import Picked, loaded
 from macromicro.identify.result import Line
 from macromicro.identify.runs import Run
 
@@ -232,7 +232,7 @@ def test_runs_that_are_not_fitted_are_foretold(file: Path, tmp_path: Path) -> No
 def test_a_run_that_goes_otherwise_counts_as_wrong(file: Path, tmp_path: Path) -> None:
     seen = other(tmp_path / "b.csv", 2.2, 3.0)
     lower = zone(positive=2.5, negative=3.0)
-    runs = deadzone.constant(deadzone.loaded(given(seen), deadzone.ROLES)[0])
+    runs = deadzone.constant(loaded(given(seen), deadzone.ROLES)[0])
     told = deadzone.prediction(lower, None, runs, "b.csv", 0.05)
     assert (told.right, len(told.runs), told.distance) == (1, 2, None)
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -50,6 +50,11 @@ _TRIED = (0.5, 1.0, 2.0, 4.0, 8.0)  # grid steps
 Choice = tuple[float, str]  # smoothness in grid steps, and how tables go on between curves
 _FOLDS = 3
 _ENOUGH = 2 + 2 * _FOLDS  # curves by which something is chosen: the outer ones, two in each fold
+Pair = tuple[Array, Array]
+_NEAR = 0.1  # a cycle begins within this part of the range from an end of it
+_BACK = 0.5  # of its range: what ends nearer to its begin is a cycle
+_LEG = 0.03  # what turns by less than this part of the range is noise; of the output, too
+_WINDOWS = 300  # points of a curve over the whole range
 
 
 class Options(NamedTuple):
@@ -126,8 +131,6 @@ def identify(picking: Picking, options: Options) -> Result:
             told = ", ".join(f"{k:g} {100.0 * v / extent:.3g}" for k, v in errors)
             head = "RMS on curves held out, % of range, by grid steps"
             remarks.append((f"along the {way}", f"{head}: {told}"))
-    made = [_predicted(table, test, picking.columns, units) for test in options.tests]
-    remarks += [_report.of_range(test, extent, how) for test, how in made]
 
     def draw() -> dict[str, Figure]:
         from macromicro.hysteresis.pictures import draw_curves, draw_density
@@ -166,9 +169,8 @@ def identify(picking: Picking, options: Options) -> Result:
         "range": extent, "negative_share": table.negative_share,
     }  # fmt: skip
     title = "First-order curves: f = f_M,m for every maximum M and minimum m of the input"
-    files = {TABLE: lambda path: _save(table, path), SHEET: lambda path: _save(table, path)}
-    parts = Result("hysteresis", title, table, lines, remarks, toml, draw, data, files)
-    return _report.completed(parts, f_unit, [test for test, _ in made])
+    parts = Result("hysteresis", title, table, lines, remarks, toml, draw, data)
+    return _tested(parts, picking, options, units)
 
 
 def _output(name: str, value: float, rms: float, unit: str, note: str) -> Line:
@@ -196,8 +198,6 @@ def _of_saved(table: FodTable, picking: Picking, options: Options) -> Result:
         Line("output, high", table.f_low + table.span, note="in positive saturation"),
     ]
     remarks = [("table", f"{table.n} by {table.n}, read from {where}; in the units of its data")]
-    made = [_predicted(table, test, picking.columns, {}) for test in options.tests]
-    remarks += [_report.of_range(test, abs(table.span), how) for test, how in made]
 
     def draw() -> dict[str, Figure]:
         from macromicro.hysteresis.pictures import draw_curves
@@ -206,10 +206,20 @@ def _of_saved(table: FodTable, picking: Picking, options: Options) -> Result:
 
     data = {"nodes": table.n, "kind": table.kind, "range": abs(table.span)}
     title = "First-order curves of a saved table: predictions"
-    files = {TABLE: lambda path: _save(table, path), SHEET: lambda path: _save(table, path)}
     toml = model_file.plain("A table that was read; see the folder it is from.", {})
-    parts = Result("hysteresis", title, table, lines, remarks, toml, draw, data, files)
-    return _report.completed(parts, "", [test for test, _ in made])
+    parts = Result("hysteresis", title, table, lines, remarks, toml, draw, data)
+    return _tested(parts, picking, options, {})
+
+
+def _tested(result: Result, picking: Picking, options: Options, units: dict[str, str]) -> Result:
+    """A table's result with its files and predictions of test recordings."""
+    from macromicro.hysteresis.table_files import save_table
+
+    table = result.model
+    made = [_predicted(table, test, picking.columns, units) for test in options.tests]
+    result.remarks += [_report.of_range(test, abs(table.span), how) for test, how in made]
+    result.extra = dict.fromkeys((TABLE, SHEET), partial(save_table, table))
+    return _report.completed(result, units.get("f", ""), [test for test, _ in made])
 
 
 def _checked(options: Options) -> None:
@@ -389,20 +399,6 @@ def _curves_predicted(table: FodTable, file: str, pairs: list[Pair]) -> tuple[Pr
     index = np.arange(len(model), dtype=np.float64)
     how = f"{len(pairs)} curves, each from its saturation"
     return Prediction(file, index, measured, model), how
-
-
-def _save(table: FodTable, path: Path) -> None:
-    from macromicro.hysteresis.table_files import save_table
-
-    save_table(table, path)
-
-
-Pair = tuple[Array, Array]
-
-_NEAR = 0.1  # a cycle begins within this part of the range from an end of it
-_BACK = 0.5  # of its range: what ends nearer to its begin is a cycle
-_LEG = 0.03  # what turns by less than this part of the range is noise; of the output, too
-_WINDOWS = 300  # points of a curve over the whole range
 
 
 class Found(NamedTuple):

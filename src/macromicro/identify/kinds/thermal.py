@@ -52,6 +52,9 @@ TEMPERATURE = Role(
 X = Role("x", "position", ("x", "X", "laser", "position", "pos"), ("mm",))
 _RISE = "temperature rise [K]"
 _STILL = 0.01  # a rise that changes by less than this part in its last tenth has settled
+_SHORTEST = 4.5  # samples of a fall to 63 %
+NEAR_STOP = 0.97  # of the table's range: beyond it a position shows no temperature
+_COLUMNS = (Column("t", "s", ""), Column("ctrl", "V", ""), Column("laser", "um", ""))
 
 
 class Options(NamedTuple):
@@ -338,11 +341,6 @@ def _toml(found: Found) -> str:
     head = "Heating and cooling as identified, for other programs and macromicro.models.\n"
     head += "Not for `macromicro run --config`: the bench has wires and plates, not these modes."
     return model_file.plain(head, tables)
-
-
-_SHORTEST = 4.5  # samples of a fall to 63 %
-NEAR_STOP = 0.97  # of the table's range: beyond it a position shows no temperature
-_COLUMNS = (Column("t", "s", ""), Column("ctrl", "V", ""), Column("laser", "um", ""))
 
 
 class Source(NamedTuple):
