@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from macromicro.commission._model import FITTED, Model
 
 from macromicro.commission import _axis_margins, _settings
 from macromicro.commission._answer import Shape
 from macromicro.commission._mode import Mode
-from macromicro.commission._model import FITTED, Model
 from macromicro.identify import axis_settings
 from macromicro.identify.axis import Axis
 from macromicro.identify.axis_settings import Around

@@ -9,7 +9,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.commission import margins
-from macromicro.commission._model import Model
+from macromicro.commission._axis_fit import Model
 from macromicro.commission.margins import DRAWS, SEED, Robust
 from macromicro.commission.procedure import Robustness
 from macromicro.machines import loops, sheets

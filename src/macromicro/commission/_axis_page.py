@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from macromicro.commission import _mode_page, _pole
+from macromicro.commission import _mode_page
+from macromicro.commission._axis_fit import UNITS, Model, shows_time_constant
 from macromicro.commission._friction import FrictionMap
-from macromicro.commission._model import UNITS, Model
 from macromicro.commission.procedure import Drawn, Estimate, Work
 from macromicro.commission.stand import Record
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
@@ -94,7 +94,7 @@ def doubts(work: Work, model: Model) -> list[str]:
                 f"The {MEANINGS[name]} is known to {half / value:.0%} only. A longer travel "
                 "or a larger effort would improve it."
             )
-    if not _pole.told(model.axis, work.stand.dt):
+    if not shows_time_constant(model.axis, work.stand.dt):
         said.append(
             "The strokes do not determine the time constant (mass over viscous friction); "
             f"the mass is the smallest that suits a period of {work.stand.dt * 1e3:.3g} ms. A "

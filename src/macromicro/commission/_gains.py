@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from macromicro.commission import _axis_margins, _comparing, _rehearsal, margins
-from macromicro.commission._model import Model
+from macromicro.commission._axis_fit import Model
 from macromicro.commission.procedure import Tuned
 from macromicro.machines import machine as machines
 from macromicro.machines import planning

@@ -16,15 +16,17 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.commission.stand import CommissionError, Record
 from macromicro.hysteresis.prandtl_fit import moved, spaced
+from macromicro.identify import clusters
 from macromicro.plant import creep
 
 PLAYS = 16
 _MOST_CREEP = 0.1  # per decade
 _SCALE = 1e6  # of positions: least squares with bounds have absolute tolerances
 # Standard deviation of what this leaves out (thresholds between those here, other lags of the
-# creep, warmth), as a part of the value: seen on 12 random stages of docs/commissioning_piezo.py,
-# and checked on others there. Creep, stroke, width.
-_LEFT_OUT = (0.025, 0.002, 0.005)
+# creep, warmth), as a part of the value, by simulation: seen on 12 random stages of
+# docs/commissioning_piezo.py, checked on others there.
+SIMULATED = 12  # stages by which these are known
+MODEL_ERRORS = {"creep": 0.025, "stroke": 0.002, "hysteresis": 0.005}
 _ROWS = 3000  # samples of a record that are compared
 
 
@@ -36,7 +38,7 @@ class Loops(NamedTuple):
     stroke: float  # of a slow cycle over the whole range, without creep, m
     width: float  # of its loop in the middle, over the stroke
     spread: tuple[float, ...]  # standard deviations of creep, stroke and width
-    freedom: float  # clusters less one
+    half: tuple[float, ...]  # halves of their 95 % intervals
     rms: float  # residual, m
 
 
@@ -76,10 +78,8 @@ def fitted(swings: Sequence[Record], dt: float) -> Loops:
     error = x - (plays + c * lagged) @ w
     used = np.flatnonzero(w > 0.0)
     jacobian = np.column_stack([(plays + c * lagged)[:, used], lagged @ w])
-    bread = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
-    count = int(branch.max()) + 1
-    scores = np.stack([jacobian[branch == b].T @ error[branch == b] for b in range(count)])
-    covariance = count / (count - 1) * bread @ (scores.T @ scores) @ bread
+    edges = np.searchsorted(branch, np.arange(branch[-1] + 2))
+    sure = clusters.spread(jacobian, error, edges)
     left = 0.5 * span - thresholds
     to_stroke, to_width = 2.0 * left, 2.0 * np.minimum(thresholds, left)
     stroke = float(to_stroke @ w)
@@ -88,13 +88,14 @@ def fitted(swings: Sequence[Record], dt: float) -> Loops:
     slopes[0, -1] = 1.0
     slopes[1, :-1] = to_stroke[used]
     slopes[2, :-1] = (to_width[used] - width * to_stroke[used]) / stroke
-    scatter = np.einsum("ij,jk,ik->i", slopes, covariance, slopes)
-    spread = np.sqrt(scatter + (np.array(_LEFT_OUT) * [c, stroke, width]) ** 2)
+    hidden = np.array(list(MODEL_ERRORS.values())) * [c, stroke, width]
+    spread = np.hypot(clusters.errors(sure.covariance, slopes), hidden)
+    half = clusters.half_widths(sure, slopes, hidden, SIMULATED)
     metres = 1.0 / _SCALE
+    units = np.array([1.0, metres, 1.0])
     return Loops(
         tuple(thresholds.tolist()), tuple((metres * w).tolist()), c, metres * stroke, width,
-        (float(spread[0]), metres * float(spread[1]), float(spread[2])),
-        count - 1.0, metres * float(np.sqrt(np.mean(error**2))),
+        tuple((units * spread).tolist()), tuple((units * half).tolist()), metres * float(np.sqrt(np.mean(error**2))),
     )  # fmt: skip
 
 

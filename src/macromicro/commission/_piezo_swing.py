@@ -14,9 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.commission._piezo_loops import Loops
+from macromicro.commission._piezo_loops import SIMULATED, Loops
 from macromicro.commission.stand import CommissionError, Record
 from macromicro.hysteresis.prandtl_fit import moved
+from macromicro.identify import clusters
+from macromicro.identify.search import least_squares
 
 _SMALL = 0.045  # of the range: such steps hardly meet the limit of the rate
 _FINE = 8  # steps of the simulation per period
@@ -24,8 +26,8 @@ _PERIODS = 4.0  # of the ringing that a record must hold
 _SEEN = 8.0  # noises that the ringing must be
 _SLEWS = (0.03, 0.1, 0.3, 1.0, 3.0)  # to begin with, steps per period of the resonance
 # Standard deviation of what this leaves out (a loop that widens with the rate), as a part of the
-# value: seen on 12 random stages of docs/commissioning_piezo.py, and checked on others there.
-_LEFT_OUT = (1e-5, 1e-3, 0.2, 0.03)
+# value, by simulation: seen on 12 random stages of docs/commissioning_piezo.py, checked on others.
+MODEL_ERRORS = {"resonance": 1e-5, "damping": 1e-3, "lag": 0.2, "slew": 0.03}
 _DELAY, _DELAYS = 0.5, 2.0  # control periods that an effort acts late: to begin with, and at most
 _FEW, _BEST = 6, 2  # rounds of every search, and how many go on
 _LIMITED = 0.8  # a limit of the rate must lower the squares to that part
@@ -38,7 +40,7 @@ class Swing(NamedTuple):
     slew: float  # greatest rate of the effort that the stack follows, V/s
     limited: bool  # a step reached that rate; else it is the greatest one seen
     spread: tuple[float, ...]  # standard deviations of frequency, damping, lag and slew
-    freedom: float  # clusters less what was fitted
+    half: tuple[float, ...]  # halves of their 95 % intervals
 
 
 def fitted(
@@ -48,8 +50,6 @@ def fitted(
     extent = abs(before[1] - before[0])
     small = [s for s in steps if abs(_size(s)) <= _SMALL * extent]
     first = _frequency(small[-1], dt)
-    from scipy.optimize import least_squares
-
     scale = np.array([2.0 * math.pi * first, 0.02])
 
     def ringing(p: Array) -> Array:
@@ -57,8 +57,8 @@ def fitted(
 
     found = least_squares(ringing, np.ones(2), bounds=([0.5, 1e-3], [2.0, 45.0]))
     omega, damping = (found.x * scale).tolist()
-    rows = np.cumsum([len(_ringing(s, found.x * scale, dt, first)) for s in small])[:-1]
-    spread = scale * _spread(found.jac, found.fun, rows)
+    rows = _edges([_ringing(s, found.x * scale, dt, first) for s in small])
+    free = clusters.spread(found.jac / scale, found.fun, rows)
 
     parts = [_cut(s, omega, dt) for s in steps]
     thresholds = np.array(loops.thresholds)
@@ -86,7 +86,7 @@ def fitted(
     late, low = (0.3, 1.0, max(0.1 / (first * dt), 1.5)), 0.01  # of the lag, control periods
     bounds = ([low, 0.0], [np.inf, _DELAYS])
     every = [least_squares(unlimited, [lag, _DELAY], bounds=bounds) for lag in late]
-    free = min(every, key=lambda one: float(one.cost))
+    plain = min(every, key=lambda one: float(one.cost))
     bounds = ([low, -np.inf, 0.0], [np.inf, np.inf, _DELAYS])
     starts = [
         [lag, math.log(part * largest * omega), _DELAY] for part, lag in product(_SLEWS, late)
@@ -95,24 +95,21 @@ def fitted(
     tries.sort(key=lambda one: float(one.cost))
     tried = [least_squares(missed, one.x, bounds=bounds, max_nfev=30) for one in tries[:_BEST]]
     best = min(tried, key=lambda one: float(one.cost))
-    cuts = np.cumsum([len(s.x) for s in parts])[:-1]
-    limited = bool(best.cost < _LIMITED * free.cost)
-    if not limited:
-        slope = np.array([dt, dt])
-        lag, covariance = float(slope @ free.x), _covariance(free.jac, free.fun, cuts)
-        slew, wide = largest / max(lag, dt), 0.0
-    else:
-        slope = np.array([dt, 0.0, dt])
-        lag, covariance = float(slope @ best.x), _covariance(best.jac, best.fun, cuts)
-        slew = math.exp(best.x[1])
-        wide = slew * math.sqrt(covariance[1, 1])
-    sure = math.sqrt(slope @ covariance @ slope)
-    values = (omega / (2.0 * math.pi), damping, lag, slew)
-    scatter = (float(spread[0]) / (2.0 * math.pi), float(spread[1]), sure, wide)
-    sure_of = tuple(
-        math.hypot(s, part * v) for s, part, v in zip(scatter, _LEFT_OUT, values, strict=True)
-    )
-    return Swing(*values, limited, sure_of, len(small) - 2.0)
+    limited = bool(best.cost < _LIMITED * plain.cost)
+    chosen = best if limited else plain
+    driven = clusters.spread(chosen.jac, chosen.fun, _edges([s.x for s in parts]))
+    lag = float(chosen.x[0] + chosen.x[-1]) * dt
+    slew = math.exp(best.x[1]) if limited else largest / max(lag, dt)
+    late_slope = np.array([dt, *[0.0] * (len(chosen.x) - 2), dt])
+    slew_slope = np.array([0.0, slew, 0.0])[: len(chosen.x)] * limited
+    slopes = (np.diag([0.5 / math.pi, 1.0]), np.stack([late_slope, slew_slope]))
+    values = np.array([omega / (2.0 * math.pi), damping, lag, slew])
+    hidden = np.array(list(MODEL_ERRORS.values())) * values
+    every = list(zip((free, driven), slopes, np.split(hidden, 2), strict=True))
+    half = np.concatenate([clusters.half_widths(one, by, more, SIMULATED) for one, by, more in every])
+    own = np.concatenate([clusters.errors(one.covariance, by) for one, by, _ in every])
+    spread = np.hypot(own, hidden)
+    return Swing(*values.tolist(), limited, tuple(spread.tolist()), tuple(half.tolist()))
 
 
 def _size(step: Record) -> float:
@@ -194,15 +191,6 @@ def _swung(goal: Array, omega: float, damping: float, h: float) -> Array:
     return np.asarray(lfilter([0.0, 1.0 - p, a2 + p + a1], [1.0, a1, a2], goal))
 
 
-def _spread(jacobian: Array, error: Array, cuts: Array) -> Array:
-    """Standard deviations, clustered by the parts between cuts."""
-    return np.asarray(np.sqrt(np.diag(_covariance(jacobian, error, cuts))))
-
-
-def _covariance(jacobian: Array, error: Array, cuts: Array) -> Array:
-    """Covariance clustered by the parts between cuts (Liang and Zeger 1986)."""
-    bread = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
-    parts = zip(np.split(jacobian, cuts), np.split(error, cuts), strict=True)
-    scores = np.stack([j.T @ e for j, e in parts])
-    n, count = len(scores), jacobian.shape[1]
-    return np.asarray(n / max(n - count, 1) * bread @ (scores.T @ scores) @ bread)
+def _edges(parts: Sequence[Array]) -> Array:
+    """Edges of parts in a row, each of them a cluster."""
+    return np.cumsum([0, *(len(part) for part in parts)])

@@ -6,9 +6,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
-from macromicro.commission import _exciting, _momentum
+from macromicro.commission import _exciting
 from macromicro.commission._probing import Direction, Ends, go
 from macromicro.commission.stand import Caution, Record, Stand
 from macromicro.identify.axis import Axis
@@ -90,14 +89,13 @@ def speed(ends: Ends, caution: Caution) -> float:
 
 def shaken(
     stand: Stand,
-    strokes: Sequence[Record],
+    about: Axis,
     found: Direction,
     ends: Ends,
     caution: Caution,
     creep: float,
 ) -> list[Record]:
     """All passes, the two of a pair in succession."""
-    about = _momentum.begun(strokes, stand.dt)
     v, most = speed(ends, caution), strength(found, caution.effort)
     window = caution._replace(low=ends.low, high=ends.high)
     slow = caution._replace(speed=creep)

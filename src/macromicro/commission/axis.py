@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from macromicro.commission import (
+    _axis_fit,
     _axis_margins,
     _axis_page,
     _comparing,
     _exciting,
     _gains,
     _mode,
-    _model,
-    _momentum,
     _probing,
     _rehearsal,
     _shaking,
@@ -22,8 +21,8 @@ from macromicro.commission import _settings as found_settings
 from macromicro.commission import (
     _weight as weight,
 )
+from macromicro.commission._axis_fit import Model
 from macromicro.commission._friction import FrictionMap
-from macromicro.commission._model import Model
 from macromicro.commission._probing import Direction, Ends, go
 from macromicro.commission._weight import Weight
 from macromicro.commission.procedure import Kind, Step, Work
@@ -150,9 +149,9 @@ def _modes_intent(work: Work) -> str:
 
 def _modes(work: Work) -> list[Record]:
     o = work.options
-    strokes = _momentum.unloaded(work[STROKES], pull_of(work))
+    about = _axis_fit.momentum(work[STROKES], work.stand.dt, pull_of(work))
     return _shaking.shaken(
-        work.stand, strokes, direction_of(work), ends_of(work), o.caution(o.speed), o.creep
+        work.stand, about, direction_of(work), ends_of(work), o.caution(o.speed), o.creep
     )
 
 
@@ -164,7 +163,7 @@ def _ready(work: Work) -> None:
 
 def fitted(work: Work) -> Model:
     found: FrictionMap = work[FRICTION]
-    made = _model.fitted(
+    made = _axis_fit.fitted(
         work[STROKES], work.stand.dt, found.mean, found.spread, found.slid, pull_of(work)
     )
     made = made._replace(hold=work.stand.sign * work.stand.hold)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from macromicro.commission import _axis_page, _unbalance, axis
 from macromicro.commission import _weight as weight
-from macromicro.commission._model import Model
+from macromicro.commission._axis_fit import Model
 from macromicro.commission._probing import Ends
 from macromicro.commission._weight import Weight
 from macromicro.commission.procedure import Estimate, Step, Work
@@ -72,10 +72,10 @@ def estimates(found: Model) -> dict[str, Estimate]:
         for name, one in told.items()
         if name not in ECCENTRIC
     }
-    values, errors = eccentric.told(found)
-    load = zip(values.tolist(), errors.tolist(), strict=True)
-    for name, unit, (value, error) in zip(eccentric.NAMES, ("V", "rad"), load, strict=False):
-        made[name] = Estimate(MEANINGS[name], value, found.within * error, unit)
+    halves = found.half_widths(eccentric.slopes(found)).tolist()
+    load = zip(eccentric.NAMES, eccentric.of(found.axis), halves, ("V", "rad"), strict=False)
+    for name, value, half, unit in load:
+        made[name] = Estimate(MEANINGS[name], value, half, unit)
     return made
 
 
