@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from macromicro.commission import _piezo_margins
-from macromicro.commission._piezo_loops import Loops
-from macromicro.commission._piezo_swing import Swing
+from macromicro.commission._piezo_fit import Loops, Swing
 from macromicro.commission.piezo import Model
 from macromicro.machines import loops, machine, piezo_loop, piezo_sheets
 

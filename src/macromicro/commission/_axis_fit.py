@@ -177,7 +177,7 @@ class Sliding(NamedTuple):
             * (np.arange(len(pieces.y)) - pieces.spread(pieces.edges[:-1]))
         )
         fall = axis.viscous / axis.mass
-        way = t if fall * t.max() < 1e-6 else -np.expm1(-fall * t) / fall
+        way: Array = t if fall * t.max() < 1e-6 else -np.expm1(-fall * t) / fall
         return np.asarray(way * pieces.spread(pieces.v))
 
     def search(self, strokes: Strokes, begin: Array, most: int, rounds: int = 1) -> Fit:
@@ -407,14 +407,14 @@ def _by_speed(strokes: Strokes, model: Sliding, start: Axis) -> list[tuple[Slidi
     def nearest(speed: float) -> Array:
         return tried[min(tried, key=lambda one: abs(math.log(one / speed)))][1].values
 
-    begins = [model.values(start)]
+    fit_at(_SPEEDS[0], [model.values(start)])
+    dropped = []
     if start.coulomb > _NO_DROP * model.breakaway:
         # No search that begins without a drop finds one: what it tries there changes nothing.
-        dropped = start._replace(coulomb=_DROPPED * model.breakaway, lag=max(start.lag, strokes.dt))
-        begins.append(model.values(dropped))
-    fit_at(_SPEEDS[0], begins)
-    for speed in _SPEEDS[1:]:
-        fit_at(speed, [nearest(speed)])
+        lower, later = _DROPPED * model.breakaway, max(start.lag, strokes.dt)
+        dropped = [model.values(start._replace(coulomb=lower, lag=later))]
+    for speed in _SPEEDS:
+        fit_at(speed, [nearest(speed), *dropped])
     for _ in range(_FINER):
         known = sorted(tried)
         best = min(range(len(known)), key=lambda k: _square(tried[known[k]][1]))

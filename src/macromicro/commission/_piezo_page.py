@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from macromicro.commission._piezo_curves import Curve, apart
-from macromicro.commission._piezo_curves import curves as reversal_curves
-from macromicro.commission._piezo_loops import Loops, predicted
+from macromicro.commission._piezo_fit import Curve, Loops, apart, predicted
+from macromicro.commission._piezo_fit import curves as reversal_curves
 from macromicro.commission.procedure import Drawn, Estimate, Work
 from macromicro.commission.stand import Record
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new

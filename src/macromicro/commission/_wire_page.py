@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from macromicro.commission._wire_curves import Curves, curves, spread
-from macromicro.commission._wire_fit import Wire
+from macromicro.commission._wire_fit import Curves, Wire, curves, spread
 from macromicro.commission.procedure import Drawn, Estimate, Work
 from macromicro.commission.stand import Record
 from macromicro.commission.wire_model import Heat, branch, simulated, thinned

@@ -5,13 +5,21 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from macromicro.commission import _piezo_loops, _piezo_margins, _piezo_page, _piezo_swing
+from macromicro.commission import _piezo_fit, _piezo_margins, _piezo_page
 from macromicro.commission import piezo_drives as drives
-from macromicro.commission._piezo_climb import SLOW, SWUNG, Gain, Reach
-from macromicro.commission._piezo_loops import Loops
-from macromicro.commission._piezo_swing import Swing
+from macromicro.commission._piezo_fit import Loops, Swing
 from macromicro.commission.courses import Corner, course, decaying, played
-from macromicro.commission.piezo_drives import GAIN, REACH, REST, STEPS, SWINGS
+from macromicro.commission.piezo_drives import (
+    GAIN,
+    REACH,
+    REST,
+    SLOW,
+    STEPS,
+    SWINGS,
+    SWUNG,
+    Gain,
+    Reach,
+)
 from macromicro.commission.procedure import Kind, Step, Work
 
 _SPARE = 0.05  # of the reach that targets leave free
@@ -30,11 +38,11 @@ def _ready(work: Work) -> None:
 
 def fitted(work: Work) -> Model:
     dt = work.stand.dt
-    loops = _piezo_loops.fitted(work[SWINGS], dt)
+    loops = _piezo_fit.fitted_loops(work[SWINGS], dt)
     reach, steps = work[REACH], work[STEPS]
     before = (reach.lowest, reach.highest, 0.0, float(steps[0].u[0]))
     noise = max(work[GAIN].noise, _ROUNDED * work.stand.pitch)
-    swing = _piezo_swing.fitted(steps, dt, before, noise, loops)
+    swing = _piezo_fit.fitted_swing(steps, dt, before, noise, loops)
     return Model(loops, swing)
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from macromicro.commission import _axis_page, _unbalance, axis
-from macromicro.commission import _weight as weight
+from macromicro.commission import _axis_page, _gravity, axis
+from macromicro.commission import _gravity as weight
 from macromicro.commission._axis_fit import Model
+from macromicro.commission._gravity import Weight
 from macromicro.commission._probing import Ends
-from macromicro.commission._weight import Weight
 from macromicro.commission.procedure import Estimate, Step, Work
 from macromicro.commission.stand import BALANCED
 from macromicro.identify import axis_settings, eccentric
@@ -26,7 +26,7 @@ def _weight_intent(work: Work) -> str:
         f"No effort for {weight.QUIET} s; whatever falls or swings then has up to "
         f"{weight.SINKING:.0f} s to settle, and is lifted off an end on which it leans. Then "
         f"the effort rises from 0 to at most {o.effort:.3g} V until the axis starts, in both "
-        f"directions, there and at up to {2 * len(_unbalance.OFFSETS)} angles from "
+        f"directions, there and at up to {2 * len(_gravity.OFFSETS)} angles from "
         f"{p.per * low:.4g} to {p.per * high:.4g} {p.unit}, reached at "
         f"{p.told(o.creep, 'm/s', 3)} unless an end blocks it. An eccentric load is held from "
         "then on, and falls if this is interrupted."
@@ -42,7 +42,7 @@ def _weight(work: Work) -> Weight:
     o, stand = work.options, work.stand
     stand.sign, stand.hold, stand.pull = 1.0, 0.0, BALANCED
     free, lifted = o.caution(float("inf")), axis.LIFT * o.travel
-    found = _unbalance.found(stand, free, o.creep, lifted, _window(work))
+    found = _gravity.balanced(stand, free, o.creep, lifted, _window(work))
     if axis.DIRECTION in work.found:  # by a session before
         stand.sign = axis.direction_of(work).sign
     return found

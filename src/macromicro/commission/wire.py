@@ -9,11 +9,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from macromicro.commission import _wire_curves, _wire_fit, _wire_margins, _wire_page
 from macromicro.commission import _wire_drives as drives
-from macromicro.commission._wire_drives import CURVES, PULSES, RAMP, WARMTH
+from macromicro.commission import _wire_fit, _wire_margins, _wire_page
+from macromicro.commission._wire_drives import CURVES, PULSES, RAMP, WARMTH, Warmth
 from macromicro.commission._wire_fit import Wire
-from macromicro.commission._wire_laws import Warmth
 from macromicro.commission.procedure import Kind, Step, Work
 from macromicro.machines import wire_sheets
 from macromicro.machines.wire import DEFAULT
@@ -90,7 +89,7 @@ def settings(work: Work, found: Wire, home: Any) -> dict[str, str]:
     quick = min(wire_sheets.SLOWER * speed, tree.motion.velocity)
     # Between its branches, after a turn, a wire moves by a part of what it does along them: with
     # the gain that suits a branch the loop crosses the hysteresis too slowly.
-    quicker = _wire_curves.answer(work[CURVES][0], p, stand.dt)
+    quicker = _wire_fit.answer(work[CURVES][0], p, stand.dt)
     gain = quicker * wire_sheets.bandwidth(tree) / found.up
     return {**values, "motion.velocity": f'"{quick!r} m/s"', "controller.kp": f'"{gain!r} V/m"'}
 
