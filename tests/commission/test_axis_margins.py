@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from macromicro.commission._model import FITTED, Model
 
 from macromicro.commission import _axis_gains, _settings
+from macromicro.commission._axis_fit import FITTED, Level, Model
 from macromicro.commission._mode import Mode, Shape
 from macromicro.identify import axis_settings
 from macromicro.identify.axis import Axis
 from macromicro.identify.axis_settings import Around
+from macromicro.identify.clusters import Spread
 from macromicro.machines import loops, sheets
 
 AXIS = Axis(mass=0.4, viscous=6.0, coulomb=0.3, stribeck=0.1, stribeck_speed=0.01, lag=0.6e-3)
@@ -27,7 +28,9 @@ SURE = {"resonance": 0.0, "damping": 0.0, "lag": 0.0}
 def model(errors: dict[str, float], mode: Mode | None = None) -> Model:
     """What strokes may have shown, with standard errors as parts of the values."""
     off = [errors.get(name, 0.0) * getattr(AXIS, name) for name in FITTED]
-    made = Model(AXIS, None, FITTED, np.diag(np.square(off)), 30.0, 0.0)  # type: ignore[arg-type]
+    own = Spread(np.diag(np.square(off)), np.zeros((1, 5, 5)))
+    level = Level(np.zeros(2), np.zeros(2))
+    made = Model(AXIS, level, FITTED, own, np.zeros((5, 5)), 0.0)
     return made.shaken(mode)
 
 

@@ -181,7 +181,7 @@ def ringing(omega: float, damping: float, lag: float, slew: float, dt: float) ->
 def test_resonance_lag_and_slew_are_found_from_steps() -> None:
     omega, dt = 2.0 * math.pi * 150.0, 2.5e-4
     steps = ringing(omega, 0.03, 4e-4, 800.0, dt)
-    plain = Loops((0.0, 1.0), (1e-6, 0.0), 0.0, 1e-5, 0.0, (0.0, 0.0, 0.0), 9.0, 0.0)
+    plain = Loops((0.0, 1.0), (1e-6, 0.0), 0.0, 1e-5, 0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0)
     found = _piezo_fit.fitted_swing(steps, dt, (-5.0, 5.0, 0.0), 1e-9, plain)
     assert found.frequency == pytest.approx(150.0, rel=1e-3)
     assert found.damping == pytest.approx(0.03, rel=0.03)

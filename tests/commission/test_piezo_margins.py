@@ -24,11 +24,11 @@ def tree() -> Any:
 def model(tree: Any, stroke: float = 0.0, swing: tuple[float, ...] = (0.0,) * 4) -> Model:
     """What may have been found; standard deviations are parts of the values."""
     size = tree.stack.stroke
-    loop = Loops((0.0,), (1e-6,), 0.01, size, 0.1, (0.0, stroke * size, 0.0), 3.0, 0.0)
+    loop = Loops((0.0,), (1e-6,), 0.01, size, 0.1, (0.0, stroke * size, 0.0), (), 0.0)
     hertz, damping = piezo_sheets.loaded(tree.guide), tree.hidden.damping
     values = (hertz, damping, 1e-4, 100.0)
     wide = tuple(np.multiply(swing, values).tolist())
-    return Model(loop, Swing(*values, False, wide, 3.0))
+    return Model(loop, Swing(*values, False, wide, ()))
 
 
 def test_they_are_those_of_the_loop_where_nothing_is_uncertain(tree: Any) -> None:

@@ -10,13 +10,12 @@ import numpy as np
 import pytest
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission import _exciting, _gravity, _model, axis, procedure, rotary
+from macromicro.commission import _exciting, _gravity, axis, procedure, rotary
 from macromicro.commission._probing import Direction, direction
 from macromicro.commission.procedure import Options, Work
 from macromicro.commission.running import Place, commission
 from macromicro.commission.stand import Caution, CommissionError, Pull, Stand
 from macromicro.identify import eccentric
-from macromicro.identify.axis_inverse import ECCENTRIC
 from macromicro.place import ANGLE
 
 FREE = Caution(10.0, math.inf)
@@ -156,30 +155,6 @@ def test_a_torque_is_gravity_s_where_sine_and_cosine_explain_it() -> None:
     scatter = np.array([0.5, -0.5, 0.5, -0.5, 0.5, -0.5, 0.5, -0.5, 0.5])
     assert _gravity.significant(at, 0.2 * np.sin(at) + scatter, 1.0) is None
     assert _gravity.significant(at[:3], np.sin(at[:3]), 1.0) is None
-
-
-def test_gravity_found_at_rest_helps_strokes_that_hardly_show_it() -> None:
-    """Strokes know the sum of offset and cosine, rest knows the cosine."""
-    names = (*_model.FITTED, *ECCENTRIC)
-    at = {name: names.index(name) for name in names}
-    mean, spread = np.ones(len(names)), np.diag(np.full(len(names), 1e-4))
-    for name in ("offset", "cosine"):
-        spread[at[name], at[name]] += 4.0
-    spread[at["offset"], at["cosine"]] = spread[at["cosine"], at["offset"]] = -4.0
-    rest = Pull(1.0, 3.0, 0.1)
-    better, known = _model._told(mean, spread, names, rest)
-    assert better[at["cosine"]] == pytest.approx(3.0, abs=0.01)
-    assert better[at["offset"]] == pytest.approx(-1.0, abs=0.01)
-    assert better[at["mass"]] == pytest.approx(1.0)
-    assert math.sqrt(known[at["cosine"], at["cosine"]]) == pytest.approx(0.1, rel=0.01)
-    assert math.sqrt(known[at["offset"], at["offset"]]) == pytest.approx(0.1, rel=0.02)
-    # Strokes that are surer stay as they are; what would make a mass negative is not taken.
-    sure = np.diag(np.full(len(names), 1e-8))
-    assert _model._told(mean, sure, names, rest)[0] == pytest.approx(mean, abs=1e-5)
-    spread[at["mass"], at["cosine"]] = spread[at["cosine"], at["mass"]] = -3.0
-    spread[at["mass"], at["mass"]] = 4.0
-    assert _model._told(mean, spread, names, rest)[0].tolist() == mean.tolist()
-    assert rest.times(-2.0).error == pytest.approx(0.2) and rest.seen_from(1.0).error == 0.1
 
 
 @pytest.mark.parametrize("sign", [pytest.param(1.0, marks=pytest.mark.slow), -1.0])

@@ -198,13 +198,13 @@ def test_a_wire_is_found_again(tau: float) -> None:
         pulses += [(push, 4.0 * tau), (5.5, 6.0 * tau), (0.0, 8.0 * tau)]
     found = _wire_fit.fitted([rose_and_fell(p, dt), record(p, pulses, dt)], dt, p.way, 1e-7)
     assert found.heat.tau == pytest.approx(p.tau, rel=0.02)
-    assert found.up == pytest.approx(_wire_fit.Wire(p, np.eye(11), 1.0, 0.0).up, rel=0.02)
+    assert found.up == pytest.approx(_wire_fit._up(p), rel=0.02)
     for name in ("start", "end", "first", "last"):
         assert getattr(found.heat, name) == pytest.approx(getattr(p, name), rel=0.02), name
     assert found.rms < 0.005 * p.way
     # What is left out is part of the interval.
-    assert found.deviation("tau") >= 0.06 * found.heat.tau
-    assert found.deviation("way") == pytest.approx(np.sqrt(2.0) * 1e-7)
+    assert found.half_width("tau") >= 2.0 * 0.06 * found.heat.tau
+    assert found.half_width("way") == pytest.approx(1.96 * np.sqrt(2.0) * 1e-7)
 
 
 def test_the_search_begins_at_quick_and_slow_wires() -> None:

@@ -17,6 +17,7 @@ from macromicro.commission.wire_model import Heat
 from macromicro.control import stage_pi
 from macromicro.control.stage_law import Sample, Target
 from macromicro.control.stage_pi import StagePi
+from macromicro.identify.clusters import Spread
 from macromicro.machines.wire import DEFAULT
 
 BENT = Heat(1.0, 0.1, 10.0, 2.0, 4.0, 5.0, 3.0, 2.0, 4e-3, 0.8, -0.5)
@@ -25,7 +26,7 @@ STRAIGHT = BENT._replace(share=1e-9, warming=0.0, cooling=0.0)
 
 def tree(quick: float = 3.0, ki: float = 1.0, **timing: Any) -> Any:
     """A wire's settings, its loop as quick as that along the branch of `STRAIGHT`, rad/s."""
-    up = _wire_margins.Wire(STRAIGHT, np.zeros((11, 11)), 1.0, 0.0).up
+    up = wire(STRAIGHT).up
     gains = DEFAULT.controller._replace(kp=quick / up, ki=ki * quick / up)
     driver = DEFAULT.driver._replace(lag=timing.pop("lag", 0.0))
     return DEFAULT._replace(
@@ -36,7 +37,7 @@ def tree(quick: float = 3.0, ki: float = 1.0, **timing: Any) -> Any:
 def wire(p: Heat = BENT, **off: float) -> Wire:
     """What may have been found, with standard deviations as parts of the values."""
     wide = np.array([off.get(name, 0.0) * value for name, value in p._asdict().items()])
-    return Wire(p, np.diag(wide**2), 5.0, 0.0)
+    return Wire(p, Spread(np.diag(wide**2), np.zeros((1, 11, 11))), 0.0)
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))

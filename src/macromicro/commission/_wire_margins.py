@@ -10,7 +10,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.commission import margins
-from macromicro.commission._wire_fit import LEFT_OUT, Wire
+from macromicro.commission._wire_fit import MODEL_ERRORS, Wire
 from macromicro.commission.margins import DRAWS, SEED, Robust
 from macromicro.commission.procedure import Robustness
 from macromicro.commission.wire_model import Heat, steepest
@@ -43,14 +43,14 @@ def law(p: StagePi, frequency: Array, dt: float) -> Complex:
 def drawn(found: Wire, number: int, seed: int = SEED) -> Iterator[tuple[Heat, float]]:
     random = np.random.Generator(np.random.PCG64(seed))
     values = np.array(found.heat)
-    for row in random.multivariate_normal(values, found.covariance, number, method="svd"):
+    for row in random.multivariate_normal(values, found.spread.covariance, number, method="svd"):
         p = Heat(*np.where(values > 0.0, np.maximum(row, _LEAST * values), row).tolist())
         p = p._replace(share=min(p.share, 1.0 - _LEAST))
         up, down = found.heat.end - found.heat.start, found.heat.first - found.heat.last
         p = p._replace(
             end=max(p.end, p.start + _LEAST * up), first=max(p.first, p.last + _LEAST * down)
         )
-        yield p, 1.0 + LEFT_OUT["up"] * random.standard_normal()
+        yield p, 1.0 + MODEL_ERRORS["up"] * random.standard_normal()
 
 
 def robust(settings: Any, found: Wire) -> Robust:

@@ -36,6 +36,10 @@ class Spread(NamedTuple):
     covariance: Array  # (p, p), NaN for parameters that the records do not show
     shares: Array  # (k, p, p): each cluster's information within the covariance of white noise
 
+    def of(self, slopes: Array) -> Spread:
+        """Uncertainty of functions of the parameters by their slopes (q, p)."""
+        return Spread(slopes @ self.covariance @ slopes.T, slopes @ self.shares @ slopes.T)
+
     def degrees(self, slopes: Array | None = None) -> Array:
         """Degrees of freedom of functions of the parameters by their slopes (q, p)."""
         table = np.eye(len(self.covariance)) if slopes is None else slopes
