@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from macromicro.commission import _wire_margins, wire_model
+from macromicro.commission import wire as kind
+from macromicro.commission import wire_model
 from macromicro.commission._wire_fit import Wire
 from macromicro.commission.stand import Record
 from macromicro.commission.wire_model import Heat
@@ -64,8 +65,8 @@ def test_the_plant_is_that_of_the_model_along_its_branch() -> None:
     x = wire_model.simulated(p, record)[len(slow) - 1 :]
     f = np.fft.rfftfreq(n, dt)
     answer = np.zeros(len(f), np.complex128)
-    answer[1:] = _wire_margins.plant(p, made, f[1:])
-    answer[0] = _wire_margins.plant(p, made, np.array([1e-9]))[0]
+    answer[1:] = kind.plant(p, made, f[1:])
+    answer[0] = kind.plant(p, made, np.array([1e-9]))[0]
     pulse = np.fft.irfft(answer, n)  # of one period's effort
     expected = 0.05 * np.cumsum(pulse)[: len(x)]
     assert 0.05 * 0.2 * p.way < x[-1] - x[0] < p.way
@@ -84,21 +85,21 @@ def test_the_law_is_its_steps() -> None:
         made.append(effort)
     turn = np.exp(-2j * math.pi * f * np.arange(n) * dt)
     found = np.mean(np.array(made) * turn) / np.mean(e * turn)
-    assert found == pytest.approx(complex(_wire_margins.law(p, np.array([f]), dt)[0]), rel=1e-6)
+    assert found == pytest.approx(complex(kind.law(p, np.array([f]), dt)[0]), rel=1e-6)
 
 
 def test_the_crossover_is_the_gain_along_the_branch() -> None:
     made = tree(quick=3.0, ki=1e-3)
-    found = _wire_margins.robust(made, wire(STRAIGHT)).found
+    found = kind.robust_loop(made, wire(STRAIGHT)).found
     assert found.crossover == pytest.approx(3.0 / (2.0 * math.pi), rel=0.02)
-    bent = _wire_margins.robust(made, wire(STRAIGHT._replace(warming=0.8))).found
+    bent = kind.robust_loop(made, wire(STRAIGHT._replace(warming=0.8))).found
     assert bent.crossover > 1.05 * found.crossover  # where it is steepest
 
 
 def test_what_is_less_sure_leaves_less() -> None:
     made = tree(quick=10.0, lag=0.05)
     known, some, little = (
-        _wire_margins.robust(made, wire(tau=off, latent=off)) for off in (0.0, 0.05, 0.2)
+        kind.robust_loop(made, wire(tau=off, latent=off)) for off in (0.0, 0.05, 0.2)
     )
     assert known.found == some.found
     assert little.least.gain < some.least.gain < known.least.gain < known.found.gain
@@ -109,7 +110,7 @@ def test_what_is_less_sure_leaves_less() -> None:
 
 def test_draws_stay_wires() -> None:
     found = wire(share=3.0, tau=2.0, start=0.5, end=0.5, first=0.5, last=0.5)
-    for p, more in _wire_margins.drawn(found, 200):
+    for p, more in kind.drawn_models(found, 200):
         assert p.tau > 0.0 and 0.0 < p.share < 1.0 and p.end > p.start and p.first > p.last
         assert more > 0.8
         assert p.warming == BENT.warming and p.cooling == BENT.cooling
@@ -117,9 +118,9 @@ def test_draws_stay_wires() -> None:
 
 def test_gains_that_may_not_hold_are_doubtful() -> None:
     made = tree(quick=10.0, lag=0.05)
-    gain = _wire_margins.robust(made, wire()).found.gain
-    assert _wire_margins.told(made, wire()).doubts == ()
+    gain = kind.robust_loop(made, wire()).found.gain
+    assert kind.robustness(made, wire()).doubts == ()
     p = made.controller
     wild = made._replace(controller=p._replace(kp=0.97 * gain * p.kp, ki=0.97 * gain * p.ki))
-    (said,) = _wire_margins.told(wild, wire(tau=0.1)).doubts
+    (said,) = kind.robustness(wild, wire(tau=0.1)).doubts
     assert "of 200 models" in said and "Reduce the gains" in said

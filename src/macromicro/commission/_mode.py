@@ -12,6 +12,8 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.commission import _exciting
 from macromicro.commission.stand import Record
+from macromicro.identify import clusters
+from macromicro.identify.search import least_squares
 from macromicro.machines import sheets
 from macromicro.machines.parts import LOAD, MOTOR
 
@@ -134,11 +136,10 @@ _APART = 3.0  # standard errors between resonance and antiresonance, where both 
 _DULL = 0.4  # damping ratio of what is no resonance any more
 _INSIDE = 0.93  # of the highest frequency of the chirp: beyond it a mode is not seen whole
 _SEEN = 0.5  # signal's part of a spectrum's power from where it shows something
-_SAME = 1e-7  # eigenvalue of what no spectrum tells apart, to the largest
 _BLOCK = 0.2  # natural logarithm of the frequency over which what is left may go together
 # Standard deviations of what the model leaves out (friction that is no viscous one, slack, a rotor
-# that an encoder behind the drive does not show), as parts: seen on random belts.
-_LEFT_OUT = {"resonance": 0.013, "antiresonance": 0.015, "damping": 0.3}
+# that an encoder behind the drive does not show), as parts, by simulation: seen on random belts.
+MODEL_ERRORS = {"resonance": 0.013, "antiresonance": 0.015, "damping": 0.3}
 _LATE_BY = 0.05  # periods; the same of the lag
 
 
@@ -282,8 +283,6 @@ def _left(some: Spectra, noise: Array, shape: Shape) -> tuple[float, Array]:
 
 def _search(some: Spectra, noise: Array, begin: Shape) -> _Fit:
     """The local optimum, with errors by blocks of pairs and frequencies."""
-    from scipy.optimize import least_squares
-
     dt, limp, inner = some.dt, begin.resonance > 0.0, begin.at == MOTOR
     top = float(some.f[-1])
     # Lags begin at 1, so that differences are not taken over parts of nothing.
@@ -321,18 +320,14 @@ def _errors(
 ) -> tuple[dict[str, float], float]:
     """Standard errors by blocks, last that of the frequency ratio (0 where it is not fitted)."""
     block = np.floor(np.log(some.f / some.f[0]) / _BLOCK).astype(int)
-    both = np.concatenate([block, block])
-    normal = np.einsum("pni,pnj->ij", slopes, slopes)
-    scale = np.sqrt(np.diag(normal))
+    parts = [np.concatenate([block, block]) == k for k in range(block[-1] + 1)]
     # Lag and rise may do the same to all that is seen: then only their sum is known.
-    inverse = np.linalg.pinv(normal / np.outer(scale, scale), rcond=_SAME) / np.outer(scale, scale)
-    middle = np.zeros_like(inverse)
-    for k in range(block[-1] + 1):
-        rows = both == k
-        score = np.einsum("pni,pn->pi", slopes[:, rows], left[:, rows])
-        middle += score.T @ score
-    covariance = inverse @ middle @ inverse
-    spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    table = slopes.copy()
+    table[..., 2] -= table[..., 1]
+    shown = [np.einsum("pni,pnj->pij", table[:, rows], table[:, rows]) for rows in parts]
+    scores = [np.einsum("pni,pn->pi", table[:, rows], left[:, rows]) for rows in parts]
+    covariance = clusters.by_scores(np.concatenate(shown), np.concatenate(scores)).covariance
+    spread = np.sqrt(np.diag(covariance))
     relative, values = {"resonance": float(spread[3])}, {"resonance": shape.resonance}
     ratio = 0.0
     if shape.at == MOTOR:  # behind the drive its damping depends on the motor's part, not shown
@@ -341,8 +336,7 @@ def _errors(
         values["antiresonance"] = shape.held
         ratio = math.hypot(float(spread[5]), _ALIKE)
     found = {
-        name: values[name] * math.hypot(one, _LEFT_OUT[name]) for name, one in relative.items()
+        name: values[name] * math.hypot(one, MODEL_ERRORS[name]) for name, one in relative.items()
     }
-    both = np.array([0.0, 1.0, 1.0] + [0.0] * (len(inverse) - 3)) * some.dt
-    found["lag"] = math.hypot(math.sqrt(max(both @ covariance @ both, 0.0)), _LATE_BY * some.dt)
+    found["lag"] = some.dt * math.hypot(float(spread[1]), _LATE_BY)
     return found, ratio

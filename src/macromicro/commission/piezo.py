@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from macromicro.commission import _piezo_fit, _piezo_margins, _piezo_page
+import numpy as np
+
+from macromicro.commission import _piezo_fit, _piezo_page, margins
 from macromicro.commission import piezo_drives as drives
 from macromicro.commission._piezo_fit import Loops, Swing
 from macromicro.commission.courses import Corner, course, decaying, played
+from macromicro.commission.margins import DRAWS, SEED, Robust
 from macromicro.commission.piezo_drives import (
     GAIN,
     REACH,
@@ -20,7 +24,12 @@ from macromicro.commission.piezo_drives import (
     Gain,
     Reach,
 )
-from macromicro.commission.procedure import Kind, Step, Work
+from macromicro.commission.procedure import Kind, Robustness, Step, Work
+from macromicro.machines import loops, piezo_loop
+from macromicro.machines.loops import Complex
+
+if TYPE_CHECKING:
+    from macromicro.arrays import Array
 
 _SPARE = 0.05  # of the reach that targets leave free
 _ROUNDED = 0.3  # of a count: standard deviation by rounding
@@ -98,6 +107,42 @@ def home(work: Work, found: Model) -> None:
     played(stand, course([*corners, Corner(0.0, 1.0, rate)], stand.dt), caution)
 
 
+_FAR_BELOW = 1e-3  # of the slower integral
+
+
+def drawn_models(
+    settings: Any, model: Model, frequency: Array, number: int, seed: int = SEED
+) -> Iterator[Complex]:
+    """Drawn stages with another stroke than the one inverted, and another resonance."""
+    random = np.random.Generator(np.random.PCG64(seed))
+    loop, swing = model.loops, model.swing
+    wide = np.array([loop.spread[1] / loop.stroke, *np.divide(swing.spread[:3], swing[:3])])
+    hidden, amplifier = settings.hidden, settings.amplifier
+    for off in random.standard_normal((number, 4)) * wide:
+        stroke, resonance, damping, lag = np.maximum(1.0 + off, 0.05).tolist()
+        one = settings._replace(
+            hidden=hidden._replace(
+                detuned=resonance * hidden.detuned, damping=damping * hidden.damping
+            ),
+            amplifier=amplifier._replace(bandwidth=amplifier.bandwidth / lag),
+        )
+        yield stroke * piezo_loop.plant(one, frequency)
+
+
+def robust_loop(settings: Any, model: Model) -> Robust:
+    p, dt = settings.controller, settings.timing.period
+    poles = 2 if p.drift > 0.0 else 1
+    frequency = loops.grid(dt, _FAR_BELOW * (p.drift if poles == 2 else p.integral))
+    law = piezo_loop.law(p, frequency, dt)
+    every = (law * one for one in drawn_models(settings, model, frequency, DRAWS))
+    found = law * piezo_loop.plant(settings, frequency)
+    return margins.robust(frequency, found, every, poles)
+
+
+def robustness(settings: Any, model: Model) -> Robustness:
+    return margins.told(robust_loop(settings, model), "a sensor with less noise")
+
+
 KIND = Kind(
     name="piezo",
     steps=(
@@ -131,6 +176,6 @@ KIND = Kind(
     estimates=_piezo_page.estimates,
     doubts=_piezo_page.doubts,
     figures=_piezo_page.FIGURES,
-    margins=_piezo_margins.told,
+    margins=robustness,
     one_way=True,
 )
