@@ -21,7 +21,7 @@ from macromicro.commission import _settings as found_settings
 from macromicro.commission._axis_fit import Model
 from macromicro.commission._gravity import Weight
 from macromicro.commission._probing import Direction, Ends, FrictionMap, go
-from macromicro.commission.procedure import Kind, Step, Work
+from macromicro.commission.procedure import SIMULATED, Kind, Step, Work
 from macromicro.commission.stand import BALANCED, CommissionError, Pull, Record
 
 WEIGHT, DIRECTION = "weight", "direction"
@@ -199,7 +199,7 @@ KIND = Kind(
         "A positive effort made the encoder count down: swap the motor leads or the "
         "encoder's channels A and B before using this file."
     ),
-    note="Forces are in volts of effort.",
+    note=f"Forces are in volts of effort. {SIMULATED}",
     prepare=_ready,
     model=fitted,
     settings=settings,

@@ -24,7 +24,7 @@ from macromicro.commission.piezo_drives import (
     Gain,
     Reach,
 )
-from macromicro.commission.procedure import Kind, Robustness, Step, Work
+from macromicro.commission.procedure import SIMULATED, Kind, Robustness, Step, Work
 from macromicro.machines import loops, piezo_loop
 from macromicro.machines.loops import Complex
 
@@ -160,7 +160,7 @@ KIND = Kind(
     turned=(
         "A positive effort made the reading fall: reverse the sensor's sign before using this file."
     ),
-    note="Efforts are volts at the D/A; the amplifier is part of the stage.",
+    note=f"Efforts are volts at the D/A; the amplifier is part of the stage. {SIMULATED}",
     prepare=_ready,
     model=fitted,
     settings=settings,

@@ -7,7 +7,7 @@ from macromicro.commission import _gravity as weight
 from macromicro.commission._axis_fit import Model
 from macromicro.commission._gravity import Weight
 from macromicro.commission._probing import Ends
-from macromicro.commission.procedure import Estimate, Step, Work
+from macromicro.commission.procedure import SIMULATED, Estimate, Step, Work
 from macromicro.commission.stand import BALANCED
 from macromicro.identify import axis_settings, eccentric
 from macromicro.identify.axis_inverse import ECCENTRIC
@@ -96,7 +96,7 @@ KIND = axis.KIND._replace(
     name="rotary",
     steps=(_GRAVITY, *axis.KIND.steps[1:]),
     prepare=_ready,
-    note="Torques are in volts of effort.",
+    note=f"Torques are in volts of effort. {SIMULATED}",
     head="One newton metre below is one volt at the D/A.",
     settings=settings,
     estimates=estimates,

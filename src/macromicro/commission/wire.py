@@ -14,7 +14,7 @@ from macromicro.commission import _wire_fit, _wire_page, margins
 from macromicro.commission._wire_drives import CURVES, PULSES, RAMP, WARMTH, Warmth
 from macromicro.commission._wire_fit import MODEL_ERRORS, Wire
 from macromicro.commission.margins import DRAWS, SEED, Robust
-from macromicro.commission.procedure import Kind, Robustness, Step, Work
+from macromicro.commission.procedure import SIMULATED, Kind, Robustness, Step, Work
 from macromicro.commission.wire_model import Heat, steepest
 from macromicro.control.stage_pi import StagePi
 from macromicro.machines import loops, wire_sheets
@@ -169,7 +169,7 @@ KIND = Kind(
     turned=(
         "A contraction made the reading fall: reverse the sensor's sign before using this file."
     ),
-    note="Heat is in volts of steady effort.",
+    note=f"Heat is in volts of steady effort. {SIMULATED}",
     prepare=_ready,
     model=fitted,
     settings=settings,
