@@ -7,7 +7,7 @@ import math
 import pytest
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission import _comparing
+from macromicro.commission import _verifying
 from macromicro.commission.procedure import Tuned
 from macromicro.commission.stand import Stand
 from macromicro.machines import machine as machines
@@ -24,7 +24,7 @@ def chosen(rules: tuple[float, str], search: tuple[float, str]) -> Tuned:
         order.append(bool(one.gains))
         return search if one.gains else rules
 
-    found = _comparing.chosen(_comparing.compared(tried, FOUND), FOUND)
+    found = _verifying.faster(_verifying.compared(tried, FOUND), FOUND)
     assert order == [False, True]  # what is surely sound first
     return found
 
@@ -81,7 +81,7 @@ def settled(**gains: float) -> tuple[float, str]:
     with session(rig) as there:
         stand = Stand(there, 1e-3, 1e-5)
         assert stand.position() == 0.0
-        return _comparing.settling(stand, machine, tree)
+        return _verifying.settling(stand, machine, tree)
 
 
 def test_the_stage_itself_says_how_soon_it_settles() -> None:

@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission._friction import FrictionMap, mapped
-from macromicro.commission._probing import Direction, Ends, started
+from macromicro.commission._probing import Direction, Ends, FrictionMap, mapped, started
 from macromicro.commission.stand import Caution, Stand
 
 EFFORTS = st.lists(st.floats(0.1, 5.0), min_size=2, max_size=7)

@@ -7,8 +7,9 @@ from typing import Any
 import pytest
 from tests.commission.test_axis_margins import model, tree
 
-from macromicro.commission import _axis_margins, _comparing, _gains, _rehearsal
+from macromicro.commission import _axis_gains, _verifying
 from macromicro.commission.margins import DRAWS
+from macromicro.commission.procedure import Tuned
 from macromicro.machines import machine, planning
 from macromicro.schema.par import replaced
 from macromicro.tuning import stage
@@ -33,14 +34,14 @@ def with_gains(made: Any, found: dict[str, str]) -> Any:
 
 @pytest.fixture(scope="module")
 def found() -> Any:
-    return _gains.searched(slow(), UNSURE)
+    return _axis_gains.searched(slow(), UNSURE)
 
 
 def test_slow_gains_are_raised_within_the_margins(found: Any) -> None:
     made = with_gains(slow(), found.gains)
     assert made.controller.velocity > 1.5 * slow().controller.velocity
-    told = _axis_margins.robust(made, UNSURE)
-    assert told.stable == DRAWS and told.least.modulus >= _gains.LEAST
+    told = _axis_gains.robust(made, UNSURE)
+    assert told.stable == DRAWS and told.least.modulus >= _axis_gains.LEAST
     (name, after, before, unit), *rest = found.rows
     assert (name, unit) == ("settling on the worst model", "s")
     assert float(after) <= 0.95 * float(before.split()[0])
@@ -51,31 +52,31 @@ def test_slow_gains_are_raised_within_the_margins(found: Any) -> None:
 
 @pytest.mark.slow
 def test_the_search_is_the_same_each_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(_gains, "_EVALUATIONS", 20)
-    assert _gains.searched(slow(), UNSURE) == _gains.searched(slow(), UNSURE)
+    monkeypatch.setattr(_axis_gains, "_EVALUATIONS", 20)
+    assert _axis_gains.searched(slow(), UNSURE) == _axis_gains.searched(slow(), UNSURE)
 
 
 def test_nothing_is_taken_that_is_hardly_better_or_comes_too_near(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(_gains, "_EVALUATIONS", 20)
+    monkeypatch.setattr(_axis_gains, "_EVALUATIONS", 20)
     made = slow()
     with monkeypatch.context() as hardly:
-        hardly.setattr(_comparing, "BETTER", 0.0)
-        assert _gains.searched(made, UNSURE) == _gains.Tuned()
+        hardly.setattr(_verifying, "BETTER", 0.0)
+        assert _axis_gains.searched(made, UNSURE) == Tuned()
     # Looked at on few models a design may seem right that on all is not.
-    monkeypatch.setattr(_gains, "LEAST", _axis_margins.robust(made, UNSURE).least.modulus)
-    monkeypatch.setattr(_gains, "_SPARE", 0.6)
-    tuned = _gains.searched(made, UNSURE)
+    monkeypatch.setattr(_axis_gains, "LEAST", _axis_gains.robust(made, UNSURE).least.modulus)
+    monkeypatch.setattr(_axis_gains, "_SPARE", 0.6)
+    tuned = _axis_gains.searched(made, UNSURE)
     if tuned.gains:
-        least = _axis_margins.robust(with_gains(made, tuned.gains), UNSURE).least.modulus
-        assert least >= _gains.LEAST
+        least = _axis_gains.robust(with_gains(made, tuned.gains), UNSURE).least.modulus
+        assert least >= _axis_gains.LEAST
 
 
 def test_models_differ_in_what_is_unsure_and_in_friction() -> None:
     made = tree(UNSURE)
-    each = list(_gains.models(made, UNSURE))
-    assert len(each) == len(list(_rehearsal.drawn(made))) == 4
+    each = list(_axis_gains.models(made, UNSURE))
+    assert len(each) == len(list(_axis_gains.drawn_friction(made))) == 4
     assert len({one.load.mass for one in each}) == 4
     assert len({(o.friction.presliding, o.friction.stribeck_speed) for o in each}) == 4
     assert len({one.friction.viscous for one in each}) == 4
@@ -83,7 +84,7 @@ def test_models_differ_in_what_is_unsure_and_in_friction() -> None:
 
 
 def test_another_law_keeps_its_gains() -> None:
-    assert _gains.searched(slow()._replace(law="mylab.laws:one"), UNSURE) == _gains.Tuned()
+    assert _axis_gains.searched(slow()._replace(law="mylab.laws:one"), UNSURE) == Tuned()
 
 
 def test_a_search_ends_where_its_progress_says_so() -> None:
@@ -91,14 +92,14 @@ def test_a_search_ends_where_its_progress_says_so() -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        _gains.searched(slow(), UNSURE, enough)
+        _axis_gains.searched(slow(), UNSURE, enough)
 
 
 def test_units_are_those_of_the_machine() -> None:
     """A rotary one has the same numbers in its own words."""
     rotary = machine.named("rotary", "machine").settings
-    plan = planning.plan(_rehearsal.programme(slow()), slow())
+    plan = planning.plan(_axis_gains.programme(slow()), slow())
     aim, budget = stage.named("settling"), stage.Budget(1)
     made = stage.search(machine.named("axis", "machine"), slow(), plan, aim, budget)
-    text = _gains.told(rotary, made, 1.0, 0.5).gains["controller.velocity"]
+    text = _axis_gains.tuned(rotary, made, 1.0, 0.5).gains["controller.velocity"]
     assert text.endswith(' V*s/rad"')

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from macromicro.commission import _answer, _exciting, _mode, _mode_page, _shaking
+from macromicro.commission import _axis_page, _exciting, _mode
 from macromicro.commission import _settings as found_settings
-from macromicro.commission._answer import Shape
-from macromicro.commission._mode import Mode
+from macromicro.commission._mode import Mode, Shape
 from macromicro.commission._probing import Direction, Ends
 from macromicro.commission.stand import Caution, Record, Stand
 from macromicro.errors import InputError
@@ -58,7 +57,7 @@ def passes(at: str, frequency: float = HELD) -> tuple[Any, list[Record]]:
     with Session(rig.CompiledTwin(machine.kind, tree, 0), dt) as session:
         stand = Stand(session, dt, tree.encoder.pitch)
         strokes = _exciting.excite(stand, found, ends, caution, 0.1)
-        return tree, _shaking.shaken(stand, strokes, found, ends, caution, 0.1)
+        return tree, _exciting.shaken(stand, strokes, found, ends, caution, 0.1)
 
 
 @pytest.fixture(scope="module")
@@ -106,14 +105,14 @@ def test_behind_the_drive_the_resonance_is_found(outer: tuple[Any, Mode]) -> Non
     assert abs(seen.shape.resonance - resonance(tree)) < 1.96 * seen.errors["resonance"]
     assert set(seen.errors) == {"resonance", "lag"}
     assert seen.shape.rotor == pytest.approx(0.5)
-    assert any("no antiresonance" in said for said in _mode_page.doubts(seen, 1e-3))
+    assert any("no antiresonance" in said for said in _axis_page.mode_doubts(seen, 1e-3))
 
 
 def test_passes_slide_all_the_time_and_stay_in_the_window(
     inner: tuple[Any, list[Record], Mode],
 ) -> None:
     _, made, _ = inner
-    assert len(made) == _shaking.PASSES
+    assert len(made) == _exciting.PASSES
     ways = []
     for one in made:
         assert one.x.min() > 0.0 and one.x.max() < 0.2
@@ -121,7 +120,7 @@ def test_passes_slide_all_the_time_and_stay_in_the_window(
         ways.append(way > 0.0)
         back = np.diff(one.x[::20]) * math.copysign(1.0, way)
         assert (back > 0.0).mean() > 0.97
-    assert ways == [True, True, False, False] * (_shaking.PASSES // 4)
+    assert ways == [True, True, False, False] * (_exciting.PASSES // 4)
     # The chirp of the second of a pair has the other sign.
     quick = [np.diff(one.u, 2) for one in made]
     assert np.corrcoef(quick[0], quick[1])[0, 1] < -0.5
@@ -145,20 +144,20 @@ def test_the_response_is_that_of_the_data_sheets(inner: tuple[Any, list[Record],
         z = np.exp(2j * math.pi * f * dt)
         there = tree._replace(encoder=tree.encoder._replace(at=at))
         sheet = sheets.plant(there, f) * (z - 1.0) / dt
-        mine = _answer.response(shape, f, dt) / (per_newton * mass)
+        mine = _mode.response(shape, f, dt) / (per_newton * mass)
         assert np.abs(mine / sheet - 1.0).max() < 0.02  # a sheet has no aliases
         assert np.abs(mine / sheet - 1.0)[0] < 2e-3
 
 
 def test_the_poles_are_those_of_the_response() -> None:
     shape = Shape(30.0, 0.0, 5e-4, 60.0, 0.6, 0.04)
-    for p in _answer.poles(shape):
+    for p in _mode.poles(shape):
         drag, _ = sheets.impedance(
             np.array([p]), rotor=shape.rotor, moved=1.0 - shape.rotor, viscous=0.0,
             frequency=shape.held, damping=shape.damping,
         )  # fmt: skip
         assert abs(drag[0] * (1.0 + shape.rise * p) + shape.drag) < 1e-6 * abs(drag[0])
-    stiff = np.sort(_answer.poles(Shape(30.0, 0.0, 5e-4)).real)
+    stiff = np.sort(_mode.poles(Shape(30.0, 0.0, 5e-4)).real)
     assert stiff == pytest.approx(np.sort(np.roots([5e-4, 1.0, 30.0])))
 
 
@@ -168,7 +167,7 @@ def rung(shape: Shape, count: int = 8, noise: float = 1e-7) -> list[Record]:
     t = np.arange(n) * dt
     f = np.fft.rfftfreq(4 * n, dt)
     f[0] = 1e-6
-    whole = _answer.response(shape, f, dt)
+    whole = _mode.response(shape, f, dt)
     random = np.random.default_rng(3)
     made = []
     for k in range(count):
@@ -183,9 +182,9 @@ def rung(shape: Shape, count: int = 8, noise: float = 1e-7) -> list[Record]:
 def test_a_stiff_axis_has_no_mode_and_a_weak_one_is_found() -> None:
     stiff = _mode.found(rung(Shape(20.0, 4e-4, 3e-4)), 1e-3)
     assert stiff is not None and not stiff.found and stiff.errors == {}
-    said = _mode_page.doubts(stiff, 1e-3)
+    said = _axis_page.mode_doubts(stiff, 1e-3)
     assert len(said) == 1 and said[0].startswith("No mode")
-    assert "Neither" in _mode_page.doubts(stiff._replace(left=1e3), 1e-3)[0]
+    assert "Neither" in _axis_page.mode_doubts(stiff._replace(left=1e3), 1e-3)[0]
     weak = _mode.found(rung(Shape(20.0, 4e-4, 3e-4, 120.0, 0.93, 0.03)), 1e-3)
     assert weak is not None and weak.found and weak.shape.at == MOTOR
     assert weak.shape.resonance == pytest.approx(120.0, rel=0.01)
@@ -207,8 +206,8 @@ def test_what_shows_nothing_is_no_stiff_axis() -> None:
     made = [Record(t, np.sin(50.0 * t * t), random.standard_normal(1400)) for _ in range(6)]
     assert _mode.found(made, 1e-3) is None
     assert _mode.found(made[:2], 1e-3) is None
-    assert "are unknown" in _mode_page.doubts(None, 1e-3)[0]
-    _mode_page.bode(None)
+    assert "are unknown" in _axis_page.mode_doubts(None, 1e-3)[0]
+    _axis_page.bode(None)
 
 
 AROUND = Around(1.0, 8.0, 5e-6, 1e-3, 0.2, 0.8)
@@ -256,7 +255,7 @@ def test_a_mode_too_quick_for_the_period_is_only_taken_out_of_the_effort() -> No
     quick = as_mode(Shape(20.0, 3e-4, 3e-4, 200.0, 0.6, 0.04, LOAD))
     tree = read(found_settings.with_mode(stiff, quick, 1e-3))
     assert tree.drive.frequency == 0.0 and tree.controller.notch.frequency == 200.0
-    assert any("too fast" in said for said in _mode_page.doubts(quick, 1e-3))
+    assert any("too fast" in said for said in _axis_page.mode_doubts(quick, 1e-3))
     named = {**axis_settings.limber(stiff, axis_settings.Drive(0.36, 120.0, 0.04, LOAD))}
     with pytest.raises(InputError, match="a tenth of a period"):
         read(named)

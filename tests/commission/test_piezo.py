@@ -10,16 +10,13 @@ import pytest
 from tests.commission.stages import stage
 
 from macromicro.commission import (
-    _piezo_climb,
-    _piezo_curves,
-    _piezo_loops,
-    _piezo_swing,
+    _piezo_fit,
     _store,
     piezo,
     piezo_drives,
     report,
 )
-from macromicro.commission._piezo_loops import Loops
+from macromicro.commission._piezo_fit import Loops
 from macromicro.commission.courses import Corner, course, decaying
 from macromicro.commission.procedure import Options, Work
 from macromicro.commission.running import Commissioned, Place, commission
@@ -123,16 +120,16 @@ def test_loops_and_creep_are_found_together() -> None:
     r = 0.25 * np.arange(16)
     w = 1e-6 * np.r_[5.0, 0.8 * np.exp(-r[1:])]
     dt = 4e-3
-    found = _piezo_loops.fitted(swings(prandtl.operator(r, w), 0.02, dt), dt)
+    found = _piezo_fit.fitted_loops(swings(prandtl.operator(r, w), 0.02, dt), dt)
     assert found.creep == pytest.approx(0.02, rel=0.02)
     assert found.weights == pytest.approx(w, abs=2e-8)
     left = 4.0 - r
     assert found.stroke == pytest.approx(float(2.0 * w @ left), rel=1e-3)
     width = float(2.0 * w @ np.minimum(r, left))
     assert found.width == pytest.approx(width / found.stroke, rel=1e-2)
-    none = _piezo_loops.fitted(swings(prandtl.operator(r, w), 0.0, dt), dt)
+    none = _piezo_fit.fitted_loops(swings(prandtl.operator(r, w), 0.0, dt), dt)
     assert none.creep < 1e-4
-    u, x, left_over = _piezo_loops.predicted(found, swings(prandtl.operator(r, w), 0.02, dt)[0], dt)
+    u, x, left_over = _piezo_fit.predicted(found, swings(prandtl.operator(r, w), 0.02, dt)[0], dt)
     assert len(u) == len(x) and np.abs(left_over).max() < 2e-3 * found.stroke
 
 
@@ -141,8 +138,8 @@ def test_first_order_curves_open_as_the_plays_do_where_the_loop_is_one_everywher
     w = 1e-6 * np.r_[5.0, 0.8 * np.exp(-r[1:])]
     dt = 4e-3
     made = swings(prandtl.operator(r, w), 0.0, dt)
-    found = _piezo_loops.fitted(made, dt)
-    every = _piezo_curves.curves(made[1], found, dt)
+    found = _piezo_fit.fitted_loops(made, dt)
+    every = _piezo_fit.curves(made[1], found, dt)
     assert [c.turn for c in every] == pytest.approx([3.0, 0.0, -2.0])
     for one in every:
         # A play follows its slot's edges: down along u + r from 6 - r, up along u - r.
@@ -151,12 +148,12 @@ def test_first_order_curves_open_as_the_plays_do_where_the_loop_is_one_everywher
         opened = float(np.max((down - np.maximum(u - r, there)) @ w))
         assert one.opening == pytest.approx(opened, rel=0.02)
         assert one.modelled == pytest.approx(one.opening, rel=1e-3)
-    assert _piezo_curves.apart(every) < 1e-3
+    assert _piezo_fit.apart(every) < 1e-3
     # A loop that is wider at the top.
     bent = [m._replace(x=m.x + 8e3 * m.x * np.abs(m.x)) for m in made]
-    found = _piezo_loops.fitted(bent, dt)
-    assert _piezo_curves.apart(_piezo_curves.curves(bent[1], found, dt)) > 0.03
-    assert _piezo_curves.curves(made[0], found, dt) == [] and _piezo_curves.apart([]) == 0.0
+    found = _piezo_fit.fitted_loops(bent, dt)
+    assert _piezo_fit.apart(_piezo_fit.curves(bent[1], found, dt)) > 0.03
+    assert _piezo_fit.curves(made[0], found, dt) == [] and _piezo_fit.apart([]) == 0.0
 
 
 def ringing(omega: float, damping: float, lag: float, slew: float, dt: float) -> list[Record]:
@@ -184,18 +181,20 @@ def ringing(omega: float, damping: float, lag: float, slew: float, dt: float) ->
 def test_resonance_lag_and_slew_are_found_from_steps() -> None:
     omega, dt = 2.0 * math.pi * 150.0, 2.5e-4
     steps = ringing(omega, 0.03, 4e-4, 800.0, dt)
-    plain = Loops((0.0, 1.0), (1e-6, 0.0), 0.0, 1e-5, 0.0, (0.0, 0.0, 0.0), 9.0, 0.0)
-    found = _piezo_swing.fitted(steps, dt, (-5.0, 5.0, 0.0), 1e-9, plain)
+    plain = Loops((0.0, 1.0), (1e-6, 0.0), 0.0, 1e-5, 0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0)
+    found = _piezo_fit.fitted_swing(steps, dt, (-5.0, 5.0, 0.0), 1e-9, plain)
     assert found.frequency == pytest.approx(150.0, rel=1e-3)
     assert found.damping == pytest.approx(0.03, rel=0.03)
     assert found.lag == pytest.approx(4e-4, rel=0.05)
     assert found.limited and found.slew == pytest.approx(800.0, rel=0.03)
-    free = _piezo_swing.fitted(ringing(omega, 0.03, 4e-4, 1e9, dt), dt, (-5.0, 5.0), 1e-9, plain)
+    free = _piezo_fit.fitted_swing(
+        ringing(omega, 0.03, 4e-4, 1e9, dt), dt, (-5.0, 5.0), 1e-9, plain
+    )
     assert not free.limited
     assert free.lag == pytest.approx(4e-4, rel=0.05)
     still = [s._replace(x=np.zeros_like(s.x)) for s in steps]
     with pytest.raises(CommissionError, match="no resonance"):
-        _piezo_swing.fitted(still, dt, (-5.0, 5.0), 1e-9, plain)
+        _piezo_fit.fitted_swing(still, dt, (-5.0, 5.0), 1e-9, plain)
 
 
 @pytest.mark.parametrize(("speed", "capped"), [(1.0, False), (0.02, True)])
@@ -236,7 +235,7 @@ def test_the_climb_turns_where_it_must(
     class Still:
         dt = 1e-3
 
-    law = _piezo_climb.Climb(Work(Still(), options), 1e-6)  # type: ignore[arg-type]
+    law = piezo_drives.Climb(Work(Still(), options), 1e-6)  # type: ignore[arg-type]
     effort, most, least = 0.0, 0.0, 0.0
     for k in range(60_000):
         given = law(k * 1e-3, min(1e-6 * effort, flat), 0.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from macromicro.commission import _rehearsal
+from macromicro.commission import _axis_gains
 from macromicro.machines import machine as machines
 from macromicro.machines import planning, results, runs
 from macromicro.schema import config
@@ -31,7 +31,7 @@ def late(tree: object, tolerance: float) -> int:
         arrival=tree.arrival._replace(tolerance=tolerance),  # type: ignore[attr-defined]
         controller=tree.controller._replace(rest=0.5 * tolerance),  # type: ignore[attr-defined]
     )
-    what = _rehearsal.programme(law)
+    what = _axis_gains.programme(law)
     plan = planning.plan(what, law)
     done = runs.record(made, law, plan, seed=11)
     moves = results.moves(done.recording, plan, law.arrival, made.kind.place)
@@ -42,25 +42,25 @@ def test_a_slow_axis_with_a_fine_encoder_is_given_what_it_can_hold() -> None:
     tree = config.overridden(axis().settings, SLOW, "found")
     counts, known = 4.0 * tree.encoder.pitch, tree.arrival.tolerance
     assert 2.0 * counts < known < 100e-6 and late(tree, counts) >= 2
-    assert late(tree, known) == 0 and _rehearsal.rested(axis(), tree) is None
+    assert late(tree, known) == 0 and _axis_gains.rested(axis(), tree) is None
 
 
 def test_a_model_that_rests_less_closely_than_expected_is_given_more() -> None:
     tree = config.overridden(axis().settings, SLOW, "found")
     arrival = tree.arrival._replace(tolerance=4.0 * tree.encoder.pitch)
-    found = _rehearsal.rested(axis(), tree._replace(arrival=arrival))
+    found = _axis_gains.rested(axis(), tree._replace(arrival=arrival))
     assert found is not None and 2.0 * arrival.tolerance < found < 100e-6
     assert late(tree, found) == 0
 
 
 def test_an_axis_that_rests_on_its_counts_keeps_them() -> None:
     tree = axis().settings
-    assert _rehearsal.arrives(axis(), tree) and _rehearsal.rested(axis(), tree) is None
+    assert _axis_gains.arrives(axis(), tree) and _axis_gains.rested(axis(), tree) is None
 
 
 def test_what_is_not_known_is_drawn_either_way_under_the_same_law() -> None:
     tree = axis().settings
-    drawn = list(_rehearsal.drawn(tree))
+    drawn = list(_axis_gains.drawn_friction(tree))
     gives = {one.friction.presliding / tree.friction.presliding for one in drawn}
     fades = {one.friction.stribeck_speed / tree.friction.stribeck_speed for one in drawn}
     assert len(drawn) == 4 and gives == fades == {0.5, 2.0}
@@ -70,5 +70,5 @@ def test_what_is_not_known_is_drawn_either_way_under_the_same_law() -> None:
 def test_a_fault_is_no_arrival() -> None:
     tree = axis().settings
     strict = tree._replace(guard=tree.guard._replace(error=1e-6))
-    assert not _rehearsal.arrives(axis(), strict)
-    assert _rehearsal.rested(axis(), strict) is None
+    assert not _axis_gains.arrives(axis(), strict)
+    assert _axis_gains.rested(axis(), strict) is None

@@ -11,8 +11,8 @@ import pytest
 
 from macromicro.commission import axis, kinds, places, report, rotary
 from macromicro.commission._axis_page import rows
+from macromicro.commission._gravity import Weight
 from macromicro.commission._probing import Direction, Ends
-from macromicro.commission._weight import Weight
 from macromicro.commission.procedure import Options, Work
 from macromicro.commission.running import commission
 from macromicro.commission.stand import Stand

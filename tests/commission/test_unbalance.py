@@ -10,13 +10,12 @@ import numpy as np
 import pytest
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission import _exciting, _model, _unbalance, axis, procedure, rotary
+from macromicro.commission import _exciting, _gravity, axis, procedure, rotary
 from macromicro.commission._probing import Direction, direction
 from macromicro.commission.procedure import Options, Work
 from macromicro.commission.running import Place, commission
 from macromicro.commission.stand import Caution, CommissionError, Pull, Stand
 from macromicro.identify import eccentric
-from macromicro.identify.axis_inverse import ECCENTRIC
 from macromicro.place import ANGLE
 
 FREE = Caution(10.0, math.inf)
@@ -43,8 +42,8 @@ def stand(made: Virtual) -> Stand:
     return Stand(session(made), made.dt, made.pitch, place=ANGLE)
 
 
-def found(on: Stand) -> _unbalance.Weight:
-    return _unbalance.found(on, FREE, SPEED, LIFTED, WINDOW)
+def found(on: Stand) -> _gravity.Weight:
+    return _gravity.balanced(on, FREE, SPEED, LIFTED, WINDOW)
 
 
 def test_gravity_seen_from_elsewhere_is_the_same() -> None:
@@ -106,33 +105,33 @@ def test_an_end_is_felt_on_its_side_and_none_elsewhere() -> None:
     on, started = stand(made), Direction(1.0, 1.2, 1.2, 0.01, 0.0)
     on.rest(FREE)
     caution = FREE._replace(speed=SPEED)
-    assert _unbalance._end(on, started, caution, LIFTED) == -1.0
+    assert _gravity._end(on, started, caution, LIFTED) == -1.0
     made = rig(0.0, 0.0)
-    assert _unbalance._end(stand(made), started, caution, LIFTED) == 0.0
+    assert _gravity._end(stand(made), started, caution, LIFTED) == 0.0
     assert abs(made.x) < LIFTED  # it is back about where it stood
 
 
 def test_what_no_effort_brings_off_its_end_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    started, lifted = Direction(1.0, 1.2, 1.2, 0.01, 0.0), _unbalance.Weight(2.0, 1.0)
-    monkeypatch.setattr(_unbalance, "direction", lambda *given: started)
-    monkeypatch.setattr(_unbalance, "_end", lambda *given: -1.0)
+    started, lifted = Direction(1.0, 1.2, 1.2, 0.01, 0.0), _gravity.Weight(2.0, 1.0)
+    monkeypatch.setattr(_gravity, "direction", lambda *given: started)
+    monkeypatch.setattr(_gravity, "_end", lambda *given: -1.0)
     on, asked = stand(rig(0.0, 0.0)), []
     on.sign, on.hold, on.pull = -1.0, 1.0, Pull(1.0, 1.0)
 
-    def off(at: Stand, free: Caution, ends: Any, *rest: Any) -> _unbalance.Weight | None:
+    def off(at: Stand, free: Caution, ends: Any, *rest: Any) -> _gravity.Weight | None:
         asked.append((at.sign, at.hold, at.pull, tuple(ends)))
         return lifted if len(asked) == 1 else None
 
-    monkeypatch.setattr(_unbalance, "_lifted", off)
-    assert _unbalance._begun(on, FREE, SPEED, LIFTED) == (lifted, started)
+    monkeypatch.setattr(_gravity, "_lifted", off)
+    assert _gravity._begun(on, FREE, SPEED, LIFTED) == (lifted, started)
     assert asked == [(1.0, 0.0, Pull(), (-1.0,))]
     with pytest.raises(CommissionError, match=r"stands at an end, and 10 V do not bring it off"):
-        _unbalance._begun(on, FREE, SPEED, LIFTED)
+        _gravity._begun(on, FREE, SPEED, LIFTED)
 
 
 def test_a_balanced_load_has_none_and_a_constant_torque_stays_one() -> None:
     on = stand(rig(0.0, 0.0))
-    assert found(on) == _unbalance.Weight(0.0, 0.0)
+    assert found(on) == _gravity.Weight(0.0, 0.0)
     assert (on.hold, on.pull) == (0.0, Pull())
     on = stand(rig(0.0, 0.0, offset=3.0))
     held = found(on)
@@ -142,44 +141,20 @@ def test_a_balanced_load_has_none_and_a_constant_torque_stays_one() -> None:
 
 def test_what_it_may_be_given_must_hold_its_load() -> None:
     with pytest.raises(CommissionError, match=r"up to 5.* V on its eccentric load.*Balance it, or"):
-        _unbalance.found(stand(rig(6.0, 80.0 * DEG)), Caution(4.0, math.inf), 0.5, 0.02, WINDOW)
+        _gravity.balanced(stand(rig(6.0, 80.0 * DEG)), Caution(4.0, math.inf), 0.5, 0.02, WINDOW)
 
 
 def test_a_torque_is_gravity_s_where_sine_and_cosine_explain_it() -> None:
     at = np.linspace(-1.5, 1.5, 9)
     true = Pull(0.5, -0.3)
-    kept = _unbalance.judged(at, true.along(at), 1.0)
+    kept = _gravity.significant(at, true.along(at), 1.0)
     assert kept is not None and (kept.sine, kept.cosine) == pytest.approx((0.5, -0.3))
     assert kept.error == pytest.approx(0.03)  # of the friction, whose sides may differ
-    assert _unbalance.judged(at, np.full(9, 0.5), 1.0) is None
-    assert _unbalance.judged(at, 0.02 * np.sin(at), 1.0) is None  # beside the friction nothing
+    assert _gravity.significant(at, np.full(9, 0.5), 1.0) is None
+    assert _gravity.significant(at, 0.02 * np.sin(at), 1.0) is None  # beside the friction nothing
     scatter = np.array([0.5, -0.5, 0.5, -0.5, 0.5, -0.5, 0.5, -0.5, 0.5])
-    assert _unbalance.judged(at, 0.2 * np.sin(at) + scatter, 1.0) is None
-    assert _unbalance.judged(at[:3], np.sin(at[:3]), 1.0) is None
-
-
-def test_gravity_found_at_rest_helps_strokes_that_hardly_show_it() -> None:
-    """Strokes know the sum of offset and cosine, rest knows the cosine."""
-    names = (*_model.FITTED, *ECCENTRIC)
-    at = {name: names.index(name) for name in names}
-    mean, spread = np.ones(len(names)), np.diag(np.full(len(names), 1e-4))
-    for name in ("offset", "cosine"):
-        spread[at[name], at[name]] += 4.0
-    spread[at["offset"], at["cosine"]] = spread[at["cosine"], at["offset"]] = -4.0
-    rest = Pull(1.0, 3.0, 0.1)
-    better, known = _model._told(mean, spread, names, rest)
-    assert better[at["cosine"]] == pytest.approx(3.0, abs=0.01)
-    assert better[at["offset"]] == pytest.approx(-1.0, abs=0.01)
-    assert better[at["mass"]] == pytest.approx(1.0)
-    assert math.sqrt(known[at["cosine"], at["cosine"]]) == pytest.approx(0.1, rel=0.01)
-    assert math.sqrt(known[at["offset"], at["offset"]]) == pytest.approx(0.1, rel=0.02)
-    # Strokes that are surer stay as they are; what would make a mass negative is not taken.
-    sure = np.diag(np.full(len(names), 1e-8))
-    assert _model._told(mean, sure, names, rest)[0] == pytest.approx(mean, abs=1e-5)
-    spread[at["mass"], at["cosine"]] = spread[at["cosine"], at["mass"]] = -3.0
-    spread[at["mass"], at["mass"]] = 4.0
-    assert _model._told(mean, spread, names, rest)[0].tolist() == mean.tolist()
-    assert rest.times(-2.0).error == pytest.approx(0.2) and rest.seen_from(1.0).error == 0.1
+    assert _gravity.significant(at, 0.2 * np.sin(at) + scatter, 1.0) is None
+    assert _gravity.significant(at[:3], np.sin(at[:3]), 1.0) is None
 
 
 @pytest.mark.parametrize("sign", [pytest.param(1.0, marks=pytest.mark.slow), -1.0])
@@ -239,7 +214,7 @@ def test_it_is_resumed_with_its_load_found_again(
 def test_strokes_of_a_window_that_was_named_are_made_again() -> None:
     work = Work(stand(rig(2.5, 1.2)), LIMITS._replace(low=-1.0, high=1.0))
     work.found |= {
-        axis.WEIGHT: _unbalance.Weight(0.0, 1.0, 1.0, 0.5),
+        axis.WEIGHT: _gravity.Weight(0.0, 1.0, 1.0, 0.5),
         axis.ENDS: axis.Ends(-1.0, 1.0, False),
         axis.STROKES: [],
     }

@@ -7,7 +7,7 @@ import math
 import pytest
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission import _exciting, _weight, axis, procedure
+from macromicro.commission import _exciting, _gravity, axis, procedure
 from macromicro.commission._probing import direction
 from macromicro.commission.procedure import Options, Work
 from macromicro.commission.stand import Caution, CommissionError, Stand
@@ -24,7 +24,7 @@ def stand(rig: Virtual) -> Stand:
 def test_an_axis_that_stays_has_no_weight() -> None:
     rig = Virtual()
     on = stand(rig)
-    assert _weight.found(on, FREE, SPEED, 1e-3) == _weight.Weight(0.0, 0.0)
+    assert _gravity.held(on, FREE, SPEED, 1e-3) == _gravity.Weight(0.0, 0.0)
     assert on.hold == rig.most == 0.0
 
 
@@ -32,7 +32,7 @@ def test_an_axis_that_stays_has_no_weight() -> None:
 def test_a_weight_is_lifted_held_and_measured(sign: float, down: float) -> None:
     rig = Virtual(HEAVY._replace(offset=3.0 * down), sign=sign)
     on = stand(rig)
-    found = _weight.found(on, FREE, SPEED, 1e-3)
+    found = _gravity.held(on, FREE, SPEED, 1e-3)
     # The encoder's sign changes nothing: the hold is an effort at the D/A.
     assert found.hold == on.hold == pytest.approx(3.0 * down, abs=0.05)
     assert found.breakaway == pytest.approx(1.2, abs=0.05)
@@ -59,7 +59,7 @@ def test_a_weight_is_lifted_held_and_measured(sign: float, down: float) -> None:
 )
 def test_what_cannot_be_held_is_said(rig: Virtual, most: float, words: str) -> None:
     with pytest.raises(CommissionError, match=words):
-        _weight.found(stand(rig), Caution(most, math.inf), SPEED, 1e-3)
+        _gravity.held(stand(rig), Caution(most, math.inf), SPEED, 1e-3)
     assert rig.effort == 0.0
     assert rig.most <= most
 

@@ -13,7 +13,6 @@ from tests.commission.stages import stage
 
 from macromicro.commission import (
     _store,
-    _wire_curves,
     _wire_drives,
     _wire_fit,
     _wire_page,
@@ -21,7 +20,7 @@ from macromicro.commission import (
     wire,
     wire_model,
 )
-from macromicro.commission._wire_laws import HOLD
+from macromicro.commission._wire_drives import HOLD
 from macromicro.commission.procedure import Options, Work
 from macromicro.commission.running import Commissioned, Place, commission
 from macromicro.commission.stand import CommissionError, Record
@@ -84,7 +83,7 @@ def test_the_file_runs_and_says_what_was_found(done: Done, monkeypatch: pytest.M
     kelvin = (tree.wire.heat_start - tree.air.ambient) / heat.start
     assert full / kelvin == pytest.approx(tree.driver.full_scale, rel=1e-6)
     dt = found.work.stand.dt
-    answer = _wire_curves.answer(found.work[wire.CURVES][0], heat, dt)
+    answer = _wire_fit.answer(found.work[wire.CURVES][0], heat, dt)
     assert 1.5 < answer < 3.0
     assert tree.controller.kp == pytest.approx(answer * wire_sheets.bandwidth(tree) / model.up)
     page = (out / report.PAGE).read_text()
@@ -199,13 +198,13 @@ def test_a_wire_is_found_again(tau: float) -> None:
         pulses += [(push, 4.0 * tau), (5.5, 6.0 * tau), (0.0, 8.0 * tau)]
     found = _wire_fit.fitted([rose_and_fell(p, dt), record(p, pulses, dt)], dt, p.way, 1e-7)
     assert found.heat.tau == pytest.approx(p.tau, rel=0.02)
-    assert found.up == pytest.approx(_wire_fit.Wire(p, np.eye(11), 1.0, 0.0).up, rel=0.02)
+    assert found.up == pytest.approx(_wire_fit._up(p), rel=0.02)
     for name in ("start", "end", "first", "last"):
         assert getattr(found.heat, name) == pytest.approx(getattr(p, name), rel=0.02), name
     assert found.rms < 0.005 * p.way
     # What is left out is part of the interval.
-    assert found.deviation("tau") >= 0.06 * found.heat.tau
-    assert found.deviation("way") == pytest.approx(np.sqrt(2.0) * 1e-7)
+    assert found.half_width("tau") >= 2.0 * 0.06 * found.heat.tau
+    assert found.half_width("way") == pytest.approx(1.96 * np.sqrt(2.0) * 1e-7)
 
 
 def test_the_search_begins_at_quick_and_slow_wires() -> None:
@@ -274,22 +273,22 @@ def test_what_does_not_contract_is_said(way: float, words: str) -> None:
 def test_first_order_curves_of_the_wire(done: Done) -> None:
     found = done[0]
     dt, heat = found.work.stand.dt, found.model.heat
-    seen = _wire_curves.curves(found.work[wire.CURVES][0], heat, dt)
+    seen = _wire_fit.curves(found.work[wire.CURVES][0], heat, dt)
     assert len(seen.every) == len(_wire_drives.TURNS) + 1
     lows = [float(one.x.min()) / heat.way for one in seen.every]
     assert all(low < share for low, share in zip(lows, (*_wire_drives.TURNS, 0.05), strict=True))
     assert lows[0] > lows[1] > lows[2] > 0.1
     # Each curve lies in the loop, and answers less than the branch the shallower it turned.
-    ratios = _wire_curves.slower(seen)
+    ratios = _wire_fit.slower(seen)
     assert ratios == sorted(ratios, reverse=True) and min(ratios) > 1.0
     width = 0.5 * (heat.start + heat.end - heat.first - heat.last)
-    assert 0.0 < _wire_curves.spread(seen) < 0.05 * width
+    assert 0.0 < _wire_fit.spread(seen) < 0.05 * width
 
 
 def test_the_heat_along_curves_is_that_of_the_model_and_a_draught_is_seen(done: Done) -> None:
     # Of a wire that is the model, the heat is the effort wherever it stands long enough.
     one = record(PLAIN, [(4.6, 100.0), (3.0, 100.0), (4.9, 100.0), (0.5, 100.0)])
-    heat = _wire_curves.warmed(PLAIN, one)
+    heat = _wire_fit.warmed(PLAIN, one)
     ends = [int(k / 5e-3) - 2 for k in (100.0, 200.0, 300.0, 400.0)]
     assert heat[ends] == pytest.approx([4.6, 3.0, 4.9, 0.5], abs=0.02)
     work = done[0].work
@@ -305,14 +304,14 @@ def test_a_branch_like_curve_answers_as_the_branch_does() -> None:
     first = (h, np.clip(h - 5.0, 0.0, 2.0))
     down = (h[::-1], np.clip(h[::-1] - 3.0, 0.0, 2.0))
 
-    def back(slope: float) -> _wire_curves.Curve:
+    def back(slope: float) -> _wire_fit.Curve:
         x = np.clip(1.0 + slope * (h - 6.0), 1.0, 2.0)
         low = down[1] >= 1.0
         both = [np.concatenate(p) for p in ((down[0][low], h), (down[1][low], x))]
-        return _wire_curves.Curve(both[0], both[1], int(low.sum()))
+        return _wire_fit.Curve(both[0], both[1], int(low.sum()))
 
-    seen = _wire_curves.Curves(first, [back(1.0), back(0.4), _wire_curves.Curve(*down, 1000)])
-    assert _wire_curves.slower(seen) == pytest.approx([1.0, 2.5], rel=0.05)
+    seen = _wire_fit.Curves(first, [back(1.0), back(0.4), _wire_fit.Curve(*down, 1000)])
+    assert _wire_fit.slower(seen) == pytest.approx([1.0, 2.5], rel=0.05)
 
 
 class Thick:

@@ -10,13 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from macromicro.commission import _wire_margins, wire_model
+from macromicro.commission import wire as kind
+from macromicro.commission import wire_model
 from macromicro.commission._wire_fit import Wire
 from macromicro.commission.stand import Record
 from macromicro.commission.wire_model import Heat
 from macromicro.control import stage_pi
 from macromicro.control.stage_law import Sample, Target
 from macromicro.control.stage_pi import StagePi
+from macromicro.identify.clusters import Spread
 from macromicro.machines.wire import DEFAULT
 
 BENT = Heat(1.0, 0.1, 10.0, 2.0, 4.0, 5.0, 3.0, 2.0, 4e-3, 0.8, -0.5)
@@ -25,7 +27,7 @@ STRAIGHT = BENT._replace(share=1e-9, warming=0.0, cooling=0.0)
 
 def tree(quick: float = 3.0, ki: float = 1.0, **timing: Any) -> Any:
     """A wire's settings, its loop as quick as that along the branch of `STRAIGHT`, rad/s."""
-    up = _wire_margins.Wire(STRAIGHT, np.zeros((11, 11)), 1.0, 0.0).up
+    up = wire(STRAIGHT).up
     gains = DEFAULT.controller._replace(kp=quick / up, ki=ki * quick / up)
     driver = DEFAULT.driver._replace(lag=timing.pop("lag", 0.0))
     return DEFAULT._replace(
@@ -36,7 +38,7 @@ def tree(quick: float = 3.0, ki: float = 1.0, **timing: Any) -> Any:
 def wire(p: Heat = BENT, **off: float) -> Wire:
     """What may have been found, with standard deviations as parts of the values."""
     wide = np.array([off.get(name, 0.0) * value for name, value in p._asdict().items()])
-    return Wire(p, np.diag(wide**2), 5.0, 0.0)
+    return Wire(p, Spread(np.diag(wide**2), np.zeros((1, 11, 11))), 0.0)
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
@@ -63,8 +65,8 @@ def test_the_plant_is_that_of_the_model_along_its_branch() -> None:
     x = wire_model.simulated(p, record)[len(slow) - 1 :]
     f = np.fft.rfftfreq(n, dt)
     answer = np.zeros(len(f), np.complex128)
-    answer[1:] = _wire_margins.plant(p, made, f[1:])
-    answer[0] = _wire_margins.plant(p, made, np.array([1e-9]))[0]
+    answer[1:] = kind.plant(p, made, f[1:])
+    answer[0] = kind.plant(p, made, np.array([1e-9]))[0]
     pulse = np.fft.irfft(answer, n)  # of one period's effort
     expected = 0.05 * np.cumsum(pulse)[: len(x)]
     assert 0.05 * 0.2 * p.way < x[-1] - x[0] < p.way
@@ -83,21 +85,21 @@ def test_the_law_is_its_steps() -> None:
         made.append(effort)
     turn = np.exp(-2j * math.pi * f * np.arange(n) * dt)
     found = np.mean(np.array(made) * turn) / np.mean(e * turn)
-    assert found == pytest.approx(complex(_wire_margins.law(p, np.array([f]), dt)[0]), rel=1e-6)
+    assert found == pytest.approx(complex(kind.law(p, np.array([f]), dt)[0]), rel=1e-6)
 
 
 def test_the_crossover_is_the_gain_along_the_branch() -> None:
     made = tree(quick=3.0, ki=1e-3)
-    found = _wire_margins.robust(made, wire(STRAIGHT)).found
+    found = kind.robust_loop(made, wire(STRAIGHT)).found
     assert found.crossover == pytest.approx(3.0 / (2.0 * math.pi), rel=0.02)
-    bent = _wire_margins.robust(made, wire(STRAIGHT._replace(warming=0.8))).found
+    bent = kind.robust_loop(made, wire(STRAIGHT._replace(warming=0.8))).found
     assert bent.crossover > 1.05 * found.crossover  # where it is steepest
 
 
 def test_what_is_less_sure_leaves_less() -> None:
     made = tree(quick=10.0, lag=0.05)
     known, some, little = (
-        _wire_margins.robust(made, wire(tau=off, latent=off)) for off in (0.0, 0.05, 0.2)
+        kind.robust_loop(made, wire(tau=off, latent=off)) for off in (0.0, 0.05, 0.2)
     )
     assert known.found == some.found
     assert little.least.gain < some.least.gain < known.least.gain < known.found.gain
@@ -108,7 +110,7 @@ def test_what_is_less_sure_leaves_less() -> None:
 
 def test_draws_stay_wires() -> None:
     found = wire(share=3.0, tau=2.0, start=0.5, end=0.5, first=0.5, last=0.5)
-    for p, more in _wire_margins.drawn(found, 200):
+    for p, more in kind.drawn_models(found, 200):
         assert p.tau > 0.0 and 0.0 < p.share < 1.0 and p.end > p.start and p.first > p.last
         assert more > 0.8
         assert p.warming == BENT.warming and p.cooling == BENT.cooling
@@ -116,9 +118,9 @@ def test_draws_stay_wires() -> None:
 
 def test_gains_that_may_not_hold_are_doubtful() -> None:
     made = tree(quick=10.0, lag=0.05)
-    gain = _wire_margins.robust(made, wire()).found.gain
-    assert _wire_margins.told(made, wire()).doubts == ()
+    gain = kind.robust_loop(made, wire()).found.gain
+    assert kind.robustness(made, wire()).doubts == ()
     p = made.controller
     wild = made._replace(controller=p._replace(kp=0.97 * gain * p.kp, ki=0.97 * gain * p.ki))
-    (said,) = _wire_margins.told(wild, wire(tau=0.1)).doubts
+    (said,) = kind.robustness(wild, wire(tau=0.1)).doubts
     assert "of 200 models" in said and "Reduce the gains" in said

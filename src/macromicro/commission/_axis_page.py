@@ -8,14 +8,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from macromicro.commission import _mode_page, _pole
-from macromicro.commission._friction import FrictionMap
-from macromicro.commission._model import UNITS, Model
+from macromicro.commission import _exciting
+from macromicro.commission._axis_fit import UNITS, Model, shows_time_constant
+from macromicro.commission._mode import Mode
+from macromicro.commission._probing import FrictionMap
+from macromicro.commission._settings import too_quick
 from macromicro.commission.procedure import Drawn, Estimate, Work
 from macromicro.commission.stand import Record
+from macromicro.drawing import phases
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
 from macromicro.identify.axis import simulate
 from macromicro.identify.clusters import NORMAL
+from macromicro.machines.parts import LOAD
 from macromicro.place import LENGTH, Place
 
 if TYPE_CHECKING:
@@ -94,13 +98,13 @@ def doubts(work: Work, model: Model) -> list[str]:
                 f"The {MEANINGS[name]} is known to {half / value:.0%} only. A longer travel "
                 "or a larger effort would improve it."
             )
-    if not _pole.told(model.axis, work.stand.dt):
+    if not shows_time_constant(model.axis, work.stand.dt):
         said.append(
             "The strokes do not determine the time constant (mass over viscous friction); "
             f"the mass is the smallest that suits a period of {work.stand.dt * 1e3:.3g} ms. A "
             "shorter period or a finer encoder would show it."
         )
-    said += _mode_page.doubts(model.mode, work.stand.dt)
+    said += mode_doubts(model.mode, work.stand.dt)
     if model.axis.lag > 3.0 * work.stand.dt:
         said.append(
             f"The effort acts {model.axis.lag * 1e3:.2g} ms late "
@@ -163,6 +167,73 @@ FIGURES = {
     "modes": Drawn(
         "Chirp and mode",
         "Measured position per effort, with the model including the mode and with a rigid axis.",
-        lambda work, model: _mode_page.bode(model.mode, work.stand.place),
+        lambda work, model: bode(model.mode, work.stand.place),
     ),
 }
+
+
+_UNEXPLAINED = 20.0  # mean square of what is left, in noise
+
+
+def mode_doubts(mode: Mode | None, dt: float) -> list[str]:
+    """What the chirp did not show or showed in part."""
+    nyquist = 0.5 / dt
+    if mode is None:
+        return [
+            (
+                "The chirp gave no result, so structural modes are unknown. A longer travel, a "
+                "larger --effort or a finer encoder would help."
+            )
+        ]
+    top = mode.seen[1]
+    if not mode.found:
+        if mode.left > _UNEXPLAINED:
+            return [
+                (
+                    "Neither a rigid axis nor one mode explains the chirp. Check for several "
+                    "modes or backlash."
+                )
+            ]
+        if top < 0.9 * _exciting.HIGH / dt:
+            return [
+                (
+                    f"No mode was found up to {top:.3g} Hz; beyond that the encoder hardly "
+                    f"resolves the chirp, up to {nyquist:.4g} Hz, half the control frequency."
+                )
+            ]
+        return [f"No mode below {nyquist:.4g} Hz, half the control frequency: the axis is rigid."]
+    said = []
+    if mode.shape.at == LOAD:
+        said.append(
+            "The encoder is behind a compliant drive train and shows no antiresonance, so "
+            "the file assumes equal masses of motor and load."
+        )
+    if too_quick(mode, dt):
+        said.append(
+            f"The mode at {mode.shape.resonance:.4g} Hz is too fast for this control period: "
+            "the file has a rigid drive train and a notch."
+        )
+    return said
+
+
+def bode(mode: Mode | None, place: Place = LENGTH) -> Figure:
+    """Measured gain and phase with those of the model and of a rigid axis."""
+    figure, axes = new(5.2, 2, sharex=True)
+    gain, phase = axes[0, 0], axes[1, 0]
+    if mode is not None:
+        f = mode.frequency
+        whole = 2j * math.pi * f
+        rows = ((mode.measured, BLUE, "measured", ""), (mode.stiff, BLACK, "stiff axis", ":"))
+        for values, color, name, line in (*rows, (mode.model, RED, "model", "--")):
+            dots = {"marker": ".", "markersize": 2} if not line else {"linewidth": 1.1}
+            gain.loglog(f, np.abs(values / whole), line, color=color, label=name, **dots)
+            phase.semilogx(
+                f, phases.degrees(values / whole, mode.model / whole), line, color=color, **dots
+            )
+        for name in {"resonance", "antiresonance"} & set(mode.errors):
+            for ax in (gain, phase):
+                ax.axvline(mode.values[name], color=BLACK, linewidth=0.7)
+    finish(gain, "Position per effort", "", f"gain [{place.base}/V]", legend=mode is not None)
+    finish(phase, "", "frequency [Hz]", "phase [deg]")
+    figure.subplots_adjust(hspace=0.15)
+    return figure

@@ -1,8 +1,4 @@
-"""Detection of a structural mode from chirp passes."""
-
-# Two models are compared with a rigid axis: an encoder on the motor (antiresonance below the
-# resonance) and one at the load, behind the drive. The weights are the noise between pairs of
-# passes.
+"""Frequency response of an axis by chirps, fitted to a rigid axis and to a compliant drive."""
 
 from __future__ import annotations
 
@@ -11,18 +7,124 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.commission import _answer, _shaking
-from macromicro.commission._answer import Complex, Shape, Spectra
+from macromicro.commission import _exciting
 from macromicro.commission.stand import Record
+from macromicro.identify import clusters
+from macromicro.identify.search import least_squares
+from macromicro.machines import sheets
 from macromicro.machines.parts import LOAD, MOTOR
+
+Complex = npt.NDArray[np.complex128]
+
+_ALIASES = 2  # of the sampled spectrum, either side
+_GONE = -8.0  # real part of a pole, times the period
+EVEN = math.sqrt(0.5)  # antiresonance to resonance where nothing shows it: equal masses
+DAMPED = 0.04  # damping ratio of the modes tried
+
+
+class Shape(NamedTuple):
+    drag: float  # viscous slope to the mass, 1/s
+    lag: float  # of the effort, s
+    rise: float = 0.0  # time constant of the current's rise, by which back-EMF acts late, too, s
+    resonance: float = 0.0  # of motor and load against each other, Hz; 0: none
+    ratio: float = EVEN  # antiresonance to resonance
+    damping: float = DAMPED  # ratio, of the load on the drive with the motor held
+    at: str = MOTOR  # side of the encoder
+
+    @property
+    def rotor(self) -> float:
+        return self.ratio**2 if self.resonance > 0.0 else 0.5
+
+    @property
+    def held(self) -> float:
+        """Antiresonance: frequency of the load with the motor fixed, Hz."""
+        return self.ratio * self.resonance
+
+
+class Spectra(NamedTuple):
+    """Spectra of all pairs at the frequencies of the chirp."""
+
+    f: Array  # Hz
+    # effort, speed: V, m/s
+    effort: Complex
+    speed: Complex
+    dt: float  # control period, s
+
+
+def spectra(passes: Sequence[Record], dt: float) -> Spectra:
+    n = min(len(one.t) for one in passes)
+    u = np.array([one.u[: n - 1] for one in passes])
+    v = np.diff([one.x[:n] for one in passes], axis=1) / dt
+    f: Array = np.arange((n + 1) // 2) / ((n - 1) * dt)
+    rows = (f >= _exciting.LOW) & (f <= _exciting.HIGH / dt)
+    efforts, speeds = (np.fft.rfft(w[::2] - w[1::2], axis=1)[:, rows] for w in (u, v))
+    return Spectra(f[rows], efforts, speeds, dt)
+
+
+def response(shape: Shape, f: Array, dt: float) -> Complex:
+    """Mean speed over a period, per effort, of an axis with a mass of 1, sampled."""
+    k = np.arange(-_ALIASES, _ALIASES + 1)[:, None]
+    s = np.asarray(2j * math.pi * (f + k / dt), np.complex128)
+    drag, seen = sheets.impedance(
+        s,
+        rotor=shape.rotor,
+        moved=1.0 - shape.rotor,
+        viscous=0.0,
+        frequency=shape.held,
+        damping=shape.damping,
+    )
+    speed: Complex = 1.0 / (drag * (1.0 + shape.rise * s) + shape.drag)
+    if shape.at == LOAD:
+        speed = speed * seen
+    # Position after a hold, and its difference over the period that begins with the effort.
+    back = np.exp(-2j * math.pi * f * dt)
+    shift = (1.0 - back) ** 2 / (back * dt**2)
+    found: Complex = shift * np.sum(speed / s**2 * np.exp(-s * shape.lag), axis=0)
+    return found
+
+
+def transients(shape: Shape, f: Array, dt: float) -> Complex:
+    """Spectra that the poles leave, a row each."""
+    z = np.exp(-2j * math.pi * f * dt)
+    rows = [np.ones_like(z), z]
+    for p in poles(shape) * dt:
+        if p.real < _GONE:
+            continue  # gone within a period: the constants hold it
+        if p.imag == 0.0:
+            rows.append(1.0 / (1.0 - math.exp(p.real) * z))
+        elif p.imag > 0.0:
+            pole = np.exp(p)
+            both = 1.0 - 2.0 * pole.real * z + abs(pole) ** 2 * z * z
+            rows += [1.0 / both, z / both]
+    return np.array(rows)
+
+
+def poles(shape: Shape) -> Complex:
+    rotor, moved, winding = shape.rotor, 1.0 - shape.rotor, np.array([shape.rise, 1.0])
+    if shape.resonance <= 0.0:
+        free, stiff = np.array([1.0, 0.0]), np.array([1.0])
+    else:
+        w = 2.0 * math.pi * shape.held
+        spring = moved * np.array([2.0 * shape.damping * w, w * w])  # times s
+        stiff = np.polyadd([moved, 0.0, 0.0], spring)
+        free = np.polyadd(np.polymul([rotor, 0.0], stiff), np.polymul([moved, 0.0], spring))
+    every = np.polyadd(np.polymul(free, winding), shape.drag * stiff)
+    found: Complex = np.roots(every).astype(np.complex128)
+    return found
+
+
+# Two models are compared with a rigid axis: an encoder on the motor (antiresonance below the
+# resonance) and one at the load, behind the drive. The weights are the noise between pairs of
+# passes.
 
 _SPACING = 0.05  # of the frequencies tried, natural logarithm
 _SLOPES = (5.0, 60.0)  # 1/s, viscous slope to mass, tried
 _USUAL = 20.0  # 1/s, the same beside a strong mode
 _LATE = (0.4, 0.4)  # periods of lag and of rise to begin with
-_RATIOS = {MOTOR: (0.4, 0.6, 0.8, 0.95), LOAD: (_answer.EVEN,)}
+_RATIOS = {MOTOR: (0.4, 0.6, 0.8, 0.95), LOAD: (EVEN,)}
 _BEGUN = 2  # of the frequencies tried, from which searches go on
 _LOOKED = 250  # frequencies that are looked at before
 _OCTAVE = 0.15  # natural logarithm of the frequency over which noise is taken as one
@@ -34,11 +136,10 @@ _APART = 3.0  # standard errors between resonance and antiresonance, where both 
 _DULL = 0.4  # damping ratio of what is no resonance any more
 _INSIDE = 0.93  # of the highest frequency of the chirp: beyond it a mode is not seen whole
 _SEEN = 0.5  # signal's part of a spectrum's power from where it shows something
-_SAME = 1e-7  # eigenvalue of what no spectrum tells apart, to the largest
 _BLOCK = 0.2  # natural logarithm of the frequency over which what is left may go together
 # Standard deviations of what the model leaves out (friction that is no viscous one, slack, a rotor
-# that an encoder behind the drive does not show), as parts: seen on random belts.
-_LEFT_OUT = {"resonance": 0.013, "antiresonance": 0.015, "damping": 0.3}
+# that an encoder behind the drive does not show), as parts, by simulation: seen on random belts.
+MODEL_ERRORS = {"resonance": 0.013, "antiresonance": 0.015, "damping": 0.3}
 _LATE_BY = 0.05  # periods; the same of the lag
 
 
@@ -84,7 +185,7 @@ class _Fit(NamedTuple):
 def found(passes: Sequence[Record], dt: float) -> Mode | None:
     if len(passes) < 4:
         return None
-    every = _answer.spectra(passes, dt)
+    every = spectra(passes, dt)
     measured, noise, share = averaged(every)
     seen = np.flatnonzero(share >= _SEEN)
     if len(seen) < 8 * _LEAST:
@@ -97,7 +198,7 @@ def found(passes: Sequence[Record], dt: float) -> Mode | None:
     best = min(limped, key=_cost)
     if not _is_mode(best, stiff, float(some.f[-1])):
         best = stiff
-    curves = [one.gain * _answer.response(one.shape, some.f, dt) for one in (best, stiff)]
+    curves = [one.gain * response(one.shape, some.f, dt) for one in (best, stiff)]
     return Mode(
         best.shape, best.gain, best.errors, best.cost, (float(some.f[0]), float(some.f[-1])),
         some.f, measured[:top], curves[0], curves[1],
@@ -136,7 +237,7 @@ def _is_mode(fit: _Fit, stiff: _Fit, top: float) -> bool:
     shape = fit.shape
     return (
         fit.cost < _EXPLAINED * stiff.cost
-        and 1.3 * _shaking.LOW < shape.resonance < _INSIDE * top
+        and 1.3 * _exciting.LOW < shape.resonance < _INSIDE * top
         and shape.damping / shape.ratio < _DULL
         and 2.0 * fit.errors["resonance"] < _SURE * shape.resonance
         # An antiresonance at the resonance takes it away: what is left is some other disturbance.
@@ -148,7 +249,7 @@ def _best(some: Spectra, noise: Array, at: str, stiff: Shape) -> _Fit:
     """The best mode for an encoder position: weak beside the rigid axis, or dominant."""
     every = max(len(some.f) // _LOOKED, 1)
     thin = Spectra(some.f[::every], some.effort[:, ::every], some.speed[:, ::every], some.dt)
-    step = np.arange(math.log(1.2 * _shaking.LOW), math.log(float(some.f[-1])), _SPACING)
+    step = np.arange(math.log(1.2 * _exciting.LOW), math.log(float(some.f[-1])), _SPACING)
     tried = [
         base._replace(resonance=f, ratio=ratio, at=at)
         for f in np.exp(step).tolist()
@@ -172,8 +273,8 @@ def _left(some: Spectra, noise: Array, shape: Shape) -> tuple[float, Array]:
         found: Array = np.concatenate([values.real, values.imag], axis=-1)
         return found
 
-    basis = np.linalg.qr(rows(_answer.transients(shape, some.f, some.dt) / noise).T)[0]
-    pushed = rows(_answer.response(shape, some.f, some.dt) / noise * some.effort)
+    basis = np.linalg.qr(rows(transients(shape, some.f, some.dt) / noise).T)[0]
+    pushed = rows(response(shape, some.f, some.dt) / noise * some.effort)
     went = rows(some.speed / noise)
     pushed, went = (y - (y @ basis) @ basis.T for y in (pushed, went))
     gain = float(np.sum(pushed * went) / np.sum(pushed * pushed))
@@ -182,12 +283,10 @@ def _left(some: Spectra, noise: Array, shape: Shape) -> tuple[float, Array]:
 
 def _search(some: Spectra, noise: Array, begin: Shape) -> _Fit:
     """The local optimum, with errors by blocks of pairs and frequencies."""
-    from scipy.optimize import least_squares
-
     dt, limp, inner = some.dt, begin.resonance > 0.0, begin.at == MOTOR
     top = float(some.f[-1])
     # Lags begin at 1, so that differences are not taken over parts of nothing.
-    low = [math.log(0.01), 1.0, 1.0, math.log(_shaking.LOW), math.log(1e-3), 0.1]
+    low = [math.log(0.01), 1.0, 1.0, math.log(_exciting.LOW), math.log(1e-3), 0.1]
     high = [math.log(3000.0), 21.0, 9.0, math.log(top), 0.0, 0.995]
     count = 3 if not limp else 6 if inner else 5
 
@@ -221,18 +320,14 @@ def _errors(
 ) -> tuple[dict[str, float], float]:
     """Standard errors by blocks, last that of the frequency ratio (0 where it is not fitted)."""
     block = np.floor(np.log(some.f / some.f[0]) / _BLOCK).astype(int)
-    both = np.concatenate([block, block])
-    normal = np.einsum("pni,pnj->ij", slopes, slopes)
-    scale = np.sqrt(np.diag(normal))
+    parts = [np.concatenate([block, block]) == k for k in range(block[-1] + 1)]
     # Lag and rise may do the same to all that is seen: then only their sum is known.
-    inverse = np.linalg.pinv(normal / np.outer(scale, scale), rcond=_SAME) / np.outer(scale, scale)
-    middle = np.zeros_like(inverse)
-    for k in range(block[-1] + 1):
-        rows = both == k
-        score = np.einsum("pni,pn->pi", slopes[:, rows], left[:, rows])
-        middle += score.T @ score
-    covariance = inverse @ middle @ inverse
-    spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    table = slopes.copy()
+    table[..., 2] -= table[..., 1]
+    shown = [np.einsum("pni,pnj->pij", table[:, rows], table[:, rows]) for rows in parts]
+    scores = [np.einsum("pni,pn->pi", table[:, rows], left[:, rows]) for rows in parts]
+    covariance = clusters.by_scores(np.concatenate(shown), np.concatenate(scores)).covariance
+    spread = np.sqrt(np.diag(covariance))
     relative, values = {"resonance": float(spread[3])}, {"resonance": shape.resonance}
     ratio = 0.0
     if shape.at == MOTOR:  # behind the drive its damping depends on the motor's part, not shown
@@ -241,8 +336,7 @@ def _errors(
         values["antiresonance"] = shape.held
         ratio = math.hypot(float(spread[5]), _ALIKE)
     found = {
-        name: values[name] * math.hypot(one, _LEFT_OUT[name]) for name, one in relative.items()
+        name: values[name] * math.hypot(one, MODEL_ERRORS[name]) for name, one in relative.items()
     }
-    both = np.array([0.0, 1.0, 1.0] + [0.0] * (len(inverse) - 3)) * some.dt
-    found["lag"] = math.hypot(math.sqrt(max(both @ covariance @ both, 0.0)), _LATE_BY * some.dt)
+    found["lag"] = some.dt * math.hypot(float(spread[1]), _LATE_BY)
     return found, ratio

@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from macromicro.commission._piezo_curves import Curve, apart
-from macromicro.commission._piezo_curves import curves as reversal_curves
-from macromicro.commission._piezo_loops import Loops, predicted
+from macromicro.commission._piezo_fit import Curve, Loops, apart, predicted
+from macromicro.commission._piezo_fit import curves as reversal_curves
 from macromicro.commission.procedure import Drawn, Estimate, Work
 from macromicro.commission.stand import Record
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
-from macromicro.identify.clusters import within
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,21 +23,18 @@ _SWUNG = 0.2  # s of the steps that are drawn
 
 def estimates(found: Any) -> dict[str, Estimate]:
     loops, swing = found.loops, found.swing
-    slow = within(loops.freedom)
-    quick = within(max(swing.freedom, 1.0))
-    creep, stroke, width = loops.spread
+    creep, stroke, width = loops.half
     made = {
-        "stroke": Estimate("stroke of a slow cycle", loops.stroke, slow * stroke, "m"),
-        "hysteresis": Estimate("width of its loop, of the stroke", loops.width, slow * width, "1"),
-        "creep": Estimate("creep per decade of time", loops.creep, slow * creep, "1"),
+        "stroke": Estimate("stroke of a slow cycle", loops.stroke, stroke, "m"),
+        "hysteresis": Estimate("width of its loop, of the stroke", loops.width, width, "1"),
+        "creep": Estimate("creep per decade of time", loops.creep, creep, "1"),
     }
     names = ("resonance", "damping", "lag", "slew")
     meanings = ("resonance", "its damping ratio", "lag of the effort", "greatest rate")
     values = (swing.frequency, swing.damping, swing.lag, swing.slew)
     units = ("Hz", "1", "s", "V/s")
-    for name, *rest, unit, sure in zip(names, meanings, values, units, swing.spread, strict=True):
-        meaning, value = rest
-        made[name] = Estimate(str(meaning), float(value), quick * sure, str(unit))
+    rows = zip(names, meanings, values, swing.half, units, strict=True)
+    made |= {name: Estimate(*one) for name, *one in rows}
     return made
 
 

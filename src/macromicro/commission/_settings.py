@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from macromicro.commission._friction import FrictionMap
+from macromicro.commission._axis_fit import Model
 from macromicro.commission._mode import Mode
-from macromicro.commission._model import Model
-from macromicro.commission._probing import Ends
+from macromicro.commission._probing import Ends, FrictionMap
 from macromicro.commission.stand import Record, Stand
 from macromicro.identify import axis_settings
 from macromicro.identify.axis_settings import Around

@@ -12,7 +12,7 @@ import numpy as np
 
 import macromicro
 from macromicro.columns import Column
-from macromicro.commission import _comparing
+from macromicro.commission import _verifying
 from macromicro.commission.procedure import Kind, Step
 from macromicro.commission.stand import Record
 from macromicro.errors import InputError, ProblemError
@@ -49,7 +49,7 @@ def keep(folder: Path, step: Step, found: Any, dt: float, asked: dict[str, Any])
 def read(folder: Path, kind: Kind, asked: dict[str, Any]) -> dict[str, Any]:
     """Results of earlier sessions up to the first missing step."""
     found: dict[str, Any] = {}
-    for step in _comparing.kept(kind):
+    for step in _verifying.kept_steps(kind):
         place = folder / file(step)
         if not place.is_file():
             return found

@@ -1,13 +1,15 @@
-"""Verification of the gains on the axis: moves that nothing was fitted to."""
+"""Moves on the stage: they verify the gains, and compare those of the rules with a search's."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from macromicro.commission import _moves as moves
+from macromicro.commission.procedure import Kind, Step, Tuned
 from macromicro.commission.stand import Stand
 from macromicro.machines import machine as machines
 from macromicro.machines import planning, results, runs
@@ -15,6 +17,23 @@ from macromicro.machines.results import MoveResult
 from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.types import SAFE, Outputs, Sample
+
+
+def test_moves(
+    title: str, meaning: str, shares: Sequence[float], hold: float, settings: Any
+) -> Programme:
+    """A move to each position, in counts."""
+    n = len(shares)
+    return Programme(
+        title,
+        np.full(n, math.nan),
+        np.zeros(n, np.int64),
+        np.floor(np.array(shares) * settings.travel.high / settings.encoder.pitch),
+        np.full(n, hold),
+        math.nan,
+        meaning,
+    )
+
 
 SHARES = (0.15, 0.85, 0.86, 0.4, 0.39, 0.9, 0.05)  # of the travel: long moves and short ones
 HOLD = 0.3  # s
@@ -72,7 +91,7 @@ def programme(settings: Any) -> Programme:
     random = np.random.Generator(np.random.PCG64(SEED))
     shares = np.array(SHARES) + random.uniform(-0.004, 0.004, len(SHARES))
     meaning = "the moves that verify a commissioning"
-    return moves.programme("verification", meaning, shares.tolist(), HOLD, settings)
+    return test_moves("verification", meaning, shares.tolist(), HOLD, settings)
 
 
 def verify(stand: Stand, machine: machines.Machine, settings: Any) -> Verified:
@@ -87,3 +106,77 @@ def made(stand: Stand, machine: machines.Machine, settings: Any, what: Programme
     fault = done.outcome.fault
     words = "" if fault is None else f"{fault.message} {fault.evidence}"
     return Verified(done.recording, found, len(plan.target), words)
+
+
+# A search uses models, which hardly know how friction fades with speed, so it may be slower on the
+# stage.
+
+# Of the travel: neither those of the rehearsal, on which gains are searched, nor those that verify.
+COMPARED_SHARES = (0.2, 0.75, 0.77, 0.5, 0.48, 0.12, 0.8, 0.25)
+COMPARED_HOLD = 0.1  # s
+BETTER = 0.95  # of what it takes by the rules: no less is worth other gains
+
+
+class Compared(NamedTuple):
+    # rules, search: as `settling` gives it, s
+    rules: float
+    search: float
+    faults: tuple[str, ...]  # of a guard with the rules' and the search's gains; "" for none
+    gains: tuple[str, ...]  # the search's: path and value, one after the other
+
+
+# Kept as the steps of a kind are; `running` says and does what depends on the gains.
+STEP = Step("comparison", "both gains on the stage", lambda _: "", lambda _: None, Compared)
+
+
+def kept_steps(kind: Kind) -> tuple[Step, ...]:
+    """Results of a kind that are saved, in order."""
+    return tuple(kind.steps) if kind.compare is None else (*kind.steps, STEP)
+
+
+def is_better(after: float, before: float) -> bool:
+    """Whether other gains are worth the change."""
+    return after < math.inf and after <= BETTER * before
+
+
+def settling(stand: Stand, machine: machines.Machine, settings: Any) -> tuple[float, str]:
+    """Settling time after the end of a profile."""
+    what = test_moves(
+        "comparison", "moves by two sets of gains", COMPARED_SHARES, COMPARED_HOLD, settings
+    )
+    done = made(stand, machine, settings, what)
+    if not done.met:
+        return math.inf, done.fault
+    return max(0.0, float(np.mean(results.settling(done.moves)))), ""
+
+
+def listed(tuned: Tuned) -> tuple[str, ...]:
+    """Gains that identify a comparison."""
+    return tuple(word for pair in tuned.gains.items() for word in pair)
+
+
+def compared(tried: Callable[[Tuned], tuple[float, str]], tuned: Tuned) -> Compared:
+    """Try both gains, the rules' first, which are safe."""
+    rules, fault_rules = tried(Tuned())
+    search, fault_search = tried(tuned)
+    return Compared(rules, search, (fault_rules, fault_search), listed(tuned))
+
+
+def faster(found: Compared, tuned: Tuned) -> Tuned:
+    before, after = found.rules, found.search
+    doubts = tuple(
+        f"With the gains of the {name}, a guard stopped the comparison: {fault}"
+        for name, fault in zip(("rules", "search"), found.faults, strict=True)
+        if fault
+    )
+    what, unit = "settling on the stage", "s"
+    if is_better(after, before):
+        row = (what, f"{after:.3g}", f"{before:.3g} {unit} by the rules", unit)
+        return tuned._replace(rows=(row, *tuned.rows), doubts=(*tuned.doubts, *doubts))
+    row = (
+        what,
+        f"{before:.3g}",
+        f"{after:.3g} {unit} by the search, whose gains are rejected",
+        unit,
+    )
+    return Tuned(rows=(row,), doubts=(*tuned.doubts, *doubts))

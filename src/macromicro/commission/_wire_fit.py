@@ -1,10 +1,10 @@
-"""Fit of a wire's heat and contraction to a slow ramp and pulses."""
+"""Fit of a wire's heat and contraction, and its first-order curves over the heat."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from itertools import product
+from collections.abc import Sequence
+from itertools import pairwise, product
 from typing import NamedTuple
 
 import numpy as np
@@ -12,35 +12,39 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.commission.stand import CommissionError, Record
-from macromicro.commission.wire_model import Begin, Heat, simulated, thinned
+from macromicro.commission.wire_model import Begin, Heat, free_run, thinned
+from macromicro.identify import clusters
+from macromicro.identify._engine import Pieces, Space, fit
+from macromicro.identify.clusters import Spread
+from macromicro.kernel import compiled
 
 # Standard deviation of what the model leaves out (what is around the wire warms in more than one
-# step, a bend that is not that of f), as a part of the value: seen on 12 random wires of
-# docs/commissioning_wire.py, and checked on others there.
-LEFT_OUT = {"up": 0.025, "tau": 0.06, "start": 0.05, "end": 0.05, "first": 0.05, "last": 0.05}
+# step, a bend that is not that of f), as a part of the value, by simulation: seen on 12 random
+# wires of docs/commissioning_wire.py, checked on others there.
+SIMULATED = 12
+MODEL_ERRORS = {"up": 0.025, "tau": 0.06, "start": 0.05, "end": 0.05, "first": 0.05, "last": 0.05}
 _BENT = 0.3  # to begin with
+_FREE = 10  # parameters of the heat
 _SHARES, _SLOWER = (0.03, 0.25), (10.0,)  # of what is around the wire, to begin with
 _TAUS = (0.3, 1.0, 3.0)  # of the time constant by delays: where the search begins
-_FEW, _BEST, _ROUNDS = 6, 2, 40  # rounds of every search, how many go on, their rounds
-_STEP = 1e-3  # of a parameter, for differences
+_FEW, _BEST, _MOST = 6, 2, 40  # rounds of every search, how many go on, their rounds
 
 
 class Wire(NamedTuple):
     heat: Heat  # the parameters
-    covariance: Array  # of them, a rise or fall of the effort a witness
-    freedom: float  # clusters less one
+    spread: Spread  # their uncertainty, a rise or fall of the effort a cluster
     rms: float  # residual, m
     begin: tuple[Begin, ...] = ()  # heat that each record begins with; none: cold
 
-    def deviation(self, name: str) -> float:
-        """Standard deviation of a quantity, including model error."""
+    def half_width(self, name: str) -> float:
+        """Half of the 95 % interval of a quantity, including model error."""
         if name == "up":
             value, slope = self.up, _up_slope(self.heat)
-            square = float(slope @ self.covariance @ slope)
         else:
             k = Heat._fields.index(name)
-            value, square = self.heat[k], float(self.covariance[k, k])
-        return math.hypot(math.sqrt(max(square, 0.0)), LEFT_OUT.get(name, 0.0) * value)
+            value, slope = self.heat[k], np.eye(len(self.heat))[k]
+        hidden = np.array([MODEL_ERRORS.get(name, 0.0) * value])
+        return float(clusters.half_widths(self.spread, slope[None], hidden, SIMULATED)[0])
 
     @property
     def up(self) -> float:
@@ -54,67 +58,87 @@ class Wire(NamedTuple):
         return p.way / (p.tau * (p.first - p.last) + p.latent)
 
 
-def _up(p: Heat) -> float:
-    return p.way * (1.0 - p.share) / (p.tau * (p.end - p.start) + p.latent)
+class Free(NamedTuple):
+    """The free parameters: logarithms, by which the four heats keep their order, and two bends.
 
+    Behind them stands the heat that is left at the beginning of each record, by that at which
+    contraction begins.
+    """
 
-def _up_slope(p: Heat) -> Array:
-    """Derivative of `_up` by each parameter."""
-    steps = {n: 1e-6 * max(abs(v), 1e-3) for n, v in p._asdict().items()}
-    near = {n: p._replace(**{n: getattr(p, n) + step}) for n, step in steps.items()}
-    return np.array([(_up(near[n]) - _up(p)) / step for n, step in steps.items()])
+    way: float
+
+    def heat(self, values: Array) -> Heat:
+        v = np.exp(values[:8]).tolist()
+        share, ends = v[1] / (1.0 + v[1]), (v[4], v[4] + v[5], v[6] + v[7], v[6])
+        return Heat(v[0], share, v[2], v[3], *ends, self.way, *values[8:_FREE].tolist())
+
+    def slopes(self, values: Array) -> Array:
+        """Derivatives of `Heat` by the free parameters."""
+        v = np.exp(values[:8])
+        table = np.zeros((len(Heat._fields), len(values)))
+        rows, columns = (0, 2, 3, 4, 5, 5, 6, 6, 7), (0, 2, 3, 4, 4, 5, 6, 7, 6)
+        table[rows, columns] = v[list(columns)]
+        table[1, 1] = v[1] / (1.0 + v[1]) ** 2
+        table[9, 8] = table[10, 9] = 1.0
+        return table
+
+    def simulated(self, values: Array, pieces: Pieces) -> Array:
+        """Contraction along the records."""
+        heat, out = self.heat(values), np.empty(len(pieces.y))
+        rows = zip(pairwise(pieces.edges.tolist()), self.begin(values), pieces.dt, strict=True)
+        for (a, b), begin, dt in rows:
+            compiled(free_run)(heat, begin, pieces.force[a:b], float(dt), out[a:b])
+        return out
+
+    def begin(self, values: Array) -> list[Begin]:
+        left = math.exp(values[4]) * values[_FREE:]
+        return [Begin(one, one) for one in left.tolist()]
 
 
 def fitted(records: Sequence[Record], dt: float, way: float, noise: float) -> Wire:
     """Parameters whose free simulations are nearest to the records."""
     # Residual heat from the previous drive is fitted too. Searches start at several time constants,
     # since a slow wire taken for a quick one explains the ramp as well.
-    from scipy.optimize import least_squares
-
     thin = [thinned(one, dt) for one in records]
-
-    def heat(p: Array) -> Heat:
-        v, bends = np.exp(p[:8]), p[8:10]
-        # Differences keep the four in their order.
-        share = v[1] / (1.0 + v[1])
-        return Heat(v[0], share, v[2], v[3], v[4], v[4] + v[5], v[6] + v[7], v[6], way, *bends)
-
-    def begin(p: Array) -> list[Begin]:
-        return [Begin(left, left) for left in (math.exp(p[4]) * p[10:]).tolist()]
-
-    def missed(p: Array) -> Array:
-        wire = heat(p)
-        return np.concatenate(
-            [(r.x - simulated(wire, r, b)) / way for r, b in zip(thin, begin(p), strict=True)]
-        )
-
-    def jac(p: Array) -> Array:
-        # Steps of their own: parts of the logarithms, which may be 0, say nothing of the scale.
-        return _slopes(missed, p, _STEP)
-
-    first = [
-        least_squares(missed, [*np.log(g), _BENT, _BENT, *np.zeros(len(thin))], jac, max_nfev=_FEW)
-        for g in guesses(thin[0], thin[1], way)
+    many = np.array([len(one.t) for one in thin])
+    step, cold = np.array([one.t[1] - one.t[0] for one in thin]), np.zeros(len(thin))
+    force, y = (np.concatenate([one[k] for one in thin]) for k in (1, 2))
+    pieces = Pieces(force, np.cumsum(many) - many, many, step, cold, cold, y)
+    free, starts = Free(way), guesses(thin[0], thin[1], way)
+    names = (*Heat._fields[:_FREE], *(f"left {k}" for k in range(len(thin))))
+    ones = np.ones(len(names))
+    space = Space(names, ones, -np.inf * ones, np.inf * ones, (1.0, 1.0), way)
+    rest = [_BENT, _BENT, *cold]
+    begins = [np.array([*np.log(guess), *rest]) for guess in starts]
+    first = [fit(free.simulated, space, pieces, z, most=_FEW, rounds=1) for z in begins]
+    first.sort(key=lambda one: one.rms)
+    ended = [
+        fit(free.simulated, space, pieces, f.values, most=_MOST, rounds=2) for f in first[:_BEST]
     ]
-    first.sort(key=lambda one: float(one.cost))
-    ended = [least_squares(missed, one.x, jac, max_nfev=_ROUNDS) for one in first[:_BEST]]
-    best = min(ended, key=lambda one: float(one.cost))
-    p = Heat(*(float(v) for v in heat(best.x)))
-    if math.sqrt(np.mean(best.fun**2)) > 0.15:
+    best = min(ended, key=lambda one: one.rms)
+    if best.rms > 0.15 * way:
         raise CommissionError(
             "no heat balance explains the motion of the wire. Check for an obstacle or moving air"
         )
-    slopes = _slopes(lambda p: np.array(heat(p)), best.x, 1e-5)
-    bread = np.linalg.pinv(best.jac.T @ best.jac, hermitian=True)
-    cuts = _turns(thin)
-    parts = zip(np.split(best.jac, cuts), np.split(best.fun, cuts), strict=True)
-    scores = np.stack([j.T @ e for j, e in parts])
-    n = len(scores)
-    covariance = slopes @ (n / (n - 1) * bread @ (scores.T @ scores) @ bread) @ slopes.T
+    own = clusters.spread(best.slopes, best.residual, _turns(thin)).of(free.slopes(best.values))
     k = Heat._fields.index("way")
-    covariance[k, k] = 2.0 * noise**2
-    rms = way * float(np.sqrt(np.mean(best.fun**2)))
-    return Wire(p, covariance, n - 1.0, rms, tuple(begin(best.x)))
+    own.covariance[k, k] = 2.0 * noise**2
+    return Wire(free.heat(best.values), own, best.rms, tuple(free.begin(best.values)))
+
+
+def _up(p: Heat) -> float:
+    return p.way * (1.0 - p.share) / (p.tau * (p.end - p.start) + p.latent)
+
+
+def _up_slope(p: Heat) -> Array:
+    """Derivative of `_up` by each parameter."""
+    down, up = p.tau * (p.end - p.start) + p.latent, _up(p)
+    by = {
+        "tau": -up * (p.end - p.start) / down, "share": -up / (1.0 - p.share),
+        "latent": -up / down, "start": up * p.tau / down, "end": -up * p.tau / down,
+        "way": up / p.way,
+    }  # fmt: skip
+    return np.array([by.get(name, 0.0) for name in Heat._fields])
 
 
 def guesses(ramp: Record, pulses: Record, way: float) -> list[list[float]]:
@@ -174,14 +198,8 @@ def _tau(rate: float, begin: float, push: float, wait: float) -> float:
     return float(brentq(early, low, high)) if early(low) * early(high) < 0.0 else 0.7 * wait
 
 
-def _slopes(what: Callable[[Array], Array], at: Array, step: float) -> Array:
-    here = what(at)
-    columns = [(what(at + one) - here) / step for one in step * np.eye(len(at))]
-    return np.stack(columns, axis=1)
-
-
 def _turns(records: Sequence[Record]) -> Array:
-    """Rows at which heating or cooling begins."""
+    """Edges of heating and cooling."""
     cuts, done = [], 0
     for one in records:
         steps = np.flatnonzero(np.abs(np.diff(one.u)) > 0.05 * np.ptp(one.u)) + 1
@@ -189,4 +207,93 @@ def _turns(records: Sequence[Record]) -> Array:
         cuts += [done + int(k) for k in kept if k > 5]
         done += len(one.u)
         cuts.append(done)
-    return np.array(cuts[:-1])
+    return np.array([0, *cuts])
+
+
+# The wire cools to a share of its travel and is warmed again. The heat follows from effort and
+# measured contraction by the heat balance (`wire_model`), without a hysteresis model.
+
+_BEGUN, _HALF = 0.03, 0.5  # of a curve's rise: between these its slope is taken
+_LEVELS = (0.3, 0.5, 0.7)  # of the way, at which ways down are compared
+
+
+class Curve(NamedTuple):
+    """A cooling branch, and the curve back up."""
+
+    # heat, x: V and m, from contracted on
+    heat: Array
+    x: Array
+    turn: int  # row from which the effort rises again
+
+
+class Curves(NamedTuple):
+    # heat (V) and contraction (m) of the first warming, from extended to contracted
+    first: tuple[Array, Array]
+    every: list[Curve]  # in their order; the last one goes down only
+
+
+def warmed(p: Heat, record: Record) -> Array:
+    """Heat along a record that begins cold."""
+    dt = float(record.t[1] - record.t[0])
+    gone = np.diff(record.x, prepend=record.x[0]) / p.way
+    behind, h, around = p.share / (1.0 - p.share), 0.0, 0.0
+    made = np.empty_like(record.x)
+    for k, (u, dz) in enumerate(zip(record.u.tolist(), gone.tolist(), strict=True)):
+        # tau dh + latent dz = ((1 - share) u - (h - s)) dt
+        h += (((1.0 - p.share) * u - h + around) * dt - p.latent * dz) / p.tau
+        around += (behind * (h - around) - around) * dt / p.slow
+        made[k] = h
+    return made
+
+
+def curves(record: Record, p: Heat, dt: float) -> Curves:
+    thin = thinned(record, dt)
+    h = warmed(p, thin)
+    rising = np.diff(thin.u) > 0.0
+    turns = [0, *(np.flatnonzero(rising[1:] != rising[:-1]) + 1).tolist(), len(thin.t) - 1]
+    tops, lows = turns[1::2], turns[2::2]
+    ends = [*tops[1:], len(thin.t)]
+    every = [
+        Curve(h[top:end], thin.x[top:end], low - top)
+        for top, low, end in zip(tops, lows, ends, strict=False)
+    ]
+    return Curves((h[: tops[0] + 1], thin.x[: tops[0] + 1]), every)
+
+
+def slower(found: Curves) -> list[float]:
+    """Additional heat of each curve over the branch for the first half of its rise."""
+    made = []
+    for one in found.every[:-1]:
+        least = int(np.argmin(one.x))  # it goes on for a while after the effort has turned
+        back, heat = one.x[least:], one.heat[least:]
+        low = float(back[0])
+        levels = [low + part * (float(back.max()) - low) for part in (_BEGUN, _HALF)]
+        own, branch = (_span(*pair, levels) for pair in ((heat, back), found.first))
+        made.append(own / branch)
+    return made
+
+
+def answer(record: Record, p: Heat, dt: float) -> float:
+    """Additional effort of a law between the branches."""
+    every = slower(curves(record, p, dt))
+    return max(sum(every) / len(every), 1.0) if every else 1.0
+
+
+def spread(found: Curves) -> float:
+    """Scatter of the heats at which cooling branches pass equal positions."""
+    top = max(float(one.x.max()) for one in found.every)
+    most = 0.0
+    for level in _LEVELS:
+        at = [
+            one.heat[int(np.argmax(one.x <= level * top))]
+            for one in found.every
+            if float(one.x.min()) < level * top
+        ]
+        most = max(most, float(np.ptp(at)) if at else 0.0)
+    return most
+
+
+def _span(heat: Array, x: Array, levels: list[float]) -> float:
+    """Heat between two levels of contraction, V."""
+    first, second = (heat[int(np.argmax(x >= level))] for level in levels)
+    return max(float(second - first), 1e-9)

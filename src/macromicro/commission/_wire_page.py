@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from macromicro.commission._wire_curves import Curves, curves, spread
-from macromicro.commission._wire_fit import Wire
+from macromicro.commission._wire_fit import Curves, Wire, curves, spread
 from macromicro.commission.procedure import Drawn, Estimate, Work
 from macromicro.commission.stand import Record
 from macromicro.commission.wire_model import Heat, branch, simulated, thinned
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
-from macromicro.identify.clusters import within
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,11 +31,10 @@ MEANINGS = {
 
 
 def estimates(found: Wire) -> dict[str, Estimate]:
-    factor = within(found.freedom)
     made = {}
     for name, (meaning, unit) in MEANINGS.items():
         value = found.up if name == "up" else getattr(found.heat, name)
-        made[name] = Estimate(meaning, float(value), factor * found.deviation(name), unit)
+        made[name] = Estimate(meaning, float(value), found.half_width(name), unit)
     return made
 
 

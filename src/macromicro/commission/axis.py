@@ -3,30 +3,25 @@
 from __future__ import annotations
 
 from macromicro.commission import (
-    _axis_margins,
+    _axis_fit,
+    _axis_gains,
     _axis_page,
-    _comparing,
     _exciting,
-    _gains,
     _mode,
-    _model,
-    _momentum,
     _probing,
-    _rehearsal,
-    _shaking,
+    _verifying,
 )
 from macromicro.commission import (
-    _friction as friction,
+    _gravity as weight,
+)
+from macromicro.commission import (
+    _probing as friction,
 )
 from macromicro.commission import _settings as found_settings
-from macromicro.commission import (
-    _weight as weight,
-)
-from macromicro.commission._friction import FrictionMap
-from macromicro.commission._model import Model
-from macromicro.commission._probing import Direction, Ends, go
-from macromicro.commission._weight import Weight
-from macromicro.commission.procedure import Kind, Step, Work
+from macromicro.commission._axis_fit import Model
+from macromicro.commission._gravity import Weight
+from macromicro.commission._probing import Direction, Ends, FrictionMap, go
+from macromicro.commission.procedure import SIMULATED, Kind, Step, Work
 from macromicro.commission.stand import BALANCED, CommissionError, Pull, Record
 
 WEIGHT, DIRECTION = "weight", "direction"
@@ -56,7 +51,7 @@ def _weight_intent(work: Work) -> str:
 
 def _weight(work: Work) -> Weight:
     o = work.options
-    return weight.found(work.stand, o.caution(float("inf")), o.creep, LIFT * o.travel)
+    return weight.held(work.stand, o.caution(float("inf")), o.creep, LIFT * o.travel)
 
 
 def _direction_intent(work: Work) -> str:
@@ -138,21 +133,21 @@ def pull_of(work: Work) -> Pull:
 
 def _modes_intent(work: Work) -> str:
     o, ends, p = work.options, ends_of(work), work.stand.place
-    at = _shaking.speed(ends, o.caution(o.speed))
-    most = _shaking.strength(direction_of(work), o.effort)
+    at = _exciting.speed(ends, o.caution(o.speed))
+    most = _exciting.strength(direction_of(work), o.effort)
     return (
-        f"{_shaking.PASSES} passes at {p.told(at, 'm/s', 3)} within {ends.low * p.per:.4g} and "
-        f"{ends.high * p.per:.4g} {p.unit}, while a chirp of {_shaking.SECONDS} s with up to "
-        f"{most:.3g} V excites it, from {_shaking.LOW:g} to {_shaking.HIGH / work.stand.dt:.4g} "
+        f"{_exciting.PASSES} passes at {p.told(at, 'm/s', 3)} within {ends.low * p.per:.4g} and "
+        f"{ends.high * p.per:.4g} {p.unit}, while a chirp of {_exciting.SECONDS} s with up to "
+        f"{most:.3g} V excites it, from {_exciting.LOW:g} to {_exciting.HIGH / work.stand.dt:.4g} "
         "Hz."
     )
 
 
 def _modes(work: Work) -> list[Record]:
     o = work.options
-    strokes = _momentum.unloaded(work[STROKES], pull_of(work))
-    return _shaking.shaken(
-        work.stand, strokes, direction_of(work), ends_of(work), o.caution(o.speed), o.creep
+    about = _axis_fit.momentum(work[STROKES], work.stand.dt, pull_of(work))
+    return _exciting.shaken(
+        work.stand, about, direction_of(work), ends_of(work), o.caution(o.speed), o.creep
     )
 
 
@@ -164,7 +159,7 @@ def _ready(work: Work) -> None:
 
 def fitted(work: Work) -> Model:
     found: FrictionMap = work[FRICTION]
-    made = _model.fitted(
+    made = _axis_fit.fitted(
         work[STROKES], work.stand.dt, found.mean, found.spread, found.slid, pull_of(work)
     )
     made = made._replace(hold=work.stand.sign * work.stand.hold)
@@ -204,7 +199,7 @@ KIND = Kind(
         "A positive effort made the encoder count down: swap the motor leads or the "
         "encoder's channels A and B before using this file."
     ),
-    note="Forces are in volts of effort.",
+    note=f"Forces are in volts of effort. {SIMULATED}",
     prepare=_ready,
     model=fitted,
     settings=settings,
@@ -215,8 +210,8 @@ KIND = Kind(
     estimates=_axis_page.estimates,
     doubts=_axis_page.doubts,
     figures=_axis_page.FIGURES,
-    rehearse=_rehearsal.rested,
-    tune=_gains.searched,
-    compare=_comparing.settling,
-    margins=_axis_margins.told,
+    rehearse=_axis_gains.rested,
+    tune=_axis_gains.searched,
+    compare=_verifying.settling,
+    margins=_axis_gains.robustness,
 )

@@ -3,16 +3,33 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from macromicro.commission import _piezo_loops, _piezo_margins, _piezo_page, _piezo_swing
+import numpy as np
+
+from macromicro.commission import _piezo_fit, _piezo_page, margins
 from macromicro.commission import piezo_drives as drives
-from macromicro.commission._piezo_climb import SLOW, SWUNG, Gain, Reach
-from macromicro.commission._piezo_loops import Loops
-from macromicro.commission._piezo_swing import Swing
+from macromicro.commission._piezo_fit import Loops, Swing
 from macromicro.commission.courses import Corner, course, decaying, played
-from macromicro.commission.piezo_drives import GAIN, REACH, REST, STEPS, SWINGS
-from macromicro.commission.procedure import Kind, Step, Work
+from macromicro.commission.margins import DRAWS, SEED, Robust
+from macromicro.commission.piezo_drives import (
+    GAIN,
+    REACH,
+    REST,
+    SLOW,
+    STEPS,
+    SWINGS,
+    SWUNG,
+    Gain,
+    Reach,
+)
+from macromicro.commission.procedure import SIMULATED, Kind, Robustness, Step, Work
+from macromicro.machines import loops, piezo_loop
+from macromicro.machines.loops import Complex
+
+if TYPE_CHECKING:
+    from macromicro.arrays import Array
 
 _SPARE = 0.05  # of the reach that targets leave free
 _ROUNDED = 0.3  # of a count: standard deviation by rounding
@@ -30,11 +47,11 @@ def _ready(work: Work) -> None:
 
 def fitted(work: Work) -> Model:
     dt = work.stand.dt
-    loops = _piezo_loops.fitted(work[SWINGS], dt)
+    loops = _piezo_fit.fitted_loops(work[SWINGS], dt)
     reach, steps = work[REACH], work[STEPS]
     before = (reach.lowest, reach.highest, 0.0, float(steps[0].u[0]))
     noise = max(work[GAIN].noise, _ROUNDED * work.stand.pitch)
-    swing = _piezo_swing.fitted(steps, dt, before, noise, loops)
+    swing = _piezo_fit.fitted_swing(steps, dt, before, noise, loops)
     return Model(loops, swing)
 
 
@@ -90,6 +107,42 @@ def home(work: Work, found: Model) -> None:
     played(stand, course([*corners, Corner(0.0, 1.0, rate)], stand.dt), caution)
 
 
+_FAR_BELOW = 1e-3  # of the slower integral
+
+
+def drawn_models(
+    settings: Any, model: Model, frequency: Array, number: int, seed: int = SEED
+) -> Iterator[Complex]:
+    """Drawn stages with another stroke than the one inverted, and another resonance."""
+    random = np.random.Generator(np.random.PCG64(seed))
+    loop, swing = model.loops, model.swing
+    wide = np.array([loop.spread[1] / loop.stroke, *np.divide(swing.spread[:3], swing[:3])])
+    hidden, amplifier = settings.hidden, settings.amplifier
+    for off in random.standard_normal((number, 4)) * wide:
+        stroke, resonance, damping, lag = np.maximum(1.0 + off, 0.05).tolist()
+        one = settings._replace(
+            hidden=hidden._replace(
+                detuned=resonance * hidden.detuned, damping=damping * hidden.damping
+            ),
+            amplifier=amplifier._replace(bandwidth=amplifier.bandwidth / lag),
+        )
+        yield stroke * piezo_loop.plant(one, frequency)
+
+
+def robust_loop(settings: Any, model: Model) -> Robust:
+    p, dt = settings.controller, settings.timing.period
+    poles = 2 if p.drift > 0.0 else 1
+    frequency = loops.grid(dt, _FAR_BELOW * (p.drift if poles == 2 else p.integral))
+    law = piezo_loop.law(p, frequency, dt)
+    every = (law * one for one in drawn_models(settings, model, frequency, DRAWS))
+    found = law * piezo_loop.plant(settings, frequency)
+    return margins.robust(frequency, found, every, poles)
+
+
+def robustness(settings: Any, model: Model) -> Robustness:
+    return margins.told(robust_loop(settings, model), "a sensor with less noise")
+
+
 KIND = Kind(
     name="piezo",
     steps=(
@@ -107,7 +160,7 @@ KIND = Kind(
     turned=(
         "A positive effort made the reading fall: reverse the sensor's sign before using this file."
     ),
-    note="Efforts are volts at the D/A; the amplifier is part of the stage.",
+    note=f"Efforts are volts at the D/A; the amplifier is part of the stage. {SIMULATED}",
     prepare=_ready,
     model=fitted,
     settings=settings,
@@ -123,6 +176,6 @@ KIND = Kind(
     estimates=_piezo_page.estimates,
     doubts=_piezo_page.doubts,
     figures=_piezo_page.FIGURES,
-    margins=_piezo_margins.told,
+    margins=robustness,
     one_way=True,
 )

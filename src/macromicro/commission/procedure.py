@@ -172,6 +172,13 @@ class Step(NamedTuple):
     places: bool = False  #: finds positions, which a new session repeats
 
 
+# Said on the page of each kind whose records do not show all of its errors.
+SIMULATED = (
+    "Intervals include errors that no record shows; these come from simulated machines, not from "
+    "this one."
+)
+
+
 class Estimate(NamedTuple):
     """A quantity that was found, and how sure it is.
 

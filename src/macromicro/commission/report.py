@@ -5,17 +5,46 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 import macromicro
-from macromicro.commission import _comparing, _figures, _store, procedure
+from macromicro.commission import _store, _verifying, procedure
 from macromicro.commission.procedure import Kind
 from macromicro.commission.running import Commissioned, Place
 from macromicro.drawing import files as drawings
 from macromicro.drawing.page import Picture, filled
+from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
+from macromicro.place import LENGTH
 from macromicro.place import Place as Unit
 from macromicro.runs import folder
 from macromicro.schema.text import write_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from macromicro.recording import Recording
+
+
+def verification(recording: Recording, place: Unit = LENGTH) -> Figure:
+    figure, axes = new(5.0, 3, sharex=True)
+    t, x, target = (np.asarray(recording[c], float) for c in ("t", "position", "target"))
+    line(axes[0, 0], t, target, BLACK, "target", linestyle=":")
+    line(axes[0, 0], t, x, BLUE, "position")
+    line(axes[1, 0], t, (x - target) * 1e3, BLUE, "error")
+    line(axes[2, 0], t, np.asarray(recording["effort"], float), RED, "effort")
+    finish(
+        axes[0, 0],
+        "Verification: moves that were not used before",
+        "",
+        f"[{place.unit}]",
+        legend=True,
+    )
+    finish(axes[1, 0], "error", "", f"[{place.fine}]")
+    finish(axes[2, 0], "effort", "time [s]", "[V]")
+    return figure
+
 
 PAGE, JSON, MACHINE = "commission.html", "commission.json", "machine.toml"
 RECORDING, VERIFICATION = "verification.h5", "verification"
@@ -125,7 +154,7 @@ def write(
         for name, one in kind.figures.items()
     }
     drawn[VERIFICATION] = (
-        _figures.verification(found.verified.recording, kind.place),
+        verification(found.verified.recording, kind.place),
         "Verification",
         "Verification moves, not used before, with the gains that follow from the model.",
     )
@@ -160,4 +189,4 @@ def write(
 def names(kind: Kind) -> tuple[str, ...]:
     """All files that a commissioning may write."""
     drawn = drawings.names((*kind.figures, VERIFICATION))
-    return (*FILES, *drawn, *(_store.file(step) for step in _comparing.kept(kind)))
+    return (*FILES, *drawn, *(_store.file(step) for step in _verifying.kept_steps(kind)))

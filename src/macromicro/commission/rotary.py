@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from macromicro.commission import _axis_page, _unbalance, axis
-from macromicro.commission import _weight as weight
-from macromicro.commission._model import Model
+from macromicro.commission import _axis_page, _gravity, axis
+from macromicro.commission import _gravity as weight
+from macromicro.commission._axis_fit import Model
+from macromicro.commission._gravity import Weight
 from macromicro.commission._probing import Ends
-from macromicro.commission._weight import Weight
-from macromicro.commission.procedure import Estimate, Step, Work
+from macromicro.commission.procedure import SIMULATED, Estimate, Step, Work
 from macromicro.commission.stand import BALANCED
 from macromicro.identify import axis_settings, eccentric
 from macromicro.identify.axis_inverse import ECCENTRIC
@@ -26,7 +26,7 @@ def _weight_intent(work: Work) -> str:
         f"No effort for {weight.QUIET} s; whatever falls or swings then has up to "
         f"{weight.SINKING:.0f} s to settle, and is lifted off an end on which it leans. Then "
         f"the effort rises from 0 to at most {o.effort:.3g} V until the axis starts, in both "
-        f"directions, there and at up to {2 * len(_unbalance.OFFSETS)} angles from "
+        f"directions, there and at up to {2 * len(_gravity.OFFSETS)} angles from "
         f"{p.per * low:.4g} to {p.per * high:.4g} {p.unit}, reached at "
         f"{p.told(o.creep, 'm/s', 3)} unless an end blocks it. An eccentric load is held from "
         "then on, and falls if this is interrupted."
@@ -42,7 +42,7 @@ def _weight(work: Work) -> Weight:
     o, stand = work.options, work.stand
     stand.sign, stand.hold, stand.pull = 1.0, 0.0, BALANCED
     free, lifted = o.caution(float("inf")), axis.LIFT * o.travel
-    found = _unbalance.found(stand, free, o.creep, lifted, _window(work))
+    found = _gravity.balanced(stand, free, o.creep, lifted, _window(work))
     if axis.DIRECTION in work.found:  # by a session before
         stand.sign = axis.direction_of(work).sign
     return found
@@ -72,10 +72,10 @@ def estimates(found: Model) -> dict[str, Estimate]:
         for name, one in told.items()
         if name not in ECCENTRIC
     }
-    values, errors = eccentric.told(found)
-    load = zip(values.tolist(), errors.tolist(), strict=True)
-    for name, unit, (value, error) in zip(eccentric.NAMES, ("V", "rad"), load, strict=False):
-        made[name] = Estimate(MEANINGS[name], value, found.within * error, unit)
+    halves = found.half_widths(eccentric.slopes(found)).tolist()
+    load = zip(eccentric.NAMES, eccentric.of(found.axis), halves, ("V", "rad"), strict=False)
+    for name, value, half, unit in load:
+        made[name] = Estimate(MEANINGS[name], value, half, unit)
     return made
 
 
@@ -96,7 +96,7 @@ KIND = axis.KIND._replace(
     name="rotary",
     steps=(_GRAVITY, *axis.KIND.steps[1:]),
     prepare=_ready,
-    note="Torques are in volts of effort.",
+    note=f"Torques are in volts of effort. {SIMULATED}",
     head="One newton metre below is one volt at the D/A.",
     settings=settings,
     estimates=estimates,

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from macromicro import __version__
-from macromicro.commission import _comparing, _store, _verifying, axis, procedure
+from macromicro.commission import _store, _verifying, axis, procedure
 from macromicro.commission._settings import TOLERANCE
 from macromicro.commission._verifying import Verified
 from macromicro.commission.procedure import Kind, Options, Robustness, Step, Tuned, Work
@@ -23,7 +23,7 @@ from macromicro.schema.par import entries
 from macromicro.schema.text import printable
 
 VERIFY, TUNE = "verification", "gains by search on the model"
-COMPARE = _comparing.STEP.title
+COMPARE = _verifying.STEP.title
 _CRUISE = 0.9  # of the greatest speed that is allowed, which is then the guard's
 
 
@@ -178,17 +178,17 @@ def _compared(
         work.stand.rest(work.options.caution(work.options.creep))
         return found
 
-    found = work.found.get(_comparing.STEP.name)
-    if found is None or found.gains != _comparing.listed(tuned):
+    found = work.found.get(_verifying.STEP.name)
+    if found is None or found.gains != _verifying.listed(tuned):
         ask(
             COMPARE,
-            f"{kind.homing} and makes {len(_comparing.SHARES)} moves within its travel, with "
-            "the gains of the rules and then with those of the search, "
+            f"{kind.homing} and makes {len(_verifying.COMPARED_SHARES)} moves within its travel, "
+            "with the gains of the rules and then with those of the search, "
             f"{_most(kind, trees[0])}.",
         )
-        found = _comparing.compared(tried, tuned)
-        kept(_comparing.STEP, found)
-    return _comparing.chosen(found, tuned)
+        found = _verifying.compared(tried, tuned)
+        kept(_verifying.STEP, found)
+    return _verifying.faster(found, tuned)
 
 
 def _most(kind: Kind, tree: Any) -> str:

@@ -1,23 +1,30 @@
 """Commissioning of a shape-memory wire."""
 
-# Positions do not show the data-sheet values of the machine `wire`, so the file assumes a usual
-# alloy, a diameter, and a temperature scale that starts at that alloy's transformation; travel,
-# loop and times are the identified ones.
-
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
-from macromicro.commission import _wire_curves, _wire_fit, _wire_margins, _wire_page
+import numpy as np
+
+from macromicro.arrays import Array
 from macromicro.commission import _wire_drives as drives
-from macromicro.commission._wire_drives import CURVES, PULSES, RAMP, WARMTH
-from macromicro.commission._wire_fit import Wire
-from macromicro.commission._wire_laws import Warmth
-from macromicro.commission.procedure import Kind, Step, Work
-from macromicro.machines import wire_sheets
+from macromicro.commission import _wire_fit, _wire_page, margins
+from macromicro.commission._wire_drives import CURVES, PULSES, RAMP, WARMTH, Warmth
+from macromicro.commission._wire_fit import MODEL_ERRORS, Wire
+from macromicro.commission.margins import DRAWS, SEED, Robust
+from macromicro.commission.procedure import SIMULATED, Kind, Robustness, Step, Work
+from macromicro.commission.wire_model import Heat, steepest
+from macromicro.control.stage_pi import StagePi
+from macromicro.machines import loops, wire_sheets
+from macromicro.machines.loops import Complex
 from macromicro.machines.wire import DEFAULT
 from macromicro.schema import config
+
+# Positions do not show the data-sheet values of the machine `wire`, so the file assumes a usual
+# alloy, a diameter, and a temperature scale that starts at that alloy's transformation; travel,
+# loop and times are the identified ones.
 
 _DIAMETER = 1e-3  # m: so thick that its load shifts no temperature
 _PER_LENGTH = 10.0  # ohm/m
@@ -90,13 +97,65 @@ def settings(work: Work, found: Wire, home: Any) -> dict[str, str]:
     quick = min(wire_sheets.SLOWER * speed, tree.motion.velocity)
     # Between its branches, after a turn, a wire moves by a part of what it does along them: with
     # the gain that suits a branch the loop crosses the hysteresis too slowly.
-    quicker = _wire_curves.answer(work[CURVES][0], p, stand.dt)
+    quicker = _wire_fit.answer(work[CURVES][0], p, stand.dt)
     gain = quicker * wire_sheets.bandwidth(tree) / found.up
     return {**values, "motion.velocity": f'"{quick!r} m/s"', "controller.kp": f'"{gain!r} V/m"'}
 
 
 def home(work: Work, found: Wire) -> None:
     drives.cooled(work.stand, drives.least_motion(work), work)
+
+
+_FAR_BELOW = 1e-3  # of the slowest pole but that at 0
+_LEAST = 0.05  # of a parameter: no draw is below it
+
+
+def plant(p: Heat, settings: Any, frequency: Array) -> Complex:
+    """Response along the steepest branch at its steepest point, with driver lag, hold and delay."""
+    s = np.asarray(2j * math.pi * np.asarray(frequency), np.complex128)
+    slope, behind = steepest(p), p.share / (1.0 - p.share)
+    around = behind / (p.slow * s + 1.0 + behind)
+    heat = (1.0 - p.share) / ((p.tau + p.latent * slope) * s + 1.0 - around)
+    given = loops.stepped(s, settings.timing) / (1.0 + settings.driver.lag * s)
+    found: Complex = p.way * slope * heat * given
+    return found
+
+
+def law(p: StagePi, frequency: Array, dt: float) -> Complex:
+    """Effort per position error, without limits."""
+    z = np.exp(2j * math.pi * np.asarray(frequency) * dt)
+    found: Complex = p.kp + p.ki * dt / (z - 1.0)
+    return found
+
+
+def drawn_models(found: Wire, number: int, seed: int = SEED) -> Iterator[tuple[Heat, float]]:
+    random = np.random.Generator(np.random.PCG64(seed))
+    values = np.array(found.heat)
+    for row in random.multivariate_normal(values, found.spread.covariance, number, method="svd"):
+        p = Heat(*np.where(values > 0.0, np.maximum(row, _LEAST * values), row).tolist())
+        p = p._replace(share=min(p.share, 1.0 - _LEAST))
+        up, down = found.heat.end - found.heat.start, found.heat.first - found.heat.last
+        p = p._replace(
+            end=max(p.end, p.start + _LEAST * up), first=max(p.first, p.last + _LEAST * down)
+        )
+        yield p, 1.0 + MODEL_ERRORS["up"] * random.standard_normal()
+
+
+def robust_loop(settings: Any, found: Wire) -> Robust:
+    p, dt = settings.controller, settings.timing.period
+    heat = found.heat
+    slowest = min(1.0 / (heat.slow + heat.tau), p.ki / p.kp) / (2.0 * math.pi)
+    frequency = loops.grid(dt, _FAR_BELOW * slowest)
+    control = law(p, frequency, dt)
+    every = (
+        more * control * plant(one, settings, frequency) for one, more in drawn_models(found, DRAWS)
+    )
+    whole = control * plant(heat, settings, frequency)
+    return margins.robust(frequency, whole, every, poles=1)
+
+
+def robustness(settings: Any, found: Wire) -> Robustness:
+    return margins.told(robust_loop(settings, found), "a sensor with less noise")
 
 
 KIND = Kind(
@@ -110,7 +169,7 @@ KIND = Kind(
     turned=(
         "A contraction made the reading fall: reverse the sensor's sign before using this file."
     ),
-    note="Heat is in volts of steady effort.",
+    note=f"Heat is in volts of steady effort. {SIMULATED}",
     prepare=_ready,
     model=fitted,
     settings=settings,
@@ -124,6 +183,6 @@ KIND = Kind(
     estimates=_wire_page.estimates,
     doubts=_wire_page.doubts,
     figures=_wire_page.FIGURES,
-    margins=_wire_margins.told,
+    margins=robustness,
     one_way=True,
 )

@@ -36,6 +36,10 @@ class Spread(NamedTuple):
     covariance: Array  # (p, p), NaN for parameters that the records do not show
     shares: Array  # (k, p, p): each cluster's information within the covariance of white noise
 
+    def of(self, slopes: Array) -> Spread:
+        """Uncertainty of functions of the parameters by their slopes (q, p)."""
+        return Spread(slopes @ self.covariance @ slopes.T, slopes @ self.shares @ slopes.T)
+
     def degrees(self, slopes: Array | None = None) -> Array:
         """Degrees of freedom of functions of the parameters by their slopes (q, p)."""
         table = np.eye(len(self.covariance)) if slopes is None else slopes
@@ -91,13 +95,27 @@ def errors(covariance: Array, slopes: Array) -> Array:
     return np.array(found)
 
 
+def half_widths(found: Spread, slopes: Array, hidden: Array, degrees: float) -> Array:
+    """Halves of the 95 % intervals of functions of the parameters.
+
+    Further standard errors, of so many degrees of freedom, add to those by the clusters.
+    """
+    own = errors(found.covariance, slopes)
+    parts = zip(own.tolist(), found.degrees(slopes).tolist(), hidden.tolist(), strict=True)
+    many = [freedom([(error, known), (more, degrees)]) for error, known, more in parts]
+    return np.asarray(factors(many)[1] * np.hypot(own, hidden))
+
+
 def unknown(count: int) -> Spread:
     return Spread(np.full((count, count), np.nan), np.zeros((1, count, count)))
 
 
-def by_scores(information: Array, scores: Array) -> Spread:
-    """Bias-reduced covariance by each cluster's information (k, p, p) and score (k, p)."""
-    total = information.sum(axis=0)
+def by_scores(information: Array, scores: Array, prior: Array | None = None) -> Spread:
+    """Bias-reduced covariance by each cluster's information (k, p, p) and score (k, p).
+
+    A prior's information (p, p) adds to theirs.
+    """
+    total = information.sum(axis=0) + (0.0 if prior is None else prior)
     unit = np.sqrt(np.diag(total))
     unit = np.where(unit > 0.0, unit, 1.0)
     power, turned = np.linalg.eigh(total / np.outer(unit, unit))
@@ -113,7 +131,9 @@ def by_scores(information: Array, scores: Array) -> Spread:
     return Spread(np.asarray(parts.T @ parts), np.asarray(back.T @ shares @ back))
 
 
-def spread(slopes: Array, residual: Array, edges: npt.ArrayLike) -> Spread:
+def spread(
+    slopes: Array, residual: Array, edges: npt.ArrayLike, prior: Array | None = None
+) -> Spread:
     """The same of a least-squares fit, by the edges of clusters of its rows."""
     size = np.linalg.norm(slopes, axis=0)
     seen = np.flatnonzero(size > 0.0)
@@ -124,6 +144,7 @@ def spread(slopes: Array, residual: Array, edges: npt.ArrayLike) -> Spread:
     found = by_scores(
         np.stack([even[a:b].T @ even[a:b] for a, b in parts]),
         np.stack([even[a:b].T @ residual[a:b] for a, b in parts]),
+        None if prior is None else prior[np.ix_(seen, seen)] / np.outer(size[seen], size[seen]),
     )
     whole = unknown(len(size))
     own, at = np.outer(size[seen], size[seen]), np.ix_(seen, seen)
