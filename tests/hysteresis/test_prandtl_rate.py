@@ -10,7 +10,7 @@ import pytest
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis import prandtl, prandtl_fit
-from macromicro.hysteresis.prandtl_fit import widened
+from macromicro.hysteresis.prandtl_fit import _widened
 from macromicro.kernel import compiled
 
 DT = 1e-3
@@ -31,15 +31,15 @@ def test_without_widening_and_lag_it_is_the_plain_operator() -> None:
     np.testing.assert_allclose(prandtl_fit.run_rate(TRUE, 0.0, U, DT), plain, rtol=1e-12)
     y = prandtl_fit.moved(U[:500], TRUE.thresholds)
     out = np.empty_like(y)
-    widened(U[:500], TRUE.thresholds, 0.0, 0.0, DT, out)
+    _widened(U[:500], TRUE.thresholds, 0.0, 0.0, DT, out)
     np.testing.assert_allclose(out, y, rtol=1e-12)
 
 
 def test_interpreted_is_compiled_and_widens_as_the_live_operator() -> None:
     u = U[:800]
     out, again = (np.empty((800, 16)) for _ in range(2))
-    widened(u, TRUE.thresholds, 0.01, 0.7, DT, out)
-    compiled(widened)(u, TRUE.thresholds, 0.01, 0.7, DT, again)
+    _widened(u, TRUE.thresholds, 0.01, 0.7, DT, out)
+    compiled(_widened)(u, TRUE.thresholds, 0.01, 0.7, DT, again)
     np.testing.assert_allclose(again, out, rtol=1e-12)
     live = prandtl.run(WIDE, u, prandtl.relaxed(WIDE, float(u[0])), DT)
     np.testing.assert_allclose(prandtl_fit.run_rate(WIDE, 0.0, u, DT), live, rtol=1e-9)

@@ -174,7 +174,7 @@ class Sliding(NamedTuple):
         t = (
             self.every
             * pieces.dt[0]
-            * (np.arange(len(pieces.y)) - pieces.spread(pieces.edges[:-1]))
+            * (np.arange(len(pieces.y)) - pieces.spread(pieces.edges[:-1].astype(float)))
         )
         fall = axis.viscous / axis.mass
         way: Array = t if fall * t.max() < 1e-6 else -np.expm1(-fall * t) / fall

@@ -249,7 +249,9 @@ def fitted_swing(
     )
     own = np.concatenate([clusters.errors(one.covariance, by) for one, by, _ in every])
     spread = np.hypot(own, hidden)
-    return Swing(*values.tolist(), limited, tuple(spread.tolist()), tuple(half.tolist()))
+    frequency, ratio, late, rate = values.tolist()
+    errors = tuple(spread.tolist()), tuple(half.tolist())
+    return Swing(frequency, ratio, late, rate, limited, *errors)
 
 
 def _size(step: Record) -> float:

@@ -349,6 +349,25 @@ def measured(thresholds: Array, weights: Array, span: float) -> Loop:
 
     Between the ends -A and A a play of threshold r < A moves by 2 (A - r), and its two branches are
     2 min(r, A - r) apart in the middle.
+
+    Parameters
+    ----------
+    thresholds, weights : ndarray, shape (n,)
+        Of the plays.
+    span : float
+        Of the input, from end to end.
+
+    Returns
+    -------
+    Loop
+        Its stroke and its width.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from macromicro.hysteresis.prandtl import measured
+    >>> measured(np.array([0.0, 1.0]), np.array([1.0, 0.5]), span=4.0)
+    Loop(stroke=5.0, width=1.0)
     """
     left = np.maximum(0.5 * span - thresholds, 0.0)
     stroke = float(np.sum(2.0 * weights * left))
@@ -356,7 +375,38 @@ def measured(thresholds: Array, weights: Array, span: float) -> Loop:
 
 
 def shaped(loop: Loop, span: float, spread: float, plays: int, widening: float = 0.0) -> Prandtl:
-    """The operator with a given loop and weights w_0 and b exp(-r / (spread span))."""
+    """The operator with a given loop and weights w_0 and b exp(-r / (spread span)).
+
+    Parameters
+    ----------
+    loop : Loop
+        Stroke and width over the span.
+    span : float
+        Of the input, from end to end.
+    spread : float
+        Of the weights, as a share of the span.
+    plays : int
+        Number of plays.
+    widening : float, optional
+        Of the thresholds with the rate of the input, s.
+
+    Returns
+    -------
+    Prandtl
+        With thresholds from 0 to half the span.
+
+    Raises
+    ------
+    InputError
+        The loop is wider than such weights can make it.
+
+    Examples
+    --------
+    >>> from macromicro.hysteresis.prandtl import Loop, measured, shaped
+    >>> made = shaped(Loop(stroke=10.0, width=1.2), span=8.0, spread=0.3, plays=12)
+    >>> round(measured(made.thresholds, made.weights, 8.0).width, 9)
+    1.2
+    """
     r = 0.5 * span * np.arange(plays) / plays
     shape = np.exp(-r / (spread * span))
     shape[0] = 0.0

@@ -220,9 +220,11 @@ def _checked(
 
 
 class RateFit(NamedTuple):
-    fit: PrandtlFit  # the operator, with its widening, and its outputs behind the lag
-    lag: float  # s
-    still: PrandtlFit  # the same without rate dependence
+    """A fit with rate dependence, and one without."""
+
+    fit: PrandtlFit  #: the operator, with its widening, and its outputs behind the lag
+    lag: float  #: s
+    still: PrandtlFit  #: the same without rate dependence
 
     @property
     def better(self) -> bool:
@@ -231,7 +233,7 @@ class RateFit(NamedTuple):
 
 
 @kernel
-def widened(
+def _widened(
     u: Array, thresholds: Array, widening: float, keep: float, dt: float, out: Array
 ) -> None:
     """Widening plays behind the lag, along an input without past."""
@@ -251,7 +253,29 @@ def widened(
 def fit_rate(
     u: npt.ArrayLike, f: npt.ArrayLike, dt: float, plays: int = PLAYS, held_out: float = 0.3
 ) -> RateFit:
-    """Weights, widening and lag of a recording."""
+    """Weights, widening and lag of a recording.
+
+    Parameters
+    ----------
+    u, f : array_like, shape (n,)
+        Input and output, evenly sampled.
+    dt : float
+        Sample time, s.
+    plays : int, optional
+        Number of plays.
+    held_out : float, optional
+        Share at the end that is predicted, not fitted.
+
+    Returns
+    -------
+    RateFit
+        Both fits, of which `better` says whether rate dependence predicts.
+
+    Raises
+    ------
+    InputError
+        The sample time is not above 0, or the recording has too few rows or no motion.
+    """
     from scipy.optimize import minimize
 
     if not (dt > 0.0 and math.isfinite(dt)):
@@ -270,7 +294,7 @@ def fit_rate(
 
     def moved(log: Array) -> tuple[float, float]:
         widening, lag = _from(log, widest, longest)
-        compiled(widened)(inputs, thresholds, widening, _kept(dt, lag), dt, y)
+        compiled(_widened)(inputs, thresholds, widening, _kept(dt, lag), dt, y)
         return widening, lag
 
     def missed(log: Array) -> float:
@@ -306,8 +330,25 @@ def _from(log: Array, widest: float, longest: float) -> tuple[float, float]:
 
 
 def run_rate(p: Prandtl, lag: float, inputs: npt.ArrayLike, dt: float) -> Array:
-    """Outputs along inputs without past."""
+    """Outputs along inputs without past.
+
+    Parameters
+    ----------
+    p : Prandtl
+        The operator, with its widening.
+    lag : float
+        Behind the plays, s.
+    inputs : array_like, shape (n,)
+        Evenly sampled.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        The output.
+    """
     u = np.ascontiguousarray(inputs, np.float64)
     y = np.empty((len(u), len(p.thresholds)))
-    compiled(widened)(u, p.thresholds, p.widening, _kept(dt, lag), dt, y)
+    compiled(_widened)(u, p.thresholds, p.widening, _kept(dt, lag), dt, y)
     return np.asarray(p.offset + y @ p.weights)

@@ -62,7 +62,25 @@ class Machine(NamedTuple):
         return (("", self),)
 
     def trees(self, settings: Any) -> tuple[Any, ...]:
-        """The settings of each stage."""
+        """The settings of each stage.
+
+        Parameters
+        ----------
+        settings : Any
+            Of the machine.
+
+        Returns
+        -------
+        tuple[Any, ...]
+            Of its only stage.
+
+        Examples
+        --------
+        >>> from macromicro.machines.machine import named
+        >>> axis = named("axis", "machine")
+        >>> axis.trees(axis.settings) == (axis.settings,)
+        True
+        """
         return (settings,)
 
 
