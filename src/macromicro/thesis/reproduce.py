@@ -169,9 +169,12 @@ def _pooled(
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(min(jobs, len(procedures)), context, _quiet)
     try:
-        pending: dict[Future[Result], Procedure] = {
-            pool.submit(run_one, p, lab): p for p in procedures
-        }
+        pending: dict[Future[Result], Procedure] = {}
+        for procedure in procedures:
+            try:
+                pending[pool.submit(run_one, procedure, lab)] = procedure
+            except BrokenProcessPool:  # an earlier one has already killed its process
+                yield procedure, None
         while pending:
             done, _ = wait(pending, timeout=0.2, return_when=FIRST_COMPLETED)
             if stopped():
