@@ -163,7 +163,8 @@ def test_a_half_width_is_by_student_s_t_and_what_the_model_leaves_out() -> None:
     found = _axis_fit.Model(PLAIN, flat, ("mass",), own, np.zeros((1, 1)), 0.0)
     assert found.half_width("mass") == pytest.approx(2.0 * 2.4469, rel=1e-4)
     wider = found._replace(hidden=np.array([[1e6]]))
-    assert wider.half_width("mass") == pytest.approx(1960.0, rel=1e-3)
+    # What is left out was seen on twelve machines.
+    assert wider.half_width("mass") == pytest.approx(2178.8, rel=1e-3)
 
 
 def test_the_momentum_s_balance_is_exact_without_friction_at_rest() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from macromicro.commission import _axis_page, _exciting, _mode
+from macromicro.commission import _axis_fit, _axis_page, _exciting, _mode
 from macromicro.commission import _settings as found_settings
 from macromicro.commission._mode import Mode, Shape
 from macromicro.commission._probing import Direction, Ends
@@ -56,8 +56,8 @@ def passes(at: str, frequency: float = HELD) -> tuple[Any, list[Record]]:
     dt = tree.timing.period
     with Session(rig.CompiledTwin(machine.kind, tree, 0), dt) as session:
         stand = Stand(session, dt, tree.encoder.pitch)
-        strokes = _exciting.excite(stand, found, ends, caution, 0.1)
-        return tree, _exciting.shaken(stand, strokes, found, ends, caution, 0.1)
+        about = _axis_fit.momentum(_exciting.excite(stand, found, ends, caution, 0.1), dt)
+        return tree, _exciting.shaken(stand, about, found, ends, caution, 0.1)
 
 
 @pytest.fixture(scope="module")

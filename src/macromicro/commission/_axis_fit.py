@@ -171,11 +171,8 @@ class Sliding(NamedTuple):
         # Bristles absorb momentum before the axis slides, which sliding friction does not model.
         if not pieces.v.any():
             return np.zeros(len(pieces.y))
-        t = (
-            self.every
-            * pieces.dt[0]
-            * (np.arange(len(pieces.y)) - pieces.spread(pieces.edges[:-1].astype(float)))
-        )
+        rows = np.arange(len(pieces.y)) - np.repeat(pieces.edges[:-1], pieces.many)
+        t = self.every * pieces.dt[0] * rows
         fall = axis.viscous / axis.mass
         way: Array = t if fall * t.max() < 1e-6 else -np.expm1(-fall * t) / fall
         return np.asarray(way * pieces.spread(pieces.v))

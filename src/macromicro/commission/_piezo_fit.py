@@ -241,7 +241,8 @@ def fitted_swing(
     late_slope = np.array([dt, *[0.0] * (len(chosen.x) - 2), dt])
     slew_slope = np.array([0.0, slew, 0.0])[: len(chosen.x)] * limited
     slopes = (np.diag([0.5 / math.pi, 1.0]), np.stack([late_slope, slew_slope]))
-    values = np.array([omega / (2.0 * math.pi), damping, lag, slew])
+    frequency = omega / (2.0 * math.pi)
+    values = np.array([frequency, damping, lag, slew])
     hidden = np.array(list(SWING_ERRORS.values())) * values
     every = list(zip((free, driven), slopes, np.split(hidden, 2), strict=True))
     half = np.concatenate(
@@ -249,9 +250,8 @@ def fitted_swing(
     )
     own = np.concatenate([clusters.errors(one.covariance, by) for one, by, _ in every])
     spread = np.hypot(own, hidden)
-    frequency, ratio, late, rate = values.tolist()
-    errors = tuple(spread.tolist()), tuple(half.tolist())
-    return Swing(frequency, ratio, late, rate, limited, *errors)
+    sure = tuple(spread.tolist()), tuple(half.tolist())
+    return Swing(frequency, damping, lag, slew, limited, *sure)
 
 
 def _size(step: Record) -> float:
