@@ -4,8 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 MINUTES ?= 60
 KIND ?= each
-# Of tests, on two cores: those of live machines mostly wait.
-WORKERS ?= 3
+WORKERS ?= 2
 MUTATED ?= rig/guard.py rig/guarded.py rig/limits.py rig/envelope.py rig/sensing.py rig/_watching.py rig/opening.py rig/replay.py control/live machines/guarding.py machines/lines.py machines/homing.py serve/stage/_control.py serve/stage/_playing.py serve/stage/_machine.py
 SOAK ?= results/soak.md
 TRIAL ?= results/trial.md

@@ -11,7 +11,7 @@ from commissioning_table import Drawn
 from macromicro.commission import piezo
 from macromicro.commission.piezo_drives import REACH
 from macromicro.commission.running import Commissioned
-from macromicro.hysteresis import prandtl
+from macromicro.hysteresis import prandtl_loop
 from macromicro.plant import piezo as plant
 
 
@@ -65,7 +65,7 @@ def truth(tree: Any, found: Commissioned) -> dict[str, float]:
     ready, gain = plant.prepare(_bench(tree)), tree.amplifier.gain
     extent = gain * found.work[REACH].extent
     p = ready.hysteresis
-    loop = prandtl.measured(p.thresholds, p.weights, extent)
+    loop = prandtl_loop.measured(p.thresholds, p.weights, extent)
     return {
         "stroke": loop.stroke,
         "hysteresis": loop.width / loop.stroke,

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from macromicro.errors import InputError
-from macromicro.hysteresis.prandtl import Loop, measured, operator, run, shaped
+from macromicro.hysteresis.prandtl import operator, run
+from macromicro.hysteresis.prandtl_loop import Loop, measured, shaped
 
 
 @given(

@@ -9,8 +9,8 @@ import pytest
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.hysteresis import prandtl, prandtl_fit
-from macromicro.hysteresis.prandtl_fit import _widened
+from macromicro.hysteresis import prandtl, prandtl_fit, prandtl_rate
+from macromicro.hysteresis.prandtl_rate import widened
 from macromicro.kernel import compiled
 
 DT = 1e-3
@@ -23,49 +23,49 @@ WIDE = TRUE._replace(widening=0.002)
 
 def noisy(p: prandtl.Prandtl, lag: float, seed: int = 1) -> Array:
     noise = 0.02 * np.random.default_rng(seed).standard_normal(len(U))
-    return prandtl_fit.run_rate(p, lag, U, DT) + noise
+    return prandtl_rate.run(p, lag, U, DT) + noise
 
 
 def test_without_widening_and_lag_it_is_the_plain_operator() -> None:
     plain = prandtl.run(TRUE, U, prandtl.relaxed(TRUE, float(U[0])))
-    np.testing.assert_allclose(prandtl_fit.run_rate(TRUE, 0.0, U, DT), plain, rtol=1e-12)
+    np.testing.assert_allclose(prandtl_rate.run(TRUE, 0.0, U, DT), plain, rtol=1e-12)
     y = prandtl_fit.moved(U[:500], TRUE.thresholds)
     out = np.empty_like(y)
-    _widened(U[:500], TRUE.thresholds, 0.0, 0.0, DT, out)
+    widened(U[:500], TRUE.thresholds, 0.0, 0.0, DT, out)
     np.testing.assert_allclose(out, y, rtol=1e-12)
 
 
 def test_interpreted_is_compiled_and_widens_as_the_live_operator() -> None:
     u = U[:800]
     out, again = (np.empty((800, 16)) for _ in range(2))
-    _widened(u, TRUE.thresholds, 0.01, 0.7, DT, out)
-    compiled(_widened)(u, TRUE.thresholds, 0.01, 0.7, DT, again)
+    widened(u, TRUE.thresholds, 0.01, 0.7, DT, out)
+    compiled(widened)(u, TRUE.thresholds, 0.01, 0.7, DT, again)
     np.testing.assert_allclose(again, out, rtol=1e-12)
     live = prandtl.run(WIDE, u, prandtl.relaxed(WIDE, float(u[0])), DT)
-    np.testing.assert_allclose(prandtl_fit.run_rate(WIDE, 0.0, u, DT), live, rtol=1e-9)
+    np.testing.assert_allclose(prandtl_rate.run(WIDE, 0.0, u, DT), live, rtol=1e-9)
 
 
 def test_a_lag_is_of_first_order() -> None:
     """Plays of threshold 0 after a step: 63 % after the lag."""
     line = prandtl.operator([0.0, 10.0], [1.0, 0.0], 0.0)
     u = np.r_[0.0, np.full(3000, 1.0)]
-    f = prandtl_fit.run_rate(line, 0.5, u, DT)
+    f = prandtl_rate.run(line, 0.5, u, DT)
     assert f[500] == pytest.approx(1.0 - math.exp(-1.0), abs=2e-3)
 
 
 @pytest.mark.parametrize(("widening", "lag"), [(0.002, 0.0), (0.0, 0.004), (0.002, 0.004)])
 def test_both_are_found(widening: float, lag: float) -> None:
-    found = prandtl_fit.fit_rate(U, noisy(TRUE._replace(widening=widening), lag), DT)
+    found = prandtl_rate.fit(U, noisy(TRUE._replace(widening=widening), lag), DT)
     assert found.better
     assert found.fit.operator.widening == pytest.approx(widening, abs=1e-4)
     assert found.lag == pytest.approx(lag, abs=3e-4)
     assert found.fit.held_rms < 0.03 < 5.0 * found.fit.held_rms < found.still.held_rms
-    again = prandtl_fit.run_rate(found.fit.operator, found.lag, U, DT)
+    again = prandtl_rate.run(found.fit.operator, found.lag, U, DT)
     np.testing.assert_allclose(again, found.fit.outputs, atol=1e-9)
 
 
 def test_a_loop_without_rate_dependence_is_no_better_with_it() -> None:
-    found = prandtl_fit.fit_rate(U, noisy(TRUE, 0.0), DT)
+    found = prandtl_rate.fit(U, noisy(TRUE, 0.0), DT)
     assert not found.better
     assert found.fit.held_rms == pytest.approx(found.still.held_rms, rel=0.02)
 
@@ -73,4 +73,4 @@ def test_a_loop_without_rate_dependence_is_no_better_with_it() -> None:
 @pytest.mark.parametrize("dt", [0.0, -1.0, math.nan, math.inf])
 def test_a_sample_time_is_refused(dt: float) -> None:
     with pytest.raises(InputError, match="sample time"):
-        prandtl_fit.fit_rate(U, U, dt)
+        prandtl_rate.fit(U, U, dt)

@@ -14,7 +14,7 @@ import pytest
 from macromicro import identify
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.hysteresis import prandtl
+from macromicro.hysteresis import prandtl_loop
 from macromicro.hysteresis.prandtl import Prandtl
 from macromicro.hysteresis.prandtl_fit import PrandtlFit
 from macromicro.identify.play_operators import Loop
@@ -59,7 +59,7 @@ def test_a_piezo_stage_loop_is_found_to_parts_of_a_percent(tmp_path: Path) -> No
     found = identify.from_files("plays", file, tests=(str(again),))
     assert isinstance(found.model, Prandtl)
     true = piezo.loop(piezo.Stack(), piezo.Hidden())
-    loop = prandtl.measured(true.thresholds, true.weights, 100.0)
+    loop = prandtl_loop.measured(true.thresholds, true.weights, 100.0)
     assert line(found, "stroke").value == pytest.approx(1e6 * loop.stroke, rel=0.03)
     assert line(found, "loop width").value == pytest.approx(
         100.0 * loop.width / loop.stroke, rel=0.06

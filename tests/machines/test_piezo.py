@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.hysteresis.prandtl import measured
 from macromicro.hysteresis.prandtl_fit import fit
+from macromicro.hysteresis.prandtl_loop import measured
 from macromicro.kernel import compiled
 from macromicro.machines import composite, machine, period, piezo_sheets, planning, runs, stage
 from macromicro.machines.piezo import DEFAULT, KIND

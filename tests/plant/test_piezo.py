@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis import prandtl
-from macromicro.hysteresis.prandtl import measured
+from macromicro.hysteresis.prandtl_loop import measured
 from macromicro.kernel import compiled, kernel
 from macromicro.plant import piezo
 from macromicro.plant.creep import Creep

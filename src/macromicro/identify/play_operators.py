@@ -11,9 +11,10 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import ProblemError
-from macromicro.hysteresis import prandtl, prandtl_fit
+from macromicro.hysteresis import prandtl, prandtl_fit, prandtl_rate
 from macromicro.hysteresis.prandtl import Prandtl
-from macromicro.hysteresis.prandtl_fit import PLAYS, PrandtlFit, RateFit
+from macromicro.hysteresis.prandtl_fit import PLAYS, PrandtlFit
+from macromicro.hysteresis.prandtl_rate import RateFit
 from macromicro.identify.result import RESULT
 from macromicro.schema.text import printable, read_text
 
@@ -63,7 +64,7 @@ class Loop(NamedTuple):
             raise ProblemError(
                 "dt", "the sample time is missing", "Give it in s: this loop depends on its rate."
             )
-        return prandtl_fit.run_rate(self.operator, self.lag, inputs, dt)
+        return prandtl_rate.run(self.operator, self.lag, inputs, dt)
 
 
 def plays(
@@ -110,7 +111,7 @@ def plays(
     """
     if dt is None:
         return prandtl_fit.fit(u, f, count, held_out)
-    return prandtl_fit.fit_rate(u, f, dt, count, held_out)
+    return prandtl_rate.fit(u, f, dt, count, held_out)
 
 
 def load_plays(path: str | Path) -> Loop:

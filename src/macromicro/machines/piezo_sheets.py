@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from macromicro.hysteresis import prandtl
-from macromicro.hysteresis.prandtl import Loop, Prandtl, shaped
+from macromicro.hysteresis.prandtl import Prandtl
+from macromicro.hysteresis.prandtl_loop import Loop, shaped
 from macromicro.machines._rounding import rounded
 from macromicro.machines.tree import Checked, Problem
 from macromicro.plant.gauge import repeats

@@ -233,7 +233,8 @@ def recorded(
     made = Recording.from_arrays(there, rows, dt, attributes)
     if warn and np.isnan(planning.each(planned)[0].end):  # what comes by time waits for no arrival
         moves = results.of(machine, made, planned, settings)
-        arrivals.warn(results.rests(moves, outcome.places[0]), results.REMEDY, outcome.places[0])
+        place = outcome.places[0]
+        arrivals.warn(results.rests(moves, place), results.REMEDY, place, stacklevel=4)
     return Done(made, outcome)
 
 

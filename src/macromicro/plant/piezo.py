@@ -13,7 +13,8 @@ from typing import Annotated, NamedTuple
 from macromicro.arrays import Array
 from macromicro.columns import Meaning
 from macromicro.hysteresis import prandtl
-from macromicro.hysteresis.prandtl import Loop, Plays, Prandtl, shaped
+from macromicro.hysteresis.prandtl import Plays, Prandtl
+from macromicro.hysteresis.prandtl_loop import Loop, shaped
 from macromicro.kernel import kernel
 from macromicro.plant import creep, gauge, high_voltage
 from macromicro.plant.creep import Creep, CreepTable

@@ -12,7 +12,7 @@ from tests.identify.kinds.seen import facts, given, plots, table
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.files.reading import read
-from macromicro.hysteresis import prandtl, prandtl_fit
+from macromicro.hysteresis import prandtl, prandtl_rate
 from macromicro.hysteresis.prandtl_fit import PrandtlFit
 from macromicro.identify import _report
 from macromicro.identify.kinds import plays
@@ -177,7 +177,7 @@ def test_a_rate_needs_times_and_is_told_with_what_it_gains(tmp_path: Path) -> No
     t = np.arange(8000) * 1e-3
     u = 50.0 - 50.0 * np.cos(2.0 * np.pi * (0.2 * t + 0.35 * t**2))
     p = prandtl.operator(np.arange(16) * 3.125, np.r_[0.6, np.full(15, 0.03)], 5.0)
-    f = prandtl_fit.run_rate(p._replace(widening=0.002), 0.004, u, 1e-3)
+    f = prandtl_rate.run(p._replace(widening=0.002), 0.004, u, 1e-3)
     file = table(tmp_path / "a.csv", "t_s,u_V,f_um", t, u, f)
     test = table(tmp_path / "test.csv", "t_s,u_V,f_um", t, u, f)
     made = plays.identify(given(file), Options(rate=True, tests=(str(test),)))

@@ -154,11 +154,9 @@ def test_a_machine_of_one_stage_takes_a_board_whose_loop_is_not_named() -> None:
     tree = machine_of("axis", "test").settings
     at_board_period = tree._replace(timing=tree.timing._replace(period=TICK))
     with pytest.raises(InputError, match=r"guard\.effort: '10 V'; accepted: at most 5 V"):
-        on_rig.found("board:/dev/none", at_board_period, 0)
+        on_rig.one("board:/dev/none", at_board_period, 0)
     within = at_board_period._replace(guard=tree.guard._replace(effort=5.0))
-    fixture = on_rig.found("board:/dev/none", within, 0)
-    assert fixture is not None
-    rig = fixture.make(0)
+    rig = on_rig.one("board:/dev/none", within, 0).make(0)
     assert rig.yielding  # a limit switch ends its way
     assert rig._params.guard.limits.motor == 5.0
     thesis = open_rig("board:/dev/none").make(0)

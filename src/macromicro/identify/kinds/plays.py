@@ -8,8 +8,9 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
-from macromicro.hysteresis import prandtl, prandtl_fit
-from macromicro.hysteresis.prandtl_fit import PLAYS, PrandtlFit, RateFit, fit
+from macromicro.hysteresis import prandtl, prandtl_loop, prandtl_rate
+from macromicro.hysteresis.prandtl_fit import PLAYS, PrandtlFit, fit
+from macromicro.hysteresis.prandtl_rate import RateFit
 from macromicro.identify import _report
 from macromicro.identify._report import Pair
 from macromicro.identify.kinds import model_file
@@ -52,14 +53,14 @@ def identify(picking: Picking, options: Options) -> Result:
     try:
         if options.rate:
             u, f, dt = _timed(table)
-            rated = prandtl_fit.fit_rate(u, f, dt, options.plays)
+            rated = prandtl_rate.fit(u, f, dt, options.plays)
         found = rated.fit if rated else fit(u, f, options.plays)
     except InputError as error:
         raise error.at(f"{table.file}: {error.where}") from None
     u_unit, f_unit = table.units["u"], table.units["f"]
     p = found.operator
     extent, span = float(np.ptp(f)), float(np.ptp(u))
-    loop = prandtl.measured(p.thresholds, p.weights, span)
+    loop = prandtl_loop.measured(p.thresholds, p.weights, span)
     share = 100.0 * loop.width / loop.stroke
     per = quotient(f_unit, u_unit)
     lines = [
@@ -186,7 +187,7 @@ def _predicted(p: prandtl.Prandtl, picked: Picked, lag: float | None = None) -> 
         outputs = prandtl.run(p, u, prandtl.relaxed(p, float(u[0])))
     else:
         u, f, dt = _timed(picked)
-        outputs = prandtl_fit.run_rate(p, lag, u, dt)
+        outputs = prandtl_rate.run(p, lag, u, dt)
     # The larger the swing so far, the fewer plays still depend on what was before.
     low, high = np.minimum.accumulate(u), np.maximum.accumulate(u)
     counts = high - low >= min(2.0 * float(p.thresholds[-1]), 0.99 * float(np.ptp(u)))
