@@ -181,3 +181,28 @@ def test_errors_of_what_follows() -> None:
 )
 def test_an_interval_is_told_where_it_is_not_twice_the_error(factor: float, normal: bool) -> None:
     assert clusters.is_normal(factor) is normal
+
+
+def test_functions_of_what_is_known_are_known_beside_what_nothing_shows() -> None:
+    slopes = np.array([[1.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
+    found = clusters.spread(slopes, np.array([0.1, -0.2, 0.1]), [0, 1, 2, 3])
+    made = found.of(np.array([[2.0, 0.0], [1.0, 1.0]]))
+    assert made.covariance[0, 0] == pytest.approx(4.0 * found.covariance[0, 0])
+    assert np.isnan(made.covariance[1, 1])
+    assert made.degrees()[0] == pytest.approx(found.degrees()[0])
+
+
+def test_a_prior_adds_to_what_clusters_show() -> None:
+    slopes, residual = np.ones((4, 1)), np.array([0.1, -0.2, 0.3, -0.1])
+    alone = clusters.spread(slopes, residual, range(5))
+    surer = clusters.spread(slopes, residual, range(5), np.array([[1e6]]))
+    assert surer.covariance[0, 0] < 1e-6 * alone.covariance[0, 0]
+    none = clusters.spread(slopes, residual, range(5), np.zeros((1, 1)))
+    assert none.covariance == pytest.approx(alone.covariance)
+
+
+def test_half_widths_count_errors_beside_the_clusters() -> None:
+    own = clusters.Spread(np.array([[4.0]]), np.full((6, 1, 1), 0.5))
+    one = np.ones((1, 1))
+    assert clusters.half_widths(own, one, np.zeros(1), 12)[0] == pytest.approx(4.894, rel=1e-3)
+    assert clusters.half_widths(own, one, np.array([1e3]), 12)[0] == pytest.approx(2178.8, rel=1e-3)

@@ -436,9 +436,11 @@ def _spread(found: Fit, prior: Array) -> Spread:
 def _freedom(found: Fit, prior: Array) -> float:
     """Strokes less all that was fitted, the levels as far as the prior leaves them free."""
     rows = found.slopes[: found.pieces.edges[-2]]
-    scale = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
-    shown = (rows / scale).T @ (rows / scale)
-    known = np.diag(_square(found) * prior / scale**2)
+    scale = np.linalg.norm(rows, axis=0)
+    seen = scale > 0.0
+    table = rows[:, seen] / scale[seen]
+    shown = table.T @ table
+    known = np.diag(_square(found) * prior[seen] / scale[seen] ** 2)
     used = np.trace(np.linalg.pinv(shown + known, hermitian=True) @ shown)
     return max(len(found.pieces.many) - 1.0 - float(used), 1.0)
 

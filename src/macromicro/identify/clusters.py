@@ -38,7 +38,11 @@ class Spread(NamedTuple):
 
     def of(self, slopes: Array) -> Spread:
         """Uncertainty of functions of the parameters by their slopes (q, p)."""
-        return Spread(slopes @ self.covariance @ slopes.T, slopes @ self.shares @ slopes.T)
+        unknown = np.isnan(np.diag(self.covariance))
+        made = slopes @ np.nan_to_num(self.covariance) @ slopes.T
+        lost = (slopes[:, unknown] != 0.0).any(axis=1)
+        made[lost, :] = made[:, lost] = np.nan
+        return Spread(made, slopes @ self.shares @ slopes.T)
 
     def degrees(self, slopes: Array | None = None) -> Array:
         """Degrees of freedom of functions of the parameters by their slopes (q, p)."""
