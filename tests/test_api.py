@@ -14,6 +14,7 @@ import macromicro
 from macromicro import api
 from macromicro.design import response
 from macromicro.errors import InputError
+from macromicro.machines import job as jobs
 from macromicro.programme import MACRO, MICRO, Limits, Programme, find, load
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
@@ -108,3 +109,60 @@ def test_nothing_recorded_has_no_moves() -> None:
     run = api.run(SHORT, settings=QUICK)
     empty = type(run).from_arrays(run.columns, [run[c.name][:0] for c in run.columns], run.dt, {})
     assert api.moves(empty) == [] and math.isclose(run.dt, 1e-3)
+
+
+MOVES = '[[moves]]\nmacro = ["4 mm", "1 mm"]\nhold = "0.15 s"\n'
+
+
+def test_any_machine_runs_from_its_file(tmp_path: Path) -> None:
+    """The recording is that of the command, and the moves are read from it alone."""
+    (tmp_path / "m.toml").write_text('machine = "axis"\n[load]\nmass = "0.6 kg"\n')
+    (tmp_path / "p.toml").write_text(MOVES)
+    run = macromicro.run(tmp_path / "m.toml", tmp_path / "p.toml", seed=2, cycles=2)
+    made = jobs.check(
+        jobs.Request(tmp_path / "m.toml", str(tmp_path / "p.toml"), tmp_path / "o", 2, 2)
+    )
+    ended = jobs.execute(made)
+    for name in ("t", "position", "effort", "move"):
+        assert np.array_equal(run[name], ended.recording[name]), name
+    found = macromicro.moves(run)
+    assert [m.move for m in found] == [0, 1, 2, 3]
+    for mine, true in zip(found, ended.moves, strict=True):
+        assert mine.target == pytest.approx(true.target)
+        assert mine.profile_s == pytest.approx(true.profile_s, abs=1.1 * run.dt)
+        assert (mine.arrived_s, mine.rest_error) == (true.arrived_s, true.rest_error)
+        assert mine.complete and mine.peak_error == pytest.approx(true.peak_error, rel=0.1)
+
+
+def test_changed_settings_of_any_machine_are_run(tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text('machine = "axis"\n')
+    (tmp_path / "p.toml").write_text(MOVES)
+    settings = macromicro.load_settings(tmp_path / "m.toml")
+    heavy = settings.with_("load.payload", "1 kg")
+    plain, loaded = (
+        macromicro.run(tmp_path / "m.toml", tmp_path / "p.toml", settings=each)
+        for each in (settings, heavy)
+    )
+    assert 'payload = "1 kg"' in str(loaded.attributes["settings"])
+    assert len(loaded) > len(plain)  # its limits follow from the mass
+    assert all(m.arrived_s is not None for m in macromicro.moves(loaded))
+
+
+def test_a_machine_with_a_fault_warns_and_what_it_has_not_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text('machine = "axis"\n[guard]\nerror = "1 um"\n')
+    with pytest.warns(UserWarning, match=r"stopped.*guard\.error") as caught:
+        run = macromicro.run(tmp_path / "m.toml")
+    assert run.attributes["finished"] == 0
+    assert caught[0].filename == __file__
+    with pytest.raises(InputError, match="no fan"):
+        macromicro.run(tmp_path / "m.toml", fan=True)
+
+
+def test_of_several_stages_each_move_has_them_all(tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text('machine = "xy"\n')
+    (tmp_path / "p.toml").write_text('[[moves]]\nx = "8 mm"\ny = "6 mm"\nhold = "0.15 s"\n')
+    run = macromicro.run(tmp_path / "m.toml", tmp_path / "p.toml")
+    (move,) = macromicro.moves(run)
+    assert move.target == pytest.approx((8.0, 6.0)) and move.arrived_s is not None
+    assert [own.target for own in move.axes] == pytest.approx([8.0, 6.0])
+    assert move.true_error is not None and move.true_error < 0.1
