@@ -216,7 +216,14 @@ FILES = {
     "docs/beyond.md": ("both.toml",),
     "docs/cards.md": ("multiq3.toml", "ni.toml"),
     "docs/laws.md": ("mine.toml", "axis.toml"),
-    "docs/machines.md": ("machine.toml", "switches.toml", "turntable.toml", "endless.toml"),
+    "docs/machines.md": (
+        "machine.toml",
+        "switches.toml",
+        "three.toml",
+        "pick.toml",
+        "turntable.toml",
+        "endless.toml",
+    ),
     "docs/own-machines.md": ("coil.toml", "mylab/flexure.toml"),
     "docs/own-parts.md": ("seal.toml", "mylab/seal.toml"),
     "docs/rigs.md": ("moves.toml",),
@@ -232,6 +239,7 @@ BEHIND = {
     "docs/machines.md": (
         "run --config turntable.toml --out results/turntable",
         "run --config endless.toml --out results/endless",
+        "run pick.toml --config three.toml --out results/pick",
     ),
     "docs/programmes.md": ("run sequenced.toml", "run scheduled.csv", "run profiles.toml"),
 }
