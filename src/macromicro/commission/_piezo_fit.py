@@ -235,7 +235,9 @@ def fitted_swing(
     best = min(tried, key=lambda one: float(one.cost))
     limited = bool(best.cost < _LIMITED * plain.cost)
     chosen = best if limited else plain
-    driven = clusters.spread(chosen.jac, chosen.fun, _edges([s.x for s in parts]))
+    # A step up and the one back err alike, so both together are a cluster.
+    pairs = _edges([s.x for s in parts])[::2]
+    driven = clusters.spread(chosen.jac, chosen.fun, pairs)
     lag = float(chosen.x[0] + chosen.x[-1]) * dt
     slew = math.exp(best.x[1]) if limited else largest / max(lag, dt)
     late_slope = np.array([dt, *[0.0] * (len(chosen.x) - 2), dt])
