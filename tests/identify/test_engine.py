@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from macromicro.arrays import Array
 from macromicro.identify._choose import held_out, no_better, simplest, typical
-from macromicro.identify._engine import Fit, Pieces, Space, cleared, fit, settled
+from macromicro.identify.engine import Fit, Pieces, Space, cleared, fit, settled
 from macromicro.identify.search import until
 
 N, DT = 60, 0.1

@@ -19,8 +19,8 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.commission.stand import BALANCED, CommissionError, Pull, Record
 from macromicro.identify import clusters
-from macromicro.identify._engine import Fit, Index, Pieces, Space, fit
 from macromicro.identify.clusters import Spread
+from macromicro.identify.engine import Fit, Index, Pieces, Space, fit
 from macromicro.kernel import compiled, kernel
 from macromicro.machines import feasible
 from macromicro.models.mass import Axis, acting, glide, late

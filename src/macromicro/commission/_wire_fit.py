@@ -14,8 +14,8 @@ from macromicro.arrays import Array
 from macromicro.commission.stand import CommissionError, Record
 from macromicro.commission.wire_model import Begin, Heat, free_run, thinned
 from macromicro.identify import clusters
-from macromicro.identify._engine import Pieces, Space, fit
 from macromicro.identify.clusters import Spread
+from macromicro.identify.engine import Pieces, Space, fit
 from macromicro.kernel import compiled
 
 # Standard deviation of what the model leaves out (what is around the wire warms in more than one

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.identify._engine import Pieces, Simulated, Space, fit, residual
+from macromicro.identify.engine import Pieces, Simulated, Space, fit, residual
 
 FOLDS = 3
 GAIN = 0.02  # a richer model must lower the held-out error by this part

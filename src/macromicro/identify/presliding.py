@@ -25,8 +25,8 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
-from macromicro.identify._engine import Index, Pieces
 from macromicro.identify.axis import breakaway, late
+from macromicro.identify.engine import Index, Pieces
 from macromicro.kernel import compiled, kernel
 
 FRICTIONS = ("lugre", "gms")

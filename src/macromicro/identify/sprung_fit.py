@@ -13,11 +13,11 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify import _mass_start, _moved_mass, clusters
 from macromicro.identify._choose import Judged, held_out, simplest
-from macromicro.identify._engine import Fit
 from macromicro.identify._moved_mass import Model
 from macromicro.identify._ripple import Ripple
 from macromicro.identify.axis_inverse import ECCENTRIC, STRUCTURES
 from macromicro.identify.clusters import Spread
+from macromicro.identify.engine import Fit
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.records import flag_saturation
 from macromicro.identify.runs import Run
