@@ -24,7 +24,7 @@ from tests.control.live.test_moves import ready
 from tests.serve.stage.bed import Bed
 
 MACHINES = Path(__file__).parents[2] / "examples" / "machines"
-FILES = sorted(MACHINES.glob("*.toml"))
+FILES = sorted(f for f in MACHINES.glob("*.toml") if f.stem != "xyz")  # which is not served
 
 
 def axes(file: Path) -> list[Any]:
