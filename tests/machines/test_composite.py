@@ -62,7 +62,7 @@ def test_its_stages_are_the_machines_that_it_names_on_the_shortest_period(three)
 
 def test_its_settings_are_read_back(three, tmp_path):
     machine, settings = three
-    again, tree = compositions.load(file(tmp_path, composite.as_toml(machine, settings)))
+    again, tree = compositions.load(file(tmp_path, machines.as_toml(machine, settings)))
     assert tree == settings and composite.names(again) == ("x", "y", "z")
     ((x, _, first), *_) = compositions.each(EXAMPLE)
     assert x == "x" and first == settings.x

@@ -34,7 +34,7 @@ def short(machine):
 @pytest.mark.parametrize("machine", [AXIS, XY_MACHINE], ids=lambda machine: machine.name)
 def test_interpreted_and_compiled_give_the_same_bits(machine):
     settings, planned = short(machine)
-    stages, bench = composite.clocked(machine), composite.bench(machine, settings)
+    stages, bench = composite.stages(machine), composite.bench(machine, settings)
     loops = runs.loops(machine, settings, planned)
     start = period.beginning(stages, bench, loops)
     draws = np.random.default_rng(1)

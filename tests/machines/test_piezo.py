@@ -182,7 +182,7 @@ def test_an_identified_loop_is_nearer_than_the_printed_one():
 
 def test_interpreted_and_compiled_give_the_same_bits_and_so_does_a_rig():
     plan = planning.plan(programme(0.4, hold=0.001), DEFAULT)
-    stages, bench = composite.clocked(PIEZO), composite.bench(PIEZO, DEFAULT)
+    stages, bench = composite.stages(PIEZO), composite.bench(PIEZO, DEFAULT)
     loops = runs.loops(PIEZO, DEFAULT, plan)
     noise = np.random.default_rng(1).standard_normal((150, KIND.noises))
     blocks = []

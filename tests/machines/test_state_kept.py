@@ -39,7 +39,7 @@ def test_a_drive_from_a_state_can_be_repeated(one):
 def test_a_run_from_a_state_can_be_repeated(one):
     tree, kind = one.settings, one.kind
     plan = planning.plan(planning.usual(tree), tree)
-    stages, bench = composite.clocked(one), composite.bench(one, tree)
+    stages, bench = composite.stages(one), composite.bench(one, tree)
     control = runs.loops(one, tree, plan)
     began = period.beginning(stages, bench, control)
     fastest, n = period.fastest(stages), 400

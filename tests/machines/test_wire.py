@@ -188,7 +188,7 @@ def test_patience_grows_with_the_time_in_which_the_hysteresis_is_crossed():
 def test_interpreted_and_compiled_agree():
     plan = planning.plan(planning.usual(DEFAULT), DEFAULT)
     stages, bench = (
-        composite.clocked(machine.MACHINES[2]),
+        composite.stages(machine.MACHINES[2]),
         composite.bench(machine.MACHINES[2], DEFAULT),
     )
     loops = runs.loops(WIRE, DEFAULT, plan)

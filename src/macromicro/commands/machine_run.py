@@ -49,7 +49,7 @@ def _run(job: Any, as_json: bool, signals: Signals) -> None:
     from macromicro.report import terminal
     from macromicro.report.summary import as_json as to_json
 
-    if composite.clocked(job.machine).plain:
+    if composite.stages(job.machine).plain:
         words = "is plain Python: the machine runs interpreted, slower; `force` and `after` under"
         print(f"friction.part {words} @kernel are compiled", file=sys.stderr)
     elif job.source is None:  # on a rig the same period runs interpreted
@@ -115,7 +115,7 @@ def _warn(settings: Any, key: str | None = None) -> None:
 def show_axis(config: Path | None, axis: str) -> None:
     """Print one stage of a machine of several as settings of a machine of its own."""
     from macromicro.machines import composite, compositions
-    from macromicro.machines.machine import JOINT
+    from macromicro.machines.machine import JOINT, as_toml
 
     if config is None:
         machine, settings = (found := compositions.machine(JOINT, "machine")), found.settings
@@ -127,4 +127,4 @@ def show_axis(config: Path | None, axis: str) -> None:
     k = names.index(axis)
     tree, one = machine.trees(settings)[k], machine.stages[k][1]
     _warn(tree)
-    print(composite.as_toml(one, tree), end="")
+    print(as_toml(one, tree), end="")

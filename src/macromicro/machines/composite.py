@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.machines import machine as machines
 from macromicro.machines import stage_trees
 from macromicro.machines.machine import Machine
 from macromicro.machines.period import Bench, Extra, Stages
-from macromicro.schema import config
 from macromicro.schema.keys import found, unknown
 from macromicro.schema.text import printable
 
@@ -20,8 +19,6 @@ TOGETHER = "together"  # the only order of stages: they begin each move at the s
 _NAME = re.compile("[a-z][a-z0-9]*")
 _RESERVED = ("t", "true", "hold", "move", "phase", "arrived")  # they begin other columns and keys
 _STAGES = 'two or more by name, such as { x = "axis", y = "axis", z = "piezo" }'
-LAWS = "each axis has a law of its own"
-SET_LAWS = "Set x.law and y.law in the settings file."
 
 
 class Composite(NamedTuple):
@@ -34,7 +31,17 @@ class Composite(NamedTuple):
     spread: Path | None = None  # uncertainties beside those of each stage
     extra: Extra | None = None
     shared: Callable[[Any], Any] = lambda settings: ()  # parameters of `extra`
-    written: str = ""  # how a settings file says which machine it is, where not by its name
+    description: str = ""  # of a settings file, as TOML, where the machine is not named
+
+    @property
+    def written(self) -> str:
+        """How a settings file names or describes it, as TOML."""
+        return self.description or f'"{self.name}"'
+
+    @property
+    def has_plane(self) -> bool:
+        """Whether two axes move along paths in a plane."""
+        return self.extra is not None
 
     def trees(self, settings: Any) -> tuple[Any, ...]:
         """The settings of each stage."""
@@ -44,7 +51,7 @@ class Composite(NamedTuple):
 AnyMachine = Machine | Composite
 
 
-def described(raw: dict[str, Any], where: str) -> Composite:
+def from_table(raw: dict[str, Any], where: str) -> Composite:
     """The machine of a table ``{ stages = { x = "axis", z = "piezo" }, order = "together" }``."""
     unknown(raw, ("stages", "order"), f"{where}, ")
     order = raw.get("order", TOGETHER)
@@ -63,8 +70,16 @@ def described(raw: dict[str, Any], where: str) -> Composite:
     pairs = ", ".join(f'{name} = "{kind}"' for name, kind in kinds.items())
     title = f"{len(stages)} stages with coordinated moves"
     tree = stage_trees.made({name: one.settings for name, one in stages})
-    written = f'{{ stages = {{ {pairs} }}, order = "{TOGETHER}" }}'
-    return Composite("_".join(kinds), title, tree, tuple(stages), written=written)
+    description = f'{{ stages = {{ {pairs} }}, order = "{TOGETHER}" }}'
+    return Composite("_".join(kinds), title, tree, tuple(stages), description=description)
+
+
+def refuse_law(law: str | None, stages: Sequence[str]) -> None:
+    """Refuse the option of one law for several stages."""
+    if law is not None:
+        laws = " and ".join(f"{name}.law" for name in stages)
+        remedy = f"Set {laws} in the settings file."
+        raise ProblemError("--law", "each axis has a law of its own", remedy)
 
 
 def names(machine: AnyMachine) -> tuple[str, ...]:
@@ -80,7 +95,7 @@ def under(machine: AnyMachine, settings: Any) -> Any:
     return machine._replace(stages=stages)
 
 
-def clocked(machine: AnyMachine) -> Stages:
+def stages(machine: AnyMachine) -> Stages:
     """The stages as one control period takes them."""
     kinds = tuple(one.kind for _, one in machine.stages)
     laws = tuple(one.law for _, one in machine.stages)
@@ -99,12 +114,3 @@ def bench(machine: AnyMachine, settings: Any) -> Bench:
 def period(machine: AnyMachine, settings: Any) -> float:
     """The control period, s."""
     return float(machine.trees(settings)[0].timing.period)
-
-
-def as_toml(machine: AnyMachine, settings: Any, only: str | None = None) -> str:
-    """All settings of a machine as TOML, headed by its name."""
-    body = config.as_toml(settings, only)
-    if only is not None:
-        return body
-    written = getattr(machine, "written", "") or f'"{machine.name}"'
-    return f"{machines.KEY} = {written}\n{body}"

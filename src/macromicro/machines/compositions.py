@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from macromicro.errors import ProblemError
 from macromicro.machines import _two_stage, composite
 from macromicro.machines import machine as machines
 from macromicro.machines.composite import AnyMachine, Composite
@@ -30,9 +28,6 @@ def of(machine: Machine) -> Composition:
     def load(path: Path, law: str | None = None) -> Any:
         return machines.load(path, law)[1]
 
-    def as_toml(settings: Any, only: str | None = None) -> str:
-        return machines.as_toml(machine, settings, only)
-
     return Composition(
         name=machine.name,
         title=machine.title,
@@ -44,54 +39,48 @@ def of(machine: Machine) -> Composition:
         truth=machine.kind.truth,
         told=(machine.law.memory, Watch),
         load=load,
-        as_toml=as_toml,
+        as_toml=partial(machines.as_toml, machine),
     )
 
 
 def machine(name: object, where: str) -> AnyMachine:
-    """The machine of a name, of one stage or of several on one clock."""
+    """The machine of a name, or of a table of stages, as a settings file has it."""
+    if isinstance(name, dict):
+        return composite.from_table(name, where)
     return XY_MACHINE if name == JOINT else machines.named(name, where)
 
 
 def load(path: Path, law: str | None = None) -> tuple[AnyMachine, Any]:
     """The machine that a settings file names, under the law that it chooses, and its settings."""
-    made = chosen(path)
-    if made.family == ONE:
+    whole = machine(_named(path), f"{printable(path, 300)}, {KEY}")
+    if not isinstance(whole, Composite):
         return machines.load(path, law)
-    if made.family != STEP:
-        return machines.named(made.name, KEY), made.settings  # refused, with those that there are
-    settings = made.load(path, law)
-    whole = _table(read_toml(path, config.WHAT), path)
+    settings = of_several(whole).load(path, law)
     return composite.under(whole, settings), settings
 
 
 def recorded(recording: Recording) -> tuple[AnyMachine, Any] | None:
     """The machine of a recording and its settings; None: the two-stage machine."""
-    text = recording.attributes.get("settings")
-    table = parsed_toml(text, "the recording's settings") if isinstance(text, str) else {}
+    text, where = recording.attributes.get("settings"), "the recording's settings"
+    table = parsed_toml(text, where) if isinstance(text, str) else {}
     name = table.pop(KEY, UNNAMED)
     if name == UNNAMED:
         return None
-    where = "the recording's settings"
-    whole = composite.described(name, where) if isinstance(name, dict) else machine(name, where)
+    whole = machine(name, where)
     settings = config.overridden(whole.settings, table, where)
     return composite.under(whole, settings), settings
 
 
-def _table(table: Mapping[str, Any], path: Path) -> Composite:
-    """The machine of several stages that a file names or describes."""
-    raw = table.get(KEY)
-    if isinstance(raw, dict):
-        return composite.described(raw, f"{printable(path, 300)}, {KEY}")
-    return XY_MACHINE
+def _named(path: Path) -> object:
+    """What a settings file says of its machine."""
+    return read_toml(path, config.WHAT).get(KEY, UNNAMED)
 
 
-def several(whole: Composite) -> Composition:
+def of_several(whole: Composite) -> Composition:
     """A machine of several stages as a composition."""
 
     def load(path: Path, law: str | None = None) -> Any:
-        if law is not None:
-            raise ProblemError("--law", composite.LAWS, composite.SET_LAWS)
+        composite.refuse_law(law, composite.names(whole))
         file, table = printable(path, 300), read_toml(path, config.WHAT)
         table.pop(KEY, None)
         return config.overridden(whole.settings, table, file) if table else whole.settings
@@ -108,13 +97,13 @@ def several(whole: Composite) -> Composition:
         truth=first.kind.truth,
         told=(first.law.memory, Watch),
         load=load,
-        as_toml=partial(composite.as_toml, whole),
+        as_toml=partial(machines.as_toml, whole),
     )
 
 
 COMPOSITIONS: tuple[Composition, ...] = (
     _two_stage.COMPOSITION,
-    several(XY_MACHINE),
+    of_several(XY_MACHINE),
     *(of(each) for each in machines.MACHINES),
 )
 
@@ -130,11 +119,10 @@ def chosen(path: Path | None) -> Composition:
     """The machine that a settings file is for."""
     if path is None:
         return named(UNNAMED, KEY)
-    table = read_toml(path, config.WHAT)
-    name = table.get(KEY, UNNAMED)
+    name, where = _named(path), f"{printable(path, 300)}, {KEY}"
     if isinstance(name, dict):
-        return several(_table(table, path))
-    return named(name, f"{printable(path, 300)}, {KEY}")
+        return of_several(composite.from_table(name, where))
+    return named(name, where)
 
 
 def each(path: Path) -> list[tuple[str, Machine, Any]]:
@@ -150,5 +138,5 @@ def by_default(composition: Composition, law: str | None) -> Any:
     if composition.family == ONE:
         return joined(composition.settings, law, "--law")
     if composition.family == STEP:
-        raise ProblemError("--law", composite.LAWS, composite.SET_LAWS)
+        composite.refuse_law(law, composition.stages)
     return _two_stage.by_default(law)

@@ -186,7 +186,7 @@ def _direction(machine: Machine) -> str:
 def _compiled(machine: Machine) -> str:
     settings = machine.settings
     plan = planning.plan(planning.usual(settings), settings)
-    stages, noise = composite.clocked(machine), (_noise(machine, _PERIODS),)
+    stages, noise = composite.stages(machine), (_noise(machine, _PERIODS),)
     control, bench = runs.loops(machine, settings, plan), composite.bench(machine, settings)
     interpreted, found = period.period(stages), []
     for run in (interpreted, compiled(interpreted)):

@@ -61,6 +61,11 @@ class Machine(NamedTuple):
         """Its only stage, which needs no name."""
         return (("", self),)
 
+    @property
+    def written(self) -> str:
+        """How a settings file names it, as TOML."""
+        return f'"{self.name}"'
+
     def trees(self, settings: Any) -> tuple[Any, ...]:
         """The settings of each stage.
 
@@ -267,12 +272,12 @@ def under(machine: Machine, settings: Any) -> Machine:
     return machine if machine.equip is None else machine._replace(kind=machine.equip(settings))
 
 
-def as_toml(machine: Machine, settings: Any, only: str | None = None) -> str:
+def as_toml(machine: Machine | Any, settings: Any, only: str | None = None) -> str:
     """All settings of a machine as TOML, headed by its name.
 
     Parameters
     ----------
-    machine : Machine
+    machine : Machine | Any
         Whose settings and rules are used.
     settings : Any
         Of it.
@@ -298,4 +303,4 @@ def as_toml(machine: Machine, settings: Any, only: str | None = None) -> str:
     mass = "0.5 kg"  # moving mass without payload, at the load (data sheet or drawing)
     """
     body = config.as_toml(settings, only)
-    return body if only is not None else f'{KEY} = "{machine.name}"\n{body}'
+    return body if only is not None else f"{KEY} = {machine.written}\n{body}"

@@ -19,7 +19,7 @@ def chosen(machine: AnyMachine, settings: Any, name: str | None = None) -> Any:
     path = None if name is None else programmes.find(name)
     if not isinstance(machine, Composite):
         return planning.usual(settings) if path is None else planning.load(path, settings)
-    if machine.extra is not None:
+    if machine.has_plane:
         return course.usual(settings) if path is None else course.load(path)
     if path is None:
         return moves.usual(machine, settings)
@@ -30,7 +30,7 @@ def repeated(machine: AnyMachine, programme: Any, cycles: int) -> Any:
     """A programme several times, one after the other."""
     if isinstance(machine, Composite):
         keys.whole(cycles, 1, MAX_MOVES // len(programme.legs), "--cycles")
-        repeat: Any = course.repeated if machine.extra is not None else lambda legs, n: legs * n
+        repeat: Any = course.repeated if machine.has_plane else lambda legs, n: legs * n
         return programme._replace(legs=repeat(programme.legs, cycles))
     try:
         return programme.repeated(cycles)
@@ -42,6 +42,6 @@ def plan(machine: AnyMachine, settings: Any, programme: Any) -> Any:
     """The profiles of a programme within the machine's limits."""
     if not isinstance(machine, Composite):
         return planning.plan(programme, settings)
-    if machine.extra is not None:
+    if machine.has_plane:
         return joint_planning.plan(programme, settings)
     return moves.plan(machine, settings, programme)

@@ -19,6 +19,7 @@ from macromicro.machines import period as clocked
 from macromicro.machines.composite import AnyMachine
 from macromicro.machines.guard_words import OTHER_AXIS
 from macromicro.machines.guarding import OK, Watch
+from macromicro.machines.machine import as_toml
 from macromicro.machines.planning import Planned
 from macromicro.machines.sequence import DONE, Plan
 from macromicro.machines.stage import Loop, compiles
@@ -120,7 +121,7 @@ def is_compiled() -> bool:
 
 def compile_machine(machine: AnyMachine, settings: Any, planned: Planned) -> None:
     """Compile a machine, or load it from the cache."""
-    stages, bench = composite.clocked(machine), composite.bench(machine, settings)
+    stages, bench = composite.stages(machine), composite.bench(machine, settings)
     control = loops(machine, settings, planned)
     # Interpreted, a period shows whether its kernels compile.
     count = 0 if all(map(compiles, stages.laws)) else 1
@@ -132,7 +133,7 @@ def compile_machine(machine: AnyMachine, settings: Any, planned: Planned) -> Non
 
 
 def columns(machine: AnyMachine, on: Sequence[Rig] | Rig | None = None) -> tuple[Column, ...]:
-    stages = composite.clocked(machine)
+    stages = composite.stages(machine)
     return clocked.columns(stages if on is None else open_rig.stages(stages, rigs(on)))
 
 
@@ -156,7 +157,7 @@ def perform(
     On rigs the drives are enabled first, and outputs are safe however the run ends.
     """
     dt, control = composite.period(machine, settings), loops(machine, settings, planned)
-    stages, random, began = composite.clocked(machine), noise_source(seed), time.perf_counter()
+    stages, random, began = composite.stages(machine), noise_source(seed), time.perf_counter()
     with ExitStack() as entered:
         if on is None:
             bench, chunk, period = (
@@ -249,7 +250,7 @@ def about(
         "seed": seed,
         "cycles": cycles,
         "overrides": json.dumps(overridden(machine, settings)),
-        "settings": composite.as_toml(machine, settings),
+        "settings": as_toml(machine, settings),
     }
 
 

@@ -56,7 +56,7 @@ def kind(machine: AnyMachine) -> Any:
     if isinstance(machine, Machine):
         return Trial
     places = tuple(one.kind.place for _, one in machine.stages)
-    return _joint(composite.names(machine), places, machine.extra is not None)
+    return _joint(composite.names(machine), places, machine.has_plane)
 
 
 @lru_cache(maxsize=16)

@@ -107,7 +107,7 @@ def axes_over_time(
     recording: Recording, plan: Schedule, machine: Composite, settings: Any
 ) -> Drawn:
     """Positions, errors and efforts of each stage over the run; in a plane the contour error."""
-    plane = machine.extra is not None
+    plane = machine.has_plane
     figure, grid = new(9.4, 4 if plane else 3, sharex=True)
     places, errors, *paths, efforts = grid[:, 0]
     t = recording["t"]

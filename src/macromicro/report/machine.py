@@ -14,6 +14,7 @@ from macromicro.machines import composite, planning, results
 from macromicro.machines.composite import Composite
 from macromicro.machines.job import Ended
 from macromicro.machines.joint.settings import UPPER
+from macromicro.machines.machine import as_toml
 from macromicro.machines.tree import gains
 from macromicro.report import _machine_page, joint_figures, stage_figures
 from macromicro.report._figures import Drawn
@@ -77,7 +78,7 @@ def headings(ended: Ended) -> tuple[str, ...]:
     machine = ended.job.machine
     if not isinstance(machine, Composite):
         return _ONE
-    if machine.extra is not None:
+    if machine.has_plane:
         return _PLANE
     names = composite.names(machine)
     errors = [f"{what} {name}" for name in names for what in ("peak error", "error at rest")]
@@ -96,7 +97,7 @@ def table(ended: Ended) -> list[Line]:
                 _target(ended, m),
                 _arrival(m),
                 f"{m.profile_s:.3f} s",
-                *(_plane_errors(m) if machine.extra is not None else _stage_errors(ended, m)),
+                *(_plane_errors(m) if machine.has_plane else _stage_errors(ended, m)),
             ),
             m.arrived_s is not None,
         )
@@ -202,7 +203,7 @@ def _motion(settings: Any, place: Any) -> str:
 
 def _of_several(ended: Ended) -> list[tuple[str, str]]:
     machine, settings = ended.job.machine, ended.job.settings
-    plane = getattr(machine, "extra", None) is not None
+    plane = machine.has_plane
     found = _path(ended) if plane else []
     for (name, one), own in zip(machine.stages, machine.trees(settings), strict=True):
         if plane:
@@ -284,7 +285,7 @@ def summary(ended: Ended, started: str) -> dict[str, Any]:
     }
     if not isinstance(machine, Composite):
         return content | {"moves": [m._asdict() for m in ended.moves]}
-    if machine.extra is not None:
+    if machine.has_plane:
         content["contour_tolerance_mm"] = 1e3 * job.settings.path.tolerance
     names = composite.names(machine)
     content["moves"] = [
@@ -306,7 +307,7 @@ def draw(ended: Ended) -> Iterator[Drawn]:
         yield stage_figures.response(ended)
         yield stage_figures.settling(ended)
         return
-    if job.machine.extra is not None:
+    if job.machine.has_plane:
         yield joint_figures.path(rows, job.plan, job.settings.path.tolerance)
     yield joint_figures.axes_over_time(rows, job.plan, job.machine, job.settings)
 
@@ -315,7 +316,7 @@ def page(ended: Ended, pictures: list[Picture], started: str) -> str:
     job = ended.job
     footnote = _OF_ONE
     if isinstance(job.machine, Composite):
-        footnote = _OF_PLANE if job.machine.extra is not None else _OF_SEVERAL
+        footnote = _OF_PLANE if job.machine.has_plane else _OF_SEVERAL
     words = _machine_page.Words(
         headings(ended),
         table(ended),
@@ -323,7 +324,7 @@ def page(ended: Ended, pictures: list[Picture], started: str) -> str:
         verdict(ended),
         problems(ended),
         footnote,
-        composite.as_toml(job.machine, job.settings),
+        as_toml(job.machine, job.settings),
     )
     return _machine_page.page(ended, pictures, started, words)
 

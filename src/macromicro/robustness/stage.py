@@ -101,7 +101,7 @@ def _kept(machine: AnyMachine, settings: Any, drawn: Any) -> Any:
 
 def required(machine: AnyMachine, settings: Any) -> tuple[Requirement, ...]:
     """Default requirements: of a machine with a plane, the tolerance of the contour."""
-    if isinstance(machine, Machine) or machine.extra is None:
+    if isinstance(machine, Machine) or not machine.has_plane:
         return ()
     metric = next(m for m in metrics(machine) if m.name == "contour")
     return (Requirement(metric, 1e6 * settings.path.tolerance, "path.tolerance"),)

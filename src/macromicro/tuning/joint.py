@@ -59,7 +59,7 @@ def cost(machine: Composite, found: Any, settings: Any) -> float:
     stages = list(zip(names(machine), machine.trees(settings), strict=True))
     rough = [100.0 * getattr(found, f"rough_{name}") / own.guard.effort for name, own in stages]
     penalty = 1.0 + ROUGH * float(np.mean(rough))
-    if machine.extra is not None:
+    if machine.has_plane:
         return float(found.rms_contour * penalty)
     errors = [
         getattr(found, f"peak_error_{name}") / (own.arrival.tolerance * places.of(own).fines)
@@ -84,7 +84,7 @@ def knobs(machine: Composite, settings: Any) -> tuple[str, ...]:
 def matched(machine: Composite, settings: Any) -> Any:
     """All axes with the lowest of their position gains, of a machine with a plane."""
     trees = machine.trees(settings)
-    if machine.extra is None or any(own.law != own._field_defaults["law"] for own in trees):
+    if not machine.has_plane or any(own.law != own._field_defaults["law"] for own in trees):
         return settings
     lower = min(value_at(own, POSITION) for own in trees)
     for name in names(machine):

@@ -41,7 +41,7 @@ def table(found: Tuning) -> list[Row]:
     for name, about in quantities(type(versions[0].found)).items():
         unit = "" if about.unit == "1" else about.unit
         rows.append(Row(about.meaning, tuple(getattr(v.found, name) for v in versions), unit))
-    what, unit = ("contour", "um") if found.machine.extra else ("error in tolerances", "")
+    what, unit = ("contour", "um") if found.machine.has_plane else ("error in tolerances", "")
     rows.append(Row(f"cost ({what})", tuple(v.cost for v in versions), unit))
     return rows
 
@@ -84,7 +84,7 @@ def _errors(found: Tuning, version: Version, color: str) -> Iterator[tuple[Any, 
     """Times, errors, colours and labels: the distance from the path, or the error of each stage."""
     done = runs.record(found.machine, version.settings, found.plan, seed=found.seed, warn=False)
     r = done.recording
-    if found.machine.extra is not None:
+    if found.machine.has_plane:
         for k, trace in enumerate(found.plan.traces):
             part = results.under_way(r, found.plan, k)
             if trace.pieces and part.stop > part.start:
@@ -100,7 +100,7 @@ def _errors(found: Tuning, version: Version, color: str) -> Iterator[tuple[Any, 
 def draw_figure(found: Tuning) -> Any:
     """The error with the gains of the sheets and with the best, for the same moves."""
     figure, axes = new(4.6, 2, sharex=True)
-    plane = found.machine.extra is not None
+    plane = found.machine.has_plane
     what, unit = ("Distance from the path", "[um]") if plane else ("Set point minus position", "")
     both = ((found.versions[0], RED), (found.best, BLUE))
     for ax, (version, color) in zip(axes[:, 0], both, strict=True):

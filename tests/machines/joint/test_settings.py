@@ -5,7 +5,7 @@ import math
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.machines import axis, composite, compositions, machine
+from macromicro.machines import axis, compositions, machine
 from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import AXES, DEFAULT, RULES, of
 from macromicro.schema import config
@@ -75,11 +75,11 @@ def test_side_by_side_no_payload_is_asked_for(tmp_path):
 
 def test_all_settings_as_toml_are_read_back_bit_for_bit(tmp_path):
     tree = DEFAULT.with_({"y.load.payload": "0.123456789 kg", "hidden.squareness": "0.01 deg"})
-    text = composite.as_toml(XY_MACHINE, tree)
+    text = machine.as_toml(XY_MACHINE, tree)
     assert text.startswith('machine = "xy"\n')
     found, again = compositions.load(file(tmp_path, text))
     assert again == tree and found.name == "xy"
-    assert composite.as_toml(XY_MACHINE, tree, "path").startswith("[path]\n")
+    assert machine.as_toml(XY_MACHINE, tree, "path").startswith("[path]\n")
 
 
 def test_each_axis_may_have_a_law_of_its_own(tmp_path):
@@ -87,13 +87,13 @@ def test_each_axis_may_have_a_law_of_its_own(tmp_path):
     found, tree = compositions.load(file(tmp_path, text))
     assert tree.y.own.slope == 9.0 and tree.x.law == "cascade"
     assert [one.law.name == "cascade" for _, one in found.stages] == [True, False]
-    assert compositions.load(file(tmp_path, composite.as_toml(XY_MACHINE, tree)))[1] == tree
+    assert compositions.load(file(tmp_path, machine.as_toml(XY_MACHINE, tree)))[1] == tree
 
 
 def test_one_axis_alone_is_a_file_of_the_machine_axis(tmp_path):
     tree = DEFAULT.with_("y.load.payload", "2 kg")
     for own in of(tree):
-        found, alone = machine.load(file(tmp_path, composite.as_toml(XY_MACHINE.stages[0][1], own)))
+        found, alone = machine.load(file(tmp_path, machine.as_toml(XY_MACHINE.stages[0][1], own)))
         assert found.name == "axis" and alone == own
 
 

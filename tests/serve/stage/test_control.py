@@ -176,7 +176,7 @@ class Watched:
         monkeypatch.setattr(stage, "quickest", lambda function, *kinds: compiled(function))
 
     def control(self, kind: Any = None) -> One:
-        own = None if kind is None else composite.clocked(self.machine)._replace(kinds=(kind,))
+        own = None if kind is None else composite.stages(self.machine)._replace(kinds=(kind,))
         return One(Control(self.machine, self.tree, own))
 
     def start(self, gains: Any, seen: Sample) -> tuple[Any, ...]:

@@ -7,12 +7,11 @@ from typing import Any, NamedTuple
 
 from macromicro.columns import Column
 from macromicro.control.live.parameters import Live, SoftLimits
-from macromicro.errors import ProblemError
 from macromicro.machines import composite, on_rig, pace
 from macromicro.machines.composite import Composite
 from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import AXES, DEFAULT, of
-from macromicro.machines.machine import JOINT
+from macromicro.machines.machine import JOINT, as_toml
 from macromicro.machines.period import law_columns
 from macromicro.machines.tree import gains, gains_set
 from macromicro.rig import limits
@@ -74,7 +73,7 @@ class JointSettings(NamedTuple):
 
     @property
     def law_columns(self) -> tuple[Column, ...]:
-        return law_columns(composite.clocked(self.machine))
+        return law_columns(composite.stages(self.machine))
 
     @property
     def speeds(self) -> dict[str, float]:
@@ -99,13 +98,12 @@ class JointSettings(NamedTuple):
     def as_toml(self, control: Any, limits: SoftLimits) -> str:
         own = zip(AXES, of(self.tree), control, strict=True)
         made = {name: tree._replace(**{gains_set(tree): law}) for name, tree, law in own}
-        return composite.as_toml(XY_MACHINE, self.tree._replace(**made))
+        return as_toml(XY_MACHINE, self.tree._replace(**made))
 
 
 def load(path: Path, law: str | None = None) -> JointSettings:
     """Read the settings of a two-axis machine, for a period that the server can keep."""
-    if law is not None:
-        raise ProblemError("--law", composite.LAWS, composite.SET_LAWS)
+    composite.refuse_law(law, AXES)
     file, table, serve = parted(path)
     tree = overridden(DEFAULT, table, file) if table else DEFAULT
     kept(serve, pace.period(tree.x), file)

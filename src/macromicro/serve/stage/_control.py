@@ -112,7 +112,7 @@ class Control:
     """Laws and guards of a machine's stages, each following a course."""
 
     def __init__(self, machine: AnyMachine, tree: Any, stages: Stages | None = None) -> None:
-        simulated = composite.clocked(machine)
+        simulated = composite.stages(machine)
         self.stages = simulated if stages is None else stages
         self._trees = machine.trees(tree)
         kinds = self.kinds = self.stages.kinds

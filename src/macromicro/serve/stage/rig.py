@@ -118,7 +118,7 @@ class Real:
 
     def __init__(self, machine: AnyMachine, tree: Any, rigs: Sequence[Any]) -> None:
         self.rigs, self._trees = tuple(rigs), machine.trees(tree)
-        stages = open_rig.stages(composite.clocked(machine), self.rigs)
+        stages = open_rig.stages(composite.stages(machine), self.rigs)
         self.control = Control(machine, tree, stages)
         self.kinds = stages.kinds
         self.source = _off(len(self.rigs))

@@ -8,9 +8,8 @@ from typing import Any, NamedTuple
 from macromicro.columns import Column
 from macromicro.control.live.messages import MACRO
 from macromicro.control.live.parameters import Live, SoftLimits
+from macromicro.machines import composite, pace
 from macromicro.machines import machine as machines
-from macromicro.machines import pace
-from macromicro.machines.composite import clocked
 from macromicro.machines.machine import Machine, as_toml
 from macromicro.machines.period import law_columns
 from macromicro.machines.tree import gains, gains_set, joined
@@ -71,7 +70,7 @@ class StageSettings(NamedTuple):
 
     @property
     def law_columns(self) -> tuple[Column, ...]:
-        return law_columns(clocked(self.machine))
+        return law_columns(composite.stages(self.machine))
 
     @property
     def speeds(self) -> dict[str, float]:
