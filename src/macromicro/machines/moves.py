@@ -15,32 +15,32 @@ from macromicro.machines import planning
 from macromicro.machines.composite import Composite, names
 from macromicro.machines.planning import Schedule, Way
 from macromicro.motion import s_curve
+from macromicro.motion.path import MEET
 from macromicro.place import Place
-from macromicro.programme.entries import hold, text
-from macromicro.programme.moves import MAX_MOVES, MAX_TITLE, WHAT
+from macromicro.programme import entries
+from macromicro.programme.moves import MAX_MOVES, WHAT
 from macromicro.schema import csv_rows
-from macromicro.schema.keys import found, unknown
+from macromicro.schema.keys import unknown
 from macromicro.schema.text import printable, read_text, read_toml
-from macromicro.units import convert, quantity
+from macromicro.units import quantity
 
 HOLD = "0.2 s"
 SHARES = (0.1, 0.5, 0.9, 0.0)  # of the travel: the usual moves
-_TIMES = {"t_s": 1.0, "t_ms": 1e-3}
+_TIMES = {"t_s": 1.0, "t_ms": 1e3}  # in a second
 
 
 class Move(NamedTuple):
     name: str  # line or trajectory
     end: tuple[float, ...]  # of each stage, m or rad
     hold: float  # s
-    times: Array = np.empty(0)  # s; of a trajectory
-    places: Array = np.empty((0, 0))  # of each stage at these times
+    times: Array = np.empty((1, 0))  # of a trajectory: t (s), then each stage (m or rad)
 
 
-class Moves(NamedTuple):
-    """A programme of a machine of several stages, from 0 of each on."""
+class Course(NamedTuple):
+    """A programme of a machine of several stages, one leg after the other from 0 of each on."""
 
     title: str
-    legs: tuple[Move, ...]
+    legs: tuple[Any, ...]
     source: str
 
 
@@ -48,41 +48,39 @@ def places(machine: Composite) -> list[Place]:
     return [one.kind.place for _, one in machine.stages]
 
 
-def usual(machine: Composite, settings: Any) -> Moves:
+def usual(machine: Composite, settings: Any) -> Course:
     """There and back over most of each travel, all stages at once."""
     high = [own.travel.high for own in machine.trees(settings)]
     ends = [tuple(share * end for end in high) for share in SHARES]
     legs = tuple(Move("line", end, 0.3) for end in ends)
-    return Moves("there and back", legs, "the machine's usual moves")
+    return Course("there and back", legs, "the machine's usual moves")
 
 
-def load(path: Path, machine: Composite, settings: Any) -> Moves:
+def load(path: Path, machine: Composite, settings: Any) -> Course:
     """The programme in a file, within the travel of each stage."""
     file = printable(path, 300)
     if path.suffix.lower() == ".csv":
-        made = Moves(printable(path.stem, 200), _trajectory(path, machine), str(path))
+        table, held = trajectory(path, names(machine), places(machine)), quantity(HOLD, "s", file)
+        first, last = (tuple(table[1:, k].tolist()) for k in (0, -1))
+        legs = (Move("line", first, held), Move("trajectory", last, held, table))
+        made = Course(printable(path.stem, 200), legs, str(path))
     else:
         made = _written(path, machine)
     for number, leg in enumerate(made.legs, 1):
         each = zip(names(machine), machine.trees(settings), places(machine), leg.end, strict=True)
         for name, own, place, end in each:
             low, high = own.travel.low, own.travel.high
-            if not low <= end <= high:
+            if not low - MEET <= end <= high + MEET:
                 accepted = f"{place.told(low)} to {place.told(high)} ({name}.travel)"
                 raise InputError(f"{file}, move {number}, {name}", place.told(end), accepted)
     return made
 
 
-def _written(path: Path, machine: Composite) -> Moves:
+def _written(path: Path, machine: Composite) -> Course:
     raw, file = read_toml(path, WHAT), printable(path, 300)
     unknown(raw, ("title", "moves"), f"{file}, ")
-    title = raw.get("title", "")
-    if not isinstance(title, str) or not title.isprintable() or len(title) > MAX_TITLE:
-        accepted = f"one line of text of at most {MAX_TITLE} characters"
-        raise InputError(f"{file}, title", printable(title), accepted)
-    tables = raw.get("moves")
-    if not isinstance(tables, list) or not tables or not all(isinstance(t, dict) for t in tables):
-        raise InputError(f"{file}, moves", found(tables), "one table [[moves]] or more")
+    title = entries.title(raw, file) or printable(path.stem, 200)
+    tables = entries.tables(raw, "moves", file, "one table [[moves]] or more")
     if len(tables) > MAX_MOVES:
         raise ProblemError(file, f"more than {MAX_MOVES} moves", "Shorten the programme.")
     stages = names(machine)
@@ -96,9 +94,8 @@ def _written(path: Path, machine: Composite) -> Moves:
             _target(table[name], place, f"{where}, {name}") if name in table else at
             for name, place, at in zip(stages, places(machine), here, strict=True)
         )
-        held = hold(text({"hold": HOLD} | table, "hold", where), f"{where}, hold", zero=True)
-        legs.append(Move("line", here, held))
-    return Moves(title or printable(path.stem, 200), tuple(legs), str(path))
+        legs.append(Move("line", here, entries.rest(table, HOLD, where)))
+    return Course(title, tuple(legs), str(path))
 
 
 def _target(raw: object, place: Place, where: str) -> float:
@@ -107,48 +104,46 @@ def _target(raw: object, place: Place, where: str) -> float:
     return quantity(raw, place.base, where, place.unit)
 
 
-def _trajectory(path: Path, machine: Composite) -> tuple[Move, ...]:
-    """A line to the first point of a table, then its points by time."""
+def trajectory(path: Path, stages: Sequence[str], places: Sequence[Place]) -> Array:
+    """A table of positions by time: rows of times, from 0 s, and of each stage's positions."""
     file = printable(path, 300)
-    units = [(place.base, place.unit, place.fine) for place in places(machine)]
-    stages = names(machine)
-    columns = ", ".join(f"{n}_{unit[1]}" for n, unit in zip(stages, units, strict=True))
-    accepted = f"t_s or t_ms, then {columns}"
+    units = [{p.base: 1.0, p.unit: p.per, p.fine: p.fines} for p in places]
+    known = {
+        f"{name}_{unit}": (k, per)
+        for k, (name, each) in enumerate(zip(stages, units, strict=True), 1)
+        for unit, per in each.items()
+    } | {name: (0, per) for name, per in _TIMES.items()}
+    accepted = _heading(stages, places)
 
     def header(cells: list[str], where: str) -> None:
-        there = [name for name, _, _ in (cell.rpartition("_") for cell in cells)]
-        if sorted(there) != sorted(("t", *stages)):
+        if sorted(known[c][0] if c in known else -1 for c in cells) != list(range(len(units) + 1)):
             given = printable(", ".join(cells), 80)
             raise ProblemError(where, f"columns {given}", f"Give {accepted}.")
 
     rows = list(csv_rows.table(read_text(path, WHAT), file, header, accepted))
     if len(rows) < 3:
         raise ProblemError(file, f"{len(rows)} rows", "A trajectory needs three or more.")
-    known = {cell.rpartition("_")[0]: cell for cell in rows[0].cells}
-    scales = {known["t"]: _TIMES.get(known["t"])}
-    for name, unit in zip(stages, units, strict=True):
-        _, _, written = known[name].rpartition("_")
-        scales[known[name]] = convert(1.0, written, unit[0]) if written in unit else None
-    for column, scale in scales.items():
-        if scale is None:
-            raise InputError(f"{file}, column {printable(column, 40)}", "its unit", accepted)
-    values = {
-        column: np.array(
-            [csv_rows.number(row.cells[column], f"{row.where}, {column}") for row in rows]
-        )
-        * scale
-        for column, scale in scales.items()
-    }
-    t = values[known["t"]]
+    values = np.empty((len(units) + 1, len(rows)))
+    for column in sorted(rows[0].cells, key=lambda name: known[name][0]):
+        k, per = known[column]
+        numbers = [csv_rows.number(row.cells[column], f"{row.where}, {column}") for row in rows]
+        values[k] = np.array(numbers) / per
     for k, row in enumerate(rows):
-        csv_rows.increasing(t[k], t[k - 1] if k else -math.inf, row.where)
-    points = np.array([values[known[name]] for name in stages])
-    first, last = (tuple(points[:, k].tolist()) for k in (0, -1))
-    held = quantity(HOLD, "s", file)
-    return Move("line", first, held), Move("trajectory", last, held, t - t[0], points)
+        csv_rows.increasing(values[0, k], values[0, k - 1] if k else -math.inf, row.where)
+    values[0] -= values[0, 0]
+    return values
 
 
-def plan(machine: Composite, settings: Any, programme: Moves) -> Schedule:
+def _heading(stages: Sequence[str], places: Sequence[Place]) -> str:
+    """What the first line of a table may be."""
+    first, alike = places[0], len(set(places)) == 1
+    units = f" in {first.base}, {first.unit} or {first.fine}" if alike else ""
+    such = ",".join(f"{n}_{place.unit}" for n, place in zip(stages, places, strict=True))
+    names = f"{', '.join(stages[:-1])} and {stages[-1]}"
+    return f"t_s or t_ms, then {names}{units}, such as t_s,{such}"
+
+
+def plan(machine: Composite, settings: Any, programme: Course) -> Schedule:
     """The profiles of all stages, with the same times."""
     trees, where = machine.trees(settings), printable(programme.source, 300)
     here: tuple[float, ...] = (0.0,) * len(trees)
@@ -185,4 +180,5 @@ def _line(here: Sequence[float], end: Sequence[float], trees: Sequence[Any]) -> 
 
 
 def _tracked(leg: Move) -> list[Array]:
-    return [planning.track(leg.times, own).pieces for own in leg.places]
+    t, *places = leg.times
+    return [planning.track(t, own).pieces for own in places]

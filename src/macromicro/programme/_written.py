@@ -10,16 +10,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.errors import InputError, ProblemError
+from macromicro.errors import ProblemError
 from macromicro.nominal import PERIOD
-from macromicro.programme import _profiled, _sequenced
+from macromicro.programme import _profiled, _sequenced, entries
 from macromicro.programme._profiled import PROFILES, Leg
 from macromicro.programme._sequenced import MOVES
 from macromicro.programme.moves import (
     CLOCKED,
     MACRO,
     MAX_MOVES,
-    MAX_TITLE,
     MICRO,
     WHAT,
     Limits,
@@ -28,7 +27,7 @@ from macromicro.programme.moves import (
     Span,
     programme,
 )
-from macromicro.schema.keys import found, unknown
+from macromicro.schema.keys import unknown
 from macromicro.schema.text import printable, read_text, read_toml
 
 _KEYS = ("title", "moves", "profiles")
@@ -47,11 +46,7 @@ def load_toml(path: Path, limits: Limits) -> Programme:
     """Read a sequenced programme, one of motion profiles, or a mixed one."""
     raw, file = read_toml(path, WHAT), printable(path, 300)
     unknown(raw, _KEYS, f"{file}, ")
-    title = raw.get("title", "")
-    if not isinstance(title, str) or not title.isprintable() or len(title) > MAX_TITLE:
-        accepted = f"one line of text of at most {MAX_TITLE} characters"
-        raise InputError(f"{file}, title", printable(title), accepted)
-    name = title or printable(path.stem, 200)
+    name = entries.title(raw, file) or printable(path.stem, 200)
     if "profiles" not in raw:
         moves: list[Move] = []
         for entry in _entries(raw, "moves", file):
@@ -59,20 +54,17 @@ def load_toml(path: Path, limits: Limits) -> Programme:
         return programme(name, moves, math.nan, path)
     if "moves" not in raw:
         return _profiled.expanded(_tables(raw, "profiles", file), limits, path, name)
-    entries = {kind: _entries(raw, kind, file) for kind in ("moves", "profiles")}
+    each = {kind: _entries(raw, kind, file) for kind in ("moves", "profiles")}
     order = _HEADER.findall(read_text(path, WHAT))
-    if any(order.count(kind) != len(tables) for kind, tables in entries.items()):
+    if any(order.count(kind) != len(tables) for kind, tables in each.items()):
         accepted = "Write each under a header [[moves]] or [[profiles]], in their order."
         raise ProblemError(file, "the order of moves and profiles is not clear", accepted)
-    rest = {kind: iter(tables) for kind, tables in entries.items()}
+    rest = {kind: iter(tables) for kind, tables in each.items()}
     return _mixed([next(rest[kind]) for kind in order], limits, path, name)
 
 
 def _tables(raw: dict[str, Any], key: str, file: str) -> list[dict[str, Any]]:
-    tables = raw.get(key)
-    if isinstance(tables, list) and tables and all(isinstance(t, dict) for t in tables):
-        return tables
-    raise InputError(f"{file}, {key}", found(tables), MOVES if key == "moves" else PROFILES)
+    return entries.tables(raw, key, file, MOVES if key == "moves" else PROFILES)
 
 
 def _entries(raw: dict[str, Any], key: str, file: str) -> list[_Entry]:

@@ -5,11 +5,29 @@ from __future__ import annotations
 from typing import Any
 
 from macromicro.errors import InputError
-from macromicro.programme.moves import MAX_HOLD, MICRO, Limits, admitted
+from macromicro.programme.moves import MAX_HOLD, MAX_TITLE, MICRO, Limits, admitted
+from macromicro.schema.keys import found
 from macromicro.schema.text import printable
 from macromicro.units import measured, quantity
 
 _TARGETS = "text with a unit such as '1.5 mm', or a list of such texts"
+
+
+def title(raw: dict[str, Any], file: str) -> str:
+    """The title of a programme, or ""."""
+    value = raw.get("title", "")
+    if not isinstance(value, str) or not value.isprintable() or len(value) > MAX_TITLE:
+        accepted = f"one line of text of at most {MAX_TITLE} characters"
+        raise InputError(f"{file}, title", printable(value), accepted)
+    return value
+
+
+def tables(raw: dict[str, Any], key: str, file: str, accepted: str) -> list[dict[str, Any]]:
+    """The tables of a key, one or more."""
+    value = raw.get(key)
+    if isinstance(value, list) and value and all(isinstance(each, dict) for each in value):
+        return value
+    raise InputError(f"{file}, {key}", found(value), accepted)
 
 
 def texts(table: dict[str, Any], key: str, where: str) -> list[str]:
@@ -33,6 +51,11 @@ def hold(written: str, where: str, *, zero: bool = False) -> float:
     if not (0.0 < value <= MAX_HOLD or (zero and value == 0.0)):
         raise InputError(where, written, "0 s to 1 h" if zero else "more than 0 s, at most 1 h")
     return value
+
+
+def rest(table: dict[str, Any], default: str, where: str) -> float:
+    """The hold of a move that may have none, s."""
+    return hold(text({"hold": default} | table, "hold", where), f"{where}, hold", zero=True)
 
 
 def target(written: str, stage: int, limits: Limits, where: str) -> float:

@@ -6,9 +6,9 @@ import math
 
 from macromicro.machines import composite, runs
 from macromicro.machines.joint import course, planning
-from macromicro.machines.joint.course import Course
 from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import DEFAULT
+from macromicro.machines.moves import Course
 
 # Scales that are fine, no friction, side by side: what is left is linear and the same on both.
 _SMOOTH = {

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from macromicro.machines.joint import contour, planning
-from macromicro.machines.joint.course import Course, Leg
+from macromicro.machines.joint.course import Leg
 from macromicro.machines.joint.settings import DEFAULT
+from macromicro.machines.moves import Course
 from macromicro.motion import path
 from tests.machines.joint.axes import straight
 

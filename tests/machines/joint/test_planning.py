@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 from macromicro.errors import InputError
 from macromicro.machines import programmes
 from macromicro.machines.joint import course, planning
-from macromicro.machines.joint.course import Course, Leg
+from macromicro.machines.joint.course import Leg
 from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import AXES, DEFAULT, of
+from macromicro.machines.moves import Course
 from macromicro.motion import path, s_curve
 from tests.machines.joint.axes import straight
 

@@ -12,14 +12,14 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.machines.joint.settings import AXES
+from macromicro.machines.moves import Course, trajectory
 from macromicro.motion import path as paths
 from macromicro.motion.path import Piece
-from macromicro.programme.entries import hold as held
-from macromicro.programme.entries import text
-from macromicro.programme.moves import MAX_MOVES, MAX_TITLE, WHAT
-from macromicro.schema import csv_rows
+from macromicro.place import LENGTH
+from macromicro.programme import entries
+from macromicro.programme.moves import MAX_MOVES, WHAT
 from macromicro.schema.keys import found, only, unknown
-from macromicro.schema.text import printable, read_text, read_toml
+from macromicro.schema.text import printable, read_toml
 from macromicro.units import quantity
 
 HOLD = "0.2 s"
@@ -31,9 +31,6 @@ _THROUGH = ("points", "rounding", "corners", "speed", "hold", "on")
 _LINE = (*_MOVE, "on")
 _TANGENT = 1e-6  # rad
 _TABLES = "one table [[moves]] or more, or of [[paths]]"
-_TIMES = {"t_s": 1.0, "t_ms": 1e3}
-_SCALES = {"m": 1.0, "mm": 1e3, "um": 1e6}
-_HEADER = "t_s or t_ms, then x and y in m, mm or um, such as t_s,x_mm,y_mm"
 
 Point = tuple[float, float]
 
@@ -49,31 +46,18 @@ class Leg(NamedTuple):
     times: Array = np.empty((3, 0))  # t (s), x and y (m) of a trajectory; n is 0 for a path
 
 
-class Course(NamedTuple):
-    title: str
-    legs: tuple[Leg, ...]  # one after the other, from (0, 0) on
-    source: str
-
-
 def load(path: Path) -> Course:
     if path.suffix.lower() == ".csv":
         return _table(path)
     raw, file = read_toml(path, WHAT), printable(path, 300)
     unknown(raw, _KEYS, f"{file}, ")
-    title = raw.get("title", "")
-    if not isinstance(title, str) or not title.isprintable() or len(title) > MAX_TITLE:
-        accepted = f"one line of text of at most {MAX_TITLE} characters"
-        raise InputError(f"{file}, title", printable(title), accepted)
+    title = entries.title(raw, file) or printable(path.stem, 200)
     if "moves" in raw and "paths" in raw:
         remedy = "Use one of them, because TOML keeps no order; a path may be a line, too."
         raise ProblemError(file, "both moves and paths are given", remedy)
     key = "paths" if "paths" in raw else "moves"
-    tables = raw.get(key)
-    if not isinstance(tables, list) or not tables or not all(isinstance(t, dict) for t in tables):
-        raise InputError(f"{file}, {key}", found(tables), _TABLES)
-    return Course(
-        title or printable(path.stem, 200), tuple(_legs(tables, key[:-1], file)), str(path)
-    )
+    tables = entries.tables(raw, key, file, _TABLES)
+    return Course(title, tuple(_legs(tables, key[:-1], file)), str(path))
 
 
 def _legs(tables: list[dict[str, Any]], word: str, file: str) -> list[Leg]:
@@ -124,10 +108,11 @@ def _on(before: Leg, after: Leg, where: str) -> Leg:
 
 def _entry(table: dict[str, Any], here: Point, where: str) -> list[Leg]:
     """The moves of one table."""
-    hold = held(text({"hold": HOLD} | table, "hold", where), f"{where}, hold", zero=True)
+    hold = entries.rest(table, HOLD, where)
     speed = math.inf
     if "speed" in table:
-        speed = quantity(text(table, "speed", where, "20 mm/s"), "m/s", f"{where}, speed", "mm/s")
+        written = entries.text(table, "speed", where, "20 mm/s")
+        speed = quantity(written, "m/s", f"{where}, speed", "mm/s")
         if not speed > 0.0:
             raise InputError(f"{where}, speed", table["speed"], "a speed above zero")
     if "centre" in table or "angle" in table:
@@ -155,7 +140,7 @@ def _straight(here: Point, end: Point, speed: float, hold: float) -> Leg:
 
 def _arc(table: dict[str, Any], here: Point, where: str) -> tuple[Piece, Point]:
     centre = _point(table.get("centre"), f"{where}, centre")
-    written = text(table, "angle", where, "90 deg")
+    written = entries.text(table, "angle", where, "90 deg")
     angle = quantity(written, "rad", f"{where}, angle", "deg")
     if math.dist(here, centre) <= paths.MEET:
         accepted = "a point other than the path's start"
@@ -204,39 +189,12 @@ def _point(raw: object, where: str) -> Point:
     return x, y
 
 
-def _header(cells: list[str], where: str) -> None:
-    """Require a time, x and y."""
-    names = [c.rpartition("_")[0] for c in cells if c.rpartition("_")[2] in _SCALES]
-    times = [c for c in cells if c in _TIMES]
-    places = sorted(n for n in names if n in AXES)
-    if len(times) != 1 or places != list(AXES) or len(cells) != 3:
-        raise ProblemError(where, f"columns {printable(', '.join(cells), 80)}", f"Give {_HEADER}.")
-
-
 def _table(path: Path) -> Course:
     """A trajectory: a move to its first place, then its times."""
-    file = printable(path, 300)
-    rows = list(csv_rows.table(read_text(path, WHAT), file, _header, _HEADER))
-    if len(rows) < 3:
-        raise ProblemError(file, f"{len(rows)} rows", "A trajectory needs three or more.")
-    names = list(rows[0].cells)
-    time = next(name for name in names if name in _TIMES)
-    columns = [(time, _TIMES[time])]
-    for axis in AXES:
-        name = next(n for n in names if n.rpartition("_")[0] == axis)
-        columns.append((name, _SCALES[name.rpartition("_")[2]]))
-    values = np.array(
-        [
-            [csv_rows.number(row.cells[name], f"{row.where}, {name}") / per for row in rows]
-            for name, per in columns
-        ]
-    )
-    for k, row in enumerate(rows):
-        csv_rows.increasing(values[0, k], values[0, k - 1] if k else -math.inf, row.where)
-    values[0] -= values[0, 0]
-    hold = quantity(HOLD, "s", file)
-    first, last = (float(values[1, 0]), float(values[2, 0])), (values[1, -1], values[2, -1])
-    track = Leg("trajectory", (), (), (float(last[0]), float(last[1])), hold, values)
+    values = trajectory(path, AXES, (LENGTH, LENGTH))
+    hold = quantity(HOLD, "s", printable(path, 300))
+    first, last = ((float(values[1, k]), float(values[2, k])) for k in (0, -1))
+    track = Leg("trajectory", (), (), last, hold, values)
     return Course(
         printable(path.stem, 200), (_straight((0.0, 0.0), first, math.inf, hold), track), str(path)
     )

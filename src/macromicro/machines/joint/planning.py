@@ -12,8 +12,9 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.machines import planning
-from macromicro.machines.joint.course import Course, Leg
+from macromicro.machines.joint.course import Leg
 from macromicro.machines.joint.settings import AXES, of
+from macromicro.machines.moves import Course
 from macromicro.machines.planning import Schedule, Way
 from macromicro.motion.feed import Limits, feed
 from macromicro.motion.path import MEET, Piece, line

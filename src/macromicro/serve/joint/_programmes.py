@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.machines.joint import course, planning
-from macromicro.machines.joint.course import Course
+from macromicro.machines.moves import Course
 from macromicro.nominal import PERIOD
 from macromicro.serve._programmes import Planned
 from macromicro.serve.stage._programmes import USUAL
