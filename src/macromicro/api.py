@@ -138,8 +138,7 @@ def run(
     done = programmed.record(moving, settings, on=on, seed=seed, fan=fan, cycles=cycles)
     fault = faults.describe(done.outcome.watch)
     if fault is not None:
-        text = f"{fault.message} {fault.evidence}. {fault.remedy}"
-        warnings.warn(f"the run was stopped: {text}", stacklevel=2)
+        warnings.warn(f"the run was stopped: {fault.text}", stacklevel=2)
     numbers = moving.repeated(cycles).numbers
     arrivals.warn(arrivals.of_both(judging.moves(done.recording, settings), numbers), _REMEDY)
     return done.recording
@@ -184,9 +183,7 @@ def _run_machine(
         rigs, rests = on_rig.opened(source, seed), [each.rest for each in source]
         done = on_rig.record(machine, own, plan, rigs, rests, moving.title)
     if done.outcome.fault is not None:
-        fault = done.outcome.fault
-        text = f"{fault.message} {fault.evidence}. {fault.remedy}"
-        warnings.warn(f"the run was stopped: {text}", stacklevel=3)
+        warnings.warn(f"the run was stopped: {done.outcome.fault.text}", stacklevel=3)
     return done.recording
 
 

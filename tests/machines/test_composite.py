@@ -11,6 +11,7 @@ from macromicro.errors import MacromicroError
 from macromicro.export import catalogue
 from macromicro.machines import composite, compositions, programmes, results, runs
 from macromicro.machines import machine as machines
+from macromicro.place import ANGLE, LENGTH
 from macromicro.serve import choosing
 
 EXAMPLE = Path(__file__).parents[2] / "examples/machines/xyz.toml"
@@ -169,3 +170,15 @@ def test_what_takes_one_stage_or_two_axes_says_so(three):
         machines.chosen(EXAMPLE)
     with pytest.raises(MacromicroError, match=r"no live controller.*--axis NAME"):
         choosing.load(EXAMPLE)
+
+
+def test_lengths_and_angles_at_rest_are_not_added():
+    own = results.MoveResult(0, 1.0, 0.0, 0.1, 0.2, 0.0, None, 0.0, None, 3.0, None, True)
+    other = own._replace(rest_error=4.0)
+    both = results.JointMove(
+        0, "line", (1.0, 1.0), 0.0, 0.0, 0.1, 0.2, None, (own, other), None, True
+    )
+    (alike,) = results.rests([both], (LENGTH, LENGTH))
+    assert alike.error == pytest.approx(5e-3)
+    (unlike,) = results.rests([both], (LENGTH, ANGLE))
+    assert unlike.error is None and unlike.arrived

@@ -18,6 +18,7 @@ from macromicro.machines.machine import Machine
 from macromicro.machines.planning import Planned
 from macromicro.machines.runs import Blocks, Outcome
 from macromicro.machines.sequence import Plan
+from macromicro.machines.stage_trees import all_of
 from macromicro.motion import s_curve
 from macromicro.place import of as place_of
 from macromicro.recorder import Behind
@@ -56,8 +57,7 @@ def named(name: str, stages: tuple[str, ...] = AXES) -> list[str]:
     names = [one.strip() for one in name.split(AND)]
     if len(names) != len(stages) or TWIN in names:
         rigs = AND.join(f"mylab:{stage}" for stage in stages)
-        whose = "both axes" if len(stages) == 2 else "all stages"
-        accepted = f"{TWIN}, or the rigs of {whose}, {stages[0]} first: {rigs}"
+        accepted = f"{TWIN}, or the rigs of {all_of(len(stages))}, {stages[0]} first: {rigs}"
         raise InputError(OPTION, printable(name), accepted)
     return names
 
@@ -207,8 +207,7 @@ def bring(machine: Machine, settings: Any, plan: Plan, rig: Any) -> None:
     outcome = runs.perform(machine, settings, way, blocks, on=rig)
     where = f"the way to {unit.told(way.target[0])}, where the programme begins"
     if outcome.fault is not None:
-        fault = outcome.fault
-        raise MacromicroError(f"{where}: {fault.message} {fault.evidence}. {fault.remedy}")
+        raise MacromicroError(f"{where}: {outcome.fault.text}")
     rows = [c.name for c in runs.columns(machine, rig)]
     last = float(blocks.blocks[-1][rows.index("position"), -1]) / unit.per
     if not abs(last - way.target[0]) <= settings.arrival.tolerance:
@@ -229,8 +228,7 @@ def said(
     each = zip(composite.names(machine), machine.stages, trees, plans, rigs, strict=True)
     if not isinstance(machine, Composite):
         return [f"{rigs[0].name}, {whole}:", *_moved(machine, settings, plans[0])]
-    whose = "both axes" if len(rigs) == 2 else "all stages"
-    lines = [f"{whole}, {whose} in step:"]
+    lines = [f"{whole}, {all_of(len(rigs))} in step:"]
     for name, (_, one), own, plan, rig in each:
         lines += [f"  {name} on {rig.name}:", *("  " + line for line in _moved(one, own, plan))]
     return lines

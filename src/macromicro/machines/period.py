@@ -155,7 +155,7 @@ def period(stages: Stages) -> Period:
     measured, said = _measured(stages), _said(stages)
     follow = sequence.together(count)
     acted, recorded = _acted(stages), _recorded(stages)
-    tripped_of, interlocked = _tripped(count), _interlocked(count)
+    tripped_of, switched_off = _tripped(count), _switched_off(count)
     advanced, shown, recorded_extra = _advanced(stages), _shown(stages), _recorded_extra(stages)
 
     def run(
@@ -171,7 +171,7 @@ def period(stages: Stages) -> Period:
             progress, inside, targets = follow(loops, progress, inside, samples)
             acts = acted(loops, parts, targets, samples, lines, dt)
             tripped = tripped_of(acts)
-            acts = interlocked(acts, tripped, t)
+            acts = switched_off(acts, tripped, t)
             enable = 0.0 if tripped else 1.0
             phase = float(FAULT if tripped else progress.phase)
             now = Inside(phase, float(progress.move), float(progress.arrived))
@@ -250,19 +250,25 @@ def _tripped(count: int) -> Any:
     return fold(each, count, false)
 
 
-def _interlocked(count: int) -> Any:
+@kernel
+def interlocked(watch: Watch, t: float) -> Watch:
+    """A guard after the fault of any stage: its own fault stays."""
+    if watch.fault != OK:
+        return watch
+    return latched(watch, OTHER_AXIS, 0.0, 0.0, t)
+
+
+def _switched_off(count: int) -> Any:
     """The acts after a fault of any stage, which switches all off in the same period."""
 
     def each(j: int, rest: Any) -> Any:
-        def interlocked(acts: Any, tripped: bool, t: float) -> Any:
+        def switched_off(acts: Any, tripped: bool, t: float) -> Any:
             memory, watch, held, effort = acts[0]
             if tripped:
-                effort = 0.0
-                if watch.fault == OK:
-                    watch = latched(watch, OTHER_AXIS, 0.0, 0.0, t)
+                watch, effort = interlocked(watch, t), 0.0
             return ((memory, watch, held, effort), *rest(acts[1:], tripped, t))
 
-        return interlocked
+        return switched_off
 
     return fold(each, count, empty)
 

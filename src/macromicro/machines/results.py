@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -151,19 +151,18 @@ def arrived(those: Iterable[Any]) -> int:
     return sum(m.arrived_s is not None for m in those)
 
 
-def rests(those: Iterable[Any], place: Place = LENGTH) -> list[Rest]:
-    """How moves ended, for a verdict."""
-    return [
-        Rest(m.move + 1, m.arrived_s is not None, m.complete, _away(m, place.per)) for m in those
-    ]
+def rests(those: Iterable[Any], places: Sequence[Place]) -> list[Rest]:
+    """How moves ended, for a verdict; `places` are the units of the stages."""
+    return [Rest(m.move + 1, m.arrived_s is not None, m.complete, _away(m, places)) for m in those]
 
 
-def _away(m: Any, per: float) -> float | None:
-    """Distance from the target at rest, by the readings, in m or rad."""
-    if isinstance(m, MoveResult):
-        return None if m.rest_error is None else abs(m.rest_error) / per
-    errors = [one.rest_error for one in m.axes if one.rest_error is not None]
-    return math.hypot(*errors) / per if len(errors) == len(m.axes) else None
+def _away(m: Any, places: Sequence[Place]) -> float | None:
+    """Distance from the target at rest, by the readings, in m or rad; None: lengths and angles."""
+    stages = (m,) if isinstance(m, MoveResult) else m.axes
+    errors = [one.rest_error for one in stages if one.rest_error is not None]
+    if len(errors) < len(stages) or len(set(places)) > 1:
+        return None
+    return math.hypot(*errors) / places[0].per
 
 
 def settling(those: Iterable[Any]) -> list[float]:

@@ -23,6 +23,7 @@ from macromicro.machines.machine import as_toml
 from macromicro.machines.planning import Planned
 from macromicro.machines.sequence import DONE, Plan
 from macromicro.machines.stage import Loop, compiles
+from macromicro.machines.stage_trees import all_of
 from macromicro.place import Place
 from macromicro.programme import Programme
 from macromicro.recording import Recording
@@ -59,7 +60,7 @@ class Outcome(NamedTuple):
         found = guarding.describe(self.watches[k], self.places[k])
         if found is None or not self.names[k]:
             return found
-        whose = "both axes" if len(self.names) == 2 else "all axes"
+        whose = all_of(len(self.names))
         evidence = found.evidence.replace(SWITCHED_OFF, f"{whose}: {SWITCHED_OFF}")
         return found._replace(message=f"Axis {self.names[k]}: {found.message}", evidence=evidence)
 
@@ -235,7 +236,7 @@ def recorded(
     if warn and np.isnan(planning.each(planned)[0].end):  # what comes by time waits for no arrival
         moves = results.of(machine, made, planned, settings)
         place = outcome.places[0]
-        arrivals.warn(results.rests(moves, place), results.REMEDY, place, stacklevel=4)
+        arrivals.warn(results.rests(moves, outcome.places), results.REMEDY, place, stacklevel=4)
     return Done(made, outcome)
 
 

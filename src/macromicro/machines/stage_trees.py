@@ -50,12 +50,17 @@ def _within(name: str, rule: Callable[[Any], Any]) -> Callable[[Any], Any]:
 def on_one_clock(tree: Any, names: Sequence[str]) -> Iterator[Checked]:
     """Whether all stages have the period of the first."""
     first = names[0]
-    whose = "both axes" if len(names) == 2 else "all stages"
+    whose = all_of(len(names))
     for name in names[1:]:
         period = getattr(tree, name).timing.period
         wrong = period != getattr(tree, first).timing.period
         words = f"{{{first}.timing.period}}: {whose} run on one clock"
         yield wrong, f"{name}.timing.period", period, words
+
+
+def all_of(count: int) -> str:
+    """All stages of a machine, in words."""
+    return "both axes" if count == 2 else "all stages"
 
 
 def grown(tree: Any, names: Sequence[str], table: Mapping[str, object], where: str) -> Any:

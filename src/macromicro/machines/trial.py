@@ -47,7 +47,6 @@ _PATH = {
     "rms_contour": Quantity("um", "rms of the same, over all moves"),
     "true_contour": Quantity("um", "largest distance from the path, true"),
 }
-_SETTLING = Quantity("s", "slowest arrival of both, counted from the end of the profile")
 _TRUE = Quantity("um", "largest distance from the target at rest, true")
 
 
@@ -62,13 +61,14 @@ def kind(machine: AnyMachine) -> Any:
 @lru_cache(maxsize=16)
 def _joint(names: tuple[str, ...], places: tuple[Any, ...], has_plane: bool) -> Any:
     """Figures of several stages; infinity: no arrival; NaN: stopped by a guard."""
-    notes = _SHARED | (_PATH if has_plane else {}) | {"settling": _SETTLING}
+    notes = _SHARED | (_PATH if has_plane else {})
+    all_stages = "both" if len(names) == 2 else "all"
+    slowest = f"slowest arrival of {all_stages}, counted from the end of the profile"
+    notes["settling"] = Quantity("s", slowest)
     first = names[0]
     for name, place in zip(names, places, strict=True):
         words = (
-            f"largest distance from the set point, {name}"
-            if name == first
-            else (f"the same, {name}")
+            f"largest distance from the set point, {name}" if name == first else f"the same, {name}"
         )
         notes[f"peak_error_{name}"] = place.column(Quantity("um", words))
     if has_plane:

@@ -15,6 +15,7 @@ from macromicro.machines.composite import Composite, names
 from macromicro.machines.joint import contour
 from macromicro.machines.joint.settings import AXES
 from macromicro.machines.planning import Schedule
+from macromicro.machines.stage_trees import all_of
 from macromicro.recording import Recording
 from macromicro.report._figures import Drawn
 
@@ -134,7 +135,7 @@ def axes_over_time(
     figure.subplots_adjust(hspace=0.3)
     caption = "Position, error and effort of each axis"
     caption += ", and what the errors make beside the path." if plane else "."
-    return Drawn("axes", "Both axes" if len(units) == 2 else "All stages", caption, figure)
+    return Drawn("axes", all_of(len(units)).capitalize(), caption, figure)
 
 
 def _paths(ax: Any, recording: Recording, plan: Schedule, tolerance: float) -> None:

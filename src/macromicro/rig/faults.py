@@ -19,6 +19,11 @@ class Fault(NamedTuple):
     evidence: str  # what was measured, and its limit
     remedy: str
 
+    @property
+    def text(self) -> str:
+        """All of it in one line."""
+        return f"{self.message} {self.evidence}. {self.remedy}"
+
 
 class Said(Protocol):
     """A fault in words."""

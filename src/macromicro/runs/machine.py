@@ -48,7 +48,7 @@ class GuardTripped(MacromicroError):
     def __init__(self, what: str, rig: Guarded) -> None:
         fault = describe(rig.watch)
         assert fault is not None
-        super().__init__(f"{what}: {fault.message} {fault.evidence}. {fault.remedy}")
+        super().__init__(f"{what}: {fault.text}")
 
 
 def watchdog(limits: Limits | None, table: Calibration | None) -> Guard:

@@ -14,7 +14,7 @@ from macromicro.errors import InputError
 from macromicro.machines import composite, guarding, lines, pace, period, stage
 from macromicro.machines.composite import AnyMachine
 from macromicro.machines.guard_words import OTHER_AXIS
-from macromicro.machines.guarding import OK, Limits, Watch, latched
+from macromicro.machines.guarding import OK, Limits, Watch
 from macromicro.machines.lines import Held, Wired
 from macromicro.machines.machine import Machine
 from macromicro.machines.period import Bench, Part, Run, Stages
@@ -146,8 +146,8 @@ class Control:
         self._out = np.empty((len(names), number))
         self._nothing = nothing(number)
         self._memory: list[Any] = [None for _ in count]
-        self._restart: list[int | None] = [None for _ in count]  # of the courses, with which
-        # the laws began
+        # The courses' numbers with which the laws began.
+        self._restart: list[int | None] = [None for _ in count]
         self._held = [Held() for _ in count]
         self.efforts = [0.0 for _ in count]  # V, the last that were given
         self.enable = 0.0
@@ -218,7 +218,7 @@ class Control:
         each = zip(self._resting, self.watches, seen, strict=True)
         watches = [resting.look(watch, sample) for resting, watch, sample in each]
         if any(watch.fault != OK for watch in watches):
-            watches = [interlocked(watch, seen[0].t) for watch in watches]
+            watches = [period.interlocked(watch, seen[0].t) for watch in watches]
         self.watches = watches
 
     def _led(self, k: int, course: Course, seen: Sample) -> Loop:
@@ -241,8 +241,3 @@ class Control:
                 params, draws = bench.stages[k], noise[k][first : first + step]
                 ends[k] = coasted(free, params, ends[k], self._nothing, draws, self.dt)
         return tuple(ends)
-
-
-def interlocked(watch: Watch, t: float) -> Watch:
-    """A guard after the fault of another stage."""
-    return watch if watch.fault != OK else latched(watch, OTHER_AXIS, 0.0, 0.0, t)
