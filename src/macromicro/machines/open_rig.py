@@ -16,6 +16,8 @@ from macromicro.place import LENGTH, Place
 from macromicro.types import ENABLE, QUIET, SAFE, Lines, Outputs, Rig
 from macromicro.types import Sample as Shown
 
+_OTHERS = SAFE[1:]  # outputs of a stage's motor alone
+
 
 class Wired(NamedTuple):
     """`types.Outputs` with the enable line, for rigs that have it."""
@@ -78,7 +80,7 @@ def _switch(p: Any, origin: float, enable: float) -> float:
 
 def _advance(p: Opened, origin: float, effort: float, noise: Array, k: int, dt: float) -> float:
     """Write the effort and wait for the next period."""
-    p.rig.write(SAFE._replace(motor=float(effort)))
+    p.rig.write(Outputs(float(effort), *_OTHERS))
     p.rig.clock.wait(dt)
     return origin
 

@@ -141,22 +141,23 @@ def _rows(stages: Stages, k: int) -> list[tuple[Any, Any]]:
 
 
 @lru_cache(maxsize=64)
-def period(stages: Stages) -> Period:
+def period(stages: Stages, recorded: bool = True) -> Period:
     """The loop of a machine.
 
     ``run(bench, loops, state, noise, out, dt) -> (state, written)`` runs up to as many control
     periods as there are rows of noise, until the programme is done or a guard trips (that period is
     the last written), with `out` of shape (columns, periods). `loops` and `noise` have one entry a
-    stage. Arrays of the state are changed in place; `fastest` leaves them as they are.
+    stage. Arrays of the state are changed in place; `fastest` leaves them as they are. Not
+    `recorded`, it writes only what a live machine looks at: efforts, lines and laws' own columns.
     """
     count = len(stages.kinds)
     for kind, law in zip(stages.kinds, stages.laws, strict=True):
         joining.joined(kind.measure, kind.advance, kind.show, law.step, kind.sense, kind.switch)
     measured, said = _measured(stages), _said(stages)
     follow = sequence.together(count)
-    acted, recorded = _acted(stages), _recorded(stages)
+    acted, record = _acted(stages), _recorded(stages) if recorded else _looked_at(stages)
     tripped_of, switched_off = _tripped(count), _switched_off(count)
-    advanced, shown, recorded_extra = _advanced(stages), _shown(stages), _recorded_extra(stages)
+    advanced, shown, record_extra = _advanced(stages), _shown(stages), _recorded_extra(stages)
 
     def run(
         bench: Bench, loops: Any, state: Run, noise: Any, out: Array, dt: float
@@ -176,8 +177,8 @@ def period(stages: Stages) -> Period:
             phase = float(FAULT if tripped else progress.phase)
             now = Inside(phase, float(progress.move), float(progress.arrived))
             truths = shown(params, parts)
-            recorded(out, k, samples, targets, acts, truths, lines, now, Enable(enable))
-            recorded_extra(out, k, bench.extra, truths)
+            record(out, k, samples, targets, acts, truths, lines, now, Enable(enable))
+            record_extra(out, k, bench.extra, truths)
             parts = advanced(params, parts, acts, enable, noise, k, dt)
             tick += 1
             written += 1
@@ -309,6 +310,30 @@ def _recorded(stages: Stages) -> Any:
             rest(out, k, samples[1:], targets[1:], acts[1:], truths[1:], said[1:], now, switched)
 
         return recorded
+
+    return fold(each, len(stages.kinds), nothing)
+
+
+def _looked_at(stages: Stages) -> Any:
+    """What a live machine looks at of a period, in the rows of `_recorded`."""
+    own = law_columns(stages)
+
+    def each(j: int, rest: Any) -> Any:
+        tell, lined = stages.laws[j].tell, bool(stages.kinds[j].lines)
+        _, _, output, memory, _, _, lines, _ = _rows(stages, j)
+
+        def looked_at(
+            out: Any, k: int, samples: Any, targets: Any, acts: Any, truths: Any, said: Any,
+            now: Inside, switched: Enable,
+        ) -> None:  # fmt: skip
+            put(out, k, Output(acts[0][3]), *output)
+            if own:
+                put(out, k, tell(acts[0][0]), *memory)
+            if lined:
+                put(out, k, said[0], *lines)
+            rest(out, k, samples, targets, acts[1:], truths, said[1:], now, switched)
+
+        return looked_at
 
     return fold(each, len(stages.kinds), nothing)
 

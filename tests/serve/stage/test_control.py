@@ -162,7 +162,7 @@ class Watched:
         self.shown = [math.nan] * 4
 
         def known(name: str, loop: Any) -> Any:
-            return lambda *which: (self.made.append(name), loop)[1]
+            return lambda *which, **how: (self.made.append(name), loop)[1]
 
         def compiled(loop: Any) -> Any:
             self.compiled.append(loop)

@@ -123,7 +123,10 @@ class Control:
         self.dt = float(self._trees[0].timing.period)
         for (name, one), own in zip(machine.stages, self._trees, strict=True):
             checked(one, own, f"{name}." if name else "")
-        self._period = (period.in_place if stages is None else period.period)(self.stages)
+        if stages is None:
+            self._period = period.in_place(simulated)
+        else:
+            self._period = period.period(stages, recorded=False)
         free, self._switch = [stage.opened(k) for k in kinds], [k.switch for k in kinds]
         if stages is None:
             free = [stage.quickest(each, kind) for each, kind in zip(free, kinds, strict=True)]
