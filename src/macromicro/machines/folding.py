@@ -28,15 +28,15 @@ def empty(*given: Any) -> tuple[()]:
 
 
 @kernel
-def true(*given: Any) -> bool:
-    """The end of a fold that asks whether all are so."""
-    return True
+def empty_pair(*given: Any) -> tuple[tuple[()], tuple[()]]:
+    """The end of a fold that makes two tuples."""
+    return (), ()
 
 
 @kernel
-def false(*given: Any) -> bool:
-    """The end of a fold that asks whether one is so."""
-    return False
+def empty_and_false(*given: Any) -> tuple[tuple[()], bool]:
+    """The end of a fold that makes a tuple and asks whether one of it is so."""
+    return (), False
 
 
 @kernel

@@ -16,7 +16,7 @@ from macromicro.control import outside
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.kernel import kernel
 from macromicro.machines import guarding, sequence
-from macromicro.machines.folding import empty, false, fold, nothing
+from macromicro.machines.folding import empty, empty_and_false, empty_pair, fold, nothing
 from macromicro.machines.guard_words import OTHER_AXIS
 from macromicro.machines.guarding import OK, Watch, latched
 from macromicro.machines.lines import Held
@@ -150,14 +150,12 @@ def period(stages: Stages, recorded: bool = True) -> Period:
     stage. Arrays of the state are changed in place; `fastest` leaves them as they are. Not
     `recorded`, it writes only what a live machine looks at: efforts, lines and laws' own columns.
     """
-    count = len(stages.kinds)
     for kind, law in zip(stages.kinds, stages.laws, strict=True):
         joining.joined(kind.measure, kind.advance, kind.show, law.step, kind.sense, kind.switch)
-    measured, said = _measured(stages), _said(stages)
-    follow = sequence.together(count)
-    acted, record = _acted(stages), _recorded(stages) if recorded else _looked_at(stages)
-    tripped_of, switched_off = _tripped(count), _switched_off(count)
-    advanced, shown, record_extra = _advanced(stages), _shown(stages), _recorded_extra(stages)
+    seen, acted, advanced = _seen(stages), _acted(stages), _advanced(stages)
+    follow = sequence.together(len(stages.kinds))
+    ended = _recorded(stages) if recorded else _looked_at(stages)
+    record_extra = _recorded_extra(stages) if recorded else nothing
 
     def run(
         bench: Bench, loops: Any, state: Run, noise: Any, out: Array, dt: float
@@ -167,17 +165,14 @@ def period(stages: Stages, recorded: bool = True) -> Period:
         written = 0
         for k in range(noise[0].shape[0]):
             t = tick * dt
-            samples = measured(params, parts, t, noise, k)
-            lines = said(params, parts)
+            samples, lines = seen(params, parts, t, noise, k)
             progress, inside, targets = follow(loops, progress, inside, samples)
-            acts = acted(loops, parts, targets, samples, lines, dt)
-            tripped = tripped_of(acts)
-            acts = switched_off(acts, tripped, t)
+            acts, tripped = acted(loops, parts, targets, samples, lines, dt)
             enable = 0.0 if tripped else 1.0
             phase = float(FAULT if tripped else progress.phase)
             now = Inside(phase, float(progress.move), float(progress.arrived))
-            truths = shown(params, parts)
-            record(out, k, samples, targets, acts, truths, lines, now, Enable(enable))
+            period = Shared(t, tripped, now, Enable(enable))
+            acts, truths = ended(out, k, period, params, parts, samples, targets, acts, lines)
             record_extra(out, k, bench.extra, truths)
             parts = advanced(params, parts, acts, enable, noise, k, dt)
             tick += 1
@@ -189,35 +184,34 @@ def period(stages: Stages, recorded: bool = True) -> Period:
     return run
 
 
-def _measured(stages: Stages) -> Any:
-    def each(j: int, rest: Any) -> Any:
-        measure = stages.kinds[j].measure
+class Shared(NamedTuple):
+    """What all stages have in common in a period."""
 
-        def measured(params: Any, parts: Any, t: float, noise: Any, k: int) -> Any:
+    t: float
+    tripped: bool  # whether a guard has found a fault
+    now: Inside
+    enable: Enable
+
+
+def _seen(stages: Stages) -> Any:
+    """The samples of the stages, and what their lines say."""
+
+    def each(j: int, rest: Any) -> Any:
+        measure, sense = stages.kinds[j].measure, stages.kinds[j].sense
+
+        def seen(params: Any, parts: Any, t: float, noise: Any, k: int) -> Any:
             first = measure(params[0], parts[0].stage, t, noise[0], k)
-            return (first, *rest(params[1:], parts[1:], t, noise[1:], k))
+            line = sense(params[0], parts[0].stage)
+            samples, lines = rest(params[1:], parts[1:], t, noise[1:], k)
+            return (first, *samples), (line, *lines)
 
-        return measured
+        return seen
 
-    return fold(each, len(stages.kinds), empty)
-
-
-def _said(stages: Stages) -> Any:
-    """What the lines of the stages say."""
-
-    def each(j: int, rest: Any) -> Any:
-        sense = stages.kinds[j].sense
-
-        def said(params: Any, parts: Any) -> Any:
-            return (sense(params[0], parts[0].stage), *rest(params[1:], parts[1:]))
-
-        return said
-
-    return fold(each, len(stages.kinds), empty)
+    return fold(each, len(stages.kinds), empty_pair)
 
 
 def _acted(stages: Stages) -> Any:
-    """Memory, watch, held and effort of each stage: its law, then its guards."""
+    """Memory, watch, held and effort of each stage, by law and guards, and whether one tripped."""
 
     def each(j: int, rest: Any) -> Any:
         step = stages.laws[j].step
@@ -231,24 +225,12 @@ def _acted(stages: Stages) -> Any:
             )
             guard = bounded(loop.guard, loop.wired, held)
             watch, effort = guarding.step(guard, watch, sample, target, passed)
-            others = rest(loops[1:], parts[1:], targets[1:], samples[1:], lines[1:], dt)
-            return ((memory, watch, held, effort), *others)
+            others, tripped = rest(loops[1:], parts[1:], targets[1:], samples[1:], lines[1:], dt)
+            return ((memory, watch, held, effort), *others), watch.fault != OK or tripped
 
         return acted
 
-    return fold(each, len(stages.kinds), empty)
-
-
-def _tripped(count: int) -> Any:
-    """Whether a guard has found a fault."""
-
-    def each(j: int, rest: Any) -> Any:
-        def tripped(acts: Any) -> bool:
-            return bool(acts[0][1].fault != OK or rest(acts[1:]))
-
-        return tripped
-
-    return fold(each, count, false)
+    return fold(each, len(stages.kinds), empty_and_false)
 
 
 @kernel
@@ -259,36 +241,20 @@ def interlocked(watch: Watch, t: float) -> Watch:
     return latched(watch, OTHER_AXIS, 0.0, 0.0, t)
 
 
-def _switched_off(count: int) -> Any:
-    """The acts after a fault of any stage, which switches all off in the same period."""
-
-    def each(j: int, rest: Any) -> Any:
-        def switched_off(acts: Any, tripped: bool, t: float) -> Any:
-            memory, watch, held, effort = acts[0]
-            if tripped:
-                watch, effort = interlocked(watch, t), 0.0
-            return ((memory, watch, held, effort), *rest(acts[1:], tripped, t))
-
-        return switched_off
-
-    return fold(each, count, empty)
-
-
-def _shown(stages: Stages) -> Any:
-    def each(j: int, rest: Any) -> Any:
-        show = stages.kinds[j].show
-
-        def shown(params: Any, parts: Any) -> Any:
-            return (show(params[0], parts[0].stage), *rest(params[1:], parts[1:]))
-
-        return shown
-
-    return fold(each, len(stages.kinds), empty)
+@kernel
+def _switched_off(act: Any, period: Shared) -> Any:
+    """An act after a fault of any stage, which switches all off in the same period."""
+    memory, watch, held, effort = act
+    if period.tripped:
+        return memory, interlocked(watch, period.t), held, 0.0
+    return memory, watch, held, effort
 
 
 def _recorded(stages: Stages) -> Any:
+    """The acts after faults and the truths of the stages, recorded."""
+
     def each(j: int, rest: Any) -> Any:
-        tell = stages.laws[j].tell
+        tell, show = stages.laws[j].tell, stages.kinds[j].show
         sample, target, output, memory, inside, truth, lines, enable = _rows(stages, j)
         (sample_rows, sample_scales), (target_rows, target_scales) = sample, target
         (output_rows, output_scales), (memory_rows, memory_scales) = output, memory
@@ -296,26 +262,31 @@ def _recorded(stages: Stages) -> Any:
         (line_rows, line_scales), (enable_rows, enable_scales) = lines, enable
 
         def recorded(
-            out: Any, k: int, samples: Any, targets: Any, acts: Any, truths: Any, said: Any,
-            now: Inside, switched: Enable,
-        ) -> None:  # fmt: skip
+            out: Any, k: int, period: Shared, params: Any, parts: Any, samples: Any, targets: Any,
+            acts: Any, said: Any,
+        ) -> Any:  # fmt: skip
+            act = _switched_off(acts[0], period)
+            real = show(params[0], parts[0].stage)
             put(out, k, samples[0], sample_rows, sample_scales)
             put(out, k, targets[0], target_rows, target_scales)
-            put(out, k, Output(acts[0][3]), output_rows, output_scales)
-            put(out, k, tell(acts[0][0]), memory_rows, memory_scales)
-            put(out, k, now, inside_rows, inside_scales)
-            put(out, k, truths[0], truth_rows, truth_scales)
+            put(out, k, Output(act[3]), output_rows, output_scales)
+            put(out, k, tell(act[0]), memory_rows, memory_scales)
+            put(out, k, period.now, inside_rows, inside_scales)
+            put(out, k, real, truth_rows, truth_scales)
             put(out, k, said[0], line_rows, line_scales)
-            put(out, k, switched, enable_rows, enable_scales)
-            rest(out, k, samples[1:], targets[1:], acts[1:], truths[1:], said[1:], now, switched)
+            put(out, k, period.enable, enable_rows, enable_scales)
+            others, truths = rest(
+                out, k, period, params[1:], parts[1:], samples[1:], targets[1:], acts[1:], said[1:]
+            )
+            return (act, *others), (real, *truths)
 
         return recorded
 
-    return fold(each, len(stages.kinds), nothing)
+    return fold(each, len(stages.kinds), empty_pair)
 
 
 def _looked_at(stages: Stages) -> Any:
-    """What a live machine looks at of a period, in the rows of `_recorded`."""
+    """`_recorded` of what a live machine looks at, in the same rows."""
     own = law_columns(stages)
 
     def each(j: int, rest: Any) -> Any:
@@ -323,19 +294,21 @@ def _looked_at(stages: Stages) -> Any:
         _, _, output, memory, _, _, lines, _ = _rows(stages, j)
 
         def looked_at(
-            out: Any, k: int, samples: Any, targets: Any, acts: Any, truths: Any, said: Any,
-            now: Inside, switched: Enable,
-        ) -> None:  # fmt: skip
-            put(out, k, Output(acts[0][3]), *output)
+            out: Any, k: int, period: Shared, params: Any, parts: Any, samples: Any, targets: Any,
+            acts: Any, said: Any,
+        ) -> Any:  # fmt: skip
+            act = _switched_off(acts[0], period)
+            put(out, k, Output(act[3]), *output)
             if own:
-                put(out, k, tell(acts[0][0]), *memory)
+                put(out, k, tell(act[0]), *memory)
             if lined:
                 put(out, k, said[0], *lines)
-            rest(out, k, samples, targets, acts[1:], truths, said[1:], now, switched)
+            others, _ = rest(out, k, period, params, parts, samples, targets, acts[1:], said[1:])
+            return (act, *others), ()
 
         return looked_at
 
-    return fold(each, len(stages.kinds), nothing)
+    return fold(each, len(stages.kinds), empty_pair)
 
 
 def _recorded_extra(stages: Stages) -> Any:

@@ -16,7 +16,7 @@ from macromicro.control import arrival
 from macromicro.control.arrival import TICK
 from macromicro.control.stage_law import Sample, Target
 from macromicro.kernel import kernel
-from macromicro.machines.folding import empty, fold, true
+from macromicro.machines.folding import empty, fold
 from macromicro.schema.par import Par
 
 WAITING, MOVING, HOLDING, DONE = range(4)
@@ -181,31 +181,19 @@ def together(count: int) -> Callable[..., tuple[Progress, Any, Any]]:
 
         return aims
 
-    def inside(k: int, rest: Any) -> Any:
-        def since(loops: Any, aims: Any, samples: Any, before: Any, t: float) -> Any:
+    def waiting(k: int, rest: Any) -> Any:
+        def waited(loops: Any, aims: Any, samples: Any, before: Any, t: float) -> Any:
+            rule = loops[0].arrival
             error = aims[0].position - samples[0].position
-            first = arrival.since(loops[0].arrival, error, before[0], t)
-            return (first, *rest(loops[1:], aims[1:], samples[1:], before[1:], t))
+            inside = arrival.since(rule, error, before[0], t)
+            others, arrived, patience = rest(loops[1:], aims[1:], samples[1:], before[1:], t)
+            all_arrived = arrival.arrived(rule, inside, t) and arrived
+            return (inside, *others), all_arrived, float(max(rule.patience, patience))
 
-        return since
-
-    def arrived(k: int, rest: Any) -> Any:
-        def all_arrived(loops: Any, since: Any, t: float) -> bool:
-            first = arrival.arrived(loops[0].arrival, since[0], t)
-            return first and rest(loops[1:], since[1:], t)
-
-        return all_arrived
-
-    def patience(k: int, rest: Any) -> Any:
-        def longest(loops: Any) -> float:
-            return float(max(loops[0].arrival.patience, rest(loops[1:])))
-
-        return longest
+        return waited
 
     aims_of = fold(targets, count, empty)
-    since_of = fold(inside, count, empty)
-    all_arrived = fold(arrived, count, true)
-    longest = fold(patience, count, _at_once)
+    waited_of = fold(waiting, count, _waited)
     outside = (math.nan,) * count
 
     def steps(loops: Any, s: Progress, since: Any, samples: Any) -> tuple[Progress, Any, Any]:
@@ -215,14 +203,14 @@ def together(count: int) -> Callable[..., tuple[Progress, Any, Any]]:
             since = outside
         aims = aims_of(loops, s, t)
         if waits(plan, s, t):
-            since = since_of(loops, aims, samples, since, t)
-            there = all_arrived(loops, since, t)
-            s = judged(plan, s, t, since[0], there, longest(loops))
+            since, arrived, patience = waited_of(loops, aims, samples, since, t)
+            s = judged(plan, s, t, since[0], arrived, patience)
         return s, since, aims
 
     return kernel(steps)
 
 
 @kernel
-def _at_once(loops: Any) -> float:
-    return 0.0
+def _waited(*given: Any) -> tuple[tuple[()], bool, float]:
+    """The end of a fold: nothing is awaited."""
+    return (), True, 0.0
