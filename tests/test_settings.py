@@ -85,7 +85,7 @@ def test_a_value_by_its_path() -> None:
     assert NOMINAL["bench.friction.coulomb"] == NOMINAL.bench.friction.coulomb
     assert NOMINAL["bench.friction"] is NOMINAL.bench.friction
     assert NOMINAL.with_("bench.carriage.stop_high", "300 mm")["bench.carriage.stop_high"] == 0.3
-    assert NOMINAL[0] is NOMINAL.bench and NOMINAL[-1] is NOMINAL.travel
+    assert NOMINAL[0] is NOMINAL.bench and NOMINAL[4] is NOMINAL.travel
     assert NOMINAL[:2] == (NOMINAL.bench, NOMINAL.sensors)
     for wrong in ("bench.friction.colomb", "bench.frction", "coulomb", "", "bench."):
         with pytest.raises(InputError, match="unknown key"):

@@ -12,6 +12,7 @@ from macromicro.plant.bench import Bench, Sensors
 from macromicro.programme.travel import Travel
 from macromicro.rig.limits import Limits
 from macromicro.schema import access, config
+from macromicro.schema.par import Given
 
 Tree = TypeVar("Tree", bound="Controlled")
 
@@ -55,6 +56,7 @@ class Settings(NamedTuple):
     controller: Control = Control()
     guard: Limits = Limits()
     travel: Travel = Travel()
+    given: Given = Given()
 
     def machine(self) -> str:
         """Name of the machine that these are settings of.

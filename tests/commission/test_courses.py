@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission.courses import Corner, course, decaying, played
-from macromicro.commission.stand import Caution, CommissionError, Stand
+from macromicro.commission.courses import Corner, course, decaying, driven, played
+from macromicro.commission.stand import Caution, CommissionError, Record, Stand
+from macromicro.place import ANGLE
 
 DT = 1e-3
 
@@ -64,3 +65,17 @@ def test_efforts_stay_above_the_lowest() -> None:
     on = Stand(session(rig), rig.dt, rig.pitch)
     played(on, np.array([0.0, -5.0, 5.0]), Caution(4.0, math.inf, lowest=-1.0))
     assert rig.log[:3] == [0.0, -1.0, 4.0]
+
+
+class Passed:
+    """A stand on which the first reading is beyond a limit already."""
+
+    place = ANGLE
+
+    def drive(self, *given: object) -> Record:
+        return Record(np.zeros(1), np.zeros(1), np.array([math.pi]), "the window")
+
+
+def test_a_limit_that_was_passed_before_any_effort_is_told_in_the_stages_unit() -> None:
+    with pytest.raises(CommissionError, match="passed the window at 0 V, 180 deg"):
+        driven(Passed(), lambda *state: 0.0, 1.0, Caution(1.0, 1.0))  # type: ignore[arg-type]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -13,11 +14,12 @@ from tests.commission.axes import PLAIN, Virtual, session
 
 from macromicro.commission import _store, axis, procedure, report, running
 from macromicro.commission._probing import Creep
-from macromicro.commission.procedure import Options, Work
+from macromicro.commission.procedure import Options, Work, sign
 from macromicro.commission.running import Commissioned, Place, commission
 from macromicro.commission.stand import Stand
-from macromicro.errors import InputError
+from macromicro.errors import InputError, ProblemError
 from macromicro.machines import machine
+from macromicro.place import ANGLE
 
 OPTIONS = Options(effort=8.0, speed=1.0, creep=0.04, travel=0.3)
 STARTED = "2026-01-01 12:00:00"
@@ -213,6 +215,19 @@ def test_options_are_checked_before_anything_moves(options: Options, match: str)
     with pytest.raises(InputError, match=match):
         commission(place(made), options)
     assert not made
+
+
+def test_options_of_an_axis_that_turns_are_told_in_degrees() -> None:
+    with pytest.raises(InputError, match="--creep: '90 deg/s'; accepted: at most --speed 10 deg/s"):
+        Options(5.0, math.radians(10.0), math.radians(90.0), 1.0).checked(ANGLE)
+    with pytest.raises(ProblemError, match="from 90 deg to 180 deg excludes"):
+        Options(5.0, 1.0, 0.1, 1.0, low=math.pi / 2.0, high=math.pi).checked(ANGLE)
+
+
+def test_a_kind_whose_steps_find_no_direction_has_that_of_its_encoder() -> None:
+    kind = axis.KIND
+    found = {step.name: object() for step in kind.steps}
+    assert sign(kind, Work(None, Options(5.0, 1.0, 0.1, 1.0), found)) == 1.0  # type: ignore[arg-type]
 
 
 def test_a_named_window_is_not_left() -> None:

@@ -323,7 +323,7 @@ def _options(place: Place, given: tuple[str, str, str, str, str, str]) -> Option
         quantity(high, p.base, "--to", p.unit) if high else None,
         place.lowest,
         place.endless,
-    ).checked()
+    ).checked(p)
 
 
 def _endless(place: Place, ends: str) -> Place:

@@ -46,8 +46,10 @@ def played(stand: Stand, efforts: Array, caution: Caution) -> Record:
 def driven(stand: Stand, law: Law, seconds: float, caution: Caution) -> Record:
     record = stand.drive(law, seconds, caution)
     if record.ended:
+        effort = record.u[-2] if len(record.u) > 1 else record.u[-1]  # before it was switched off
+        where = stand.place.told(float(record.x[-1]), digits=4)
         raise CommissionError(
-            f"the stage passed {record.ended} at {record.u[-2]:.3g} V, "
-            f"{record.x[-1] * 1e3:.4g} mm. Reduce --effort, or widen the limit"
+            f"the stage passed {record.ended} at {effort:.3g} V, {where}. "
+            "Reduce --effort, or widen the limit"
         )
     return record

@@ -7,7 +7,7 @@ that finds positions before it moves on, unless only computing is left.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -75,8 +75,13 @@ class Options(NamedTuple):
     #: whether nothing ends its way: it turns on, within a window that must be named
     endless: bool = False
 
-    def checked(self) -> Options:
+    def checked(self, place: Place = LENGTH) -> Options:
         """These options.
+
+        Parameters
+        ----------
+        place : Place, optional
+            Units of positions in messages.
 
         Returns
         -------
@@ -94,9 +99,8 @@ class Options(NamedTuple):
             if not 0.0 < getattr(self, name) < float("inf"):
                 raise InputError(f"--{name}", getattr(self, name), "a finite value above zero")
         if self.creep > self.speed:
-            raise InputError(
-                "--creep", f"{self.creep:g} m/s", f"at most --speed {self.speed:g} m/s"
-            )
+            accepted = f"at most --speed {place.told(self.speed, 'm/s')}"
+            raise InputError("--creep", place.told(self.creep, "m/s"), accepted)
         if self.endless and self.low is None:
             raise ProblemError(
                 "--ends none", "continuous rotation needs a window", "Add --from and --to."
@@ -106,7 +110,8 @@ class Options(NamedTuple):
                 "--from and --to", "only one of them is given", "Give both, or none."
             )
         if self.low is not None and self.high is not None and not self.low <= 0.0 <= self.high:
-            found = f"from {self.low:g} m to {self.high:g} m excludes the present position, 0"
+            window = f"from {place.told(self.low)} to {place.told(self.high)}"
+            found = f"{window} excludes the present position, 0"
             raise ProblemError("--from and --to", found, "Give a window around it.")
         if self.lowest is not None and not -float("inf") < self.lowest <= 0.0:
             raise InputError("--lowest", f"{self.lowest:g} V", "a finite value, at most 0 V")
@@ -230,8 +235,7 @@ def turned_round(work: Work) -> None:
     >>> stand.sign
     -1.0
     """
-    signs = (getattr(one, "sign", None) for one in work.found.values())
-    work.stand.sign = float(next((s for s in signs if s is not None), 1.0))
+    work.stand.sign = _sign(work.found.values())
 
 
 class Kind(NamedTuple):
@@ -315,7 +319,7 @@ def sign(kind: Kind, work: Work) -> float:
     Returns
     -------
     float
-        1, or -1 where a positive effort made the encoder count down.
+        1, or -1 where a positive effort made the encoder count down; 1 where no step finds it.
 
     Examples
     --------
@@ -327,8 +331,13 @@ def sign(kind: Kind, work: Work) -> float:
     >>> sign(piezo.KIND, Work(None, options, first))
     -1.0
     """
-    signs = (getattr(work.found.get(step.name), "sign", None) for step in kind.steps)
-    return float(next(s for s in signs if s is not None))
+    return _sign(work.found.get(step.name) for step in kind.steps)
+
+
+def _sign(results: Iterable[Any]) -> float:
+    """The first direction among results; 1 where none has found one."""
+    signs = (getattr(one, "sign", None) for one in results)
+    return float(next((s for s in signs if s is not None), 1.0))
 
 
 def perform(

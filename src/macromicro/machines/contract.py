@@ -101,7 +101,8 @@ def _shape(machine: Machine) -> str:
     if places.of(settings) != machine.kind.place:
         found = f"travel in {places.of(settings).base}, kind in {machine.kind.place.base}"
         raise Broken(found, "settings and `Kind.place` of one unit")
-    return f"{machine.title}: {', '.join(n for n in settings._fields if n != tree.OWN)}"
+    shown = (name for name in settings._fields if name not in (tree.OWN, tree.GIVEN))
+    return f"{machine.title}: {', '.join(shown)}"
 
 
 def _settings(machine: Machine) -> str:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from macromicro import place as places
 from macromicro.errors import InputError
 from macromicro.machines import deriving, rotary
-from macromicro.schema.par import entries, value_at
+from macromicro.schema.par import entries, is_given, value_at
 
 FAR = 20.0  # times the encoder's resolution
 COARSE = 5e-3  # of the travel
@@ -65,7 +65,9 @@ def _of(tree: Any, rules: tuple[tuple[str, Callable[[Any], str]], ...]) -> list[
     doubts = []
     for path, rule in rules:
         value = value_at(tree, path)
-        if path in derived and value == derived[path](tree) and (reason := rule(tree)):
+        if path not in derived or is_given(tree, path):
+            continue
+        if value == derived[path](tree) and (reason := rule(tree)):
             doubts.append(Doubt(path, known[path].spoken(value, 4), reason))
     return doubts
 

@@ -11,7 +11,7 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.machines import owned
 from macromicro.schema import access, plugins
 from macromicro.schema.keys import nearest
-from macromicro.schema.par import Par, changed, extended, replaced, value_at
+from macromicro.schema.par import Given, Par, changed, extended, replaced, value_at
 from macromicro.schema.text import printable
 
 Tree = TypeVar("Tree")
@@ -20,6 +20,7 @@ Checked = tuple[bool, str, Any, str]  # whether it is one, and the problem
 Rule = tuple[str, Callable[[Any], Any]]
 
 LAW, OWN = "law", "own"  # keys of a settings file: the law's name, and the gains of one's own
+GIVEN = "given"  # field: what a user has set of derived values
 
 
 def machine_tree(
@@ -29,7 +30,8 @@ def machine_tree(
 ) -> Callable[[type[Tree]], type[Tree]]:
     """Decorator of the ``NamedTuple`` of a machine's settings; adds `law`, `own` and methods."""
     word = Par("", "control law, or MODULE:LAW of your own", "machine choice", choices=(law.name,))
-    fields = {LAW: (Annotated[str, word], law.name), OWN: (Any, outside.NoGains())}
+    own = {LAW: (Annotated[str, word], law.name), OWN: (Any, outside.NoGains())}
+    fields = own | {GIVEN: (Given, Given())}
 
     def made(base: type[Tree]) -> type[Tree]:
         found: Any = extended(base, fields, next(iter(base.__annotations__)))

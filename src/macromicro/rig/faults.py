@@ -97,7 +97,7 @@ TEXTS = {
     codes.HALL_RANGE: _Text(
         "Hall sensor off the scale",
         "The Hall sensor reads the end of its scale.",
-        "{value:.3f} V, accepted {limit:.3f} V or more away from 0 V and 5 V",
+        "{value:.3f} V, accepted {limit:.3f} V or more away from 0 V and guard.hall_supply",
         "Check the magnets' place and the sensor's wiring; guard.rail and guard.rail_time set "
         "the limits.",
     ),

@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 from macromicro.errors import InputError, ProblemError
 from macromicro.schema.keys import leaves, nearest
-from macromicro.schema.par import FOLLOWS, changed, entries, is_set
+from macromicro.schema.par import FOLLOWS, changed, entries, is_given, is_set
 from macromicro.schema.text import printable, read_toml
 
 Tree = TypeVar("Tree")
@@ -165,7 +165,8 @@ def difference(tree: Any, default: Any) -> dict[str, str]:
 def changed_toml(tree: Any, default: Any, also: Iterable[str] = ()) -> str:
     """What one tree sets otherwise than another, as TOML for `load_overrides`."""
     own = {e.path: e for e in entries(default)}
-    shown = {*difference(tree, default), *also}
+    given = {path for path, _ in getattr(tree, "derived", tuple)() if is_given(tree, path)}
+    shown = {*difference(tree, default), *given, *also}
     lines = []
     for entry in entries(tree):
         if entry.path not in shown:

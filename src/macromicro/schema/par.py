@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import namedtuple
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, NamedTuple, TypeGuard, TypeVar, cast, get_type_hints
@@ -387,7 +387,7 @@ def with_sets(sets: Mapping[str, Any], before: str) -> Callable[[type[S]], type[
     >>> from macromicro.plant.friction import Friction
     >>> Extended = with_sets({"seal": Friction()}, before="guard")(Settings)
     >>> Extended._fields, Extended().seal.coulomb
-    (('bench', 'sensors', 'controller', 'seal', 'guard', 'travel'), 10.485)
+    (('bench', 'sensors', 'controller', 'seal', 'guard', 'travel', 'given'), 10.485)
     """
 
     def made(base: type[S]) -> type[S]:
@@ -498,12 +498,80 @@ def value_at(tree: Any, path: str) -> Any:
     return tree
 
 
+class Given(frozenset[str]):
+    """Paths of derived parameters that a user has set; sets of parameters equal by values alone.
+
+    A tree keeps it in a field ``given``.
+
+    Examples
+    --------
+    >>> from macromicro.schema.par import Given
+    >>> Given({"guard.effort"}) == Given()
+    True
+    """
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Given)
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __hash__(self) -> int:
+        return 0
+
+
+def is_given(tree: Any, path: str) -> bool:
+    """Whether a user has set a derived parameter, also to the value that its rule gives.
+
+    Parameters
+    ----------
+    tree : Any
+        A set of parameters.
+    path : str
+        Dotted path of the parameter.
+
+    Returns
+    -------
+    bool
+        False where the tree keeps nothing of it.
+
+    Examples
+    --------
+    >>> from macromicro import Settings
+    >>> from macromicro.schema.par import changed, is_given
+    >>> is_given(changed(Settings(), {"guard.motor": 5.0}), "controller.motor_limit")
+    False
+    """
+    name, _, rest = path.partition(".")
+    inner = getattr(tree, name)
+    if rest and is_set(inner) and is_given(inner, rest):
+        return True
+    return path in getattr(tree, "given", ())
+
+
+def _remembering(tree: Any, paths: Iterable[str]) -> Any:
+    """A tree that keeps which of its derived parameters a user has set."""
+    rules = {path for path, _ in getattr(tree, "derived", tuple)()}
+    own = rules.intersection(paths)
+    for name in {path.partition(".")[0] for path in own}:
+        inner = getattr(tree, name)
+        if hasattr(inner, "given"):
+            start = f"{name}."
+            inside = {path for path in own if path.startswith(start)}
+            own -= inside
+            kept = _remembering(inner, {path.removeprefix(start) for path in inside})
+            tree = tree._replace(**{name: kept})
+    if own and hasattr(tree, "given"):
+        tree = tree._replace(given=Given(tree.given | own))
+    return tree
+
+
 def changed(tree: Any, changes: Mapping[str, Any]) -> Any:
     """A copy of a tree with other values, and with the values derived from them.
 
     A tree may have a method ``derived() -> tuple[(path, rule), ...]``; ``rule(tree)`` gives the
-    value, and no rule depends on a later one. A value is derived again if it followed its rule
-    before and is not among `changes`.
+    value, and no rule depends on a later one. A value is derived again unless a user has set it,
+    now or before (`is_given`), or it differs from what its rule gives.
 
     Parameters
     ----------
@@ -532,8 +600,9 @@ def changed(tree: Any, changes: Mapping[str, Any]) -> Any:
     new = tree
     for path, value in changes.items():
         new = replaced(new, path, value)
+    new = _remembering(new, changes)
     for path, rule in getattr(tree, "derived", tuple)():
-        if path not in changes and value_at(tree, path) == rule(tree):
+        if not is_given(new, path) and path not in changes and value_at(tree, path) == rule(tree):
             try:
                 value = type(value_at(tree, path))(rule(new))
             except (ArithmeticError, ValueError) as error:

@@ -18,7 +18,7 @@ from macromicro.programme.travel import Travel
 from macromicro.rig import limits
 from macromicro.rig.limits import Limits
 from macromicro.schema.config import changed_toml
-from macromicro.schema.par import Par, entries
+from macromicro.schema.par import Given, Par, entries
 from macromicro.serve import telling
 from macromicro.serve._programmes import TwoStage
 from macromicro.serve.persist import identity
@@ -173,6 +173,7 @@ class LiveSettings(NamedTuple):
     travel: Travel = Travel()
     live: Live = Live()
     serve: ServeSettings = ServeSettings()
+    given: Given = Given()
 
     def machine(self) -> str:
         return "two_stage"

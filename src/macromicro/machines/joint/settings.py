@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 from macromicro.machines import axis, stage_trees
 from macromicro.machines._rounding import rounded
 from macromicro.machines.tree import Checked, Problem, Rule, settled, with_
-from macromicro.schema.par import Par
+from macromicro.schema.par import Given, Par
 
 AXES = ("x", "y")
 UPPER, NOTHING = "y", "nothing"
@@ -75,6 +75,7 @@ class XY(NamedTuple):
     hidden: Hidden = Hidden()
     x: Any = axis.Axis()
     y: Any = axis.Axis()
+    given: Given = Given()
 
     def derived(self) -> tuple[Rule, ...]:
         return RULES

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import math
 import secrets
 import time
@@ -15,6 +16,7 @@ from macromicro.serve.client import Client, Dispatcher
 from macromicro.serve.web._uploads import Upload
 
 GRACE_S = 10.0  # longest time for which a page that is gone may come back
+_numbers = itertools.count(1)  # one name for each page of all servers: the station tells them apart
 
 
 class Attached(Protocol):
@@ -45,14 +47,12 @@ class Sessions:
         self._instrument, self._dispatcher = instrument, dispatcher
         self._sessions: dict[str, Session] = {}
         self._grace = min(instrument.settings.serve.client_timeout, GRACE_S)
-        self._number = 0
 
     def find(self, key: object, address: str) -> Session:
         """The session with this key, else a new one."""
         session = self._sessions.get(key) if isinstance(key, str) else None
         if session is None:
-            self._number += 1
-            return Session(self._instrument, f"web {address} #{self._number}", address)
+            return Session(self._instrument, f"web {address} #{next(_numbers)}", address)
         session.address = address
         return session
 
