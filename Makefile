@@ -160,6 +160,7 @@ docs: $(VENV)/.core ## measure anew what the documents say, and draw their figur
 	$(BIN)/python docs/make_scpi.py
 	$(BIN)/python docs/make_commands.py
 	$(BIN)/python docs/make_export.py
+	$(BIN)/python docs/make_architecture.py
 	$(BIN)/python docs/make_figures.py
 	$(BIN)/python docs/make_wiring.py
 	@if command -v chromium >/dev/null; then set -x; $(BIN)/python docs/make_screenshots.py; \
