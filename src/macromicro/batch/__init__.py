@@ -18,6 +18,7 @@ from macromicro.batch._engine import cores, run, trajectories
 from macromicro.batch.variants import SEED, Job, Metric, Trajectories, Variants
 from macromicro.errors import InputError
 from macromicro.schema import plugins
+from macromicro.schema.text import is_toml
 
 __all__ = [
     "JOBS",
@@ -81,7 +82,8 @@ def job(name: str, **options: Any) -> Job:
     Parameters
     ----------
     name : str
-        Of `JOBS`, or the machine of another package, as "module:machine".
+        Of `JOBS`, the machine of another package, as "module:machine", or the settings file of a
+        machine.
     **options : Any
         Of the job.
 
@@ -104,6 +106,7 @@ def job(name: str, **options: Any) -> Job:
     """
     if name in JOBS:
         return JOBS[name](**options)
-    if plugins.spelled(name):
+    if plugins.spelled(name) or is_toml(name):
         return _stage(name)(**options)
-    raise InputError("job", name, f"{' or '.join(JOBS)}; or MODULE:MACHINE of your own")
+    accepted = f"{' or '.join(JOBS)}; MODULE:MACHINE of your own; or a machine's file (.toml)"
+    raise InputError("job", name, accepted)

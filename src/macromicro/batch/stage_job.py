@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from macromicro.place import LENGTH
 from macromicro.recording import Recording
 from macromicro.schema.config import check
 from macromicro.schema.par import NO_UNIT
+from macromicro.schema.text import is_toml
 
 TRACED = ("position", "target", "effort")
 
@@ -61,9 +63,14 @@ class StageJob:
         self._plan(self._settings)  # a wrong programme is refused at once
 
     def _open(self, machine: Any, settings: Any) -> None:
-        found: Any = compositions.machine(machine, "job")
+        found: Any
+        if isinstance(machine, str) and is_toml(machine):
+            found, own = compositions.load(Path(machine))
+        else:
+            found = compositions.machine(machine, "job")
+            own = found.settings
         self.name = found.name
-        self._settings = found.settings if settings is None else settings
+        self._settings = own if settings is None else settings
         self._machine: AnyMachine = composite.under(found, self._settings)
         self.metrics = metrics(found)
         self.kinds = tuple(one.kind for _, one in self._machine.stages)

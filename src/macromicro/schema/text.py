@@ -52,6 +52,11 @@ def read_text(path: Path, what: str) -> str:
     return text
 
 
+def is_toml(name: str) -> bool:
+    """Whether a name is that of a TOML file."""
+    return name.lower().endswith(".toml")
+
+
 def read_toml(path: Path, what: str) -> dict[str, Any]:
     if path.suffix.lower() != ".toml" and not path.is_dir():  # reading says what a directory is
         found = f"the suffix is {printable(path.suffix)}" if path.suffix else "there is no suffix"

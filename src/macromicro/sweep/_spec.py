@@ -24,7 +24,7 @@ from macromicro import sampling
 from macromicro.errors import InputError, ProblemError
 from macromicro.schema.keys import found, leaves, nearest, unknown, whole
 from macromicro.schema.par import Entry
-from macromicro.schema.text import printable, read_text, read_toml
+from macromicro.schema.text import is_toml, printable, read_text, read_toml
 from macromicro.sweep import subject
 from macromicro.sweep._axis import Axis, read
 from macromicro.sweep.subject import TREES, Factory
@@ -57,7 +57,7 @@ class Spec(NamedTuple):
     def canonical(self) -> dict[str, Any]:
         """Everything that determines the results, by the keys of the file, in stored units."""
         content: dict[str, Any] = {
-            "job": self.job,
+            "job": Path(self.job).name if is_toml(self.job) else self.job,
             "method": self.method,
             "samples": self.variants,
             "metrics": list(self.metrics),
@@ -87,7 +87,7 @@ def load(path: Path, factory: Factory, law: str | None = None) -> tuple[Spec, st
 def _checked(raw: dict[str, Any], path: Path, factory: Factory, law: str | None) -> Spec:
     file = printable(path, 300)
     unknown(raw, _KEYS, f"{file}, ")
-    job, options, files, known = subject.read(raw, path, factory, law)
+    name, job, options, files, known = subject.read(raw, path, factory, law)
     method = raw.get("method", "grid" if "samples" not in raw else None)
     if method not in METHODS:
         raise InputError(f"{file}, method", found(method), f"one of {', '.join(METHODS)}")
@@ -98,7 +98,7 @@ def _checked(raw: dict[str, Any], path: Path, factory: Factory, law: str | None)
     seed = whole(raw.get("seed", 0), 0, MAX_SEED, f"{file}, seed")
     names = [m.name for m in job.metrics]
     columns = tuple(names.index(m) for m in metrics)
-    return Spec(raw["job"], options, method, seed, metrics, columns, axes, count, files)
+    return Spec(name, options, method, seed, metrics, columns, axes, count, files)
 
 
 def _count(raw: dict[str, Any], method: str, axes: tuple[Axis, ...], file: str) -> int:

@@ -18,7 +18,7 @@ from macromicro.machines.tree import is_own, joined
 from macromicro.schema.config import difference, load_overrides
 from macromicro.schema.keys import unknown
 from macromicro.schema.par import Entry, Par, entries
-from macromicro.schema.text import printable
+from macromicro.schema.text import is_toml, printable
 from macromicro.settings import Settings, chosen
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 Factory = Callable[..., "Job"]
 Options = tuple[tuple[str, Any], ...]
 
+JOB = "job"
 _READ = (".toml", ".csv")  # what a job may read
 TREES = ("settings", "tree")  # what jobs call the parameters that variants start from
 _KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}
@@ -39,6 +40,7 @@ _BESIDE = (
 
 
 class Subject(NamedTuple):
+    name: str  # by which the factory makes the job
     job: Job
     options: Options  # that make it again, settings included
     # what files that it names say: key of the spec and what stands there
@@ -52,14 +54,21 @@ def read(raw: dict[str, Any], path: Path, factory: Factory, law: str | None = No
     if not isinstance(name, str):
         found = "nothing" if name is None else printable(name)
         raise InputError(f"{file}, job", found, "the name of a job, as text")
+    whole = is_toml(name)
+    if whole:
+        name = str(path.parent / name)
+        if "config" in raw:
+            raise ProblemError(f"{file}, config", f"job is a settings file, {printable(name, 300)}")
     try:
         job = factory(name)
     except InputError as error:
+        if whole:
+            raise error.at(f"{file}, job: {error.where}") from None
         raise InputError(f"{file}, job", printable(name), error.accepted) from None
     known = plain_options(job)
     options = _options(raw.get("options", {}), known, f"{file}, options")
     job = _made(factory, name, options, file)
-    files = _contents(options)
+    files = _contents((*options, (JOB, name)) if whole else options)
     if "config" in raw or law is not None:
         tree = _tree(raw.get("config"), path, job, law)
         changed = difference(tree, job.base()).items()
@@ -67,7 +76,7 @@ def read(raw: dict[str, Any], path: Path, factory: Factory, law: str | None = No
         place = next(word for word in TREES if word in inspect.signature(type(job)).parameters)
         options = tuple(sorted((*options, (place, tree)), key=lambda pair: pair[0]))
         job = _made(factory, name, options, file)
-    return Subject(job, options, (*files, *laws(job)), parameters(job))
+    return Subject(name, job, options, (*files, *laws(job)), parameters(job))
 
 
 def laws(job: Job) -> tuple[tuple[str, str], ...]:

@@ -1,0 +1,96 @@
+"""A sweep of the machine of a settings file: several stages on one clock, which have no name."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from macromicro import batch, cli
+from macromicro.batch import Variants
+from macromicro.errors import InputError
+from macromicro.machines import composite, compositions, programmes
+from macromicro.machines.trial import trial
+
+MACHINE = """
+machine = { stages = { x = "axis", z = "piezo" }, order = "together" }
+"""
+MOVES = """
+[[moves]]
+x = "2 mm"
+z = "5 um"
+hold = "0.02 s"
+"""
+SWEEP = """
+job = "machine.toml"
+metrics = ["missed", "settling"]
+
+[options]
+programme = "{moves}"
+
+[parameters.x.friction]
+coulomb = ["2 N", "3 N"]
+"""
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Path:
+    (tmp_path / "machine.toml").write_text(MACHINE, encoding="utf-8")
+    (tmp_path / "moves.toml").write_text(MOVES, encoding="utf-8")
+    text = SWEEP.format(moves=(tmp_path / "moves.toml").as_posix())
+    (tmp_path / "sweep.toml").write_text(text, encoding="utf-8")
+    return tmp_path
+
+
+def test_by_processes_it_gives_the_figures_of_single_runs(
+    lab: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = lab / "out"
+    words = ["macromicro", "sweep", str(lab / "sweep.toml"), "--workers", "2", "--out", str(out)]
+    monkeypatch.setattr(sys, "argv", words)
+    assert cli.main() == 0, capsys.readouterr().err
+    table = pq.read_table(next(out.glob("*.parquet"))).to_pydict()
+    machine, settings = compositions.load(lab / "machine.toml")
+    job = batch.job(str(lab / "machine.toml"), programme=str(lab / "moves.toml"))
+    names = [metric.name for metric in job.metrics]
+    for k, coulomb in enumerate((2.0, 3.0)):
+        tree = settings.with_("x.friction.coulomb", f"{coulomb:g} N")
+        under = composite.under(machine, tree)
+        moves = programmes.chosen(under, tree, str(lab / "moves.toml"))
+        found = trial(under, tree, programmes.plan(under, tree, moves), 0)
+        for name in ("missed", "settling"):
+            assert table[name][k] == getattr(found, name), name
+        (row,) = job.evaluate(Variants(("x.friction.coulomb",), np.array([[coulomb]])))
+        assert row[names.index("settling")] == table["settling"][k]
+
+
+def test_an_edited_machine_is_another_sweep(lab: Path) -> None:
+    from macromicro.sweep._spec import load
+
+    before, _ = load(lab / "sweep.toml", batch.job)
+    assert json.dumps(before.canonical).count("machine.toml") == 1
+    (lab / "machine.toml").write_text(MACHINE + '\n[x.friction]\nviscous = "60 N*s/m"\n', "utf-8")
+    after, _ = load(lab / "sweep.toml", batch.job)
+    assert before.digest != after.digest
+
+
+@pytest.mark.parametrize(
+    ("more", "match"),
+    [
+        ('config = "other.toml"\n', "config: job is a settings file"),
+        ("", r"sweep.toml, job: .*x.frction"),
+    ],
+)
+def test_what_does_not_fit_is_refused(lab: Path, more: str, match: str) -> None:
+    from macromicro.sweep._spec import load
+
+    text = (lab / "sweep.toml").read_text("utf-8")
+    (lab / "sweep.toml").write_text(more + text, "utf-8")
+    if not more:
+        (lab / "machine.toml").write_text(MACHINE + "\n[x.frction]\nviscous = 1.0\n", "utf-8")
+    with pytest.raises(InputError, match=match):
+        load(lab / "sweep.toml", batch.job)
