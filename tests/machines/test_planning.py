@@ -45,8 +45,63 @@ def test_negative_targets_lie_within_the_travel_too(tmp_path):
 
 
 def test_a_micro_stage_is_refused(tmp_path):
-    with pytest.raises(InputError, match="no micro-stage"):
+    with pytest.raises(InputError, match=r"move 1, micro: unknown key\. Accepted: one of to, hold"):
         made(tmp_path, '[[moves]]\nmicro = "1 mm"\nhold = "1 s"\n')
+
+
+PROFILE = 'velocity = "0.5 m/s"\nacceleration = "3 m/s^2"\nhold = "0.1 s"\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "older", "name"),
+    [
+        ('[[moves]]\nto = ["10 mm", "20 mm"]\nhold = "1 s"\n', "macro", "p.toml"),
+        (f'[[profiles]]\nto = "100 mm"\n{PROFILE}', "macro", "p.toml"),
+        (
+            f'[[moves]]\nto = "5 mm"\nhold = "1 s"\n[[profiles]]\nto = "100 mm"\n{PROFILE}',
+            "macro",
+            "p.toml",
+        ),
+        ("t_s,position_mm\n0,0\n1,10\n3,0\n4,0\n", "macro_mm", "p.csv"),
+    ],
+)
+def test_the_only_stage_needs_no_name_and_may_have_the_older_one(tmp_path, text, older, name):
+    found = made(tmp_path, text, name=name)
+    before = made(
+        tmp_path, text.replace("position_mm", older).replace("to =", f"{older} ="), name=name
+    )
+    assert len(found.target) and found.target.tolist() == before.target.tolist()
+    assert found.pieces.tolist() == before.pieces.tolist()
+
+
+def test_a_position_in_the_finer_unit(tmp_path):
+    found = made(tmp_path, "t_s,position_um\n0,0\n1,10000\n3,0\n4,0\n", name="p.csv")
+    assert (
+        found.target.tolist()
+        == made(tmp_path, "t_s,position_mm\n0,0\n1,10\n3,0\n4,0\n", name="p.csv").target.tolist()
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "message"),
+    [
+        ('[[moves]]\nhold = "1 s"\n', "p.toml", "move 1, to: 'missing'"),
+        (f"[[profiles]]\n{PROFILE}", "p.toml", "profile 1, to: 'missing'"),
+        ('[[moves]]\nto = []\nhold = "1 s"\n', "p.toml", "move 1: the list is empty"),
+        ("moves = 1\n", "p.toml", "each with to, and hold"),
+        ("profiles = 1\n", "p.toml", "each with to, velocity and acceleration"),
+        (
+            "t_s,micro_um\n0,0\n1,0\n",
+            "p.csv",
+            "t_s or t_ms, and position_mm, position_um or position_counts",
+        ),
+        ("t_s,position_mm\n0,0\n1,5\n", "p.csv", "position changes in the last row"),
+    ],
+)
+def test_errors_do_not_speak_of_stages_that_are_not_there(tmp_path, text, name, message):
+    with pytest.raises(InputError) as error:
+        made(tmp_path, text, name=name)
+    assert message in str(error.value) and "macro" not in str(error.value)
 
 
 def test_a_profile_is_followed_with_its_derivatives(tmp_path):

@@ -137,8 +137,8 @@ def test_targets_are_angles(tmp_path):
     [
         ('[[moves]]\nmacro = "25 mm"\nhold = "1 s"\n', "p.toml", "this stage is rotary"),
         ('[[moves]]\nmacro = "300 deg"\nhold = "1 s"\n', "p.toml", "0 deg to 269.397 deg"),
-        ("t_s,macro_mm\n0,0\n1,45\n3,0\n4,0\n", "p.csv", "macro_deg"),
-        ('[[moves]]\nmicro = "2 deg"\nhold = "1 s"\n', "p.toml", "no micro-stage"),
+        ("t_s,macro_mm\n0,0\n1,45\n3,0\n4,0\n", "p.csv", "position_deg"),
+        ('[[moves]]\nmicro = "2 deg"\nhold = "1 s"\n', "p.toml", "Accepted: one of to, hold"),
         (
             '[[profiles]]\nmacro = "90 deg"\nvelocity = "0.3 m/s"\nacceleration = "1 rad/s^2"\n'
             'hold = "1 s"\n',
@@ -157,7 +157,7 @@ def test_lengths_and_places_beyond_its_turn_are_refused(tmp_path, text, name, ac
 def test_angles_are_refused_by_an_axis_that_slides(tmp_path):
     with pytest.raises(InputError, match="mm"):
         programme(tmp_path, '[[moves]]\nmacro = "25 deg"\nhold = "1 s"\n', AXIS.settings)
-    with pytest.raises(InputError, match="macro_mm"):
+    with pytest.raises(InputError, match="position_mm"):
         programme(tmp_path, "t_s,macro_deg\n0,0\n1,4\n3,4\n", AXIS.settings, "p.csv")
 
 

@@ -16,7 +16,7 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.machines.sequence import Plan
 from macromicro.motion import s_curve
 from macromicro.nominal import PERIOD
-from macromicro.programme import MICRO, Limits, Programme, dense
+from macromicro.programme import Limits, Programme, dense
 from macromicro.schema.text import printable
 
 
@@ -51,13 +51,8 @@ def load(path: Path, tree: Any) -> Programme:
     low = math.ceil(tree.travel.low / pitch - 1e-6)
     high = math.floor(tree.travel.high / pitch + 1e-6)
     place = places.of(tree)
-    limits = Limits(float(low), float(high), -math.inf, math.inf, 1.0 / pitch, place)
-    found = programmes.load(path, limits)
-    fine = np.flatnonzero(found.stage == MICRO)
-    if len(fine):
-        where = f"{printable(path, 300)}, target {fine[0] + 1}"
-        raise ProblemError(where, "this machine has no micro-stage", "Move the macro-stage alone.")
-    return found
+    reach = float(low), float(high), -math.inf, math.inf
+    return programmes.load(path, Limits(*reach, 1.0 / pitch, place, alone=True))
 
 
 def usual(tree: Any) -> Programme:

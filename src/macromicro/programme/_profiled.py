@@ -21,6 +21,7 @@ from macromicro.programme.moves import (
     MAX_HOLD,
     MAX_MOVES,
     MICRO,
+    STAGES,
     Limits,
     Programme,
     Span,
@@ -29,15 +30,23 @@ from macromicro.schema.keys import unknown
 from macromicro.schema.text import printable
 from macromicro.units import quantity
 
-PROFILES = "one table [[profiles]] or more, each with macro or micro, velocity and acceleration"
-_STAGES = {"macro": MACRO, "micro": MICRO}
 _UNITS = {
     "velocity": "m/s",
     "acceleration": "m/s^2",
     "deceleration": "m/s^2",
     "jerk": "m/s^3",
 }
-KEYS = (*_STAGES, *_UNITS, "hold")
+
+
+def keys(limits: Limits) -> tuple[str, ...]:
+    """What a table [[profiles]] may have."""
+    return (*limits.names, *_UNITS, "hold")
+
+
+def tables(limits: Limits) -> str:
+    """What is accepted for [[profiles]], in words."""
+    what = f"each with {limits.either}, velocity and acceleration"
+    return f"one table [[profiles]] or more, {what}"
 
 
 class Leg(NamedTuple):
@@ -46,17 +55,15 @@ class Leg(NamedTuple):
     hold: int  # how long its end is held, control periods
 
 
-def expanded(
-    tables: list[dict[str, Any]], limits: Limits, path: Path, title: str = ""
-) -> Programme:
+def expanded(given: list[dict[str, Any]], limits: Limits, path: Path, title: str = "") -> Programme:
     """The programme of tables [[profiles]], one after the other from both stages at 0."""
     file = printable(path, 300)
-    for number, table in enumerate(tables, 1):  # an unknown key, often a slip, before all others
-        unknown(table, KEYS, f"{file}, profile {number}, ")
+    for number, table in enumerate(given, 1):  # an unknown key, often a slip, before all others
+        unknown(table, keys(limits), f"{file}, profile {number}, ")
     legs: list[Leg] = []
     places = [0.0, 0.0]  # of both stages, m
     rows = 0
-    for number, table in enumerate(tables, 1):
+    for number, table in enumerate(given, 1):
         where = f"{file}, profile {number}"
         for leg in ways(table, places, limits, where):
             rows += len(leg.way.position) - 1
@@ -110,7 +117,7 @@ def follow(
     >>> len(programme.target), programme.profiles[0].until
     (600, 1.6)
     """
-    if stage not in _STAGES:
+    if stage not in STAGES:
         raise InputError("stage", stage, "'macro' or 'micro'")
     if not 0.0 <= hold <= MAX_HOLD:
         raise InputError("hold", hold, f"0 to {MAX_HOLD:g} s")
@@ -122,7 +129,7 @@ def follow(
         accepted = f"{PERIOD:g} s, the control period, or more"
         raise InputError("trajectory, period", trajectory.period, accepted)
     limits = travel.limits(travel.Travel(), PITCH) if limits is None else limits
-    place = _STAGES[stage]
+    place = limits.names[stage]
     if place == MACRO:
         lowest, highest = (x / limits.counts_per_metre for x in limits[:2])
     else:
@@ -136,11 +143,12 @@ def follow(
 
 
 def ways(table: dict[str, Any], places: list[float], limits: Limits, where: str) -> Iterator[Leg]:
-    given = [name for name in _STAGES if name in table]
-    if len(given) != 1:
-        found = "both macro and micro" if given else "neither macro nor micro"
-        raise ProblemError(where, found, "Give exactly one of them.")
-    stage, key = _STAGES[given[0]], f"{where}, {given[0]}"
+    given = [name for name in limits.names if name in table]
+    if not given:
+        raise entries.no_target(limits, where)
+    if len(given) > 1:
+        raise ProblemError(where, "both macro and micro", "Give exactly one of them.")
+    stage, key = limits.names[given[0]], f"{where}, {given[0]}"
     texts = entries.texts(table, given[0], where)
     if not texts:
         raise ProblemError(where, "the list is empty", "Give one target or more.")

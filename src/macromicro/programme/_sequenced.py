@@ -10,19 +10,28 @@ from macromicro.errors import ProblemError
 from macromicro.programme import entries
 from macromicro.programme.moves import MACRO, MAX_MOVES, MICRO, Limits, Move
 
-KEYS = ("macro", "micro", "hold", "macro_hold")
-MOVES = "one table [[moves]] or more, each with macro or micro, and hold"
+
+def keys(limits: Limits) -> tuple[str, ...]:
+    """What a table [[moves]] may have."""
+    return (*limits.names, "hold") if limits.alone else (*limits.names, "hold", "macro_hold")
+
+
+def tables(limits: Limits) -> str:
+    """What is accepted for [[moves]], in words."""
+    return f"one table [[moves]] or more, each with {limits.either}, and hold"
 
 
 def steps(table: dict[str, Any], limits: Limits, where: str, most: int) -> Iterator[Move]:
-    macro, micro = (entries.texts(table, key, where) for key in ("macro", "micro"))
+    names = {stage: key for key, stage in limits.names.items()}
+    coarse, fine = names[MACRO], names.get(MICRO, "")
+    macro, micro = (entries.texts(table, key, where) for key in (coarse, fine))
     hold = entries.text(table, "hold", where)
-    _check_keys(table, where)
+    _check_keys(table, limits, where)
     if len(macro) * (1 + len(micro)) > most or len(micro) > most:
         raise ProblemError(where, "too many moves", f"A programme has at most {MAX_MOVES}.")
     targets = (
-        [entries.target(text, MACRO, limits, f"{where}, macro") for text in macro],
-        [entries.target(text, MICRO, limits, f"{where}, micro") for text in micro],
+        [entries.target(text, MACRO, limits, f"{where}, {coarse}") for text in macro],
+        [entries.target(text, MICRO, limits, f"{where}, {fine}") for text in micro],
     )
     wait = held = entries.hold(hold, f"{where}, hold")
     if macro and micro:
@@ -31,11 +40,11 @@ def steps(table: dict[str, Any], limits: Limits, where: str, most: int) -> Itera
     return _expanded(*targets, held, wait)
 
 
-def _check_keys(table: dict[str, Any], where: str) -> None:
+def _check_keys(table: dict[str, Any], limits: Limits, where: str) -> None:
     """One of macro and micro, or lists of both; no list is empty; macro_hold only with both."""
-    given = [table[key] for key in ("macro", "micro") if key in table]
+    given = [table[key] for key in limits.names if key in table]
     if not given:
-        raise ProblemError(where, "neither macro nor micro", "Give exactly one of them.")
+        raise entries.no_target(limits, where)
     if [] in given:
         raise ProblemError(where, "the list is empty", "Give one target or more.")
     if len(given) > 1 and not all(isinstance(value, list) for value in given):

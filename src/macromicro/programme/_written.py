@@ -13,13 +13,13 @@ from macromicro.arrays import Array
 from macromicro.errors import ProblemError
 from macromicro.nominal import PERIOD
 from macromicro.programme import _profiled, _sequenced, entries
-from macromicro.programme._profiled import PROFILES, Leg
-from macromicro.programme._sequenced import MOVES
+from macromicro.programme._profiled import Leg
 from macromicro.programme.moves import (
     CLOCKED,
     MACRO,
     MAX_MOVES,
     MICRO,
+    TO,
     WHAT,
     Limits,
     Move,
@@ -31,6 +31,7 @@ from macromicro.schema.keys import unknown
 from macromicro.schema.text import printable, read_text, read_toml
 
 _KEYS = ("title", "moves", "profiles")
+_READERS: dict[str, Any] = {"moves": _sequenced, "profiles": _profiled}
 _HEADER = re.compile(r"""^[ \t]*\[\[[ \t]*["']?(moves|profiles)["']?[ \t]*\]\]""", re.MULTILINE)
 
 
@@ -44,17 +45,17 @@ class _Entry(NamedTuple):
 
 def load_toml(path: Path, limits: Limits) -> Programme:
     """Read a sequenced programme, one of motion profiles, or a mixed one."""
-    raw, file = read_toml(path, WHAT), printable(path, 300)
+    raw, file = _named(read_toml(path, WHAT), limits), printable(path, 300)
     unknown(raw, _KEYS, f"{file}, ")
     name = entries.title(raw, file) or printable(path.stem, 200)
     if "profiles" not in raw:
         moves: list[Move] = []
-        for entry in _entries(raw, "moves", file):
+        for entry in _entries(raw, "moves", limits, file):
             moves += _moves(entry, limits, len(moves))
         return programme(name, moves, math.nan, path)
     if "moves" not in raw:
-        return _profiled.expanded(_tables(raw, "profiles", file), limits, path, name)
-    each = {kind: _entries(raw, kind, file) for kind in ("moves", "profiles")}
+        return _profiled.expanded(_tables(raw, "profiles", limits, file), limits, path, name)
+    each = {kind: _entries(raw, kind, limits, file) for kind in ("moves", "profiles")}
     order = _HEADER.findall(read_text(path, WHAT))
     if any(order.count(kind) != len(tables) for kind, tables in each.items()):
         accepted = "Write each under a header [[moves]] or [[profiles]], in their order."
@@ -63,15 +64,33 @@ def load_toml(path: Path, limits: Limits) -> Programme:
     return _mixed([next(rest[kind]) for kind in order], limits, path, name)
 
 
-def _tables(raw: dict[str, Any], key: str, file: str) -> list[dict[str, Any]]:
-    return entries.tables(raw, key, file, MOVES if key == "moves" else PROFILES)
+def _named(raw: dict[str, Any], limits: Limits) -> dict[str, Any]:
+    """A file in which the only stage of a machine may have the name of the coarse one of two."""
+    if not limits.alone:
+        return raw
+    found = dict(raw)
+    for kind in _READERS:
+        tables = raw.get(kind)
+        if isinstance(tables, list) and all(isinstance(each, dict) for each in tables):
+            found[kind] = [_unnamed(each) for each in tables]
+    return found
 
 
-def _entries(raw: dict[str, Any], key: str, file: str) -> list[_Entry]:
+def _unnamed(table: dict[str, Any]) -> dict[str, Any]:
+    if TO in table:
+        return table
+    return {TO if key == "macro" else key: value for key, value in table.items()}
+
+
+def _tables(raw: dict[str, Any], key: str, limits: Limits, file: str) -> list[dict[str, Any]]:
+    return entries.tables(raw, key, file, _READERS[key].tables(limits))
+
+
+def _entries(raw: dict[str, Any], key: str, limits: Limits, file: str) -> list[_Entry]:
     """The tables of a key; an unknown key is reported before all other errors."""
-    keys = _sequenced.KEYS if key == "moves" else _profiled.KEYS
+    keys = _READERS[key].keys(limits)
     made = []
-    for number, table in enumerate(_tables(raw, key, file), 1):
+    for number, table in enumerate(_tables(raw, key, limits, file), 1):
         where = f"{file}, {key.removesuffix('s')} {number}"
         unknown(table, keys, f"{where}, ")
         made.append(_Entry(key, where, table))

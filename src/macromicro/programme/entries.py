@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from macromicro.errors import InputError
-from macromicro.programme.moves import MAX_HOLD, MAX_TITLE, MICRO, Limits, admitted
+from macromicro.errors import InputError, ProblemError
+from macromicro.programme.moves import MAX_HOLD, MAX_TITLE, MICRO, TO, Limits, admitted
 from macromicro.schema.keys import found
 from macromicro.schema.text import printable
 from macromicro.units import measured, quantity
@@ -56,6 +56,13 @@ def hold(written: str, where: str, *, zero: bool = False) -> float:
 def rest(table: dict[str, Any], default: str, where: str) -> float:
     """The hold of a move that may have none, s."""
     return hold(text({"hold": default} | table, "hold", where), f"{where}, hold", zero=True)
+
+
+def no_target(limits: Limits, where: str) -> InputError:
+    """A table that says of no stage where it goes."""
+    if limits.alone:
+        return InputError(f"{where}, {TO}", "missing", _TARGETS)
+    return ProblemError(where, "neither macro nor micro", "Give exactly one of them.")
 
 
 def target(written: str, stage: int, limits: Limits, where: str) -> float:

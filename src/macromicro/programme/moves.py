@@ -16,6 +16,8 @@ from macromicro.place import LENGTH, Place
 from macromicro.units import shown
 
 MACRO, MICRO = 0, 1
+STAGES = {"macro": MACRO, "micro": MICRO}
+TO = "to"  # key of the only stage of a machine
 MAX_HOLD = 3600.0
 CLOCKED = -math.inf  # `start` of a profile's set point in a mixed programme
 MAX_MOVES = 1_000_000
@@ -42,6 +44,17 @@ class Limits(NamedTuple):
     micro_hi: float  #: m
     counts_per_metre: float  #: scales lengths, or angles: counts per rad
     place: Place = LENGTH  #: what the macro-stage's places are given in
+    alone: bool = False  #: whether the macro-stage is the only stage, which needs no name
+
+    @property
+    def names(self) -> dict[str, int]:
+        """Keys of the stages in a programme."""
+        return {TO: MACRO} if self.alone else STAGES
+
+    @property
+    def either(self) -> str:
+        """These keys in words."""
+        return " or ".join(self.names)
 
 
 class Span(NamedTuple):

@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.errors import InputError, ProblemError
-from macromicro.place import ANGLE
 from macromicro.programme.moves import (
     MACRO,
     MAX_MOVES,
     MICRO,
+    STAGES,
     WHAT,
     Limits,
     Move,
@@ -40,9 +40,7 @@ _COLUMNS = {
     "micro_um": (MICRO, 1e6),
     LEARNED: (_LEARNED, 1e6),
 }
-_TURNING = {**_TIMES, "macro_deg": (MACRO, ANGLE.per), "macro_counts": (MACRO, 0.0)}
 _HEADER = "t_s or t_ms, and macro_mm or macro_counts, micro_mm or micro_um, or both"
-_HEADER_TURNING = "t_s or t_ms, and macro_deg or macro_counts of this rotary stage"
 
 
 class _Row(NamedTuple):
@@ -66,7 +64,7 @@ def load_csv(path: Path, limits: Limits) -> Programme:
         found = f"the file has {'one row' if rows else 'no rows'}"
         raise ProblemError(file, found, "Give two or more; the last one's time is the end.")
     last, before = rows[-1], rows[-2]
-    for stage, name in ((MACRO, "macro"), (MICRO, "micro")):
+    for name, stage in {"position": MACRO}.items() if limits.alone else STAGES.items():
         if _differ(before.targets[stage], last.targets[stage]):
             found = f"{name} changes in the last row"
             accepted = "Repeat the row before it: the last row only ends the programme."
@@ -160,7 +158,14 @@ def _rows(text: str, limits: Limits, file: str) -> Iterator[_Row]:
 
 def _accepted(limits: Limits) -> tuple[dict[str, tuple[int, float]], str]:
     """The accepted columns, and the same in words."""
-    return (_TURNING, _HEADER_TURNING) if limits.place.turns else (_COLUMNS, _HEADER)
+    if not limits.alone:
+        return _COLUMNS, _HEADER
+    place = limits.place
+    units = {place.unit: place.per, place.fine: place.fines, "counts": 0.0}
+    own = {f"position_{unit}": (MACRO, per) for unit, per in units.items()}
+    *some, last = own
+    older = {f"macro_{unit}": (MACRO, per) for unit, per in units.items()}
+    return {**_TIMES, **own, **older}, f"t_s or t_ms, and {', '.join(some)} or {last}"
 
 
 def _header(

@@ -101,7 +101,7 @@ export class Points {
     if (!this.list.length) return this.page.say("There are no points to save. Save a position first.", true);
     const move = (stage, target, hold) => `[[moves]]\n${stage} = "${target}"\nhold = "${hold}"\n`;
     const text = this.list.map((point) => `# ${point.name.replace(/[^\x20-\x7e]/g, "?")}\n` +
-      (this.alone ? move("macro", `${(point.place / length.scale).toFixed(6)} ${length.main}`, "2 s")
+      (this.alone ? move("to", `${(point.place / length.scale).toFixed(6)} ${length.main}`, "2 s")
         : move("macro", `${point.macro} counts`, "0.1 s") + move("micro", `${point.micro.toFixed(4)} mm`, "2 s"))).join("\n");
     return download("points.toml", text, "application/toml");
   }
