@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple, TypeVar, get_type_hints
@@ -12,7 +11,6 @@ from macromicro.units import remedy, shown, size
 
 Set = TypeVar("Set")
 
-_NAME = re.compile(r"[A-Za-z]+")
 # What stands for a unit of a slide where a stage turns.
 _TURNED = {
     "m": "rad",
@@ -40,7 +38,8 @@ class Place(NamedTuple):
         """The unit of a linear stage, as of this one."""
         if not self.turns:
             return unit
-        return _NAME.sub(lambda found: _TURNED.get(found[0], found[0]), unit)
+        terms = (term.split("*") for term in unit.split("/"))
+        return "/".join("*".join(_TURNED.get(each, each) for each in term) for term in terms)
 
     def column(self, quantity: Any) -> Any:
         """The `Quantity` of a linear stage, as of this one."""

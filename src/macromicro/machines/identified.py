@@ -27,7 +27,7 @@ class Sheet(NamedTuple):
     file: str
     machine: machines.Machine
     table: dict[str, Any]  # what it says, as TOML has it
-    tree: Any  # settings that follow, in the words of an axis; of a rotary axis too
+    tree: Any  # settings that follow
 
 
 def sheet(path: Path) -> Sheet:
@@ -38,7 +38,7 @@ def sheet(path: Path) -> Sheet:
         accepted = f"{axis.NAME} or {rotary.NAME}"
         raise InputError(f"--machine {file}, {machines.KEY}", machine.name, accepted)
     table = read_toml(path, config.WHAT)
-    return Sheet(file, machine, table, tree if machine.name == axis.NAME else rotary.as_axis(tree))
+    return Sheet(file, machine, table, tree)
 
 
 def merged(found: Result, known: Sheet) -> str:

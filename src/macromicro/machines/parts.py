@@ -6,7 +6,6 @@ import math
 from typing import Annotated, Any, NamedTuple
 
 from macromicro.plant import own_part
-from macromicro.plant.carriage import Carriage
 from macromicro.plant.friction import Friction
 from macromicro.schema.par import Par
 
@@ -51,6 +50,10 @@ class Load(NamedTuple):
     stop_damping: Annotated[float, Par("N*s/m", "damping of the end stops", _MEASURED, lo=0.0)] = (
         100.0
     )
+
+    def times(self, factor: float) -> Load:
+        """The load with so many times its mass."""
+        return self._replace(mass=factor * self.mass, payload=factor * self.payload)
 
 
 class Rubbing(NamedTuple):
@@ -213,10 +216,6 @@ class Motion(NamedTuple):
         float, Par("m/s^2", "maximum acceleration", _DERIVED, positive=True)
     ] = 10.0
     jerk: Annotated[float, Par("m/s^3", "maximum jerk", _DERIVED, positive=True)] = 1000.0
-
-
-def carriage(p: Load) -> Carriage:
-    return Carriage(p.mass + p.payload, p.stop_low, p.stop_high, p.stop_stiffness, p.stop_damping)
 
 
 def friction(p: Rubbing, mass: float) -> Any:
