@@ -23,6 +23,13 @@ _TURNED = {
 }
 
 
+def _renamed(unit: str, marks: str = "/*() ") -> str:
+    """A unit of a slide, factor by factor, as that of a stage that turns."""
+    if not marks:
+        return _TURNED.get(unit, unit)
+    return marks[0].join(_renamed(part, marks[1:]) for part in unit.split(marks[0]))
+
+
 class Place(NamedTuple):
     """Names and scales of a stage's position quantities."""
 
@@ -36,10 +43,7 @@ class Place(NamedTuple):
 
     def named(self, unit: str) -> str:
         """The unit of a linear stage, as of this one."""
-        if not self.turns:
-            return unit
-        terms = (term.split("*") for term in unit.split("/"))
-        return "/".join("*".join(_TURNED.get(each, each) for each in term) for term in terms)
+        return _renamed(unit) if self.turns else unit
 
     def column(self, quantity: Any) -> Any:
         """The `Quantity` of a linear stage, as of this one."""
