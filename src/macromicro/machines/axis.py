@@ -86,7 +86,7 @@ def prepare(tree: Any) -> axis.Axis:
         power.prepare(tree.amplifier, tree.motor, sheets.constant(tree), drive.efficiency),
         Carriage(moved, *_stops(tree), tree.load.stop_stiffness, tree.load.stop_damping),
         body,
-        parts.friction(tree.friction, sheets.mass(tree)),
+        parts.friction(tree.friction),
         reading,
         tree.timing.delay,
         tree.timing.steps,

@@ -121,20 +121,17 @@ class Turntable(NamedTuple):
 
     @property
     def mass(self) -> float:
-        """Its inertia, which the rules of an axis read as a mass."""
-        return self.inertia
+        return self.inertia  # as the rules of an axis read it
 
     @property
     def incline(self) -> float:
-        """Gravity acts on an eccentric load alone."""
-        return 0.0
+        return 0.0  # gravity acts on an eccentric load alone
 
     @property
     def endless(self) -> bool:
         return self.ends == NONE
 
     def times(self, factor: float) -> Turntable:
-        """The load with so many times its inertia."""
         return self._replace(inertia=factor * self.inertia, payload=factor * self.payload)
 
 
