@@ -52,7 +52,6 @@ class Load(NamedTuple):
     )
 
     def times(self, factor: float) -> Load:
-        """The load with so many times its mass."""
         return self._replace(mass=factor * self.mass, payload=factor * self.payload)
 
 

@@ -140,7 +140,6 @@ def loaded(spec: Guide) -> float:
 
 
 def prepare(tree: Any) -> PiezoPlant:
-    """The runtime parameters of a machine's settings."""
     return PiezoPlant(
         tree.amplifier,
         loop(tree.stack, tree.hidden),
