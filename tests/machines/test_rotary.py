@@ -91,6 +91,8 @@ def test_gear_and_inertias_are_seen_at_the_load():
     assert sheets.turning(tree) == pytest.approx(625 * 2.4e-6)
     assert sheets.mass(tree) == pytest.approx(625 * 2.4e-6 + 0.012)
     assert sheets.weight(tree) == 0.0
+    heavier = tree._replace(load=tree.load.times(2.0))
+    assert sheets.mass(heavier) - sheets.mass(tree) == pytest.approx(0.012)
 
 
 def test_counts_are_those_of_a_turn_of_what_the_encoder_sits_on():
