@@ -62,7 +62,7 @@ def figures(random: np.random.Generator) -> dict[str, Any]:
 
 def truth(tree: Any, found: Commissioned) -> dict[str, float]:
     """What the estimates are, by the stage's figures; volts at the D/A."""
-    ready, gain = plant.prepare(_bench(tree)), tree.amplifier.gain
+    ready, gain = plant.prepare(tree), tree.amplifier.gain
     extent = gain * found.work[REACH].extent
     p = ready.hysteresis
     loop = prandtl_loop.measured(p.thresholds, p.weights, extent)
@@ -75,13 +75,6 @@ def truth(tree: Any, found: Commissioned) -> dict[str, float]:
         "lag": tree.timing.delay + 1.0 / (2.0 * math.pi * tree.amplifier.bandwidth),
         "slew": tree.amplifier.current / tree.amplifier.capacitance / gain,
     }
-
-
-def _bench(tree: Any) -> plant.PiezoBench:
-    return plant.PiezoBench(
-        tree.amplifier, tree.stack, tree.creep, tree.guide, tree.hidden, tree.warming,
-        tree.encoder, tree.timing.delay, tree.timing.steps,
-    )  # fmt: skip
 
 
 DRAWN = Drawn(piezo.KIND, figures, truth, 100, 2028)

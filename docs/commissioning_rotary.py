@@ -12,7 +12,6 @@ from commissioning_table import Drawn
 from macromicro.commission import axis, rotary
 from macromicro.commission.running import Commissioned
 from macromicro.machines import sheets
-from macromicro.machines.rotary import as_axis
 
 
 def figures(random: np.random.Generator) -> dict[str, Any]:
@@ -65,7 +64,7 @@ def figures(random: np.random.Generator) -> dict[str, Any]:
 
 def truth(tree: Any, found: Commissioned) -> dict[str, float]:
     """What the model's parameters are, in volts and radians, by the axis' figures."""
-    return commissioning_axis.truth(as_axis(tree), found)
+    return commissioning_axis.truth(tree, found)
 
 
 def eccentric(random: np.random.Generator) -> dict[str, Any]:
@@ -92,7 +91,7 @@ def hung(tree: Any, found: Commissioned) -> dict[str, float]:
     most, hangs = sheets.unbalanced(tree)
     return {
         **truth(tree, found),
-        "unbalance": sheets.per_newton(as_axis(tree)) * most,
+        "unbalance": sheets.per_newton(tree) * most,
         "hangs": math.remainder(hangs - axis.ends_of(found.work).low, 2.0 * math.pi),
     }
 

@@ -27,6 +27,7 @@ from macromicro.schema.par import Par, entries
         ("N/mm", "N*m/deg"),
         ("kg", "kg*m^2"),
         ("V*s^2/m", "V*s^2/rad"),
+        ("V/(m*s)", "V/(rad*s)"),
         ("1/s", "1/s"),
         ("ms", "ms"),
         ("V", "V"),

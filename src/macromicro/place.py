@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple, TypeVar, get_type_hints
@@ -12,7 +11,6 @@ from macromicro.units import remedy, shown, size
 
 Set = TypeVar("Set")
 
-_NAME = re.compile(r"[A-Za-z]+")
 # What stands for a unit of a slide where a stage turns.
 _TURNED = {
     "m": "rad",
@@ -23,6 +21,13 @@ _TURNED = {
     "mN": "mN*m",
     "kg": "kg*m^2",
 }
+
+
+def _renamed(unit: str, marks: str = "/*() ") -> str:
+    """A unit of a slide, factor by factor, as that of a stage that turns."""
+    if not marks:
+        return _TURNED.get(unit, unit)
+    return marks[0].join(_renamed(part, marks[1:]) for part in unit.split(marks[0]))
 
 
 class Place(NamedTuple):
@@ -38,9 +43,7 @@ class Place(NamedTuple):
 
     def named(self, unit: str) -> str:
         """The unit of a linear stage, as of this one."""
-        if not self.turns:
-            return unit
-        return _NAME.sub(lambda found: _TURNED.get(found[0], found[0]), unit)
+        return _renamed(unit) if self.turns else unit
 
     def column(self, quantity: Any) -> Any:
         """The `Quantity` of a linear stage, as of this one."""

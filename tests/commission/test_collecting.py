@@ -16,7 +16,7 @@ from macromicro.commission._probing import CommissionError
 from macromicro.commission.collecting import Given
 from macromicro.errors import InputError
 from macromicro.machines import machine as machines
-from macromicro.machines import planning, rotary, runs, sheets, wire_sheets
+from macromicro.machines import planning, runs, sheets, wire_sheets
 from macromicro.machines import rig as machine_rig
 from macromicro.machines.rig import Twin
 from macromicro.recording import Recording
@@ -51,13 +51,12 @@ def test_the_inertia_of_an_axis_that_turns_is_found_in_its_own_units(tmp_path: P
     one = given("rotary")
     taken = collecting.find("drive", one.machine).collect(one, lambda: False)
     assert {c.name: c.unit for c in taken.columns} == {"t": "s", "u": "V", "x": "rad"}
-    same = rotary.as_axis(one.tree)
-    assert same.travel.low <= taken["x"].min() and taken["x"].max() <= same.travel.high
+    assert one.tree.travel.low <= taken["x"].min() and taken["x"].max() <= one.tree.travel.high
     taken.save(tmp_path / "drive.h5")
     found = identify.from_files("drive", str(tmp_path / "drive.h5"))
     inertia, error = found.model.mass, found.uncertainty["mass"]
-    assert abs(inertia - sheets.mass(same)) < 2.5 * error and error < 0.1 * inertia
-    assert found.model.coulomb == pytest.approx(same.friction.coulomb, rel=0.05)
+    assert abs(inertia - sheets.mass(one.tree)) < 2.5 * error and error < 0.1 * inertia
+    assert found.model.coulomb == pytest.approx(one.tree.friction.coulomb, rel=0.05)
     units = {line.name: line.unit for line in found.lines}
     assert units["mass"] == "kg*m^2" and units["viscous"] == "N*m*s/rad"
     model = tmp_path / "model.toml"

@@ -20,7 +20,6 @@ from macromicro.identify.axis_settings import Around
 from macromicro.machines import deriving, loops, rig, sheets
 from macromicro.machines import machine as machines
 from macromicro.machines.parts import LOAD, MOTOR
-from macromicro.machines.rotary import as_axis
 from macromicro.rig.session import Session
 from macromicro.schema import config
 from macromicro.schema.text import parsed_toml
@@ -244,7 +243,7 @@ def test_the_machine_s_file_has_the_mode_and_a_notch_that_makes_it_quicker() -> 
     bare = read({k: v for k, v in values.items() if k != found_settings.NOTCH})
     rates = [deriving.bandwidth(t) for t in (bare, tree, plain)]
     assert 1.1 * rates[0] < rates[1] < rates[2]
-    turned = as_axis(read(axis_settings.turned(values), "rotary"))
+    turned = read(axis_settings.turned(values), "rotary")
     f = np.array([3.0, 36.0, 61.0, 200.0])
     level = tree._replace(load=tree.load._replace(incline=0.0))
     assert sheets.plant(turned, f) == pytest.approx(sheets.plant(level, f), rel=1e-6)

@@ -22,7 +22,6 @@ from macromicro.identify.axis import Axis
 from macromicro.identify.axis_settings import Around
 from macromicro.machines import machine as machines
 from macromicro.machines import sheets
-from macromicro.machines.rotary import as_axis
 from macromicro.place import ANGLE, LENGTH
 from macromicro.schema import config
 from macromicro.schema.text import parsed_toml
@@ -75,11 +74,10 @@ def test_the_machine_that_follows_turns_and_has_the_same_equations() -> None:
     other = parsed_toml(axis_settings.as_toml(slides, "Found."), "text")
     other.pop(config.MACHINE)
     plain = config.overridden(machines.named("axis", "").settings, other, "text")  # type: ignore[union-attr]
-    same = as_axis(tree)
     for value in (sheets.mass, sheets.constant, sheets.force, sheets.per_newton, sheets.lag):
-        assert value(same) == pytest.approx(value(plain), rel=1e-12)
+        assert value(tree) == pytest.approx(value(plain), rel=1e-12)
     frequency = np.array([1.0, 10.0, 80.0])
-    assert sheets.plant(same, frequency) == pytest.approx(sheets.plant(plain, frequency))
+    assert sheets.plant(tree, frequency) == pytest.approx(sheets.plant(plain, frequency))
     assert tree.friction.coulomb == plain.friction.coulomb
     assert tree.travel.high == plain.travel.high and tree.load.inertia == plain.load.mass
 
@@ -122,9 +120,7 @@ def test_one_that_turns_on_is_commissioned(tmp_path: Path) -> None:
         Options(place.effort, 4.0 * math.pi, 0.5, 400 * DEG, -math.pi, math.pi, endless=True),
     )
     told = rotary.estimates(found.model)
-    true = machines.load(file)[1].load.unbalance * sheets.per_newton(
-        as_axis(machines.load(file)[1])
-    )
+    true = machines.load(file)[1].load.unbalance * sheets.per_newton(machines.load(file)[1])
     assert abs(told["unbalance"].value - true) < 2.0 * told["unbalance"].half
     assert found.verified.met and found.settings.load.ends == "none"
     assert not any("end stop" in one for one in rotary.doubts(found.work, found.model))
@@ -134,7 +130,7 @@ def test_one_that_turns_on_is_commissioned(tmp_path: Path) -> None:
 def test_a_disc_is_found_and_verified() -> None:
     place = places.virtual(DISC)
     found = commission(place, Options(place.effort, 4.0 * math.pi, 0.5, 400 * DEG))
-    same = as_axis(machines.load(DISC)[1])
+    same = machines.load(DISC)[1]
     truth = {"mass": sheets.mass(same), "coulomb": same.friction.coulomb}
     told = rotary.estimates(found.model)
     for name, value in truth.items():

@@ -120,14 +120,14 @@ def test_from_a_recording_to_a_machine_that_holds_it(tmp_path: Path) -> None:
     t = np.arange(len(seen["effort"])) * tree.timing.period
     rows = np.stack([t, seen["effort"], seen["position"] + 100.0], axis=1)
     np.savetxt(own, rows, delimiter=",", header="t_s,u_V,x_deg", comments="", fmt="%.9g")
-    gain = 1.0 / sheets.per_newton(rotary.as_axis(tree))
+    gain = 1.0 / sheets.per_newton(tree)
     found = identify.from_files("drive", own, gain=gain, structure="coulomb", eccentric=True)
     found.save(tmp_path / "found")
     machine, made = machines.load(tmp_path / "found" / "model.toml")
     lowest = seen["position"].min() * DEG
     for place in np.linspace(0.0, tree.travel.high, 7):
-        there = sheets.pulled(rotary.as_axis(made), place - lowest)
-        assert there == pytest.approx(sheets.pulled(rotary.as_axis(tree), place), abs=0.01)
+        there = sheets.pulled(made, place - lowest)
+        assert there == pytest.approx(sheets.pulled(tree, place), abs=0.01)
     plan = planning.plan(planning.usual(made), made)
     done = runs.record(machine, made, plan)
     assert all(m.arrived_s is not None for m in results.moves(done.recording, plan, made.arrival))

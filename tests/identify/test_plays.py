@@ -20,6 +20,8 @@ from macromicro.hysteresis.prandtl_fit import PrandtlFit
 from macromicro.identify.play_operators import Loop
 from macromicro.identify.result import Line, Result
 from macromicro.machines import machine
+from macromicro.machines.parts import Timing
+from macromicro.machines.piezo import Piezo
 from macromicro.plant import piezo
 
 DT = 1e-3
@@ -29,7 +31,7 @@ CORNERS = [0.0, 100.0, 0.0, 90.0, 20.0, 100.0, 0.0, 70.0, 10.0, 60.0]
 @cache
 def recorded() -> tuple[Array, Array]:
     """Volts, and what the sensor of the piezo stage showed [m], slowly and with creep."""
-    p = piezo.prepare(piezo.PiezoBench(steps=1))
+    p = piezo.prepare(Piezo(timing=Timing(1e-4, 0.0, 1)))
     pieces = [np.linspace(a, b, int(abs(b - a) / 0.2) + 1)[1:] for a, b in pairwise(CORNERS)]
     volts = np.concatenate(pieces)
     noise = np.random.default_rng(5).standard_normal(volts.size)

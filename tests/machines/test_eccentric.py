@@ -7,8 +7,8 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.kernel import compiled
-from macromicro.machines import contract, machine, planning, rotary, runs, sheets
-from macromicro.machines.rotary import DEFAULT, as_axis
+from macromicro.machines import contract, homing, machine, planning, runs, sheets
+from macromicro.machines.rotary import DEFAULT
 from macromicro.plant import axis
 
 ROTARY = machine.MACHINES[3]
@@ -29,7 +29,7 @@ def pendulum(frequency=0.0):
         }
     )
     free = tree.friction._replace(coulomb=0.0, stribeck=0.0, viscous=0.0)
-    p = rotary.prepare(tree._replace(friction=free))
+    p = ROTARY.kind.prepare(tree._replace(friction=free))
     return tree, p._replace(power=p.power._replace(push=0.0, emf=0.0))
 
 
@@ -46,7 +46,7 @@ def swung(p, turned, periods):
 @pytest.mark.parametrize("frequency", [0.0, 60.0])
 def test_it_swings_about_where_it_hangs_as_a_pendulum_does(frequency):
     tree, p = pendulum(frequency)
-    inertia = sheets.mass(as_axis(tree))
+    inertia = sheets.mass(tree)
     places = swung(p, 40.0 * DEG, 20_000) - 30.0 * DEG
     upward = np.flatnonzero((places[:-1] < 0.0) & (places[1:] >= 0.0))
     lasts = (upward[-1] - upward[0]) * DT / (len(upward) - 1)
@@ -66,19 +66,18 @@ def test_compiled_it_does_the_same():
 
 
 def test_the_sheets_count_the_worst_place_for_the_motor_and_each_place_for_the_rest():
-    same = as_axis(ECCENTRIC)
-    assert sheets.pulled(same, -90.0 * DEG) == pytest.approx(0.0, abs=1e-12)
-    assert sheets.pulled(same, 0.0) == pytest.approx(0.5)
-    assert sheets.pulled(same, 180.0 * DEG) == pytest.approx(-0.5)
-    assert sheets.heaviest(same) == pytest.approx(0.5)
-    assert sheets.held(same) == pytest.approx(sheets.held(as_axis(DEFAULT)) + 0.5)
-    assert sheets.rubbed(same) == pytest.approx(sheets.rubbed(as_axis(DEFAULT)) + 0.5)
+    assert sheets.pulled(ECCENTRIC, -90.0 * DEG) == pytest.approx(0.0, abs=1e-12)
+    assert sheets.pulled(ECCENTRIC, 0.0) == pytest.approx(0.5)
+    assert sheets.pulled(ECCENTRIC, 180.0 * DEG) == pytest.approx(-0.5)
+    assert sheets.heaviest(ECCENTRIC) == pytest.approx(0.5)
+    assert sheets.held(ECCENTRIC) == pytest.approx(sheets.held(DEFAULT) + 0.5)
+    assert sheets.rubbed(ECCENTRIC) == pytest.approx(sheets.rubbed(DEFAULT) + 0.5)
     assert ECCENTRIC.motion.acceleration < DEFAULT.motion.acceleration
-    per_newton = sheets.per_newton(same)
+    per_newton = sheets.per_newton(ECCENTRIC)
     assert ECCENTRIC.controller.ahead_unbalance == pytest.approx(0.5 * per_newton, rel=1e-3)
     assert ECCENTRIC.controller.hangs == -90.0 * DEG
     # Pulled into its stop at -5 deg it leans more, so it stands lower than without.
-    assert rotary.touch(ECCENTRIC).place < rotary.touch(DEFAULT).place - 1e-4
+    assert homing.touch(ECCENTRIC).place < homing.touch(DEFAULT).place - 1e-4
 
 
 def test_a_load_that_the_motor_cannot_lift_is_refused():
@@ -103,7 +102,7 @@ def test_the_law_holds_it_everywhere():
 
     assert error(done.recording) < 0.4 * error(poor.recording)
     # At rest far from where it hangs the effort is that of the torque there.
-    seen, per_newton = done.recording, sheets.per_newton(as_axis(ECCENTRIC))
+    seen, per_newton = done.recording, sheets.per_newton(ECCENTRIC)
     still = np.abs(seen["true_speed"]) < 1e-4
     torque = 0.5 * np.sin(seen["true_position"] * DEG + 90.0 * DEG)
     rubs = per_newton * (ECCENTRIC.friction.coulomb + ECCENTRIC.friction.stribeck)

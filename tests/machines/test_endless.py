@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.machines import contract, homing, machine, planning, rotary, runs
-from macromicro.machines.rotary import DEFAULT, TURN, as_axis
+from macromicro.machines import contract, homing, machine, planning, runs
+from macromicro.machines.rotary import DEFAULT
+from macromicro.machines.sheets import TURN
 from macromicro.machines.tree import settled
 
 ROTARY = machine.MACHINES[3]
@@ -29,7 +30,7 @@ def test_it_keeps_what_every_machine_must():
 
 
 def test_nothing_ends_its_way_but_what_is_watched():
-    p = rotary.prepare(ENDLESS).load
+    p = ROTARY.kind.prepare(ENDLESS).load
     assert (p.stop_low, p.stop_high) == (-math.inf, math.inf)
     assert (ENDLESS.travel.low, ENDLESS.travel.high) == (-TURN, TURN)
     assert (ENDLESS.guard.low, ENDLESS.guard.high) == pytest.approx((-1.5 * TURN, 1.5 * TURN))
@@ -62,15 +63,15 @@ def test_beyond_its_travel_a_target_is_refused(tmp_path):
 
 
 def test_what_names_its_place_follows_from_its_mark():
-    assert ENDLESS.homing.on == "start" and rotary.touch(ENDLESS) is None
+    assert ENDLESS.homing.on == "start" and homing.touch(ENDLESS) is None
     assert MARKED.homing.on == "index"
-    touch = rotary.touch(MARKED)
+    touch = homing.touch(MARKED)
     assert touch.place == touch.out == 0.0  # it stays at the mark
     # A turn at the speed of the search, not a thousand.
     assert TURN / touch.speed < touch.patience < 16.0 * 1.5 * TURN / touch.speed + 60.0
     moved = MARKED.with_("encoder.index_place", "90 deg")
-    assert rotary.touch(moved).place == pytest.approx(0.25 * TURN)
-    assert math.isnan(homing.touch(as_axis(DEFAULT)).out)
+    assert homing.touch(moved).place == pytest.approx(0.25 * TURN)
+    assert math.isnan(homing.touch(DEFAULT).out)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,6 @@ import pytest
 
 from macromicro.control.live.leading import Touch
 from macromicro.machines import homing, machine, sheets
-from macromicro.machines.rotary import as_axis
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples" / "machines").glob("[!x]*.toml"))
 AXES = [p for p in EXAMPLES if machine.load(p)[0].touch is not None]
@@ -23,10 +22,9 @@ def test_only_an_axis_has_to_look_for_its_place() -> None:
 
 @pytest.mark.parametrize("path", AXES, ids=lambda p: p.stem)
 def test_it_starts_the_axis_and_trips_no_guard(path: Path) -> None:
-    chosen, settings = machine.load(path)
-    tree = as_axis(settings)  # one that turns as one that slides
+    chosen, tree = machine.load(path)
     assert chosen.touch is not None
-    found = chosen.touch(settings)
+    found = chosen.touch(tree)
     per_newton = sheets.per_newton(tree)
     assert per_newton * sheets.held(tree) < found.effort < tree.guard.push
     assert found.lead <= 0.5 * tree.guard.error

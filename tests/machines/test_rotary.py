@@ -7,11 +7,23 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.machines import contract, guarding, machine, planning, rotary, runs, sheets
+from macromicro.machines import (
+    axis,
+    contract,
+    guarding,
+    homing,
+    machine,
+    parts,
+    planning,
+    runs,
+    sheets,
+)
 from macromicro.machines.guard_words import LIMIT_HIGH
-from macromicro.machines.rotary import DEFAULT, as_axis
+from macromicro.machines.rotary import DEFAULT
 from macromicro.machines.tree import settled
 from macromicro.place import ANGLE
+from macromicro.plant import power
+from macromicro.plant.transmission import Transmission
 from macromicro.schema.par import entries
 
 AXIS, ROTARY = machine.MACHINES[0], machine.MACHINES[3]
@@ -30,6 +42,24 @@ def test_no_setting_is_in_units_of_a_slide():
             assert not {"m", "mm", "um", "N", "kg"} & set(re.findall("[A-Za-z]+", rest)), entry.path
 
 
+def sliding(tree):
+    """An axis of the same numbers: a belt on a pulley of 1 m, so that 1 rad is 1 m."""
+    gear, load, encoder = tree.drive._asdict(), tree.load._asdict(), tree.encoder._asdict()
+    drive = {"radius": 1.0, "gear": gear.pop("ratio"), **gear}
+    ends = {name: load[name] for name in load if name.startswith("stop_")}
+    slide = parts.Load(mass=load["inertia"], payload=load["payload"], **ends)
+    same = {name: getattr(tree, name) for name in tree._fields if name not in {"load", "encoder"}}
+    return axis.DEFAULT._replace(
+        **same
+        | {
+            "motor": power.Motor(**tree.motor._asdict()),
+            "drive": Transmission(**drive),
+            "load": slide,
+            "encoder": parts.Feedback(lines=0.25 * encoder.pop("counts"), **encoder),
+        }
+    )
+
+
 def test_it_does_what_an_axis_of_the_same_numbers_does():
     tree = DEFAULT.with_(
         {
@@ -42,7 +72,7 @@ def test_it_does_what_an_axis_of_the_same_numbers_does():
             "encoder.noise": "1 mdeg",
         }
     )
-    same = as_axis(tree)
+    same = sliding(tree)
     plan = planning.plan(planning.usual(tree), tree)
     turned = runs.record(ROTARY, tree, plan, seed=3).recording
     slid = runs.record(AXIS, same, plan, seed=3).recording
@@ -57,11 +87,12 @@ def test_it_does_what_an_axis_of_the_same_numbers_does():
 
 def test_gear_and_inertias_are_seen_at_the_load():
     tree = DEFAULT.with_({"drive.ratio": 25, "load.payload": "0.002 kg*m^2"})
-    same = as_axis(tree)
-    assert sheets.constant(same) == pytest.approx(25 * 0.0302)
-    assert sheets.turning(same) == pytest.approx(625 * 2.4e-6)
-    assert sheets.mass(same) == pytest.approx(625 * 2.4e-6 + 0.012)
-    assert sheets.weight(same) == 0.0
+    assert sheets.constant(tree) == pytest.approx(25 * 0.0302)
+    assert sheets.turning(tree) == pytest.approx(625 * 2.4e-6)
+    assert sheets.mass(tree) == pytest.approx(625 * 2.4e-6 + 0.012)
+    assert sheets.weight(tree) == 0.0
+    heavier = tree._replace(load=tree.load.times(2.0))
+    assert sheets.mass(heavier) - sheets.mass(tree) == pytest.approx(0.012)
 
 
 def test_counts_are_those_of_a_turn_of_what_the_encoder_sits_on():
@@ -178,7 +209,7 @@ def test_the_guard_speaks_of_degrees():
 def test_its_model_is_that_of_the_axis_in_radians():
     frequency = np.array([1.0, 20.0])
     found = ROTARY.model(DEFAULT, frequency)
-    assert found == pytest.approx(sheets.plant(as_axis(DEFAULT), frequency))
+    assert found == pytest.approx(sheets.plant(DEFAULT, frequency))
     # Far below its poles: volts to speed by the back-EMF and the viscous friction.
     k, friction = 0.302, 0.005
     slow = 2.4 * k / (1.2 * friction + k * k)
@@ -187,7 +218,7 @@ def test_its_model_is_that_of_the_axis_in_radians():
 
 
 def test_it_feels_for_its_stop_slowly():
-    touch = rotary.touch(DEFAULT)
+    touch = homing.touch(DEFAULT)
     assert 0.0 < touch.slow < touch.speed < DEFAULT.motion.velocity
     assert touch.place == pytest.approx(DEFAULT.load.stop_low, abs=2e-3)
 

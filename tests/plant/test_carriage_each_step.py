@@ -44,7 +44,8 @@ def test_a_step_balances_momentum_and_voltage(x: float, volts: float, v: float) 
     assert m.inductance * (new.i - s.i) / H == pytest.approx(
         volts - m.resistance * new.i - m.constant * new.v / m.pulley, rel=1e-9
     )
-    z0, z1, f0, f1 = friction.bristle_terms(MACRO.friction, s.z, s.v, offset, H)
+    p = MACRO.friction
+    z0, z1, f0, f1 = friction.bristle_terms(p, p.bristle, p.bristle_damping, s.z, s.v, offset, H)
     e0, e1 = carriage.stop_terms(P, x, H)
     force = (
         motor.force(m, new.i)

@@ -20,7 +20,7 @@ def slide(speeds: list[float], z: float = 0.0, offset: float = 0.0, h: float = H
     """Friction force [N] and bristle [m] at each step of a prescribed motion."""
     rows, v0 = [], speeds[0]
     for v in speeds:
-        a, b, c, d = friction.bristle_terms(P, z, v0, offset, h)
+        a, b, c, d = friction.bristle_terms(P, P.bristle, P.bristle_damping, z, v0, offset, h)
         z, force, v0 = a + b * v, c + d * v, v
         rows.append((force, z))
     return np.array(rows)
@@ -60,7 +60,7 @@ def test_sticks_below_breakaway(share: float, way: float) -> None:
     push = way * share * (P.coulomb + P.stribeck)
     mass, v, z, x = 0.45, 0.0, 0.0, 0.0
     for k in range(12000):  # 0.6 s
-        a, b, c, d = friction.bristle_terms(P, z, v, 0.0, H)
+        a, b, c, d = friction.bristle_terms(P, P.bristle, P.bristle_damping, z, v, 0.0, H)
         force = push * min(k / 6000, 1.0)
         v = (mass * v + H * (force - c)) / (mass + H * (d + P.viscous))
         z, x = a + b * v, x + H * v
@@ -73,7 +73,7 @@ def test_breaks_away_above_the_static_level() -> None:
     """Section 4.2.3: above breakaway it slides, and on with less force."""
     push, mass, v, z = 1.02 * (P.coulomb + P.stribeck), 0.45, 0.0, 0.0
     for _ in range(20000):
-        a, b, c, d = friction.bristle_terms(P, z, v, 0.0, H)
+        a, b, c, d = friction.bristle_terms(P, P.bristle, P.bristle_damping, z, v, 0.0, H)
         v = (mass * v + H * (push - c)) / (mass + H * (d + P.viscous))
         z = a + b * v
     assert v == pytest.approx((push - P.coulomb) / P.viscous, rel=1e-3)

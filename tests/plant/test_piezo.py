@@ -14,13 +14,14 @@ from macromicro.errors import InputError
 from macromicro.hysteresis import prandtl
 from macromicro.hysteresis.prandtl_loop import measured
 from macromicro.kernel import compiled, kernel
+from macromicro.machines.parts import Timing
+from macromicro.machines.piezo import Piezo
 from macromicro.plant import piezo
 from macromicro.plant.creep import Creep
 from macromicro.plant.high_voltage import HighVoltage
 from macromicro.plant.piezo import (
     Guide,
     Hidden,
-    PiezoBench,
     PiezoPlant,
     PiezoState,
     Stack,
@@ -29,7 +30,8 @@ from macromicro.plant.piezo import (
 
 DT = 1e-4
 AS_PRINTED = Hidden(stronger=1.0, detuned=1.0)
-SPEC = PiezoBench(HighVoltage(current=0.06, capacitance=3e-6), hidden=AS_PRINTED)
+AMPLIFIER = HighVoltage(current=0.06, capacitance=3e-6)
+SPEC = Piezo(amplifier=AMPLIFIER, hidden=AS_PRINTED, timing=Timing(1e-4, 0.0, 4))
 P = piezo.prepare(SPEC)
 FAST = SPEC._replace(amplifier=HighVoltage(bandwidth=1e7, current=1e4), creep=Creep(decades=0))
 
@@ -150,7 +152,7 @@ def test_volts_pass_the_converter_and_the_current_limit() -> None:
 
 def test_an_effort_acts_after_the_delay() -> None:
     """A quarter of the period late: the first three of four steps are as without it."""
-    late = piezo.prepare(SPEC._replace(delay=0.25e-4, steps=4))
+    late = piezo.prepare(SPEC._replace(timing=Timing(1e-4, 0.25e-4, 4)))
     volts = np.array([10.0, 10.0])
     plain, shifted = driven(P, volts)[1], driven(late, volts)[1]
     assert 0.0 < shifted[0] < plain[0]
@@ -174,7 +176,9 @@ def test_a_warming_stage_drifts() -> None:
 def test_twice_the_steps_change_little() -> None:
     rng = np.random.default_rng(3)
     volts = np.repeat(rng.uniform(0.0, 100.0, 6), 100)
-    a, b = (driven(piezo.prepare(SPEC._replace(steps=n)), volts)[0] for n in (8, 16))
+    a, b = (
+        driven(piezo.prepare(SPEC._replace(timing=Timing(1e-4, 0.0, n))), volts)[0] for n in (8, 16)
+    )
     assert np.max(np.abs(a - b)) < 0.01 * np.ptp(a)
 
 

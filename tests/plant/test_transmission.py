@@ -11,12 +11,10 @@ from macromicro.plant.transmission import Transmission
 
 
 def test_the_motor_s_turn_per_way():
-    assert transmission.ratio(Transmission(kind="belt", radius=0.01, gear=3.0)) == pytest.approx(
-        300
-    )
+    assert Transmission(kind="belt", radius=0.01, gear=3.0).ratio == pytest.approx(300)
     screw = Transmission(kind="screw", lead=0.005, gear=2.0)
-    assert transmission.ratio(screw) == pytest.approx(2.0 * 2.0 * math.pi / 0.005)
-    assert transmission.ratio(Transmission(kind="linear", gear=5.0)) == 1.0
+    assert screw.ratio == pytest.approx(2.0 * 2.0 * math.pi / 0.005)
+    assert Transmission(kind="linear", gear=5.0).ratio == 1.0
 
 
 @given(st.floats(-1.0, 1.0), st.floats(0.0, 1.0))

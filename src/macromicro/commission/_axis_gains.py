@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from macromicro import place as places
 from macromicro.arrays import Array
 from macromicro.commission import _verifying, margins
 from macromicro.commission._axis_fit import Model
@@ -15,7 +16,6 @@ from macromicro.commission.procedure import Robustness, Tuned
 from macromicro.machines import loops, planning, results, runs, sheets
 from macromicro.machines import machine as machines
 from macromicro.machines.loops import Complex
-from macromicro.machines.rotary import as_axis
 from macromicro.machines.trial import Trial
 from macromicro.programme import Programme
 from macromicro.schema.par import entries, value_at
@@ -98,7 +98,7 @@ def drawn_machines(settings: Any, model: Model, number: int, seed: int = SEED) -
         load, motor, drive = settings.load, settings.motor, settings.drive
         stiffer = 1.0 if mode is None else 1.0 + resonance / mode.shape.resonance
         yield settings._replace(
-            load=load._replace(mass=heavier * load.mass, payload=heavier * load.payload),
+            load=load.times(heavier),
             motor=motor._replace(inertia=heavier * motor.inertia),
             drive=drive._replace(
                 inertia=heavier * drive.inertia,
@@ -111,10 +111,9 @@ def drawn_machines(settings: Any, model: Model, number: int, seed: int = SEED) -
 
 
 def robust(settings: Any, model: Model, number: int = DRAWS) -> Robust:
-    made = as_axis(settings)
-    frequency, law = _looked(made, model)
-    every = (sheets.plant(one, frequency) * law for one in drawn_machines(made, model, number))
-    return margins.robust(frequency, sheets.plant(made, frequency) * law, every, poles=_POLES)
+    frequency, law = _looked(settings, model)
+    every = (sheets.plant(one, frequency) * law for one in drawn_machines(settings, model, number))
+    return margins.robust(frequency, sheets.plant(settings, frequency) * law, every, poles=_POLES)
 
 
 def keeps(settings: Any, model: Model, each: Iterable[Any], modulus: float) -> bool:
@@ -158,30 +157,30 @@ def searched(
     """Gains that settle faster than those by the rules, if any."""
     # The slowest move over the model and `models` counts. A design is feasible if its modulus
     # margin is at least `LEAST`, or that of the rules, on any drawn model.
-    made = as_axis(settings)
-    machine = machines.named("axis", "machine")
+    place = places.of(settings)
+    machine = machines.named("rotary" if place.turns else "axis", "machine")
     if settings.law != machine.law.name:
         return Tuned()
-    least = min(LEAST, robust(made, model).least.modulus)
+    least = min(LEAST, robust(settings, model).least.modulus)
 
-    few = tuple(drawn_machines(made, model, _LOOKED))  # gains do not change them
+    few = tuple(drawn_machines(settings, model, _LOOKED))  # gains do not change them
 
     def allowed(tree: Any) -> bool:
         return keeps(tree, model, few, _SPARE * least)
 
     objective = stage.named(OBJECTIVE)
-    plan = planning.plan(programme(made), made)
-    several = tuple(models(made, model))
+    plan = planning.plan(programme(settings), settings)
+    several = tuple(models(settings, model))
     budget = stage.Budget(_EVALUATIONS, named=several, allowed=allowed)
-    found = stage.search(machine, made, plan, objective, budget, progress)
+    found = stage.search(machine, settings, plan, objective, budget, progress)
 
     def worst(each: list[Trial]) -> float:
-        return max(objective.value(t, 1e6 * made.arrival.tolerance) for t in each)
+        return max(objective.value(t, place.fines * settings.arrival.tolerance) for t in each)
 
     before, after = worst(found.before), worst(found.after)
     if not _verifying.is_better(after, before):
         return Tuned()
-    if not keeps(found.tuned, model, drawn_machines(made, model, margins.DRAWS), least):
+    if not keeps(found.tuned, model, drawn_machines(settings, model, margins.DRAWS), least):
         return Tuned()
     return tuned(settings, found, before, after)
 

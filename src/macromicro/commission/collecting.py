@@ -21,7 +21,6 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.machines import rig as machine_rig
 from macromicro.machines import sheets, stage, wire_sheets
 from macromicro.machines.machine import Machine, as_toml
-from macromicro.machines.rotary import as_axis
 from macromicro.machines.stage import Bounds
 from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
@@ -93,7 +92,7 @@ class Procedure(NamedTuple):
 
 def strokes(given: Given, ended: Callable[[], bool] = lambda: False) -> Recording:
     """Strokes of an axis at several efforts above breakaway, within the travel."""
-    tree, place = as_axis(given.tree), given.machine.kind.place
+    tree, place = given.tree, given.machine.kind.place
     per_newton, weight = sheets.per_newton(tree), sheets.weight(tree)
     rubbing = tree.friction
     heaviest, newton = sheets.heaviest(tree), place.named("N")

@@ -65,7 +65,7 @@ def of_machine(machine: Any, settings: Any) -> Made:
         f"{name}.sequence": sequence_unit,
         f"{name}.plant": plant_of(kind, settings, "plant", f"{title}, simulated"),
     }
-    if type(settings.guard) is guarding.Limits:  # of a stage that slides
+    if isinstance(settings.guard, guarding.Limits):
         units[f"{name}.lines"] = lines_unit
     if machine.equip is not None and hasattr(settings, "switches") and not kind.lines:
         with_lines = settings.with_({"switches.limits": "both", "switches.home": "cam"})

@@ -23,13 +23,14 @@ def checked(tree: Any) -> Iterator[Checked]:
 
 def _limits(tree: Any) -> Iterator[Checked]:
     """Limit switches between targets and end stops."""
-    there, s, load, travel = _wiring.lines(tree), tree.switches, tree.load, tree.travel
+    there, s, travel = _wiring.lines(tree), tree.switches, tree.travel
+    low, high = sheets.ends(tree)
     told = places.of(tree).told
     free = s.hysteresis + 4.0 * s.repeatability
     if "limit_low" in there:
         most = travel.low - free
         yield (
-            s.low < load.stop_low,
+            s.low < low,
             "switches.low",
             s.low,
             "{load.stop_low} or more: the end stop keeps the stage from it",
@@ -43,7 +44,7 @@ def _limits(tree: Any) -> Iterator[Checked]:
     if "limit_high" in there:
         least = travel.high + free
         yield (
-            s.high > load.stop_high,
+            s.high > high,
             "switches.high",
             s.high,
             "at most {load.stop_high}: the end stop keeps the stage from it",
@@ -58,12 +59,13 @@ def _limits(tree: Any) -> Iterator[Checked]:
 
 def _home(tree: Any) -> Iterator[Checked]:
     """A home switch within the travel, wide enough to be seen."""
-    there, s, load = _wiring.lines(tree), tree.switches, tree.load
+    there, s = _wiring.lines(tree), tree.switches
     told = places.of(tree).told
     if "home" not in there:
         return
-    low = s.low if "limit_low" in there else load.stop_low
-    high = s.high if "limit_high" in there else load.stop_high
+    low, high = sheets.ends(tree)
+    low = s.low if "limit_low" in there else low
+    high = s.high if "limit_high" in there else high
     width = s.home_width if s.home == CAM else 0.0
     free = s.hysteresis + 4.0 * s.repeatability
     least, most = low + free + width, high - free - homing.back(tree)
@@ -86,7 +88,7 @@ def _home(tree: Any) -> Iterator[Checked]:
 
 def _index(tree: Any) -> Iterator[Checked]:
     """Index pulses far enough apart."""
-    encoder, load, told = tree.encoder, tree.load, places.of(tree).told
+    encoder, told, (low, high) = tree.encoder, places.of(tree).told, sheets.ends(tree)
     if encoder.index_pulse == NONE:
         return
     turns = encoder.at != "load" and tree.drive.kind != LINEAR
@@ -97,7 +99,7 @@ def _index(tree: Any) -> Iterator[Checked]:
         f"{MARK}: only an encoder on a motor that turns has a pulse per turn",
     )
     yield (
-        not load.stop_low < encoder.index_place < load.stop_high,
+        not low < encoder.index_place < high,
         "encoder.index_place",
         encoder.index_place,
         "between {load.stop_low} and {load.stop_high}, the end stops",

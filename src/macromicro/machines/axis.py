@@ -60,7 +60,8 @@ class Axis(NamedTuple):
 DEFAULT: Any = settled(Axis())
 
 
-def prepare(tree: Axis) -> axis.Axis:
+def prepare(tree: Any) -> axis.Axis:
+    """The physics of an axis, or of a rotary one."""
     drive, moved = tree.drive, tree.load.mass + tree.load.payload
     stiffness = moved * (2.0 * math.pi * drive.frequency) ** 2
     rotor = sheets.turning(tree)
@@ -83,20 +84,17 @@ def prepare(tree: Axis) -> axis.Axis:
     )
     return axis.Axis(
         power.prepare(tree.amplifier, tree.motor, sheets.constant(tree), drive.efficiency),
-        _ended(tree),
+        Carriage(moved, *_stops(tree), tree.load.stop_stiffness, tree.load.stop_damping),
         body,
-        parts.friction(tree.friction, sheets.mass(tree)),
+        parts.friction(tree.friction),
         reading,
         tree.timing.delay,
         tree.timing.steps,
     )
 
 
-def _ended(tree: Any) -> Carriage:
-    load = parts.carriage(tree.load)
-    if not sheets.endless(tree):
-        return load
-    return load._replace(stop_low=-math.inf, stop_high=math.inf)
+def _stops(tree: Any) -> tuple[float, float]:
+    return (-math.inf, math.inf) if sheets.endless(tree) else sheets.ends(tree)
 
 
 @kernel

@@ -14,6 +14,7 @@ from macromicro.machines.parts import LOW_LIMIT, MOTOR, TURN
 from macromicro.machines.sheets import (
     SPARE,
     constant,
+    ends,
     fastest,
     force,
     held,
@@ -141,11 +142,6 @@ def _soft(tree: Any, way: float) -> float:
     if way < 0.0:
         return _round(0.5 * (tree.travel.low + tree.load.stop_low))
     return _round(0.5 * (tree.travel.high + tree.load.stop_high))
-
-
-def _switch(tree: Any, soft: float, stop: float) -> float:
-    """Half way from the soft limit to the stop."""
-    return _round(0.5 * (soft + stop))
 
 
 def _along(tree: Any, share: float) -> float:
@@ -290,8 +286,8 @@ RULES: tuple[Rule, ...] = (
     ("guard.high", lambda t: _soft(t, 1.0)),
     ("guard.speed", lambda t: _round(1.5 * t.motion.velocity)),
     ("guard.error", _following),
-    ("switches.low", lambda t: _switch(t, t.guard.low, t.load.stop_low)),
-    ("switches.high", lambda t: _switch(t, t.guard.high, t.load.stop_high)),
+    ("switches.low", lambda t: _round(0.5 * (t.guard.low + ends(t)[0]))),
+    ("switches.high", lambda t: _round(0.5 * (t.guard.high + ends(t)[1]))),
     ("switches.home_place", lambda t: _along(t, 0.05)),
     ("switches.home_width", lambda t: _round(0.02 * (t.travel.high - t.travel.low))),
     ("switches.leave", lambda t: _round(0.1 * t.motion.velocity)),

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from macromicro import place as places
 from macromicro.errors import InputError
-from macromicro.machines import deriving, rotary
+from macromicro.machines import deriving
 from macromicro.schema.par import entries, is_given, value_at
 
 FAR = 20.0  # times the encoder's resolution
@@ -32,8 +32,7 @@ def _arrival(tree: Any) -> str:
     value, place = tree.arrival.tolerance, places.of(tree)
     way, cause, shown = tree.travel.high - tree.travel.low, "what the sensor shows", value
     if hasattr(tree, "drive"):  # an axis, or one that turns
-        sheets = rotary.as_axis(tree) if place.turns else tree
-        shown, cause = deriving.seen(sheets), max(deriving.nearest(sheets))[1]
+        shown, cause = deriving.seen(tree), max(deriving.nearest(tree))[1]
     if value > FAR * shown:
         much = f"{value / shown:.0f} times the {place.told(shown, digits=3)} that the encoder shows"
     elif value > COARSE * way:

@@ -26,23 +26,23 @@ def problems(tree: Any) -> list[Problem]:
 
 def _way(tree: Any) -> Iterator[Checked]:
     """Targets within soft limits within stops."""
-    travel, load, guard = tree.travel, tree.load, tree.guard
+    travel, guard, (low, high) = tree.travel, tree.guard, sheets.ends(tree)
     begin = f"{places.of(tree).told(0.0)}, where every run begins"
     yield travel.low > 0.0, "travel.low", travel.low, f"at most {begin}"
     yield travel.high <= 0.0, "travel.high", travel.high, f"above {begin}"
     for wrong, name, stop in (
-        (travel.low < load.stop_low, "low", "{load.stop_low} or more"),
-        (travel.high > load.stop_high, "high", "at most {load.stop_high}"),
+        (travel.low < low, "low", "{load.stop_low} or more"),
+        (travel.high > high, "high", "at most {load.stop_high}"),
     ):
         yield wrong, f"travel.{name}", getattr(travel, name), f"{stop}: the end stop"
     yield (
-        guard.low < load.stop_low,
+        guard.low < low,
         "guard.low",
         guard.low,
         "{load.stop_low} or more: the end stop",
     )
     yield (
-        guard.high > load.stop_high,
+        guard.high > high,
         "guard.high",
         guard.high,
         "at most {load.stop_high}, the end stop",
@@ -112,7 +112,8 @@ def _encoder(tree: Any) -> Iterator[Checked]:
         f"{counts:.4g} counts/s of "
         "{encoder.rate}; a faster counter or coarser counts allow more",
     )
-    longest = max(tree.load.stop_high, -tree.load.stop_low) / encoder.pitch
+    low, high = sheets.ends(tree)
+    longest = max(high, -low) / encoder.pitch
     yield (
         longest >= 2.0 ** (encoder.bits - 1.0),
         "encoder.bits",

@@ -8,7 +8,7 @@ from typing import Any
 from macromicro.control.live.leading import Seek, Touch
 from macromicro.machines import _wiring, pace
 from macromicro.machines.parts import CAM, HOME, INDEX, LOW_LIMIT, START, STOP
-from macromicro.machines.sheets import endless, force, held, lag, mass, per_newton, pulled
+from macromicro.machines.sheets import endless, ends, force, held, lag, mass, per_newton, pulled
 
 SHARE = 0.9  # of the guard's push, under which the stage has to move
 EMF = 0.35  # share of the effort for the back-EMF; kinetic friction takes less than 0.56
@@ -107,7 +107,7 @@ def stop(tree: Any) -> Touch:
     The effort moves a free stage and stays below the guard's limit for a stuck one. The impact,
     with stop stiffness k, must not exceed the motor's force: v sqrt(m k).
     """
-    law, load = tree.controller, tree.load
+    law, load, low = tree.controller, tree.load, ends(tree)[0]
     effort = SHARE * tree.guard.push
     push = effort / per_newton(tree)
     by_emf = EMF * effort / max(law.ahead_velocity, 1e-12)
@@ -116,7 +116,7 @@ def stop(tree: Any) -> Touch:
     # The lead that the law needs for the effort, within half of the guard's limit.
     lead = min(0.5 * tree.guard.error, 2.0 * effort / (law.velocity * law.position))
     wound = effort / (law.velocity * law.integral * law.position * lead)
-    weighs = pulled(tree, load.stop_low)
+    weighs = pulled(tree, low)
     leans = max(push - tree.friction.coulomb + weighs, 0.0) / load.stop_stiffness
     way = _way(tree)
     give = max(4.0 * tree.encoder.pitch, tree.arrival.tolerance)
@@ -130,7 +130,7 @@ def stop(tree: Any) -> Touch:
         stand=max(STAND, 2.0 * wound),
         give=give,
         back=back,
-        place=load.stop_low - leans,
+        place=low - leans,
         patience=PATIENCE * (way / speed + back / min(slow, speed)) + 10.0,
         reveal=reveal(tree),
     )

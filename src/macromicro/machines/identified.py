@@ -9,13 +9,13 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from macromicro import place as places
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify import axis_settings
 from macromicro.identify.axis import Axis
 from macromicro.identify.result import Result
 from macromicro.machines import axis, rotary, sheets
 from macromicro.machines import machine as machines
-from macromicro.place import ANGLE, LENGTH
 from macromicro.plant.power import CURRENT
 from macromicro.schema import config
 from macromicro.schema.text import printable, read_toml
@@ -27,7 +27,7 @@ class Sheet(NamedTuple):
     file: str
     machine: machines.Machine
     table: dict[str, Any]  # what it says, as TOML has it
-    tree: Any  # settings that follow, in the words of an axis; of a rotary axis too
+    tree: Any  # settings that follow
 
 
 def sheet(path: Path) -> Sheet:
@@ -38,12 +38,12 @@ def sheet(path: Path) -> Sheet:
         accepted = f"{axis.NAME} or {rotary.NAME}"
         raise InputError(f"--machine {file}, {machines.KEY}", machine.name, accepted)
     table = read_toml(path, config.WHAT)
-    return Sheet(file, machine, table, tree if machine.name == axis.NAME else rotary.as_axis(tree))
+    return Sheet(file, machine, table, tree)
 
 
 def merged(found: Result, known: Sheet) -> str:
     """The sheets' file with identified values and their sources, as TOML."""
-    place = ANGLE if known.machine.name == rotary.NAME else LENGTH
+    place = places.of(known.tree)
     model, where = found.model, f"--machine {known.file}"
     unit = next((line.unit for line in found.lines if line.name == "viscous"), "")
     per_volt = 1.0 / sheets.per_newton(known.tree)

@@ -104,7 +104,7 @@ MACHINES: tuple[Machine, ...] = (
     _shipped(axis, sheets.plant, homing.touch, equipped.kind),
     _shipped(piezo),
     _shipped(wire),
-    _shipped(rotary, rotary.model, rotary.touch, rotary.kind),
+    _shipped(rotary, sheets.plant, homing.touch, rotary.kind),
 )
 NAMES = (TWO_STAGE, JOINT, *(m.name for m in MACHINES))
 _ONE = (

@@ -6,9 +6,8 @@ import math
 from typing import Annotated, Any, NamedTuple
 
 from macromicro.plant import own_part
-from macromicro.plant.carriage import Carriage
-from macromicro.plant.friction import Friction
-from macromicro.schema.par import Par
+from macromicro.plant.friction import AxisFriction
+from macromicro.schema.par import Par, extended
 
 MOTOR, LOAD = "motor", "load"
 NONE, TURN, MARK = "none", "turn", "mark"
@@ -52,36 +51,22 @@ class Load(NamedTuple):
         100.0
     )
 
+    def times(self, factor: float) -> Load:
+        return self._replace(mass=factor * self.mass, payload=factor * self.payload)
 
-class Rubbing(NamedTuple):
-    """Total friction as a force at the load."""
 
-    coulomb: Annotated[float, Par("N", "kinetic friction", _MEASURED, lo=0.0)] = 3.0
-    stribeck: Annotated[float, Par("N", "breakaway above kinetic friction", _MEASURED, lo=0.0)] = (
-        0.6
+_PART = Par("", "bristles, or MODULE:PART of your own", _CHOICE, choices=(own_part.BRISTLES,))
+
+
+class Rubbing(
+    extended(  # type: ignore[misc]
+        AxisFriction,
+        {"part": (Annotated[str, _PART], own_part.BRISTLES), "own": (Any, own_part.NoPart())},
     )
-    stribeck_speed: Annotated[
-        float,
-        Par("m/s", "Stribeck speed, over which that fades", _MEASURED, shown="mm/s", positive=True),
-    ] = 5.0e-3
-    viscous: Annotated[float, Par("N*s/m", "viscous friction", _MEASURED, lo=0.0)] = 2.0
-    presliding: Annotated[
-        float, Par("m", "presliding deflection", _MEASURED, shown="um", positive=True)
-    ] = 5.0e-6
-    ripple: Annotated[
-        float, Par("N", "greatest change of the friction along the travel", _MEASURED, lo=0.0)
-    ] = 0.0
-    ripple_long: Annotated[
-        float, Par("m", "longer period of that change", _MEASURED, shown="mm", positive=True)
-    ] = 40.0e-3
-    ripple_short: Annotated[
-        float, Par("m", "shorter period of that change", _MEASURED, shown="mm", positive=True)
-    ] = 12.0e-3
-    part: Annotated[
-        str,
-        Par("", "bristles, or MODULE:PART of your own", _CHOICE, choices=(own_part.BRISTLES,)),
-    ] = own_part.BRISTLES
-    own: Any = own_part.NoPart()
+):
+    """Friction of an axis, or a part in its place."""
+
+    __slots__ = ()
 
     def also(self) -> dict[str, tuple[str, ...]]:
         """Further words that a text parameter accepts."""
@@ -215,27 +200,9 @@ class Motion(NamedTuple):
     jerk: Annotated[float, Par("m/s^3", "maximum jerk", _DERIVED, positive=True)] = 1000.0
 
 
-def carriage(p: Load) -> Carriage:
-    return Carriage(p.mass + p.payload, p.stop_low, p.stop_high, p.stop_stiffness, p.stop_damping)
-
-
-def friction(p: Rubbing, mass: float) -> Any:
-    """The friction as the plant's kernels take it.
-
-    Bristles reach breakaway over the presliding distance, with a damping ratio of 1.
-    """
+def friction(p: Rubbing) -> Any:
+    """The friction as the plant's kernels take it."""
     if p.part != own_part.BRISTLES:
         own_part.find(p.part, "friction.part")
         return p.own
-    stiffness = (p.coulomb + p.stribeck) / p.presliding
-    return Friction(
-        p.coulomb,
-        p.stribeck,
-        p.stribeck_speed,
-        p.ripple,
-        p.ripple_long,
-        p.ripple_short,
-        stiffness,
-        2.0 * math.sqrt(stiffness * mass),
-        p.viscous,
-    )
+    return AxisFriction(*p[: len(AxisFriction._fields)])

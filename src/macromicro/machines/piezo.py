@@ -21,7 +21,7 @@ from macromicro.plant import piezo
 from macromicro.plant.creep import Creep
 from macromicro.plant.gauge import Gauge
 from macromicro.plant.high_voltage import HighVoltage
-from macromicro.plant.piezo import Guide, Hidden, PiezoBench, PiezoPlant, PiezoState, Stack, Warming
+from macromicro.plant.piezo import Guide, Hidden, PiezoPlant, PiezoState, Stack, Warming
 
 NAME = "piezo"
 TITLE = "a piezo stage"
@@ -66,22 +66,6 @@ class Truth(NamedTuple):
     volts: Annotated[float, Quantity("V", "voltage at the stack", column="stack_volts")]
 
 
-def prepare(tree: Any) -> PiezoPlant:
-    return piezo.prepare(
-        PiezoBench(
-            tree.amplifier,
-            tree.stack,
-            tree.creep,
-            tree.guide,
-            tree.hidden,
-            tree.warming,
-            tree.encoder,
-            tree.timing.delay,
-            tree.timing.steps,
-        )
-    )
-
-
 @kernel
 def measure(p: PiezoPlant, s: PiezoState, t: float, noise: Array, k: int) -> Sample:
     return Sample(t, piezo.measured(p, s, noise[k, 0]))
@@ -104,5 +88,5 @@ def show(p: PiezoPlant, s: PiezoState) -> Truth:
     return Truth(piezo.position(s), s.volts)
 
 
-KIND = Kind(NAME, 1, Truth, prepare, piezo.initial, measure, advance, show)
+KIND = Kind(NAME, 1, Truth, piezo.prepare, piezo.initial, measure, advance, show)
 LAW = integral.LAW

@@ -71,6 +71,10 @@ class Gear(NamedTuple):
         float, Par("rad", "its period along the turn", _MEASURED, shown="deg", positive=True)
     ] = 0.08726646259971647
 
+    @property
+    def kind(self) -> str:
+        return "gear"
+
 
 class Turntable(NamedTuple):
     """The rotary load and its end stops."""
@@ -115,23 +119,20 @@ class Turntable(NamedTuple):
         0.0
     )
 
+    @property
+    def mass(self) -> float:
+        return self.inertia  # as the rules of an axis read it
 
-class Turned(NamedTuple):
-    """The rotary load as the rules of an axis read it: a `parts.Load` without slope."""
+    @property
+    def incline(self) -> float:
+        return 0.0  # gravity acts on an eccentric load alone
 
-    # mass, payload: inertias, kg m^2
-    mass: float
-    payload: float
-    incline: float  # 0
-    # stop_low, stop_high, stop_stiffness, stop_damping, unbalance, hangs: as of `Turntable`;
-    # without stops the window of what is watched
-    stop_low: float
-    stop_high: float
-    stop_stiffness: float
-    stop_damping: float
-    unbalance: float
-    hangs: float
-    endless: bool  # whether it has no stops
+    @property
+    def endless(self) -> bool:
+        return self.ends == NONE
+
+    def times(self, factor: float) -> Turntable:
+        return self._replace(inertia=factor * self.inertia, payload=factor * self.payload)
 
 
 class Feedback(NamedTuple):

@@ -10,11 +10,11 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.machines.loops import Complex, stepped
 from macromicro.machines.parts import MOTOR
-from macromicro.plant import transmission
 from macromicro.plant.power import CURRENT
 from macromicro.plant.transmission import LINEAR
 
 GRAVITY = 9.80665
+TURN = 2.0 * math.pi  # rad
 SPARE = 0.7  # share of supply and current that moves may use
 
 
@@ -22,14 +22,14 @@ def constant(tree: Any) -> float:
     """Force constant at the load, also that of the back-EMF."""
     if tree.drive.kind == LINEAR:
         return float(tree.motor.force)
-    return float(tree.motor.constant * transmission.ratio(tree.drive))
+    return float(tree.motor.constant * tree.drive.ratio)
 
 
 def turning(tree: Any) -> float:
     """Rotating inertia of the motor as a mass at the load."""
     if tree.drive.kind == LINEAR:
         return 0.0
-    ratio = transmission.ratio(tree.drive)
+    ratio = tree.drive.ratio
     return float((tree.motor.inertia + tree.drive.inertia) * ratio * ratio)
 
 
@@ -37,7 +37,7 @@ def turn(tree: Any) -> float:
     """Travel of the load per turn of the motor."""
     if tree.drive.kind == LINEAR:
         return math.inf
-    return 2.0 * math.pi / transmission.ratio(tree.drive)
+    return float(2.0 * math.pi / tree.drive.ratio)
 
 
 def mass(tree: Any) -> float:
@@ -60,6 +60,14 @@ def unbalanced(tree: Any) -> tuple[float, float]:
 def endless(tree: Any) -> bool:
     """Whether the axis has continuous rotation."""
     return bool(getattr(tree.load, "endless", False))
+
+
+def ends(tree: Any) -> tuple[float, float]:
+    """The end stops; of continuous rotation all that is watched, and a turn beyond."""
+    if not endless(tree):
+        return float(tree.load.stop_low), float(tree.load.stop_high)
+    low, high = min(tree.travel.low, tree.guard.low), max(tree.travel.high, tree.guard.high)
+    return float(low - TURN), float(high + TURN)
 
 
 def pulled(tree: Any, place: float) -> float:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Annotated, Any, NamedTuple
 
 from macromicro.arrays import Array
 from macromicro.columns import Meaning, Quantity
-from macromicro.kernel import kernel
-from macromicro.plant import carriage, encoder, power, rubbing, transmission
+from macromicro.kernel import by_type, kernel
+from macromicro.plant import carriage, encoder, friction, power, rubbing, transmission
 from macromicro.plant.carriage import Carriage
 from macromicro.plant.encoder import Encoder
+from macromicro.plant.friction import AxisFriction
 from macromicro.plant.power import Power
 
 NOISES = 1
@@ -51,7 +53,7 @@ class Axis(NamedTuple):
     body: Annotated[Body, Meaning("drive and masses")]
     friction: Annotated[
         Any,
-        Meaning("at the load: Friction, or the parameters of a part of another package (rubbing)"),
+        Meaning("at the load: AxisFriction, or parameters of a part of another package"),
     ]
     reading: Annotated[Reading, Meaning("the encoder")]
     delay: Annotated[
@@ -99,12 +101,26 @@ def gravity(p: Body, x: float) -> float:
     return p.weight + p.unbalance * math.sin(x - p.hangs)
 
 
+def _chosen(p: Any, mass: Any) -> Callable[..., Any]:
+    if p.instance_class is AxisFriction:
+        return friction.before_sliding
+    return lambda p, mass: (0.0, 0.0)
+
+
+@by_type(_chosen)
+def _bristles(p: Any, mass: float) -> tuple[float, float]:
+    """Stiffness and damping before sliding; none of a part of another package."""
+    return friction.before_sliding(p, mass) if isinstance(p, AxisFriction) else (0.0, 0.0)
+
+
 @kernel
-def _joined(p: Axis, s: State, effort: float, offset: float, h: float) -> State:
+def _joined(
+    p: Axis, s: State, effort: float, offset: float, stiffness: float, damping: float, h: float
+) -> State:
     """One step of motor and load as one mass."""
     mass = p.body.motor + p.load.mass
     i0, i1 = power.current_terms(p.power, s.i, effort, s.v, h)
-    z0, z1, f0, f1 = rubbing.terms(p.friction, s.rubbed, s.x, s.v, offset, h)
+    z0, z1, f0, f1 = rubbing.terms(p.friction, s.rubbed, s.x, s.v, offset, stiffness, damping, h)
     e0, e1 = carriage.stop_terms(p.load, s.x, h)
     # Gravity where the load is half a step later: so a free pendulum keeps its energy.
     outer = transmission.wave(p.body.cogging, p.body.cogging_period, s.x)
@@ -118,14 +134,16 @@ def _joined(p: Axis, s: State, effort: float, offset: float, h: float) -> State:
 
 
 @kernel
-def _apart(p: Axis, s: State, effort: float, offset: float, h: float) -> State:
+def _apart(
+    p: Axis, s: State, effort: float, offset: float, stiffness: float, damping: float, h: float
+) -> State:
     """One step of motor and load on either side of a spring with slack.
 
     The spring by the implicit midpoint rule, all else implicitly: two linear equations.
     """
     body = p.body
     i0, i1 = power.current_terms(p.power, s.i, effort, s.vm, h)
-    z0, z1, f0, f1 = rubbing.terms(p.friction, s.rubbed, s.x, s.v, offset, h)
+    z0, z1, f0, f1 = rubbing.terms(p.friction, s.rubbed, s.x, s.v, offset, stiffness, damping, h)
     e0, e1 = carriage.stop_terms(p.load, s.x, h)
     strain = transmission.stretch(body.slack, s.xm - s.x)
     # Spring force over the step: pull + give (vm1 - v1), where it touches.
@@ -158,14 +176,15 @@ def advance(
     dt: float,
 ) -> State:
     offset = rubbing.offset(p.friction, s.x)
+    stiffness, damping = _bristles(p.friction, p.body.motor + p.load.mass)
     h = dt / p.steps
     before = s.effort
     for j in range(p.steps):
         now = before if (j + 0.5) * h < p.delay else effort
         if p.body.stiffness > 0.0:
-            s = _apart(p, s, now, offset, h)
+            s = _apart(p, s, now, offset, stiffness, damping, h)
         else:
-            s = _joined(p, s, now, offset, h)
+            s = _joined(p, s, now, offset, stiffness, damping, h)
     return State(s.x, s.v, s.xm, s.vm, s.rubbed, s.i, effort)
 
 

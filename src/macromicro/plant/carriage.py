@@ -82,7 +82,8 @@ def substep(p: Macro, s: MacroState, volts: float, offset: float, h: float) -> M
     """One step of (4.1) with friction and belt, implicit and linear in the new speed."""
     mass = p.carriage.mass
     i0, i1 = motor.current_terms(p.motor, s.i, volts, h)
-    z0, z1, f0, f1 = friction.bristle_terms(p.friction, s.z, s.v, offset, h)
+    stiffness, damping = p.friction.bristle, p.friction.bristle_damping
+    z0, z1, f0, f1 = friction.bristle_terms(p.friction, stiffness, damping, s.z, s.v, offset, h)
     e0, e1 = stop_terms(p.carriage, s.x, h)
     mode = belt.tensioned(p.belt, s.x)
     push = motor.force(p.motor, i0) - f0 + e0 + belt.reaction(mode, mass, s.q, s.qv)

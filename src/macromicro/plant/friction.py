@@ -15,6 +15,7 @@ from macromicro.schema.par import Par
 
 _M1 = "calibrated to M1"
 _M3 = "calibrated to M3, M3b, M4a, M4b, M5"
+_MEASURED = "data sheet or measurement"
 
 
 class Friction(NamedTuple):
@@ -63,6 +64,32 @@ class Friction(NamedTuple):
     ] = 2e-5
 
 
+class AxisFriction(NamedTuple):
+    """Total friction of an axis as a force at the load, by its data sheet."""
+
+    coulomb: Annotated[float, Par("N", "kinetic friction", _MEASURED, lo=0.0)] = 3.0
+    stribeck: Annotated[float, Par("N", "breakaway above kinetic friction", _MEASURED, lo=0.0)] = (
+        0.6
+    )
+    stribeck_speed: Annotated[
+        float,
+        Par("m/s", "Stribeck speed, over which that fades", _MEASURED, shown="mm/s", positive=True),
+    ] = 5.0e-3
+    viscous: Annotated[float, Par("N*s/m", "viscous friction", _MEASURED, lo=0.0)] = 2.0
+    presliding: Annotated[
+        float, Par("m", "presliding deflection", _MEASURED, shown="um", positive=True)
+    ] = 5.0e-6
+    ripple: Annotated[
+        float, Par("N", "greatest change of the friction along the travel", _MEASURED, lo=0.0)
+    ] = 0.0
+    ripple_long: Annotated[
+        float, Par("m", "longer period of that change", _MEASURED, shown="mm", positive=True)
+    ] = 40.0e-3
+    ripple_short: Annotated[
+        float, Par("m", "shorter period of that change", _MEASURED, shown="mm", positive=True)
+    ] = 12.0e-3
+
+
 class Worn(NamedTuple):
     """What the friction remembers."""
 
@@ -71,7 +98,7 @@ class Worn(NamedTuple):
 
 
 @kernel
-def ripple(p: Friction, x: float) -> float:
+def ripple(p: Friction | AxisFriction, x: float) -> float:
     """Deviation of the friction level from its mean along the rod."""
     return (
         p.ripple
@@ -109,7 +136,7 @@ def worn(p: Friction, s: Worn, v: float, dt: float) -> Worn:
 
 
 @kernel
-def level(p: Friction, v: float, offset: float) -> float:
+def level(p: Friction | AxisFriction, v: float, offset: float) -> float:
     """Steady sliding friction, viscous part aside: the Stribeck curve."""
     ratio = v / p.stribeck_speed
     return max(p.coulomb + offset + p.stribeck * math.exp(-ratio * ratio), 1e-6)
@@ -117,7 +144,13 @@ def level(p: Friction, v: float, offset: float) -> float:
 
 @kernel
 def bristle_terms(
-    p: Friction, z: float, v: float, offset: float, h: float
+    p: Friction | AxisFriction,
+    stiffness: Annotated[float, Meaning("before sliding", "N/m")],
+    damping: Annotated[float, Meaning("before sliding", "N s/m")],
+    z: float,
+    v: float,
+    offset: float,
+    h: float,
 ) -> tuple[
     Annotated[float, Meaning(name="a")],
     Annotated[float, Meaning(name="b")],
@@ -132,8 +165,17 @@ def bristle_terms(
     # With 0 < hold <= 1 the bristle relaxes towards g / sigma0 for any h. Taken explicitly it
     # would have the factor 1 - h sigma0 |v| / g, and ring from h = 2 g / (sigma0 |v|) on: some
     # 60 us at 0.5 m/s.
-    hold = 1.0 / (1.0 + h * p.bristle * abs(v) / level(p, v, offset))
+    hold = 1.0 / (1.0 + h * stiffness * abs(v) / level(p, v, offset))
     a = hold * z
     b = hold * h
-    stiff = p.bristle + p.bristle_damping / h
-    return a, b, stiff * a - p.bristle_damping * z / h, stiff * b
+    stiff = stiffness + damping / h
+    return a, b, stiff * a - damping * z / h, stiff * b
+
+
+@kernel
+def before_sliding(
+    p: AxisFriction, mass: Annotated[float, Meaning("that moves", "kg")]
+) -> tuple[Annotated[float, Meaning(name="stiffness")], Annotated[float, Meaning(name="damping")]]:
+    """Bristles that reach breakaway over the presliding distance, with a damping ratio of 1."""
+    stiffness = (p.coulomb + p.stribeck) / p.presliding
+    return stiffness, 2.0 * math.sqrt(stiffness * mass)

@@ -8,7 +8,7 @@ Structure: Croft, Shed and Devasia (2001). The shape of the hysteresis is a benc
 from __future__ import annotations
 
 import math
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from macromicro.arrays import Array
 from macromicro.columns import Meaning
@@ -17,7 +17,7 @@ from macromicro.hysteresis.prandtl import Plays, Prandtl
 from macromicro.hysteresis.prandtl_loop import Loop, shaped
 from macromicro.kernel import kernel
 from macromicro.plant import creep, gauge, high_voltage
-from macromicro.plant.creep import Creep, CreepTable
+from macromicro.plant.creep import CreepTable
 from macromicro.plant.gauge import Gauge
 from macromicro.plant.high_voltage import HighVoltage
 from macromicro.schema.par import Par
@@ -100,20 +100,6 @@ class Warming(NamedTuple):
     time: Annotated[float, Par("s", "time constant of that change", positive=True)] = 600.0
 
 
-class PiezoBench(NamedTuple):
-    amplifier: HighVoltage = HighVoltage()
-    stack: Stack = Stack()
-    creep: Creep = Creep()
-    guide: Guide = Guide()
-    hidden: Hidden = Hidden()
-    warming: Warming = Warming()
-    sensor: Gauge = Gauge()
-    delay: Annotated[float, Par("s", "delay from a reading to its effort", shown="ms", lo=0.0)] = (
-        0.0
-    )
-    steps: Annotated[int, Par("", "physics steps per control period", lo=1, hi=1000)] = 4
-
-
 class PiezoPlant(NamedTuple):
     amplifier: Annotated[HighVoltage, Meaning("the amplifier")]
     hysteresis: Annotated[Prandtl, Meaning("from V to m")]
@@ -153,18 +139,18 @@ def loaded(spec: Guide) -> float:
     return spec.resonance * math.sqrt(own / (own + spec.load))
 
 
-def prepare(spec: PiezoBench) -> PiezoPlant:
+def prepare(tree: Any) -> PiezoPlant:
     return PiezoPlant(
-        spec.amplifier,
-        loop(spec.stack, spec.hidden),
-        creep.prepare(spec.creep),
-        2.0 * math.pi * spec.hidden.detuned * loaded(spec.guide),
-        float(spec.hidden.damping),
-        float(spec.hidden.rate_lag),
-        spec.warming,
-        spec.sensor,
-        float(spec.delay),
-        int(spec.steps),
+        tree.amplifier,
+        loop(tree.stack, tree.hidden),
+        creep.prepare(tree.creep),
+        2.0 * math.pi * tree.hidden.detuned * loaded(tree.guide),
+        tree.hidden.damping,
+        tree.hidden.rate_lag,
+        tree.warming,
+        tree.encoder,
+        tree.timing.delay,
+        tree.timing.steps,
     )
 
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from macromicro.kernel import by_type, kernel
 from macromicro.place import LENGTH, Place
 from macromicro.plant import friction
-from macromicro.plant.friction import Friction
+from macromicro.plant.friction import AxisFriction
 
 
 class Sheet(NamedTuple):
@@ -139,7 +139,7 @@ def known(part: FrictionPart) -> FrictionPart:
     >>> class Drag(NamedTuple):
     ...     level: float = 2.0  # N s/m
     >>> drag = known(FrictionPart("drag", Drag, lambda p, s, x, v, h: (0.0, p.level)))
-    >>> terms(Drag(), 0.0, 0.0, 0.1, 0.0, 5e-5)  # its force is 0 N + 2 N s/m times the speed
+    >>> terms(Drag(), 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 5e-5)  # 0 N + 2 N s/m times the speed
     (0.0, 0.0, 0.0, 2.0)
     """
     return _parts.setdefault(part.settings, part)
@@ -151,7 +151,7 @@ def begun(p: Any, held: float) -> Any:
     Parameters
     ----------
     p : Any
-        `Friction`, or parameters of a part.
+        `AxisFriction`, or parameters of a part.
     held : float
         Force that it must hold, towards lower positions, N.
 
@@ -162,19 +162,20 @@ def begun(p: Any, held: float) -> Any:
 
     Examples
     --------
-    >>> from macromicro.plant.friction import Friction
+    >>> from macromicro.plant.friction import AxisFriction
     >>> from macromicro.plant.rubbing import begun
-    >>> begun(Friction(coulomb=10.0, bristle=1e6), held=5.0)  # N, N/m, N; the deflection in m
+    >>> sheet = AxisFriction(coulomb=10.0, stribeck=0.0, presliding=1e-5)  # N, N, m
+    >>> begun(sheet, held=5.0)  # N; the deflection in m
     -5e-06
     """
-    if not isinstance(p, Friction):
+    if not isinstance(p, AxisFriction):
         return _parts[type(p)].start(p, held)
-    z = -min(held, p.coulomb)
-    return z / p.bristle if p.bristle > 0.0 else 0.0
+    stiffness, _ = friction.before_sliding(p, 0.0)
+    return -min(held, p.coulomb) / stiffness if stiffness > 0.0 else 0.0
 
 
 def _offset(p: Any, x: Any) -> Callable[..., Any]:
-    if p.instance_class is Friction:
+    if p.instance_class is AxisFriction:
         return friction.ripple
     return lambda p, x: 0.0
 
@@ -186,7 +187,7 @@ def offset(p: Any, x: float) -> float:
     Parameters
     ----------
     p : Any
-        `Friction`, or parameters of a part.
+        `AxisFriction`, or parameters of a part.
     x : float
         m.
 
@@ -197,16 +198,16 @@ def offset(p: Any, x: float) -> float:
 
     Examples
     --------
-    >>> from macromicro.plant.friction import Friction
+    >>> from macromicro.plant.friction import AxisFriction
     >>> from macromicro.plant.rubbing import offset
-    >>> round(offset(Friction(ripple=0.5), 0.01), 2)  # N, at 10 mm
-    0.22
+    >>> round(offset(AxisFriction(ripple=0.5), 0.01), 2)  # N, at 10 mm
+    0.24
     """
-    return friction.ripple(p, x) if isinstance(p, Friction) else 0.0
+    return friction.ripple(p, x) if isinstance(p, AxisFriction) else 0.0
 
 
 def _viscous(p: Any) -> Callable[..., Any]:
-    if p.instance_class is Friction:
+    if p.instance_class is AxisFriction:
         return lambda p: p.viscous
     return lambda p: 0.0
 
@@ -218,7 +219,7 @@ def viscous(p: Any) -> float:
     Parameters
     ----------
     p : Any
-        `Friction`, or parameters of a part.
+        `AxisFriction`, or parameters of a part.
 
     Returns
     -------
@@ -227,23 +228,29 @@ def viscous(p: Any) -> float:
 
     Examples
     --------
-    >>> from macromicro.plant.friction import Friction
+    >>> from macromicro.plant.friction import AxisFriction
     >>> from macromicro.plant.rubbing import viscous
-    >>> viscous(Friction(viscous=6.4))  # N s/m
+    >>> viscous(AxisFriction(viscous=6.4))  # N s/m
     6.4
     """
-    return float(p.viscous) if isinstance(p, Friction) else 0.0
+    return float(p.viscous) if isinstance(p, AxisFriction) else 0.0
 
 
 Terms = tuple[float, float, float, float]
 
 
-def _terms(p: Any, s: Any, x: Any, v: Any, level: Any, h: Any) -> Callable[..., Any]:
-    if p.instance_class is Friction:
-        return lambda p, s, x, v, level, h: friction.bristle_terms(p, s, v, level, h)
+def _terms(
+    p: Any, s: Any, x: Any, v: Any, level: Any, stiffness: Any, damping: Any, h: Any
+) -> Callable[..., Any]:
+    if p.instance_class is AxisFriction:
+        return lambda p, s, x, v, level, stiffness, damping, h: friction.bristle_terms(
+            p, stiffness, damping, s, v, level, h
+        )
     force = _parts[p.instance_class].force
 
-    def chosen(p: Any, s: Any, x: float, v: float, level: float, h: float) -> Terms:
+    def chosen(
+        p: Any, s: Any, x: float, v: float, level: float, stiffness: float, damping: float, h: float
+    ) -> Terms:
         c, d = force(p, s, x, v, h)
         return 0.0, 0.0, c, d
 
@@ -251,19 +258,23 @@ def _terms(p: Any, s: Any, x: Any, v: Any, level: Any, h: Any) -> Callable[..., 
 
 
 @by_type(_terms)
-def terms(p: Any, s: Any, x: float, v: float, level: float, h: float) -> Terms:
+def terms(
+    p: Any, s: Any, x: float, v: float, level: float, stiffness: float, damping: float, h: float
+) -> Terms:
     """An axis' friction over a step, linear in the speed v1 after it.
 
     Parameters
     ----------
     p : Any
-        `Friction`, or parameters of a part.
+        `AxisFriction`, or parameters of a part.
     s : Any
         What it remembers.
     x, v : float
         Place and present speed, m and m/s.
     level : float
         Of `offset`, N.
+    stiffness, damping : float
+        Before sliding, N/m and N s/m.
     h : float
         Length of the step, s.
 
@@ -276,20 +287,20 @@ def terms(p: Any, s: Any, x: float, v: float, level: float, h: float) -> Terms:
 
     Examples
     --------
-    >>> from macromicro.plant.friction import Friction
+    >>> from macromicro.plant.friction import AxisFriction
     >>> from macromicro.plant.rubbing import terms
-    >>> a, b, c, d = terms(Friction(), 0.0, 0.0, 0.0, 10.5, 5e-5)  # at rest, no deflection
+    >>> a, b, c, d = terms(AxisFriction(), 0.0, 0.0, 0.0, 0.0, 7e5, 570.0, 5e-5)  # at rest
     >>> a, b, c, round(d, 1)  # m, s, N, N s/m
-    (0.0, 5e-05, 0.0, 606.3)
+    (0.0, 5e-05, 0.0, 605.0)
     """
-    if isinstance(p, Friction):
-        return friction.bristle_terms(p, s, v, level, h)
+    if isinstance(p, AxisFriction):
+        return friction.bristle_terms(p, stiffness, damping, s, v, level, h)
     c, d = _parts[type(p)].force(p, s, x, v, h)
     return 0.0, 0.0, c, d
 
 
 def _after(p: Any, s: Any, z: Any, x: Any, v: Any, h: Any) -> Callable[..., Any]:
-    if p.instance_class is Friction:
+    if p.instance_class is AxisFriction:
         return lambda p, s, z, x, v, h: z
     after = _parts[p.instance_class].after
     return lambda p, s, z, x, v, h: after(p, s, x, v, h)
@@ -302,7 +313,7 @@ def after(p: Any, s: Any, z: float, x: float, v: float, h: float) -> Any:
     Parameters
     ----------
     p : Any
-        `Friction`, or parameters of a part.
+        `AxisFriction`, or parameters of a part.
     s : Any
         What it remembered.
     z : float
@@ -319,9 +330,9 @@ def after(p: Any, s: Any, z: float, x: float, v: float, h: float) -> Any:
 
     Examples
     --------
-    >>> from macromicro.plant.friction import Friction
+    >>> from macromicro.plant.friction import AxisFriction
     >>> from macromicro.plant.rubbing import after
-    >>> after(Friction(), 0.0, 1e-6, 0.01, 0.1, 5e-5)  # of bristles, their deflection, m
+    >>> after(AxisFriction(), 0.0, 1e-6, 0.01, 0.1, 5e-5)  # of bristles, their deflection, m
     1e-06
     """
-    return z if isinstance(p, Friction) else _parts[type(p)].after(p, s, x, v, h)
+    return z if isinstance(p, AxisFriction) else _parts[type(p)].after(p, s, x, v, h)

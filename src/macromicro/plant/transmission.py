@@ -64,12 +64,12 @@ class Transmission(NamedTuple):
         float, Par("m", "its period along the travel", _MEASURED, shown="mm", positive=True)
     ] = 5.0e-3
 
-
-def ratio(p: Transmission) -> float:
-    """Turn of the motor per travel of the load."""
-    if p.kind == LINEAR:
-        return 1.0
-    return p.gear * (2.0 * math.pi / p.lead if p.kind == SCREW else 1.0 / p.radius)
+    @property
+    def ratio(self) -> float:
+        """Turn of the motor per travel of the load."""
+        if self.kind == LINEAR:
+            return 1.0
+        return self.gear * (2.0 * math.pi / self.lead if self.kind == SCREW else 1.0 / self.radius)
 
 
 @kernel

@@ -98,6 +98,23 @@ def test_one_that_turns_homes_by_each_way(
     assert (bed.line("limit_low"), bed.line("limit_high")) == (0.0, 0.0)
 
 
+def test_a_jog_into_the_limit_switch_of_one_that_turns_is_a_fault_too(tmp_path: Path) -> None:
+    bed = Bed(written(tmp_path, "limit+index", machine="rotary"))
+    bed.ask(m.Enable())
+    bed.ask(m.Jog("macro", -bed.machine._p.settings.jogging.slow))
+    while bed.fault is None:
+        bed.run(1)
+    assert bed.fault.code == 208 and bed.fault.name == "lower limit switch"
+    assert "deg" in bed.fault.evidence and "mm" not in bed.fault.evidence
+    assert bed.tree.load.stop_low < bed.place <= bed.tree.switches.low + 1e-3
+    bed.run(20)
+    assert bed.line("enable") == 0.0 and bed.line("limit_low") == 1.0
+    bed.clear()
+    assert isinstance(bed.ask(m.Enable()), Accepted)
+    end = bed.end(m.Home())
+    assert end.outcome == m.DONE and bed.fault is None, (end, bed.fault)
+
+
 def test_a_jog_into_the_limit_switch_is_a_fault_and_it_leaves_slowly(tmp_path: Path) -> None:
     bed = Bed(written(tmp_path, "home+index", more='[motion]\nvelocity = "0.5 m/s"\n'))
     bed.ask(m.Enable())

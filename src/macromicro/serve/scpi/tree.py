@@ -41,8 +41,7 @@ def turned(command: Command) -> Command:
         lo, hi = _FARTHER * parameter.lo, _FARTHER * parameter.hi
         return parameter._replace(unit=unit, lo=lo, hi=hi)
 
-    parameters = tuple(map(made, command.parameters))
-    return command._replace(parameters=parameters, answer=ANGLE.named(command.answer))
+    return command._replace(parameters=tuple(map(made, command.parameters)))
 
 
 TREE = Tree(COMMANDS)
