@@ -166,7 +166,7 @@ def _direction(machine: Machine) -> str:
     kind, settings = machine.kind, machine.settings
     params, dt = kind.prepare(settings), settings.timing.period
     noise, far = _noise(machine, 1), 5.0 * settings.arrival.tolerance
-    advance, show = stage.quickest(kind.advance, kind), stage.quickest(kind.show, kind)
+    advance, show = compiled(kind.advance), compiled(kind.show)
     share = 0.5 * settings.guard.effort
     up, idle, count = kind.initial(params), kind.initial(params), 0
     while count < _LONGEST:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from macromicro.plant import own_part
 from macromicro.plant.carriage import Carriage
 from macromicro.plant.friction import Friction
 from macromicro.schema.par import Par
@@ -77,22 +76,6 @@ class Rubbing(NamedTuple):
     ripple_short: Annotated[
         float, Par("m", "shorter period of that change", _MEASURED, shown="mm", positive=True)
     ] = 12.0e-3
-    part: Annotated[
-        str,
-        Par("", "bristles, or MODULE:PART of your own", _CHOICE, choices=(own_part.BRISTLES,)),
-    ] = own_part.BRISTLES
-    own: Any = own_part.NoPart()
-
-    def also(self) -> dict[str, tuple[str, ...]]:
-        """Further words that a text parameter accepts."""
-        return {} if self.part == own_part.BRISTLES else {"part": (self.part,)}
-
-    def has(self, field: str) -> float:
-        if self.part != own_part.BRISTLES:
-            sheet = own_part.find(self.part, "friction.part").sheet
-            if sheet is not None:
-                return float(getattr(sheet(self.own), field))
-        return float(getattr(self, field))
 
 
 class Feedback(NamedTuple):
@@ -219,14 +202,11 @@ def carriage(p: Load) -> Carriage:
     return Carriage(p.mass + p.payload, p.stop_low, p.stop_high, p.stop_stiffness, p.stop_damping)
 
 
-def friction(p: Rubbing, mass: float) -> Any:
+def friction(p: Rubbing, mass: float) -> Friction:
     """The friction as the plant's kernels take it.
 
     Bristles reach breakaway over the presliding distance, with a damping ratio of 1.
     """
-    if p.part != own_part.BRISTLES:
-        own_part.find(p.part, "friction.part")
-        return p.own
     stiffness = (p.coulomb + p.stribeck) / p.presliding
     return Friction(
         p.coulomb,

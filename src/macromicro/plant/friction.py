@@ -115,6 +115,12 @@ def level(p: Friction, v: float, offset: float) -> float:
     return max(p.coulomb + offset + p.stribeck * math.exp(-ratio * ratio), 1e-6)
 
 
+def deflection(p: Friction, force: float) -> float:
+    """Deflection [m] of the bristles that hold a force [N], towards lower positions, at rest."""
+    z = -min(force, p.coulomb)
+    return z / p.bristle if p.bristle > 0.0 else 0.0
+
+
 @kernel
 def bristle_terms(
     p: Friction, z: float, v: float, offset: float, h: float
