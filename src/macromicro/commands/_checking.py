@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import suppress
 
+from macromicro import conformance
 from macromicro.commands import asking
 from macromicro.control import contract, outside
 from macromicro.control.settings import Control
@@ -82,7 +83,7 @@ def volts_of(text: str, option: str) -> float:
     return volts
 
 
-def told(each: contract.Finding) -> Finding:
+def told(each: conformance.Finding) -> Finding:
     """A finding as `doctor` prints it."""
     return Finding(each.what, OK if each.passed else FAIL, each.found, each.remedy)
 
