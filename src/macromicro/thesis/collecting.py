@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from macromicro.columns import Column
-from macromicro.errors import InputError, ProblemError
+from macromicro.errors import ProblemError
 from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
 from macromicro.schema import plugins
@@ -215,15 +215,10 @@ def find(name: str) -> Procedure:
     for procedure in PROCEDURES:
         if procedure.name == name:
             return procedure
-    place = plugins.place(name, GROUP)
-    if place is None:
-        names = ", ".join((*(p.name for p in PROCEDURES), *plugins.registered(GROUP)))
-        raise InputError("experiment", printable(name), f"one of {names}; or {FORM}")
-    made = plugins.load(place, "experiment", "a procedure", lambda it: isinstance(it, Procedure))
-    if not isinstance(made, Procedure):
-        found = f"{printable(name)}, {type(made).__name__}"
-        raise InputError("experiment", found, f"a {__name__}.Procedure")
-    return made
+    names = tuple(procedure.name for procedure in PROCEDURES)
+    group = plugins.Group(GROUP, "a procedure", Procedure, FORM, names)
+    found: Procedure = group.find(name, "experiment")
+    return found
 
 
 def checked(found: Any, name: str) -> Recordings:
