@@ -76,7 +76,7 @@ def _drive(lab: Lab) -> Recordings:
 
 
 def _carriage(lab: Lab) -> Recordings:
-    from macromicro.runs import strokes
+    from macromicro.thesis import strokes
 
     bench = lab.bench()
     volts = np.concatenate([strokes.efforts(_FULL), strokes.nudges(_FULL)])
@@ -105,7 +105,7 @@ def _electrothermal(lab: Lab) -> Recordings:
 
 
 def _actuator(lab: Lab) -> Recordings:
-    from macromicro.runs import heats
+    from macromicro.thesis import heats
 
     runs = list(heats.records(lab.bench(), lab.seed))
     quick = min(r.dt for r in runs)
