@@ -35,10 +35,7 @@ def many() -> list[Line]:
     """Thousands of variants."""
     import batch
 
-    return [
-        Line(r["figure"], r["target"], r["measured"], r["unit"], r["remark"], r["to_c"])
-        for r in batch.rows()
-    ]
+    return batch.lines()
 
 
 def sweeping() -> list[Line]:

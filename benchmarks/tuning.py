@@ -8,10 +8,9 @@ from macromicro.tuning.tune import Request, check, search
 
 EVALUATIONS = 300
 ROWS = (
-    ("tuning the macro loop on the model", "below 0.2", Request("macro")),
-    ("the same on 16 models at a time", "", Request("macro", robust=True)),
-    ("tuning the macro loop on the bench", "", Request("macro", on="bench")),
-    ("tuning the micro loop on the bench", "", Request("micro")),
+    ("tuning the macro loop", "", Request("macro")),
+    ("the same on 16 benches at a time", "", Request("macro", robust=True)),
+    ("tuning the micro loop", "", Request("micro")),
 )
 
 

@@ -17,7 +17,7 @@ from macromicro.identify import wire_table
 from macromicro.plant import bench, kiln
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.plant.kiln import KilnBench
-from macromicro.runs import heats
+from macromicro.thesis import heats
 from macromicro.thesis.chapter5 import kiln_runs
 
 PLACE = Path(__file__).parent.parent / "src/macromicro/control/inverse/shipped.json"

@@ -24,9 +24,9 @@ from macromicro.drawing.files import encoded
 from macromicro.drawing.style import BLUE, GREEN, ORANGE, finish, new
 from macromicro.identify import carriage
 from macromicro.plant import bench
-from macromicro.runs import strokes
 from macromicro.schema.par import changed
 from macromicro.settings import Settings
+from macromicro.thesis import strokes
 from macromicro.uncertainty import machines, table
 
 HERE = Path(__file__).parent

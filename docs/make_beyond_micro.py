@@ -35,8 +35,9 @@ from macromicro.programme import Programme, load, travel
 from macromicro.recording import Recording
 from macromicro.rig.codes import OK
 from macromicro.rig.twin import noise_source
-from macromicro.runs import heats, learning, programmed
+from macromicro.runs import learning, programmed
 from macromicro.settings import Settings
+from macromicro.thesis import heats
 from macromicro.thesis.chapter5 import kiln_runs
 from macromicro.uncertainty import machines, table
 

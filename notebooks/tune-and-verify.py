@@ -1,8 +1,8 @@
 # %% [markdown]
 # # Tune and verify
 #
-# The thesis' tuned PD moves the carriage by 200 mm in some 0.7 s. A search finds gains that are quicker on a model of
-# the bench. Then comes what matters: do they hold on the bench itself, on moves that the search has not seen, and on
+# The thesis' tuned PD moves the carriage by 200 mm in some 0.7 s. A search finds gains that are quicker on
+# one step of the bench. Then comes what matters: do they hold on moves that the search has not seen, and on
 # a machine that differs?
 
 # %%

@@ -62,7 +62,6 @@ def _admitted_by_one_file() -> Iterator[None]:
         return
     from macromicro import joining
     from macromicro.control import outside
-    from macromicro.plant import own_part
 
     kernel._joined.clear()
     kernel._joined.update(before)
@@ -72,7 +71,6 @@ def _admitted_by_one_file() -> Iterator[None]:
     joining._modules.difference_update(gone)
     for name in gone:
         outside._laws.pop(name, None)
-        own_part._found.pop(name, None)
     for gains in [g for g, name in outside._by_gains.items() if name in gone]:
         del outside._by_gains[gains]
     for name, module in list(sys.modules.items()):

@@ -223,7 +223,6 @@ FILES = {
         "endless.toml",
     ),
     "docs/own-machines.md": ("coil.toml", "mylab/flexure.toml"),
-    "docs/own-parts.md": ("seal.toml", "mylab/seal.toml"),
     "docs/rigs.md": ("moves.toml",),
     "docs/tutorials/motor.md": ("axis.toml",),
     "docs/variants.md": ("draughty.toml",),

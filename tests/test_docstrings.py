@@ -37,7 +37,6 @@ WITHOUT = {
     "macromicro.columns.Part": "shown by `columns.layout`",
     "macromicro.commission.procedure.Kind": "shown by `commission.procedure.perform`",
     "macromicro.commission.procedure.Work": "shown by `commission.procedure.perform`",
-    "macromicro.control.contract.Finding": "shown by `control.contract.check`",
     "macromicro.control.stage_law.Sample": "shown by `control.stage_law.StageLaw`",
     "macromicro.control.stage_law.Target": "shown by `control.stage_law.StageLaw`",
     "macromicro.design.costs.Comparison": "shown by `design.compare`",

@@ -23,9 +23,6 @@ from tests.warm import Command
 DOCS = Path(__file__).parents[1] / "docs"
 LAW = re.findall(r"```python\n(.*?)```", (DOCS / "laws.md").read_text("utf-8"), re.DOTALL)[0]
 RIG = re.findall(r"```python\n(.*?)```", (DOCS / "rigs.md").read_text("utf-8"), re.DOTALL)[0]
-SEALS = (DOCS / "own-parts.md").read_text("utf-8")
-SEAL = re.findall(r"```python\n(.*?)```", SEALS, re.DOTALL)[0]
-SEALED, WORN = re.findall(r"```toml\n(.*?)```", SEALS, re.DOTALL)
 PLAIN = '''
 
 class PlainGains(NamedTuple):
@@ -73,9 +70,6 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (place / "mylab" / "laws.py").write_text(LAW + PLAIN, encoding="utf-8")
     (place / "mylab" / "machines.py").write_text(PARTS, encoding="utf-8")
     (place / "mylab" / "flexure.toml").write_text(SPREAD, encoding="utf-8")
-    (place / "mylab" / "parts.py").write_text(SEAL, encoding="utf-8")
-    (place / "mylab" / "seal.toml").write_text(WORN, encoding="utf-8")
-    (place / "seal.toml").write_text(SEALED, encoding="utf-8")
     (place / "mylab" / "procedures.py").write_text(PROCEDURE, encoding="utf-8")
     (place / "coil.toml").write_text(COIL, encoding="utf-8")
     (place / "moves.toml").write_text(MOVES, encoding="utf-8")
@@ -207,16 +201,6 @@ def test_a_machine_with_parts_of_ones_own(lab: Path) -> None:
     assert told["machine"] == FLEXURE and [m["arrived_s"] is not None for m in told["moves"]]
     assert told["overrides"]["blade.mass"] == "0.3 kg"
     assert "true_position" in Recording.load(lab / "coil" / "recording.h5")
-
-
-def test_a_part_of_ones_own_in_a_machine_of_the_package(lab: Path) -> None:
-    """Compiled into the axis; its parameters are settings."""
-    found = json.loads(command(lab, "doctor", "--part", "mylab.parts:seal", "--json").stdout)
-    assert {each["state"] for each in found} == {"ok"} and found[-1]["what"] == "compiled"
-    done = command(lab, "run", "moves.toml", "--config", "seal.toml", "--out", "seal", "--json")
-    told = json.loads(done.stdout)
-    assert [m["arrived_s"] is not None for m in told["moves"]] == [True, True]
-    assert told["overrides"]["friction.own.level"] == "6 N" and "interpreted" not in done.stderr
 
 
 COILS = """

@@ -150,21 +150,6 @@ def test_c_and_the_package_agree_in_every_sample(
 
 
 @needs_c
-@pytest.mark.parametrize("threads", [1, 2, 3])
-def test_the_batch_is_many_single_runs(
-    peers: dict[str, ModuleType], tmp_path: Path, threads: int
-) -> None:
-    """37 variants: a whole block and a part of one, each as `rollout` computes it."""
-    job = peers["job"].default()._replace(samples=1500)
-    found = peers["c_loop"].batch(job, tmp_path, 37)(threads)
-    now, before = peers["c_loop"].gains(job, 37)
-    for k in range(37):
-        one = job._replace(now=float(now[k]), before=float(before[k]))
-        counts = trajectory(peers, one, compiled(macro.rollout))[0]
-        assert np.array_equal(found[:, k], peers["beside_c"].summary(job, counts))
-
-
-@needs_c
 def test_preisach_in_c_and_the_package_agree_in_every_sample(
     peers: dict[str, ModuleType], tmp_path: Path
 ) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import c_loop
 import exported
 import numpy as np
-from compiling import NATIVE, library
+from compiling import NATIVE
 from job import Job
 from rollout import arguments, parts
 from timing import alternating
@@ -18,7 +18,6 @@ from timing import alternating
 from macromicro.kernel import compiled
 from macromicro.models import macro
 
-VARIANTS = 1000
 REFERENCE = "C, cc -O3"
 
 
@@ -58,48 +57,14 @@ def measure(job: Job, folder: Path, repeats: int = 300) -> list[dict[str, Any]]:
     return found
 
 
-def batches(job: Job, folder: Path, repeats: int = 25) -> list[dict[str, Any]]:
-    """Times [s] of `VARIANTS` jobs with other gains in C, and whether each agrees with loop.c."""
-    run = c_loop.batch(job, folder, VARIANTS)
-    now, before = c_loop.gains(job, VARIANTS)
-    found = run(2).copy()
-    off = 0
-    place = library("loop.c", folder)
-    for k in range(VARIANTS):
-        one = c_loop.loop(job._replace(now=now[k], before=before[k]), place)
-        one.run()
-        off += not np.array_equal(found[:, k], summary(job, one.out[0]))
-    times = alternating([lambda: run(1), lambda: run(2)], repeats)
-    return [
-        {"threads": n, "variants": VARIANTS, "median": median(t), "least": min(t), "differing": off}
-        for n, t in zip((1, 2), times, strict=True)
-    ]
-
-
-def summary(job: Job, counts: Any) -> Any:
-    """What `loop_batch.c` tells of a run: last and highest count, integral of |error|.
-
-    The sum is added up sample by sample, as there.
-    """
-    return np.array(
-        [counts[-1], max(counts.max(), 0.0), np.abs(job.target - counts).cumsum()[-1] * job.dt]
-    )
-
-
 def show(record: dict[str, Any]) -> None:
-    """The three tables."""
+    """The two tables."""
     print(f"\n{'one job, turn by turn':28}{'median':>10}{'least':>10}{'to C':>8}{'to native':>11}")
     for row in record["beside_c"]:
         print(
             f"{row['what']:28}{1e6 * row['median']:7.1f} us{1e6 * row['least']:7.1f} us"
             f"{row['ratio_of_least']:8.2f}{row['ratio_to_native']:11.2f}   off by "
             f"{row['counts_off']:g} counts, {row['volts_off']:g} V"
-        )
-    for row in record["batch"]:
-        print(
-            f"C, {row['variants']} variants, {row['threads']} thread(s): median "
-            f"{1e3 * row['median']:.2f} ms, least {1e3 * row['least']:.2f} ms; "
-            f"{row['differing']} differ from loop.c"
         )
     print(f"\n{'Preisach, samples/s':28}{'run':>10}{'kernel':>10}{'C':>10}{'C native':>10}")
     for row in record["preisach"]:

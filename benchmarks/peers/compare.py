@@ -71,7 +71,6 @@ def main(wanted: list[str]) -> int:
         record["job"] = job._asdict()
         try:
             record["beside_c"] = beside_c.measure(job, folder, 1 if quick else 300)
-            record["batch"] = beside_c.batches(job, folder, 1 if quick else 25)
             record["preisach"] = [
                 row._asdict() for row in preisach_rate.measure(folder, 1 if quick else 11)
             ]

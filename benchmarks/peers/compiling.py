@@ -11,7 +11,6 @@ HERE = Path(__file__).resolve().parent
 PLAIN = ("-O3", "-ffp-contract=off")
 NATIVE = (*PLAIN, "-march=native")
 # For the compiler's vectoriser: a comparison may be made where its result is not used.
-BATCH = (*NATIVE, "-fno-trapping-math", "-fno-math-errno", "-mprefer-vector-width=512", "-pthread")
 
 
 class NoCompilerError(RuntimeError):

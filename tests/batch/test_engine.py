@@ -107,7 +107,7 @@ def test_nothing_to_do() -> None:
 
 
 def test_names() -> None:
-    benches = {"macro-model", "macro-bench", "micro-bench", "programme"}
+    benches = {"macro-bench", "micro-bench", "programme"}
     assert set(batch.JOBS) == benches | {machine.name for machine in MACHINES} | {JOINT}
     for name in batch.JOBS:
         job = batch.job(name)
@@ -115,7 +115,7 @@ def test_names() -> None:
         assert job.block >= 1
         names = [m.name for m in job.metrics]
         assert len(set(names)) == len(names)
-    with pytest.raises(InputError, match="macro-model or"):
+    with pytest.raises(InputError, match="macro-bench or"):
         batch.job("macro")
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from macromicro import batch
-from macromicro.batch import Variants, course, macro_bench
+from macromicro.batch import Variants, macro_bench
 from macromicro.batch.macro_bench import MacroBenchJob
 from macromicro.control.settings import Control, prepare
 from macromicro.design import steps
@@ -65,13 +65,12 @@ def test_effort_beyond_the_limit() -> None:
 
 def test_interpreted_equals_compiled() -> None:
     p = macro_bench.stage(Settings())
-    judged, rest = course.task(50.0), carriage.at_rest(0.5 * p.encoder.pitch)
-    outs = np.empty((2, 2, 60))
-    plain = macro_bench.run(p, judged, rest, 50.0, 60, 1e-3, outs[0])
-    fast = compiled(macro_bench.run)(p, judged, rest, 50.0, 60, 1e-3, outs[1])
-    assert plain[1] == fast[1]
-    assert tuple(plain[0]) == tuple(fast[0])
+    rest = carriage.at_rest(0.5 * p.encoder.pitch)
+    outs = np.empty((2, 3, 60))
+    macro_bench.run(p, rest, 50.0, 1e-3, outs[0])
+    compiled(macro_bench.run)(p, rest, 50.0, 1e-3, outs[1])
     assert np.array_equal(outs[0], outs[1])
+    assert np.ptp(outs[0], axis=1).min() > 0.0
 
 
 def test_threads_change_nothing() -> None:

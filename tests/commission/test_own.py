@@ -117,21 +117,6 @@ def test_an_installed_kind_is_found_by_its_machine(
         places.virtual(Path("coil.toml"))
 
 
-@pytest.mark.slow  # forty strokes and a chirp
-def test_an_axis_with_a_part_of_one_s_own_is_verified(tmp_path: Path) -> None:
-    """A seal that warms: the model has no such friction, and sees the limit of the current."""
-    page = (ROOT / "docs" / "own-parts.md").read_text("utf-8")
-    (tmp_path / "mylab").mkdir()
-    (tmp_path / "mylab" / "parts.py").write_text(re.findall(r"```python\n(.*?)```", page, re.S)[0])
-    settings, table = re.findall(r"```toml\n(.*?)```", page, re.S)
-    (tmp_path / "seal.toml").write_text(settings)
-    (tmp_path / "mylab" / "seal.toml").write_text(table)
-    done = command(tmp_path, "commission", "--config", "seal.toml", "--out", "found")
-    assert done.returncode == 0, done.stderr
-    assert "verification: 7 of 7 moves arrived" in done.stdout
-    assert re.search(r"limits the force to (1\.[89]|2\.[01])\d* V", done.stdout)
-
-
 BUILT = """
 from macromicro.machines import machine, rig
 

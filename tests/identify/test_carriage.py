@@ -10,7 +10,7 @@ from macromicro.control.terminal import model
 from macromicro.control.terminal.model import Motion, Terminal
 from macromicro.errors import InputError
 from macromicro.identify import carriage
-from macromicro.runs import strokes
+from macromicro.thesis import strokes
 
 DT = 1e-3
 PITCH = Terminal().pitch

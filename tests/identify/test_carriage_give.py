@@ -13,9 +13,9 @@ from macromicro.control.terminal.model import Terminal
 from macromicro.identify import _carriage_give, carriage
 from macromicro.identify._carriage_give import Answer, Give, Nudged
 from macromicro.plant import bench
-from macromicro.runs import strokes
 from macromicro.schema.par import changed
 from macromicro.settings import Settings
+from macromicro.thesis import strokes
 
 DT = 1e-3
 P = Terminal()._replace(push=10.0, frequency=20.0, decay=1.2, share=0.02, delay=1.5 * DT)

@@ -17,7 +17,7 @@ from macromicro.plant import bench, kiln
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.plant.kiln import KilnBench
 from macromicro.recording import Recording
-from macromicro.runs import heats
+from macromicro.thesis import heats
 from macromicro.thesis.chapter5 import kiln_runs
 
 DT = 1e-3

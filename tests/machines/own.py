@@ -1,5 +1,4 @@
-"""The machine of docs/own-machines.md and the part of docs/own-parts.md, as modules outside the
-package."""
+"""The machine of docs/own-machines.md, as a module outside the package."""
 
 from __future__ import annotations
 
@@ -17,22 +16,10 @@ SOURCE = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)[0]
 SETTINGS, TABLE = re.findall(r"```toml\n(.*?)```", TEXT, re.DOTALL)
 
 
-PARTS = PAGE.with_name("own-parts.md").read_text("utf-8")
-PART = re.findall(r"```python\n(.*?)```", PARTS, re.DOTALL)[0]
-PART_SETTINGS, PART_TABLE = re.findall(r"```toml\n(.*?)```", PARTS, re.DOTALL)
-SEAL = "ownparts:seal"
-
-
 @cache
 def module() -> Any:
     """The page's module, imported as `ownlab`."""
     return _imported("ownlab", {"ownlab.py": SOURCE, "flexure.toml": TABLE})
-
-
-@cache
-def parts() -> Any:
-    """The module of the page of parts, imported as `ownparts`."""
-    return _imported("ownparts", {"ownparts.py": PART, "seal.toml": PART_TABLE})
 
 
 def _imported(name: str, files: dict[str, str]) -> Any:

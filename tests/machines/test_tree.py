@@ -9,7 +9,7 @@ import pytest
 from macromicro.control import stage_pi
 from macromicro.control.outside import NoGains
 from macromicro.errors import InputError
-from macromicro.machines import tree
+from macromicro.machines import compositions, tree
 from macromicro.machines.parts import Timing, Travel
 from macromicro.machines.tree import machine_tree, settled
 from tests.control.own_laws import Gains
@@ -74,3 +74,18 @@ def test_a_law_that_is_none_is_refused(name, words):
     with pytest.raises(InputError) as refused:
         tree.joined(settled(Tree()), name, "--law")
     assert words in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("machine", "table"),
+    [
+        ("axis", '[friction]\npart = "mylab.parts:seal"\n[friction.own]\nlevel = "6 N"\n'),
+        ("rotary", 'friction.part = "bristles"\n'),
+        ("xy", '[y.friction]\npart = "mylab.parts:seal"\n'),
+    ],
+)
+def test_a_friction_part_of_ones_own_is_refused_with_the_remedy(tmp_path, machine, table):
+    file = tmp_path / "seal.toml"
+    file.write_text(f'machine = "{machine}"\n{table}')
+    with pytest.raises(InputError, match=r"friction\.part: .*Remove it, or write a stage of your"):
+        compositions.load(file)

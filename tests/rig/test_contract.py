@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from macromicro.control.contract import Finding
+from macromicro.conformance import Finding
 from macromicro.plant.cycle import CycleSample
 from macromicro.plant.kiln import KilnSample
 from macromicro.rig import contract

@@ -8,11 +8,12 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from macromicro.control.contract import Finding
+from macromicro.conformance import Finding
 from macromicro.plant import bench
+from macromicro.rig import _strokes
 from macromicro.rig.session import Fixture
 from macromicro.rig.twin import CompiledTwin
-from macromicro.rig.walk import _strokes, steps
+from macromicro.rig.walk import steps
 from macromicro.rig.walk.walking import END, GO, SKIP, walk
 from macromicro.settings import Settings
 from macromicro.types import SAFE, Outputs

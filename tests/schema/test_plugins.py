@@ -77,3 +77,18 @@ def test_a_name_stands_for_a_place() -> None:
     assert plugins.place("macromicro", "console_scripts") == "macromicro.__main__:main"
     assert plugins.place("macromicro", "macromicro.laws") is None
     assert plugins.place("", "console_scripts") is None
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("{m}:number", "x: '{m}:number, int'; accepted: a builtins.str"),
+     ("{m}", "x: '{m}'; accepted: one of macromicro; or MODULE:WORD"),
+     (3, "x: '3'; accepted: one of")],
+)  # fmt: skip
+def test_a_group_finds_its_own(module: str, name: object, said: str) -> None:
+    group = plugins.Group("console_scripts", "a word", str, "MODULE:WORD", ("macromicro",))
+    Path(f"{module}.py").write_text("word, number = 'yes', 5\n")
+    assert group.find(f"{module}:word", "x") == "yes"
+    given = name.format(m=module) if isinstance(name, str) else name
+    with pytest.raises(InputError, match=said.format(m=module)):
+        group._replace(name="macromicro.laws").find(given, "x")

@@ -171,7 +171,7 @@ def test_a_scheduler_that_is_none_is_one_line(make: Make, tmp_path: Path, kind: 
             "not dask": f"tcp://127.0.0.1:{server.getsockname()[1]}",
         }[kind]
         spec = tmp_path / "spec.toml"
-        spec.write_text('job = "macro-model"\n[parameters]\nreference = ["10 counts"]\n')
+        spec.write_text('job = "macro-bench"\n[parameters]\nreference = ["10 counts"]\n')
         words = ["sweep", spec, "--out", tmp_path / "out", "--scheduler", address]
         done = macromicro(*words, cwd=tmp_path)
         server.shutdown(socket.SHUT_RDWR)

@@ -69,9 +69,9 @@ def test_the_jobs_and_a_job_s_parameters(
     said = capsys.readouterr().out
     for name in batch.JOBS:
         assert f"{name}: " in said
-    assert called(monkeypatch, "macro-model", "--list") == 0
+    assert called(monkeypatch, "macro-bench", "--list") == 0
     said = capsys.readouterr().out
-    assert "  controller.limit = 5 V: largest effort" in said
+    assert "  controller.motor_limit = 5 V: largest effort of the macro law" in said
     assert "  settling_time [s]: " in said
 
 
@@ -104,10 +104,10 @@ def test_impossible_variants_are_counted_and_the_first_is_told(
 ) -> None:
     """A step of 3 counts has no settling; when all are so, the status is 1."""
     spec = tmp_path / "steps.toml"
-    spec.write_text('job = "macro-model"\n[parameters]\nreference = ["3 counts", "100 counts"]\n')
+    spec.write_text('job = "macro-bench"\n[parameters]\nreference = ["3 counts", "100 counts"]\n')
     assert called(monkeypatch, spec, "--out", tmp_path / "a", "--workers", 1) == 0
     assert "impossible: 1 of 2; variant 0, reference" in capsys.readouterr().out
-    spec.write_text('job = "macro-model"\n[parameters]\nreference = ["3 counts", "4 counts"]\n')
+    spec.write_text('job = "macro-bench"\n[parameters]\nreference = ["3 counts", "4 counts"]\n')
     assert called(monkeypatch, spec, "--out", tmp_path / "b", "--workers", 1) == 1
     assert "every variant is impossible" in capsys.readouterr().err
 

@@ -75,7 +75,7 @@ def test_no_number(tmp_path: Path) -> None:
 def test_an_interrupt_keeps_the_best_so_far(tmp_path: Path) -> None:
     """Ctrl-C in a search that would take minutes."""
     process = Command(
-        [*COMMAND, "tune", "macro", "--on", "bench", "--evaluations", "1000000"],
+        [*COMMAND, "tune", "macro", "--evaluations", "1000000"],
         cwd=tmp_path,
         stderr=subprocess.PIPE,
         stdout=subprocess.PIPE,

@@ -15,7 +15,6 @@ OPTIONS: dict[str, dict[str, object]] = {
     "`--route thesis`": {"route": "thesis"},
     "default": {},
     "`--penalty saturated=0.01`": STRICT,
-    "the same `--on bench`": {"on": "bench", **STRICT},
 }
 
 
@@ -70,13 +69,7 @@ def check_robust(name: str, options: dict[str, object], seed: int) -> None:
 
 @pytest.mark.parametrize(
     ("name", "options", "seed"),
-    [ROBUST[0], *(pytest.param(*row, marks=pytest.mark.slow) for row in ROBUST[1:])],
+    [pytest.param(*row, marks=pytest.mark.slow) for row in ROBUST],
 )
 def test_the_robust_table(name: str, options: dict[str, object], seed: int) -> None:
     check_robust(name, options, seed)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [0, 1, 2])
-def test_the_robust_table_on_the_bench(seed: int) -> None:
-    check_robust("`--robust --on bench`, strict", {"on": "bench", **STRICT}, seed)

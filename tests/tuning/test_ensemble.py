@@ -6,13 +6,10 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.models import macro
-from macromicro.models.macro import Linear, Motor
 from macromicro.schema.par import entries
 from macromicro.settings import Settings
-from macromicro.tuning._ensemble import Ensemble, draw, fresh
+from macromicro.tuning._ensemble import draw, fresh
 from macromicro.uncertainty import table
-from macromicro.uncertainty.machines import centre
 
 
 @pytest.mark.parametrize("stage", ["macro", "micro"])
@@ -58,50 +55,6 @@ def test_aggregation() -> None:
     worst, high = (draw("macro", Settings(), 3, how, 0).total(costs) for how in ("worst", "q95"))
     np.testing.assert_allclose(worst, [3.0, 0.5])
     np.testing.assert_allclose(high, [2.9, 0.45])
-
-
-def member(**amounts: float) -> Ensemble:
-    """An ensemble of the nominal machine and of one that has these amounts."""
-    found = draw("macro", Settings(), 2, "worst", 0)
-    nominal = centre(Settings(), found.uncertain)
-    names = [u.name for u in found.uncertain]
-    other = nominal.copy()
-    for name, amount in amounts.items():
-        other[names.index(name)] = amount
-    return found._replace(draws=np.vstack((nominal, other)))
-
-
-def test_the_mass_on_the_model() -> None:
-    """As (4.2) has it: twice the inertia, half the gain and half the pole."""
-    motor = Motor(4.0, 15.0, 0.065, 0.065, 1e-5, 7.2e-6, 56.0)
-    plain = macro.discretised(*macro.transfer(motor), 1e-3)
-    heavy = macro.discretised(*macro.transfer(motor._replace(j=2.0 * motor.j)), 1e-3)
-    values = member(mass=2.0).on_model(plain.a, plain.b, 3.0)
-    np.testing.assert_allclose(values[0], [plain.a, plain.b, 3.0])
-    np.testing.assert_allclose(values[1], [heavy.a, heavy.b, 3.0])
-
-
-def test_the_motor_on_the_model() -> None:
-    """A motor without other friction, as (4.2) has it: 10 % more of both constants, and a dead
-    zone that fewer volts overcome."""
-    weak = Motor(4.0, 15.0, 0.065, 0.065, 0.0, 7.2e-6, 56.0)
-    strong = weak._replace(kt=1.1 * weak.kt, kb=1.1 * weak.kb)
-    plain, other = (macro.discretised(*macro.transfer(m), 1e-3) for m in (weak, strong))
-    found = member(motor_constant=1.1)
-    rows = [
-        u._replace(model=(("gain", 1.0), ("pole", 2.0), ("width", -1.0)))
-        if u.name == "motor_constant"
-        else u
-        for u in found.uncertain
-    ]
-    values = found._replace(uncertain=tuple(rows)).on_model(plain.a, plain.b, 3.0)
-    np.testing.assert_allclose(values[1], [other.a, other.b, 3.0 / 1.1])
-
-
-def test_friction_on_the_model() -> None:
-    """All of the breakaway 10 % up: the dead zone, too; a and b are not friction's."""
-    values = member(coulomb=1.1, stribeck=1.1).on_model(Linear().a, Linear().b, 3.0)
-    np.testing.assert_allclose(values[1], [Linear().a, Linear().b, 3.3])
 
 
 @pytest.mark.parametrize(("benches", "how"), [(1, "worst"), (0, "worst"), (10**6, "q95"), (5, "x")])

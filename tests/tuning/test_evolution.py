@@ -32,7 +32,7 @@ def test_keeps_its_budget(evaluations: int) -> None:
         assert np.all((designs >= 0.0) & (designs <= 1.0))
         return bowl(designs)
 
-    found = minimise(counted, np.array([0.5, 0.5]), evaluations, seed=0, block=16)
+    found = minimise(counted, np.array([0.5, 0.5]), evaluations, seed=0)
     assert sum(calls) == found.evaluations <= evaluations
     assert len(set(calls)) == 1
     assert len(found.history) == len(calls)
@@ -49,10 +49,10 @@ def test_a_search_that_is_stopped_gives_the_best_so_far() -> None:
     assert found.cost == found.history[-1] == pytest.approx(bowl(found.design[None, :])[0])
 
 
-def test_generations_fill_blocks() -> None:
-    assert members(300, 2, 16) == 32
-    assert members(300, 3, 8) == 32
-    assert members(10_000, 2) == 20
+def test_a_generation_has_ten_designs_a_knob() -> None:
+    assert members(300, 2) == 20
+    assert members(60, 2) == 15
+    assert members(10_000, 3) == 30
 
 
 def test_the_start_is_tried() -> None:

@@ -25,11 +25,11 @@ def quick() -> tuning.Tuning:
     return tuning.macro(evaluations=128, penalties=STRICT)
 
 
-def test_macro_on_the_model(quick: tuning.Tuning) -> None:
+def test_macro(quick: tuning.Tuning) -> None:
     """By the thesis' own standard, no overshoot and no saturation, it costs less than (4.10): the
     objective with its penalties is one number, and it says what has become worse for it."""
     before, after = (shown.metrics for shown in quick.bench)
-    assert quick.plan.engine == "macro-model"
+    assert quick.plan.engine == "macro-bench"
     assert quick.engine_costs[1] < quick.engine_costs[0]
     assert before["saturated"] > 0.0
     assert after["saturated"] == after["overshoot"] == 0.0
@@ -48,10 +48,10 @@ def test_a_seed_repeats_it(quick: tuning.Tuning) -> None:
     assert again.history == quick.history
 
 
-def test_on_the_bench_the_engine_and_the_run_agree() -> None:
+def test_the_engine_and_the_run_agree() -> None:
     """The engine's bench and the recorded run are one: the same costs, bit for bit."""
-    found = tuning.macro(evaluations=40, on="bench")
-    assert found.engine_costs == pytest.approx(found.bench_costs, rel=1e-9)
+    found = tuning.macro(evaluations=40)
+    assert found.engine_costs == found.bench_costs
 
 
 def test_saturation_allowed_is_faster(quick: tuning.Tuning) -> None:
@@ -115,8 +115,8 @@ def test_the_thesis_route_takes_the_laws_own_derivative_time() -> None:
 
 
 def test_the_thesis_route_says_when_the_rule_has_no_end() -> None:
-    full = Settings(controller=Control(dead_zone=5.0))
-    with pytest.raises(InputError, match="dead-zone inverse of 5 V"):
+    full = Settings(controller=Control(dead_zone=4.999))
+    with pytest.raises(InputError, match=r"dead-zone inverse of 4\.999 V"):
         tuning.macro(route="thesis", settings=full)
 
 
@@ -140,7 +140,7 @@ def test_micro() -> None:
 
 
 def test_robust() -> None:
-    """Searched on the model, then on full benches; the verdict is that of fresh ones."""
+    """Searched on an ensemble; the verdict is that of fresh benches."""
     found = tuning.macro(evaluations=40, robust=True, benches=3, held_out=20, seed=2)
     assert found.robust_costs is not None
     assert found.plan.ensemble is not None
@@ -163,7 +163,7 @@ def test_robust() -> None:
 def test_a_win_on_the_searched_benches_alone_is_no_win() -> None:
     """Sixteen benches are soon fitted: with seed 0 and saturation penalised the search on the
     bench halves their worst cost, and fresh benches say that it is worse than (4.10)."""
-    plan = check(Request("macro", robust=True, on="bench", penalties=STRICT))
+    plan = check(Request("macro", robust=True, penalties=STRICT))
     fitted = np.array([0.49779322249736835, -0.4853987794453372])
     found = judge(search(plan._replace(evaluations=1))._replace(gains=fitted))
     assert found.robust_costs is not None
@@ -232,9 +232,6 @@ def test_the_best_that_is_known_is_kept() -> None:
         ({"stage": "macro", "evaluations": 0}, "--evaluations"),
         ({"stage": "macro", "objective": "x"}, "--objective"),
         ({"stage": "macro", "law": "pi"}, "--law"),
-        ({"stage": "macro", "law": "pid", "on": "model"}, "--on"),
-        ({"stage": "micro", "on": "model"}, "--on"),
-        ({"stage": "macro", "on": "moon"}, "--on"),
         ({"stage": "macro", "route": "x"}, "--route"),
         ({"stage": "micro", "route": "thesis"}, "--route"),
         ({"stage": "macro", "route": "thesis", "robust": True}, "--robust"),
@@ -256,10 +253,6 @@ def test_the_best_that_is_known_is_kept() -> None:
             "--evaluations: not allowed with --route",
         ),
         ({"stage": "macro", "route": "thesis", "seed": 0}, "--seed: not allowed with --route"),
-        (
-            {"stage": "macro", "route": "thesis", "on": "bench"},
-            "--on bench: not allowed with --route",
-        ),
     ],
 )
 def test_bad_requests(options: dict[str, object], named: str) -> None:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
-import numpy as np
 import pytest
 
 from macromicro.errors import InputError
 from macromicro.schema.par import entries
 from macromicro.settings import Settings
 from macromicro.uncertainty import table
-from macromicro.uncertainty.machines import centre, on_model
+from macromicro.uncertainty.machines import centre
 from macromicro.uncertainty.table import FACTOR, UNCERTAIN, VALUE, of_stage
 
 BASE = Settings()
@@ -49,43 +46,6 @@ def test_each_row_belongs_to_one_stage() -> None:
     assert not {*of_stage("macro")} & {*of_stage("micro")}
 
 
-def model(changes: dict[str, float]) -> dict[str, float]:
-    """Gain and pole of (4.2) and the breakaway in volts, of the default bench's own parameters
-    times these factors, by the names of the table's rows."""
-    f = {name: changes.get(name, 1.0) for name in BY_NAME}
-    bench = BASE.bench
-    constant = f["motor_constant"] * bench.motor.constant
-    per_volt = constant / (bench.motor.resistance * bench.motor.pulley)
-    mass = f["mass"] * bench.carriage.mass
-    drag = f["viscous"] * bench.friction.viscous + per_volt * constant / bench.motor.pulley
-    kinetic = f["coulomb"] * (bench.friction.coulomb + bench.friction.ripple)
-    breakaway = kinetic + f["stribeck"] * bench.friction.stribeck
-    return {
-        table.GAIN: per_volt / mass,
-        table.POLE: drag / mass,
-        table.WIDTH: breakaway / per_volt,
-    }
-
-
-@pytest.mark.parametrize("name", [u.name for u in of_stage("macro")])
-def test_the_model_follows_the_bench(name: str) -> None:
-    """The powers are the logarithmic derivatives of (4.2) and of the breakaway, to 0.01."""
-    step = 1.0 + 1e-6
-    before, after = model({}), model({name: step})
-    for quantity, nominal in before.items():
-        power = math.log(after[quantity] / nominal) / math.log(step)
-        assert dict(BY_NAME[name].model).get(quantity, 0.0) == pytest.approx(power, abs=0.01)
-
-
-def test_only_factors_reach_the_model() -> None:
-    assert all(u.kind == FACTOR for u in UNCERTAIN if u.model)
-    rows = of_stage("macro")
-    amounts = np.ones((2, len(rows)))
-    amounts[1, [u.name for u in rows].index("mass")] = 2.0
-    assert on_model(rows, amounts, table.GAIN).tolist() == [1.0, 0.5]
-    assert on_model(rows, amounts, table.WIDTH).tolist() == [1.0, 1.0]
-
-
 ROW = """
 [[quantity]]
 name = "mass"
@@ -102,7 +62,7 @@ def test_a_table_of_ones_own_is_read(tmp_path):
     (row,) = table.read(path)
     assert row.parts == (("blade.mass", 1), ("load.mass", 2.0)) and row.kind == FACTOR
     assert (row.low, row.high, row.unit, row.source) == (0.9, 1.1, "kg", "a scale")
-    assert row.stage == "" and row.model == ()
+    assert row.stage == ""
     path.write_text(ROW)
     assert table.read(path)[0].parts == (("blade.mass", 1.0), ("load.mass", 1.0))
 

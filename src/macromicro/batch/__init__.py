@@ -1,7 +1,7 @@
-"""Many variants of a run at once: the step functions of single runs, over lanes and threads.
+"""Many variants of a run at once: the step functions of single runs, over threads.
 
-    job = batch.job("macro-model")
-    gains = batch.Variants(("controller.now", "controller.before"), values)
+    job = batch.job("macro-bench")
+    gains = batch.Variants(("controller.pd_tuned.now", "controller.pd_tuned.before"), values)
     for first, metrics in batch.run(job, gains):
         ...
 
@@ -34,12 +34,6 @@ __all__ = [
 ]
 
 
-def _macro_model(**options: Any) -> Job:
-    from macromicro.batch.macro_model import MacroModelJob
-
-    return MacroModelJob(**options)
-
-
 def _macro_bench(**options: Any) -> Job:
     from macromicro.batch.macro_bench import MacroBenchJob
 
@@ -68,7 +62,6 @@ def _stage(machine: str) -> Callable[..., Job]:
 
 
 JOBS: dict[str, Callable[..., Job]] = {
-    "macro-model": _macro_model,
     "macro-bench": _macro_bench,
     "micro-bench": _micro_bench,
     "programme": _programme,
@@ -100,7 +93,7 @@ def job(name: str, **options: Any) -> Job:
     Examples
     --------
     >>> from macromicro import batch
-    >>> job = batch.job("macro-model")
+    >>> job = batch.job("macro-bench")
     >>> [metric.name for metric in job.metrics][:3]
     ['settling_time', 'rise_time', 'overshoot']
     """

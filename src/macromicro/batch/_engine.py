@@ -72,11 +72,11 @@ def run(
     --------
     >>> import numpy as np
     >>> from macromicro import batch
-    >>> job = batch.job("macro-model")
-    >>> gains = batch.Variants(("controller.now",), np.array([[0.012], [0.0125], [0.013]]))
+    >>> job = batch.job("macro-bench")
+    >>> gains = batch.Variants(("controller.pd_tuned.now",), np.array([[0.012], [0.0125], [0.013]]))
     >>> for first, metrics in batch.run(job, gains, threads=1):
     ...     print(metrics[:, 0].round(3))  # settling time, s
-    [0.77  0.62  0.555]
+    [0.77  0.62  0.556]
     """
     count = cores() if threads is None else threads
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
@@ -151,8 +151,8 @@ def trajectories(job: Job, variants: Variants, every: int = 10) -> Trajectories:
     --------
     >>> import numpy as np
     >>> from macromicro import batch
-    >>> gains = batch.Variants(("controller.now",), np.array([[0.010], [0.014]]))  # V/count
-    >>> runs = batch.trajectories(batch.job("macro-model"), gains, every=100)
+    >>> gains = batch.Variants(("controller.pd_tuned.now",), np.array([[0.010], [0.014]]))
+    >>> runs = batch.trajectories(batch.job("macro-bench"), gains, every=100)
     >>> {name: values.shape for name, values in runs.columns.items()}
     {'macro_position': (2, 100), 'motor': (2, 100)}
     """

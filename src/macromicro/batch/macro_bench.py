@@ -8,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.batch import course
-from macromicro.batch.course import METRICS, SMALLEST, Course, Task
 from macromicro.batch.variants import (
+    Metric,
     Trajectories,
     Variants,
     applied,
@@ -23,6 +22,7 @@ from macromicro.control import macro as control
 from macromicro.control import settings as control_settings
 from macromicro.control.macro import MacroLaw
 from macromicro.control.stage_law import Sample, Target
+from macromicro.design import steps
 from macromicro.errors import InputError
 from macromicro.kernel import kernel
 from macromicro.loop import PERIOD
@@ -34,6 +34,18 @@ from macromicro.plant.encoder import Encoder
 from macromicro.settings import Settings
 
 REFERENCE = "reference"  # beside the tree's paths: the step [counts]
+SMALLEST = 10.0  # counts; a smaller step has no 2 % and begins where it ends
+
+METRICS: tuple[Metric, ...] = (
+    Metric("settling_time", "s", "time from which the error stays within 2 % of the step"),
+    Metric("rise_time", "s", "time of the first 98 % of the step"),
+    Metric("overshoot", "count", "largest distance beyond the target"),
+    Metric("iae", "count*s", "integral of the absolute error"),
+    Metric("final_error", "count", "target minus position at the end"),
+    Metric("peak_effort", "V", "largest requested effort after the first sample"),
+    Metric("saturated", "", "saturated samples after the first"),
+    Metric("reversals", "", "reversals of the position after it is within 2 counts of the target"),
+)
 
 
 class Stage(NamedTuple):
@@ -46,30 +58,35 @@ class Stage(NamedTuple):
 
 
 @kernel
-def run(
-    p: Stage, judged: Task, s: MacroState, target: float, samples: int, dt: float, out: Array
-) -> tuple[Course, float]:
-    """Run a step: its course and the last error [counts]. The law is never parked."""
-    law = p.law
-    so_far = Course(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    memory = control.begun(law)
-    latched, error, before = 0.0, 0.0, 0.0
-    for k in range(samples):
+def run(p: Stage, s: MacroState, target: float, dt: float, out: Array) -> None:
+    """Run a step: counts, requested and limited effort [V]. The law is never parked."""
+    memory, latched = control.begun(p.law), 0.0
+    for k in range(out.shape[1]):
         seen = encoder.count(p.encoder, s.x)
-        error = target - seen
         aim, shown = Target(target, 0.0, 0.0, math.inf), Sample(k * dt, seen)
         _, asked = control.step(p.free, memory, aim, shown, dt)
-        now, sent = control.step(law, memory, aim, shown, dt)
-        so_far = course.follow(judged, so_far, k + 1.0, seen, error, before, asked, sent)
-        if k == 0:
-            so_far = course.first(so_far)
-        memory, before = now, error
-        if k < out.shape[1]:
-            out[0, k], out[1, k] = seen, sent
+        memory, sent = control.step(p.law, memory, aim, shown, dt)
+        out[0, k], out[1, k], out[2, k] = seen, asked, sent
         drive = amplifier.motor_volts(p.amplifier, latched, s.i)
         s = carriage.advance(p.macro, s, drive, dt, p.substeps)
         latched = amplifier.convert(p.amplifier, sent)
-    return so_far, error
+
+
+def judged(x: Array, asked: Array, sent: Array, target: float) -> tuple[float, ...]:
+    """The `METRICS` of a step: counts, requested and limited effort [V], target [counts].
+
+    The efforts of the first sample, its kick and jump, do not count.
+    """
+    return (
+        steps.settling_time(x, target),
+        steps.rise_time(x, target),
+        steps.overshoot(x, target),
+        float(np.abs(target - x).sum()) * PERIOD,
+        float(target - x[-1]),
+        float(np.abs(asked[1:]).max()),
+        float(np.count_nonzero(asked[1:] != sent[1:])),
+        float(len(steps.swings(x, target))),
+    )
 
 
 def stage(settings: Settings) -> Stage:
@@ -116,34 +133,29 @@ class MacroBenchJob:
     def evaluate(self, variants: Variants, first: int = 0) -> Array:
         values = checked(self._known, variants, first, (REFERENCE,))
         stage(self._settings).law.machine(run)  # once, before threads ask for it
-        rows, errors, targets = np.empty((8, len(values))), *np.empty((2, len(values)))
-        nothing = np.empty((2, 0))
+        out = np.empty((len(values), len(METRICS)))
         for k, row in enumerate(values):
-            found, errors[k], targets[k] = self._run(variants.paths, row, first + k, nothing)
-            rows[:, k] = found
-        return course.measured(rows, errors, targets, self._samples, PERIOD)
+            seen, target = self._run(variants.paths, row, first + k)
+            out[k] = judged(seen[0], seen[1], seen[2], target)
+        return out
 
-    def _run(
-        self, paths: tuple[str, ...], row: Array, number: int, out: Array
-    ) -> tuple[Course, float, float]:
-        """Course, last error and target of one variant."""
+    def _run(self, paths: tuple[str, ...], row: Array, number: int) -> tuple[Array, float]:
+        """Rows of `run` and the target [counts] of one variant."""
         settings = applied(self._settings, paths, row, number, (REFERENCE,))
         target = self._reference
         if REFERENCE in paths:
             target = _step(float(row[paths.index(REFERENCE)]), named(number, REFERENCE))
-        p = stage(settings)
-        rest = carriage.at_rest(0.5 * p.encoder.pitch)
-        judged = course.task(target)
-        found, error = p.law.machine(run)(p, judged, rest, target, self._samples, PERIOD, out)
-        return found, error, target
+        p, out = stage(settings), np.empty((3, self._samples))
+        p.law.machine(run)(p, carriage.at_rest(0.5 * p.encoder.pitch), target, PERIOD, out)
+        return out, target
 
     def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
         values = checked(self._known, variants, first, (REFERENCE,))
         t = np.arange(self._samples, step=every, dtype=np.float64) * PERIOD
-        shown, out = np.empty((2, len(values), len(t))), np.empty((2, self._samples))
+        shown = np.empty((2, len(values), len(t)))
         for k, row in enumerate(values):
-            self._run(variants.paths, row, first + k, out)
-            shown[:, k] = out[:, ::every]
+            seen, _ = self._run(variants.paths, row, first + k)
+            shown[:, k] = seen[::2, ::every]
         columns = {"macro_position": shown[0], "motor": shown[1]}
         return Trajectories(t, columns, {"macro_position": "count", "motor": "V"})
 

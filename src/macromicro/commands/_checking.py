@@ -1,4 +1,4 @@
-"""Checks of the user's own laws, machines, parts and rigs for ``macromicro doctor``."""
+"""Checks of the user's own laws, machines and rigs for ``macromicro doctor``."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import suppress
 
+from macromicro import conformance
 from macromicro.commands import asking
 from macromicro.control import contract, outside
 from macromicro.control.settings import Control
@@ -14,9 +15,7 @@ from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.errors import InputError, ProblemError
 from macromicro.machines import contract as machine_contract
 from macromicro.machines import machine as machines
-from macromicro.machines import part_contract
 from macromicro.nominal import PERIOD
-from macromicro.plant import own_part
 from macromicro.rig import contract as rig_contract
 from macromicro.rig import contract_moving
 from macromicro.rig.opening import TWIN, open_rig
@@ -46,14 +45,6 @@ def law(name: str) -> Iterator[Finding]:
 def machine(name: str) -> Iterator[Finding]:
     """Check a machine against its contract and measure its speed."""
     for each in machine_contract.check(machines.named(name, "--machine")):
-        yield told(each)
-
-
-def part(name: str) -> Iterator[Finding]:
-    made = own_part.imported(name, "--part")
-    with suppress(InputError):  # what is wrong is said below; compiled beside its own sources
-        own_part.find(name, "--part")
-    for each in part_contract.check(made, name):
         yield told(each)
 
 
@@ -92,7 +83,7 @@ def volts_of(text: str, option: str) -> float:
     return volts
 
 
-def told(each: contract.Finding) -> Finding:
+def told(each: conformance.Finding) -> Finding:
     """A finding as `doctor` prints it."""
     return Finding(each.what, OK if each.passed else FAIL, each.found, each.remedy)
 

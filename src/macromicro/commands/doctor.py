@@ -98,21 +98,13 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
             show_default=False,
         ),
     ] = None,
-    part: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help=("Check only this part of your own, MODULE:PART (docs/own-parts.md)."),
-            show_default=False,
-        ),
-    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print only JSON.")] = False,
 ) -> None:
     """Check whether this computer has what `macromicro serve` needs.
 
     The options are those of `serve`. Each problem is printed with its remedy.
-    --law checks a control law of your own, --machine a machine, --part a part, and --open, --move
-    or --walk a rig; nothing else is checked then.
+    --law checks a control law of your own, --machine a machine, and --open, --move or --walk a rig;
+    nothing else is checked then.
     The exit status is 1 if a check fails. Warnings do not count.
     """
     from json import dumps
@@ -134,8 +126,6 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
         findings = _each(rig, lambda one: _walking.rig(one, move, heat, yes=yes))
     elif look or move is not None:
         findings = _each(rig, lambda one: _checking.rig(one, move, yes=yes))
-    elif part is not None:
-        findings = _checking.part(part)
     elif law is None:
         ports = _ports(scpi, web, numbers)
         settings = load(config)

@@ -43,16 +43,13 @@ def _run(job: Any, as_json: bool, signals: Signals) -> None:
     from datetime import datetime
 
     from macromicro.commands.performing import performed
-    from macromicro.machines import composite, runs
+    from macromicro.machines import runs
     from macromicro.machines.job import execute
     from macromicro.report import machine as report
     from macromicro.report import terminal
     from macromicro.report.summary import as_json as to_json
 
-    if composite.stages(job.machine).plain:
-        words = "is plain Python: the machine runs interpreted, slower; `force` and `after` under"
-        print(f"friction.part {words} @kernel are compiled", file=sys.stderr)
-    elif job.source is None:  # on a rig the same period runs interpreted
+    if job.source is None:  # on a rig the same period runs interpreted
         if not runs.is_compiled():
             print("compiling the machine, once, about 10 s", file=sys.stderr)
         runs.compile_machine(job.machine, job.settings, job.plan)

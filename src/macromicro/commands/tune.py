@@ -42,14 +42,6 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
         int | None,
         typer.Option(parser=whole, metavar="N", help="Seed of the search.", show_default="0"),
     ] = None,
-    on: Annotated[
-        str | None,
-        typer.Option(
-            metavar="WHERE",
-            help="Search on the thesis' model or on the bench.",
-            show_default="model for the macro-stage's PD laws, else bench",
-        ),
-    ] = None,
     route: Annotated[
         str, typer.Option(metavar="NAME", help="optimise, or thesis for the macro-stage's PD.")
     ] = "optimise",
@@ -108,7 +100,6 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
 
     if config is not None and not machine_run.takes_turns(config):
         options: dict[str, object] = {
-            "--on": on,
             "--aggregate": aggregate,
             "--penalty": penalty,
         }
@@ -137,7 +128,7 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     kinds = formats(figures)
     settings = Settings() if config is None else load_overrides(config, Settings())
     request = Request(
-        stage, objective, law, evaluations, seed, settings, on, route, robust, aggregate, benches,
+        stage, objective, law, evaluations, seed, settings, route, robust, aggregate, benches,
         held_out, _penalties(penalty or []),
     )  # fmt: skip
     plan = check(request)

@@ -4,9 +4,20 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Collection, Iterator, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import Any
 
+from macromicro.conformance import (
+    NO_KERNEL,
+    OTHER_BITS,
+    Broken,
+    Checks,
+    Finding,
+    failures,
+    performed,
+    require,
+    runs,
+)
 from macromicro.control import outside
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.errors import InputError
@@ -18,30 +29,6 @@ from macromicro.schema.text import printable
 PERIODS = (1e-4, 1e-3, 1e-2)  # s
 _STEPS = 200
 _HUGE = 1e3  # times the travel
-
-
-class Finding(NamedTuple):
-    """One thing that was looked at."""
-
-    what: str  #: of the law
-    passed: bool  #: whether it is as it must be
-    found: str  #: in words
-    remedy: str = ""  #: what to do; "" for nothing
-
-
-class Broken(Exception):
-    """What a plug-in does that it must not, and what to do.
-
-    Examples
-    --------
-    >>> from macromicro.control.contract import Broken
-    >>> Broken("at rest the effort is 1 V", "give 0 V without an error").remedy
-    'give 0 V without an error'
-    """
-
-    def __init__(self, found: str, remedy: str) -> None:
-        super().__init__(found)
-        self.remedy = remedy
 
 
 Run = list[tuple[Any, float]]  # memory and effort of each period
@@ -75,56 +62,7 @@ def check(law: StageLaw | Any, name: str = "the law") -> Iterator[Finding]:
         yield Finding("shape", False, f"{error.where}: {error.value}", error.accepted)
         return
     yield Finding("shape", True, f"gains {', '.join(law.gains._fields)}; positions in {law.unit}")
-    looks: tuple[tuple[str, Look], ...] = (
-        ("gains", _gains),
-        ("signature", _signature),
-        ("memory", _memory),
-        ("purity", _purity),
-        ("finite effort", _finite),
-        ("direction", _direction),
-        ("other periods", _periods),
-        ("compiled", _compiled),
-    )
-    yield from looked(law, looks, ("signature", "memory"))
-
-
-Look = Callable[[Any], str]
-
-
-def looked(it: Any, looks: Sequence[tuple[str, Look]], first: Collection[str]) -> Iterator[Finding]:
-    """Run checks one after the other.
-
-    Parameters
-    ----------
-    it : Any
-        The object to check.
-    looks : Sequence[tuple[str, Look]]
-        Name of each check, and a function of `it` that returns a finding or raises `Broken`.
-    first : Collection[str]
-        Checks that the others depend on: an exception there ends the run.
-
-    Yields
-    ------
-    Finding
-        One for each check.
-
-    Examples
-    --------
-    >>> from macromicro.control.contract import looked
-    >>> looks = [("gain", lambda it: f"{it:g} V/m"), ("time", lambda it: f"{1.0 / it:g} s")]
-    >>> [(each.what, each.passed) for each in looked(0.0, looks, first=())]
-    [('gain', True), ('time', False)]
-    """
-    for what, look in looks:
-        try:
-            yield Finding(what, True, look(it))
-        except Broken as error:
-            yield Finding(what, False, str(error), error.remedy)
-        except Exception as error:  # whatever the user's code does
-            words = f"{type(error).__name__}: {printable(' '.join(str(error).split()), 300)}"
-            yield Finding(what, False, words, "fix what raises it")
-            if what in first:
-                return
+    yield from performed(_CHECKS, law, first=("signature", "memory"))
 
 
 def broken(law: StageLaw | Any, name: str = "the law") -> list[str]:
@@ -151,8 +89,7 @@ def broken(law: StageLaw | Any, name: str = "the law") -> list[str]:
     >>> broken(LAW._replace(step=lambda gains, memory: (memory, 0.0)))[0]
     'signature: step: too many positional arguments; step(gains, memory, target, sample, dt)'
     """
-    found = [each for each in check(law, name) if not each.passed]
-    return [f"{each.what}: {each.found}; {each.remedy}" for each in found]
+    return failures(check(law, name))
 
 
 def _run(law: StageLaw, errors: list[float], dt: float = PERIOD, step: Any = None) -> Run:
@@ -190,9 +127,9 @@ def _course(law: StageLaw) -> list[float]:
 def _gains(law: StageLaw) -> str:
     for entry in entries(law.gains()):
         parts = entry.value if law.prepare and isinstance(entry.value, tuple) else (entry.value,)
-        if any(isinstance(part, bool) or not isinstance(part, float) for part in parts):
-            remedy = "floats alone: compiled code and the search need one type"
-            raise Broken(f"{entry.path} = {entry.value!r}", remedy)
+        floats = all(isinstance(part, float) for part in parts)
+        remedy = "floats alone: compiled code and the search need one type"
+        require(floats, f"{entry.path} = {entry.value!r}", remedy)
         try:
             for part in parts:
                 entry._replace(value=part).check(part, entry.path)
@@ -220,11 +157,11 @@ def _memory(law: StageLaw) -> str:
 
 
 def _answered(law: StageLaw, answer: Any) -> tuple[Any, float]:
-    if not isinstance(answer, tuple) or len(answer) != 2:
-        raise Broken(f"step returns {printable(answer)}", "(memory, effort)")
+    pair = isinstance(answer, tuple) and len(answer) == 2
+    require(pair, f"step returns {printable(answer)}", "(memory, effort)")
     memory, effort = answer
-    if not isinstance(effort, float):
-        raise Broken(f"an effort of type {type(effort).__name__}", "a float, in V")
+    words = f"an effort of type {type(effort).__name__}"
+    require(isinstance(effort, float), words, "a float, in V")
     _remembered(law, memory)
     return memory, effort
 
@@ -232,23 +169,22 @@ def _answered(law: StageLaw, answer: Any) -> tuple[Any, float]:
 def _remembered(law: StageLaw, memory: Any) -> None:
     """Raise unless this is a memory of the law, always of one type."""
     kind, memory = law.memory, law.tell(memory)
-    if type(memory) is not kind:
-        words = f"a memory of type {type(memory).__name__}"
-        raise Broken(words, f"{kind.__name__}(...) from start and from step")
+    words = f"a memory of type {type(memory).__name__}"
+    require(type(memory) is kind, words, f"{kind.__name__}(...) from start and from step")
     for name, value in zip(kind._fields, memory, strict=True):
-        if not isinstance(value, float):
-            raise Broken(f"{name} = {value!r} in the memory", "floats alone, 0.0 and not 0")
+        words = f"{name} = {value!r} in the memory"
+        require(isinstance(value, float), words, "floats alone, 0.0 and not 0")
 
 
 def _purity(law: StageLaw) -> str:
     course = _course(law)
     first = _run(law, course)
     _run(law, course[::-1])
-    if _run(law, course) != first:
-        raise Broken(
-            "the same gains, targets and readings gave other efforts",
-            "keep nothing outside of the memory: no attribute, no global, no clock, no chance",
-        )
+    require(
+        _run(law, course) == first,
+        "the same gains, targets and readings gave other efforts",
+        "keep nothing outside of the memory: no attribute, no global, no clock, no chance",
+    )
     return "the same input gives the same effort"
 
 
@@ -256,9 +192,8 @@ def _finite(law: StageLaw) -> str:
     far = _travel(law)
     for error in (0.0, far, -far, _HUGE * far, -_HUGE * far):
         for _, effort in _run(law, [error] * 20):
-            if not math.isfinite(effort):
-                words = f"{effort} V at an error of {error:g} {law.unit}"
-                raise Broken(words, "no division by what may be 0, no overflow")
+            words = f"{effort} V at an error of {error:g} {law.unit}"
+            require(math.isfinite(effort), words, "no division by what may be 0, no overflow")
     return f"errors from 0 to {_HUGE:g} times the travel"
 
 
@@ -273,17 +208,17 @@ def _direction(law: StageLaw) -> str:
             memory, effort = law.step(gains, memory, target, Sample(k * PERIOD, 0.0), PERIOD)
         efforts.append(effort)
     above, below = efforts
-    if not above > 0.0 or not (below == 0.0 if one_way else below < 0.0):
-        words = f"{above:g} V towards a target above, {below:g} V towards one below"
-        raise Broken(words, "a positive effort drives up: check the sign of target less reading")
+    right = above > 0.0 and (below == 0.0 if one_way else below < 0.0)
+    words = f"{above:g} V towards a target above, {below:g} V towards one below"
+    require(right, words, "a positive effort drives up: check the sign of target less reading")
     return "a target above gets a positive effort, one below a negative one"
 
 
 def _periods(law: StageLaw) -> str:
     for dt in PERIODS:
         for _, effort in _run(law, _course(law), dt):
-            if not math.isfinite(effort):
-                raise Broken(f"{effort} V at a period of {dt:g} s", "use dt, and never 1/dt of 0")
+            words = f"{effort} V at a period of {dt:g} s"
+            require(math.isfinite(effort), words, "use dt, and never 1/dt of 0")
     return f"{', '.join(f'{1e3 * dt:g}' for dt in PERIODS)} ms"
 
 
@@ -292,14 +227,21 @@ def _compiled(law: StageLaw) -> str:
         return "no: plain Python, it runs interpreted; mark start and step with @kernel for speed"
     course, fast = _course(law), compiled(law.step)
     first = _given(law), law.start(_given(law), Sample(0.0, 0.0))
-    try:
-        fast(*first, Target(0.0, 0.0, 0.0, math.inf), Sample(0.0, 0.0), PERIOD)
-    except Exception as error:  # numba's own, of which it has many
-        words = " ".join(str(error).split())[:200]
-        remedy = "floats, math and NamedTuples alone (CONTRIBUTING.md, Kernels); or no @kernel"
-        raise Broken(f"it does not compile: {words}", remedy) from None
+    target, remedy = Target(0.0, 0.0, 0.0, math.inf), f"{NO_KERNEL}; or no @kernel"
+    runs(lambda: fast(*first, target, Sample(0.0, 0.0), PERIOD), remedy)
     for (_, slow), (_, quick) in zip(_run(law, course), _run(law, course, step=fast), strict=True):
-        if not math.isclose(slow, quick, rel_tol=1e-12, abs_tol=1e-300):
-            words = f"{quick!r} V compiled, {slow!r} V interpreted"
-            raise Broken(words, "x * x for x**2, math.sqrt for math.hypot; no division by 0")
+        same = math.isclose(slow, quick, rel_tol=1e-12, abs_tol=1e-300)
+        require(same, f"{quick!r} V compiled, {slow!r} V interpreted", OTHER_BITS)
     return "yes, with the same efforts as interpreted"
+
+
+_CHECKS: Checks = (
+    ("gains", _gains),
+    ("signature", _signature),
+    ("memory", _memory),
+    ("purity", _purity),
+    ("finite effort", _finite),
+    ("direction", _direction),
+    ("other periods", _periods),
+    ("compiled", _compiled),
+)

@@ -9,7 +9,7 @@ from macromicro.arrays import Array
 from macromicro.control import cascade
 from macromicro.control.cascade import Cascade
 from macromicro.kernel import kernel
-from macromicro.machines import deriving, feasible, parts, sheets
+from macromicro.machines import deriving, feasible, sheets
 from macromicro.machines.guarding import Limits
 from macromicro.machines.parts import (
     LOAD,
@@ -17,7 +17,6 @@ from macromicro.machines.parts import (
     Homing,
     Load,
     Motion,
-    Rubbing,
     Switches,
     Timing,
     Travel,
@@ -30,6 +29,7 @@ from macromicro.plant import axis, power
 from macromicro.plant.axis import Body, Reading
 from macromicro.plant.carriage import Carriage
 from macromicro.plant.encoder import Encoder
+from macromicro.plant.friction import AxisFriction
 from macromicro.plant.power import Amplifier, Motor
 from macromicro.plant.transmission import Transmission
 
@@ -45,7 +45,7 @@ class Axis(NamedTuple):
     motor: Motor = Motor()
     drive: Transmission = Transmission()
     load: Load = Load()
-    friction: Rubbing = Rubbing()
+    friction: AxisFriction = AxisFriction()
     encoder: Feedback = Feedback()
     timing: Timing = Timing()
     travel: Travel = Travel()
@@ -86,7 +86,7 @@ def prepare(tree: Any) -> axis.Axis:
         power.prepare(tree.amplifier, tree.motor, sheets.constant(tree), drive.efficiency),
         Carriage(moved, *_stops(tree), tree.load.stop_stiffness, tree.load.stop_damping),
         body,
-        parts.friction(tree.friction),
+        AxisFriction(*tree.friction),
         reading,
         tree.timing.delay,
         tree.timing.steps,

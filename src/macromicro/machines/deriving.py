@@ -249,9 +249,6 @@ def _against(tree: Any) -> float:
 
 
 RULES: tuple[Rule, ...] = (
-    ("friction.coulomb", lambda t: t.friction.has("coulomb")),
-    ("friction.stribeck", lambda t: t.friction.has("stribeck")),
-    ("friction.viscous", lambda t: t.friction.has("viscous")),
     ("amplifier.gain", lambda t: _round(t.amplifier.supply / t.amplifier.full_scale, 12)),
     (
         "amplifier.transconductance",

@@ -8,7 +8,7 @@ from typing import Any
 
 from macromicro.arrays import Array
 from macromicro.kernel import kernel
-from macromicro.machines import axis, owned
+from macromicro.machines import axis
 from macromicro.machines._wiring import lines, spacing
 from macromicro.machines.parts import CAM
 from macromicro.machines.signals import Sample
@@ -22,8 +22,7 @@ from macromicro.types import ENABLE
 
 def kind(tree: Any) -> Kind:
     there = lines(tree)
-    found = _kind(there) if there else axis.KIND
-    return found._replace(plain=True) if owned.plain(tree) else found
+    return _kind(there) if there else axis.KIND
 
 
 @lru_cache(maxsize=16)

@@ -15,7 +15,6 @@ from macromicro.machines import axis, equipped, homing, piezo, rotary, sheets, w
 from macromicro.machines.stage import Kind
 from macromicro.machines.tree import LAW, is_own, joined
 from macromicro.schema import config, plugins
-from macromicro.schema.keys import nearest
 from macromicro.schema.text import printable, read_toml
 
 TWO_STAGE = "two_stage"  # a carriage and a stage on it (`machines.two_stage`)
@@ -150,23 +149,11 @@ def named(name: object, where: str) -> Machine:
     for machine in MACHINES:
         if machine.name == name:
             return machine
-    place = plugins.place(name, GROUP) if isinstance(name, str) else None
-    if place is None:
-        every = (*NAMES, *plugins.registered(GROUP))
-        near = nearest(str(name), every) if len(every) > 12 else f"one of {', '.join(every)}"
-        raise InputError(where, printable(name), f"{near}; or {FORM}")
-    name = str(name)
-    if name not in _found:
-        _found[name] = _outside(name, place, where)
-    return _found[name]
-
-
-def _outside(name: str, place: str, where: str) -> Machine:
-    made = plugins.load(place, where, "a machine", lambda it: isinstance(it, Machine))
-    if not isinstance(made, Machine):
-        found = f"{place}, {type(made).__name__}"
-        raise InputError(where, found, "a macromicro.machines.machine.Machine")
-    return made._replace(name=name)
+    key = str(name)
+    if key not in _found:
+        group = plugins.Group(GROUP, "a machine", Machine, FORM, NAMES)
+        _found[key] = group.find(name, where)._replace(name=key)
+    return _found[key]
 
 
 def chosen(path: Path) -> Machine:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from macromicro.plant import own_part
-from macromicro.plant.friction import AxisFriction
-from macromicro.schema.par import Par, extended
+from macromicro.schema.par import Par
 
 MOTOR, LOAD = "motor", "load"
 NONE, TURN, MARK = "none", "turn", "mark"
@@ -53,31 +51,6 @@ class Load(NamedTuple):
 
     def times(self, factor: float) -> Load:
         return self._replace(mass=factor * self.mass, payload=factor * self.payload)
-
-
-_PART = Par("", "bristles, or MODULE:PART of your own", _CHOICE, choices=(own_part.BRISTLES,))
-
-
-class Rubbing(
-    extended(  # type: ignore[misc]
-        AxisFriction,
-        {"part": (Annotated[str, _PART], own_part.BRISTLES), "own": (Any, own_part.NoPart())},
-    )
-):
-    """Friction of an axis, or a part in its place."""
-
-    __slots__ = ()
-
-    def also(self) -> dict[str, tuple[str, ...]]:
-        """Further words that a text parameter accepts."""
-        return {} if self.part == own_part.BRISTLES else {"part": (self.part,)}
-
-    def has(self, field: str) -> float:
-        if self.part != own_part.BRISTLES:
-            sheet = own_part.find(self.part, "friction.part").sheet
-            if sheet is not None:
-                return float(getattr(sheet(self.own), field))
-        return float(getattr(self, field))
 
 
 class Feedback(NamedTuple):
@@ -198,11 +171,3 @@ class Motion(NamedTuple):
         float, Par("m/s^2", "maximum acceleration", _DERIVED, positive=True)
     ] = 10.0
     jerk: Annotated[float, Par("m/s^3", "maximum jerk", _DERIVED, positive=True)] = 1000.0
-
-
-def friction(p: Rubbing) -> Any:
-    """The friction as the plant's kernels take it."""
-    if p.part != own_part.BRISTLES:
-        own_part.find(p.part, "friction.part")
-        return p.own
-    return AxisFriction(*p[: len(AxisFriction._fields)])

@@ -14,7 +14,7 @@ from macromicro.arrays import Array
 from macromicro.columns import Column, Layout, Quantity, layout, put
 from macromicro.control import outside
 from macromicro.control.stage_law import Sample, StageLaw, Target
-from macromicro.kernel import kernel
+from macromicro.kernel import compiled, kernel
 from macromicro.machines import guarding, sequence
 from macromicro.machines.folding import empty, empty_and_false, empty_pair, fold, nothing
 from macromicro.machines.guard_words import OTHER_AXIS
@@ -22,7 +22,7 @@ from macromicro.machines.guarding import OK, Watch, latched
 from macromicro.machines.lines import Held
 from macromicro.machines.sequence import DONE, Progress
 from macromicro.machines.signals import Inside, Output
-from macromicro.machines.stage import Kind, compiles, quick, quickest, watching
+from macromicro.machines.stage import Kind, compiles, quick, watching
 from macromicro.types import Enable, Lines
 
 FAULT = 4  # phase that is recorded once a guard has tripped
@@ -42,11 +42,6 @@ class Stages(NamedTuple):
     laws: tuple[StageLaw, ...]
     names: tuple[str, ...] = ("",)  # before their columns; the only stage of a machine has none
     extra: Extra | None = None
-
-    @property
-    def plain(self) -> bool:
-        """Whether a part is plain Python, so that the machine runs interpreted."""
-        return any(kind.plain for kind in self.kinds)
 
 
 class Bench(NamedTuple):
@@ -352,9 +347,9 @@ def fastest(stages: Stages) -> Period:
 
 
 def in_place(stages: Stages) -> Period:
-    """`fastest` that may change the state given to it; plain Python runs interpreted."""
+    """`fastest` that may change the state given to it; a law in plain Python runs interpreted."""
     if all(map(compiles, stages.laws)):
-        return quickest(period(stages), *stages.kinds)
+        return compiled(period(stages))
     return period(stages._replace(kinds=tuple(map(quick, stages.kinds))))
 
 

@@ -12,8 +12,9 @@ import numpy as np
 
 from macromicro import joining
 from macromicro.arrays import Array
+from macromicro.kernel import compiled
 from macromicro.machines.parts import CLOSED
-from macromicro.machines.stage import Kind, quickest
+from macromicro.machines.stage import Kind
 from macromicro.rig.twin import VirtualClock, noise_source
 from macromicro.types import ENABLE, SAFE, Lines, Outputs
 from macromicro.types import Sample as Shown
@@ -150,7 +151,7 @@ class CompiledTwin(Twin):
         self._asked = np.zeros(1 + _LINES)
         # The coroutine refers to the arrays inside, and does not own them.
         self._kept = (self.params, self.state)
-        coroutine = quickest(_inside(kind), kind)
+        coroutine = compiled(_inside(kind))
         self._stage = coroutine(self.params, self.state, self._asked, self._noise, self.dt)
         del self.state
 

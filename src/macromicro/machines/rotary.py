@@ -16,12 +16,12 @@ from macromicro.machines.rotary_parts import (
     Arrival,
     Cascade,
     Feedback,
+    Friction,
     Gear,
     Homing,
     Limits,
     Motion,
     Motor,
-    Rubbing,
     Switches,
     Travel,
     Turntable,
@@ -112,7 +112,7 @@ class Rotary(NamedTuple):
     motor: Motor = Motor()
     drive: Gear = Gear()
     load: Turntable = Turntable()
-    friction: Rubbing = FRICTION
+    friction: Friction = FRICTION
     encoder: Feedback = Feedback()
     timing: Timing = Timing()
     travel: Travel = Travel()

@@ -8,6 +8,7 @@ from macromicro.control import cascade
 from macromicro.machines import guarding, parts, sequence
 from macromicro.machines.parts import LOAD, MARK, MOTOR, NONE, START, STOP, TURN
 from macromicro.place import turned
+from macromicro.plant.friction import AxisFriction
 from macromicro.schema.par import Par
 
 STOPS = "stops"
@@ -168,7 +169,7 @@ class Feedback(NamedTuple):
 
 
 @turned
-class Rubbing(parts.Rubbing):
+class Friction(AxisFriction):
     """Total friction as a torque at the load."""
 
     __slots__ = ()
@@ -223,7 +224,7 @@ class Homing(NamedTuple):
 
 
 SWITCHES = Switches(hysteresis=8.726646259971648e-04, repeatability=8.726646259971648e-05)
-FRICTION = Rubbing(
+FRICTION = Friction(
     coulomb=0.05,
     stribeck=0.01,
     stribeck_speed=0.017453292519943295,

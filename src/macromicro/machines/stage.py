@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any, NamedTuple, ParamSpec, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,9 +19,6 @@ from macromicro.machines.sequence import Arrival, Plan
 from macromicro.machines.signals import Sample
 from macromicro.place import LENGTH, Place
 from macromicro.types import Lines
-
-P = ParamSpec("P")
-R = TypeVar("R")
 
 
 class Kind(NamedTuple):
@@ -55,8 +52,6 @@ class Kind(NamedTuple):
     #: kernel: from parameters, state and the enable output (0 or 1) to the state with it
     switch: Callable[[Any, Any, float], Any] = guarded_lines.as_it_is
     place: Place = LENGTH  #: what its places are counted in
-    #: whether one of its parts is plain Python, so that its loops run interpreted
-    plain: bool = False
 
 
 class Loop(NamedTuple):
@@ -142,31 +137,6 @@ def compiles(law: StageLaw) -> bool:
     return is_kernel(law.step) and is_kernel(law.tell)
 
 
-def quickest(function: Callable[P, R], *kinds: Kind) -> Callable[P, R]:
-    """A function over the kernels of kinds of stages, as fast as it can run.
-
-    Parameters
-    ----------
-    function : Callable[P, R]
-        A kernel of one, or a closure over theirs.
-    *kinds : Kind
-        All whose kernels it calls.
-
-    Returns
-    -------
-    Callable[P, R]
-        Compiled; as it is where a kind has a part in plain Python.
-
-    Examples
-    --------
-    >>> from macromicro.machines import piezo
-    >>> from macromicro.machines.stage import quickest
-    >>> quickest(piezo.KIND.advance, piezo.KIND._replace(plain=True)) is piezo.KIND.advance
-    True
-    """
-    return function if any(kind.plain for kind in kinds) else compiled(function)
-
-
 def switching(kind: Kind) -> Callable[[Any, Any, float], Any]:
     """The enable line of a kind of stage, as fast as it can run.
 
@@ -187,7 +157,7 @@ def switching(kind: Kind) -> Callable[[Any, Any, float], Any]:
     >>> switching(piezo.KIND) is piezo.KIND.switch  # it has no lines
     True
     """
-    return quickest(kind.switch, kind) if kind.lines else kind.switch
+    return compiled(kind.switch) if kind.lines else kind.switch
 
 
 @lru_cache(maxsize=64)
@@ -209,13 +179,12 @@ def quick(kind: Kind) -> Kind:
     --------
     >>> from macromicro.machines import piezo
     >>> from macromicro.machines.stage import quick
-    >>> plain = piezo.KIND._replace(plain=True)  # interpreted
-    >>> quick(plain) == plain
-    True
+    >>> quick(piezo.KIND).name
+    'piezo'
     """
     kernels: dict[str, Any] = {name: getattr(kind, name) for name in kernels_of(kind)}
     joining.joined(*kernels.values())
-    made: dict[str, Any] = {name: quickest(each, kind) for name, each in kernels.items()}
+    made: dict[str, Any] = {name: compiled(each) for name, each in kernels.items()}
     return kind._replace(**made)
 
 
@@ -343,16 +312,15 @@ def drive(
     >>> import numpy as np
     >>> from macromicro.machines import piezo
     >>> from macromicro.machines.stage import Bounds, drive
-    >>> plain = piezo.KIND._replace(plain=True)  # interpreted
-    >>> params, bounds = plain.prepare(piezo.DEFAULT), Bounds(-1.0, 1.0, 1.0)  # m, m, m/s
-    >>> drive(plain, params, np.ones(3), bounds, dt=0.001).t.tolist()  # s
+    >>> params, bounds = piezo.KIND.prepare(piezo.DEFAULT), Bounds(-1.0, 1.0, 1.0)  # m, m, m/s
+    >>> drive(piezo.KIND, params, np.ones(3), bounds, dt=0.001).t.tolist()  # s
     [0.0, 0.001, 0.002]
     """
     given = np.ascontiguousarray(efforts, dtype=np.float64)
     noise = np.random.default_rng(seed).standard_normal((len(given), kind.noises))
     out = np.empty((2, len(given)))
     start = kind.initial(params) if state is None else arrays.own(state)
-    run = quickest(opened(kind), kind)
+    run = compiled(opened(kind))
     state, written, why = run(params, start, bounds, given, noise, out, dt)
     effort = given[:written].copy()
     if why:

@@ -6,9 +6,7 @@ from collections import namedtuple
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from macromicro.machines import owned
-from macromicro.machines.tree import Checked, Problem, Rule, settled, under_law, with_
-from macromicro.schema.par import changed
+from macromicro.machines.tree import Checked, Problem, Rule, refuse_part, settled, under_law, with_
 
 
 def made(stages: Mapping[str, Any]) -> Any:
@@ -64,9 +62,8 @@ def all_of(count: int) -> str:
 
 
 def grown(tree: Any, names: Sequence[str], table: Mapping[str, object], where: str) -> Any:
-    """A tree with the gains and parts that a table names."""
+    """A tree with the gains that a table names."""
     laws: dict[str, Any] = {}
-    parts: dict[str, Any] = {}
     for name in names:
         own, there, one = table.get(name), f"{where}, {name}", getattr(tree, name)
         told = dict(own) if isinstance(own, Mapping) else {}
@@ -74,7 +71,5 @@ def grown(tree: Any, names: Sequence[str], table: Mapping[str, object], where: s
             k.removeprefix(f"{name}."): v for k, v in table.items() if k.startswith(f"{name}.")
         }
         laws[name] = under_law(one, told, there)
-        found = owned.named(one, told, there).items()
-        parts |= {f"{name}.{path}": value for path, value in found}
-    with_laws = tree._replace(**laws)
-    return changed(with_laws, parts) if parts else with_laws
+        refuse_part(one, told, there)
+    return tree._replace(**laws)

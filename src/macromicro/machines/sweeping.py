@@ -19,11 +19,12 @@ from macromicro import joining
 from macromicro.arrays import Array
 from macromicro.control.stage_law import StageLaw
 from macromicro.errors import InputError, ProblemError
+from macromicro.kernel import compiled
 from macromicro.machines import guarding, tree
 from macromicro.machines.guarding import OK
 from macromicro.machines.machine import Machine
 from macromicro.machines.signals import Sample, Target
-from macromicro.machines.stage import Kind, compiles, quickest
+from macromicro.machines.stage import Kind, compiles
 from macromicro.rig.twin import noise_source
 
 Complex = npt.NDArray[np.complex128]
@@ -146,7 +147,7 @@ def _run(
     """Rows of `excited` over a course, and the guard's fault."""
     kind, law, out = machine.kind, machine.law, np.empty((3, len(added)))
     params, gains = kind.prepare(settings), tree.gains(settings)
-    fault = quickest(excited(kind, law), kind)(
+    fault = compiled(excited(kind, law))(
         params,
         kind.initial(params),
         gains,

@@ -8,10 +8,9 @@ from typing import Annotated, Any, TypeVar, cast
 from macromicro.control import outside
 from macromicro.control.stage_law import StageLaw
 from macromicro.errors import InputError, ProblemError
-from macromicro.machines import owned
 from macromicro.schema import access, plugins
 from macromicro.schema.keys import nearest
-from macromicro.schema.par import Given, Par, changed, extended, replaced, value_at
+from macromicro.schema.par import Given, Par, extended, replaced, value_at
 from macromicro.schema.text import printable
 
 Tree = TypeVar("Tree")
@@ -20,6 +19,7 @@ Checked = tuple[bool, str, Any, str]  # whether it is one, and the problem
 Rule = tuple[str, Callable[[Any], Any]]
 
 LAW, OWN = "law", "own"  # keys of a settings file: the law's name, and the gains of one's own
+PART = "friction.part"
 GIVEN = "given"  # field: what a user has set of derived values
 
 
@@ -57,9 +57,21 @@ def _also(tree: Any) -> dict[str, tuple[str, ...]]:
 
 
 def _grown(tree: Any, table: Mapping[str, object], where: str) -> Any:
-    """The tree with the part and the law that a table names."""
-    parts = owned.named(tree, table, where)
-    return under_law(changed(tree, parts) if parts else tree, table, where)
+    """The tree with the law that a table names."""
+    refuse_part(tree, table, where)
+    return under_law(tree, table, where)
+
+
+def refuse_part(tree: Any, table: Mapping[str, object], where: str) -> None:
+    """Raise for a friction part of a user's module, which axes no longer have."""
+    rubbing = table.get("friction")
+    named = PART in table or (isinstance(rubbing, Mapping) and "part" in rubbing)
+    if named and not hasattr(getattr(tree, "friction", None), "part"):
+        raise ProblemError(
+            f"{where}, {PART}",
+            "an axis has no friction parts of other modules",
+            "Remove it, or write a stage of your own with that friction (docs/own-machines.md).",
+        )
 
 
 def under_law(tree: Any, table: Mapping[str, object], where: str) -> Any:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from macromicro.arrays import Array
 from macromicro.columns import Meaning, Quantity
-from macromicro.kernel import by_type, kernel
-from macromicro.plant import carriage, encoder, friction, power, rubbing, transmission
+from macromicro.kernel import kernel
+from macromicro.plant import carriage, encoder, friction, power, transmission
 from macromicro.plant.carriage import Carriage
 from macromicro.plant.encoder import Encoder
 from macromicro.plant.friction import AxisFriction
@@ -51,10 +50,7 @@ class Axis(NamedTuple):
     power: Annotated[Power, Meaning("D/A, amplifier, motor")]
     load: Annotated[Carriage, Meaning("moving mass with payload, and end stops")]
     body: Annotated[Body, Meaning("drive and masses")]
-    friction: Annotated[
-        Any,
-        Meaning("at the load: AxisFriction, or parameters of a part of another package"),
-    ]
+    friction: Annotated[AxisFriction, Meaning("at the load")]
     reading: Annotated[Reading, Meaning("the encoder")]
     delay: Annotated[
         float, Meaning("from writing an effort until it acts, s; at most a control period")
@@ -67,12 +63,7 @@ class State(NamedTuple):
     v: Annotated[float, Meaning("position and speed of the load, without pitch error")]
     xm: Annotated[float, Meaning("the motor's side of the drive, in the same units")]
     vm: Annotated[float, Meaning("the motor's side of the drive, in the same units")]
-    rubbed: Annotated[
-        Any,
-        Meaning(
-            "what the friction remembers: the deflection of its bristles, m, or a part's state"
-        ),
-    ]
+    rubbed: Annotated[float, Meaning("deflection of the friction's bristles", "m")]
     i: Annotated[float, Meaning("current", "A")]
     effort: Annotated[float, Meaning("that acts now, V at the D/A")]
 
@@ -89,7 +80,7 @@ class Truth(NamedTuple):
 
 def at_rest(p: Axis) -> State:
     """At rest at 0, held by friction against gravity."""
-    held = rubbing.begun(p.friction, gravity(p.body, 0.0))
+    held = friction.deflection(p.friction, gravity(p.body, 0.0))
     return State(0.0, 0.0, 0.0, 0.0, held, 0.0, 0.0)
 
 
@@ -101,18 +92,6 @@ def gravity(p: Body, x: float) -> float:
     return p.weight + p.unbalance * math.sin(x - p.hangs)
 
 
-def _chosen(p: Any, mass: Any) -> Callable[..., Any]:
-    if p.instance_class is AxisFriction:
-        return friction.before_sliding
-    return lambda p, mass: (0.0, 0.0)
-
-
-@by_type(_chosen)
-def _bristles(p: Any, mass: float) -> tuple[float, float]:
-    """Stiffness and damping before sliding; none of a part of another package."""
-    return friction.before_sliding(p, mass) if isinstance(p, AxisFriction) else (0.0, 0.0)
-
-
 @kernel
 def _joined(
     p: Axis, s: State, effort: float, offset: float, stiffness: float, damping: float, h: float
@@ -120,17 +99,18 @@ def _joined(
     """One step of motor and load as one mass."""
     mass = p.body.motor + p.load.mass
     i0, i1 = power.current_terms(p.power, s.i, effort, s.v, h)
-    z0, z1, f0, f1 = rubbing.terms(p.friction, s.rubbed, s.x, s.v, offset, stiffness, damping, h)
+    z0, z1, f0, f1 = friction.bristle_terms(
+        p.friction, stiffness, damping, s.rubbed, s.v, offset, h
+    )
     e0, e1 = carriage.stop_terms(p.load, s.x, h)
     # Gravity where the load is half a step later: so a free pendulum keeps its energy.
     outer = transmission.wave(p.body.cogging, p.body.cogging_period, s.x)
     outer -= gravity(p.body, s.x + 0.5 * h * s.v)
     push = p.power.push * i0 - f0 + e0 + outer
-    drag = p.power.push * i1 + f1 + e1 + rubbing.viscous(p.friction)
+    drag = p.power.push * i1 + f1 + e1 + p.friction.viscous
     v = (mass * s.v + h * push) / (mass + h * drag)
     x = s.x + 0.5 * h * (s.v + v)
-    rubbed = rubbing.after(p.friction, s.rubbed, z0 + z1 * v, s.x, v, h)
-    return State(x, v, x, v, rubbed, i0 - i1 * v, effort)
+    return State(x, v, x, v, z0 + z1 * v, i0 - i1 * v, effort)
 
 
 @kernel
@@ -143,7 +123,9 @@ def _apart(
     """
     body = p.body
     i0, i1 = power.current_terms(p.power, s.i, effort, s.vm, h)
-    z0, z1, f0, f1 = rubbing.terms(p.friction, s.rubbed, s.x, s.v, offset, stiffness, damping, h)
+    z0, z1, f0, f1 = friction.bristle_terms(
+        p.friction, stiffness, damping, s.rubbed, s.v, offset, h
+    )
     e0, e1 = carriage.stop_terms(p.load, s.x, h)
     strain = transmission.stretch(body.slack, s.xm - s.x)
     # Spring force over the step: pull + give (vm1 - v1), where it touches.
@@ -156,14 +138,13 @@ def _apart(
     c = h * give
     a = body.motor + h * p.power.push * i1 + c
     b = body.motor * s.vm + h * (p.power.push * i0 + cogging - pull)
-    d = p.load.mass + h * (f1 + e1 + rubbing.viscous(p.friction)) + c
+    d = p.load.mass + h * (f1 + e1 + p.friction.viscous) + c
     e = p.load.mass * s.v + h * (pull - f0 + e0 - gravity(body, s.x + 0.5 * h * s.v))
     whole = a * d - c * c
     vm = (b * d + c * e) / whole
     v = (a * e + b * c) / whole
     x, xm = s.x + 0.5 * h * (s.v + v), s.xm + 0.5 * h * (s.vm + vm)
-    rubbed = rubbing.after(p.friction, s.rubbed, z0 + z1 * v, s.x, v, h)
-    return State(x, v, xm, vm, rubbed, i0 - i1 * vm, effort)
+    return State(x, v, xm, vm, z0 + z1 * v, i0 - i1 * vm, effort)
 
 
 @kernel
@@ -175,8 +156,8 @@ def advance(
     k: int,
     dt: float,
 ) -> State:
-    offset = rubbing.offset(p.friction, s.x)
-    stiffness, damping = _bristles(p.friction, p.body.motor + p.load.mass)
+    offset = friction.ripple(p.friction, s.x)
+    stiffness, damping = friction.before_sliding(p.friction, p.body.motor + p.load.mass)
     h = dt / p.steps
     before = s.effort
     for j in range(p.steps):

@@ -142,6 +142,12 @@ def level(p: Friction | AxisFriction, v: float, offset: float) -> float:
     return max(p.coulomb + offset + p.stribeck * math.exp(-ratio * ratio), 1e-6)
 
 
+def deflection(p: AxisFriction, force: float) -> float:
+    """Deflection [m] of the bristles that hold a force [N], towards lower positions, at rest."""
+    stiffness, _ = before_sliding(p, 0.0)
+    return -min(force, p.coulomb) / stiffness if stiffness > 0.0 else 0.0
+
+
 @kernel
 def bristle_terms(
     p: Friction | AxisFriction,

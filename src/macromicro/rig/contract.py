@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from macromicro.control.contract import Broken, Finding
-from macromicro.errors import MacromicroError
+from macromicro.conformance import Checks, Finding, failed, performed, require
 from macromicro.rig.cards._roles import DIGITAL, ROLES
 from macromicro.rig.session import BENCH, Fixture, Session
-from macromicro.schema.text import printable
 
 SHORTEST = 0.5  # s that a rig is watched, and at least so many readings:
 LEAST = 25
@@ -66,32 +64,25 @@ def check(fixture: Fixture) -> Iterator[Finding]:
         yield failed("open", error, "fix what the message names, then run this again")
         return
     yield Finding("open", True, f"{fixture.kind}, {len(watched.samples)} readings, closed again")
-    for name, look in _LOOKS:
-        try:
-            yield Finding(name, True, look(fixture, watched))
-        except Broken as error:
-            yield Finding(name, False, str(error), error.remedy)
+    yield from performed(_CHECKS, fixture, watched)
     if trips:
         yield Finding("link", True, _link(fixture, trips))
-    found = f"stop returned after {1e3 * stopped:.2g} ms, twice"
-    remedy = f"it must return within {1e3 * SLOW_STOP:g} ms: let nothing wait in it"
-    late = stopped > SLOW_STOP
-    yield Finding("stop", not late, found, remedy if late else "")
+    yield from performed((("stop", _stop),), stopped)
     try:
         with fixture.open() as rig:
             rig.read()
     except Exception as error:
-        yield failed(
-            "again", error, "leave in __exit__ what __enter__ opens: a port, a lock, a task"
-        )
+        remedy = "leave in __exit__ what __enter__ opens: a port, a lock, a task"
+        yield failed("again", error, remedy)
         return
     yield Finding("again", True, "opened and read again")
 
 
-def failed(what: str, error: Exception, remedy: str) -> Finding:
-    own = isinstance(error, MacromicroError)
-    text = str(error) if own else f"{type(error).__name__}: {error}"
-    return Finding(what, False, printable(text, 200), remedy)
+def _stop(seconds: float) -> str:
+    found = f"stop returned after {1e3 * seconds:.2g} ms, twice"
+    remedy = f"it must return within {1e3 * SLOW_STOP:g} ms: let nothing wait in it"
+    require(seconds <= SLOW_STOP, found, remedy)
+    return found
 
 
 def watch(fixture: Fixture, rig: Session) -> Watched:
@@ -111,18 +102,16 @@ def watch(fixture: Fixture, rig: Session) -> Watched:
 
 def _channels(fixture: Fixture, watched: Watched) -> str:
     silent = [c for c in fixture.channels if np.isnan(values(watched.samples, c)).all()]
-    if silent:
-        found = f"no value of {', '.join(silent)} in {len(watched.samples)} readings"
-        raise Broken(found, "connect it, or leave it out of `channels`")
+    found = f"no value of {', '.join(silent)} in {len(watched.samples)} readings"
+    require(not silent, found, "connect it, or leave it out of `channels`")
     fields = watched.samples[0]._fields
     extra = [
         c
         for c in fields[1:]
         if c not in fixture.channels and not np.isnan(values(watched.samples, c)).all()
     ]
-    if extra:
-        found = f"values of {', '.join(extra)}, which `channels` does not name"
-        raise Broken(found, "name it in `channels`, or give NaN for it")
+    found = f"values of {', '.join(extra)}, which `channels` does not name"
+    require(not extra, found, "name it in `channels`, or give NaN for it")
     asked = [] if fixture.kind != BENCH else list(_COSTS)[: None if fixture.has("hall") else 2]
     without = [f"no {c}: {_COSTS[c]}" for c in asked if c not in fixture.channels]
     return ", ".join(fixture.channels) + "".join(f"; {text}" for text in without)
@@ -135,33 +124,32 @@ def _units(fixture: Fixture, watched: Watched) -> str:
         worst = float(seen[np.argmax(np.abs(seen))]) if len(seen) else 0.0
         role = ROLES[fixture.kind].inputs.get(channel)
         if role is not None and role.signal == DIGITAL:
-            if not np.isin(seen, (0.0, 1.0)).all():
-                raise Broken(f"{channel} is {worst:g}", "0 or 1, NaN where it is not known")
+            known = bool(np.isin(seen, (0.0, 1.0)).all())
+            require(known, f"{channel} is {worst:g}", "0 or 1, NaN where it is not known")
         elif channel in _WIDE:
             most, unit = _WIDE[channel]
-            if not abs(worst) <= most:
-                raise Broken(f"{channel} is {worst:g}", f"give it in {unit}: at most {most:g}")
-        elif not (seen == np.round(seen)).all():
-            odd = float(seen[seen != np.round(seen)][0])
-            raise Broken(f"{channel} is {odd!r}", "give whole counts of the encoder")
+            remedy = f"give it in {unit}: at most {most:g}"
+            require(abs(worst) <= most, f"{channel} is {worst:g}", remedy)
+        else:
+            for odd in seen[seen != np.round(seen)].tolist():
+                require(False, f"{channel} is {odd!r}", "give whole counts of the encoder")
     return ", ".join(f"{c} {values(watched.samples, c)[-1]:.6g}" for c in fixture.channels)
 
 
 def _time(fixture: Fixture, watched: Watched) -> str:
     t, dt = values(watched.samples, "t"), fixture.dt
     steps = np.diff(t)
-    if not (steps > 0.0).all():
-        k = int(np.argmin(steps > 0.0))
-        found = f"t goes from {t[k]:g} to {t[k + 1]:g} s from one reading to the next"
-        raise Broken(found, "give the time of each reading on the rig's own clock, in s")
+    k = int(np.argmin(steps > 0.0))
+    found = f"t goes from {t[k]:g} to {t[k + 1]:g} s from one reading to the next"
+    remedy = "give the time of each reading on the rig's own clock, in s"
+    require(bool((steps > 0.0).all()), found, remedy)
     off = float(np.max(np.abs(watched.clock - t)))
-    if off > max(2.0 * dt, 0.01):
-        found = f"t is up to {off:.3g} s from the clock's `now`"
-        raise Broken(found, "take both from the same clock, in s")
+    found = f"t is up to {off:.3g} s from the clock's `now`"
+    require(off <= max(2.0 * dt, 0.01), found, "take both from the same clock, in s")
     mean = float(t[-1] - t[0]) / len(steps)
-    if abs(mean / dt - 1.0) > 0.02:
-        found = f"a period of {1e3 * mean:.4g} ms in the mean, for {1e3 * dt:g} ms"
-        raise Broken(found, "let `wait` return at absolute deadlines, `dt` apart")
+    found = f"a period of {1e3 * mean:.4g} ms in the mean, for {1e3 * dt:g} ms"
+    remedy = "let `wait` return at absolute deadlines, `dt` apart"
+    require(abs(mean / dt - 1.0) <= 0.02, found, remedy)
     return f"{1e3 * mean:.4g} ms a period in the mean, t rises"
 
 
@@ -177,15 +165,13 @@ def _rate(fixture: Fixture, watched: Watched) -> str:
     if fixture.timed:  # the computer may be late, as long as each reading is taken
         missed = int(np.sum(np.rint(np.diff(values(watched.samples, "t")) / dt) - 1.0))
     found = f"{spans}, {missed} of {len(watched.period)} missed; {calls}"
-    if missed > 0.01 * len(watched.period):
-        slow = sum(work) > 0.7e6 * dt
+    remedy = "end other programs, or permit real-time priority: macromicro doctor"
+    if sum(work) > 0.7e6 * dt:
         remedy = (
             "the card or link is too slow for this period: fewer channels, or a board that "
             "closes the loop itself"
-            if slow
-            else "end other programs, or permit real-time priority: macromicro doctor"
         )
-        raise Broken(found, remedy)
+    require(missed <= 0.01 * len(watched.period), found, remedy)
     return found
 
 
@@ -198,8 +184,7 @@ def _link(fixture: Fixture, trips: list[float]) -> str:
     return f"{spans}: too late for a loop on the host (--loop host); let the board close it"
 
 
-Look = Callable[[Fixture, Watched], str]
-_LOOKS: tuple[tuple[str, Look], ...] = (
+_CHECKS: Checks = (
     ("channels", _channels),
     ("units", _units),
     ("time stamps", _time),

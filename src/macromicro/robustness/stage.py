@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 from macromicro.arrays import Array
 from macromicro.batch.stage_job import metrics
 from macromicro.errors import ProblemError
-from macromicro.machines import owned
 from macromicro.machines.composite import AnyMachine, names
 from macromicro.machines.joint.settings import NOTHING
 from macromicro.machines.machine import Machine
@@ -72,7 +71,7 @@ def _of_stage(machine: Machine, settings: Any) -> tuple[Uncertain, ...]:
             "--config",
             f"the machine {machine.name} has no table of uncertain parameters (`spread`)",
         )
-    rows = owned.uncertain(settings, read(machine.spread))
+    rows = read(machine.spread)
     known = {e.path for e in entries(settings) if e.number}
     for row in rows:
         for path, _ in row.parts:

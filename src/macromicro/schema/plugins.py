@@ -8,10 +8,13 @@ import os
 import sys
 from collections.abc import Callable
 from importlib import metadata
-from typing import Any
+from typing import Any, NamedTuple
 
-from macromicro.errors import ProblemError
+from macromicro.errors import InputError, ProblemError
+from macromicro.schema.keys import nearest
 from macromicro.schema.text import printable
+
+_MANY = 12  # names that are not all listed
 
 
 def spelled(name: str) -> bool:
@@ -57,3 +60,27 @@ def registered(group: str) -> dict[str, str]:
 def place(name: str, group: str) -> str | None:
     """The "module:object" of a name that the user wrote, if any."""
     return name if spelled(name) else registered(group).get(name)
+
+
+class Group(NamedTuple):
+    """Objects of one type that a user may bring."""
+
+    name: str  # of the entry points
+    what: str  # such an object, for messages
+    kind: type
+    form: str  # how one is named, for messages
+    known: tuple[str, ...] = ()  # names of those that this package has
+
+    def find(self, name: object, where: str) -> Any:
+        """The object that a user named: "module:object", or an entry point."""
+        there = place(name, self.name) if isinstance(name, str) else None
+        if there is None:
+            every = (*self.known, *registered(self.name))
+            many = len(every) > _MANY
+            near = nearest(str(name), every) if many else f"one of {', '.join(every)}"
+            raise InputError(where, printable(name), f"{near}; or {self.form}")
+        made = load(there, where, self.what, lambda it: isinstance(it, self.kind))
+        if not isinstance(made, self.kind):
+            accepted = f"a {self.kind.__module__}.{self.kind.__name__}"
+            raise InputError(where, f"{there}, {type(made).__name__}", accepted)
+        return made

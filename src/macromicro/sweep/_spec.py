@@ -1,6 +1,6 @@
 """A sweep file: TOML with a job, its options, and the parameters to vary.
 
-job = "macro-model"
+job = "macro-bench"
 method = "lhs"                  # grid, random, lhs or sobol
 samples = 1000                  # a grid has steps instead
 seed = 1

@@ -13,7 +13,6 @@ from macromicro.batch.stage_job import StageJob
 from macromicro.control import outside
 from macromicro.control.macro import NAMES
 from macromicro.errors import InputError, ProblemError
-from macromicro.machines import owned
 from macromicro.machines.tree import is_own, joined
 from macromicro.schema.config import difference, load_overrides
 from macromicro.schema.keys import unknown
@@ -84,8 +83,6 @@ def laws(job: Job) -> tuple[tuple[str, str], ...]:
     base, found = job.base(), []
     if isinstance(job, StageJob):
         names = [tree.law for tree in job.trees if is_own(tree)]
-        for tree in job.trees:
-            found += [each for each in owned.digests(tree) if each not in found]
         for kind in job.kinds:
             if joining.foreign(kind.advance):
                 found.append((f"machine {job.name}", joining.sources(kind.advance, kind.measure)))

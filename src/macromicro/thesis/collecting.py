@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from macromicro.columns import Column
-from macromicro.errors import InputError, ProblemError
+from macromicro.errors import ProblemError
 from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
 from macromicro.schema import plugins
@@ -76,7 +76,7 @@ def _drive(lab: Lab) -> Recordings:
 
 
 def _carriage(lab: Lab) -> Recordings:
-    from macromicro.runs import strokes
+    from macromicro.thesis import strokes
 
     bench = lab.bench()
     volts = np.concatenate([strokes.efforts(_FULL), strokes.nudges(_FULL)])
@@ -105,7 +105,7 @@ def _electrothermal(lab: Lab) -> Recordings:
 
 
 def _actuator(lab: Lab) -> Recordings:
-    from macromicro.runs import heats
+    from macromicro.thesis import heats
 
     runs = list(heats.records(lab.bench(), lab.seed))
     quick = min(r.dt for r in runs)
@@ -215,15 +215,10 @@ def find(name: str) -> Procedure:
     for procedure in PROCEDURES:
         if procedure.name == name:
             return procedure
-    place = plugins.place(name, GROUP)
-    if place is None:
-        names = ", ".join((*(p.name for p in PROCEDURES), *plugins.registered(GROUP)))
-        raise InputError("experiment", printable(name), f"one of {names}; or {FORM}")
-    made = plugins.load(place, "experiment", "a procedure", lambda it: isinstance(it, Procedure))
-    if not isinstance(made, Procedure):
-        found = f"{printable(name)}, {type(made).__name__}"
-        raise InputError("experiment", found, f"a {__name__}.Procedure")
-    return made
+    names = tuple(procedure.name for procedure in PROCEDURES)
+    group = plugins.Group(GROUP, "a procedure", Procedure, FORM, names)
+    found: Procedure = group.find(name, "experiment")
+    return found
 
 
 def checked(found: Any, name: str) -> Recordings:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from macromicro.conformance import performed
 from macromicro.control.outside import FINE, SHIPPED
 from macromicro.errors import MacromicroError, ProblemError
 from macromicro.identify.kinds import from_files
@@ -162,10 +163,11 @@ def _directions(rig: Fixture) -> list[str]:
         with rig.open() as session:
             there = contract_moving.stroke(rig, session, volts)
             back = contract_moving.stroke(rig, session, -volts)
-        found = contract_moving.direction(there, back, volts)
+        ways = performed(contract_moving.DIRECTION, rig, volts, there, back)
+        found = next(ways)
         if found.passed or there.moved < 0.0 < back.moved:
             break
-    for one in (found, contract_moving.heated(rig, _HEAT)):
+    for one in (found, *performed(contract_moving.HEAT, rig, _HEAT)):
         if not one.passed:
             raise MacromicroError(f"{one.what}: {one.found}; {one.remedy}")
         said.append(f"{one.what}: {one.found}")

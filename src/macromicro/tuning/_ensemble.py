@@ -2,12 +2,11 @@
 
 Members are drawn from the table of uncertain parameters (`macromicro.uncertainty`). The
 ensemble of the search starts with the machine itself; the one that judges (`fresh`) has
-new draws only. The identified model of the macro-stage has no belt.
+new draws only.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -15,8 +14,6 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.models.macro import discretised
-from macromicro.nominal import PERIOD
 from macromicro.schema.text import printable
 from macromicro.settings import Settings
 from macromicro.uncertainty import machines, table
@@ -45,16 +42,6 @@ class Ensemble(NamedTuple):
     def on_bench(self) -> tuple[tuple[str, ...], Array]:
         trees = [machines.settings_at(self.settings, self.uncertain, row) for row in self.draws]
         return machines.columns(self.uncertain, trees)
-
-    def on_model(self, a: float, b: float, width: float) -> Array:
-        gain, pole, zone = (
-            machines.on_model(self.uncertain, self.draws, quantity)
-            for quantity in (table.GAIN, table.POLE, table.WIDTH)
-        )
-        nominal = -math.log(-a) / PERIOD
-        each = zip(b / (1.0 + a) * nominal * gain, nominal * pole, strict=True)
-        held = [discretised(float(g), float(p), PERIOD) for g, p in each]
-        return np.column_stack(([h.a for h in held], [h.b for h in held], zone * width))
 
 
 def draw(stage: str, settings: Settings, members: int, aggregate: str, seed: int) -> Ensemble:

@@ -16,7 +16,6 @@ from macromicro.batch import macro_bench, micro_bench
 from macromicro.control import macro as control
 from macromicro.control.macro import MacroLaw
 from macromicro.control.stage_law import Sample, Target
-from macromicro.design import steps
 from macromicro.kernel import kernel
 from macromicro.nominal import COUNTS, PERIOD
 from macromicro.plant import bench
@@ -41,23 +40,12 @@ def macro(settings: Settings) -> Shown:
     plant = bench.prepare(settings.bench, settings.sensors)
     aim = np.full(round(SECONDS / DT), STEP)
     recording = drives.closed_loop(plant, law, aim)
-    x, errors = recording["macro_position"], aim - recording["macro_position"]
-    asked = np.empty_like(errors)
+    x = recording["macro_position"]
+    asked = np.empty_like(x)
     law.machine(_asked)(law._replace(limit=math.inf), aim, x, asked, DT)
-    size = np.abs(asked[1:])
-    return Shown(
-        {
-            "settling_time": steps.settling_time(x, STEP),
-            "rise_time": steps.rise_time(x, STEP),
-            "overshoot": steps.overshoot(x, STEP),
-            "iae": float(np.abs(errors).sum()) * DT,
-            "final_error": float(errors[-1]),
-            "peak_effort": float(size.max()),
-            "saturated": float(np.count_nonzero(size > law.limit)),
-            "reversals": float(len(steps.swings(x, STEP))),
-        },
-        recording,
-    )
+    names = [metric.name for metric in macro_bench.METRICS]
+    values = macro_bench.judged(x, asked, recording["motor"], STEP)
+    return Shown(dict(zip(names, values, strict=True)), recording)
 
 
 @kernel

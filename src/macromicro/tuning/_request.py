@@ -9,14 +9,14 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.schema.text import printable
 from macromicro.settings import Settings
 from macromicro.tuning import _ensemble as ensembles
-from macromicro.tuning import _jobs, _laws, _objectives, thesis
+from macromicro.tuning import _laws, _objectives, thesis
 from macromicro.tuning._ensemble import Ensemble
 from macromicro.tuning._laws import Law
 from macromicro.tuning._objectives import Objective
 
 STAGES = ("macro", "micro")
 ROUTES = ("optimise", "thesis")
-ENGINES = ("model", "bench")
+PD_LAWS = ("pd-initial", "pd-tuned")  # those that the thesis' route tunes
 MOST = 10_000_000
 MAX_SEED = 2**31
 EVALUATIONS, SEED, AGGREGATE, BENCHES, HELD_OUT = 300, 0, "worst", 16, 200
@@ -39,7 +39,6 @@ class Request(NamedTuple):
     evaluations: int | None = None
     seed: int | None = None
     settings: Settings = Settings()  #: the bench and its controller
-    on: str | None = None  #: by default the model where it has the law
     route: str = "optimise"  #: by search, or as Section 4.3.3 does
     robust: bool = False  #: on an ensemble of benches
     aggregate: str | None = None  #: how their costs become one
@@ -66,8 +65,6 @@ def check(request: Request) -> Plan:
     stage = request.stage
     _one_of("stage", stage, STAGES)
     _one_of("--route", request.route, ROUTES)
-    if request.on is not None:
-        _one_of("--on", request.on, ENGINES)
     objective = _objectives.find(stage, request.objective)
     weights = _objectives.penalties(objective, dict(request.penalties))
     if stage == "macro" and request.law is not None and outside.is_name(request.law):
@@ -80,29 +77,22 @@ def check(request: Request) -> Plan:
         raise InputError("--evaluations", evaluations, f"a whole number from 1 to {MOST}")
     if not 0 <= seed < MAX_SEED:
         raise InputError("--seed", seed, f"a whole number from 0 to {MAX_SEED - 1}")
-    modelled = stage == "macro" and law.name in _jobs.MODELLED
-    if request.on == "model" and not modelled:
-        raise ProblemError(
-            "--on model",
-            f"not available for {law.name}: the batch of the model has {_jobs.MODELLED_WORDS}",
-            "Use --on bench.",
-        )
     if request.route == "thesis":
-        _thesis(request, law, modelled)
+        _thesis(request, law)
         evaluations = thesis.TRIALS
     present = _laws.gains_of(request.settings.controller, law)
     control = _laws.with_gains(request.settings.controller, law, present)
     start = request.settings._replace(controller=control)
     ensemble, held_out = _ensembles(request, start, seed)
-    engine = f"{stage}-{'model' if modelled and request.on != 'bench' else 'bench'}"
     return Plan(
-        request, law, objective, engine, start, evaluations, seed, ensemble, held_out, weights
-    )
+        request, law, objective, f"{stage}-bench", start, evaluations, seed, ensemble, held_out,
+        weights,
+    )  # fmt: skip
 
 
-def _thesis(request: Request, law: Law, modelled: bool) -> None:
+def _thesis(request: Request, law: Law) -> None:
     """Refuse options that the thesis' route does not have."""
-    if not modelled:
+    if request.stage != "macro" or law.name not in PD_LAWS:
         raise ProblemError(
             "--route thesis",
             f"only for the PD of the macro-stage, not for {request.stage} {law.name}",
@@ -110,7 +100,6 @@ def _thesis(request: Request, law: Law, modelled: bool) -> None:
         )
     given = (
         ("--robust", request.robust),
-        ("--on bench", request.on == "bench"),
         ("--evaluations", request.evaluations is not None),
         ("--seed", request.seed is not None),
         ("--penalty", bool(request.penalties)),

@@ -31,13 +31,12 @@ class Found(NamedTuple):
     costs: Array  # of these
 
 
-def members(evaluations: int, knobs: int, block: int = 1) -> int:
-    """Size of a generation: ten per knob, rounded up to whole blocks.
+def members(evaluations: int, knobs: int) -> int:
+    """Size of a generation: ten per knob.
 
     It is smaller if four generations would not fit, and takes all in one as a last resort.
     """
-    wanted = -(-PER_KNOB * knobs // block) * block
-    fewer = min(wanted, evaluations // 4)
+    fewer = min(PER_KNOB * knobs, evaluations // 4)
     return fewer if fewer >= FEWEST else min(max(evaluations // 2, FEWEST), evaluations)
 
 
@@ -50,12 +49,11 @@ def minimise(
     start: Array,
     evaluations: int,
     seed: int,
-    block: int = 1,
     progress: Callable[[int, float], None] = lambda done, best: None,
 ) -> Found:
     """Search for the least cost; the first generation is a Latin hypercube."""
     knobs = len(start)
-    size = members(evaluations, knobs, block)
+    size = members(evaluations, knobs)
     drawn = latin(knobs, size, seed)
     drawn[0] = start
     history: list[float] = []

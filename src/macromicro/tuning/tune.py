@@ -10,7 +10,8 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.design.margins import Margins
 from macromicro.settings import Settings
-from macromicro.tuning import _jobs, _laws, _measuring, _objectives, loops, thesis
+from macromicro.tuning import _laws, _measuring, _objectives, loops, thesis
+from macromicro.tuning._engine import Engine
 from macromicro.tuning._ensemble import Ensemble
 from macromicro.tuning._measuring import Shown
 from macromicro.tuning._objectives import Scale
@@ -129,7 +130,6 @@ def search(plan: Plan, progress: Progress = lambda done, best: None) -> Searched
         law.present(),
         plan.evaluations,
         plan.seed,
-        _jobs.unit(plan.engine) if plan.ensemble is None else 1,
         progress,
     )
     gains, cost, rejected = present, before, 0
@@ -151,21 +151,24 @@ def _holds(plan: Plan, gains: Array) -> bool:
 
 
 def engine_costs(plan: Plan) -> Callable[[Array], Array]:
-    each, ensemble = _each(plan, plan.engine, plan.ensemble), plan.ensemble
+    each, ensemble = _each(plan, plan.ensemble), plan.ensemble
     return lambda gains: each(gains)[:, 0] if ensemble is None else ensemble.total(each(gains))
 
 
-def _each(plan: Plan, engine: str, ensemble: Ensemble | None) -> Callable[[Array], Array]:
-    """Costs (n, members) of gains (n, gains) on an engine."""
-    metrics, scale = _metrics(plan, engine, ensemble)
+def _each(plan: Plan, ensemble: Ensemble | None) -> Callable[[Array], Array]:
+    """Costs (n, members) of gains (n, gains)."""
+    metrics, scale = _metrics(plan, ensemble)
     return lambda gains: _objectives.costs(plan.objective, metrics(gains), scale)
 
 
 def _metrics(
-    plan: Plan, engine: str, ensemble: Ensemble | None
+    plan: Plan, ensemble: Ensemble | None
 ) -> tuple[Callable[[Array], dict[str, Array]], Scale]:
-    """A function from gains to metrics on an engine, and the scale of their costs."""
-    many = _jobs.engine(engine, plan.start, plan.law, ensemble)
+    """A function from gains to metrics, and the scale of their costs."""
+    from macromicro import batch
+
+    members = () if ensemble is None else ensemble.on_bench()
+    many = Engine(batch.job(plan.engine, settings=plan.start), plan.law.paths, *members)
     first = many.metrics(_laws.gains_of(plan.start.controller, plan.law)[None, :])
     return many.metrics, _scale(plan, first)
 
@@ -218,9 +221,8 @@ def _robust(plan: Plan, tuned: Settings) -> tuple[tuple[float, float] | None, He
     if plan.ensemble is None or plan.held_out is None:
         return None, None
     gains = np.stack([_laws.gains_of(s.controller, plan.law) for s in (plan.start, tuned)])
-    engine = f"{plan.request.stage}-bench"
-    searched = plan.ensemble.total(_each(plan, engine, plan.ensemble)(gains))
-    metrics, scale = _metrics(plan, engine, plan.held_out)
+    searched = plan.ensemble.total(_each(plan, plan.ensemble)(gains))
+    metrics, scale = _metrics(plan, plan.held_out)
     each = _objectives.costs(plan.objective, metrics(gains), scale)
     held_out = HeldOut(_two(plan.held_out.total(each)), int(np.sum(each[1] < each[0])))
     return _two(searched), held_out

@@ -102,10 +102,3 @@ def columns(
     """Values at the varied parameters, for a batch."""
     paths = tuple(path for each in uncertain for path, _ in each.parts)
     return paths, np.array([[float(value_at(tree, path)) for path in paths] for tree in trees])
-
-
-def on_model(uncertain: Sequence[Uncertain], amounts: Array, quantity: str) -> Array:
-    """Factor of each machine on a quantity of the macro-stage's model."""
-    powers = np.array([dict(each.model).get(quantity, 0.0) for each in uncertain])
-    found: Array = np.prod(np.where(powers == 0.0, 1.0, amounts) ** powers, axis=1)
-    return found

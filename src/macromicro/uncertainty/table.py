@@ -9,8 +9,6 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.schema.text import printable, read_toml
 
 FACTOR, SHIFT, VALUE = "factor", "shift", "value"
-# What the macro-stage's model (4.2)-(4.5) has of it: gain and pole of (4.2), the dead zone.
-GAIN, POLE, WIDTH = "gain", "pole", "width"
 
 
 class Uncertain(NamedTuple):
@@ -29,9 +27,6 @@ class Uncertain(NamedTuple):
     # meaning, source: for a person
     meaning: str
     source: str
-    # what of the macro-stage's model goes with it: `GAIN`, `POLE` or `WIDTH`, each multiplied by
-    # the amount to the power that is given. Empty for what the model has not
-    model: tuple[tuple[str, float], ...] = ()
 
 
 def read(path: Path) -> tuple[Uncertain, ...]:
@@ -86,13 +81,10 @@ def _row(told: Any, where: str) -> Uncertain:
         text("unit", ""),
         text("meaning"),
         text("source", ""),
-        tuple(told.get("model", {}).items()),
     )
 
 
-_KEYS = (
-    "name", "stage", "paths", "weights", "kind", "range", "unit", "meaning", "source", "model",
-)  # fmt: skip
+_KEYS = ("name", "stage", "paths", "weights", "kind", "range", "unit", "meaning", "source")
 UNCERTAIN: tuple[Uncertain, ...] = read(Path(__file__).with_name("table.toml"))
 # In what a bench may differ from every model: none of it at the settings' defaults.
 VARIANTS: tuple[Uncertain, ...] = read(Path(__file__).with_name("variants.toml"))

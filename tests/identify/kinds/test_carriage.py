@@ -12,8 +12,8 @@ from macromicro.identify import kinds
 from macromicro.identify.kinds import carriage
 from macromicro.identify.picking import Picking, loaded, runs
 from macromicro.plant import bench
-from macromicro.runs import strokes
 from macromicro.settings import Settings
+from macromicro.thesis import strokes
 
 VOLTS = np.concatenate([strokes.efforts(5.0)[:9000]])
 

@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from macromicro.control.contract import Finding
+from macromicro.conformance import Finding
+from macromicro.rig import _strokes
+from macromicro.rig._strokes import ENOUGH, HAND, LIMITS, LONGEST, STILL, Driven
 from macromicro.rig.session import Fixture
-from macromicro.rig.walk import _strokes
-from macromicro.rig.walk._strokes import ENOUGH, HAND, LIMITS, LONGEST, STILL, Driven
 
 CTRL = 1.7  # V, for `HEATED`: the virtual wire then contracts by some tenths of a millimetre
 HEATED = 1.0  # s

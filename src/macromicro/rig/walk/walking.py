@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from macromicro.control.contract import Finding
-from macromicro.rig.contract import failed
+from macromicro.conformance import Finding, failed
+from macromicro.rig._strokes import Driven
 from macromicro.rig.session import Fixture
 from macromicro.rig.walk import steps
-from macromicro.rig.walk._strokes import Driven
 from macromicro.rig.walk.steps import Known, Limits
 
 GO, SKIP, END = "go", "skip", "end"

@@ -11,6 +11,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.control.live.leading import Course
 from macromicro.errors import InputError
+from macromicro.kernel import compiled
 from macromicro.machines import composite, guarding, lines, pace, period, stage
 from macromicro.machines.composite import AnyMachine
 from macromicro.machines.guard_words import OTHER_AXIS
@@ -129,7 +130,7 @@ class Control:
             self._period = period.period(stages, recorded=False)
         free, self._switch = [stage.opened(k) for k in kinds], [k.switch for k in kinds]
         if stages is None:
-            free = [stage.quickest(each, kind) for each, kind in zip(free, kinds, strict=True)]
+            free = [compiled(each) for each in free]
             self._switch = [stage.switching(kind) for kind in kinds]
         self._free = free
         self._apart = stages is None or len(kinds) == 1  # several rigs need each period in step

@@ -12,11 +12,11 @@ import numpy as np
 
 from macromicro.control.live.alone import SENSORS
 from macromicro.control.live.leading import Course
+from macromicro.kernel import compiled
 from macromicro.machines import composite, guarding, lines, open_rig, pace
 from macromicro.machines.composite import AnyMachine, Composite
 from macromicro.machines.guarding import Watch
 from macromicro.machines.signals import Sample
-from macromicro.machines.stage import quickest
 from macromicro.rig.session import Session
 from macromicro.rig.twin import VirtualClock, noise_source
 from macromicro.serve import faults
@@ -68,8 +68,8 @@ class Simulated(Entered):
         self._shares = [float(own.encoder.pitch) / pitch for own, pitch in each]
         self.clock = VirtualClock(self)
         self.source = _off(len(trees))
-        self._measure = [quickest(kind.measure, kind) for kind in self.kinds]
-        self._sense = [quickest(k.sense, k) if k.lines else k.sense for k in self.kinds]
+        self._measure = [compiled(kind.measure) for kind in self.kinds]
+        self._sense = [compiled(k.sense) if k.lines else k.sense for k in self.kinds]
         self._bench = composite.bench(machine, tree)
         stages = zip(self.kinds, self._bench.stages, strict=True)
         self._states: Any = tuple(kind.initial(params) for kind, params in stages)

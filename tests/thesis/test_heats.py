@@ -6,7 +6,7 @@ import numpy as np
 
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
-from macromicro.runs import heats
+from macromicro.thesis import heats
 
 
 def test_levels_held_steps_stairs_and_bursts() -> None:

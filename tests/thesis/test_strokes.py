@@ -3,8 +3,8 @@
 import numpy as np
 
 from macromicro.plant import bench
-from macromicro.runs import strokes
 from macromicro.settings import Settings
+from macromicro.thesis import strokes
 
 PLANT = bench.prepare(Settings().bench, Settings().sensors)
 
