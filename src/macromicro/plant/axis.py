@@ -63,7 +63,7 @@ class State(NamedTuple):
     v: Annotated[float, Meaning("position and speed of the load, without pitch error")]
     xm: Annotated[float, Meaning("the motor's side of the drive, in the same units")]
     vm: Annotated[float, Meaning("the motor's side of the drive, in the same units")]
-    rubbed: Annotated[float, Meaning("deflection of the friction's bristles", "m")]
+    rubbed: Annotated[float, Meaning("deflection of the friction's bristles, in the same units")]
     i: Annotated[float, Meaning("current", "A")]
     effort: Annotated[float, Meaning("that acts now, V at the D/A")]
 
