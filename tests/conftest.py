@@ -41,11 +41,13 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _warm_processes() -> None:
+def _warm_processes() -> Iterator[None]:
     """Loops and workers are forked from a process that is warm; see `tests.warm`."""
     warm.workers_are_forked()
     if "macromicro.serve._launching" in sys.modules:
         warm.loops_are_forked()
+    yield
+    warm.end()
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -15,10 +15,12 @@ import threading
 import types
 from collections.abc import Mapping, Sequence
 from multiprocessing import util
-from typing import Any
+from typing import Any, ClassVar
+from weakref import WeakSet
 
 _CODE = "import sys; from tests.warm_server import main; main(*sys.argv[1:])"
 _PR_SET_CHILD_SUBREAPER = 36
+_turn = threading.Lock()  # of all servers: while one forks, this process takes orphans
 
 
 class Server:
@@ -26,7 +28,6 @@ class Server:
 
     def __init__(self, preloaded: str) -> None:
         self._preloaded = preloaded
-        self._turn = threading.Lock()
         self._owner = 0
         self._end: socket.socket | None = None
 
@@ -46,7 +47,7 @@ class Server:
             "descriptors": [0, 1, 2, *passed],
             "session": session,
         }
-        with self._turn:
+        with _turn:
             if self._owner != os.getpid():  # a fork of its owner needs one of its own
                 self._start()
             assert self._end is not None
@@ -84,6 +85,7 @@ class Command(subprocess.Popen[Any]):
     """`subprocess.Popen` of `[sys.executable, "-m", "macromicro", ...]`."""
 
     server = COMMANDS
+    running: ClassVar[WeakSet[Command]] = WeakSet()
 
     def _execute_child(  # type: ignore[override]
         self, args: Any, _: Any, __: Any, ___: Any, pass_fds: Any, cwd: Any, env: Any, *rest: Any
@@ -94,8 +96,18 @@ class Command(subprocess.Popen[Any]):
         try:
             self.pid = self.server.forked(args[1:], streams, pass_fds, cwd, env, new_session)
             self._child_created = True
+            if self.server is COMMANDS:  # loops belong to stations, which may outlive a file
+                self.running.add(self)
         finally:
             self._close_pipe_fds(*pipes)
+
+
+def end() -> None:
+    """Kill the commands that tests have left running."""
+    for left in Command.running:
+        if left.poll() is None:
+            left.kill()
+            left.wait()
 
 
 class Loop(Command):
