@@ -21,8 +21,9 @@ FORM = "MODULE:KIND of your own"
 
 def named(name: str) -> Kind | None:
     found = next((kind for kind in KINDS if kind.name == name), None)
-    if found is None and name in plugins.registered(GROUP):
-        return _of_others(name, f"the machine {printable(name)}")
+    installed = plugins.registered(GROUP).get(name)
+    if found is None and installed is not None:
+        return _of_others(installed, f"the machine {printable(name)}")
     return found
 
 
