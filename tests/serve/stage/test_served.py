@@ -186,7 +186,7 @@ def test_programmes_run_live_and_gains_change(screw: Served) -> None:
         assert screw.mm() == pytest.approx(last, abs=tolerance)
     for text, words in (
         (PLACES.replace("60 mm", "82 mm"), "82 mm"),
-        ('[[moves]]\nmicro = "1 mm"\nhold = "1 s"', "no micro-stage"),
+        ('[[moves]]\nmicro = "1 mm"\nhold = "1 s"', "Accepted: one of to, hold"),
         (PROFILE.replace("100 mm/s", "9 m/s").replace("1 m/s", "90 m/s"), "guard.speed"),
     ):
         screw.send(f"PROG:LOAD {block(text)}")
