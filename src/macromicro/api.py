@@ -25,7 +25,7 @@ from macromicro.rig.opening import TWIN
 from macromicro.runs import arrivals, judging, programmed
 from macromicro.runs.job import DEFAULT, load, place
 from macromicro.schema import config, keys
-from macromicro.schema.text import read_toml
+from macromicro.schema.text import is_toml, read_toml
 from macromicro.settings import Settings
 
 PathLike = str | os.PathLike[str]
@@ -149,8 +149,7 @@ def _is_machine(what: PathLike | Programme | None) -> bool:
     if what is None or isinstance(what, Programme):
         return False
     path = Path(os.fspath(what))
-    is_toml = path.suffix.lower() == ".toml" and path.is_file()
-    return is_toml and config.MACHINE in read_toml(path, config.WHAT)
+    return is_toml(path.name) and path.is_file() and config.MACHINE in read_toml(path, config.WHAT)
 
 
 def _run_machine(

@@ -12,6 +12,7 @@ from macromicro.machines import machine as machines
 from macromicro.machines import stage_trees
 from macromicro.machines.machine import Machine
 from macromicro.machines.period import Bench, Extra, Stages
+from macromicro.place import Place
 from macromicro.schema.keys import found, unknown
 from macromicro.schema.text import printable
 
@@ -84,6 +85,11 @@ def refuse_law(law: str | None, stages: Sequence[str]) -> None:
 
 def names(machine: AnyMachine) -> tuple[str, ...]:
     return tuple(name for name, _ in machine.stages)
+
+
+def places(machine: AnyMachine) -> tuple[Place, ...]:
+    """The units of the stages."""
+    return tuple(one.kind.place for _, one in machine.stages)
 
 
 def under(machine: AnyMachine, settings: Any) -> Any:

@@ -35,7 +35,7 @@ def empty_pair(*given: Any) -> tuple[tuple[()], tuple[()]]:
 
 @kernel
 def empty_and_false(*given: Any) -> tuple[tuple[()], bool]:
-    """The end of a fold that makes a tuple and asks whether one of it is so."""
+    """The end of a fold that makes a tuple and asks whether one entry is so."""
     return (), False
 
 

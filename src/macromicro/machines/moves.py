@@ -12,7 +12,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.machines import planning
-from macromicro.machines.composite import Composite, names
+from macromicro.machines.composite import Composite, names, places
 from macromicro.machines.planning import Schedule, Way
 from macromicro.motion import s_curve
 from macromicro.motion.path import MEET
@@ -42,10 +42,6 @@ class Course(NamedTuple):
     title: str
     legs: tuple[Any, ...]
     source: str
-
-
-def places(machine: Composite) -> list[Place]:
-    return [one.kind.place for _, one in machine.stages]
 
 
 def usual(machine: Composite, settings: Any) -> Course:

@@ -16,7 +16,7 @@ from macromicro.place import LENGTH, Place
 from macromicro.types import ENABLE, QUIET, SAFE, Lines, Outputs, Rig
 from macromicro.types import Sample as Shown
 
-_OTHERS = SAFE[1:]  # outputs of a stage's motor alone
+_OTHERS = SAFE[1:]  # outputs beside the motor's, which this stage leaves safe
 
 
 class Wired(NamedTuple):

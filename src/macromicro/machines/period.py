@@ -142,8 +142,8 @@ def period(stages: Stages, recorded: bool = True) -> Period:
     ``run(bench, loops, state, noise, out, dt) -> (state, written)`` runs up to as many control
     periods as there are rows of noise, until the programme is done or a guard trips (that period is
     the last written), with `out` of shape (columns, periods). `loops` and `noise` have one entry a
-    stage. Arrays of the state are changed in place; `fastest` leaves them as they are. Not
-    `recorded`, it writes only what a live machine looks at: efforts, lines and laws' own columns.
+    stage. Arrays of the state are changed in place; `fastest` leaves them as they are. Unless
+    `recorded`, it writes only what a live machine looks at: efforts, lines, laws' own columns.
     """
     for kind, law in zip(stages.kinds, stages.laws, strict=True):
         joining.joined(kind.measure, kind.advance, kind.show, law.step, kind.sense, kind.switch)

@@ -72,7 +72,7 @@ class JointMove(NamedTuple):
 def of(machine: AnyMachine, recording: Recording, planned: Planned, settings: Any) -> list[Any]:
     """A `MoveResult` a move of a machine of one stage, a `JointMove` of one of several."""
     trees, plans = machine.trees(settings), planning.each(planned)
-    places = [one.kind.place for _, one in machine.stages]
+    places = composite.places(machine)
     if isinstance(planned, Plan):
         return moves(recording, planned, settings.arrival, places[0])
     if not len(recording):

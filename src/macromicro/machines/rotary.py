@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from functools import cache
 from typing import Any, NamedTuple
 
 from macromicro.control import cascade
@@ -31,7 +32,7 @@ from macromicro.machines.stage import Kind
 from macromicro.machines.tree import Checked, Problem, Rule, machine_tree, settled
 from macromicro.place import ANGLE
 from macromicro.plant.power import Amplifier
-from macromicro.schema.par import entries
+from macromicro.schema.par import Par, entries
 
 NAME = "rotary"
 TITLE = "one axis that a motor turns"
@@ -59,13 +60,20 @@ _ENDLESS: dict[str, Callable[[Any], float]] = {
 }
 
 
+@cache
+def _parameters(kind: Any) -> dict[str, Par]:
+    """The parameters of a tree by path; each rule asks for its own, again for every variant."""
+    return {e.path: e.par for e in entries(kind())}
+
+
 def _rule(path: str, rule: Callable[[Any], Any]) -> Rule:
     """The rule of an axis, or its replacement for continuous rotation; angles round in degrees."""
 
     def made(tree: Any) -> Any:
         endless = _ENDLESS.get(path) if tree.load.endless else None
         value = rule(tree) if endless is None else endless(tree)
-        par = next(e.par for e in entries(tree) if e.path == path)
+        kind: Any = type(tree)
+        par = _parameters(kind)[path]
         if "deg" not in par.read_in:
             return value
         degrees = par.given(value)

@@ -54,8 +54,7 @@ def kind(machine: AnyMachine) -> Any:
     """The ``NamedTuple`` of a machine's figures: `Trial`, or one with those of each stage."""
     if isinstance(machine, Machine):
         return Trial
-    places = tuple(one.kind.place for _, one in machine.stages)
-    return _joint(composite.names(machine), places, machine.has_plane)
+    return _joint(composite.names(machine), composite.places(machine), machine.has_plane)
 
 
 @lru_cache(maxsize=16)

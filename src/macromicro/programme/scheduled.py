@@ -150,7 +150,7 @@ def _rows(text: str, limits: Limits, file: str) -> Iterator[_Row]:
         _header(cells, columns, words, where)
 
     for line in csv_rows.table(text, file, header, words):
-        row = _row(line.line, line.cells, limits, line.where)
+        row = _row(line, columns, limits)
         csv_rows.increasing(row.t, t, line.where)
         t = row.t
         yield row
@@ -190,10 +190,10 @@ def _header(
         raise ProblemError(where, f"column {LEARNED} stands alone", accepted)
 
 
-def _row(line: int, cells: dict[str, str], limits: Limits, where: str) -> _Row:
-    (columns, _), t, targets = _accepted(limits), 0.0, [math.nan, math.nan]
+def _row(line: csv_rows.Row, columns: dict[str, tuple[int, float]], limits: Limits) -> _Row:
+    where, t, targets = line.where, 0.0, [math.nan, math.nan]
     exact, correction = [math.nan, math.nan], 0.0
-    for name, text in cells.items():
+    for name, text in line.cells.items():
         place = f"{where}, {name}"
         kind, per_unit = columns[name]
         number = csv_rows.number(text, place)
@@ -217,4 +217,4 @@ def _row(line: int, cells: dict[str, str], limits: Limits, where: str) -> _Row:
         place = f"{where}, {LEARNED}"
         shown = f"{targets[MICRO] + correction} m with the target"
         admitted(targets[MICRO] + correction, MICRO, limits, place, shown)
-    return _Row(line, t, (targets[0], targets[1]), (exact[0], exact[1]), correction)
+    return _Row(line.line, t, (targets[0], targets[1]), (exact[0], exact[1]), correction)

@@ -10,7 +10,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED, finish, line, new
-from macromicro.machines import results
+from macromicro.machines import composite, results
 from macromicro.machines.composite import Composite, names
 from macromicro.machines.joint import contour
 from macromicro.machines.joint.settings import AXES
@@ -112,7 +112,7 @@ def axes_over_time(
     figure, grid = new(9.4, 4 if plane else 3, sharex=True)
     places, errors, *paths, efforts = grid[:, 0]
     t = recording["t"]
-    units = [one.kind.place for _, one in machine.stages]
+    units = composite.places(machine)
     trees = machine.trees(settings)
     same = len(set(units)) == 1
     for k, (name, own, place) in enumerate(zip(names(machine), trees, units, strict=True)):

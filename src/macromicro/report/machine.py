@@ -12,11 +12,10 @@ import macromicro
 from macromicro.drawing.page import Picture
 from macromicro.machines import composite, planning, results
 from macromicro.machines.composite import Composite
-from macromicro.machines.job import Ended, Job
+from macromicro.machines.job import Ended
 from macromicro.machines.joint.settings import UPPER
 from macromicro.machines.machine import as_toml
 from macromicro.machines.tree import gains
-from macromicro.place import Place
 from macromicro.report import _machine_page, joint_figures, stage_figures
 from macromicro.report._figures import Drawn
 from macromicro.report.words import Line, amount
@@ -139,7 +138,7 @@ def _table_of_one(ended: Ended) -> list[Line]:
 
 
 def _target(ended: Ended, m: Any) -> str:
-    units = [place.unit for place in _places(ended.job)]
+    units = [place.unit for place in composite.places(ended.job.machine)]
     if len(set(units)) == 1:
         return f"{', '.join(f'{value:.6g}' for value in m.target)} {units[0]}"
     return ", ".join(f"{value:.6g} {unit}" for value, unit in zip(m.target, units, strict=True))
@@ -158,15 +157,10 @@ def _stage_errors(ended: Ended, m: Any) -> Iterator[str]:
             yield amount(None if e is None else 1e3 * e, 2, one.kind.place.fine)
 
 
-def _places(job: Job) -> list[Place]:
-    """The units of the stages."""
-    return [one.kind.place for _, one in job.machine.stages]
-
-
 def verdict(ended: Ended) -> str:
     job, moves = ended.job, ended.moves
     place = job.machine.stages[0][1].kind.place
-    rests = results.rests(moves, _places(job))
+    rests = results.rests(moves, composite.places(job.machine))
     if np.isfinite(planning.each(job.plan)[0].end):  # set points come by time, and wait for nothing
         peak = max((m.peak_error for m in moves), default=None)
         return arrivals.verdict(rests, 0, place, followed=peak and peak / place.per)
@@ -259,7 +253,7 @@ def problems(ended: Ended) -> list[str]:
     elif not ended.finished:
         count = f"move {len(ended.moves)} of {job.planned}"
         found.append(f"the programme did not finish: {count} at {ended.simulated:.3f} s")
-    lost = arrivals.lost(results.rests(ended.moves, _places(job)))
+    lost = arrivals.lost(results.rests(ended.moves, composite.places(job.machine)))
     if lost and np.isnan(planning.each(job.plan)[0].end):
         patience = max(own.arrival.patience for own in job.machine.trees(job.settings))
         found.append(f"{lost} within {patience:g} s of the profile's end")

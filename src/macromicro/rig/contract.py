@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from macromicro.conformance import Checks, Finding, failed, performed, require
+from macromicro.conformance import Broken, Checks, Finding, failed, performed, require
 from macromicro.rig.cards._roles import DIGITAL, ROLES
 from macromicro.rig.session import BENCH, Fixture, Session
 
@@ -132,7 +132,7 @@ def _units(fixture: Fixture, watched: Watched) -> str:
             require(abs(worst) <= most, f"{channel} is {worst:g}", remedy)
         else:
             for odd in seen[seen != np.round(seen)].tolist():
-                require(False, f"{channel} is {odd!r}", "give whole counts of the encoder")
+                raise Broken(f"{channel} is {odd!r}", "give whole counts of the encoder")
     return ", ".join(f"{c} {values(watched.samples, c)[-1]:.6g}" for c in fixture.channels)
 
 

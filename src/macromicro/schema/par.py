@@ -398,7 +398,7 @@ def with_sets(sets: Mapping[str, Any], before: str) -> Callable[[type[S]], type[
     return made
 
 
-def extended(base: type[S], new: Mapping[str, tuple[Any, Any]], before: str = "") -> type[S]:
+def extended(base: type[S], new: Mapping[str, tuple[Any, Any]], before: str) -> type[S]:
     """A parameter set with further fields.
 
     Parameters
@@ -407,8 +407,8 @@ def extended(base: type[S], new: Mapping[str, tuple[Any, Any]], before: str = ""
         All its own fields have defaults.
     new : Mapping[str, tuple[Any, Any]]
         Field name to annotation and default.
-    before : str, optional
-        The field before which they are inserted; "" for the end.
+    before : str
+        The field before which they are inserted.
 
     Returns
     -------
@@ -426,7 +426,7 @@ def extended(base: type[S], new: Mapping[str, tuple[Any, Any]], before: str = ""
     fields: dict[str, Any] = dict(getattr(base, "__annotations__", {}))
     defaults = dict(getattr(base, "_field_defaults", {}))
     names = list(fields)
-    at = names.index(before) if before else len(names)
+    at = names.index(before)
     names[at:at] = new
     fields.update({name: kind for name, (kind, _) in new.items()})
     defaults.update({name: value for name, (_, value) in new.items()})

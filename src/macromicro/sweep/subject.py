@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 Factory = Callable[..., "Job"]
 Options = tuple[tuple[str, Any], ...]
 
-JOB = "job"
 _READ = (".toml", ".csv")  # what a job may read
 TREES = ("settings", "tree")  # what jobs call the parameters that variants start from
 _KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}
@@ -67,7 +66,7 @@ def read(raw: dict[str, Any], path: Path, factory: Factory, law: str | None = No
     known = plain_options(job)
     options = _options(raw.get("options", {}), known, f"{file}, options")
     job = _made(factory, name, options, file)
-    files = _contents((*options, (JOB, name)) if whole else options)
+    files = _contents([("job", name), *((f"options.{key}", value) for key, value in options)])
     if "config" in raw or law is not None:
         tree = _tree(raw.get("config"), path, job, law)
         changed = difference(tree, job.base()).items()
@@ -119,13 +118,13 @@ def _options(raw: object, known: dict[str, Any], where: str) -> Options:
     return tuple(sorted(raw.items()))
 
 
-def _contents(options: Options) -> tuple[tuple[str, str], ...]:
-    """Digests of the files that options name: a changed programme is another sweep."""
+def _contents(named: Iterable[tuple[str, Any]]) -> tuple[tuple[str, str], ...]:
+    """Digests of the files that keys of a spec name: a changed programme is another sweep."""
     found = []
-    for key, value in options:
+    for key, value in named:
         if isinstance(value, str) and value.endswith(_READ) and Path(value).is_file():
             digest = hashlib.sha256(Path(value).read_bytes()).hexdigest()
-            found.append((f"content of options.{key}", digest))
+            found.append((f"content of {key}", digest))
     return tuple(found)
 
 

@@ -126,13 +126,12 @@ class Control:
             checked(one, own, f"{name}." if name else "")
         if stages is None:
             self._period = period.in_place(simulated)
+            self._free = [compiled(stage.opened(kind)) for kind in kinds]
+            self._switch = [stage.switching(kind) for kind in kinds]
         else:
             self._period = period.period(stages, recorded=False)
-        free, self._switch = [stage.opened(k) for k in kinds], [k.switch for k in kinds]
-        if stages is None:
-            free = [compiled(each) for each in free]
-            self._switch = [stage.switching(kind) for kind in kinds]
-        self._free = free
+            self._free = [stage.opened(kind) for kind in kinds]
+            self._switch = [kind.switch for kind in kinds]
         self._apart = stages is None or len(kinds) == 1  # several rigs need each period in step
         before = [f"{name}_" if name else "" for name in composite.names(machine)]
         names = [column.name for column in period.columns(self.stages)]
