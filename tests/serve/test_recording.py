@@ -139,14 +139,13 @@ def test_the_machine_goes_on_or_stops_as_configured(
 
     monkeypatch.setattr(recorder, "write_all", full)
     finished = machine.finished(moving.id, 60.0)
+    until(lambda: ("recording", "failed") in [(e.kind, e.cause) for e in machine.events()[1]])
     monkeypatch.undo()
     assert finished is not None
     assert finished.outcome == end
     state = machine.snapshot().recording
     assert not state.active
     assert "No space left" in state.error
-    causes = [(e.kind, e.cause) for e in machine.events()[1]]
-    assert ("recording", "failed") in causes
     read = recordings.Recording.load(tmp_path / "a.h5")
     assert read.rows == state.rows > 100
     assert np.allclose(np.diff(read["t"]), 1e-3)

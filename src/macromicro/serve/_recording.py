@@ -96,7 +96,7 @@ class Recording:
         return self._state
 
     def _run(self) -> None:
-        due = time.monotonic() + FLUSHED
+        due, failure = time.monotonic() + FLUSHED, ""
         try:
             while not self._enough.wait(EVERY):
                 self._drain()
@@ -105,17 +105,17 @@ class Recording:
                     due = time.monotonic() + FLUSHED
             self._drain()
         except (MacromicroError, OSError) as error:
-            self._state = self._state._replace(error=str(error))
+            failure = str(error)
             self._reason = f"{self._reason} ({error})" if self._reason else str(error)
         finally:
             self._trail.end_recording()
-            whole = self._reason == ASKED and not self._state.error
+            whole = self._reason == ASKED and not failure
             for name, value in {**ended(whole, self._met), "ended": self._reason}.items():
                 self._recorder.attribute(name, value)
             self._recorder.close()
-            self._state = self._state._replace(active=False)
-        if self._state.error:
-            self._failed(self._state.error)
+            self._state = self._state._replace(active=False, error=failure)
+        if failure:
+            self._failed(failure)
 
     def _drain(self) -> None:
         lost, self._count, block = self._shared.since(self._count)

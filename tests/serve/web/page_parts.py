@@ -105,12 +105,15 @@ class Page(Window):
         until(lambda: abs(self.station.snapshot().macro_count - start) > 20)
 
     def outcome(self, motion: int) -> str:
+        return self.ended(motion).outcome
+
+    def ended(self, motion: int) -> m.Finished:
         def end() -> m.Finished | None:
             self.station.heartbeat("test")
             return self.station.finished(motion, 0.01)
 
         found: m.Finished = until(end)
-        return found.outcome
+        return found
 
     def free(self) -> None:
         """Nobody holds control, and nothing moves: a stop at rest loses no position."""

@@ -17,6 +17,7 @@ from page_parts import Page
 from web_parts import until
 
 from macromicro.control.live import messages as m
+from macromicro.control.live.transitions import STOP
 from macromicro.serve.shared import INDEX
 from macromicro.serve.web import WebServer
 from tests.browser import DESK, LEAST_CONTRAST, PHONE, TEXTS, WIDER, contrast, luminance
@@ -168,7 +169,9 @@ def test_the_space_bar_stops_wherever_the_focus_is(ready: Page) -> None:
         motion = ready.begun()
         ready.moving()
         ready.keys(" ")
-        assert ready.outcome(motion) == m.STOPPED_BY_REQUEST
+        # On a busy computer the carriage may come to rest later than the loop waits for it.
+        ended = ready.ended(motion)
+        assert ended.evidence.get("cause") == STOP, ended
     assert " " not in ready.find("#move-value").get_attribute("value")
     assert ready.find("#words").get_attribute("value") == " "
     rests = ready.station.events()[0]
