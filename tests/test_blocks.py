@@ -126,7 +126,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro robust --config": TESTED + "tests/robustness/test_stage.py",
         "macromicro serve": TESTED + "tests/serve/stage",
         "$ nc": TESTED + "tests/serve/stage/test_served.py, such",
-        "macromicro sweep examples": TESTED + "tests/sweep/test_command.py",
+        "macromicro sweep examples": TESTED + "tests/sweeps/test_command.py",
     },
     "docs/own-machines.md": {
         "macromicro commission --rig": TESTED + "tests/commission/test_own.py",
@@ -176,9 +176,9 @@ CANNOT: dict[str, dict[str, str]] = {
     "docs/sweep.md": {
         ".venv/bin/pip install": "installs",
         "macromicro sweep SPEC.toml": DATA,
-        'job = "macro-bench"': TESTED + "tests/sweep/test_docs.py",
-        "import pyarrow": TESTED + "tests/sweep/test_docs.py",
-        "macromicro sweep examples/sweep-gains.toml": TESTED + "tests/sweep/test_docs.py",
+        'job = "macro-bench"': TESTED + "tests/sweeps/test_docs.py",
+        "import pyarrow": TESTED + "tests/sweeps/test_docs.py",
+        "macromicro sweep examples/sweep-gains.toml": TESTED + "tests/sweeps/test_docs.py",
     },
     "docs/tutorials/lab.md": {
         "macromicro serve": TESTED + "tests/commands/test_serving.py",

@@ -1,4 +1,4 @@
-"""Points of the unit cube; what holds for ranges of them is in tests/sweep/test_sampling.py."""
+"""Points of the unit cube; what holds for ranges of them is in tests/sweeps/test_sampling.py."""
 
 from __future__ import annotations
 

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from macromicro.remote.asynchronous import AsyncMachine as AsyncMachine
     from macromicro.remote.machine import connect as connect
     from macromicro.settings import Settings as Settings
+    from macromicro.studies import robust as robust
+    from macromicro.studies import sweep as sweep
+    from macromicro.studies import tune as tune
     from macromicro.traces import overlay as overlay
 
 __version__ = "0.1.0"
@@ -33,8 +36,11 @@ _HOMES = {
     "motion": "",
     "moves": "api",
     "overlay": "traces",
+    "robust": "studies",
     "run": "api",
+    "sweep": "studies",
     "tracking": "api",
+    "tune": "studies",
 }
 
 __getattr__, __dir__ = front_door(__name__, _HOMES)

@@ -16,7 +16,7 @@ from macromicro.machines import composite, compositions
 from macromicro.machines.joint import course, planning
 from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.trial import kind, trial
-from macromicro.sweep.subject import laws, parameters
+from macromicro.sweeps.subject import laws, parameters
 
 PLOTTER = Path(__file__).parents[2] / "examples" / "machines" / "xy-plotter.toml"
 PROGRAMME = '[[paths]]\nx = "20 mm"\ny = "10 mm"\nhold = "0.05 s"\n'

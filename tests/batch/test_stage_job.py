@@ -17,7 +17,7 @@ from macromicro.machines import machine as machines
 from macromicro.machines import planning
 from macromicro.machines.trial import Trial, trial
 from macromicro.schema.par import entries
-from macromicro.sweep.subject import laws
+from macromicro.sweeps.subject import laws
 
 PROGRAMME = '[[moves]]\nmacro = "5 mm"\nhold = "0.05 s"\n'
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binom, spearmanr
 
-from macromicro.robustness._statistics import LEVELS, rank_correlation, share, spread
+from macromicro.robustness.statistics import LEVELS, rank_correlation, share, spread
 
 counts = st.integers(1, 400).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n)))
 

@@ -9,12 +9,9 @@ from typing import Any, NamedTuple
 import typer
 
 from macromicro.commands.signals import Signals
-from macromicro.errors import InputError, ProblemError
+from macromicro.errors import ProblemError
 from macromicro.schema.text import printable
 
-OTHERS, FRESH = 8, 50  # machines of a robust search, and to judge it by
-MOST = 1000  # of them
-MAX_WORKERS = 256
 ENDING = "stopping after this generation with the best so far (again: stop at once without results)"
 
 
@@ -57,9 +54,11 @@ def tune(
     machines: tuple[int | None, int | None],
 ) -> None:
     """Search for better gains; `machines`: numbers of varied and of fresh ones, or None."""
+    from macromicro import studies
     from macromicro.batch import cores
     from macromicro.drawing.bar import progress
     from macromicro.drawing.files import formats
+    from macromicro.machines import compositions
     from macromicro.report.summary import as_json as to_json
     from macromicro.runs import folder
     from macromicro.schema import keys
@@ -67,15 +66,15 @@ def tune(
     from macromicro.tuning.evolution import Stop
 
     kinds = formats(asked.figures)
-    names, search, told, search_least = _tuned(asked)
-    if stage not in names:
-        raise InputError("stage", stage, f"{names[0]} for this machine")
+    machine, settings = compositions.load(asked.config, asked.law)
+    how = studies.tuner(machine, settings, printable(asked.config, 300))
+    how.check(stage, evaluations)
     aim = tuning.named(objective)
     keys.seed(asked.seed, "--seed")
-    keys.whole(evaluations, search_least, 1_000_000, "--evaluations")
+    names, told = how.names, how.told
     for option, count in zip(("--benches", "--held-out"), machines, strict=True):
         if count is not None:
-            keys.whole(count, 1, MOST, option)
+            keys.whole(count, 1, studies.MOST, option)
     folder.check(asked.out, 2_000_000, overwrite=asked.overwrite, names=told.FILES)
     with (
         Signals() as signals,
@@ -93,7 +92,7 @@ def tune(
         budget = tuning.Budget(evaluations, asked.seed, others, fresh, cores())
         signals.later(ENDING)
         try:
-            found = search(aim, budget, tell)
+            found = how.search(aim, budget, tell)
         except KeyboardInterrupt:  # a second signal
             print("macromicro: interrupted, nothing was written", file=sys.stderr)
             raise typer.Exit(signals.status) from None
@@ -120,32 +119,11 @@ def results(out: Path, settings: str, *, better: bool) -> str:
     return f"results: {out}" + (f"; try: macromicro run --config {out / settings}" * better)
 
 
-def _tuned(asked: Asked) -> tuple[tuple[str, ...], Any, Any, int]:
-    """Names of the tuned set, search, files and fewest designs."""
-    from functools import partial
-
-    from macromicro.machines import compositions, doubts, programmes
-    from macromicro.machines.machine import Machine
-    from macromicro.tuning import joint, joint_files, stage, stage_files
-
-    machine, settings = compositions.load(asked.config, asked.law)
-    doubts.refuse(settings, printable(asked.config, 300), "tune")
-    plan = programmes.plan(machine, settings, programmes.chosen(machine, settings))
-    if not isinstance(machine, Machine):
-        search = partial(joint.search, machine, settings, plan)
-        return (machine.name,), search, joint_files, joint.fewest(machine)
-    place = machine.kind.place
-
-    def search_one(aim: Any, budget: Any, tell: Any) -> Any:
-        return stage.search(machine, settings, plan, stage.named(aim.name, place), budget, tell)
-
-    return (machine.kind.name, machine.name, "macro"), search_one, stage_files, stage.LEAST
-
-
 def robust(
     asked: Asked, programme: str | None, samples: int, how: tuple[int | None, Path | None]
 ) -> None:
     """Vary a machine's parameters under the nominal law; `how`: threads, requirements file."""
+    from macromicro import studies
     from macromicro.batch import cores
     from macromicro.drawing.bar import progress
     from macromicro.drawing.files import formats
@@ -160,7 +138,7 @@ def robust(
     workers, limits = how
     counted(samples)
     if workers is not None:
-        keys.whole(workers, 1, MAX_WORKERS, "--workers")
+        keys.whole(workers, 1, studies.MAX_WORKERS, "--workers")
     title, required, study = _studied(asked, programme, limits)
     folder.check(asked.out, 2_000_000, overwrite=asked.overwrite, names=told.FILES)
     with (

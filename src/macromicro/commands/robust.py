@@ -122,6 +122,7 @@ def _request(
     workers: int | None,
 ) -> tuple[Request, Programme]:
     from macromicro import programme as programmes
+    from macromicro import studies
     from macromicro.batch import cores
     from macromicro.robustness import requirements as limits
     from macromicro.robustness.study import Request
@@ -134,7 +135,7 @@ def _request(
     counted(samples)
     keys.seed(seed, "--seed")
     if workers is not None:
-        keys.whole(workers, 1, _machine_studies.MAX_WORKERS, "--workers")
+        keys.whole(workers, 1, studies.MAX_WORKERS, "--workers")
     settings = settings_of(Settings(), *chosen)
     needed = limits.DEFAULTS if requirements is None else limits.load(requirements)
     plan = load(programmes.find(programme), settings)

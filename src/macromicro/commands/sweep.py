@@ -14,7 +14,7 @@ from macromicro.commands.group import PNG, Figures, Law, tell
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
-    from macromicro.sweep.run import Outcome, Ready, Request
+    from macromicro.sweeps.run import Outcome, Ready, Request
 
 
 def sweep(  # noqa: PLR0913, PLR0917 - one for each option
@@ -72,7 +72,7 @@ def sweep(  # noqa: PLR0913, PLR0917 - one for each option
         _list(spec)
         return
     from macromicro.drawing.files import formats
-    from macromicro.sweep.run import Request
+    from macromicro.sweeps.run import Request
 
     if spec is None:
         accepted = "Give SPEC.toml, --list, or --show with a folder."
@@ -94,9 +94,9 @@ def _sweep(request: Request, signals: Signals, kinds: Sequence[str] = (PNG,)) ->
     from macromicro.drawing.bar import progress
     from macromicro.report.provenance import software
     from macromicro.settings import Settings
-    from macromicro.sweep import run
-    from macromicro.sweep.results import constant
-    from macromicro.sweep.work import factory
+    from macromicro.sweeps import run
+    from macromicro.sweeps.results import constant
+    from macromicro.sweeps.work import factory
 
     ready = run.check(request)
     base = factory(ready.task.factory)(ready.task.spec.job, **dict(ready.task.spec.options)).base()
@@ -124,7 +124,7 @@ def _sweep(request: Request, signals: Signals, kinds: Sequence[str] = (PNG,)) ->
 
 
 def _draw(folder: Path, kinds: Sequence[str]) -> None:
-    from macromicro.sweep import figures
+    from macromicro.sweeps import figures
 
     for path in figures.save(folder, kinds):
         print(f"figure: {path}")
@@ -148,8 +148,8 @@ def _interrupted(request: Request, ready: Ready, outcome: Outcome) -> None:
 
 def _show(ready: Ready, outcome: Outcome) -> None:
     from macromicro.drawing.bar import span
-    from macromicro.sweep.folder import RESULTS
-    from macromicro.sweep.results import ranges
+    from macromicro.sweeps.folder import RESULTS
+    from macromicro.sweeps.results import ranges
 
     written = outcome.written
     assert written is not None
@@ -166,7 +166,7 @@ def _show(ready: Ready, outcome: Outcome) -> None:
 
 def _list(name: str | None) -> None:
     from macromicro import batch
-    from macromicro.sweep.subject import parameters, plain_options
+    from macromicro.sweeps.subject import parameters, plain_options
     from macromicro.units import shown
 
     for each in [name] if name is not None else list(batch.JOBS):

@@ -110,11 +110,13 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
             for option, count in (("--benches", benches), ("--held-out", held_out)):
                 options[option] = None if count is None else str(count)
         _machine_studies.only(options, _machine_studies.name_of(config))
+        from macromicro import studies
+
         place = chosen(out, Path(f"results/tune-{stage}"), overwrite=overwrite)
         asked = _machine_studies.Asked(config, law, place, overwrite, figures, as_json, seed or 0)
         several = (
-            _machine_studies.OTHERS if benches is None else benches,
-            _machine_studies.FRESH if held_out is None else held_out,
+            studies.OTHERS if benches is None else benches,
+            studies.FRESH if held_out is None else held_out,
         )
         budget = 300 if evaluations is None else evaluations
         _machine_studies.tune(asked, stage, objective, budget, several if robust else (None, None))

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.robustness._metrics import NAMES
-from macromicro.robustness._statistics import Rank, Share, rank_correlation, share
 from macromicro.robustness.requirements import Requirement
+from macromicro.robustness.statistics import Rank, Share, rank_correlation, share
 from macromicro.robustness.study import Study
 from macromicro.uncertainty.machines import centre
 from macromicro.uncertainty.table import Uncertain

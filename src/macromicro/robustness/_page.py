@@ -10,7 +10,7 @@ from macromicro.drawing.page import Picture, filled
 from macromicro.robustness import words
 from macromicro.robustness._findings import overall, worst
 from macromicro.robustness._metrics import METRICS, NAMES
-from macromicro.robustness._statistics import rank_correlation
+from macromicro.robustness.statistics import rank_correlation
 from macromicro.robustness.study import Study
 from macromicro.robustness.words import About
 

@@ -17,7 +17,7 @@ from macromicro.robustness import _figures, words
 from macromicro.robustness._findings import Worst, influences, overall, worst, yields
 from macromicro.robustness._metrics import NAMES, QUANTITIES
 from macromicro.robustness._page import page
-from macromicro.robustness._statistics import CONFIDENCE, LEVELS, spread
+from macromicro.robustness.statistics import CONFIDENCE, LEVELS, spread
 from macromicro.robustness.study import Study
 from macromicro.robustness.words import About
 from macromicro.runs import folder

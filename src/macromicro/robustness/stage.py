@@ -16,8 +16,8 @@ from macromicro.machines.joint.settings import NOTHING
 from macromicro.machines.machine import Machine
 from macromicro.machines.planning import Planned
 from macromicro.machines.trial import trials
-from macromicro.robustness._statistics import Share, share
 from macromicro.robustness.requirements import Requirement
+from macromicro.robustness.statistics import Share, share
 from macromicro.schema.keys import nearest
 from macromicro.schema.par import entries, value_at
 from macromicro.schema.text import printable

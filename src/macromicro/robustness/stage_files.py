@@ -14,9 +14,9 @@ from macromicro.columns import quantities
 from macromicro.drawing import files as drawings
 from macromicro.drawing.style import BLUE, GREEN, RED, finish, new
 from macromicro.place import LENGTH, Place
-from macromicro.robustness._statistics import CONFIDENCE, LEVELS, rank_correlation, spread
 from macromicro.robustness.requirements import Requirement
 from macromicro.robustness.stage import Study
+from macromicro.robustness.statistics import CONFIDENCE, LEVELS, rank_correlation, spread
 from macromicro.robustness.words import number
 from macromicro.runs import folder
 from macromicro.schema.text import plain, write_text

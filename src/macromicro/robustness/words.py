@@ -9,7 +9,7 @@ import numpy as np
 
 from macromicro.robustness._findings import Influence, Worst, Yield, influences, yields
 from macromicro.robustness._metrics import METRICS, QUANTITIES
-from macromicro.robustness._statistics import LEVELS, Rank, Share, spread
+from macromicro.robustness.statistics import LEVELS, Rank, Share, spread
 from macromicro.robustness.study import Study
 from macromicro.uncertainty.table import FACTOR, VALUE, Uncertain
 

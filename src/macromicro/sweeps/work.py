@@ -11,11 +11,11 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import MacromicroError
-from macromicro.sweep._journal import Block
-from macromicro.sweep._origin import Code
-from macromicro.sweep._sampling import Sampler
-from macromicro.sweep._spec import Spec
-from macromicro.sweep.subject import Factory, laws
+from macromicro.sweeps._journal import Block
+from macromicro.sweeps._origin import Code
+from macromicro.sweeps._sampling import Sampler
+from macromicro.sweeps._spec import Spec
+from macromicro.sweeps.subject import Factory, laws
 
 FACTORY = "macromicro.batch:job"
 PORTION = 0.1  # s of a core; blocks that are quicker are computed and journaled several at once

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from macromicro.errors import InputError
-from macromicro.sweep import _journal
-from macromicro.sweep._journal import Block, Writer
+from macromicro.sweeps import _journal
+from macromicro.sweeps._journal import Block, Writer
 
 DIGEST = "d" * 64
 COLUMNS = 3

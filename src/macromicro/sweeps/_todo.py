@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from macromicro.sweep._journal import Spans, gaps
+from macromicro.sweeps._journal import Spans, gaps
 
 
 class Chunk(NamedTuple):

@@ -18,11 +18,11 @@ from urllib.parse import urlsplit
 from macromicro.errors import InputError, ProblemError
 from macromicro.extras import remedy
 from macromicro.schema.text import printable
-from macromicro.sweep import _journal
-from macromicro.sweep._origin import Code, running
-from macromicro.sweep._todo import Chunk, Todo
-from macromicro.sweep.folder import locked, next_number
-from macromicro.sweep.work import Bench, SweepError, Task, foreign, sized, smoothed
+from macromicro.sweeps import _journal
+from macromicro.sweeps._origin import Code, running
+from macromicro.sweeps._todo import Chunk, Todo
+from macromicro.sweeps.folder import locked, next_number
+from macromicro.sweeps.work import Bench, SweepError, Task, foreign, sized, smoothed
 
 if TYPE_CHECKING:
     from distributed import Client, Future

@@ -11,8 +11,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from macromicro import batch, cli
-from macromicro.sweep._sampling import Sampler
-from macromicro.sweep._spec import load
+from macromicro.sweeps._sampling import Sampler
+from macromicro.sweeps._spec import load
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("sweep-*.toml"))

@@ -13,11 +13,11 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.recording import check_space
 from macromicro.runs import folder as runs
 from macromicro.schema.text import printable
-from macromicro.sweep import _cluster, _local, folder, results
-from macromicro.sweep._origin import code
-from macromicro.sweep._spec import Spec, load
-from macromicro.sweep._todo import Todo
-from macromicro.sweep.work import FACTORY, Task, factory
+from macromicro.sweeps import _cluster, _local, folder, results
+from macromicro.sweeps._origin import code
+from macromicro.sweeps._spec import Spec, load
+from macromicro.sweeps._todo import Todo
+from macromicro.sweeps.work import FACTORY, Task, factory
 
 if TYPE_CHECKING:
     from distributed import Client

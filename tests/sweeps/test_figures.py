@@ -10,9 +10,9 @@ from matplotlib.contour import ContourSet
 
 from macromicro.drawing.files import encoded
 from macromicro.errors import InputError
-from macromicro.sweep import _reading, figures
-from macromicro.sweep._reading import Quantity, Results
-from macromicro.sweep.run import Request, check, execute
+from macromicro.sweeps import _reading, figures
+from macromicro.sweeps._reading import Quantity, Results
+from macromicro.sweeps.run import Request, check, execute
 
 HEAD = 'job = "fake"\nmethod = "grid"\n[parameters]\n'
 
@@ -125,7 +125,7 @@ def test_saved_are_the_formats_asked_for(tmp_path: Path) -> None:
 
 def test_millions_are_read_in_part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """And then they are no map, but a cloud, which says so."""
-    monkeypatch.setattr("macromicro.sweep.results.GROUP", 4)
+    monkeypatch.setattr("macromicro.sweeps.results.GROUP", 4)
     monkeypatch.setattr(_reading, "MAX_CELLS", 60)
     levels = ", ".join(str(k) for k in range(1, 7))
     out = swept(tmp_path, HEAD + f"gain = [{levels}]\nteeth = [{levels}]\n")

@@ -16,9 +16,9 @@ import pytest
 from tests.command import command as macromicro
 
 from macromicro.errors import InputError
-from macromicro.sweep import _cluster, run
-from macromicro.sweep._origin import code, running
-from macromicro.sweep.work import SweepError
+from macromicro.sweeps import _cluster, run
+from macromicro.sweeps._origin import code, running
+from macromicro.sweeps.work import SweepError
 
 distributed = pytest.importorskip("distributed")
 FACTORY = "sweep_fake:job"
@@ -183,7 +183,7 @@ def test_a_scheduler_that_is_none_is_one_line(make: Make, tmp_path: Path, kind: 
 def test_a_client_that_dask_refuses_is_left_closed() -> None:
     """An address that gets as far as dask: what was half built does not complain later."""
     script = (
-        "from macromicro.errors import InputError\nfrom macromicro.sweep import _cluster\n"
+        "from macromicro.errors import InputError\nfrom macromicro.sweeps import _cluster\n"
         "try:\n    _cluster._reached('nonsense', 'here')\n"
         "except InputError as error:\n    print(error.where)"
     )

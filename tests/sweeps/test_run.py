@@ -14,9 +14,9 @@ import pytest
 from macromicro import __version__
 from macromicro.errors import InputError
 from macromicro.sampling import drawn_by
-from macromicro.sweep import folder, run
-from macromicro.sweep._origin import code
-from macromicro.sweep.work import SweepError
+from macromicro.sweeps import folder, run
+from macromicro.sweeps._origin import code
+from macromicro.sweeps.work import SweepError
 
 Make = Callable[..., Path]
 
@@ -282,7 +282,7 @@ def test_groups_of_rows_are_of_one_size(
     make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """So memory stays bounded, and the file does not depend on who computed what."""
-    from macromicro.sweep import results
+    from macromicro.sweeps import results
 
     monkeypatch.setattr(results, "GROUP", 16)
     swept(make(50, block=7, least=20.0), tmp_path / "out")

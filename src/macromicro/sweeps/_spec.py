@@ -25,9 +25,9 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.schema.keys import found, leaves, nearest, unknown, whole
 from macromicro.schema.par import Entry
 from macromicro.schema.text import is_toml, printable, read_text, read_toml
-from macromicro.sweep import subject
-from macromicro.sweep._axis import Axis, read
-from macromicro.sweep.subject import TREES, Factory
+from macromicro.sweeps import subject
+from macromicro.sweeps._axis import Axis, read
+from macromicro.sweeps.subject import TREES, Factory
 
 if TYPE_CHECKING:
     from macromicro.batch import Metric

@@ -15,11 +15,11 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import ProblemError
 from macromicro.extras import remedy
-from macromicro.sweep import _journal
-from macromicro.sweep._journal import Block, joined
-from macromicro.sweep._origin import Code
-from macromicro.sweep._sampling import Sampler
-from macromicro.sweep._spec import Spec
+from macromicro.sweeps import _journal
+from macromicro.sweeps._journal import Block, joined
+from macromicro.sweeps._origin import Code
+from macromicro.sweeps._sampling import Sampler
+from macromicro.sweeps._spec import Spec
 
 if TYPE_CHECKING:
     import pyarrow as pa

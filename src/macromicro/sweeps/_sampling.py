@@ -12,7 +12,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.sampling import Points
-from macromicro.sweep._spec import Spec
+from macromicro.sweeps._spec import Spec
 
 if TYPE_CHECKING:
     from macromicro.batch import Variants

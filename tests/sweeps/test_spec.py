@@ -11,9 +11,9 @@ import sweep_fake
 from macromicro import batch
 from macromicro.errors import InputError
 from macromicro.sampling import MAX_LATIN
-from macromicro.sweep._sampling import Sampler
-from macromicro.sweep._spec import Spec, load
-from macromicro.sweep.work import Bench, Task
+from macromicro.sweeps._sampling import Sampler
+from macromicro.sweeps._spec import Spec, load
+from macromicro.sweeps.work import Bench, Task
 
 
 def real(tmp_path: Path, text: str) -> Spec:

@@ -25,9 +25,9 @@ from macromicro.drawing import files
 from macromicro.errors import ProblemError
 from macromicro.runs.folder import ACCEPTED, holder
 from macromicro.schema.text import printable, write_text
-from macromicro.sweep import _journal
-from macromicro.sweep._origin import Code
-from macromicro.sweep._spec import Spec
+from macromicro.sweeps import _journal
+from macromicro.sweeps._origin import Code
+from macromicro.sweeps._spec import Spec
 
 SPEC = "sweep.toml"
 SUMMARY = "sweep.json"

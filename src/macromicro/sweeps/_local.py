@@ -18,11 +18,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from macromicro import threads
-from macromicro.sweep import _journal
-from macromicro.sweep._origin import running
-from macromicro.sweep._todo import Chunk, Todo
-from macromicro.sweep.folder import locked, next_number, spans
-from macromicro.sweep.work import Bench, SweepError, Task, foreign, sized, smoothed
+from macromicro.sweeps import _journal
+from macromicro.sweeps._origin import running
+from macromicro.sweeps._todo import Chunk, Todo
+from macromicro.sweeps.folder import locked, next_number, spans
+from macromicro.sweeps.work import Bench, SweepError, Task, foreign, sized, smoothed
 
 if TYPE_CHECKING:
     from multiprocessing.context import SpawnProcess

@@ -14,7 +14,7 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.extras import remedy
 from macromicro.schema.par import NO_UNIT, Entry
 from macromicro.schema.text import printable
-from macromicro.sweep.folder import RESULTS
+from macromicro.sweeps.folder import RESULTS
 from macromicro.units import convert
 
 METRICS = 4  # the first ones
@@ -86,7 +86,7 @@ def load(folder: str | Path) -> Results:
 def _known(job: str) -> dict[str, Entry]:
     """A job's parameters by path; none for a job that is not ours."""
     from macromicro import batch
-    from macromicro.sweep.subject import parameters
+    from macromicro.sweeps.subject import parameters
 
     try:
         return parameters(batch.job(job))

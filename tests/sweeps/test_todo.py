@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from macromicro.sweep._journal import merged
-from macromicro.sweep._todo import Todo
-from macromicro.sweep.work import sized, smoothed
+from macromicro.sweeps._journal import merged
+from macromicro.sweeps._todo import Todo
+from macromicro.sweeps.work import sized, smoothed
 
 SPANS = st.lists(st.tuples(st.integers(0, 90), st.integers(1, 20)), max_size=6)
 

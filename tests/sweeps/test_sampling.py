@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from macromicro.sweep._axis import Axis
-from macromicro.sweep._sampling import Sampler
-from macromicro.sweep._spec import Spec
+from macromicro.sweeps._axis import Axis
+from macromicro.sweeps._sampling import Sampler
+from macromicro.sweeps._spec import Spec
 
 AXES = (
     Axis("a", "N", (), -2.0, 3.0),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from macromicro.sweep.results import Range, Written, ranges
+from macromicro.sweeps.results import Range, Written, ranges
 
 
 def test_ranges_of_the_metrics() -> None:

@@ -17,11 +17,11 @@ import pytest
 import sweep_fake
 
 from macromicro.errors import InputError
-from macromicro.sweep import folder, run
-from macromicro.sweep._local import GIVE_UP, work
-from macromicro.sweep._sampling import Sampler
-from macromicro.sweep._spec import load
-from macromicro.sweep.work import SweepError
+from macromicro.sweeps import folder, run
+from macromicro.sweeps._local import GIVE_UP, work
+from macromicro.sweeps._sampling import Sampler
+from macromicro.sweeps._spec import load
+from macromicro.sweeps.work import SweepError
 
 FACTORY = "sweep_fake:job"
 SCRIPT = Path(sweep_fake.__file__)

@@ -8,8 +8,8 @@ import sys
 from pathlib import Path
 
 from macromicro import batch
-from macromicro.sweep import run
-from macromicro.sweep._spec import load
+from macromicro.sweeps import run
+from macromicro.sweeps._spec import load
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "sweep.md").read_text(encoding="utf-8")

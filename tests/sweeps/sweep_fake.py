@@ -104,7 +104,7 @@ def job(name: str, **options: object) -> Fake:
 def main() -> None:
     from macromicro.commands import sweep
     from macromicro.commands.signals import Signals
-    from macromicro.sweep.run import Request
+    from macromicro.sweeps.run import Request
 
     parser = argparse.ArgumentParser()
     parser.add_argument("spec", type=Path)

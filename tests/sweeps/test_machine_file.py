@@ -69,7 +69,7 @@ def test_by_processes_it_gives_the_figures_of_single_runs(
 
 
 def test_an_edited_machine_is_another_sweep(lab: Path) -> None:
-    from macromicro.sweep._spec import load
+    from macromicro.sweeps._spec import load
 
     before, _ = load(lab / "sweep.toml", batch.job)
     assert json.dumps(before.canonical).count("machine.toml") == 1
@@ -86,7 +86,7 @@ def test_an_edited_machine_is_another_sweep(lab: Path) -> None:
     ],
 )
 def test_what_does_not_fit_is_refused(lab: Path, more: str, match: str) -> None:
-    from macromicro.sweep._spec import load
+    from macromicro.sweeps._spec import load
 
     text = (lab / "sweep.toml").read_text("utf-8")
     (lab / "sweep.toml").write_text(more + text, "utf-8")

@@ -11,8 +11,8 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.drawing import files
 from macromicro.drawing.style import BLUE, finish, new
-from macromicro.sweep._reading import Quantity, Results, load
-from macromicro.sweep.folder import FIGURES
+from macromicro.sweeps._reading import Quantity, Results, load
+from macromicro.sweeps.folder import FIGURES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
