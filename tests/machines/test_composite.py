@@ -78,7 +78,8 @@ def test_its_settings_are_read_back(three, tmp_path):
         ('machine = { stages = { x = "axis", y = "axle" } }', "stages, y: 'axle'"),
         ('machine = { stages = { x = "axis", t = "axis" } }', "stages: 't'"),
         ('machine = { stages = { x = "axis", "y 1" = "axis" } }', "stages: 'y 1'"),
-        ('machine = { stages = { x = "axis", y = "axis" }, order = "in turn" }', '"together"'),
+        ('machine = { stages = { x = "axis", y = "axis" }, order = "at once" }', '"together" or'),
+        ('machine = { stages = { x = "axis", y = "axis" }, order = ["x"] }', '"in turn"'),
         ('machine = { stages = { x = "axis", y = "axis" }, law = "pd" }', "law"),
         ('machine = { stages = { x = "axis", y = "xy" } }', "stages, y: 'xy'"),
         ('machine = { stages = { x = "axis", y = "axis" } }\n[z.load]\nmass = "1 kg"', "z"),
@@ -182,3 +183,49 @@ def test_lengths_and_angles_at_rest_are_not_added():
     assert alike.error == pytest.approx(5e-3)
     (unlike,) = results.rests([both], (LENGTH, ANGLE))
     assert unlike.error is None and unlike.arrived
+
+
+IN_TURN = EXAMPLE.read_text().replace('"together"', '"in turn"')
+
+
+@pytest.fixture(scope="module")
+def in_turn(tmp_path_factory):
+    """The example with stages that move one after the other."""
+    return compositions.load(file(tmp_path_factory.mktemp("turn"), IN_TURN))
+
+
+def test_stages_in_turn_move_one_after_the_other(in_turn, tmp_path):
+    machine, settings = in_turn
+    plan = planned(in_turn, tmp_path)
+    ends = [
+        (0.02, 0, 0),
+        (0.02, 0.01, 0),
+        (0.02, 0.01, 4e-5),
+        (0.005, 0.01, 4e-5),
+        (0.005, 0.01, 0),
+    ]
+    assert [leg.end for leg in plan.legs] == [pytest.approx(end) for end in ends]
+    assert [leg.hold for leg in plan.legs] == [0.0, 0.02, 0.02, 0.0, 0.02]
+    done = runs.record(machine, settings, plan)
+    moves = results.of(machine, done.recording, plan, settings)
+    assert results.arrived(moves) == 5
+    for k, moving in enumerate("xyzxz"):
+        rows = done.recording["move"] == k
+        still = {f"{name}_target" for name in "xyz" if name != moving}
+        assert all(np.ptp(done.recording[name][rows]) == 0.0 for name in still)
+        assert np.ptp(done.recording[f"{moving}_target"][rows]) > 0.0
+    machine_again, settings_again = compositions.recorded(done.recording)
+    assert (machine_again.order, settings_again) == ("in turn", settings)
+
+
+def test_stages_in_turn_refuse_what_moves_all_at_once(in_turn, tmp_path):
+    text = "t_s,x_mm,y_mm,z_um\n0,0,0,0\n0.1,1,1,1\n0.2,2,2,2\n"
+    with pytest.raises(MacromicroError, match="a trajectory moves all stages at once"):
+        planned(in_turn, tmp_path, text, "p.csv")
+
+
+def test_a_move_of_stages_in_turn_that_are_there_is_a_hold(in_turn, tmp_path):
+    text = '[[moves]]\nx = "0 mm"\nhold = "0.1 s"\n[[moves]]\ny = "1 mm"\n'
+    plan = planned(in_turn, tmp_path, text)
+    assert [leg.end for leg in plan.legs] == [(0, 0, 0), (0, 1e-3, 0)]
+    assert plan.legs[0].hold == 0.1

@@ -16,14 +16,16 @@ from macromicro.place import Place
 from macromicro.schema.keys import found, unknown
 from macromicro.schema.text import printable
 
-TOGETHER = "together"  # the only order of stages: they begin each move at the same time
+# Orders of stages: they begin each move at the same time, or one after the other in their order in
+# the table, each once the one before has arrived.
+TOGETHER, IN_TURN = "together", "in turn"
 _NAME = re.compile("[a-z][a-z0-9]*")
 _RESERVED = ("t", "true", "hold", "move", "phase", "arrived")  # they begin other columns and keys
 _STAGES = 'two or more by name, such as { x = "axis", y = "axis", z = "piezo" }'
 
 
 class Composite(NamedTuple):
-    """Several stages that begin each move together."""
+    """Several stages that move together or in turn."""
 
     name: str  # as a settings file names it
     title: str  # for people
@@ -33,6 +35,7 @@ class Composite(NamedTuple):
     extra: Extra | None = None
     shared: Callable[[Any], Any] = lambda settings: ()  # parameters of `extra`
     description: str = ""  # of a settings file, as TOML, where the machine is not named
+    order: str = TOGETHER  # or `IN_TURN`
 
     @property
     def written(self) -> str:
@@ -56,8 +59,8 @@ def from_table(raw: dict[str, Any], where: str) -> Composite:
     """The machine of a table ``{ stages = { x = "axis", z = "piezo" }, order = "together" }``."""
     unknown(raw, ("stages", "order"), f"{where}, ")
     order = raw.get("order", TOGETHER)
-    if order != TOGETHER:
-        raise InputError(f"{where}, order", printable(order), f'"{TOGETHER}"')
+    if order not in (TOGETHER, IN_TURN):
+        raise InputError(f"{where}, order", found(order), f'"{TOGETHER}" or "{IN_TURN}"')
     kinds = raw.get("stages")
     if not isinstance(kinds, dict) or len(kinds) < 2:
         raise InputError(f"{where}, stages", found(kinds), _STAGES)
@@ -69,10 +72,12 @@ def from_table(raw: dict[str, Any], where: str) -> Composite:
             )
         stages.append((name, machines.named(kind, f"{where}, stages, {name}")))
     pairs = ", ".join(f'{name} = "{kind}"' for name, kind in kinds.items())
-    title = f"{len(stages)} stages with coordinated moves"
+    moves = "coordinated moves" if order == TOGETHER else "moves one after the other"
+    title = f"{len(stages)} stages with {moves}"
     tree = stage_trees.made({name: one.settings for name, one in stages})
-    description = f'{{ stages = {{ {pairs} }}, order = "{TOGETHER}" }}'
-    return Composite("_".join(kinds), title, tree, tuple(stages), description=description)
+    description = f'{{ stages = {{ {pairs} }}, order = "{order}" }}'
+    name = "_".join(kinds)
+    return Composite(name, title, tree, tuple(stages), description=description, order=order)
 
 
 def refuse_law(law: str | None, stages: Sequence[str]) -> None:

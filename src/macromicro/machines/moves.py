@@ -1,4 +1,4 @@
-"""Moves of several stages that begin and end together: straight lines, and trajectories by time."""
+"""Moves of several stages: straight lines, in turn or together, and trajectories by time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.machines import planning
-from macromicro.machines.composite import Composite, names, places
+from macromicro.machines.composite import IN_TURN, Composite, names, places
 from macromicro.machines.planning import Schedule, Way
 from macromicro.motion import s_curve
 from macromicro.motion.path import MEET
@@ -49,13 +49,16 @@ def usual(machine: Composite, settings: Any) -> Course:
     high = [own.travel.high for own in machine.trees(settings)]
     ends = [tuple(share * end for end in high) for share in SHARES]
     legs = tuple(Move("line", end, 0.3) for end in ends)
-    return Course("there and back", legs, "the machine's usual moves")
+    return ordered(machine, Course("there and back", legs, "the machine's usual moves"))
 
 
 def load(path: Path, machine: Composite, settings: Any) -> Course:
     """The programme in a file, within the travel of each stage."""
     file = printable(path, 300)
     if path.suffix.lower() == ".csv":
+        if machine.order == IN_TURN:
+            told = "a trajectory moves all stages at once, and those of this machine move in turn"
+            raise ProblemError(file, told, 'Write moves, or a machine with order = "together".')
         table, held = trajectory(path, names(machine), places(machine)), quantity(HOLD, "s", file)
         first, last = (tuple(table[1:, k].tolist()) for k in (0, -1))
         legs = (Move("line", first, held), Move("trajectory", last, held, table))
@@ -69,7 +72,26 @@ def load(path: Path, machine: Composite, settings: Any) -> Course:
             if not low - MEET <= end <= high + MEET:
                 accepted = f"{place.told(low)} to {place.told(high)} ({name}.travel)"
                 raise InputError(f"{file}, move {number}, {name}", place.told(end), accepted)
-    return made
+    return ordered(machine, made)
+
+
+def ordered(machine: Composite, course: Course) -> Course:
+    """A programme as its machine moves: stages in turn take a move each, and hold after the last.
+
+    A stage that stays has no move, unless none moves.
+    """
+    if machine.order != IN_TURN:
+        return course
+    here: tuple[float, ...] = (0.0,) * len(machine.stages)
+    legs = []
+    for leg in course.legs:
+        moving = [k for k, end in enumerate(leg.end) if end != here[k]]
+        for k in moving:
+            here = (*here[:k], leg.end[k], *here[k + 1 :])
+            legs.append(leg._replace(end=here, hold=leg.hold if k == moving[-1] else 0.0))
+        if not moving:
+            legs.append(leg)
+    return course._replace(legs=tuple(legs))
 
 
 def _written(path: Path, machine: Composite) -> Course:
