@@ -39,7 +39,7 @@ _CACHE_DAYS = 30.0
 _CACHE_BYTES = 512 * 2**20
 # Rooms whose edits leave every kernel as it is: they hold none, nor what one is made of.
 _NO_KERNELS = (
-    "commands", "drawing", "export", "files", "remote", "report", "robustness", "serve", "sweep",
+    "commands", "drawing", "export", "files", "remote", "report", "robustness", "serve", "sweeps",
 )  # fmt: skip
 _IN_USE = 3600.0  # s: a process that began so short a time ago may still read its folder
 

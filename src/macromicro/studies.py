@@ -8,20 +8,19 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
-import numpy as np
-
 from macromicro import tuning
 from macromicro.api import PathLike
 from macromicro.arrays import Array
 from macromicro.batch import cores
-from macromicro.columns import quantities
 from macromicro.errors import InputError, ProblemError
 from macromicro.machines import composite, compositions, doubts, programmes
 from macromicro.machines.composite import AnyMachine
 from macromicro.machines.composition import TURNS
 from macromicro.machines.machine import Machine
+from macromicro.robustness import job as jobs
 from macromicro.robustness import stage as machine_study
-from macromicro.robustness.statistics import Share, share
+from macromicro.robustness import study
+from macromicro.robustness.statistics import Share
 from macromicro.schema import config, keys
 from macromicro.schema.text import printable
 from macromicro.settings import Settings
@@ -215,54 +214,21 @@ def robust(
     keys.whole(threads, 1, MAX_WORKERS, "workers")
     if _is_two_stage(what):
         own = _bench(what, law, settings)
-        return _robust_bench(own, programme or "thesis", samples, seed, threads, progress)
-    machine, own = _machine(what, law, settings)
-    moves = programmes.chosen(machine, own, programme)
-    plan = programmes.plan(machine, own, moves)
-    found = machine_study.study(machine, own, plan, samples, seed, threads, progress)
-    about = quantities(type(found.nominal), composite.places(machine)[0])
-    rows = np.array(found.found, dtype=float).reshape(-1, len(about))
+        subject = jobs.subject(jobs.RobustJob(programme or "thesis", settings=own), threads)
+    else:
+        machine, own = _machine(what, law, settings)
+        plan = programmes.plan(machine, own, programmes.chosen(machine, own, programme))
+        subject = machine_study.subject(machine, own, plan, threads)
+    request = study.Request(own, (), samples, seed, single=False)
+    found = study.run(request, subject, lambda done, total: progress(done))
+    names = [each.name for each in subject.metrics]
+    varied = [each.name for each in subject.uncertain]
     return Robustness(
-        dict(zip((r.name for r in found.rows), found.amounts[: len(rows)].T, strict=True)),
-        dict(zip(about, rows.T, strict=True)),
-        found.nominal._asdict(),
-        {name: each.unit for name, each in about.items()},
-        found.arrives,
-    )
-
-
-def _robust_bench(
-    own: Settings,
-    programme: str,
-    samples: int,
-    seed: int,
-    workers: int,
-    progress: Callable[[int], bool],
-) -> Robustness:
-    from macromicro.robustness import study
-    from macromicro.robustness.job import RobustJob
-    from macromicro.uncertainty.machines import counted
-
-    counted(samples)
-    last = 0
-
-    def told(done: int, total: int) -> None:
-        nonlocal last
-        last = done
-
-    request = study.Request(own, (), samples, seed, workers)
-    job = RobustJob(programme, settings=own)
-    found = study.run(request, job, told, lambda: progress(last))
-    names = [each.name for each in job.metrics]
-    figures = dict(zip(names, found.rows.T, strict=True))
-    bad = figures["fault"] + figures["macro_missed"] + figures["micro_missed"]
-    amounts = found.sample.amounts[: len(found.rows)]
-    return Robustness(
-        dict(zip((each.name for each in request.uncertain), amounts.T, strict=True)),
-        figures,
+        dict(zip(varied, found.sample.amounts[: len(found.rows)].T, strict=True)),
+        dict(zip(names, found.rows.T, strict=True)),
         dict(zip(names, found.nominal.tolist(), strict=True)),
-        {each.name: each.unit for each in job.metrics},
-        share(int(np.sum(bad == 0.0)), len(found.rows)),
+        {each.name: each.unit for each in subject.metrics},
+        found.arrived(),
     )
 
 

@@ -10,8 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from macromicro.batch import SEED, Trajectories, Variants
-from macromicro.robustness import requirements, study
-from macromicro.robustness._metrics import METRICS, NAMES
+from macromicro.robustness import job, study
+from macromicro.robustness._metrics import METRICS, NAMES, REQUIRED
 from macromicro.robustness.study import Request, Study
 from macromicro.settings import Settings
 
@@ -49,7 +49,7 @@ class Machine:
 
 @pytest.fixture
 def request_() -> Request:
-    return Request(Settings(), requirements.DEFAULTS, 40, 7, 2)
+    return Request(Settings(), REQUIRED, 40, 7)
 
 
 @pytest.fixture
@@ -59,4 +59,4 @@ def machine() -> Any:
 
 @pytest.fixture
 def done(request_: Request, machine: Machine) -> Study:
-    return study.run(request_, machine)
+    return study.run(request_, job.subject(machine, 2))

@@ -19,8 +19,7 @@ from tests.command import command as macromicro
 from tests.warm import Command
 
 from macromicro.robustness import files
-from macromicro.robustness._metrics import NAMES, measure
-from macromicro.robustness.requirements import DEFAULTS
+from macromicro.robustness._metrics import NAMES, REQUIRED, measure
 from macromicro.runs import job as run
 from macromicro.schema import config
 from macromicro.settings import Settings
@@ -108,7 +107,7 @@ def test_csv_and_json_agree(
         values = [r[each["metric"]] for r in rows]
         passed = sum(v != "" and float(v) <= each["limit"] for v in values)
         assert each["yield"]["passed"] == passed
-    assert {e["metric"] for e in content["requirements"]} == {r.metric.name for r in DEFAULTS}
+    assert {e["metric"] for e in content["requirements"]} == {r.metric.name for r in REQUIRED}
 
 
 def test_worst_cases_replay_to_the_same_number(
@@ -163,7 +162,7 @@ def test_a_second_study_needs_overwrite_and_cleans_up(
     out.mkdir()
     (out / "worst-old.toml").write_text("")
     limits = tmp_path / "limits.toml"
-    limits.write_text("\n".join(f"{r.metric.name} = false" for r in DEFAULTS[1:]))
+    limits.write_text("\n".join(f"{r.metric.name} = false" for r in REQUIRED[1:]))
     arguments = ["robust", "--samples", "10", "--programme", "short.toml", "--out", "out"]
     arguments += ["--requirements", "limits.toml"]
     refused = command(*arguments, cwd=tmp_path)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from macromicro import cli
-from macromicro.batch.stage_job import metrics
 from macromicro.errors import InputError
-from macromicro.machines import machine, planning
-from macromicro.robustness import requirements, stage, stage_files
+from macromicro.machines import compositions, machine, planning, trial
+from macromicro.robustness import _findings, requirements, stage, study
+from macromicro.robustness.study import Request
 from macromicro.schema.par import entries
 from macromicro.uncertainty.table import read
 
@@ -54,84 +54,67 @@ def test_the_plant_changes_and_the_law_does_not():
             assert getattr(tree, name) == getattr(AXIS.settings, name)
 
 
-def test_a_study_tells_the_share_and_what_the_errors_go_with():
-    found = stage.study(AXIS, AXIS.settings, PLAN, 12, 2, 2)
-    assert found.arrives.total == 12 and found.arrives.passed >= 11
-    told = stage_files.content(found)
-    assert told["done"] == 12 and len(told["machines"]) == 12
-    m = told["metrics"]["rms_error"]
-    values = [t.rms_error for t in found.found]
-    assert m["nominal"] == found.nominal.rms_error and m["worst"] == max(values)
-    assert m["quantiles"]["0.5"] == pytest.approx(np.median(values))
-    assert m["known"] == 12 and m["never"] == 0
-    assert f"{found.arrives.passed} of 12 machines" in stage_files.lines(found)[0]
-    assert stage.study(AXIS, AXIS.settings, PLAN, 12, 2, 1).found == found.found
+@pytest.fixture(scope="module")
+def found():
+    subject = stage.subject(AXIS, AXIS.settings, PLAN, 2)
+    request = Request(AXIS.settings, stage.required(AXIS, AXIS.settings), 12, 2)
+    return study.run(request, subject)
 
 
-def test_machines_that_never_settle_are_the_worst_and_counted():
-    """Two of three: the median is theirs, too; one that a fault stopped is named apart."""
-    found = stage.study(AXIS, AXIS.settings, PLAN, 12, 2, 2)
-    inf, nan = float("inf"), float("nan")
-    never = [t._replace(settling=inf, missed=1.0) for t in found.found[:7]]
-    stopped = [found.found[11]._replace(fault=3.0, settling=nan)]
-    found = found._replace(found=[*never, *found.found[7:11], *stopped])
-    m = stage_files.metrics(found)["settling"]
-    assert (m["known"], m["never"], m["worst"]) == (11, 7, inf)
-    assert m["quantiles"]["0.05"] < inf and m["quantiles"]["0.5"] == inf
-    said = stage_files.lines(found)
-    assert "a fault stopped 1 of 12 machines" in said[1]
-    settling = next(line for line in said if line.startswith("settling: "))
-    assert "median never" in settling and "worst never" in settling
-    assert "7 of 11 never settled" in settling
-    stage_files.draw_figure(found)
+def test_a_study_has_a_row_for_each_machine_and_each_end(found):
+    assert found.arrived().total == 12 and found.arrived().passed >= 11
+    rms = found.column("rms_error")
+    subject = stage.subject(AXIS, AXIS.settings, PLAN, 1)
+    again = study.run(found.request._replace(single=False), subject)
+    assert np.array_equal(again.rows, found.rows) and np.isnan(again.single).all()
+    nominal = trial.trial(AXIS, AXIS.settings, PLAN, 2)
+    assert found.nominal[found.at("rms_error")] == nominal.rms_error
+    third = trial.trial(AXIS, found.settings(3), PLAN, 2 + 3)
+    assert rms[3] == third.rms_error
+    heavier = found.single[[u.name for u in found.subject.uncertain].index("mass"), 1]
+    assert heavier[found.at("rms_error")] != nominal.rms_error
 
 
-def test_a_correlation_that_may_be_chance_is_not_told():
-    """Of settling that follows the mass it is, with its p-value; of noise it is not."""
-    found = stage.study(AXIS, AXIS.settings, PLAN, 12, 2, 2)
-    mass = found.amounts[:, [r.name for r in found.rows].index("mass")]
-    noise = np.random.default_rng(1).standard_normal(12)
-    found = found._replace(
-        found=[
-            t._replace(settling=m, rms_error=3.0 + n)
-            for t, m, n in zip(found.found, mass, noise, strict=True)
-        ]
-    )
-    told = stage_files.metrics(found)
-    assert told["settling"]["goes_with"] == "mass" and told["settling"]["p_value"] < 1e-6
-    assert "strongest correlation: mass (+1.00, p 1e-06)" in "\n".join(stage_files.lines(found))
-    assert "goes_with" not in told["rms_error"]
+def test_a_fault_is_told_apart_from_its_code(found):
+    subject = found.subject
+    tree = AXIS.settings.with_("guard.speed", "0.011 m/s")
+    (row,) = subject.evaluate([tree], [0], lambda done: False)
+    assert row[0] == 1.0 and row[-1] > 1.0
+    assert subject.metrics[0].name == "fault" and subject.metrics[-1].name == "fault_code"
 
 
-def test_requirements_are_met_by_some(tmp_path):
-    found = stage.study(AXIS, AXIS.settings, PLAN, 12, 2, 2)
-    middle = float(np.median([t.rms_error for t in found.found]))
+def test_what_is_drawn_are_errors_and_settling(found):
+    assert set(found.subject.main) == {
+        "settling", "peak_error", "rms_error", "overshoot", "rest_error", "true_error",
+    }  # fmt: skip
+
+
+def test_a_worst_case_is_a_file_that_runs_the_same(found, tmp_path):
+    worst = next(w for w in _findings.worst(found) if w.requirement.metric.name == "missed")
+    text = found.subject.as_toml(found.settings(worst.sample))
+    (tmp_path / "worst.toml").write_text(text)
+    again = compositions.load(tmp_path / "worst.toml")[1]
+    assert again == found.settings(worst.sample)
+    assert again.controller == AXIS.settings.controller
+
+
+def test_a_user_s_requirements_are_of_its_figures(tmp_path, found):
+    middle = float(np.median(found.column("rms_error")))
     path = tmp_path / "limits.toml"
-    path.write_text(f'rms_error = "{middle} um"\nfault = 0\nsettling = "0.1 ms"\n')
-    required = requirements.load(path, metrics(AXIS), ())
+    path.write_text(f'rms_error = "{middle} um"\nmissed = false\nsettling = "0.1 ms"\n')
+    required = requirements.load(path, found.quantities, found.request.requirements)
     assert [r.metric.name for r in required] == ["fault", "settling", "rms_error"]
-    none, quick, near = required
-    found = found._replace(required=required)
-    assert found.met(none).passed == 12 and found.met(quick).passed < 12
-    assert found.met(near).passed == 6 and found.met().passed == 12
-    assert found.met(*required).passed <= min(6, found.met(quick).passed)
-    lost = found.found[0]._replace(rms_error=float("nan"), settling=float("inf"))
-    assert found._replace(found=[lost]).met(near).passed == 0
-    told = stage_files.content(found)["requirements"]
-    assert told[2]["metric"] == "rms_error" and told[2]["passed"] == 6
-    assert told[2]["limit"] == pytest.approx(middle) and told[2]["unit"] == "um"
-    said = stage_files.lines(found)
-    assert said[3].startswith("required: rms_error at most") and "met on 6 of 12, 50.0 %" in said[3]
-    assert said[4].startswith("required: all of them: met on ")
+    assert found.met(required[2]).sum() == 6
+    assert found.met(*required).sum() <= 6
     path.write_text('macro_settling = "1 s"\n')
     with pytest.raises(InputError, match="unknown metric"):
-        requirements.load(path, metrics(AXIS), ())
+        requirements.load(path, found.quantities, ())
 
 
 @pytest.mark.parametrize("samples", [9, 100_001])
-def test_too_few_or_too_many_are_refused(samples):
+def test_too_few_or_too_many_are_refused(samples, found):
     with pytest.raises(InputError, match="--samples"):
-        stage.study(AXIS, AXIS.settings, PLAN, samples, 0, 1)
+        study.run(Request(AXIS.settings, (), samples, 0), found.subject)
 
 
 def test_the_command_writes_its_folder(tmp_path, monkeypatch, capsys):
@@ -140,9 +123,16 @@ def test_the_command_writes_its_folder(tmp_path, monkeypatch, capsys):
     words += ["--out", str(tmp_path / "out")]
     monkeypatch.setattr("sys.argv", words)
     assert cli.main() == 0
-    assert "machines:" in capsys.readouterr().out
-    assert {p.name for p in (tmp_path / "out").iterdir()} == {"robust.json", "robust.png"}
-    assert json.loads((tmp_path / "out/robust.json").read_text())["asked"] == 10
+    out = capsys.readouterr().out
+    assert "all together" in out and "largest influences" in out
+    made = {p.name for p in (tmp_path / "out").iterdir()}
+    assert {"robust.html", "robust.json", "samples.csv", "tornado.png"} <= made
+    told = json.loads((tmp_path / "out/robust.json").read_text())
+    assert (told["machine"], told["samples_done"]) == ("axis", 10)
+    worst = next(w for w in told["worst"] if w["metric"] == "missed")
+    line = f"macromicro run --config {tmp_path}/out/{worst['file']} --seed {worst['seed']}"
+    assert line in out
+    assert compositions.load(tmp_path / "out" / worst["file"])[0].name == "axis"
     for more, said in (
         (["--fan"], "--fan"),
         (["--workers", "-2"], "--workers: '-2'; accepted: a whole number from 1"),

@@ -6,11 +6,10 @@ import pytest
 from tests.machines.joint.axes import straight
 
 from macromicro import cli
-from macromicro.errors import InputError
 from macromicro.machines.joint import planning
 from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import DEFAULT
-from macromicro.robustness import stage, stage_files
+from macromicro.robustness import stage, study
 from macromicro.schema.par import entries
 
 PLAN = planning.plan(straight((0.05, 0.03), (0.0, 0.05)), DEFAULT)
@@ -44,26 +43,18 @@ def test_the_plants_change_and_the_laws_do_not():
     assert not (amounts[:, a] == amounts[:, b]).any()  # each is drawn by itself
 
 
-def test_a_study_tells_how_many_keep_the_contour():
-    found = stage.study(XY_MACHINE, DEFAULT, PLAN, 12, 2, 2)
-    found = found._replace(required=stage.required(XY_MACHINE, DEFAULT))
-    told = stage_files.content(found)
-    assert told["done"] == 12 and len(told["machines"]) == 12 and told["machine"] == "xy"
-    (required,) = told["requirements"]
-    assert required["metric"] == "contour"
-    assert required["limit"] == pytest.approx(1e6 * DEFAULT.path.tolerance)
-    kept = sum(t.contour <= required["limit"] for t in found.found)
-    assert required["passed"] == kept
-    said = stage_files.lines(found)
-    assert said[1].startswith("required: contour at most") and f"met on {kept} of 12" in said[1]
-    assert told["metrics"]["contour"]["nominal"] == found.nominal.contour
+def test_a_study_requires_the_tolerance_of_the_path():
+    required = stage.required(XY_MACHINE, DEFAULT)
+    assert [r.metric.name for r in required] == ["fault", "missed", "contour"]
+    assert required[2].limit == pytest.approx(1e6 * DEFAULT.path.tolerance)
+    subject = stage.subject(XY_MACHINE, DEFAULT, PLAN, 2)
+    found = study.run(study.Request(DEFAULT, required, 12, 2, single=False), subject)
+    contour = found.column("contour")
+    assert found.met(required[2]).sum() == (contour <= required[2].limit).sum()
     # A narrower limit is kept by fewer.
-    middle = sorted(t.contour for t in found.found)[5]
-    tight = stage.required(XY_MACHINE, DEFAULT)[0]._replace(limit=middle)
-    assert found.met(tight).passed == 6
-    assert stage.study(XY_MACHINE, DEFAULT, PLAN, 12, 2, 1).found == found.found
-    with pytest.raises(InputError, match="--samples"):
-        stage.study(XY_MACHINE, DEFAULT, PLAN, 9, 0, 1)
+    tight = required[2]._replace(limit=sorted(contour)[5])
+    assert found.met(tight).sum() == 6
+    assert {"contour", "rms_contour", "true_contour", "settling"} <= set(subject.main)
 
 
 def test_the_command_writes_its_folder(tmp_path, monkeypatch, capsys):
@@ -74,9 +65,11 @@ def test_the_command_writes_its_folder(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("sys.argv", words)
     assert cli.main() == 0
     said = capsys.readouterr().out
-    assert "required: contour at most" in said and "required: true_contour at most 1 um" in said
-    assert {p.name for p in (tmp_path / "out").iterdir()} == {"robust.json", "robust.png"}
-    assert json.loads((tmp_path / "out/robust.json").read_text())["asked"] == 10
+    assert "at most 1 um" in said
+    told = json.loads((tmp_path / "out/robust.json").read_text())
+    assert (told["machine"], told["samples_done"]) == ("xy", 10)
+    assert "contour" in [r["metric"] for r in told["requirements"]]
+    assert (tmp_path / "out/robust.html").is_file()
     monkeypatch.setattr("sys.argv", [*words, "--overwrite", "--law", "cascade"])
     assert cli.main() == 2
     assert "--law" in capsys.readouterr().err

@@ -10,8 +10,8 @@ import pytest
 from macromicro.batch import SEED, Job, Variants
 from macromicro.robustness import _findings, study, words
 from macromicro.robustness._findings import influences, overall, worst, yields
-from macromicro.robustness._metrics import NAMES
-from macromicro.robustness.job import variants
+from macromicro.robustness._metrics import NAMES, REQUIRED
+from macromicro.robustness.job import subject, variants
 from macromicro.robustness.study import Request, Study
 from macromicro.schema.par import changed, replaced
 from macromicro.uncertainty.machines import draw, settings_at
@@ -25,7 +25,7 @@ def amounts(done: Study, name: str) -> np.ndarray:
 
 
 def column(done: Study, name: str) -> np.ndarray:
-    return done.rows[:, NAMES.index(name)]
+    return done.column(name)
 
 
 def test_yields_count_what_the_machine_does(done: Study) -> None:
@@ -61,7 +61,7 @@ def test_influences_are_sorted_by_effect(done: Study) -> None:
 
 def test_infinite_settling_is_the_largest_effect(done: Study, machine: Job) -> None:
     narrow = [u if u.name != "coulomb" else u._replace(high=1.2) for u in UNCERTAIN]
-    again = study.run(done.request._replace(uncertain=tuple(narrow)), machine)
+    again = study.run(done.request, subject(machine, 2, narrow))
     first = influences(again, "macro_settling")[0]
     assert (first.parameter.name, first.high, first.effect) == ("coulomb", math.inf, math.inf)
 
@@ -99,14 +99,13 @@ def test_strongest_takes_the_hardest_requirement(done: Study) -> None:
 
 
 def test_workers_change_nothing(request_: Request, machine: Job) -> None:
-    one, three = (study.run(request_._replace(workers=n), machine) for n in (1, 3))
+    one, three = (study.run(request_, subject(machine, n)) for n in (1, 3))
     np.testing.assert_array_equal(one.rows, three.rows)
     np.testing.assert_array_equal(one.single, three.single)
 
 
 def test_interrupted_keeps_the_first_rows(request_: Request, done: Study, machine: Job) -> None:
-    told: list[int] = []
-    found = study.run(request_, machine, lambda k, _: told.append(k), lambda: max(told) >= 9)
+    found = study.run(request_, subject(machine, 2), lambda k, _: k >= 9)
     assert found.interrupted
     assert 8 <= len(found.rows) < 40
     np.testing.assert_array_equal(found.rows, done.rows[: len(found.rows)])
@@ -118,8 +117,7 @@ def test_interrupted_keeps_the_first_rows(request_: Request, done: Study, machin
 def test_interrupted_in_the_tornado_keeps_the_sample(
     request_: Request, done: Study, machine: Job
 ) -> None:
-    told: list[int] = []
-    found = study.run(request_, machine, lambda k, _: told.append(k), lambda: max(told) >= 50)
+    found = study.run(request_, subject(machine, 2), lambda k, _: k >= 50)
     assert found.interrupted
     np.testing.assert_array_equal(found.rows, done.rows)
     assert not np.isnan(found.single[0, 0, 0])
@@ -129,7 +127,7 @@ def test_interrupted_in_the_tornado_keeps_the_sample(
 def test_an_end_that_is_no_machine_is_reported(request_: Request, machine: Job) -> None:
     """A belt's share of 0.7 cannot be doubled: it is at most 1."""
     base = replaced(request_.settings, "bench.belt.participation", 0.7)
-    found = study.run(request_._replace(settings=base), machine)
+    found = study.run(request_._replace(settings=base), subject(machine, 2))
     assert list(found.impossible) == ["belt_share high"]
     assert np.isnan(found.single[ORDER.index("belt_share"), 1]).all()
     assert not math.isnan(influences(found, "micro_error")[0].effect)
@@ -143,7 +141,7 @@ def test_a_failing_job_is_not_hidden(request_: Request, machine: Job) -> None:
 
     machine.evaluate = evaluate  # type: ignore[method-assign]
     with pytest.raises(ZeroDivisionError, match="variant 0"):
-        study.run(request_, machine)
+        study.run(request_, subject(machine, 2))
 
 
 def test_variants_are_the_settings(request_: Request) -> None:
@@ -157,3 +155,23 @@ def test_variants_are_the_settings(request_: Request) -> None:
         again = changed(request_.settings, changes)
         assert again == tree
         assert row[found.paths.index(SEED)] == seed
+
+
+def test_the_limit_itself_is_met_and_what_is_unknown_is_not(done: Study) -> None:
+    requirement = next(r for r in REQUIRED if r.metric.name == "micro_error")
+    rows = np.zeros((5, len(NAMES)))
+    rows[:, NAMES.index("micro_error")] = [5.0, 5.0 + 1e-9, math.inf, math.nan, 0.0]
+    found = done._replace(rows=rows)
+    assert found.met(requirement).tolist() == [True, False, False, False, True]
+    assert found.met().all()
+
+
+def test_without_a_tornado_only_the_sample_runs(request_: Request, machine: Job) -> None:
+    found = study.run(request_._replace(single=False), subject(machine, 2))
+    assert len(found.rows) == 40 and not found.interrupted
+    assert np.isnan(found.single).all() and not found.impossible
+
+
+def test_machines_that_arrive_are_counted(done: Study) -> None:
+    coulomb = amounts(done, "coulomb")
+    assert done.arrived().passed == (coulomb <= 1.15).sum()

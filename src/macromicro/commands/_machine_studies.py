@@ -1,10 +1,10 @@
-"""``tune`` and ``robust`` for the machines of one stage and of several."""
+"""``tune`` for the machines of one stage and of several."""
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import typer
 
@@ -117,79 +117,3 @@ def ended(signals: Signals, designs: int) -> None:
 
 def results(out: Path, settings: str, *, better: bool) -> str:
     return f"results: {out}" + (f"; try: macromicro run --config {out / settings}" * better)
-
-
-def robust(
-    asked: Asked, programme: str | None, samples: int, how: tuple[int | None, Path | None]
-) -> None:
-    """Vary a machine's parameters under the nominal law; `how`: threads, requirements file."""
-    from macromicro import studies
-    from macromicro.batch import cores
-    from macromicro.drawing.bar import progress
-    from macromicro.drawing.files import formats
-    from macromicro.report.summary import as_json as to_json
-    from macromicro.robustness import stage_files as told
-    from macromicro.runs import folder
-    from macromicro.schema import keys
-    from macromicro.uncertainty.machines import counted
-
-    kinds = formats(asked.figures)
-    keys.seed(asked.seed, "--seed")
-    workers, limits = how
-    counted(samples)
-    if workers is not None:
-        keys.whole(workers, 1, studies.MAX_WORKERS, "--workers")
-    title, required, study = _studied(asked, programme, limits)
-    folder.check(asked.out, 2_000_000, overwrite=asked.overwrite, names=told.FILES)
-    with (
-        Signals() as signals,
-        folder.held(asked.out, overwrite=asked.overwrite, names=told.FILES),
-    ):
-        signals.later()
-        with progress(title, "runs") as pace:
-            pace.begin(samples + 1)
-
-            def done(n: int) -> bool:
-                pace.reach(n, samples + 1)
-                return bool(signals.received)
-
-            found = study(samples, asked.seed, workers or cores(), done)
-        if not found.found:
-            print("macromicro: interrupted; nothing written", file=sys.stderr)
-            raise typer.Exit(signals.status)
-        found = found._replace(required=required)
-        told.write(asked.out, found, kinds)
-    if asked.as_json:
-        print(to_json(told.content(found)), end="")
-    else:
-        print("\n".join(told.lines(found)))
-        print(f"results: {asked.out}")
-    if len(found.found) < samples:
-        said = f"interrupted after {len(found.found)} of {samples} machines"
-        print(f"macromicro: {said}", file=sys.stderr)
-        raise typer.Exit(signals.status or 1)
-
-
-def _warn(settings: Any) -> None:
-    from macromicro.machines import doubts
-
-    for each in doubts.found(settings):
-        print(f"macromicro: warning: {each.text}", file=sys.stderr)
-
-
-def _studied(asked: Asked, programme: str | None, limits: Path | None) -> tuple[str, Any, Any]:
-    """Title, requirements and study of a machine."""
-    from functools import partial
-
-    from macromicro.batch.stage_job import metrics
-    from macromicro.machines import compositions, programmes
-    from macromicro.robustness import requirements, stage
-
-    machine, settings = compositions.load(asked.config, asked.law)
-    _warn(settings)
-    required = stage.required(machine, settings)
-    if limits is not None:
-        required = requirements.load(limits, metrics(machine), required)
-    moves = programmes.chosen(machine, settings, programme)
-    plan = programmes.plan(machine, settings, moves)
-    return moves.title, required, partial(stage.study, machine, settings, plan)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -15,8 +16,7 @@ from macromicro.commands.group import PNG, Figures, Law, tell, whole
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
-    from macromicro.programme import Programme
-    from macromicro.robustness.study import Request
+    from macromicro.robustness.study import Request, Subject
 
 SAMPLES = 200
 
@@ -80,102 +80,142 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
 ) -> None:
     """Try machines with other friction, load, noise and more.
 
-    The two-stage machine also varies belt, room temperature and the age of its actuator.
-    With a --config file of a machine of one stage (docs/machines.md) friction, mass, motor and
-    supply vary.
+    The two-stage machine also varies belt, room temperature and the age of its actuator. With a
+    --config file of another machine (docs/machines.md) what its data sheets leave open varies.
     """
+    from macromicro.drawing.files import formats
+    from macromicro.robustness import files
     from macromicro.runs import folder
     from macromicro.runs.folder import held
 
-    if config is not None and not machine_run.takes_turns(config):
+    kinds = formats(figures)
+    if config is None or machine_run.takes_turns(config):
+        asked = _bench(config, law, programme or "thesis", workers, fan=fan, variants=variants)
+    else:
         options: dict[str, object] = {"--fan": fan, "--variants": variants}
         _machine_studies.only(options, _machine_studies.name_of(config))
-        place = folder.chosen(out, Path("results") / f"robust-{config.stem}", overwrite=overwrite)
-        asked = _machine_studies.Asked(config, law, place, overwrite, figures, as_json, seed)
-        _machine_studies.robust(asked, programme, samples, (workers, requirements))
-        return
-    programme = programme or "thesis"
-    from macromicro import programme as programmes
-    from macromicro.drawing.files import formats
-    from macromicro.robustness import files
-
-    kinds = formats(figures)
-    request, plan = _request(samples, seed, (config, law), programme, requirements, workers)
-    if variants:
-        from macromicro.uncertainty.table import UNCERTAIN, VARIANTS
-
-        request = request._replace(uncertain=UNCERTAIN + VARIANTS)
-    place = folder.chosen(
-        out, Path("results") / f"robust-{programmes.find(programme).stem}", overwrite=overwrite
-    )
+        asked = _machine(config, law, programme, workers)
+    request = asked.request(samples, seed, requirements)
+    place = folder.chosen(out, Path("results") / f"robust-{asked.place}", overwrite=overwrite)
     folder.check(place, files.BYTES, overwrite=overwrite, names=files.FILES)
     with Signals() as signals, held(place, overwrite=overwrite, names=files.FILES):
-        _robust(request, plan, (programme, fan, kinds, as_json), place, signals)
+        _robust(request, asked, (kinds, as_json), place, signals)
 
 
-def _request(
-    samples: int,
-    seed: int,
-    chosen: tuple[Path | None, str | None],
-    programme: str,
-    requirements: Path | None,
-    workers: int | None,
-) -> tuple[Request, Programme]:
-    from macromicro import programme as programmes
+class _Asked(NamedTuple):
+    settings: Any
+    subject: Subject
+    programme: str  # as on the command line
+    title: str  # of the programme
+    place: str  # end of the folder's name
+    compile: Callable[[], None] = lambda: None
+    fan: bool = False
+
+    def request(self, samples: int, seed: int, limits: Path | None) -> Request:
+        from macromicro.robustness.requirements import load
+        from macromicro.robustness.study import Request
+        from macromicro.schema import keys
+        from macromicro.uncertainty.machines import counted
+
+        counted(samples)
+        keys.seed(seed, "--seed")
+        needed = self.subject.required
+        if limits is not None:
+            needed = load(limits, self.subject.metrics[:-1], needed)
+        return Request(self.settings, needed, samples, seed)
+
+
+def _threads(workers: int | None) -> int:
     from macromicro import studies
     from macromicro.batch import cores
-    from macromicro.robustness import requirements as limits
-    from macromicro.robustness.study import Request
-    from macromicro.runs.job import load
     from macromicro.schema import keys
-    from macromicro.settings import Settings
-    from macromicro.settings import chosen as settings_of
-    from macromicro.uncertainty.machines import counted
 
-    counted(samples)
-    keys.seed(seed, "--seed")
     if workers is not None:
         keys.whole(workers, 1, studies.MAX_WORKERS, "--workers")
-    settings = settings_of(Settings(), *chosen)
-    needed = limits.DEFAULTS if requirements is None else limits.load(requirements)
-    plan = load(programmes.find(programme), settings)
-    return Request(settings, needed, samples, seed, workers or cores()), plan
+    return workers or cores()
+
+
+def _bench(
+    config: Path | None,
+    law: str | None,
+    programme: str,
+    workers: int | None,
+    *,
+    fan: bool,
+    variants: bool,
+) -> _Asked:
+    """The two-stage machine."""
+    from macromicro import programme as programmes
+    from macromicro.robustness import job as jobs
+    from macromicro.runs.job import load
+    from macromicro.settings import Settings
+    from macromicro.settings import chosen as settings_of
+    from macromicro.uncertainty.table import UNCERTAIN, VARIANTS
+
+    settings = settings_of(Settings(), config, law)
+    place = programmes.find(programme)
+    plan = load(place, settings)
+    tell(settings.controller)
+    job = jobs.RobustJob(programme, fan, settings)
+    varied = UNCERTAIN + VARIANTS if variants else UNCERTAIN
+    subject = jobs.subject(job, _threads(workers), varied)
+
+    def compile_bench() -> None:
+        from macromicro.simulate import is_compiled
+
+        if not is_compiled():
+            print("compiling the bench, once, about 10 s", file=sys.stderr)
+        job.compile()
+
+    return _Asked(settings, subject, programme, plan.title, place.stem, compile_bench, fan)
+
+
+def _machine(config: Path, law: str | None, programme: str | None, workers: int | None) -> _Asked:
+    """A machine of one stage, or of several on one clock."""
+    from macromicro.machines import compositions, doubts, programmes
+    from macromicro.robustness import stage
+
+    machine, settings = compositions.load(config, law)
+    for each in doubts.found(settings):
+        print(f"macromicro: warning: {each.text}", file=sys.stderr)
+    moves = programmes.chosen(machine, settings, programme)
+    plan = programmes.plan(machine, settings, moves)
+    subject = stage.subject(machine, settings, plan, _threads(workers))
+    return _Asked(settings, subject, programme or "", moves.title, config.stem)
 
 
 def _robust(
     request: Request,
-    plan: Programme,
-    asked: tuple[str, bool, tuple[str, ...], bool],
+    asked: _Asked,
+    how: tuple[tuple[str, ...], bool],
     out: Path,
     signals: Signals,
 ) -> None:
     from macromicro.drawing.bar import progress
     from macromicro.report.provenance import software
     from macromicro.robustness import files, study, terminal
-    from macromicro.robustness.job import RobustJob
     from macromicro.robustness.words import About
     from macromicro.schema.config import difference
-    from macromicro.settings import Settings
-    from macromicro.simulate import is_compiled
 
-    programme, fan, kinds, as_json = asked
-    if not is_compiled():
-        print("compiling the bench, once, about 10 s", file=sys.stderr)
-    tell(request.settings.controller)
-    job = RobustJob(programme, fan, request.settings)
-    job.compile()
+    kinds, as_json = how
+    asked.compile()
     started, began = datetime.now().astimezone(), time.perf_counter()
     signals.later()
-    with progress(plan.title, "runs") as pace:
-        found = study.run(request, job, pace.reach, lambda: bool(signals.received))
+    with progress(asked.title, "runs") as pace:
+
+        def heard(done: int, total: int) -> bool:
+            pace.reach(done, total)
+            return bool(signals.received)
+
+        found = study.run(request, asked.subject, heard)
     if not len(found.rows):
         print("macromicro: interrupted before the first machine; nothing written", file=sys.stderr)
         raise typer.Exit(signals.status)
-    overrides = difference(request.settings, Settings())
+    overrides = difference(request.settings, asked.subject.default)
     about = About(
-        programme,
-        plan.title,
-        fan,
+        asked.programme,
+        asked.title,
+        asked.fan,
         started.isoformat(sep=" ", timespec="seconds"),
         time.perf_counter() - began,
         {key: text.strip('"') for key, text in overrides.items()},

@@ -23,15 +23,13 @@ class Trial(NamedTuple):
 
     fault: Annotated[float, Quantity("1", "code of the fault that stopped the run, 0 for none")]
     missed: Annotated[float, Quantity("1", "moves that did not arrive")]
-    settling: Annotated[
-        float, Quantity("s", "slowest arrival, counted from the end of the profile")
-    ]
-    mean_settling: Annotated[float, Quantity("s", "mean of the same")]
+    settling: Annotated[float, Quantity("s", "slowest arrival, from the end of the profile")]
+    mean_settling: Annotated[float, Quantity("s", "mean arrival, from the end of the profile")]
     peak_error: Annotated[
-        float, Quantity("um", "largest distance from the set point during the move")
+        float, Quantity("um", "largest distance from the set point during the moves")
     ]
-    rms_error: Annotated[float, Quantity("um", "rms of the same, over all moves")]
-    overshoot: Annotated[float, Quantity("um", "largest overshoot behind the end of a profile")]
+    rms_error: Annotated[float, Quantity("um", "rms distance from the set point during the moves")]
+    overshoot: Annotated[float, Quantity("um", "largest overshoot past a target")]
     rest_error: Annotated[float, Quantity("um", "largest error at rest, by the encoder")]
     true_error: Annotated[float, Quantity("um", "largest error at rest, true")]
     effort: Annotated[float, Quantity("V", "largest effort")]
@@ -44,7 +42,7 @@ _SHARED = {
 }
 _PATH = {
     "contour": Quantity("um", "largest distance from the path, by the encoders"),
-    "rms_contour": Quantity("um", "rms of the same, over all moves"),
+    "rms_contour": Quantity("um", "rms distance from the path, by the encoders"),
     "true_contour": Quantity("um", "largest distance from the path, true"),
 }
 _TRUE = Quantity("um", "largest distance from the target at rest, true")
@@ -62,19 +60,16 @@ def _joint(names: tuple[str, ...], places: tuple[Any, ...], has_plane: bool) -> 
     """Figures of several stages; infinity: no arrival; NaN: stopped by a guard."""
     notes = _SHARED | (_PATH if has_plane else {})
     all_stages = "both" if len(names) == 2 else "all"
-    slowest = f"slowest arrival of {all_stages}, counted from the end of the profile"
+    slowest = f"slowest arrival of {all_stages}, from the end of the profile"
     notes["settling"] = Quantity("s", slowest)
-    first = names[0]
     for name, place in zip(names, places, strict=True):
-        words = (
-            f"largest distance from the set point, {name}" if name == first else f"the same, {name}"
-        )
+        words = f"largest distance from the set point, {name}"
         notes[f"peak_error_{name}"] = place.column(Quantity("um", words))
     if has_plane:
         notes["true_error"] = _TRUE
     for name in names:
         words = f"rms change of the effort from period to period, {name}"
-        notes[f"rough_{name}"] = Quantity("V", words if name == first else f"the same, {name}")
+        notes[f"rough_{name}"] = Quantity("V", words)
     fields = [(name, Annotated[float, note]) for name, note in notes.items()]
     return NamedTuple("JointTrial", fields)
 

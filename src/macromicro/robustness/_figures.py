@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from macromicro.batch import Metric
 from macromicro.drawing import style
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED
 from macromicro.robustness import words
 from macromicro.robustness._findings import Influence, overall, strongest, yields
-from macromicro.robustness._metrics import METRICS, NAMES
 from macromicro.robustness.study import Study
 from macromicro.uncertainty.table import FACTOR, Uncertain
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 FIGURES = ("yields", "tornado", "distributions", "scatter")
 _BARS = 6
+_LABEL = 42  # characters of a line below a panel
 _FAINT = "0.45"
 
 
@@ -37,7 +39,7 @@ def draw(study: Study) -> Iterator[Drawn]:
     if not np.isnan(study.single[:, :, 0]).all():
         yield _tornado(study)
     yield _distributions(study)
-    if len(study.rows) > 1:
+    if len(study.rows) > 1 and len(study.subject.uncertain) > 1:
         yield _scatter(study)
 
 
@@ -71,7 +73,7 @@ def _yields(study: Study) -> Drawn:
 
 
 def _tornado(study: Study) -> Drawn:
-    names = [n for n in words.MAIN if math.isfinite(study.nominal[NAMES.index(n)])]
+    names = [n for n in study.subject.main if math.isfinite(study.nominal[study.at(n)])]
     rows = max(1, (len(names) + 1) // 2)
     height = 0.7 + 2.25 * rows
     figure, axes = style.new(height, rows, 2)
@@ -85,7 +87,7 @@ def _tornado(study: Study) -> Drawn:
         "tornado",
         "One parameter at a time",
         "Each parameter alone at its low end (blue) and high end (orange), the others nominal "
-        f"(vertical line), all with the same noise; of {len(study.request.uncertain)} parameters "
+        f"(vertical line), all with the same noise; of {len(study.subject.uncertain)} parameters "
         f"the {_BARS} with most effect. Hatched to the edge: a move never settled, or the guard "
         "stopped the run before the metric was known.",
         figure,
@@ -119,8 +121,8 @@ def _legend(figure: Figure, height: float) -> None:
 
 
 def _bars(ax: Any, study: Study, name: str, letter: str) -> None:
-    metric = METRICS[NAMES.index(name)]
-    middle = float(study.nominal[NAMES.index(name)])
+    metric = study.metric(name)
+    middle = float(study.nominal[study.at(name)])
     found = words.top_influences(study, name, _BARS)
     known = [v for i in found for v in (i.low, i.high) if math.isfinite(v)]
     low, high = min([middle, *known]), max([middle, *known])
@@ -161,15 +163,18 @@ def _label(each: Influence) -> str:
 
 
 def _distributions(study: Study) -> Drawn:
+    shown = study.subject.main
     figure, axes = style.new(5.6, 2, 3)
     figure.subplots_adjust(left=0.06, wspace=0.25, hspace=0.6)
+    for ax in axes.flat[len(shown) :]:
+        ax.set_visible(False)
     limits = {r.metric.name: r.limit for r in study.request.requirements}
-    for letter, ax, name in zip("abcdef", axes.flat, words.MAIN, strict=True):
-        values = study.rows[:, NAMES.index(name)]
+    for letter, ax, name in zip("abcdef", axes.flat, shown, strict=False):
+        values = study.column(name)
         finite = values[np.isfinite(values)]
-        metric = METRICS[NAMES.index(name)]
+        metric = study.metric(name)
         if len(finite):
-            ax.hist(finite, bins=_edges(finite, name), rwidth=0.92, color=BLUE, alpha=0.75)
+            ax.hist(finite, bins=_edges(finite, metric), rwidth=0.92, color=BLUE, alpha=0.75)
         if name in limits:
             ax.axvline(limits[name], color=RED, linewidth=1.2, linestyle="--")
         never, unknown = int(np.isposinf(values).sum()), int(np.isnan(values).sum())
@@ -185,7 +190,8 @@ def _distributions(study: Study) -> Drawn:
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5},
         )
         unit = f" [{metric.unit}]" if metric.unit else ""
-        style.finish(ax, f"({letter}) {name.replace('_', ' ')}", f"{metric.meaning}{unit}")
+        label = textwrap.fill(f"{metric.meaning}{unit}", _LABEL)
+        style.finish(ax, f"({letter}) {name.replace('_', ' ')}", label)
         if metric.unit == "count":
             ax.xaxis.get_major_locator().set_params(integer=True)
         ax.xaxis.label.set_fontsize(7.5)
@@ -202,8 +208,8 @@ def _distributions(study: Study) -> Drawn:
     )
 
 
-def _edges(finite: Any, name: str) -> Any:
-    if name == "macro_overshoot":
+def _edges(finite: Any, metric: Metric) -> Any:
+    if metric.unit == "count":
         return np.arange(-0.5, finite.max() + 1.5)
     return 25
 
@@ -211,14 +217,14 @@ def _edges(finite: Any, name: str) -> Any:
 def _scatter(study: Study) -> Drawn:
     name, ranked = strongest(study)
     first, second = ranked[0].parameter, ranked[1].parameter
-    order = [u.name for u in study.request.uncertain]
+    order = [u.name for u in study.subject.uncertain]
     amounts = study.sample.amounts[: len(study.rows)]
     x, y = (amounts[:, order.index(p.name)] for p in (first, second))
     requirement = next(r for r in study.request.requirements if r.metric.name == name)
-    met = requirement.met(study.rows)
-    known = ~np.isnan(study.rows[:, NAMES.index(name)])
-    every = np.all([r.met(study.rows) for r in study.request.requirements], axis=0)
-    stopped = study.rows[:, NAMES.index("fault")] > 0.0
+    met = study.met(requirement)
+    known = ~np.isnan(study.column(name))
+    every = study.met(*study.request.requirements)
+    stopped = study.column("fault") > 0.0
     figure, axes = style.new(3.9, 1, 2)
     titles = (
         f"(a) {requirement.metric.meaning}\n     {requirement.text}",
@@ -248,7 +254,7 @@ def _scatter(study: Study) -> Drawn:
             fontsize=7.5, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3, frameon=False
         )
     figure.subplots_adjust(top=0.86, bottom=0.22)
-    tried = len(study.request.uncertain)
+    tried = len(study.subject.uncertain)
     one, other = (words.rank(each.correlation, tried) for each in ranked[:2])
     return Drawn(
         "scatter",

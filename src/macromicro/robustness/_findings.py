@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from macromicro.robustness._metrics import NAMES
 from macromicro.robustness.requirements import Requirement
 from macromicro.robustness.statistics import Rank, Share, rank_correlation, share
 from macromicro.robustness.study import Study
@@ -27,25 +26,23 @@ class Yield(NamedTuple):
 def yields(study: Study) -> list[Yield]:
     found = []
     for requirement in study.request.requirements:
-        column = NAMES.index(requirement.metric.name)
-        met = requirement.met(study.rows)
-        known = int((~np.isnan(study.rows[:, column])).sum())
+        name = requirement.metric.name
+        met = study.met(requirement)
+        known = int((~np.isnan(study.column(name))).sum())
         passed = int(met.sum())
         found.append(
             Yield(
                 requirement,
                 share(passed, len(met)),
                 share(passed, known),
-                float(study.nominal[column]),
+                float(study.nominal[study.at(name)]),
             )
         )
     return found
 
 
 def overall(study: Study) -> Share:
-    met = np.ones(len(study.rows), dtype=bool)
-    for requirement in study.request.requirements:
-        met &= requirement.met(study.rows)
+    met = study.met(*study.request.requirements)
     return share(int(met.sum()), len(met))
 
 
@@ -63,10 +60,10 @@ def influences(study: Study, metric: str) -> list[Influence]:
     An end whose metric is unknown, though the nominal machine's is known (the guard stopped the
     run), has an infinite effect.
     """
-    column = NAMES.index(metric)
+    column = study.at(metric)
     found = []
     middle = float(study.nominal[column])
-    for k, each in enumerate(study.request.uncertain):
+    for k, each in enumerate(study.subject.uncertain):
         low, high = (float(v) for v in study.single[k, :, column])
         ends = [
             math.inf if math.isnan(v) and _ran(study, k, side) else v
@@ -112,17 +109,17 @@ def worst(study: Study) -> list[Worst]:
     Of equals the one nearest to the nominal machine, in shares of the parameters' ranges.
     """
     found = []
-    spans = np.array([u.high - u.low for u in study.request.uncertain])
-    middle = centre(study.request.settings, study.request.uncertain)
+    spans = np.array([u.high - u.low for u in study.subject.uncertain])
+    middle = centre(study.request.settings, study.subject.uncertain)
     away = np.abs((study.sample.amounts[: len(study.rows)] - middle) / spans).sum(axis=1)
     for requirement in study.request.requirements:
-        values = study.rows[:, NAMES.index(requirement.metric.name)]
+        values = study.column(requirement.metric.name)
         if np.isnan(values).all():
             continue
         most = np.nanmax(values)
         equal = np.flatnonzero(values == most)
         index = int(equal[np.argmin(away[equal])])
-        code = int(study.rows[index, NAMES.index("fault_code")])
+        code = int(study.rows[index, -1])
         found.append(Worst(requirement, index, float(most), code))
     return found
 

@@ -21,10 +21,11 @@ from macromicro.design.response import MoveResult, moves
 from macromicro.design.vibration import vibration
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
+from macromicro.robustness.requirements import CODE, FAULT, NO_FAULT, Requirement
 from macromicro.settings import Settings
 
 METRICS: tuple[Metric, ...] = (
-    Metric("fault", "", "stops by the guard"),
+    FAULT,
     Metric("macro_missed", "", "macro moves that did not arrive"),
     Metric("micro_missed", "", "micro moves that did not arrive"),
     Metric("macro_settling", "s", "slowest macro move's settling"),
@@ -39,11 +40,31 @@ METRICS: tuple[Metric, ...] = (
     Metric("vibration", "um", "largest vibration after a macro move"),
     Metric("vibration_decay", "s", "longest decay of that vibration to 2 um"),
     Metric("hottest", "degC", "highest wire temperature, by the bench's truth"),
-    Metric("fault_code", "", "which fault stopped the run, 0 for none"),
+    CODE,
 )
+# What is drawn.
+MAIN = ("macro_settling", "macro_overshoot", "micro_error", "contraction", "extension", "vibration")
 NAMES = tuple(m.name for m in METRICS)
-# A code is a name, not a quantity: nothing is ranked or limited by it.
-QUANTITIES = METRICS[:-1]
+_MORE = "more is allowed (assumption)"
+_DEFAULTS: tuple[tuple[str, float, str], ...] = (
+    ("fault", 0.0, NO_FAULT),
+    ("macro_missed", 0.0, "Section 6.1: every macro move is followed by micro moves"),
+    ("micro_missed", 0.0, "Section 6.2: every level is reached"),
+    ("macro_settling", 0.95, f"Section 6.4.2: 0.75 s; a quarter {_MORE}"),
+    ("macro_overshoot", 1.0, "Section 4.3.3: no overshoot, to a count"),
+    ("contraction", 0.7, f"Section 5.3.2: 0.5 s; 0.2 s {_MORE}"),
+    ("extension", 1.3, f"Section 5.3.2: 1 s; 0.3 s {_MORE}"),
+    ("micro_error", 5.0, "Section 5.3.2: 5 um (S13c)"),
+    (
+        "true_micro_error",
+        5.0,
+        "the same of the position itself: the laser's zero may be off (Section 6.3)",
+    ),
+    ("micro_overshoot", 10.0, "assumption: the band within which a micro move has settled"),
+)
+_BY_NAME = {m.name: m for m in METRICS}
+
+REQUIRED = tuple(Requirement(_BY_NAME[name], limit, source) for name, limit, source in _DEFAULTS)
 # What `measure` reads of a recording.
 COLUMNS = (
     *("t", "move", "phase", "macro_position", "laser", "laser_reset", "hall_position"),

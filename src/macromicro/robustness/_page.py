@@ -9,7 +9,6 @@ import macromicro
 from macromicro.drawing.page import Picture, filled
 from macromicro.robustness import words
 from macromicro.robustness._findings import overall, worst
-from macromicro.robustness._metrics import METRICS, NAMES
 from macromicro.robustness.statistics import rank_correlation
 from macromicro.robustness.study import Study
 from macromicro.robustness.words import About
@@ -23,6 +22,7 @@ def page(study: Study, about: About, pictures: Sequence[Picture], out: str) -> s
         TEMPLATE,
         about=about,
         request=study.request,
+        machine=study.subject.name,
         done=len(study.rows),
         whole=whole,
         share=words.percent(whole.share),
@@ -31,12 +31,12 @@ def page(study: Study, about: About, pictures: Sequence[Picture], out: str) -> s
         yield_headings=words.YIELD_HEADINGS,
         yields=words.yield_rows(study, whole),
         influences=[
-            (METRICS[NAMES.index(name)].meaning, words.influence(study, name))
-            for name in words.MAIN
+            (study.metric(name).meaning, words.influence(study, name))
+            for name in study.subject.main
         ],
         spread_headings=words.SPREAD_HEADINGS,
         spreads=words.spread_rows(study),
-        correlation_headings=words.MAIN,
+        correlation_headings=study.subject.main,
         correlations=_correlations(study),
         worst=_worst(study, about, out),
         parameters=_parameters(study),
@@ -48,10 +48,10 @@ def page(study: Study, about: About, pictures: Sequence[Picture], out: str) -> s
 
 def _correlations(study: Study) -> list[tuple[str, ...]]:
     lines = []
-    for k, each in enumerate(study.request.uncertain):
+    for k, each in enumerate(study.subject.uncertain):
         x = study.sample.amounts[: len(study.rows), k]
-        found = (rank_correlation(x, study.rows[:, NAMES.index(m)]) for m in words.MAIN)
-        lines.append((each.name, *(words.rank(r, len(study.request.uncertain)) for r in found)))
+        found = (rank_correlation(x, study.column(m)) for m in study.subject.main)
+        lines.append((each.name, *(words.rank(r, len(study.subject.uncertain)) for r in found)))
     return lines
 
 
@@ -77,5 +77,5 @@ def _parameters(study: Study) -> list[tuple[str, str, str, str, str]]:
             ", ".join(path for path, _ in u.parts),
             u.source,
         )
-        for u in study.request.uncertain
+        for u in study.subject.uncertain
     ]

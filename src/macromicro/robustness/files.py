@@ -15,16 +15,12 @@ from macromicro.drawing import files as drawings
 from macromicro.drawing.page import Picture
 from macromicro.robustness import _figures, words
 from macromicro.robustness._findings import Worst, influences, overall, worst, yields
-from macromicro.robustness._metrics import NAMES, QUANTITIES
 from macromicro.robustness._page import page
 from macromicro.robustness.statistics import CONFIDENCE, LEVELS, spread
 from macromicro.robustness.study import Study
 from macromicro.robustness.words import About
 from macromicro.runs import folder
-from macromicro.schema import config
 from macromicro.schema.text import plain, write_text
-from macromicro.settings import Settings
-from macromicro.uncertainty.machines import settings_at
 
 PAGE, JSON, SAMPLES = "robust.html", "robust.json", "samples.csv"
 FILES = (PAGE, JSON, SAMPLES, *drawings.names(_figures.FIGURES))
@@ -52,9 +48,6 @@ def _earlier(out: Path) -> list[str]:
 def as_toml(study: Study, found: Worst, about: About) -> str:
     """The settings of a worst case as a file for `macromicro run --config`."""
     metric = found.requirement.metric
-    tree = settings_at(
-        study.request.settings, study.request.uncertain, study.sample.amounts[found.sample]
-    )
     lines = [
         f"# Sample {found.sample} of {len(study.rows)}: the worst for {metric.name},",
         f"# {metric.meaning}: {words.number(found.value, metric.unit)}"
@@ -62,15 +55,15 @@ def as_toml(study: Study, found: Worst, about: About) -> str:
         f"#   {words.replay(study, found, about, '')}",
         "\n",
     ]
-    return "\n".join(lines) + config.changed_toml(tree, Settings())
+    return "\n".join(lines) + study.subject.as_toml(study.settings(found.sample))
 
 
 def as_csv(study: Study) -> str:
     """A line for each machine of the sample: seed, parameters on their scales, metrics."""
-    names = [u.name for u in study.request.uncertain]
+    names = [u.name for u in study.subject.uncertain]
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["sample", "seed", *names, *NAMES])
+    writer.writerow(["sample", "seed", *names, *(m.name for m in study.subject.metrics)])
     for i, row in enumerate(study.rows):
         cells = [_cell(v) for v in (*study.sample.amounts[i], *row)]
         writer.writerow([str(i), str(study.request.seed + i), *cells])
@@ -92,6 +85,7 @@ def as_json(study: Study, about: About) -> str:
 def _content(study: Study, about: About) -> Iterator[tuple[str, Any]]:
     request, whole = study.request, overall(study)
     yield "version", macromicro.__version__
+    yield "machine", study.subject.name
     yield "programme", about.programme
     yield "fan", about.fan
     yield "started", about.started
@@ -103,7 +97,7 @@ def _content(study: Study, about: About) -> Iterator[tuple[str, Any]]:
     yield "interrupted", study.interrupted
     yield "remarks", words.remarks(study)
     yield "interval", f"Clopper-Pearson, {CONFIDENCE:.0%}"
-    yield "parameters", [u._asdict() for u in request.uncertain]
+    yield "parameters", [u._asdict() for u in study.subject.uncertain]
     yield (
         "requirements",
         [
@@ -127,7 +121,7 @@ def _content(study: Study, about: About) -> Iterator[tuple[str, Any]]:
                 "unit": m.unit,
                 "meaning": m.meaning,
                 "nominal": study.nominal[k],
-                **_spread(study, k),
+                **_spread(study, m.name),
                 "influences": [
                     {
                         "parameter": i.parameter.name,
@@ -140,7 +134,7 @@ def _content(study: Study, about: About) -> Iterator[tuple[str, Any]]:
                     for i in influences(study, m.name)
                 ],
             }
-            for k, m in enumerate(QUANTITIES)
+            for k, m in enumerate(study.quantities)
         },
     )
     yield (
@@ -160,7 +154,7 @@ def _content(study: Study, about: About) -> Iterator[tuple[str, Any]]:
     )
 
 
-def _spread(study: Study, column: int) -> dict[str, Any]:
-    found = spread(study.rows[:, column])
+def _spread(study: Study, metric: str) -> dict[str, Any]:
+    found = spread(study.column(metric))
     levels = dict(zip((f"{level:g}" for level in LEVELS), found.quantiles, strict=True))
     return {**found._asdict(), "quantiles": levels}

@@ -1,22 +1,26 @@
-"""A programme on the whole bench, judged by this study's metrics."""
+"""A programme on the whole bench of the two-stage machine, judged by its metrics."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
-from macromicro import simulate
-from macromicro.batch import SEED, Variants
+from macromicro import batch, simulate
+from macromicro.arrays import Array
+from macromicro.batch import SEED, Job, Variants
 from macromicro.batch.bench_job import BenchJob
 from macromicro.batch.scratch import Scratch
 from macromicro.batch.whole_bench import ProgrammeJob
 from macromicro.programme import Programme
-from macromicro.robustness._metrics import COLUMNS, METRICS, measure
+from macromicro.robustness._metrics import COLUMNS, MAIN, METRICS, REQUIRED, measure
+from macromicro.robustness.study import Subject
+from macromicro.schema import config
 from macromicro.settings import Settings
 from macromicro.simulate import Outcome
 from macromicro.uncertainty.machines import columns
-from macromicro.uncertainty.table import Uncertain
+from macromicro.uncertainty.table import UNCERTAIN, Uncertain
 
 
 class RobustJob(BenchJob):
@@ -46,6 +50,23 @@ class RobustJob(BenchJob):
             place.recording(), self.programme(settings), settings, int(outcome.watch.fault)
         )
         return [float(v) for v in found]
+
+
+def subject(job: Job, workers: int, uncertain: Sequence[Uncertain] = UNCERTAIN) -> Subject:
+    """The two-stage machine, run by a job of the batch engine in threads."""
+
+    def evaluate(trees: Sequence[Any], seeds: Sequence[int], done: Callable[[int], bool]) -> Array:
+        rows: list[Array] = []
+        for _, piece in batch.run(job, variants(uncertain, trees, seeds), workers):
+            rows.extend(piece)
+            if done(len(rows)):
+                break
+        return np.array(rows)
+
+    def as_toml(tree: Any) -> str:
+        return config.changed_toml(tree, Settings())
+
+    return Subject(job.metrics, MAIN, evaluate, tuple(uncertain), REQUIRED, Settings(), as_toml)
 
 
 def variants(

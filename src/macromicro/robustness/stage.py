@@ -6,47 +6,30 @@ Each stage of several is drawn independently.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from functools import partial
+from typing import Any
+
+import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.batch import Metric
 from macromicro.batch.stage_job import metrics
 from macromicro.errors import ProblemError
-from macromicro.machines.composite import AnyMachine, names
+from macromicro.machines.composite import AnyMachine, Composite, names
 from macromicro.machines.joint.settings import NOTHING
-from macromicro.machines.machine import Machine
+from macromicro.machines.machine import Machine, as_toml
 from macromicro.machines.planning import Planned
 from macromicro.machines.trial import trials
-from macromicro.robustness.requirements import Requirement
-from macromicro.robustness.statistics import Share, share
+from macromicro.robustness.requirements import CODE, FAULT, NO_FAULT, Requirement
+from macromicro.robustness.study import Subject
 from macromicro.schema.keys import nearest
 from macromicro.schema.par import entries, value_at
 from macromicro.schema.text import printable
-from macromicro.uncertainty.machines import counted, draw, settings_at
+from macromicro.uncertainty.machines import draw, settings_at
 from macromicro.uncertainty.table import Uncertain, read
 
+MOST_DRAWN = 6  # metrics
 KEPT = ("controller", "guard", "motion", "arrival", "travel")
-
-
-class Study(NamedTuple):
-    machine: AnyMachine
-    rows: tuple[Uncertain, ...]  # what was varied
-    amounts: Array  # of each machine
-    nominal: Any  # figures of the settings themselves (`trial.kind`)
-    found: Sequence[Any]  # of the machines, perhaps fewer than were drawn
-    asked: int  # machines that were drawn
-    seed: int  # of the draw
-    required: tuple[Requirement, ...] = ()  # limits on the figures of a run
-
-    @property
-    def arrives(self) -> Share:
-        """Share of the machines on which every move arrives and no fault stops the run."""
-        good = sum(t.fault == 0.0 and t.missed == 0.0 for t in self.found)
-        return share(good, len(self.found))
-
-    def met(self, *required: Requirement) -> Share:
-        """Share of the machines that meet requirements; unknown metrics count as not met."""
-        good = sum(all(getattr(t, r.metric.name) <= r.limit for r in required) for t in self.found)
-        return share(good, len(self.found))
 
 
 def uncertain(machine: AnyMachine, settings: Any) -> tuple[Uncertain, ...]:
@@ -99,25 +82,46 @@ def _kept(machine: AnyMachine, settings: Any, drawn: Any) -> Any:
 
 
 def required(machine: AnyMachine, settings: Any) -> tuple[Requirement, ...]:
-    """Default requirements: of a machine with a plane, the tolerance of the contour."""
-    if isinstance(machine, Machine) or not machine.has_plane:
-        return ()
-    metric = next(m for m in metrics(machine) if m.name == "contour")
-    return (Requirement(metric, 1e6 * settings.path.tolerance, "path.tolerance"),)
+    """Default requirements: every move arrives, and within the tolerance of a path in a plane."""
+    known = {each.name: each for each in _metrics(machine)}
+    found = [
+        Requirement(FAULT, 0.0, NO_FAULT),
+        Requirement(known["missed"], 0.0, "every move must arrive"),
+    ]
+    if isinstance(machine, Composite) and machine.has_plane:
+        limit = 1e6 * settings.path.tolerance
+        found.append(Requirement(known["contour"], limit, "path.tolerance"))
+    return tuple(found)
 
 
-def study(
-    machine: AnyMachine,
-    settings: Any,
-    plan: Planned,
-    samples: int,
-    seed: int,
-    workers: int,
-    done: Callable[[int], bool] = lambda n: False,
-) -> Study:
-    counted(samples)
-    rows = uncertain(machine, settings)
-    amounts, trees = machines(machine, settings, rows, samples, seed)
-    seeds = [seed, *(seed + k for k in range(samples))]
-    found = trials(machine, [settings, *trees], plan, seeds, workers, done)
-    return Study(machine, rows, amounts, found[0], found[1:], samples, seed)
+def subject(machine: AnyMachine, settings: Any, plan: Planned, workers: int) -> Subject:
+    """A machine of one stage, or of several on one clock, with a plan, run in threads."""
+    found = _metrics(machine)
+
+    def evaluate(trees: Sequence[Any], seeds: Sequence[int], done: Callable[[int], bool]) -> Array:
+        rows = np.array(trials(machine, trees, plan, seeds, workers, done), dtype=float)
+        rows = rows.reshape(-1, len(found) - 1)
+        return np.column_stack([rows[:, 0] != 0.0, rows[:, 1:], rows[:, 0]])
+
+    return Subject(
+        found,
+        _main([each.name for each in found[2:-1]]),
+        evaluate,
+        uncertain(machine, settings),
+        required(machine, settings),
+        machine.settings,
+        partial(as_toml, machine),
+        lambda tree: _kept(machine, settings, tree),
+        machine.name,
+    )
+
+
+def _metrics(machine: AnyMachine) -> tuple[Metric, ...]:
+    """The figures of a run, with the fault apart from its code."""
+    return (FAULT, *metrics(machine)[1:], CODE)
+
+
+def _main(names: Sequence[str]) -> tuple[str, ...]:
+    """Those that are drawn: errors on the way and at rest before all others."""
+    last = ("mean_settling", "effort", "rough")
+    return tuple(sorted(names, key=lambda name: name.startswith(last))[:MOST_DRAWN])

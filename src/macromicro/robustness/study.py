@@ -3,34 +3,49 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from macromicro import batch
 from macromicro.arrays import Array
-from macromicro.batch import Job
-from macromicro.robustness.job import variants
-from macromicro.robustness.requirements import Requirement
-from macromicro.settings import Settings
-from macromicro.uncertainty.machines import Sample, centre, draw, refusal, settings_at
-from macromicro.uncertainty.table import UNCERTAIN, Uncertain
+from macromicro.batch import Metric
+from macromicro.robustness.requirements import FAULT, Requirement
+from macromicro.robustness.statistics import Share, share
+from macromicro.uncertainty.machines import Sample, centre, counted, draw, refusal, settings_at
+from macromicro.uncertainty.table import Uncertain
+
+
+class Subject(NamedTuple):
+    """What is run: a machine with a programme."""
+
+    metrics: tuple[Metric, ...]  # of a run: `FAULT` first, `CODE` last
+    main: tuple[str, ...]  # names of those that are drawn, six at most
+    # rows of metrics for settings and seeds, in order; hears how many are done, and ends where it
+    # answers so
+    evaluate: Callable[[Sequence[Any], Sequence[int], Callable[[int], bool]], Array]
+    uncertain: tuple[Uncertain, ...]  # what is varied
+    required: tuple[Requirement, ...]  # where a user names no others
+    default: Any  # settings that a file need not give
+    as_toml: Callable[[Any], str]  # of settings, for ``macromicro run --config``
+    kept: Callable[[Any], Any] = lambda tree: tree  # drawn settings, with what stays nominal
+    name: str = "two_stage"  # of the machine
 
 
 class Request(NamedTuple):
-    settings: Settings  # the nominal machine
+    settings: Any  # the nominal machine
     requirements: tuple[Requirement, ...]  # what machines must do
     samples: int  # machines to draw (`uncertainty.machines.counted`)
     # of the sample and the noise; run i of the sample has the noise of `seed` + i, the nominal
     # machine and the runs of the tornado that of `seed`
     seed: int
-    workers: int  # threads
-    uncertain: tuple[Uncertain, ...] = UNCERTAIN  # rows of the table, by default all of them
+    single: bool = True  # whether each parameter is tried alone at its ends as well
 
 
 class Study(NamedTuple):
     request: Request  # what was asked for
+    subject: Subject
     sample: Sample  # the machines
     nominal: Array  # of the settings themselves
     rows: Array  # of the first m of the sample's machines
@@ -39,46 +54,79 @@ class Study(NamedTuple):
     impossible: dict[str, str]  # ends at which no machine is, with the reason
     interrupted: bool  # whether something is missing
 
+    @property
+    def quantities(self) -> tuple[Metric, ...]:
+        """The metrics but the code of the fault, which nothing is ranked or limited by."""
+        return self.subject.metrics[:-1]
+
+    def metric(self, name: str) -> Metric:
+        return self.subject.metrics[self.at(name)]
+
+    def at(self, name: str) -> int:
+        """The column of a metric."""
+        return [m.name for m in self.subject.metrics].index(name)
+
+    def column(self, name: str) -> Array:
+        """A metric of all machines."""
+        found: Array = self.rows[:, self.at(name)]
+        return found
+
+    def met(self, *requirements: Requirement) -> NDArray[np.bool_]:
+        """Which machines meet requirements; a metric that is not known is not met."""
+        found = np.ones(len(self.rows), dtype=bool)
+        for each in requirements:
+            found &= self.column(each.metric.name) <= each.limit
+        return found
+
+    def arrived(self) -> Share:
+        """Share of the machines on which all moves arrive and no fault stops the run."""
+        names = [m.name for m in self.quantities if m == FAULT or m.name.endswith("missed")]
+        good = np.all([self.column(name) == 0.0 for name in names], axis=0)
+        return share(int(good.sum()), len(self.rows))
+
+    def settings(self, machine: int) -> Any:
+        """The settings of a machine of the sample."""
+        tree = settings_at(
+            self.request.settings, self.subject.uncertain, self.sample.amounts[machine]
+        )
+        return self.subject.kept(tree)
+
 
 def run(
     request: Request,
-    job: Job,
-    progress: Callable[[int, int], None] = lambda done, total: None,
-    stop: Callable[[], bool] = lambda: False,
+    subject: Subject,
+    heard: Callable[[int, int], bool] = lambda done, total: False,
 ) -> Study:
-    base, uncertain = request.settings, request.uncertain
+    """Run all machines; `heard` is told runs done and to do, and answers whether to end early."""
+    counted(request.samples)
+    base, uncertain = request.settings, subject.uncertain
     sample = draw(base, uncertain, request.samples, request.seed)
-    ends, impossible = _ends(request)
-    machines = [settings_at(base, uncertain, amounts) for amounts in sample.amounts]
+    ends, impossible = _ends(request, subject) if request.single else ({}, {})
+    machines = [subject.kept(settings_at(base, uncertain, amounts)) for amounts in sample.amounts]
     trees = [base, *machines, *ends.values()]
     seeds = [request.seed + i for i in range(len(machines))]
     seeds = [request.seed, *seeds, *[request.seed] * len(ends)]
-    done: list[Array] = []
-    for _, piece in batch.run(job, variants(uncertain, trees, seeds), request.workers):
-        done.extend(piece)
-        progress(len(done), len(trees))
-        if stop():
-            break
-    table = np.array(done).reshape(-1, len(job.metrics))
-    nominal = table[0] if len(table) else np.full(len(job.metrics), math.nan)
+    table = subject.evaluate(trees, seeds, lambda done: heard(done, len(trees)))
+    table = table.reshape(-1, len(subject.metrics))
+    nominal = table[0] if len(table) else np.full(len(subject.metrics), math.nan)
     single = np.full((len(uncertain), 2, table.shape[1]), math.nan)
     for place, row in zip(ends, table[1 + request.samples :], strict=False):
         single[place] = row
     rows = table[1 : 1 + request.samples]
     complete = len(table) == len(trees)
-    return Study(request, sample, nominal, rows, single, impossible, not complete)
+    return Study(request, subject, sample, nominal, rows, single, impossible, not complete)
 
 
-def _ends(request: Request) -> tuple[dict[tuple[int, int], Settings], dict[str, str]]:
+def _ends(request: Request, subject: Subject) -> tuple[dict[tuple[int, int], Any], dict[str, str]]:
     """The settings with one parameter at an end, and the ends that are impossible."""
     found, impossible = {}, {}
-    middle = centre(request.settings, request.uncertain)
-    for k, each in enumerate(request.uncertain):
+    middle = centre(request.settings, subject.uncertain)
+    for k, each in enumerate(subject.uncertain):
         for side, end in enumerate((each.low, each.high)):
             amounts = middle.copy()
             amounts[k] = end
-            tree = settings_at(request.settings, request.uncertain, amounts)
-            why = refusal(tree, request.uncertain)
+            tree = subject.kept(settings_at(request.settings, subject.uncertain, amounts))
+            why = refusal(tree, subject.uncertain)
             if why is None:
                 found[k, side] = tree
             else:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from macromicro.robustness import words
 from macromicro.robustness._findings import overall, worst
-from macromicro.robustness._metrics import METRICS, NAMES
 from macromicro.robustness.study import Study
 from macromicro.robustness.words import About
 
@@ -36,8 +35,8 @@ def show(study: Study, about: About, out: str) -> None:
     console.print(table)
     console.print()
     say("largest influences, one parameter at a time:")
-    for name in words.MAIN:
-        say(f"  {METRICS[NAMES.index(name)].meaning}: {words.influence(study, name)}")
+    for name in study.subject.main:
+        say(f"  {study.metric(name).meaning}: {words.influence(study, name)}")
     console.print()
     say("worst cases, and how to repeat them:")
     for found in worst(study):

@@ -8,19 +8,15 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.robustness._findings import Influence, Worst, Yield, influences, yields
-from macromicro.robustness._metrics import METRICS, QUANTITIES
 from macromicro.robustness.statistics import LEVELS, Rank, Share, spread
 from macromicro.robustness.study import Study
 from macromicro.uncertainty.table import FACTOR, VALUE, Uncertain
 
-# What a tornado is drawn of, in this order.
-MAIN = ("macro_settling", "macro_overshoot", "micro_error", "contraction", "extension", "vibration")
-_BY_NAME = {m.name: m for m in METRICS}
 YIELD_HEADINGS = ("requirement", "limit", "nominal", "met", "yield", "95 % interval", "where known")
 
 
 class About(NamedTuple):
-    programme: str  # as on the command line
+    programme: str  # as on the command line; "" for the machine's usual moves
     title: str  # of the programme
     fan: bool  # whether a fan cooled the actuator
     started: str  # when
@@ -77,7 +73,7 @@ def top_influences(study: Study, metric: str, count: int) -> list[Influence]:
 
 
 def influence(study: Study, metric: str, count: int = 3) -> str:
-    unit = _BY_NAME[metric].unit
+    unit = study.metric(metric).unit
     parts = [
         f"{i.parameter.name} ({amount(i.parameter, i.parameter.low)}: {_end(i, i.low, unit)}, "
         f"{amount(i.parameter, i.parameter.high)}: {_end(i, i.high, unit)})"
@@ -106,7 +102,7 @@ def worst_value(study: Study, found: Worst) -> str:
     metric = found.requirement.metric
     if not math.isinf(found.value):
         return number(found.value, metric.unit)
-    s = spread(study.rows[:, QUANTITIES.index(metric)])
+    s = spread(study.column(metric.name))
     return f"never; {s.never} of {s.known} never settled"
 
 
@@ -118,7 +114,8 @@ def replay(study: Study, found: Worst, about: About, folder: str) -> str:
     seed = study.request.seed + found.sample
     place = f"{folder}/{file_name(found)}" if folder else file_name(found)
     fan = " --fan" if about.fan else ""
-    return f"macromicro run {_quoted(about.programme)} --config {_quoted(place)} --seed {seed}{fan}"
+    what = f"{_quoted(about.programme)} " if about.programme else ""
+    return f"macromicro run {what}--config {_quoted(place)} --seed {seed}{fan}"
 
 
 def _quoted(text: str) -> str:
@@ -158,8 +155,8 @@ SPREAD_HEADINGS = (
 
 def spread_rows(study: Study) -> list[tuple[str, ...]]:
     lines = []
-    for column, metric in enumerate(QUANTITIES):
-        s = spread(study.rows[:, column])
+    for metric in study.quantities:
+        s = spread(study.column(metric.name))
         values = [number(v) for v in (s.least, *s.quantiles, s.most)]
         unit = f" [{metric.unit}]" if metric.unit else ""
         lines.append((f"{metric.meaning}{unit}", str(s.known), str(s.never), *values))
