@@ -18,7 +18,7 @@ from macromicro.machines import planning as single
 from macromicro.machines.composite import Composite, names
 from macromicro.machines.planning import Schedule
 from macromicro.machines.trial import trials
-from macromicro.schema.par import replaced, value_at
+from macromicro.schema.par import changed, value_at
 from macromicro.tuning import stage
 from macromicro.tuning.evolution import minimise
 from macromicro.tuning.stage import FAILED, ROUGH, WIDE, Budget, Objective
@@ -87,9 +87,7 @@ def matched(machine: Composite, settings: Any) -> Any:
     if not machine.has_plane or any(own.law != own._field_defaults["law"] for own in trees):
         return settings
     lower = min(value_at(own, POSITION) for own in trees)
-    for name in names(machine):
-        settings = replaced(settings, f"{name}.{POSITION}", lower)
-    return settings
+    return changed(settings, {f"{name}.{POSITION}": lower for name in names(machine)})
 
 
 def search(
@@ -129,10 +127,8 @@ def search(
     start = np.array([value_at(begin, path) for path in searched])
 
     def on(design: Array) -> Any:
-        tree = begin
-        for path, value in zip(searched, start * WIDE ** (2.0 * design - 1.0), strict=True):
-            tree = replaced(tree, path, float(f"{value:.{stage.DIGITS}g}"))
-        return tree
+        gains = [float(f"{g:.{stage.DIGITS}g}") for g in start * WIDE ** (2.0 * design - 1.0)]
+        return changed(begin, dict(zip(searched, gains, strict=True)))
 
     def costs(designs: Array) -> Array:
         trees = [on(design) for design in designs]

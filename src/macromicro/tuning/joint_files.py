@@ -63,7 +63,7 @@ def as_toml(found: Tuning) -> str:
         f"# {found.evaluations} designs, seed {found.seed}, macromicro {macromicro.__version__}\n"
     )
     body = config.changed_toml(found.best.settings, found.machine.settings, found.knobs)
-    return f'{head}{KEY} = "{found.machine.name}"\n{body}'
+    return f"{head}{KEY} = {found.machine.written}\n{body}"
 
 
 def content(found: Tuning) -> dict[str, Any]:

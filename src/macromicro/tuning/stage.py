@@ -18,7 +18,7 @@ from macromicro.machines.trial import Trial, trials
 from macromicro.place import LENGTH, Place
 from macromicro.robustness import stage as machines
 from macromicro.schema.keys import nearest
-from macromicro.schema.par import entries, replaced, value_at
+from macromicro.schema.par import changed, entries, replaced, value_at
 from macromicro.tuning.evolution import minimise
 
 # Gains that are searched, by law.
@@ -159,8 +159,12 @@ def search(
     def on(design: Array, tree: Any) -> Any:
         if (design == middle).all():
             return tree
-        for path, value in zip(searched, gains(design).tolist(), strict=True):
-            tree = replaced(tree, path, float(f"{value:.{DIGITS}g}"))
+        rounded = [float(f"{value:.{DIGITS}g}") for value in gains(design)]
+        values = dict(zip(searched, rounded, strict=True))
+        if tree is settings:  # what follows from the gains follows, as in the file that is written
+            return changed(tree, values)
+        for path, value in values.items():
+            tree = replaced(tree, path, value)
         return tree
 
     def tried(design: Array, trees: Sequence[Any]) -> list[Trial]:

@@ -74,7 +74,7 @@ def as_toml(found: Tuning) -> str:
     body = config.changed_toml(
         found.tuned, found.machine.settings, knobs(found.machine, found.tuned)
     )
-    return f'{head}{KEY} = "{found.machine.name}"\n{body}'
+    return f"{head}{KEY} = {found.machine.written}\n{body}"
 
 
 def content(found: Tuning) -> dict[str, Any]:
