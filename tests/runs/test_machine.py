@@ -365,7 +365,7 @@ class Oven:
         self.tick += 1
 
     def read(self) -> Any:
-        from macromicro.plant.kiln import KilnSample
+        from macromicro.rig.fixtures import KilnSample
 
         shown = 25.0 + 0.1 * self.tick
         return KilnSample(self.now(), shown if shown < 30.0 else math.nan, 0.0)

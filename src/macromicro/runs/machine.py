@@ -17,8 +17,6 @@ from macromicro.control.stage_law import Sample as StageSample
 from macromicro.control.stage_law import Target
 from macromicro.errors import MacromicroError
 from macromicro.plant.bench import Plant
-from macromicro.plant.cycle import CyclePlant
-from macromicro.plant.kiln import KilnPlant
 from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
 from macromicro.rig import guard
@@ -30,8 +28,6 @@ from macromicro.rig.session import Fixture, Session
 from macromicro.types import Command, Outputs, Sample
 
 Machine = Plant | Fixture
-Oven = KilnPlant | Fixture
-CycleBed = CyclePlant | Fixture
 Law = Callable[[int, Sample], tuple[Command, Outputs]]
 
 NEAR = 1.0  # counts
