@@ -28,6 +28,7 @@ from macromicro.errors import InputError
 from macromicro.identify import kiln as kiln_fit
 from macromicro.identify import wire_table
 from macromicro.kernel import compiled
+from macromicro.lab import learning
 from macromicro.nominal import PERIOD
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES
@@ -35,7 +36,7 @@ from macromicro.programme import Programme, load, travel
 from macromicro.recording import Recording
 from macromicro.rig.codes import OK
 from macromicro.rig.twin import noise_source
-from macromicro.runs import learning, programmed
+from macromicro.runs import programmed
 from macromicro.settings import Settings
 from macromicro.thesis import heats, kiln_bench
 from macromicro.thesis.chapter5 import kiln_runs

@@ -12,8 +12,8 @@ from macromicro.settings import Settings
 from macromicro.thesis.claims import Claim
 
 if TYPE_CHECKING:
+    from macromicro.lab.machine import Machine
     from macromicro.rig.session import Fixture
-    from macromicro.runs.machine import Machine
     from macromicro.runs.programmed import Runner
     from macromicro.thesis.cycle_bench import CycleBed
     from macromicro.thesis.kiln_bench import Kiln

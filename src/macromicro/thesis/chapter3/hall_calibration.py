@@ -12,8 +12,8 @@ from macromicro.design import resolution
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, ORANGE, RED, finish, line, new
 from macromicro.identify.hall import HallFit, calibrated
+from macromicro.lab.machine import Machine
 from macromicro.runs import hall as hall_calibration
-from macromicro.runs.machine import Machine
 from macromicro.thesis.chapter3._sensor_claims import SENSITIVITY, SPAN
 from macromicro.thesis.claims import Claim, measured_by, stated, within
 from macromicro.thesis.procedure import Lab, Procedure
