@@ -220,6 +220,14 @@ def test_approach_comes_to_rest_within_a_count() -> None:
         assert moved == (place != 0.0)
 
 
+def test_a_programme_s_approach_keeps_to_the_settings_of_its_law() -> None:
+    """The motor of a rig may not stand the 5 V of the default settings."""
+    made = Made(state=bench.initial(PLANT, 5e-3))
+    controller = Settings().controller._replace(motor_limit=3.6)
+    on_rig(made.fixture())(programme((MACRO, 1.0, 0.0)), Settings(controller=controller))
+    assert 3.0 < max(abs(w.motor) for w in made.rigs[0].written) <= 3.6
+
+
 def test_approach_gives_up_where_the_encoder_does_not_answer() -> None:
     fixture = Made(seen=lambda s: s._replace(encoder=0.0)).fixture()
     with fixture.open() as session, pytest.raises(GuardTripped, match=r"following|carriage"):

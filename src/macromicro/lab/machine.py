@@ -40,6 +40,7 @@ Law = Callable[[int, Sample], tuple[Command, Outputs]]
 
 NEAR = 1.0  # counts
 SETTLE_S = 0.2
+_USUAL = Control()
 PATIENCE_S = 20.0
 FLAGS = tuple(k for k, note in quantities(Sample).items() if not note.dtype.startswith("f"))
 _MOVE = NAMES.index("move")
@@ -61,15 +62,16 @@ def watchdog(limits: Limits | None, table: Calibration | None) -> Guard:
     return guard.prepare(limits or Limits(), calibration.shipped() if table is None else table)
 
 
-def approach(fixture: Fixture, session: Session, place: float) -> None:
+def approach(fixture: Fixture, session: Session, place: float, gains: Control = _USUAL) -> None:
     """Bring the carriage to rest at a place [counts], within a count.
 
-    The tuned PD (4.10) drives it, through the guard, unless it stands there already.
+    The tuned PD (4.10) drives it, with its gains among these and through the guard, unless it
+    stands there already.
     """
     dt = fixture.dt
     what = f"{fixture.name}, on the way to {place:.0f} counts"
     rig = Guarded(session, watchdog(fixture.limits, fixture.table), dt)
-    law = settings.prepare(Control()).macro
+    law = settings.prepare(gains._replace(macro_law="pd-tuned")).macro
     memory, last, quiet = macro.rest(0.0), math.nan, 0
     for k in range(round(PATIENCE_S / dt)):
         x = rig.read().encoder

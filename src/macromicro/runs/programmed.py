@@ -178,7 +178,7 @@ def _on_rig(
     with fixture.open(seed) as session:
         session.cold(fixture.rest)
         if fixture.has("encoder"):
-            approach(fixture._replace(limits=limits), session, 0.0)
+            approach(fixture._replace(limits=limits), session, 0.0, settings.controller)
         session.restart()
         outcome = follow(session, programme, control, limits, filled, longest, progress)
     return outcome._replace(wall=time.perf_counter() - began)
