@@ -26,11 +26,10 @@ from macromicro.rig.guarded import IDLE
 from macromicro.rig.limits import Limits
 from macromicro.rig.session import BENCH, KILN, KINDS, Fixture
 from macromicro.rig.twin import Twin
-from macromicro.runs import hall
 from macromicro.runs.programmed import on_rig, on_twin
 from macromicro.runs.sequence import micro_steps
 from macromicro.settings import Settings
-from macromicro.thesis import all_procedures, collecting
+from macromicro.thesis import all_procedures, collecting, hall_ramps
 from macromicro.thesis.chapter4 import _friction_runs
 from macromicro.thesis.chapter5 import _electrothermal_runs, kiln_runs
 from macromicro.thesis.chapter6 import laser_noise
@@ -165,8 +164,8 @@ def test_control_by_the_laser(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_hall_calibration(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(hall_table, "RAMP_S", 0.4)
     monkeypatch.setattr(hall_table, "REST_S", 0.2)
-    fast = hall.collect(PLANT, 1, 1)
-    slow = hall.collect(Made().fixture(), 1, 1)
+    fast = hall_ramps.collect(PLANT, 1, 1)
+    slow = hall_ramps.collect(Made().fixture(), 1, 1)
     assert len(slow) == len(fast) == 2
     for one, other in zip(slow, fast, strict=True):
         np.testing.assert_array_equal(one, other)

@@ -1,6 +1,6 @@
 """Hall calibration (Section 3.2.3, Figure 3.9): slow ramps of CTRL, Hall against the laser.
 
-``python -m macromicro.runs.hall FILE`` runs it on the default twin
+``python -m macromicro.thesis.hall_ramps FILE`` runs it on the default twin
 and writes the controller's table, ``hall_V,position_mm``.
 """
 
