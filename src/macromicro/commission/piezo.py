@@ -131,12 +131,11 @@ def drawn_models(
 
 def robust_loop(settings: Any, model: Model) -> Robust:
     p, dt = settings.controller, settings.timing.period
-    poles = 2 if p.drift > 0.0 else 1
-    frequency = loops.grid(dt, _FAR_BELOW * (p.drift if poles == 2 else p.integral))
+    frequency = loops.grid(dt, _FAR_BELOW * (p.drift if p.drift > 0.0 else p.integral))
     law = piezo_loop.law(p, frequency, dt)
     every = (law * one for one in drawn_models(settings, model, frequency, DRAWS))
     found = law * piezo_loop.plant(settings, frequency)
-    return margins.robust(frequency, found, every, poles)
+    return margins.robust(frequency, found, every)
 
 
 def robustness(settings: Any, model: Model) -> Robustness:

@@ -139,7 +139,7 @@ def robust_loop(settings: Any, found: Wire) -> Robust:
         more * control * plant(one, settings, frequency) for one, more in drawn_models(found, DRAWS)
     )
     whole = control * plant(heat, settings, frequency)
-    return margins.robust(frequency, whole, every, poles=1)
+    return margins.robust(frequency, whole, every)
 
 
 def robustness(settings: Any, found: Wire) -> Robustness:
