@@ -14,11 +14,11 @@ from pathlib import Path
 
 from macromicro.identify import kiln as kiln_fit
 from macromicro.identify import wire_table
-from macromicro.plant import bench, kiln
+from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
-from macromicro.plant.kiln import KilnBench
-from macromicro.thesis import heats
+from macromicro.thesis import heats, kiln_bench
 from macromicro.thesis.chapter5 import kiln_runs
+from macromicro.thesis.kiln_bench import KilnBench
 
 PLACE = Path(__file__).parent.parent / "src/macromicro/control/inverse/shipped.json"
 TUNED = ("ambient", "reach", "quick", "calm", "settle", "floor", "rise", "step")
@@ -27,7 +27,7 @@ TUNED = ("ambient", "reach", "quick", "calm", "settle", "floor", "rise", "step")
 def main() -> None:
     """Measure, fit, write."""
     machine = bench.prepare(Bench(), Sensors())
-    table = kiln_fit.fod_table([kiln_runs.run(kiln.prepare(KilnBench()), kiln_runs.cycles())])
+    table = kiln_fit.fod_table([kiln_runs.run(kiln_bench.prepare(KilnBench()), kiln_runs.cycles())])
     if "--quick" in sys.argv:
         next(iter(heats.records(machine)))
         return

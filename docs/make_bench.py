@@ -15,13 +15,12 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from macromicro.plant import cycle, kiln
-from macromicro.plant.cycle import CycleBench
-from macromicro.plant.kiln import KilnBench
 from macromicro.schema.par import Entry, entries
 from macromicro.settings import Settings
-from macromicro.thesis import all_procedures
+from macromicro.thesis import all_procedures, cycle_bench, kiln_bench
 from macromicro.thesis.claims import CALIBRATED, KINDS, PREDICTED, REPRODUCED, SET, Claim, in_order
+from macromicro.thesis.cycle_bench import CycleBench
+from macromicro.thesis.kiln_bench import KilnBench
 from macromicro.thesis.page import claim_text
 from macromicro.thesis.procedure import Lab
 from macromicro.units import shown
@@ -91,8 +90,8 @@ def parameter_tables() -> str:
     )
     parts.append(table("KilnBench.oven", KilnBench().oven))
     for fixture, sources in (
-        (KilnBench(), kiln.OWN_SOURCES),
-        (CycleBench(), cycle.OWN_SOURCES),
+        (KilnBench(), kiln_bench.OWN_SOURCES),
+        (CycleBench(), cycle_bench.OWN_SOURCES),
     ):
         changed = [e for e in entries(fixture) if e.path in sources]
         name = type(fixture).__name__

@@ -28,16 +28,17 @@ from macromicro.errors import InputError
 from macromicro.identify import kiln as kiln_fit
 from macromicro.identify import wire_table
 from macromicro.kernel import compiled
+from macromicro.lab import learning
 from macromicro.nominal import PERIOD
-from macromicro.plant import bench, kiln
+from macromicro.plant import bench
 from macromicro.plant.bench import NOISES
 from macromicro.programme import Programme, load, travel
 from macromicro.recording import Recording
 from macromicro.rig.codes import OK
 from macromicro.rig.twin import noise_source
-from macromicro.runs import learning, programmed
+from macromicro.runs import programmed
 from macromicro.settings import Settings
-from macromicro.thesis import heats
+from macromicro.thesis import heats, kiln_bench
 from macromicro.thesis.chapter5 import kiln_runs
 from macromicro.uncertainty import machines, table
 
@@ -70,7 +71,7 @@ def drawn(n: int, seed: int) -> list[Settings]:
 def identified(settings: Settings, seed: int) -> wire_table.LawFit:
     """As `collect kiln`, `collect actuator` and `identify actuator` do."""
     machine = bench.prepare(settings.bench, settings.sensors)
-    oven = kiln.prepare(kiln.beside(settings.bench))
+    oven = kiln_bench.prepare(kiln_bench.beside(settings.bench))
     room = settings.bench.thermal.ambient  # a thermometer tells
     turns = kiln_runs.cycles(cold=max(kiln_runs.COLD, room + 2.0))
     cycles = kiln_runs.run(oven, turns, seed)

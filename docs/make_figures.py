@@ -25,13 +25,14 @@ from macromicro.arrays import Array
 from macromicro.drawing.diagram import Diagram, block, quantiser, svg
 from macromicro.drawing.files import encoded
 from macromicro.drawing.style import BLUE, GREEN, ORANGE, finish, new, thinned
+from macromicro.lab import learning
 from macromicro.machines import compositions, runs
 from macromicro.machines.joint import course, planning
 from macromicro.motion import Trajectory, s_curve, trapezoid
 from macromicro.programme import Programme, follow, load, travel
 from macromicro.recording import Recording
 from macromicro.report import joint_figures, learned
-from macromicro.runs import learning, programmed
+from macromicro.runs import programmed
 from macromicro.settings import Settings
 
 FIGURES = Path(__file__).resolve().parent / "figures"

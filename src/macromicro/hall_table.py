@@ -50,10 +50,11 @@ def ramps(plant: Plant, seed: int = 0, runs: int = 3) -> list[tuple[Array, Array
     """Hall voltage against laser on a twin, up and down in turn (Section 3.2.3)."""
     ctrl, parts = profile(runs)
     noise = noise_source(seed).standard_normal((len(ctrl), NOISES))
-    out = np.empty((6, len(ctrl)))
-    cold = bench.initial(plant)
-    compiled(loop.stage)(plant, cold, PiAntiWindup(), False, ctrl, noise, out, 1, DT)
-    return [(out[2, part], out[1, part]) for part in parts]
+    out = np.empty((len(loop.STAGE), len(ctrl)))
+    cold, given = bench.initial(plant), np.stack([np.zeros_like(ctrl), ctrl])
+    compiled(loop.stage)(plant, cold, PiAntiWindup(), False, given, noise, out, 1, DT)
+    hall, laser = out[loop.STAGE.index("hall")], out[loop.STAGE.index("laser")]
+    return [(hall[part], laser[part]) for part in parts]
 
 
 def needed(settings: Described) -> bool:

@@ -117,33 +117,41 @@ def rollout(
     return Run(tick, machine, progress, watch), written
 
 
+# Rows of `stage`, by channel.
+STAGE = ("encoder", "ctrl", "laser", "hall", "contract", "micro", "wire")
+
+
 @kernel
 def stage(
     p: Plant,
     s: State,
     law: PiAntiWindup,
     closed: bool,
-    targets: Array,
+    given: Array,
     noise: Array,
     out: Array,
     every: int,
     dt: float,
 ) -> State:
-    """The twin's micro-stage alone, under a given CTRL or, `closed`, under a law."""
+    """The twin under the rows of `given`: motor volts, and CTRL or, `closed`, what a law holds.
+
+    Writes the rows `STAGE` of every `every`-th period.
+    """
     integral = 0.0
-    for k in range(len(targets)):
+    for k in range(given.shape[1]):
         draw = bench.drawn(noise, k)
         sample = bench.measure(p, s, k * dt, draw)
-        ctrl = targets[k]
+        ctrl = given[1, k]
         if closed:
-            integral, ctrl = pi.step(law, integral, targets[k] - sample.laser, dt)
+            integral, ctrl = pi.step(law, integral, given[1, k] - sample.laser, dt)
         if k % every == 0:
             j = k // every
-            out[0, j] = ctrl
-            out[1, j] = sample.laser
-            out[2, j] = sample.hall
-            out[3, j] = sample.contract
-            out[4, j] = s.micro.wire.x
-            out[5, j] = s.micro.wire.temperature
-        s = bench.advance(p, s, Outputs(0.0, ctrl, 0.0, 0.0), draw, dt)
+            out[0, j] = sample.encoder
+            out[1, j] = ctrl
+            out[2, j] = sample.laser
+            out[3, j] = sample.hall
+            out[4, j] = sample.contract
+            out[5, j] = s.micro.wire.x
+            out[6, j] = s.micro.wire.temperature
+        s = bench.advance(p, s, Outputs(given[0, k], ctrl, 0.0, 0.0), draw, dt)
     return s

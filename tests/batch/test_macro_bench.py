@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 
 from macromicro import batch
-from macromicro.batch import Variants, macro_bench
+from macromicro.batch import Variants
 from macromicro.batch.macro_bench import MacroBenchJob
 from macromicro.control.settings import Control, prepare
 from macromicro.design import steps
 from macromicro.errors import InputError
-from macromicro.kernel import compiled
-from macromicro.plant import bench, carriage
-from macromicro.runs import drives
+from macromicro.lab import drive
+from macromicro.plant import bench
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 
@@ -27,7 +26,7 @@ def single(settings: Settings, target: float, seconds: float) -> tuple[float, ..
     plant = bench.prepare(settings.bench, settings.sensors)
     law = prepare(settings.controller).macro
     aim = np.full(round(seconds / 1e-3), target)
-    seen = drives.closed_loop(plant, law, aim)
+    seen = drive.closed_loop(plant, law, aim)
     x = seen["macro_position"]
     errors = aim - x
     return (
@@ -63,16 +62,6 @@ def test_effort_beyond_the_limit() -> None:
     assert row[6] == np.count_nonzero(asked > 5.0) > 0
 
 
-def test_interpreted_equals_compiled() -> None:
-    p = macro_bench.stage(Settings())
-    rest = carriage.at_rest(0.5 * p.encoder.pitch)
-    outs = np.empty((2, 3, 60))
-    macro_bench.run(p, rest, 50.0, 1e-3, outs[0])
-    compiled(macro_bench.run)(p, rest, 50.0, 1e-3, outs[1])
-    assert np.array_equal(outs[0], outs[1])
-    assert np.ptp(outs[0], axis=1).min() > 0.0
-
-
 def test_threads_change_nothing() -> None:
     job = MacroBenchJob(length=0.2)
     one, three = (
@@ -84,7 +73,7 @@ def test_threads_change_nothing() -> None:
 def test_trace_is_the_recording_thinned() -> None:
     seen = batch.trajectories(MacroBenchJob(length=0.4), Variants((), np.empty((1, 0))), 4)
     plant = bench.prepare(Settings().bench, Settings().sensors)
-    whole = drives.closed_loop(plant, drives.law("pd-tuned"), np.full(400, 2800.0))
+    whole = drive.closed_loop(plant, drive.law("pd-tuned"), np.full(400, 2800.0))
     for name in ("macro_position", "motor"):
         assert np.array_equal(seen.columns[name][0], whole[name][::4])
     assert np.array_equal(seen.t, whole["t"][::4])

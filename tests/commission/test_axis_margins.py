@@ -43,7 +43,7 @@ def tree(found: Model) -> Any:
     values = axis_settings.values(found.axis, AROUND)
     if found.limber is not None:
         values = _settings.with_mode(values, found.limber, AROUND.period)
-    return _settings._tree(values)
+    return _settings.as_file(values)[1]
 
 
 @pytest.mark.parametrize("mode", [None, shaken(SURE), shaken(SURE, "load")])

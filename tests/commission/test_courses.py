@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission.courses import Corner, course, decaying, driven, played
-from macromicro.commission.stand import Caution, CommissionError, Record, Stand
+from macromicro.commission.courses import Corner, course, decaying, driven, played, quiet
+from macromicro.commission.stand import SENSOR, Caution, CommissionError, Record, Stand
 from macromicro.place import ANGLE
 
 DT = 1e-3
@@ -79,3 +79,16 @@ class Passed:
 def test_a_limit_that_was_passed_before_any_effort_is_told_in_the_stages_unit() -> None:
     with pytest.raises(CommissionError, match="passed the window at 0 V, 180 deg"):
         driven(Passed(), lambda *state: 0.0, 1.0, Caution(1.0, 1.0))  # type: ignore[arg-type]
+
+
+class Silent(Passed):
+    """A stand whose sensor stops giving values."""
+
+    def drive(self, *given: object) -> Record:
+        return Record(np.zeros(2), np.zeros(2), np.array([0.0, math.nan]), SENSOR)
+
+
+def test_a_sensor_without_values_is_told_and_is_no_limit() -> None:
+    for run in (quiet, lambda stand, caution: driven(stand, lambda *state: 0.0, 1.0, caution)):
+        with pytest.raises(CommissionError, match="sensor gives no value"):
+            run(Silent(), Caution(1.0, 1.0))  # type: ignore[arg-type]

@@ -22,7 +22,7 @@ def integrator(gain: float, late: float = 5e-3) -> Complex:
 
 
 def test_the_least_is_of_those_that_were_drawn() -> None:
-    found = margins.robust(F, integrator(50.0), map(integrator, (40.0, 80.0, 60.0)), poles=1)
+    found = margins.robust(F, integrator(50.0), map(integrator, (40.0, 80.0, 60.0)))
     assert (found.stable, found.drawn) == (3, 3)
     assert found.found.phase == pytest.approx(90.0 - math.degrees(0.25), abs=0.1)
     assert found.found.gain == pytest.approx(math.pi / 2.0 / 0.25, rel=1e-3)
@@ -33,13 +33,13 @@ def test_the_least_is_of_those_that_were_drawn() -> None:
 
 @pytest.mark.parametrize(("late", "stable"), [(1.50, 1), (1.64, 0)])
 def test_of_one_pole_it_is_stable_up_to_a_quarter_of_a_turn(late: float, stable: int) -> None:
-    found = margins.robust(F, integrator(50.0), [integrator(late / 5e-3)], poles=1)
+    found = margins.robust(F, integrator(50.0), [integrator(late / 5e-3)])
     assert found.stable == stable
 
 
 def test_what_may_spoil_the_loop_is_said_with_its_remedy() -> None:
     def doubts(*gains: float) -> tuple[str, ...]:
-        found = margins.robust(F, integrator(50.0), map(integrator, gains), poles=1)
+        found = margins.robust(F, integrator(50.0), map(integrator, gains))
         return margins.told(found, "longer records").doubts
 
     assert doubts(40.0, 60.0) == ()
@@ -50,6 +50,6 @@ def test_what_may_spoil_the_loop_is_said_with_its_remedy() -> None:
 
 
 def test_a_line_each() -> None:
-    rows = margins.told(margins.robust(F, integrator(50.0), [integrator(80.0)], 1), "").rows
+    rows = margins.told(margins.robust(F, integrator(50.0), [integrator(80.0)]), "").rows
     assert [row[3] for row in rows] == ["Hz", "deg", "", ""]
     assert rows[2][1:3] == ("6.28", ">= 3.93")

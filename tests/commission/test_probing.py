@@ -48,7 +48,7 @@ def test_a_weight_makes_the_two_directions_differ() -> None:
         (Virtual(PLAIN._replace(coulomb=20.0)), "does not move at 10 V"),
         (Virtual(PLAIN._replace(offset=3.0)), "without effort"),
         (Virtual(magnitude=True), "the same way"),
-        (Virtual(deaf=0.2), "encoder gives no value"),
+        (Virtual(deaf=0.2), "sensor gives no value"),
     ],
 )
 def test_what_cannot_be_commissioned_is_said(rig: Virtual, words: str) -> None:

@@ -54,7 +54,7 @@ def test_a_weight_is_lifted_held_and_measured(sign: float, down: float) -> None:
     [
         (Virtual(HEAVY), 3.5, "do not lift"),
         (Virtual(HEAVY, stops=(-1e6, 1.0)), 10.0, "still does after"),
-        (Virtual(HEAVY, deaf=0.1), 10.0, "encoder gives no value"),
+        (Virtual(HEAVY, deaf=0.1), 10.0, "sensor gives no value"),
     ],
 )
 def test_what_cannot_be_held_is_said(rig: Virtual, most: float, words: str) -> None:

@@ -19,6 +19,7 @@ from macromicro.control import stage_pi
 from macromicro.control.stage_law import Sample, Target
 from macromicro.control.stage_pi import StagePi
 from macromicro.identify.clusters import Spread
+from macromicro.machines import loops
 from macromicro.machines.wire import DEFAULT
 
 BENT = Heat(1.0, 0.1, 10.0, 2.0, 4.0, 5.0, 3.0, 2.0, 4e-3, 0.8, -0.5)
@@ -85,7 +86,7 @@ def test_the_law_is_its_steps() -> None:
         made.append(effort)
     turn = np.exp(-2j * math.pi * f * np.arange(n) * dt)
     found = np.mean(np.array(made) * turn) / np.mean(e * turn)
-    assert found == pytest.approx(complex(kind.law(p, np.array([f]), dt)[0]), rel=1e-6)
+    assert found == pytest.approx(complex(loops.pi(p, np.array([f]), dt)[0]), rel=1e-6)
 
 
 def test_the_crossover_is_the_gain_along_the_branch() -> None:

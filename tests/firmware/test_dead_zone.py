@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from macromicro.identify.deadzone import dead_zone
+from macromicro.lab.machine import Machine
 from macromicro.rig.board.rig import BoardRig
 from macromicro.rig.session import BENCH, Fixture
-from macromicro.runs.machine import Machine
 from macromicro.thesis.chapter4 import _friction_runs
 from macromicro.thesis.procedure import Lab
 from tests.firmware.built import Bench, Wire, elf, needs_avr

@@ -14,7 +14,8 @@ from scipy.special import expit
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify._stress_map import SHARES, Cycle, Way, cycle, fit, missed, pieces
-from macromicro.plant import kiln, micro, wire
+from macromicro.plant import micro, wire
+from macromicro.thesis import kiln_bench
 
 HALF = int(np.abs(SHARES - 0.5).argmin())
 LOADS = (50.0, 100.0, 150.0, 200.0, 250.0)
@@ -99,7 +100,7 @@ def test_levels_beyond_the_last_loads_go_on_along_their_line() -> None:
 
 def test_the_bench_s_own_wires_follow_clausius_and_clapeyron() -> None:
     """Tempered slowly under five weights: the slope is `shift`, which nothing here reads."""
-    own, table = wire.Wire(), kiln.prepare(kiln.KilnBench()).table
+    own, table = wire.Wire(), kiln_bench.prepare(kiln_bench.KilnBench()).table
     own = own._replace(austenite=own.martensite)  # else half of the way is not half transformed
     way = np.concatenate([np.linspace(20.0, 160.0, 700), np.linspace(160.0, 20.0, 700)])
     kept = []

@@ -13,12 +13,12 @@ from macromicro.errors import InputError
 from macromicro.identify import kiln as kiln_fit
 from macromicro.identify import wire_table
 from macromicro.models import stressed
-from macromicro.plant import bench, kiln
+from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
-from macromicro.plant.kiln import KilnBench
 from macromicro.recording import Recording
-from macromicro.thesis import heats
+from macromicro.thesis import heats, kiln_bench
 from macromicro.thesis.chapter5 import kiln_runs
+from macromicro.thesis.kiln_bench import KilnBench
 
 DT = 1e-3
 COLUMNS = (
@@ -97,7 +97,7 @@ def test_slow_records_alone_are_refused() -> None:
 
 @pytest.mark.slow
 def test_the_shipped_benchs_actuator_is_found_from_its_sensors() -> None:
-    oven = kiln.prepare(KilnBench())
+    oven = kiln_bench.prepare(KilnBench())
     table = kiln_fit.fod_table([kiln_runs.run(oven, kiln_runs.cycles())])
     found = wire_table.for_law(table, list(heats.records(bench.prepare(Bench(), Sensors()))))
     truth = Bench()

@@ -11,15 +11,15 @@ import numpy.typing as npt
 
 from macromicro.control import deadzone
 from macromicro.kernel import compiled, kernel
-from macromicro.plant import amplifier, bench, carriage, cycle, kiln, micro, wire
+from macromicro.plant import amplifier, bench, carriage, micro, wire
 from macromicro.plant.amplifier import Amplifier
 from macromicro.plant.belt import Belt
 from macromicro.plant.bench import Bench, Plant, Sensors
 from macromicro.plant.carriage import Macro, MacroState
-from macromicro.plant.cycle import CycleBench
-from macromicro.plant.kiln import KilnBench, KilnPlant, KilnState
 from macromicro.plant.micro import Micro, MicroState
 from macromicro.plant.wire import WireState
+from macromicro.thesis import kiln_bench
+from macromicro.thesis.kiln_bench import KilnBench, KilnPlant
 from macromicro.types import Outputs
 
 Array = npt.NDArray[np.float64]
@@ -27,7 +27,6 @@ DT = 1e-3
 COUNT = 0.2 / 2800.0
 PLANT = bench.prepare(Bench(), Sensors())
 KILN = KilnBench()
-CYCLE = CycleBench()
 MACRO = PLANT.macro
 MICRO = PLANT.micro
 
@@ -74,37 +73,6 @@ def _tempered(p: KilnPlant, s: WireState, temperature: Array, out: Array) -> Non
     for k in range(len(temperature)):
         s = wire.tempered(p.wire, p.load, p.table, s, temperature[k])
         out[k] = s.x
-
-
-@kernel
-def _kiln(p: KilnPlant, s: KilnState, heater: Array, noise: Array, dt: float, out: Array) -> None:
-    for k in range(len(heater)):
-        draw = kiln.drawn(noise, k)
-        m = kiln.measure(p, s, k * dt, draw)
-        out[0, k] = m.thermocouple
-        out[1, k] = m.encoder
-        out[2, k] = s.wire.temperature
-        s = kiln.advance(p, s, heater[k], draw, dt)
-
-
-@kernel
-def _cycled(
-    p: cycle.CyclePlant, s: cycle.CycleState, reference: Array, dt: float, out: Array
-) -> None:
-    """Appendix D's PID, with conditional integration and Kd per sample (an erratum)."""
-    integral = 0.0
-    before = 0.0
-    for k in range(len(reference)):
-        m = cycle.measure(p, s, k * dt)
-        error = reference[k] - m.encoder
-        u = 0.5 * error + integral + 0.1 * (error - before)
-        if 0.0 <= u <= 5.0 or (u < 0.0 < error) or (u > 5.0 and error < 0.0):
-            integral += 0.5 * error * dt
-        before = error
-        u = min(max(u, 0.0), 5.0)
-        out[0, k] = m.encoder
-        out[1, k] = u
-        s = cycle.advance(p, s, u, 0.0, dt)
 
 
 @kernel
@@ -185,28 +153,9 @@ def heat(
 def tempered(temperature: Array, spec: KilnBench = KILN) -> Array:
     """Contraction [m] of the kiln's actuator at imposed wire temperatures, from fresh."""
     out = np.empty(len(temperature))
-    p = kiln.prepare(spec)
+    p = kiln_bench.prepare(spec)
     start = micro.cold_wire(p.wire, p.load, p.table, float(temperature[0]))
     _fast(_tempered)(p, start, np.ascontiguousarray(temperature, dtype=float), out)
-    return out
-
-
-def fire(heater: Array, seed: int = 0, dt: float = 0.01, spec: KilnBench = KILN) -> Array:
-    """Rows thermocouple [degC], encoder [counts], wires [degC] of a kiln run."""
-    noise = np.random.default_rng(seed).standard_normal((len(heater), 3))
-    out = np.empty((3, len(heater)))
-    p = kiln.prepare(spec)
-    heating = np.ascontiguousarray(heater, dtype=float)
-    _fast(_kiln)(p, kiln.initial(p), heating, noise, dt, out)
-    return out
-
-
-def cycled(cycles: int, spec: CycleBench = CYCLE) -> Array:
-    """Rows encoder [counts], CTRL [V] over 4 s cycles of 150 counts for 2 s, then 0."""
-    p = cycle.prepare(spec)
-    reference = np.tile(np.r_[np.full(2000, 150.0), np.zeros(2000)], cycles)
-    out = np.empty((2, len(reference)))
-    _fast(_cycled)(p, cycle.initial(p), reference, DT, out)
     return out
 
 

@@ -10,9 +10,8 @@ from typing import Any
 import pytest
 
 from macromicro.conformance import Finding
-from macromicro.plant.cycle import CycleSample
-from macromicro.plant.kiln import KilnSample
 from macromicro.rig import contract
+from macromicro.rig.fixtures import CycleSample, KilnSample
 from macromicro.rig.session import KINDS, Fixture
 from macromicro.types import SAFE, Sample
 

@@ -11,7 +11,6 @@ import pytest
 
 from macromicro.control.calibration import Calibration
 from macromicro.errors import InputError
-from macromicro.plant.kiln import KilnBench
 from macromicro.rig import opening
 from macromicro.rig.limits import Limits
 from macromicro.rig.opening import open_rig
@@ -115,7 +114,7 @@ def test_a_bench_is_what_it_says(module: object) -> None:
     assert found.name == "my_rigs:bench" and found.kind == "bench"
     assert found.channels == ("encoder", "hall")
     assert (found.dt, found.rest, found.table) == (1e-3, 0.0, None)
-    assert found.counted is found.timed is False and found.pitch == KilnBench().encoder.pitch
+    assert found.counted is found.timed is False and found.pitch == 14e-6
     found.make(9)
     assert sys.modules["my_rigs"].seeds == [7, 9]
     sample = found.open(1).read()

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.plant import cycle, kiln
 from macromicro.recording import Recording
 from macromicro.runs.programmed import on_twin
 from macromicro.runs.sequence import LEVELS, TIMES, micro_steps
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
+from macromicro.thesis import cycle_bench, kiln_bench
 from macromicro.thesis.chapter4 import control
 from macromicro.thesis.chapter5 import _micro_claims, electrothermal, electrothermal_claims
 from macromicro.thesis.chapter5.actuator_models import Unfitted
@@ -141,7 +141,7 @@ def test_kiln_and_cycle_bench_hold_the_bench_s_actuator() -> None:
         ("bench.driver.supply", 4.2),
     ):
         settings = replaced(settings, path, value)
-    oven, bed = kiln.beside(settings.bench), cycle.beside(settings.bench)
+    oven, bed = kiln_bench.beside(settings.bench), cycle_bench.beside(settings.bench)
     assert oven.phase == bed.phase == settings.bench.phase
     assert oven.wire == bed.wire == settings.bench.wire
     assert oven.oven.ambient == 20.0
@@ -152,5 +152,5 @@ def test_kiln_and_cycle_bench_hold_the_bench_s_actuator() -> None:
     assert there.wire.stroke == lab.cycle().micro.wire.stroke == 4.2e-3  # type: ignore[union-attr]
     assert not np.array_equal(there.table.values, Lab().kiln().table.values)  # type: ignore[union-attr]
     default = Settings().bench
-    assert kiln.beside(default) == kiln.KilnBench()
-    assert cycle.beside(default) == cycle.CycleBench()
+    assert kiln_bench.beside(default) == kiln_bench.KilnBench()
+    assert cycle_bench.beside(default) == cycle_bench.CycleBench()

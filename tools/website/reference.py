@@ -89,12 +89,12 @@ PAGES = (
     Page(
         "others",
         "Physics of other machines",
-        "Axes, piezo stages, the kiln.",
+        "Axes and piezo stages.",
         tuple(
             f"plant.{name}"
             for name in (
                 "power", "transmission", "axis", "switches", "high_voltage", "creep", "piezo",
-                "gauge", "kiln",
+                "gauge",
             )
         ),
         called=False,
@@ -117,7 +117,7 @@ PAGES = (
         ("control.law", "control.stage_law", "control.contract", "machines.stage",
          "machines.machine", "machines.signals", "machines.contract",
          "commission.procedure", "commission.stand", "types", "rig.session",
-         "rig.opening", "runs.drives", "thesis.procedure", "programme", "recording", "columns",
+         "rig.opening", "lab.drive", "thesis.procedure", "programme", "recording", "columns",
          "kernel"),
     ),
     Page(

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from typing import NamedTuple
-
 import numpy as np
 
 from macromicro.arrays import Array
@@ -18,19 +15,15 @@ from macromicro.batch.variants import (
     shipped,
     table,
 )
-from macromicro.control import macro as control
 from macromicro.control import settings as control_settings
 from macromicro.control.macro import MacroLaw
-from macromicro.control.stage_law import Sample, Target
 from macromicro.design import steps
 from macromicro.errors import InputError
-from macromicro.kernel import kernel
+from macromicro.lab import carriage
+from macromicro.lab.carriage import MacroBench
 from macromicro.loop import PERIOD
 from macromicro.nominal import COUNTS
-from macromicro.plant import amplifier, bench, carriage, encoder
-from macromicro.plant.amplifier import Amplifier
-from macromicro.plant.carriage import Macro, MacroState
-from macromicro.plant.encoder import Encoder
+from macromicro.plant import bench
 from macromicro.settings import Settings
 
 REFERENCE = "reference"  # beside the tree's paths: the step [counts]
@@ -48,35 +41,12 @@ METRICS: tuple[Metric, ...] = (
 )
 
 
-class Stage(NamedTuple):
-    amplifier: Amplifier
-    macro: Macro
-    encoder: Encoder
-    substeps: int
-    law: MacroLaw
-    free: MacroLaw  # the same without its limit
-
-
-@kernel
-def run(p: Stage, s: MacroState, target: float, dt: float, out: Array) -> None:
-    """Run a step: counts, requested and limited effort [V]. The law is never parked."""
-    memory, latched = control.begun(p.law), 0.0
-    for k in range(out.shape[1]):
-        seen = encoder.count(p.encoder, s.x)
-        aim, shown = Target(target, 0.0, 0.0, math.inf), Sample(k * dt, seen)
-        _, asked = control.step(p.free, memory, aim, shown, dt)
-        memory, sent = control.step(p.law, memory, aim, shown, dt)
-        out[0, k], out[1, k], out[2, k] = seen, asked, sent
-        drive = amplifier.motor_volts(p.amplifier, latched, s.i)
-        s = carriage.advance(p.macro, s, drive, dt, p.substeps)
-        latched = amplifier.convert(p.amplifier, sent)
-
-
-def judged(x: Array, asked: Array, sent: Array, target: float) -> tuple[float, ...]:
-    """The `METRICS` of a step: counts, requested and limited effort [V], target [counts].
+def judged(law: MacroLaw, target: float, x: Array, sent: Array) -> tuple[float, ...]:
+    """The `METRICS` of a step under a law: target and run [counts], limited effort [V].
 
     The efforts of the first sample, its kick and jump, do not count.
     """
+    asked = carriage.requested(law, np.full_like(x, target), x)
     return (
         steps.settling_time(x, target),
         steps.rise_time(x, target),
@@ -89,17 +59,18 @@ def judged(x: Array, asked: Array, sent: Array, target: float) -> tuple[float, .
     )
 
 
-def stage(settings: Settings) -> Stage:
-    law = control_settings.prepare(
+def law_of(settings: Settings) -> MacroLaw:
+    return control_settings.prepare(
         settings.controller, table=shipped(), pitch=settings.sensors.encoder.pitch
     ).macro
-    return Stage(
+
+
+def _part(settings: Settings) -> MacroBench:
+    return MacroBench(
         settings.bench.amplifier,
         bench.macro_stage(settings.bench),
         settings.sensors.encoder,
         int(settings.bench.steps.macro),
-        law,
-        law._replace(limit=math.inf),
     )
 
 
@@ -132,30 +103,32 @@ class MacroBenchJob:
 
     def evaluate(self, variants: Variants, first: int = 0) -> Array:
         values = checked(self._known, variants, first, (REFERENCE,))
-        stage(self._settings).law.machine(run)  # once, before threads ask for it
+        for step in carriage.KERNELS:
+            law_of(self._settings).machine(step)  # once, before threads ask for it
         out = np.empty((len(values), len(METRICS)))
         for k, row in enumerate(values):
-            seen, target = self._run(variants.paths, row, first + k)
-            out[k] = judged(seen[0], seen[1], seen[2], target)
+            law, target, seen = self._run(variants.paths, row, first + k)
+            out[k] = judged(law, target, seen[0], seen[1])
         return out
 
-    def _run(self, paths: tuple[str, ...], row: Array, number: int) -> tuple[Array, float]:
-        """Rows of `run` and the target [counts] of one variant."""
+    def _run(
+        self, paths: tuple[str, ...], row: Array, number: int
+    ) -> tuple[MacroLaw, float, Array]:
+        """Law and target [counts] of a variant, and the rows of its run."""
         settings = applied(self._settings, paths, row, number, (REFERENCE,))
         target = self._reference
         if REFERENCE in paths:
             target = _step(float(row[paths.index(REFERENCE)]), named(number, REFERENCE))
-        p, out = stage(settings), np.empty((3, self._samples))
-        p.law.machine(run)(p, carriage.at_rest(0.5 * p.encoder.pitch), target, PERIOD, out)
-        return out, target
+        law, aim = law_of(settings), np.full(self._samples, target)
+        return law, target, carriage.run(_part(settings), law, True, aim, 0.5)
 
     def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
         values = checked(self._known, variants, first, (REFERENCE,))
         t = np.arange(self._samples, step=every, dtype=np.float64) * PERIOD
         shown = np.empty((2, len(values), len(t)))
         for k, row in enumerate(values):
-            seen, _ = self._run(variants.paths, row, first + k)
-            shown[:, k] = seen[::2, ::every]
+            _, _, seen = self._run(variants.paths, row, first + k)
+            shown[:, k] = seen[:2, ::every]
         columns = {"macro_position": shown[0], "motor": shown[1]}
         return Trajectories(t, columns, {"macro_position": "count", "motor": "V"})
 

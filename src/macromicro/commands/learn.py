@@ -13,9 +13,9 @@ from macromicro.commands.signals import Signals
 from macromicro.schema.text import write_text
 
 if TYPE_CHECKING:
+    from macromicro.lab.learning import Learned, Repetition
     from macromicro.recording import Recording
     from macromicro.runs.job import Job
-    from macromicro.runs.learning import Learned, Repetition
 
 _MOST = 1000
 _SLOWEST = 0.1  # s
@@ -113,8 +113,9 @@ def _same(config: Path | None, law: str | None) -> str:
 
 def _learned(job: Job, repeats: int, lag: float | None, signals: Signals) -> Learned:
     from macromicro.drawing.bar import progress
+    from macromicro.lab import learning
     from macromicro.programme import Programme, travel
-    from macromicro.runs import learning, programmed
+    from macromicro.runs import programmed
 
     s = job.settings
     limits = travel.limits(s.travel, s.sensors.encoder.pitch)

@@ -31,10 +31,6 @@ if TYPE_CHECKING:
 KNOTS = 20  # places along the travel at which friction is fitted
 FITTED = ("mass", "viscous", "coulomb", "offset", "lag")
 GRAVITY = ("sine", "cosine")
-UNITS = {
-    "mass": "V*s^2/m", "viscous": "V*s/m", "coulomb": "V", "offset": "V", "lag": "s",
-    "resonance": "Hz", "antiresonance": "Hz", "damping": "1", "sine": "V", "cosine": "V",
-}  # fmt: skip
 _LIMIT = ("limit", "back")  # fitted where the drive limits its force
 _SPEEDS = (0.01, 1e-3, 0.03, 0.1, 0.3)  # Stribeck speeds tried, parts of the top speed
 _FINER = 2  # times that the best speed's neighbours are halved

@@ -113,7 +113,7 @@ def drawn_machines(settings: Any, model: Model, number: int, seed: int = SEED) -
 def robust(settings: Any, model: Model, number: int = DRAWS) -> Robust:
     frequency, law = _looked(settings, model)
     every = (sheets.plant(one, frequency) * law for one in drawn_machines(settings, model, number))
-    return margins.robust(frequency, sheets.plant(settings, frequency) * law, every, poles=_POLES)
+    return margins.robust(frequency, sheets.plant(settings, frequency) * law, every)
 
 
 def keeps(settings: Any, model: Model, each: Iterable[Any], modulus: float) -> bool:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from macromicro.commission import _exciting
-from macromicro.commission._axis_fit import UNITS, Model, shows_time_constant
+from macromicro.commission._axis_fit import Model, shows_time_constant
 from macromicro.commission._mode import Mode
 from macromicro.commission._probing import FrictionMap
 from macromicro.commission._settings import too_quick
@@ -25,17 +25,17 @@ from macromicro.place import LENGTH, Place
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MEANINGS = {
-    "mass": "mass",
-    "viscous": "viscous friction and back-EMF",
-    "coulomb": "sliding friction",
-    "offset": "constant force",
-    "lag": "lag of the effort",
-    "sine": "gravity, by the angle's sine",
-    "cosine": "gravity, by its cosine",
-    "resonance": "resonance of the structure",
-    "antiresonance": "antiresonance, the load on the drive",
-    "damping": "damping ratio of the load on the drive",
+QUANTITIES = {  # meaning, unit
+    "mass": ("mass", "V*s^2/m"),
+    "viscous": ("viscous friction and back-EMF", "V*s/m"),
+    "coulomb": ("sliding friction", "V"),
+    "offset": ("constant force", "V"),
+    "lag": ("lag of the effort", "s"),
+    "sine": ("gravity, by the angle's sine", "V"),
+    "cosine": ("gravity, by its cosine", "V"),
+    "resonance": ("resonance of the structure", "Hz"),
+    "antiresonance": ("antiresonance, the load on the drive", "Hz"),
+    "damping": ("damping ratio of the load on the drive", "1"),
 }
 _WIDE = 0.2  # an interval that is a larger part of its value is doubtful
 _UNEVEN = 0.3  # friction that differs by more along the travel
@@ -43,16 +43,15 @@ _SHOWN = 4  # strokes
 
 
 def estimates(found: Model) -> dict[str, Estimate]:
-    told = {
-        name: Estimate(
-            MEANINGS[name], getattr(found.whole, name), found.half_width(name), UNITS[name]
-        )
-        for name in found.names
-    }
-    if found.limber is not None:
-        for name, value in found.limber.values.items():
-            half = NORMAL[1] * found.limber.errors[name]
-            told[name] = Estimate(MEANINGS[name], value, half, UNITS[name])
+    known = [(name, getattr(found.whole, name), found.half_width(name)) for name in found.names]
+    if (mode := found.limber) is not None:
+        known += [
+            (name, mode.values[name], NORMAL[1] * error) for name, error in mode.errors.items()
+        ]
+    told = {}
+    for name, value, half in known:
+        meaning, unit = QUANTITIES[name]
+        told[name] = Estimate(meaning, value, half, unit)
     return told
 
 
@@ -95,7 +94,7 @@ def doubts(work: Work, model: Model) -> list[str]:
         value, half = getattr(model.axis, name), model.half_width(name)
         if half > _WIDE * value:
             said.append(
-                f"The {MEANINGS[name]} is known to {half / value:.0%} only. A longer travel "
+                f"The {QUANTITIES[name][0]} is known to {half / value:.0%} only. A longer travel "
                 "or a larger effort would improve it."
             )
     if not shows_time_constant(model.axis, work.stand.dt):

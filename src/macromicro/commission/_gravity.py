@@ -15,15 +15,16 @@ from macromicro.commission._probing import (
     Creep,
     Direction,
     Ramp,
+    crept,
     direction,
     started,
 )
-from macromicro.commission.stand import BALANCED, SENSOR, Caution, CommissionError, Pull, Stand
+from macromicro.commission.courses import QUIET, quiet
+from macromicro.commission.stand import BALANCED, Caution, CommissionError, Pull, Stand
 
 # Without effort the axis sinks, to its lower end at the latest. The effort rises until the weight
 # is lifted and falls until it stays; the breakaway efforts are symmetric about the weight.
 
-QUIET = 0.5  # s without effort, which show whether it sinks
 SINKING = 20.0  # s in which it must come to its end
 _RAMP = 8.0  # s from no effort to the largest
 _LIFTED = 400.0  # counts, at least
@@ -92,7 +93,7 @@ class Lift:
 
 def held(stand: Stand, caution: Caution, speed: float, lifted: float) -> Weight:
     """Whether the axis sinks, and the effort that holds it, which the stand applies from now on."""
-    free = caution._replace(speed=math.inf, low=-math.inf, high=math.inf)
+    free = caution.anywhere._replace(speed=math.inf)
     sinks = sunk(stand, free)
     if not sinks:
         return Weight(0.0, 0.0)
@@ -107,19 +108,17 @@ def held(stand: Stand, caution: Caution, speed: float, lifted: float) -> Weight:
 
 def sunk(stand: Stand, caution: Caution) -> float:
     """Sinking without effort, in counts."""
-    quiet = stand.drive(lambda t, x, v: 0.0, QUIET, caution)
-    if quiet.ended == SENSOR:
-        raise CommissionError("the encoder gives no value. Check its cable and supply")
-    start, waited = float(quiet.x[0]), 0.0
-    if np.ptp(quiet.x) <= MOVED * stand.pitch:
+    still = quiet(stand, caution)
+    start, waited = float(still.x[0]), 0.0
+    if np.ptp(still.x) <= MOVED * stand.pitch:
         return 0.0
-    while np.ptp(quiet.x) > MOVED * stand.pitch:  # what swings stands for a while as it turns
+    while np.ptp(still.x) > MOVED * stand.pitch:  # what swings stands for a while as it turns
         if waited > SINKING or not stand.rest(caution, SINKING):
             raise CommissionError(
                 f"the axis moves without effort, and still does after {SINKING:.0f} s. Hold "
                 "or balance it first"
             )
-        quiet = stand.drive(lambda t, x, v: 0.0, QUIET, caution)
+        still = quiet(stand, caution)
         waited += QUIET
     return math.copysign(1.0, stand.position() - start)
 
@@ -231,7 +230,7 @@ def significant(at: Array, torque: Array, friction: float) -> Pull | None:
 
 def _begun(stand: Stand, caution: Caution, speed: float, lifted: float) -> tuple[Weight, Direction]:
     """Effort that holds the load where it stands, off an end stop, and the breakaway there."""
-    free = caution._replace(speed=math.inf, low=-math.inf, high=math.inf)
+    free = caution.anywhere._replace(speed=math.inf)
     sinks = sunk(stand, free)
     ways = (sinks,) if sinks else (-1.0, 1.0)
     try:
@@ -285,9 +284,7 @@ def _crept(stand: Stand, target: float, friction: float, caution: Caution) -> bo
     start = stand.position()
     way = 1.0 if target > start else -1.0
     law = Creep(way, caution.speed, friction, stand.dt, target, _PUSH, stand.pitch)
-    wide = caution._replace(speed=math.inf)
-    record = stand.drive(law, 4.0 * abs(target - start) / caution.speed + 5.0, wide)
-    stand.rest(caution)
+    record = crept(stand, law, abs(target - start), caution)
     if law.stuck or record.ended:
         return False
     if way * (float(record.x[-1]) - target) < 0.0:

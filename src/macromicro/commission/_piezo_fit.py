@@ -87,8 +87,7 @@ def fitted_loops(swings: Sequence[Record], dt: float) -> Loops:
     slopes[1, :-1] = to_stroke[used]
     slopes[2, :-1] = (to_width[used] - width * to_stroke[used]) / stroke
     hidden = np.array(list(LOOP_ERRORS.values())) * [c, stroke, width]
-    spread = np.hypot(clusters.errors(sure.covariance, slopes), hidden)
-    half = clusters.half_widths(sure, slopes, hidden, SIMULATED)
+    spread, half = _sure(sure, slopes, hidden)
     metres = 1.0 / _SCALE
     units = np.array([1.0, metres, 1.0])
     return Loops(
@@ -96,6 +95,12 @@ def fitted_loops(swings: Sequence[Record], dt: float) -> Loops:
         tuple((units * spread).tolist()), tuple((units * half).tolist()),
         metres * float(np.sqrt(np.mean(error**2))),
     )  # fmt: skip
+
+
+def _sure(found: clusters.Spread, slopes: Array, hidden: Array) -> tuple[Array, Array]:
+    """Standard deviations of functions of the parameters, and halves of their 95 % intervals."""
+    half = clusters.half_widths(found, slopes, hidden, SIMULATED)
+    return np.hypot(clusters.errors(found.covariance, slopes), hidden), half
 
 
 def predicted(found: Loops, swing: Record, dt: float) -> tuple[Array, Array, Array]:
@@ -246,14 +251,9 @@ def fitted_swing(
     frequency = omega / (2.0 * math.pi)
     values = np.array([frequency, damping, lag, slew])
     hidden = np.array(list(SWING_ERRORS.values())) * values
-    every = list(zip((free, driven), slopes, np.split(hidden, 2), strict=True))
-    half = np.concatenate(
-        [clusters.half_widths(one, by, more, SIMULATED) for one, by, more in every]
-    )
-    own = np.concatenate([clusters.errors(one.covariance, by) for one, by, _ in every])
-    spread = np.hypot(own, hidden)
-    sure = tuple(spread.tolist()), tuple(half.tolist())
-    return Swing(frequency, damping, lag, slew, limited, *sure)
+    sure = map(_sure, (free, driven), slopes, np.split(hidden, 2))
+    spread, half = (np.concatenate(one).tolist() for one in zip(*sure, strict=True))
+    return Swing(frequency, damping, lag, slew, limited, tuple(spread), tuple(half))
 
 
 def _size(step: Record) -> float:

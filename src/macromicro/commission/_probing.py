@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.commission.stand import SENSOR, Caution, CommissionError, Stand
+from macromicro.commission.courses import quiet
+from macromicro.commission.stand import Caution, CommissionError, Record, Stand
 
 PATIENCE = 120.0  # s, for a ramp with all its holds
 _HOLD = 0.04  # s that an effort is held to see whether the axis slides
@@ -168,10 +169,7 @@ class Creep:
 
 def direction(stand: Stand, caution: Caution, climbs: bool = False) -> Direction:
     """Ramps of effort both ways in turn, until the axis moves by a few counts."""
-    quiet = stand.drive(lambda t, x, v: 0.0, 0.5, caution)
-    if quiet.ended == SENSOR:
-        raise CommissionError("the encoder gives no value. Check its cable and supply")
-    noise = (quiet.x.max() - quiet.x.min()) / stand.pitch
+    noise = np.ptp(quiet(stand, caution).x) / stand.pitch
     if noise > MOVED:
         raise CommissionError(
             f"the axis moves by {noise:.0f} counts without effort. Hold or balance it first"
@@ -228,17 +226,15 @@ def ends(stand: Stand, found: Direction, caution: Caution, travel: float) -> End
     places = []
     for way in (1.0, -1.0):
         law = Creep(way, caution.speed, found.surely(caution.effort), stand.dt)
-        fast = caution._replace(speed=math.inf)
         start = stand.position()
-        window = fast._replace(low=start - travel, high=start + travel)
-        record = stand.drive(law, 4.0 * travel / caution.speed + 5.0, window)
+        window = caution._replace(low=start - travel, high=start + travel)
+        record = crept(stand, law, travel, window)
         if not law.stuck:
             raise CommissionError(
                 f"no end within {stand.place.told(travel, digits=3)}. Give the window that "
                 "the axis may use, --from and --to, or a longer --travel"
             )
         places.append(float(record.x[-1]))
-        stand.rest(caution)
     low, high = min(places), max(places)
     spare = max(0.02 * (high - low), 10.0 * stand.pitch)
     if high - low < 100.0 * stand.pitch:
@@ -253,10 +249,16 @@ def go(stand: Stand, place: float, found: Direction, caution: Caution) -> bool:
     start = stand.position()
     way = 1.0 if place > start else -1.0
     law = Creep(way, caution.speed, found.surely(caution.effort), stand.dt, place)
-    wide = caution._replace(speed=math.inf)
-    record = stand.drive(law, 4.0 * abs(place - start) / caution.speed + 5.0, wide)
-    stand.rest(caution)
+    record = crept(stand, law, abs(place - start), caution)
     return not (law.stuck or record.ended)
+
+
+def crept(stand: Stand, law: Creep, distance: float, caution: Caution) -> Record:
+    """Creep so far at most, then come to rest."""
+    longest = 4.0 * distance / caution.speed + 5.0
+    record = stand.drive(law, longest, caution._replace(speed=math.inf))
+    stand.rest(caution)
+    return record
 
 
 def _mean(values: list[float]) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -49,7 +49,7 @@ def settings(
         return with_mode(stiff, model.limber, dt)
     # What friction lets go is a rule of the machine: named is only what is coarser.
     named = stiff.pop(TOLERANCE)
-    if _tree(stiff).arrival.tolerance < float(named.strip('"').split()[0]):
+    if as_file(stiff)[1].arrival.tolerance < float(named.strip('"').split()[0]):
         stiff[TOLERANCE] = named
     return stiff
 
@@ -71,11 +71,21 @@ def with_mode(stiff: dict[str, str], mode: Mode, dt: float) -> dict[str, str]:
 
 
 def _bandwidth(values: dict[str, str]) -> float:
-    return deriving.bandwidth(_tree(values))
+    return deriving.bandwidth(as_file(values)[1])
 
 
-def _tree(values: dict[str, str]) -> Any:
-    table = tomllib.loads(axis_settings.as_toml(values, ""))
+def as_file(values: dict[str, str], head: str = "", name: str = "axis") -> tuple[str, Any]:
+    """The file of a machine with these settings, and all that follow from them."""
+    toml = axis_settings.as_toml(values, head, name)
+    table = tomllib.loads(toml)
     table.pop(config.MACHINE)
-    machine = machines.named("axis", "machine")
-    return config.overridden(machine.settings, table, "the identified machine")
+    machine = machines.named(name, "machine")
+    return toml, config.overridden(machine.settings, table, "the identified machine")
+
+
+def texts(figures: Mapping[str, tuple[float, str]], plain: Mapping[str, float]) -> dict[str, str]:
+    """Figures with units and plain numbers as a settings file has them."""
+    return {
+        **{path: f'"{float(value)!r} {unit}"' for path, (value, unit) in figures.items()},
+        **{path: repr(float(value)) for path, value in plain.items()},
+    }

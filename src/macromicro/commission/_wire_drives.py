@@ -7,8 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from macromicro.commission import courses
+from macromicro.commission.courses import driven
 from macromicro.commission.procedure import Work
-from macromicro.commission.stand import Caution, CommissionError, Law, Record, Stand
+from macromicro.commission.stand import Caution, CommissionError, Record, Stand
 
 RISE = 40.0  # s from no effort to the largest
 HOLD = 20.0  # s at the largest, at most, while it still contracts
@@ -133,16 +135,7 @@ EFFORTS = (0.6, 1.0, 0.8, 0.45)  # of what lies above the effort that contracts 
 
 def _wide(work: Work) -> Caution:
     """Without a window: a warm wire may be anywhere in its travel."""
-    caution = work.options.caution(work.options.speed)
-    return caution._replace(low=-math.inf, high=math.inf)
-
-
-def _driven(work: Work, law: Law, seconds: float) -> Record:
-    """A law's complete record; `CommissionError` at a limit."""
-    record = work.stand.drive(law, seconds, _wide(work))
-    if record.ended:
-        raise CommissionError(f"the wire passed {record.ended} at {record.x[-1] * 1e3:.4g} mm")
-    return record
+    return work.options.caution(work.options.speed).anywhere
 
 
 def cooled(
@@ -184,11 +177,7 @@ def warmth(work: Work) -> Warmth:
     """Effort at first contraction, and its direction."""
     o, stand = work.options, work.stand
     caution = o.caution(o.speed)
-    quiet = stand.drive(lambda t, x, v: 0.0, 0.5, caution)
-    if quiet.ended:
-        raise CommissionError("the sensor gives no value. Check its cable and supply")
-    line = np.polynomial.Polynomial.fit(quiet.t, quiet.x, 1)
-    noise = float(np.std(quiet.x - line(quiet.t)))
+    noise = courses.noise(courses.quiet(stand, caution))
     least = _SEEN * max(noise, 0.3 * stand.pitch)
     law = Ramp(work, least, seen=True)
     record = stand.drive(law, 1.5 * RISE, caution)
@@ -260,7 +249,7 @@ def pulses(work: Work) -> list[Record]:
     slow = work[RAMP][0]
     longest = LONG * float(slow.t[int(np.argmax(slow.u))])
     law = Pulses(efforts, hold, way_of(work), longest)
-    record = _driven(work, law, len(efforts) * (longest + 2.0 * PATIENCE))
+    record = driven(work.stand, law, len(efforts) * (longest + 2.0 * PATIENCE), _wide(work))
     return [Record(record.t[:-1], record.u[:-1], record.x[:-1])]
 
 
@@ -277,7 +266,7 @@ def curves_intent(work: Work) -> str:
 def curves(work: Work) -> list[Record]:
     stand, o = work.stand, work.options
     law = Turns(TURNS, way_of(work), o.effort, o.effort / RISE, stand.dt)
-    record = _driven(work, law, 2.0 * (len(TURNS) + 1) * RISE)
+    record = driven(stand, law, 2.0 * (len(TURNS) + 1) * RISE, _wide(work))
     way = float(record.x.max()) - law.start
     cooled(stand, least_motion(work), work, law.start, way)
     return [Record(record.t[:-1], record.u[:-1], record.x[:-1] - law.start)]

@@ -21,6 +21,7 @@ from macromicro.commission import _settings as found_settings
 from macromicro.commission._axis_fit import Model
 from macromicro.commission._gravity import Weight
 from macromicro.commission._probing import Direction, Ends, FrictionMap, go
+from macromicro.commission.courses import QUIET
 from macromicro.commission.procedure import SIMULATED, Kind, Step, Work
 from macromicro.commission.stand import BALANCED, CommissionError, Pull, Record
 
@@ -42,7 +43,7 @@ def ends_of(work: Work) -> Ends:
 def _weight_intent(work: Work) -> str:
     o, p = work.options, work.stand.place
     return (
-        f"No effort for {weight.QUIET} s. If the axis sinks, it may sink to its lower end for "
+        f"No effort for {QUIET} s. If the axis sinks, it may sink to its lower end for "
         f"up to {weight.SINKING:.0f} s; then the effort rises from 0 to at most "
         f"{o.effort:.3g} V of either sign until it is lifted by {p.per * LIFT * o.travel:.2g} "
         f"{p.unit}. It is held there, and sinks if this is interrupted."

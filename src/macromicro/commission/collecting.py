@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.commission._exciting import excite
 from macromicro.commission._probing import Direction, Ends
@@ -21,7 +22,7 @@ from macromicro.errors import InputError, ProblemError
 from macromicro.machines import rig as machine_rig
 from macromicro.machines import sheets, stage, wire_sheets
 from macromicro.machines.machine import Machine, as_toml
-from macromicro.machines.stage import Bounds
+from macromicro.machines.stage import Bounds, Driven
 from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
 from macromicro.rig.session import Session
@@ -140,12 +141,7 @@ def ramps(given: Given, ended: Callable[[], bool] = lambda: False) -> Recording:
         for a, b in pairwise(corners)
     ]
     volts = np.concatenate(legs)
-    sensor, fast = tree.encoder, tree.guard.speed
-    bounds = Bounds(sensor.low, sensor.high, fast, tree.guard.window)
-    params = given.machine.kind.prepare(tree)
-    seen = stage.drive(given.machine.kind, params, volts / gain, bounds, dt, seed=given.seed)
-    if seen.ended:
-        raise CommissionError(f"the stage met its bound {seen.ended!r}; nothing was written")
+    seen = _simulated(given, volts / gain)
     every = max(round(1.0 / (PACE * dt)), 1)
     rows = np.array([seen.t, seen.effort * gain, seen.position * 1e6])[:, ::every]
     return Recording.from_arrays(_LOOPS, rows, every * dt, _about(given))
@@ -163,23 +159,30 @@ def curves(given: Given, ended: Callable[[], bool] = lambda: False) -> Recording
     for share in TURNS:
         corners += [Corner(hot - share * (hot - cold), 0.0, rate), Corner(hot, 0.0, rate)]
     efforts = course([Corner(cold, 1.0, rate), *corners, Corner(0.0, 0.0, rate)], dt)
-    sensor, fast = tree.encoder, tree.guard.speed
     if given.rig is None:
-        bounds = Bounds(sensor.low, sensor.high, fast, tree.guard.window)
-        params = given.machine.kind.prepare(tree)
-        seen = stage.drive(given.machine.kind, params, efforts, bounds, dt, seed=given.seed)
-        if seen.ended:
-            raise CommissionError(f"the stage met its bound {seen.ended!r}; nothing was written")
+        seen = _simulated(given, efforts)
         rows = np.array([seen.t, seen.effort, seen.position])
     else:
         rig: Any = given.rig
+        sensor = tree.encoder
         with Session(rig, dt) as session:
-            caution = Caution(hot, fast, sensor.low, sensor.high, 0.0)
+            caution = Caution(hot, tree.guard.speed, sensor.low, sensor.high, 0.0)
             record = played(Stand(session, dt, sensor.pitch, ended), efforts, caution)
         rows = np.array([record.t, record.u, record.x])
     rows[2] *= 1e6
     every = max(math.ceil(rows.shape[1] / ROWS), 1)
     return Recording.from_arrays(_CURVES, rows[:, ::every], every * dt, _about(given))
+
+
+def _simulated(given: Given, efforts: Array) -> Driven:
+    """The simulated stage in open loop, within the bounds of its guard."""
+    tree, kind = given.tree, given.machine.kind
+    sensor, dt = tree.encoder, float(tree.timing.period)
+    bounds = Bounds(sensor.low, sensor.high, tree.guard.speed, tree.guard.window)
+    seen = stage.drive(kind, kind.prepare(tree), efforts, bounds, dt, seed=given.seed)
+    if seen.ended:
+        raise CommissionError(f"the stage met its bound {seen.ended!r}; nothing was written")
+    return seen
 
 
 def _window(tree: Any, resistance: float) -> tuple[float, float]:

@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.commission.stand import Caution, CommissionError, Law, Record, Stand
+from macromicro.commission.stand import SENSOR, Caution, CommissionError, Law, Record, Stand
 
+QUIET = 0.5  # s without effort
 _KEPT = 0.75  # amplitude of a swing over that of the one before
 
 
@@ -43,8 +44,26 @@ def played(stand: Stand, efforts: Array, caution: Caution) -> Record:
     return driven(stand, law, (len(values) + 1) * stand.dt, caution)
 
 
+def quiet(stand: Stand, caution: Caution) -> Record:
+    """What the stage shows without effort."""
+    return _sensed(stand.drive(lambda t, x, v: 0.0, QUIET, caution))
+
+
+def _sensed(record: Record) -> Record:
+    """A record of a sensor that gave values to its end."""
+    if record.ended == SENSOR:
+        raise CommissionError("the sensor gives no value. Check its cable and supply")
+    return record
+
+
+def noise(record: Record) -> float:
+    """Standard deviation of a reading about a straight line, m."""
+    line = np.polynomial.Polynomial.fit(record.t, record.x, 1)
+    return float(np.std(record.x - line(record.t)))
+
+
 def driven(stand: Stand, law: Law, seconds: float, caution: Caution) -> Record:
-    record = stand.drive(law, seconds, caution)
+    record = _sensed(stand.drive(law, seconds, caution))
     if record.ended:
         effort = record.u[-2] if len(record.u) > 1 else record.u[-1]  # before it was switched off
         where = stand.place.told(float(record.x[-1]), digits=4)

@@ -23,12 +23,11 @@ class Robust(NamedTuple):
     drawn: int  # number of models
 
 
-def robust(frequency: Array, found: Complex, drawn: Iterable[Complex], poles: int) -> Robust:
-    every = [(loops.margins(frequency, x), loops.modulus(x, poles) > 0.0) for x in drawn]
-    crossover, phase, gain, near, steady = zip(*(m for m, _ in every), strict=True)
-    least = Margins(_least(crossover), _least(phase), _least(gain), _least(near), all(steady))
-    stable = sum(one for _, one in every)
-    return Robust(loops.margins(frequency, found), least, stable, len(every))
+def robust(frequency: Array, found: Complex, drawn: Iterable[Complex]) -> Robust:
+    every = [loops.margins(frequency, x) for x in drawn]
+    crossover, phase, gain, near, stable = zip(*every, strict=True)
+    least = Margins(_least(crossover), _least(phase), _least(gain), _least(near), all(stable))
+    return Robust(loops.margins(frequency, found), least, sum(stable), len(every))
 
 
 def _least(values: Sequence[float]) -> float:

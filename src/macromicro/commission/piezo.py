@@ -11,6 +11,7 @@ import numpy as np
 from macromicro.commission import _piezo_fit, _piezo_page, margins
 from macromicro.commission import piezo_drives as drives
 from macromicro.commission._piezo_fit import Loops, Swing
+from macromicro.commission._settings import texts
 from macromicro.commission.courses import Corner, course, decaying, played
 from macromicro.commission.margins import DRAWS, SEED, Robust
 from macromicro.commission.piezo_drives import (
@@ -91,8 +92,7 @@ def settings(work: Work, found: Model, home: Any) -> dict[str, str]:
         "controller.loop_weights": [f"{1e6 * w:.9g} um/V" for w in loops.weights],
     }
     return {
-        **{path: f'"{float(v)!r} {unit}"' for path, (v, unit) in figures.items()},
-        **{path: repr(float(v)) for path, v in plain.items()},
+        **texts(figures, plain),
         **{path: "[" + ", ".join(f'"{v}"' for v in values) + "]" for path, values in lists.items()},
     }
 
@@ -102,7 +102,7 @@ def home(work: Work, found: Model) -> None:
     rate = reach.extent / SLOW
     efforts = [reach.highest, reach.lowest]
     efforts += [*decaying(0.0, 0.9 * -reach.lowest, SWUNG), 0.0]
-    caution = work.options.caution(work.options.speed)._replace(low=-math.inf, high=math.inf)
+    caution = work.options.caution(work.options.speed).anywhere
     corners = [Corner(u, REST, rate) for u in efforts]
     played(stand, course([*corners, Corner(0.0, 1.0, rate)], stand.dt), caution)
 
@@ -131,12 +131,11 @@ def drawn_models(
 
 def robust_loop(settings: Any, model: Model) -> Robust:
     p, dt = settings.controller, settings.timing.period
-    poles = 2 if p.drift > 0.0 else 1
-    frequency = loops.grid(dt, _FAR_BELOW * (p.drift if poles == 2 else p.integral))
+    frequency = loops.grid(dt, _FAR_BELOW * (p.drift if p.drift > 0.0 else p.integral))
     law = piezo_loop.law(p, frequency, dt)
     every = (law * one for one in drawn_models(settings, model, frequency, DRAWS))
     found = law * piezo_loop.plant(settings, frequency)
-    return margins.robust(frequency, found, every, poles)
+    return margins.robust(frequency, found, every)
 
 
 def robustness(settings: Any, model: Model) -> Robustness:

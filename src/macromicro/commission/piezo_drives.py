@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from macromicro.commission import courses
 from macromicro.commission.courses import Corner, course, decaying, driven, played
 from macromicro.commission.procedure import Work
 from macromicro.commission.stand import CommissionError, Record
@@ -161,11 +162,7 @@ def gain_intent(work: Work) -> str:
 def gain(work: Work) -> Gain:
     o, stand = work.options, work.stand
     caution = o.caution(o.speed)
-    quiet = stand.drive(lambda t, x, v: 0.0, 0.5, caution)
-    if quiet.ended:
-        raise CommissionError("the sensor gives no value. Check its cable and supply")
-    line = np.polynomial.Polynomial.fit(quiet.t, quiet.x, 1)
-    noise = float(np.std(quiet.x - line(quiet.t)))
+    noise = courses.noise(courses.quiet(stand, caution))
     top, rate = LOW * o.effort, (o.effort - o.bottom) / SLOW
     gains = []
     for k in range(TRIES + 1):
@@ -203,10 +200,7 @@ def reach_intent(work: Work) -> str:
 def reach(work: Work) -> Reach:
     o, stand = work.options, work.stand
     law = Climb(work, work[GAIN].gain)
-    wide = o.caution(o.speed)._replace(low=-math.inf, high=math.inf)
-    record = stand.drive(law, 30.0 * SLOW, wide)
-    if record.ended:
-        raise CommissionError(f"the stage passed {record.ended} at {record.x[-1] * 1e3:.4g} mm")
+    record = driven(stand, law, 30.0 * SLOW, o.caution(o.speed).anywhere)
     rest = float(record.x[-1])
     (top, high, above), (bottom, low, below) = law.reached[1.0], law.reached[-1.0]
     return Reach(bottom, top, low - rest, high - rest, (below, above))
@@ -223,7 +217,7 @@ def swings_intent(work: Work) -> str:
 
 def swings(work: Work) -> list[Record]:
     span, stand = work[REACH], work.stand
-    caution = work.options.caution(work.options.speed)._replace(low=-math.inf, high=math.inf)
+    caution = work.options.caution(work.options.speed).anywhere
     rate = span.extent / SLOW
     middle, half = 0.5 * (span.highest + span.lowest), 0.5 * span.extent
     dying = [span.lowest, span.highest, span.lowest, *decaying(middle, 0.9 * half, SWUNG), 0.0]
@@ -252,7 +246,7 @@ def steps_intent(work: Work) -> str:
 
 def steps(work: Work) -> list[Record]:
     span, stand = work[REACH], work.stand
-    caution = work.options.caution(work.options.speed)._replace(low=-math.inf, high=math.inf)
+    caution = work.options.caution(work.options.speed).anywhere
     rate, dt = span.extent / SLOW, stand.dt
     base = span.lowest + 0.4 * span.extent
     law = Steps(base, [size * span.extent for size in SIZES], caution.speed, rate, dt)

@@ -7,6 +7,7 @@ from macromicro.commission import _gravity as weight
 from macromicro.commission._axis_fit import Model
 from macromicro.commission._gravity import Weight
 from macromicro.commission._probing import Ends
+from macromicro.commission.courses import QUIET
 from macromicro.commission.procedure import SIMULATED, Estimate, Step, Work
 from macromicro.commission.stand import BALANCED
 from macromicro.identify import axis_settings, eccentric
@@ -23,7 +24,7 @@ def _weight_intent(work: Work) -> str:
     o, p = work.options, work.stand.place
     low, high = _window(work)
     return (
-        f"No effort for {weight.QUIET} s; whatever falls or swings then has up to "
+        f"No effort for {QUIET} s; whatever falls or swings then has up to "
         f"{weight.SINKING:.0f} s to settle, and is lifted off an end on which it leans. Then "
         f"the effort rises from 0 to at most {o.effort:.3g} V until the axis starts, in both "
         f"directions, there and at up to {2 * len(_gravity.OFFSETS)} angles from "

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -10,15 +9,13 @@ from typing import Any, NamedTuple
 
 from macromicro import __version__
 from macromicro.commission import _store, _verifying, axis, procedure
-from macromicro.commission._settings import TOLERANCE
+from macromicro.commission._settings import TOLERANCE, as_file
 from macromicro.commission._verifying import Verified
 from macromicro.commission.procedure import Kind, Options, Robustness, Step, Tuned, Work
 from macromicro.commission.stand import Stand
-from macromicro.identify import axis_settings
 from macromicro.machines import machine as machines
 from macromicro.machines import results
 from macromicro.rig.session import Session
-from macromicro.schema import config
 from macromicro.schema.par import entries
 from macromicro.schema.text import printable
 
@@ -237,11 +234,7 @@ def _settings(
 
 
 def _made(place: Place, work: Work, model: Any, values: dict[str, str]) -> tuple[str, Any]:
-    machine = machines.named(place.kind.name, "machine")
-    toml = axis_settings.as_toml(values, _head(place, work, model), place.kind.name)
-    table = tomllib.loads(toml)
-    table.pop(config.MACHINE)
-    return toml, config.overridden(machine.settings, table, "the identified machine")
+    return as_file(values, _head(place, work, model), place.kind.name)
 
 
 def _head(place: Place, work: Work, model: Any) -> str:

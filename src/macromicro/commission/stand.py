@@ -43,6 +43,11 @@ class Caution(NamedTuple):
     high: float = math.inf
     lowest: float = -math.inf  #: lowest effort, V; none is below -`effort`
 
+    @property
+    def anywhere(self) -> Caution:
+        """The same without a window."""
+        return self._replace(low=-math.inf, high=math.inf)
+
 
 class Record(NamedTuple):
     """What a drive showed.
@@ -295,8 +300,7 @@ class Stand:
                 since, at = t, x
             return None if t - since >= _CALM else 0.0
 
-        wide = caution._replace(low=-math.inf, high=math.inf, speed=math.inf)
-        record = self.drive(idle, longest, wide)
+        record = self.drive(idle, longest, caution.anywhere._replace(speed=math.inf))
         return not record.ended and len(record.t) * self.dt < longest
 
 

@@ -11,16 +11,15 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.commission import _wire_drives as drives
 from macromicro.commission import _wire_fit, _wire_page, margins
+from macromicro.commission._settings import as_file, texts
 from macromicro.commission._wire_drives import CURVES, PULSES, RAMP, WARMTH, Warmth
 from macromicro.commission._wire_fit import MODEL_ERRORS, Wire
 from macromicro.commission.margins import DRAWS, SEED, Robust
 from macromicro.commission.procedure import SIMULATED, Kind, Robustness, Step, Work
 from macromicro.commission.wire_model import Heat, steepest
-from macromicro.control.stage_pi import StagePi
 from macromicro.machines import loops, wire_sheets
 from macromicro.machines.loops import Complex
 from macromicro.machines.wire import DEFAULT
-from macromicro.schema import config
 
 # Positions do not show the data-sheet values of the machine `wire`, so the file assumes a usual
 # alloy, a diameter, and a temperature scale that starts at that alloy's transformation; travel,
@@ -86,13 +85,9 @@ def settings(work: Work, found: Wire, home: Any) -> dict[str, str]:
         "hidden.cooling": 1.0,
         "hidden.latent": kelvin * p.latent / p.tau * capacity / latent,
     }
-    values = {
-        **{path: f'"{float(v)!r} {unit}"' for path, (v, unit) in figures.items()},
-        **{path: repr(float(v)) for path, v in plain.items()},
-    }
+    values = texts(figures, plain)
     # What moves and gains follow from is what was found, not the alloy's latent heat.
-    base: dict[str, Any] = {k: f"{float(v)!r} {unit}" for k, (v, unit) in figures.items()}
-    tree = config.overridden(DEFAULT, {**base, **plain}, "the identified machine")
+    tree = as_file(values, name="wire")[1]
     speed = min(found.up * (effort - p.end), found.down * p.last)
     quick = min(wire_sheets.SLOWER * speed, tree.motion.velocity)
     # Between its branches, after a turn, a wire moves by a part of what it does along them: with
@@ -121,13 +116,6 @@ def plant(p: Heat, settings: Any, frequency: Array) -> Complex:
     return found
 
 
-def law(p: StagePi, frequency: Array, dt: float) -> Complex:
-    """Effort per position error, without limits."""
-    z = np.exp(2j * math.pi * np.asarray(frequency) * dt)
-    found: Complex = p.kp + p.ki * dt / (z - 1.0)
-    return found
-
-
 def drawn_models(found: Wire, number: int, seed: int = SEED) -> Iterator[tuple[Heat, float]]:
     random = np.random.Generator(np.random.PCG64(seed))
     values = np.array(found.heat)
@@ -146,12 +134,12 @@ def robust_loop(settings: Any, found: Wire) -> Robust:
     heat = found.heat
     slowest = min(1.0 / (heat.slow + heat.tau), p.ki / p.kp) / (2.0 * math.pi)
     frequency = loops.grid(dt, _FAR_BELOW * slowest)
-    control = law(p, frequency, dt)
+    control = loops.pi(p, frequency, dt)
     every = (
         more * control * plant(one, settings, frequency) for one, more in drawn_models(found, DRAWS)
     )
     whole = control * plant(heat, settings, frequency)
-    return margins.robust(frequency, whole, every, poles=1)
+    return margins.robust(frequency, whole, every)
 
 
 def robustness(settings: Any, found: Wire) -> Robustness:

@@ -11,7 +11,7 @@ from macromicro.control import settings as control_settings
 from macromicro.control.macro import LAWS
 from macromicro.export.units import Entry, Made, Unit, law_of
 from macromicro.nominal import PERIOD
-from macromicro.plant import bench, carriage, cycle, kiln
+from macromicro.plant import bench, carriage
 from macromicro.programme import travel
 from macromicro.rig import guard, sensing
 from macromicro.rig.board import control as board
@@ -119,26 +119,6 @@ def two_stage(settings: Any) -> Made:
         return Unit(f"{name}.macro", "the macro-stage alone, from motor volts", (entry,), given,
                     arguments[1])  # fmt: skip
 
-    def kiln_unit() -> Unit:
-        params = kiln.prepare(kiln.beside(settings.bench))
-        first, draw = kiln.initial(params), kiln.KilnNoise()
-        entries = (
-            Entry("measure", kiln.measure, (params, first, 0.0, draw)),
-            Entry("advance", kiln.advance, (params, first, 0.0, draw, 0.0)),
-        )
-        words = "the kiln with the actuator's wires in it"
-        return Unit(f"{name}.kiln", words, entries, {"params": params}, first)
-
-    def cycle_unit() -> Unit:
-        params = cycle.prepare(cycle.beside(settings.bench))
-        first = cycle.initial(params)
-        entries = (
-            Entry("measure", cycle.measure, (params, first, 0.0)),
-            Entry("advance", cycle.advance, (params, first, 0.0, 0.0, 0.0)),
-        )
-        words = "the fixture of Appendix D: the actuator against a spring"
-        return Unit(f"{name}.cycle", words, entries, {"params": params}, first)
-
     return _laws(spec, name) | {
         f"{name}.micro": micro_unit,
         f"{name}.supervisor": supervisor_unit,
@@ -146,6 +126,4 @@ def two_stage(settings: Any) -> Made:
         f"{name}.board": board_unit,
         f"{name}.plant": plant_unit,
         f"{name}.macro": macro_unit,
-        f"{name}.kiln": kiln_unit,
-        f"{name}.cycle": cycle_unit,
     }

@@ -13,7 +13,6 @@ from macromicro import place as places
 from macromicro.arrays import Array
 from macromicro.control.integral import Integral
 from macromicro.control.stability import blamed, words
-from macromicro.control.stage_pi import StagePi
 from macromicro.machines import loops, piezo_loop, sheets, wire_sheets
 from macromicro.machines.loops import Complex
 from macromicro.machines.tree import Checked, is_own
@@ -71,7 +70,7 @@ def piezo(tree: Any) -> Iterator[Checked]:
 def wire(tree: Any) -> Iterator[Checked]:
     yield from _range(tree, 0.0, tree.driver.full_scale, "what the driver can give")
     yield from _ahead(tree, tree.driver.full_scale, "the driver's full scale", ("velocity",))
-    yield from _unstable(tree, ("kp", "ki"), _heated, _pi)
+    yield from _unstable(tree, ("kp", "ki"), _heated, loops.pi)
 
 
 def _heated(tree: Any, frequency: Array) -> Complex:
@@ -79,13 +78,6 @@ def _heated(tree: Any, frequency: Array) -> Complex:
     s = np.asarray(2j * math.pi * np.asarray(frequency), np.complex128)
     per_volt = wire_sheets.per_joule(tree) * wire_sheets.power(tree) / tree.driver.full_scale
     found: Complex = per_volt / s / (1.0 + s * tree.driver.lag) * loops.stepped(s, tree.timing)
-    return found
-
-
-def _pi(gains: StagePi, frequency: Array, dt: float) -> Complex:
-    """Effort per error of the PI, V/m; the integral acts one period later."""
-    z = np.exp(2j * math.pi * np.asarray(frequency) * dt)
-    found: Complex = gains.kp + gains.ki * dt / (z - 1.0)
     return found
 
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.control.cascade import Cascade
 from macromicro.control.notch import Notch
+from macromicro.control.stage_pi import StagePi
 
 Complex = npt.NDArray[np.complex128]
 
@@ -30,6 +31,13 @@ def law(p: Cascade, frequency: Array, dt: float) -> Complex:
     seen = rate / back / (1.0 + (place + dt * rate / back) / (z - 1.0))
     found: Complex = p.velocity * (1.0 + p.integral * dt / back) * (p.position + seen)
     return found * notched(p.notch, frequency, dt)
+
+
+def pi(p: StagePi, frequency: Array, dt: float) -> Complex:
+    """Effort per position error of a PI, without limits; the integral acts one period later."""
+    z = np.exp(2j * math.pi * np.asarray(frequency) * dt)
+    found: Complex = p.kp + p.ki * dt / (z - 1.0)
+    return found
 
 
 def stepped(s: Complex, timing: Any) -> Complex:

@@ -9,7 +9,7 @@ import numpy as np
 
 from macromicro.drawing import files
 from macromicro.drawing.style import BLUE, ORANGE, RED, finish, line, new
-from macromicro.runs.learning import Learned
+from macromicro.lab.learning import Learned
 
 
 def draw(found: Learned, folder: Path, kinds: Sequence[str]) -> None:

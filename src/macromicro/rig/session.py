@@ -9,10 +9,14 @@ from typing import Any, NamedTuple, Self
 from macromicro.control.calibration import Calibration
 from macromicro.errors import ProblemError
 from macromicro.nominal import PERIOD
-from macromicro.plant.cycle import CycleSample
-from macromicro.plant.kiln import KilnBench, KilnSample
 from macromicro.rig._unwinding import Unwinding
-from macromicro.rig.fixtures import CYCLE_PERIOD, KILN_PERIOD
+from macromicro.rig.fixtures import (
+    CYCLE_PERIOD,
+    KILN_PERIOD,
+    KILN_PITCH,
+    CycleSample,
+    KilnSample,
+)
 from macromicro.rig.limits import Limits
 from macromicro.types import SAFE, Command, Lines, Outputs, Sample
 
@@ -72,7 +76,7 @@ class Fixture(NamedTuple):
     #: limits of its guard; None for the user's settings or the defaults
     limits: Limits | None = None
     table: Calibration | None = None  #: its Hall calibration; None where it has none (`calibrated`)
-    pitch: float = KilnBench().encoder.pitch  #: travel per encoder count of a kiln, m
+    pitch: float = KILN_PITCH  #: travel per encoder count of a kiln, m
     counted: bool = False  #: whether its encoder keeps its count, and counts on, while nothing runs
     timed: bool = False  #: whether its clock is the machine's own, which says what was missed
 

@@ -15,35 +15,26 @@ import numpy as np
 import numpy.typing as npt
 
 import macromicro
-from macromicro import loop, recorded, simulate
+from macromicro import recorded, simulate
 from macromicro.columns import Column
 from macromicro.control import settings as control_settings
-from macromicro.control import supervisor
 from macromicro.control.settings import Control
-from macromicro.control.supervisor import Progress, Supervisor
-from macromicro.control.two_stage import TwoStage
 from macromicro.design import response
 from macromicro.design.response import MoveResult
 from macromicro.design.tracking import followed
 from macromicro.errors import ProblemError
+from macromicro.lab import replay
+from macromicro.lab.machine import FLAGS, approach, follow, known, seen
 from macromicro.loop import PERIOD
 from macromicro.programme import MACRO, MICRO, Programme
-from macromicro.recorded import NAMES
-from macromicro.recorder import Behind
 from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
 from macromicro.rig.faults import describe, ended
-from macromicro.rig.guarded import Guarded
-from macromicro.rig.limits import Limits
 from macromicro.rig.session import BENCH, Fixture
-from macromicro.runs import _replaying
-from macromicro.runs.machine import FLAGS, approach, known, seen, watchdog
 from macromicro.schema import config
 from macromicro.settings import Settings
 from macromicro.simulate import Outcome, Sink
 
-_MOVE = NAMES.index("move")
-_TOLD = round(1.0 / PERIOD)  # periods between two calls of `progress`
 # What a programme runs on: the virtual bench of its settings, a rig, or a recording's sensors.
 Place = Fixture | Recording | None
 
@@ -76,7 +67,7 @@ def perform(
     if on is None:
         return simulate.simulate(settings, programme, sink, seed=seed, fan=fan, progress=progress)
     if isinstance(on, Recording):
-        return _replaying.replay(on, programme, settings, sink, fan=fan, progress=progress)
+        return replay.replay(on, programme, settings, sink, fan=fan, progress=progress)
     return _on_rig(on, programme, settings, sink, (seed, fan), progress)
 
 
@@ -86,7 +77,7 @@ def columns(on: Place = None, settings: Settings | None = None) -> tuple[Column,
     every = recorded.columns(control_settings.prepare(control))
     if on is None:
         return every
-    return _replaying.columns(on) if isinstance(on, Recording) else seen(on, every)
+    return replay.columns(on) if isinstance(on, Recording) else seen(on, every)
 
 
 def record(
@@ -173,7 +164,7 @@ def _on_rig(
     how: tuple[int, bool],
     progress: Callable[[float, int], None] | None,
 ) -> Outcome:
-    """`perform` on a rig; the sink lags by at most a tenth of a second."""
+    """`perform` on a rig, from cold, the carriage at 0 counts."""
     seed, fan = how
     check(fixture, programme)
     table = fixture.calibrated() if np.any(programme.stage == MICRO) else fixture.table
@@ -181,41 +172,16 @@ def _on_rig(
         settings.controller, fan, table, settings.sensors.encoder.pitch
     )
     limits = fixture.limits or settings.guard
-    rows, began = 0, time.perf_counter()
-    with Behind(_Filled(sink, fixture, recorded.columns(control))) as behind:
-
-        def take(row: npt.NDArray[np.float64]) -> None:
-            nonlocal rows
-            behind.append(row)
-            rows += 1
-            if progress is not None and rows % _TOLD == 0:
-                progress(rows * PERIOD, int(row[_MOVE, 0]))
-
-        last, rig = _driven(fixture, programme, settings, control, (seed, limits), take)
-    finished = last.phase == supervisor.DONE
-    return Outcome(finished, rig.watch, rows * PERIOD, time.perf_counter() - began)
-
-
-def _driven(
-    fixture: Fixture,
-    programme: Programme,
-    settings: Settings,
-    control: Supervisor,
-    how: tuple[int, Limits],
-    take: Callable[[npt.NDArray[np.float64]], None],
-) -> tuple[Progress, Guarded]:
-    """From cold, the carriage at 0 counts, to the end: the supervisor's last state, the guard."""
-    seed, limits = how
+    filled = _Filled(sink, fixture, recorded.columns(control))
+    longest = round(simulate.longest(settings, programme) / PERIOD)
+    began = time.perf_counter()
     with fixture.open(seed) as session:
         session.cold(fixture.rest)
         if fixture.has("encoder"):
-            approach(fixture._replace(limits=limits), session, 0.0)
+            approach(fixture._replace(limits=limits), session, 0.0, settings.controller)
         session.restart()
-        rig = Guarded(session, watchdog(limits, control.calibration), PERIOD)
-        longest = round(simulate.longest(settings, programme) / PERIOD)
-        plan, start = simulate.plan(programme), supervisor.begin(0.0, control)
-        last = loop.run(rig, TwoStage(control), plan, PERIOD, start, take, longest)
-    return last, rig
+        outcome = follow(session, programme, control, limits, filled, longest, progress)
+    return outcome._replace(wall=time.perf_counter() - began)
 
 
 class _Filled:

@@ -118,14 +118,14 @@ def _actuator(lab: Lab) -> Recordings:
 def _hall(lab: Lab) -> Recordings:
     from macromicro import hall_table
     from macromicro.recorded import named
-    from macromicro.runs import hall
+    from macromicro.thesis import hall_ramps
 
     columns = named("t", "hall_voltage", "laser")
     runs = [
         Recording.from_arrays(
             columns, [np.arange(len(v)) * hall_table.DT, v, x * 1e6], hall_table.DT, {}
         )
-        for v, x in hall.collect(lab.bench(), lab.seed)
+        for v, x in hall_ramps.collect(lab.bench(), lab.seed)
     ]
     return {"hall": joined(runs, _about(lab))}
 

@@ -11,10 +11,10 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.lab.drive import heated
+from macromicro.lab.machine import Machine
 from macromicro.nominal import PERIOD
 from macromicro.recording import Recording
-from macromicro.runs.drives import heated
-from macromicro.runs.machine import Machine
 
 FULL = 2.1  # V: more gives hardly more heat
 HELD = (1.5, 1.525, 1.55, 1.575, 1.6)

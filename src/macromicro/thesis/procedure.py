@@ -12,9 +12,11 @@ from macromicro.settings import Settings
 from macromicro.thesis.claims import Claim
 
 if TYPE_CHECKING:
+    from macromicro.lab.machine import Machine
     from macromicro.rig.session import Fixture
-    from macromicro.runs.machine import CycleBed, Machine, Oven
     from macromicro.runs.programmed import Runner
+    from macromicro.thesis.cycle_bench import CycleBed
+    from macromicro.thesis.kiln_bench import Kiln
 
 
 class Needs(Protocol):
@@ -59,17 +61,19 @@ class Lab(NamedTuple):
         rig = self.rig("bench")
         return rig._replace(limits=rig.limits or self.settings.guard)
 
-    def kiln(self) -> Oven:
+    def kiln(self) -> Kiln:
         """The kiln of Section 5.2.1, with the bench's actuator in it.
 
         Returns
         -------
-        Oven
+        Kiln
             The first rig of that kind, or the virtual one.
         """
-        from macromicro.plant import kiln
+        from macromicro.thesis import kiln_bench
 
-        return self.rig("kiln") if self.rigs else kiln.prepare(kiln.beside(self.settings.bench))
+        if self.rigs:
+            return self.rig("kiln")
+        return kiln_bench.prepare(kiln_bench.beside(self.settings.bench))
 
     def cycle(self) -> CycleBed:
         """The cycle bench of Appendix D, with the bench's actuator on it.
@@ -79,9 +83,11 @@ class Lab(NamedTuple):
         CycleBed
             The first rig of that kind, or the virtual one.
         """
-        from macromicro.plant import cycle
+        from macromicro.thesis import cycle_bench
 
-        return self.rig("cycle") if self.rigs else cycle.prepare(cycle.beside(self.settings.bench))
+        if self.rigs:
+            return self.rig("cycle")
+        return cycle_bench.prepare(cycle_bench.beside(self.settings.bench))
 
     def runner(self) -> Runner:
         """What runs programmes on the two-stage bench.

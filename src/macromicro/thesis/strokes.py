@@ -10,17 +10,10 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.columns import Column
-from macromicro.kernel import compiled, kernel
-from macromicro.nominal import PERIOD
-from macromicro.plant import bench
-from macromicro.plant.bench import NOISES, Plant, State
+from macromicro.lab.drive import drive, recorded
+from macromicro.lab.machine import Machine
 from macromicro.recorded import named
 from macromicro.recording import Recording
-from macromicro.rig.guarded import IDLE
-from macromicro.rig.session import Fixture
-from macromicro.rig.twin import noise_source
-from macromicro.runs.machine import Machine, play, recorded
-from macromicro.types import Command, Outputs, Sample
 
 COLUMNS: tuple[Column, ...] = named("t", "macro_position", "motor", "laser")
 WHAT = "strokes of the macro-stage"
@@ -52,32 +45,8 @@ def nudges(full: float) -> Array:
     return np.concatenate([rest, *parts, rest])
 
 
-@kernel
-def _pushed(p: Plant, s: State, volts: Array, noise: Array, out: Array, dt: float) -> None:
-    """Counts and laser (m) of the bench under motor volts, into the rows of `out`."""
-    for k in range(len(volts)):
-        draw = bench.drawn(noise, k)
-        sample = bench.measure(p, s, k * dt, draw)
-        out[0, k], out[1, k] = sample.encoder, sample.laser
-        s = bench.advance(p, s, Outputs(volts[k], 0.0, 0.0, 0.0), draw, dt)
-
-
 def stroked(machine: Machine, volts: Array, start: float, seed: int = 0) -> Recording:
     """The carriage in open loop from `start` [counts], with the laser where there is one."""
-    if isinstance(machine, Fixture):
-        machine.need(WHAT, "encoder")
-
-        def push(k: int, sample: Sample) -> tuple[Command, Outputs]:
-            return IDLE, Outputs(float(volts[k]), 0.0, 0.0, 0.0)
-
-        done = play(machine, WHAT, len(volts), push, seed=seed, start=start)
-        rows = (done["t"], done["encoder"], done["motor"], done["laser"] * 1e6)
-        values = dict(zip((c.name for c in COLUMNS), rows, strict=True))
-        return recorded(machine, COLUMNS, values, PERIOD, seed)
-    out = np.empty((2, len(volts)))
-    noise = noise_source(seed).standard_normal((len(volts), NOISES))
-    state = bench.initial(machine, start * machine.encoder.pitch)
-    compiled(_pushed)(machine, state, volts, noise, out, PERIOD)
-    t = np.arange(len(volts), dtype=np.float64) * PERIOD
-    shown = [t, out[0], volts, out[1] * 1e6]
-    return Recording.from_arrays(COLUMNS, shown, PERIOD, {"seed": seed})
+    cold = np.zeros_like(volts)
+    found = drive(machine, WHAT, ("encoder",), cold, motor=volts, start=start, seed=seed)
+    return recorded(machine, COLUMNS, found, about={"seed": seed})

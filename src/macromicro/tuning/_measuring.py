@@ -11,16 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from macromicro.arrays import Array
 from macromicro.batch import macro_bench, micro_bench
-from macromicro.control import macro as control
-from macromicro.control.macro import MacroLaw
-from macromicro.control.stage_law import Sample, Target
-from macromicro.kernel import kernel
+from macromicro.lab.drive import closed_loop
 from macromicro.nominal import COUNTS, PERIOD
 from macromicro.plant import bench
 from macromicro.recording import Recording
-from macromicro.runs import drives
 from macromicro.runs.programmed import on_twin
 from macromicro.settings import Settings
 
@@ -36,24 +31,13 @@ class Shown(NamedTuple):
 
 def macro(settings: Settings) -> Shown:
     """Run a step of 2800 counts from rest at 0, 10 s, under the settings' law."""
-    law = macro_bench.stage(settings).law
+    law = macro_bench.law_of(settings)
     plant = bench.prepare(settings.bench, settings.sensors)
     aim = np.full(round(SECONDS / DT), STEP)
-    recording = drives.closed_loop(plant, law, aim)
-    x = recording["macro_position"]
-    asked = np.empty_like(x)
-    law.machine(_asked)(law._replace(limit=math.inf), aim, x, asked, DT)
+    recording = closed_loop(plant, law, aim)
     names = [metric.name for metric in macro_bench.METRICS]
-    values = macro_bench.judged(x, asked, recording["motor"], STEP)
+    values = macro_bench.judged(law, STEP, recording["macro_position"], recording["motor"])
     return Shown(dict(zip(names, values, strict=True)), recording)
-
-
-@kernel
-def _asked(law: MacroLaw, aim: Array, x: Array, out: Array, dt: float) -> None:
-    memory = control.begun(law)
-    for k in range(len(x)):
-        target, sample = Target(aim[k], 0.0, 0.0, math.inf), Sample(k * dt, x[k])
-        memory, out[k] = control.step(law, memory, target, sample, dt)
 
 
 def micro(settings: Settings, seed: int = 0) -> Shown:

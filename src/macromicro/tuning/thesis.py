@@ -33,9 +33,9 @@ from macromicro.design.margins import (
 )
 from macromicro.design.steps import overshoot, settling_time
 from macromicro.errors import ProblemError
+from macromicro.lab.drive import DT, law
 from macromicro.models import macro
 from macromicro.models.macro import Linear, MacroModel, position_transfer
-from macromicro.runs.drives import DT, law
 
 Row = dict[str, float | str]
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from tests.thesis.ended import collected, ended
+from tests.thesis.fixture_drives import CycleTwin
 
-from macromicro.kernel import compiled
-from macromicro.plant import cycle
-from macromicro.plant.cycle import CycleBench
-from macromicro.rig.fixtures import CYCLE_PERIOD, CycleTwin
+from macromicro.rig.fixtures import CYCLE_PERIOD
 from macromicro.rig.session import CYCLE, Fixture
+from macromicro.thesis import cycle_bench
 from macromicro.thesis.appendix_d import _cycle_claims, cycle_runs
 from macromicro.thesis.appendix_d.cycle_runs import CycleData, Cycles
 from macromicro.thesis.claims import DIFFERS, REPRODUCED, Claim
+from macromicro.thesis.cycle_bench import CycleBench
 
 
 @pytest.fixture(scope="module")
@@ -48,12 +48,9 @@ def test_settled_time(claims: dict[str, Claim], name: str, low: float, high: flo
 def test_rig_gives_what_the_compiled_run_gives() -> None:
     """The same law drives the twin sample by sample: the same counts."""
     fast = cycle_runs.collect(runs=1, cycles=2, room_std=0.0, rest_s=0.0)
-    plant = cycle.prepare(CycleBench())
-
-    def make(seed: int) -> CycleTwin:
-        return CycleTwin(plant, measure=compiled(cycle.measure), advance=compiled(cycle.advance))
-
-    rig = Fixture("a cycle bench", CYCLE, make, ("encoder",), CYCLE_PERIOD)
+    plant = cycle_bench.prepare(CycleBench())
+    channels = ("encoder",)
+    rig = Fixture("a cycle bench", CYCLE, lambda seed: CycleTwin(plant), channels, CYCLE_PERIOD)
     slow = cycle_runs.collect(rig, runs=2, cycles=2, rest_s=0.5)
     np.testing.assert_array_equal(slow.counts[0], fast.counts[0])
     np.testing.assert_array_equal(slow.literal, fast.literal)

@@ -10,11 +10,11 @@ from tests.thesis.ended import ended
 
 from macromicro import loop
 from macromicro.design import steps
+from macromicro.lab import drive
 from macromicro.plant import bench
 from macromicro.programme import MACRO, Programme
 from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
-from macromicro.runs import drives
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 from macromicro.simulate import simulate
@@ -108,7 +108,7 @@ def test_drive_is_the_control_loop(name: str) -> None:
     rows = dict(zip((c.name for c in COLUMNS), np.hstack(blocks), strict=True))
     plant = bench.prepare(settings.bench, settings.sensors)
     n = 900
-    run = drives.closed_loop(plant, drives.law(name), np.full(n, 1500.0))
+    run = drive.closed_loop(plant, drive.law(name), np.full(n, 1500.0))
     assert len(rows["t"]) >= n
     assert run.dt == loop.PERIOD
     for column in ("macro_position", "motor", "macro_integral", "macro_reference"):

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from macromicro.identify.deadzone import DeadZone
+from macromicro.lab import drive
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Plant, Sensors
-from macromicro.runs import drives
 from macromicro.thesis.chapter4 import _friction_runs
 
 
@@ -44,7 +44,7 @@ def test_threshold_depends_on_position(zone: DeadZone) -> None:
 
 def test_a_run_shows_what_a_rig_shows(plant: Plant) -> None:
     """Whole counts, volts as sent, one period of latency, no column of the bench's truth."""
-    run = drives.open_loop(plant, np.full(300, 4.0), 100.5)
+    run = drive.open_loop(plant, np.full(300, 4.0), 100.5)
     assert [c.name for c in run.columns] == ["t", "macro_position", "motor"]
     x = run["macro_position"]
     np.testing.assert_array_equal(x, np.round(x))

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from macromicro.identify import drive
+from macromicro.lab.drive import open_loop
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Plant, Sensors
-from macromicro.runs import drives
 from macromicro.thesis.chapter4 import _identification_runs
 from macromicro.thesis.chapter4._identification_runs import MacroModel
 
@@ -67,7 +67,7 @@ def test_physical_parameters_from_counts_alone(plant: Plant) -> None:
     for size in (3.2, 3.6, 4.0, 4.4, 4.8, 5.0):
         n = round(1200.0 / (2537.0 * (size - 2.4)) * 1000)
         volts = np.tile(np.repeat([size, -size], n), 3)
-        run = drives.open_loop(plant, volts, 400.5)
+        run = open_loop(plant, volts, 400.5)
         assert run["macro_position"].min() > 0.0 and run["macro_position"].max() < 2800.0
         t.append(run["t"])
         u.append(run["motor"])

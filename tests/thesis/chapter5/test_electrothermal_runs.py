@@ -7,11 +7,11 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.identify.heating import averaged, cooling, inferred_step, steady
+from macromicro.lab import drive
 from macromicro.models import heating
 from macromicro.models.heating import from_transfer, step_response
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
-from macromicro.runs import drives
 from macromicro.thesis.chapter5 import _electrothermal_runs, actuator_fits
 from macromicro.thesis.chapter5._electrothermal_runs import StepData
 from macromicro.thesis.chapter5.actuator_models import Models
@@ -129,4 +129,4 @@ def test_better_model_is_a_physical_one(models: Models) -> None:
 
 def test_profiles_that_are_none_are_refused() -> None:
     with pytest.raises(InputError, match="CTRL profile"):
-        drives.heated(bench.prepare(Bench(), Sensors()), [1.5, np.nan])
+        drive.heated(bench.prepare(Bench(), Sensors()), [1.5, np.nan])

@@ -5,20 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.ndimage import median_filter
+from tests.thesis.fixture_drives import KilnTwin
 
 from macromicro.errors import InputError
 from macromicro.identify.kiln import cleaned, first_order_curves, fod_table, predicted
 from macromicro.identify.smoothing import without_spikes
-from macromicro.kernel import compiled
-from macromicro.plant import kiln as fixture
-from macromicro.plant.kiln import KilnBench
 from macromicro.recording import Recording
-from macromicro.rig.fixtures import KILN_PERIOD, KilnTwin
+from macromicro.rig.fixtures import KILN_PERIOD, KilnSample
 from macromicro.rig.session import KILN, Fixture
+from macromicro.thesis import kiln_bench as fixture
 from macromicro.thesis.chapter5 import kiln_runs as kiln
 from macromicro.thesis.chapter5._kiln_claims import KilnRuns
 from macromicro.thesis.chapter5.actuator_fits import full_contraction
 from macromicro.thesis.chapter5.kiln_runs import KilnData
+from macromicro.thesis.kiln_bench import KilnBench
 
 
 def rms(x: np.ndarray) -> float:
@@ -30,12 +30,8 @@ def test_compiled_run_equals_the_rig_sample_by_sample() -> None:
     plant = fixture.prepare(KilnBench())
     turns = [45.0, 38.0, 41.0]
     fast = kiln.run(plant, turns, seed=3)
-
-    def make(seed: int) -> KilnTwin:
-        steps = compiled(fixture.measure), compiled(fixture.advance)
-        return KilnTwin(plant, seed, measure=steps[0], advance=steps[1])
-
-    rig = Fixture("a kiln", KILN, make, ("thermocouple", "encoder"), KILN_PERIOD)
+    channels = ("thermocouple", "encoder")
+    rig = Fixture("a kiln", KILN, lambda seed: KilnTwin(plant, seed), channels, KILN_PERIOD)
     slow = kiln.run(rig, turns, seed=3)
     assert [c.name for c in slow.columns] == [c.name for c in fast.columns[:5]]
     assert len(fast) == len(slow) > 500
@@ -156,7 +152,7 @@ class Silent(KilnTwin):
     def __init__(self) -> None:
         super().__init__(fixture.prepare(KilnBench()), 0)
 
-    def read(self) -> fixture.KilnSample:
+    def read(self) -> KilnSample:
         return super().read()._replace(thermocouple=np.nan)
 
 

@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from macromicro.plant import cycle, kiln
-from macromicro.plant.cycle import CycleBench
-from macromicro.plant.kiln import KilnBench
 from macromicro.schema.par import entries
 from macromicro.settings import Settings
+from macromicro.thesis import cycle_bench, kiln_bench
+from macromicro.thesis.cycle_bench import CycleBench
+from macromicro.thesis.kiln_bench import KilnBench
 from macromicro.thesis.page import _free_parameters
 from macromicro.thesis.page._free_parameters import CALIBRATED, GROUPS, grouped
 from macromicro.thesis.page._free_parameters import free_parameters as listed
@@ -30,8 +30,8 @@ def test_each_meaning_once_and_in_one_group() -> None:
     assert sorted(shared) == sorted({e.par.meaning for e in EVERY})
     own = [p.path for p in found if ": " in p.path]
     assert own == [
-        *(f"kiln: {path}" for path in kiln.OWN_SOURCES),
-        *(f"cycle bench: {p}" for p in in_order(CycleBench(), cycle.OWN_SOURCES)),
+        *(f"kiln: {path}" for path in kiln_bench.OWN_SOURCES),
+        *(f"cycle bench: {p}" for p in in_order(CycleBench(), cycle_bench.OWN_SOURCES)),
     ]
     groups = grouped(found)
     assert tuple(groups) == GROUPS
@@ -47,7 +47,7 @@ def in_order(tree: Any, paths: dict[str, str]) -> list[str]:
 
 @pytest.mark.parametrize(
     ("tree", "sources"),
-    [(KilnBench(), kiln.OWN_SOURCES), (CycleBench(), cycle.OWN_SOURCES)],
+    [(KilnBench(), kiln_bench.OWN_SOURCES), (CycleBench(), cycle_bench.OWN_SOURCES)],
     ids=["kiln", "cycle"],
 )
 def test_no_value_of_another_bench_goes_under_its_source(
@@ -71,7 +71,7 @@ def test_what_shares_a_meaning_is_the_same_parameter() -> None:
 def test_calibrated_parameters_name_claims() -> None:
     calibrated = grouped(listed(SETTINGS))[CALIBRATED]
     here = {e.par.meaning for e in EVERY if "calibrated" in e.par.source}
-    there = [s for s in cycle.OWN_SOURCES.values() if "calibrated" in s]
+    there = [s for s in cycle_bench.OWN_SOURCES.values() if "calibrated" in s]
     assert len(calibrated) == len(here) + len(there)
     assert all(p.claims for p in calibrated)
     by_path = {p.path: p for p in calibrated}

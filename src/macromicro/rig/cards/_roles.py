@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from macromicro.plant.cycle import CycleSample
-from macromicro.plant.kiln import KilnSample
-from macromicro.rig.fixtures import CycleOutputs, KilnOutputs
+from macromicro.rig.fixtures import CycleOutputs, CycleSample, KilnOutputs, KilnSample
 from macromicro.rig.session import BENCH, CYCLE, KILN
 from macromicro.types import ENABLE, Enable, Lines, Outputs, Sample
 

@@ -16,12 +16,11 @@ from macromicro.arrays import Array
 from macromicro.errors import MacromicroError
 from macromicro.identify.clusters import within
 from macromicro.kernel import compiled, kernel
-from macromicro.plant import cycle
-from macromicro.plant.cycle import CycleBench, CyclePlant, CycleState
 from macromicro.rig.fixtures import CYCLE_PERIOD, CycleOutputs
 from macromicro.rig.session import Fixture, Session
 from macromicro.rig.twin import noise_source
-from macromicro.runs.machine import CycleBed
+from macromicro.thesis import cycle_bench
+from macromicro.thesis.cycle_bench import CycleBed, CycleBench, CyclePlant, CycleState
 
 DT = CYCLE_PERIOD
 PEAK, PERIOD_S = 150.0, 4.0
@@ -78,17 +77,17 @@ def _run(
     """Closed loop on the twin: counts into `out`."""
     memory = Memory(0.0, 0.0)
     for k in range(len(reference)):
-        sample = cycle.measure(plant, s, k * dt)
+        sample = cycle_bench.measure(plant, s, k * dt)
         out[k] = sample.encoder
         memory, ctrl = step(p, memory, reference[k] - sample.encoder, dt)
-        s = cycle.advance(plant, s, ctrl, 0.0, dt)
+        s = cycle_bench.advance(plant, s, ctrl, 0.0, dt)
     return s
 
 
 @kernel
 def _rest(plant: CyclePlant, s: CycleState, periods: int, dt: float) -> CycleState:
     for _ in range(periods):
-        s = cycle.advance(plant, s, 0.0, 0.0, dt)
+        s = cycle_bench.advance(plant, s, 0.0, 0.0, dt)
     return s
 
 
@@ -162,7 +161,7 @@ def collect(
     """
     if isinstance(bed, Fixture):
         return _on_rig(bed, seed, runs, cycles, rest_s)
-    plant = bed or cycle.prepare(CycleBench())
+    plant = bed or cycle_bench.prepare(CycleBench())
     drive, idle = compiled(_run), compiled(_rest)
     room = plant.micro.thermal.ambient + room_std * noise_source(seed).standard_normal(runs)
     requested = reference(cycles)
@@ -172,14 +171,14 @@ def collect(
         return plant._replace(micro=plant.micro._replace(thermal=thermal))
 
     counts = np.empty((runs, len(requested)))
-    state = cycle.initial(in_room(float(room[0])))
+    state = cycle_bench.initial(in_room(float(room[0])))
     for k in range(runs):
         here = in_room(float(room[k]))
         state = drive(here, state, WORKING, requested, counts[k], DT)
         state = idle(here, state, round(rest_s / _REST_DT), _REST_DT)
     others = np.empty((2, len(requested)))
     for row, law in zip(others, (PER_SECOND, UNLIMITED), strict=True):
-        drive(plant, cycle.initial(plant), law, requested, row, DT)
+        drive(plant, cycle_bench.initial(plant), law, requested, row, DT)
     return CycleData(counts, room, others[0], others[1])
 
 

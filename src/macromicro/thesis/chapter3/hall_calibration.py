@@ -12,8 +12,8 @@ from macromicro.design import resolution
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, ORANGE, RED, finish, line, new
 from macromicro.identify.hall import HallFit, calibrated
-from macromicro.runs import hall as hall_calibration
-from macromicro.runs.machine import Machine
+from macromicro.lab.machine import Machine
+from macromicro.thesis import hall_ramps
 from macromicro.thesis.chapter3._sensor_claims import SENSITIVITY, SPAN
 from macromicro.thesis.claims import Claim, measured_by, stated, within
 from macromicro.thesis.procedure import Lab, Procedure
@@ -43,7 +43,7 @@ class HallRuns(NamedTuple):
 
 
 def calibrated_by(plant: Machine, seed: int = 0) -> HallRuns:
-    runs = hall_calibration.collect(plant, seed)
+    runs = hall_ramps.collect(plant, seed)
     fit = calibrated(runs)
     return HallRuns(runs, fit, slopes(runs, fit))
 

@@ -6,8 +6,8 @@ import math
 
 from macromicro.arrays import Array
 from macromicro.design.steps import overshoot, rise_time, settling_time, swings
+from macromicro.lab.drive import DT
 from macromicro.recording import Recording
-from macromicro.runs.drives import DT
 from macromicro.thesis.chapter4 import _design
 from macromicro.thesis.chapter4._control_runs import (
     LAWS,

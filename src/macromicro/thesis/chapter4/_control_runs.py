@@ -11,13 +11,13 @@ from macromicro import signals
 from macromicro.arrays import Array
 from macromicro.design.steps import ARRIVED, swings
 from macromicro.errors import InputError
+from macromicro.lab.drive import DT, closed_loop, law
+from macromicro.lab.machine import Machine
 from macromicro.models import macro
 from macromicro.models.macro import INITIAL, MacroModel
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
 from macromicro.runs import programmed
-from macromicro.runs.drives import DT, closed_loop, law
-from macromicro.runs.machine import Machine
 from macromicro.runs.programmed import Runner
 from macromicro.settings import Settings
 from macromicro.thesis.chapter4 import _design as macro_design

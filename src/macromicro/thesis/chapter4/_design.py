@@ -13,8 +13,8 @@ import numpy as np
 
 from macromicro.design.margins import PdTaps, damping_margin
 from macromicro.design.steps import overshoot, settling_time
-from macromicro.runs.drives import DT, closed_loop
-from macromicro.runs.machine import Machine
+from macromicro.lab.drive import DT, closed_loop
+from macromicro.lab.machine import Machine
 from macromicro.thesis.claims import Claim, accepts, holds, stated, within
 from macromicro.tuning.thesis import (
     INITIAL_TAPS,

@@ -13,9 +13,9 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.identify.deadzone import DeadZone, dead_zone
+from macromicro.lab.drive import DT, open_loop
+from macromicro.lab.machine import Machine
 from macromicro.recording import Recording
-from macromicro.runs.drives import DT, open_loop
-from macromicro.runs.machine import Machine
 
 TRAVEL = (0.0, 2800.0)
 VOLTAGES = tuple(float(v) for v in np.round(np.arange(2.6, 3.301, 0.05), 2))

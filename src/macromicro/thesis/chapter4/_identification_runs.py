@@ -15,10 +15,10 @@ from macromicro.arrays import Array
 from macromicro.identify.deadzone import DiscontinuousDeadZone, discontinuous_dead_zone
 from macromicro.identify.linear import LinearFit, mls
 from macromicro.identify.records import average_runs, differentiated
+from macromicro.lab.drive import DT, open_loop
+from macromicro.lab.machine import Machine
 from macromicro.recording import Recording
 from macromicro.rig.twin import noise_source
-from macromicro.runs.drives import DT, open_loop
-from macromicro.runs.machine import Machine
 from macromicro.thesis.chapter4 import _friction_runs
 from macromicro.thesis.chapter4._friction_runs import TRAVEL
 

@@ -11,8 +11,8 @@ from macromicro.arrays import Array
 from macromicro.design.margins import PdTaps, open_loop
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
+from macromicro.lab.drive import DT
 from macromicro.models.macro import Linear, position_transfer
-from macromicro.runs.drives import DT
 from macromicro.thesis.chapter4._design import Design
 from macromicro.tuning import thesis
 from macromicro.tuning.thesis import LIMIT, STEP, Trial

@@ -12,10 +12,10 @@ import numpy as np
 
 from macromicro import signals
 from macromicro.arrays import Array
+from macromicro.lab.drive import DT, open_loop
+from macromicro.lab.machine import Machine
 from macromicro.models import macro
 from macromicro.models.macro import INITIAL, TUNED, Linear, MacroModel
-from macromicro.runs.drives import DT, open_loop
-from macromicro.runs.machine import Machine
 from macromicro.thesis.chapter4._identification_runs import MacroModel as Found
 from macromicro.thesis.chapter4._readings import nrmse
 from macromicro.thesis.claims import Claim, accepts, holds, stated

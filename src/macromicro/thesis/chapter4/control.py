@@ -11,8 +11,8 @@ from macromicro.arrays import Array
 from macromicro.design import steps
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, smooth
+from macromicro.lab.drive import DT
 from macromicro.recording import Recording
-from macromicro.runs.drives import DT
 from macromicro.thesis.chapter4 import (
     _control_claims,
     _control_runs,

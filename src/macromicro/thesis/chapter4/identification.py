@@ -12,9 +12,9 @@ from macromicro.control import deadzone
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, smooth
 from macromicro.identify.records import average_runs, differentiated
+from macromicro.lab.drive import DT
 from macromicro.models import macro
 from macromicro.recording import Recording
-from macromicro.runs.drives import DT
 from macromicro.thesis.chapter4 import _friction_runs, _identification_runs, _validation
 from macromicro.thesis.chapter4._identification_runs import MacroModel
 from macromicro.thesis.chapter4._validation import Case

@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.lab.drive import DT, heated
+from macromicro.lab.machine import Machine
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.recording import Recording
-from macromicro.runs.drives import DT, heated
-from macromicro.runs.machine import Machine
 
 BELOW_STOP = (1.5, 1.525, 1.55, 1.575, 1.6)
 ABOVE_STOP = (1.65, 1.7, 1.8)

@@ -14,11 +14,11 @@ from macromicro.hysteresis.table import FodTable
 from macromicro.identify import heating, wire_table
 from macromicro.identify.heating import AMBIENT, StepRecord
 from macromicro.identify.wire import WireFit
+from macromicro.lab.machine import Machine
 from macromicro.models import actuator as full_model
 from macromicro.models import stressed as better_model
 from macromicro.models.weighted_gain import Weighted
 from macromicro.recording import Recording
-from macromicro.runs.machine import Machine
 from macromicro.thesis.chapter5 import _electrothermal_runs, actuator_fits
 from macromicro.thesis.chapter5._electrothermal_runs import StepData
 from macromicro.thesis.chapter5.actuator_fits import Judgement, ThesisFit, judged

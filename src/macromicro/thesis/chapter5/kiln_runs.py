@@ -16,13 +16,12 @@ from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.errors import InputError, MacromicroError, ProblemError
 from macromicro.kernel import compiled, kernel
-from macromicro.plant import kiln
-from macromicro.plant.kiln import KILN_NOISES, KilnBench, KilnPlant, KilnState
 from macromicro.recording import Recording
 from macromicro.rig.fixtures import KILN_PERIOD, KilnOutputs
 from macromicro.rig.session import Fixture
 from macromicro.rig.twin import noise_source
-from macromicro.runs.machine import Oven
+from macromicro.thesis import kiln_bench
+from macromicro.thesis.kiln_bench import KILN_NOISES, Kiln, KilnBench, KilnPlant, KilnState
 
 COLUMNS = (
     Column("t", "s", "time since the start"),
@@ -95,8 +94,8 @@ def _rollout(
     """
     n = 0
     while n < out.shape[1] and c.leg < len(p.turns):
-        draw = kiln.drawn(noise, n)
-        sample = kiln.measure(plant, s, (tick + n) * dt, draw)
+        draw = kiln_bench.drawn(noise, n)
+        sample = kiln_bench.measure(plant, s, (tick + n) * dt, draw)
         c, on = command(p, c, sample.thermocouple)
         out[0, n] = sample.t
         out[1, n] = sample.thermocouple
@@ -105,7 +104,7 @@ def _rollout(
         out[4, n] = s.thermocouple
         out[5, n] = s.wire.temperature
         out[6, n] = s.wire.x
-        s = kiln.advance(plant, s, on, draw, dt)
+        s = kiln_bench.advance(plant, s, on, draw, dt)
         n += 1
     return s, c, n
 
@@ -127,7 +126,7 @@ def _beyond_reach(leg: int, turn: float) -> InputError:
     return InputError(f"kiln profile, turns[{leg}]", turn, reach)
 
 
-def run(plant: Oven, turns: Sequence[float], seed: int = 0, dt: float = KILN_PERIOD) -> Recording:
+def run(plant: Kiln, turns: Sequence[float], seed: int = 0, dt: float = KILN_PERIOD) -> Recording:
     """A cold start, then the thermocouple through `turns` [degC], recorded every `dt` [s].
 
     A rig is recorded as often as it measures. InputError for a profile that does not turn or that
@@ -137,7 +136,7 @@ def run(plant: Oven, turns: Sequence[float], seed: int = 0, dt: float = KILN_PER
         return _on_rig(plant, turns, seed)
     points = _checked(turns, plant.oven.ambient)
     p = Thermostat(points, max(round(CONFIRM_S / dt), 1))
-    s, c, tick = kiln.initial(plant), ThermostatState(0, 0), 0
+    s, c, tick = kiln_bench.initial(plant), ThermostatState(0, 0), 0
     random = noise_source(seed)
     advance = compiled(_rollout)
     blocks = []
@@ -200,7 +199,7 @@ def profiles(cold: float = COLD) -> list[list[float]]:
     ]
 
 
-def coldest(plant: Oven, seed: int = 0) -> float:
+def coldest(plant: Kiln, seed: int = 0) -> float:
     """Temperature [degC] to which a kiln cools: a little above its room.
 
     InputError for a kiln that is still hot, or whose room is as warm as the profiles' lows.
@@ -233,9 +232,9 @@ class KilnData(NamedTuple):
     tests: list[Recording]
 
 
-def collect(oven: Oven | None = None, seed: int = 0) -> KilnData:
+def collect(oven: Kiln | None = None, seed: int = 0) -> KilnData:
     """The whole procedure, by default on the virtual kiln: about half a day of its time."""
-    plant = oven or kiln.prepare(KilnBench())
+    plant = oven or kiln_bench.prepare(KilnBench())
     cold = coldest(plant, seed)
     tests = [run(plant, turns, seed + 1 + k) for k, turns in enumerate(profiles(cold))]
     return KilnData(run(plant, cycles(cold=cold), seed), tests)

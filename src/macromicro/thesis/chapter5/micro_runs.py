@@ -13,11 +13,11 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.design.response import smoothed
+from macromicro.lab.drive import heated
+from macromicro.lab.machine import Machine
 from macromicro.plant import bench
 from macromicro.programme import Programme
 from macromicro.recording import Recording
-from macromicro.runs.drives import heated
-from macromicro.runs.machine import Machine
 from macromicro.runs.programmed import Runner, moves_of, on_twin
 from macromicro.runs.sequence import BAND_UM, LEVELS, TIMES, micro_steps
 from macromicro.settings import Settings

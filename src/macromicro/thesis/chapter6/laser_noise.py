@@ -12,11 +12,11 @@ from macromicro.arrays import Array
 from macromicro.control.pi import PiAntiWindup
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLUE, GREEN, RED, finish, line, new
+from macromicro.lab.drive import by_laser, heated
+from macromicro.lab.machine import Machine
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.recording import Recording
-from macromicro.runs.drives import by_laser, heated
-from macromicro.runs.machine import Machine
 from macromicro.thesis.chapter5 import _electrothermal_runs
 from macromicro.thesis.claims import (
     Claim,

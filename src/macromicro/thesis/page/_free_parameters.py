@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from macromicro.plant import cycle, kiln
 from macromicro.schema.par import Entry, Par, entries
 from macromicro.settings import Settings
+from macromicro.thesis import cycle_bench, kiln_bench
 from macromicro.units import shown
 
 CALIBRATED = "calibrated to claims"
@@ -58,8 +58,8 @@ def _all(settings: Settings) -> Iterator[tuple[str, Entry, str | None]]:
     trees: list[tuple[str, Any, dict[str, str]]] = [
         ("two-stage bench", settings.bench, {}),
         ("two-stage bench", settings.sensors, {}),
-        ("kiln", kiln.beside(settings.bench), kiln.OWN_SOURCES),
-        ("cycle bench", cycle.beside(settings.bench), cycle.OWN_SOURCES),
+        ("kiln", kiln_bench.beside(settings.bench), kiln_bench.OWN_SOURCES),
+        ("cycle bench", cycle_bench.beside(settings.bench), cycle_bench.OWN_SOURCES),
     ]
     for bench, tree, own in trees:
         for entry in entries(tree):

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError, MacromicroError
+from macromicro.lab import learning
 from macromicro.programme import MICRO, Programme, load, travel
 from macromicro.programme.moves import Limits
 from macromicro.recording import Recording
-from macromicro.runs import learning, programmed
+from macromicro.runs import programmed
 from macromicro.settings import Settings
 
 LIMITS = Limits(0.0, 4000.0, 0.0, 4e-3, 1.0 / 42e-6)
@@ -122,6 +123,16 @@ def test_what_is_no_trajectory(tmp_path: Path) -> None:
     moves.write_text("t_s,micro_um,macro_mm\n" + "\n".join([*rows, "2.5,299,20"]))
     with pytest.raises(InputError, match="macro moves between its micro targets"):
         learning.learn(load(moves, LIMITS), Stage(0.0), 0.0, LIMITS)
+
+
+def test_a_first_run_that_is_best_has_no_correction(tmp_path: Path) -> None:
+    def worse(programme: Programme, k: int) -> Recording:
+        return Stage(0.0, scale=0.97 - 0.1 * k)(programme, k)
+
+    found = learning.learn(wave(tmp_path), worse, 0.0, LIMITS, repeats=3)
+    assert found.best == 0 and len(found.repetitions) == 3
+    assert not found.programme.correction.any()
+    assert found.first is found.last
 
 
 def test_a_run_that_ended_early_is_not_learned_from(tmp_path: Path) -> None:

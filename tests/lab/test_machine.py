@@ -15,6 +15,8 @@ from macromicro import hall_table
 from macromicro.control import calibration
 from macromicro.errors import InputError, MacromicroError
 from macromicro.kernel import compiled
+from macromicro.lab import drive
+from macromicro.lab.machine import FLAGS, GuardTripped, approach, known, play
 from macromicro.plant import bench
 from macromicro.programme import MACRO, MICRO, Programme
 from macromicro.recorded import COLUMNS
@@ -24,12 +26,10 @@ from macromicro.rig.guarded import IDLE
 from macromicro.rig.limits import Limits
 from macromicro.rig.session import BENCH, KILN, KINDS, Fixture
 from macromicro.rig.twin import Twin
-from macromicro.runs import drives, hall
-from macromicro.runs.machine import FLAGS, GuardTripped, approach, known, play
 from macromicro.runs.programmed import on_rig, on_twin
 from macromicro.runs.sequence import micro_steps
 from macromicro.settings import Settings
-from macromicro.thesis import all_procedures, collecting
+from macromicro.thesis import all_procedures, collecting, hall_ramps
 from macromicro.thesis.chapter4 import _friction_runs
 from macromicro.thesis.chapter5 import _electrothermal_runs, kiln_runs
 from macromicro.thesis.chapter6 import laser_noise
@@ -131,23 +131,23 @@ def same(slow: Recording, fast: Recording) -> None:
 def test_open_loop_of_the_macro_stage() -> None:
     volts = np.r_[np.full(200, 4.0), np.full(150, -3.2)]
     same(
-        drives.open_loop(Made().fixture(), volts, 0.5),
-        drives.open_loop(PLANT, volts, 0.5),
+        drive.open_loop(Made().fixture(), volts, 0.5),
+        drive.open_loop(PLANT, volts, 0.5),
     )
 
 
 @pytest.mark.parametrize("law", ["pid", "pd-initial", "pd-tuned"])
 def test_closed_loop_of_the_macro_stage(law: str) -> None:
     aim = np.r_[np.full(300, 200.0), np.full(200, 60.0)]
-    fast = drives.closed_loop(PLANT, drives.law(law), aim)
-    same(drives.closed_loop(Made().fixture(), drives.law(law), aim), fast)
+    fast = drive.closed_loop(PLANT, drive.law(law), aim)
+    same(drive.closed_loop(Made().fixture(), drive.law(law), aim), fast)
     assert np.ptp(fast["macro_position"]) > 30.0
 
 
 def test_open_loop_of_the_micro_stage() -> None:
     ctrl = _electrothermal_runs.cooling(1.75, 0.8, 0.2)
-    fast = drives.heated(PLANT, ctrl, 3, 10)
-    same(drives.heated(Made().fixture(), ctrl, 3, 10), fast)
+    fast = drive.heated(PLANT, ctrl, 3, 10)
+    same(drive.heated(Made().fixture(), ctrl, 3, 10), fast)
     assert fast["laser"].max() > 1000.0
 
 
@@ -164,8 +164,8 @@ def test_control_by_the_laser(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_hall_calibration(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(hall_table, "RAMP_S", 0.4)
     monkeypatch.setattr(hall_table, "REST_S", 0.2)
-    fast = hall.collect(PLANT, 1, 1)
-    slow = hall.collect(Made().fixture(), 1, 1)
+    fast = hall_ramps.collect(PLANT, 1, 1)
+    slow = hall_ramps.collect(Made().fixture(), 1, 1)
     assert len(slow) == len(fast) == 2
     for one, other in zip(slow, fast, strict=True):
         np.testing.assert_array_equal(one, other)
@@ -219,6 +219,14 @@ def test_approach_comes_to_rest_within_a_count() -> None:
         assert moved == (place != 0.0)
 
 
+def test_a_programme_s_approach_keeps_to_the_settings_of_its_law() -> None:
+    """The motor of a rig may not stand the 5 V of the default settings."""
+    made = Made(state=bench.initial(PLANT, 5e-3))
+    controller = Settings().controller._replace(motor_limit=3.6)
+    on_rig(made.fixture())(programme((MACRO, 1.0, 0.0)), Settings(controller=controller))
+    assert 3.0 < max(abs(w.motor) for w in made.rigs[0].written) <= 3.6
+
+
 def test_approach_gives_up_where_the_encoder_does_not_answer() -> None:
     fixture = Made(seen=lambda s: s._replace(encoder=0.0)).fixture()
     with fixture.open() as session, pytest.raises(GuardTripped, match=r"following|carriage"):
@@ -227,7 +235,7 @@ def test_approach_gives_up_where_the_encoder_does_not_answer() -> None:
 
 def test_a_run_starts_where_it_should_and_leaves_the_carriage_at_rest() -> None:
     made = Made()
-    run = drives.open_loop(made.fixture(), np.full(60, 4.0), 80.5)
+    run = drive.open_loop(made.fixture(), np.full(60, 4.0), 80.5)
     x = run["macro_position"]
     assert abs(x[0] - 80.0) <= 1.0 and x[-1] > x[0] + 5.0
     np.testing.assert_allclose(run["t"], np.arange(60) * 1e-3, atol=1e-12)
@@ -242,7 +250,7 @@ def test_a_real_rig_rests_and_zeroes_its_laser_before_a_cold_run() -> None:
     """Here a machine on which somebody moved the carriage after the last reset."""
     moved = bench.initial(PLANT, 2e-3)._replace(zero=0.0)
     made = Made(state=moved)
-    run = drives.heated(made.fixture(rest=0.05), _electrothermal_runs.step(0.0, 0.1))
+    run = drive.heated(made.fixture(rest=0.05), _electrothermal_runs.step(0.0, 0.1))
     assert abs(run["laser"]).max() < 20.0  # um; without the reset 2 mm
     assert run["t"][0] == 0.0
     assert [w.laser_reset for w in made.rigs[0].written].count(1.0) == 1
@@ -262,7 +270,7 @@ def test_a_rig_without_the_channel_is_refused() -> None:
     for word in ("laser-noise", "laser of the bench", "mine measures encoder, hall", "Use a rig"):
         assert word in text
     with pytest.raises(InputError, match="laser"):
-        drives.heated(lab.bench(), _electrothermal_runs.step(1.0, 0.1))
+        drive.heated(lab.bench(), _electrothermal_runs.step(1.0, 0.1))
     with pytest.raises(InputError, match="encoder"):
         on_rig(Made(["hall"]).fixture())(programme((MACRO, 1.0, 0.0)), Settings(), 0, False)
     with pytest.raises(InputError, match="no kiln among"):
@@ -287,7 +295,7 @@ def failing(after: int, error: BaseException) -> Callable[[Sample], Sample]:
 def test_a_rig_whose_reading_fails_ends_safe(error: BaseException) -> None:
     made = Made(seen=failing(30, error))
     with pytest.raises(type(error)):
-        drives.open_loop(made.fixture(), np.full(200, 4.0), 0.5)
+        drive.open_loop(made.fixture(), np.full(200, 4.0), 0.5)
     rig = made.rigs[0]
     assert sum(w.motor == 4.0 for w in rig.written) == 30
     assert rig.written[-1] == SAFE and rig.calls[-2:] == ["stop", "exit"]
@@ -302,7 +310,7 @@ def test_the_guard_ends_an_open_loop_run() -> None:
     made = Made()
     fixture = made.fixture(limits=Limits(hottest=60.0))
     with pytest.raises(GuardTripped, match=r"too high.*guard\.hottest"):
-        drives.heated(fixture, _electrothermal_runs.step(1.8, 2.0))
+        drive.heated(fixture, _electrothermal_runs.step(1.8, 2.0))
     rig = made.rigs[0]
     assert rig.written[-1] == SAFE
     assert 10 < sum(w.ctrl == 1.8 for w in rig.written) < 2000
@@ -342,7 +350,7 @@ def test_a_silent_encoder_gives_no_effort() -> None:
 
     made = Made(seen=seen)
     with pytest.raises(GuardTripped, match="encoder"):
-        drives.closed_loop(made.fixture(), drives.law("pd-tuned"), np.full(200, 500.0))
+        drive.closed_loop(made.fixture(), drive.law("pd-tuned"), np.full(200, 500.0))
     rig = made.rigs[0]
     driven = [k for k, w in enumerate(rig.written) if w.motor != 0.0]
     assert len(driven) == 20 and rig.written[driven[0]].motor > 3.0
@@ -365,7 +373,7 @@ class Oven:
         self.tick += 1
 
     def read(self) -> Any:
-        from macromicro.plant.kiln import KilnSample
+        from macromicro.rig.fixtures import KilnSample
 
         shown = 25.0 + 0.1 * self.tick
         return KilnSample(self.now(), shown if shown < 30.0 else math.nan, 0.0)

@@ -1,25 +1,30 @@
-"""Machines for the procedures: the twin's plant, compiled, or any rig, sample by sample."""
+"""Machines for experiments: the simulated bench, compiled, or any rig, sample by sample."""
 
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from macromicro import loop, simulate
 from macromicro.arrays import Array
 from macromicro.columns import Column, quantities
-from macromicro.control import calibration, macro, settings
+from macromicro.control import calibration, macro, settings, supervisor
 from macromicro.control.calibration import Calibration
 from macromicro.control.settings import Control
 from macromicro.control.stage_law import Sample as StageSample
 from macromicro.control.stage_law import Target
+from macromicro.control.supervisor import Progress, Supervisor
+from macromicro.control.two_stage import TwoStage
 from macromicro.errors import MacromicroError
+from macromicro.nominal import PERIOD
 from macromicro.plant.bench import Plant
-from macromicro.plant.cycle import CyclePlant
-from macromicro.plant.kiln import KilnPlant
-from macromicro.recorded import COLUMNS
+from macromicro.programme import Programme
+from macromicro.recorded import COLUMNS, NAMES
+from macromicro.recorder import Behind
 from macromicro.recording import Recording
 from macromicro.rig import guard
 from macromicro.rig.faults import describe
@@ -27,17 +32,19 @@ from macromicro.rig.guard import Guard
 from macromicro.rig.guarded import Guarded
 from macromicro.rig.limits import Limits
 from macromicro.rig.session import Fixture, Session
+from macromicro.simulate import Outcome, Sink
 from macromicro.types import Command, Outputs, Sample
 
 Machine = Plant | Fixture
-Oven = KilnPlant | Fixture
-CycleBed = CyclePlant | Fixture
 Law = Callable[[int, Sample], tuple[Command, Outputs]]
 
 NEAR = 1.0  # counts
 SETTLE_S = 0.2
+_USUAL = Control()
 PATIENCE_S = 20.0
 FLAGS = tuple(k for k, note in quantities(Sample).items() if not note.dtype.startswith("f"))
+_MOVE = NAMES.index("move")
+_TOLD = round(1.0 / PERIOD)  # periods between two calls of `progress`
 _SHOWN_AS = {note.column: channel for channel, note in quantities(Sample).items()}
 _SHOWN_AS |= {"hall_position": "hall"}
 
@@ -55,15 +62,16 @@ def watchdog(limits: Limits | None, table: Calibration | None) -> Guard:
     return guard.prepare(limits or Limits(), calibration.shipped() if table is None else table)
 
 
-def approach(fixture: Fixture, session: Session, place: float) -> None:
+def approach(fixture: Fixture, session: Session, place: float, gains: Control = _USUAL) -> None:
     """Bring the carriage to rest at a place [counts], within a count.
 
-    The tuned PD (4.10) drives it, through the guard, unless it stands there already.
+    The tuned PD (4.10) drives it, with its gains among these and through the guard, unless it
+    stands there already.
     """
     dt = fixture.dt
     what = f"{fixture.name}, on the way to {place:.0f} counts"
     rig = Guarded(session, watchdog(fixture.limits, fixture.table), dt)
-    law = settings.prepare(Control()).macro
+    law = settings.prepare(gains._replace(macro_law="pd-tuned")).macro
     memory, last, quiet = macro.rest(0.0), math.nan, 0
     for k in range(round(PATIENCE_S / dt)):
         x = rig.read().encoder
@@ -91,22 +99,6 @@ def approach(fixture: Fixture, session: Session, place: float) -> None:
     )
 
 
-class Played:
-    """A run's samples and outputs, one row per period."""
-
-    def __init__(self, samples: Sequence[Sample], given: Sequence[Outputs]) -> None:
-        self._seen = np.array(samples, dtype=np.float64).T
-        self._given = np.array(given, dtype=np.float64).T
-
-    def __getitem__(self, name: str) -> Array:
-        """A channel of `Sample`, or an output, shape (periods,)."""
-        if name in Sample._fields:
-            found: Array = self._seen[Sample._fields.index(name)]
-        else:
-            found = self._given[Outputs._fields.index(name)]
-        return known(found) if name in FLAGS else found
-
-
 def play(
     fixture: Fixture,
     what: str,
@@ -115,11 +107,11 @@ def play(
     *,
     seed: int = 0,
     start: float | None = None,
-) -> Played:
+) -> dict[str, Array]:
     """Drive a rig from `start` [counts] by a law for command and outputs.
 
-    All outputs pass the guard; if it trips, or the rig fails, outputs are safe and the error is
-    raised.
+    Returns each channel of `Sample` and each output, shape (periods,). All outputs pass the guard;
+    if it trips, or the rig fails, outputs are safe and the error is raised.
     """
     samples, given = [], []
     with fixture.open(seed) as session:
@@ -141,7 +133,39 @@ def play(
             session.wait(fixture.dt)
         if start is not None:  # so that the next run finds the carriage at rest
             session.idle(SETTLE_S)
-    return Played(samples, given)
+    shown, written = (np.array(rows, dtype=np.float64).T for rows in (samples, given))
+    found = dict(zip((*Sample._fields, *Outputs._fields), (*shown, *written), strict=True))
+    return {name: known(row) if name in FLAGS else row for name, row in found.items()}
+
+
+def follow(
+    rig: Any,
+    programme: Programme,
+    control: Supervisor,
+    limits: Limits,
+    sink: Sink,
+    longest: int,
+    progress: Callable[[float, int], None] | None = None,
+) -> Outcome:
+    """Run a programme on an opened rig, for at most `longest` periods, through the guard.
+
+    The sink lags by at most a tenth of a second.
+    """
+    rows, began = 0, time.perf_counter()
+    guarded = Guarded(rig, watchdog(limits, control.calibration), PERIOD)
+    with Behind(sink) as behind:
+
+        def take(row: Array) -> None:
+            nonlocal rows
+            behind.append(row)
+            rows += 1
+            if progress is not None and rows % _TOLD == 0:
+                progress(rows * PERIOD, int(row[_MOVE, 0]))
+
+        plan, start = simulate.plan(programme), supervisor.begin(0.0, control)
+        last: Progress = loop.run(guarded, TwoStage(control), plan, PERIOD, start, take, longest)
+    finished = last.phase == supervisor.DONE
+    return Outcome(finished, guarded.watch, rows * PERIOD, time.perf_counter() - began)
 
 
 def known(flag: Array) -> Array:

@@ -18,6 +18,8 @@ from macromicro.plant.flexure import GRAM_FORCE
 from macromicro.plant.phase import Phase
 from macromicro.plant.phase import table as phase_table
 from macromicro.plant.wire import Load, Wire, WireState
+from macromicro.rig.fixtures import KILN_PITCH, KilnSample
+from macromicro.rig.session import Fixture
 from macromicro.schema.par import Par
 
 
@@ -62,7 +64,7 @@ class KilnBench(NamedTuple):
     oven: Oven = Oven()
     phase: Phase = Phase()
     wire: Wire = Wire()
-    encoder: Encoder = Encoder(pitch=14e-6)
+    encoder: Encoder = Encoder(pitch=KILN_PITCH)
 
 
 # Where the values come from that are not those of the two-stage bench.
@@ -84,18 +86,15 @@ class KilnPlant(NamedTuple):
     encoder: Encoder
 
 
+Kiln = KilnPlant | Fixture
+
+
 class KilnState(NamedTuple):
     air: Annotated[float, Meaning("", "degC")]
     thermocouple: Annotated[float, Meaning("", "degC")]
     spike: Annotated[float, Meaning("interference", "K")]
     left: Annotated[float, Meaning("how long that still lasts", "s")]
     wire: Annotated[WireState, Meaning("the wires")]
-
-
-class KilnSample(NamedTuple):
-    t: Annotated[float, Meaning("", "s")]
-    thermocouple: Annotated[float, Meaning("", "degC")]
-    encoder: Annotated[float, Meaning("contraction", "counts")]
 
 
 def prepare(spec: KilnBench) -> KilnPlant:

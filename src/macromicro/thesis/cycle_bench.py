@@ -16,6 +16,8 @@ from macromicro.plant.micro import Micro, MicroState
 from macromicro.plant.phase import Phase
 from macromicro.plant.thermal import Thermal
 from macromicro.plant.wire import Load, Wire
+from macromicro.rig.fixtures import CycleSample
+from macromicro.rig.session import Fixture
 
 
 class CycleBench(NamedTuple):
@@ -71,16 +73,12 @@ class CyclePlant(NamedTuple):
     encoder: Encoder
 
 
+CycleBed = CyclePlant | Fixture
+
+
 class CycleState(NamedTuple):
     micro: Annotated[MicroState, Meaning("actuator")]
     ctrl: Annotated[float, Meaning("latched D/A voltage, not yet in effect", "V")]
-
-
-class CycleSample(NamedTuple):
-    t: Annotated[float, Meaning("", "s")]
-    encoder: Annotated[float, Meaning("contraction", "counts")]
-    extend: Annotated[float, Meaning("0 or 1")]
-    contract: Annotated[float, Meaning("0 or 1")]
 
 
 def prepare(spec: CycleBench) -> CyclePlant:

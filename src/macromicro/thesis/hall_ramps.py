@@ -1,6 +1,6 @@
 """Hall calibration (Section 3.2.3, Figure 3.9): slow ramps of CTRL, Hall against the laser.
 
-``python -m macromicro.runs.hall FILE`` runs it on the default twin
+``python -m macromicro.thesis.hall_ramps FILE`` runs it on the default twin
 and writes the controller's table, ``hall_V,position_mm``.
 """
 
@@ -13,15 +13,15 @@ from macromicro.arrays import Array
 from macromicro.control.calibration import Calibration
 from macromicro.hall_table import profile
 from macromicro.identify.hall import calibrate
+from macromicro.lab.drive import drive
+from macromicro.lab.machine import Machine
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
-from macromicro.runs import drives
-from macromicro.runs.machine import Machine
 
 
 def collect(plant: Machine, seed: int = 0, runs: int = 3) -> list[tuple[Array, Array]]:
     ctrl, parts = profile(runs)
-    found = drives.stage(plant, "the Hall calibration", ("hall", "laser"), ctrl, seed=seed)
+    found = drive(plant, "the Hall calibration", ("hall", "laser"), ctrl, seed=seed)
     return [(found["hall"][part], found["laser"][part]) for part in parts]
 
 

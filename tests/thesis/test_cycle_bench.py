@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.thesis.fixture_drives import cycled
 
-from macromicro.plant import cycle
-from macromicro.plant.cycle import CycleBench
-
-from .drives import cycled
+from macromicro.thesis import cycle_bench
+from macromicro.thesis.cycle_bench import CycleBench
 
 SPEC = CycleBench()
 
@@ -54,10 +53,10 @@ def test_dead_time_stays_above_zero(times: np.ndarray) -> None:
 
 def test_fixture_is_appendix_d_s() -> None:
     """Appendix D: 17 um encoder, 5 V supply, 23 degC, no flexure."""
-    p = cycle.prepare(SPEC)
+    p = cycle_bench.prepare(SPEC)
     assert p.encoder.pitch == 17e-6
     assert p.micro.driver.gain == pytest.approx((5.0 / 4.0) ** 2)
     assert p.micro.thermal.ambient == 23.0
     assert p.micro.load.rate == SPEC.bias.rate
-    assert cycle.measure(p, cycle.initial(p), 0.0).encoder == 0.0
-    assert cycle.measure(p, cycle.initial(p), 0.0).extend == 1.0
+    assert cycle_bench.measure(p, cycle_bench.initial(p), 0.0).encoder == 0.0
+    assert cycle_bench.measure(p, cycle_bench.initial(p), 0.0).extend == 1.0

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.plant.drives import tempered
+from tests.thesis.fixture_drives import fire
 
-from macromicro.plant import kiln
 from macromicro.plant.flexure import GRAM_FORCE
-from macromicro.plant.kiln import KilnBench
-
-from .drives import fire, tempered
+from macromicro.thesis import kiln_bench
+from macromicro.thesis.kiln_bench import KilnBench
 
 SPEC = KilnBench()
 
@@ -50,16 +50,16 @@ def test_thermocouple_follows_the_wires_within_a_few_kelvin(run: np.ndarray) -> 
 
 def test_encoder_reads_14_micrometres() -> None:
     """Section 5.2.1."""
-    p = kiln.prepare(SPEC)
-    s = kiln.initial(p)
+    p = kiln_bench.prepare(SPEC)
+    s = kiln_bench.initial(p)
     for x, count in ((0.0, 0.0), (20e-6, 1.0), (21.1e-6, 2.0), (140e-6, 10.0)):
         placed = s._replace(wire=s.wire._replace(x=x))
-        assert kiln.measure(p, placed, 0.0, kiln.KilnNoise()).encoder == count
+        assert kiln_bench.measure(p, placed, 0.0, kiln_bench.KilnNoise()).encoder == count
 
 
 def test_weight_is_thirty_grams() -> None:
     """Section 5.2.1."""
-    assert kiln.prepare(SPEC).load.preload == pytest.approx(30.0 * GRAM_FORCE)
+    assert kiln_bench.prepare(SPEC).load.preload == pytest.approx(30.0 * GRAM_FORCE)
 
 
 def test_full_contraction_at_107_5_degrees() -> None:
@@ -79,11 +79,15 @@ def test_wires_hang_in_air_that_is_a_share_cooler_than_the_top_plate() -> None:
     """Section 5.2.1: the thermocouple is above them. Held long enough, the wires' excess over
     the room is the air's less the gradient; a kiln as cold as the room shows none."""
     spec = SPEC._replace(oven=SPEC.oven._replace(gradient=0.1, spike_rate=0.0))
-    p = kiln.prepare(spec)
-    s = kiln.initial(p)._replace(air=85.0, thermocouple=85.0)
+    p = kiln_bench.prepare(spec)
+    s = kiln_bench.initial(p)._replace(air=85.0, thermocouple=85.0)
     held = s
     for _ in range(6000):
-        held = kiln.advance(p, held._replace(air=85.0), 0.0, kiln.KilnNoise(0.0, 1.0, 1.0), 0.01)
+        held = kiln_bench.advance(
+            p, held._replace(air=85.0), 0.0, kiln_bench.KilnNoise(0.0, 1.0, 1.0), 0.01
+        )
     assert held.wire.temperature == pytest.approx(25.0 + 0.9 * 60.0, abs=0.05)
-    cold = kiln.advance(p, kiln.initial(p), 0.0, kiln.KilnNoise(0.0, 1.0, 1.0), 0.01)
+    cold = kiln_bench.advance(
+        p, kiln_bench.initial(p), 0.0, kiln_bench.KilnNoise(0.0, 1.0, 1.0), 0.01
+    )
     assert cold.wire.temperature == pytest.approx(25.0)

@@ -36,6 +36,14 @@ class Repetition(NamedTuple):
     true: float  # RMS of the error by the laser, m; NaN without one
 
 
+class Course(NamedTuple):
+    """Error of a run at each sample of the trajectory."""
+
+    t: Array  # s
+    error: Array  # target, as the sensor would show it, less what it shows, m
+    true: Array  # target less the laser's reading, m; NaN where there is none
+
+
 class Learned(NamedTuple):
     programme: Programme  # with the correction of the best repetition
     repetitions: list[Repetition]  # in their order; the first has what the programme had
@@ -43,15 +51,6 @@ class Learned(NamedTuple):
     # first, last: of the first repetition, and of the best
     first: Course
     last: Course
-
-
-class Course(NamedTuple):
-    """Error of a run at each sample of the trajectory."""
-
-    t: Array  # s
-    wanted: Array  # m
-    error: Array  # wanted, as the sensor would show it, less what it shows, m
-    true: Array  # wanted less the laser's reading, m; NaN where there is none
 
 
 def sensor_lag(settings: Settings) -> float:
@@ -69,32 +68,29 @@ def learn(
 ) -> Learned:  # fmt: skip
     """Repeat a trajectory of the micro-stage and correct it by each run's error."""
     rows = _rows(programme)
-    correction = np.zeros(len(programme.target))
-    if len(programme.correction):
-        correction = programme.correction.copy()
-    seen: list[Repetition] = []
-    first = last = None
-    kept, best = correction, 0
-    smooth = 1.0 / (2.0 * math.pi * CUTOFF * PERIOD)
-    t = programme.start[rows]
+    t, target = programme.start[rows], programme.target[rows]
+    least = np.minimum(limits.micro_lo - target, 0.0)  # the sum stays within the travel
+    most = np.maximum(limits.micro_hi - target, 0.0)
     grid = np.arange(t[0], t[-1] + 0.5 * PERIOD, PERIOD)
+    smooth = 1.0 / (2.0 * math.pi * CUTOFF * PERIOD)
+    given = programme.correction if len(programme.correction) else np.zeros_like(programme.target)
+    tried = [programme._replace(correction=given)]
+    courses: list[Course] = []
+    seen: list[Repetition] = []
     for k in range(repeats):
-        course = _course(run(programme._replace(correction=correction), k), programme, rows, lag)
-        found = _judged(course)
-        first = first or course
-        if not seen or found.rms < seen[best].rms:
-            best, kept, last = k, correction, course
-        seen.append(found)
+        course = _course(run(tried[k], k), rows, lag)
+        courses.append(course)
+        seen.append(_judged(course))
         if told is not None:
-            told(k, found)
+            told(k, seen[k])
         missed = np.interp(grid + lag, course.t, course.error)
-        have = np.interp(grid, t, correction[rows])
+        have = np.interp(grid, t, tried[k].correction[rows])
         learned = gaussian_filter1d(have + GAIN * missed, smooth, mode="nearest")
-        correction = np.zeros_like(correction)
-        correction[rows] = np.interp(t, grid, learned)
-        correction[rows] = _within(correction[rows], programme.target[rows], limits)
-    assert first is not None and last is not None
-    return Learned(programme._replace(correction=kept), seen, best, first, last)
+        correction = np.zeros_like(programme.target)
+        correction[rows] = np.clip(np.interp(t, grid, learned), least, most)
+        tried.append(programme._replace(correction=correction))
+    best = min(range(repeats), key=lambda k: seen[k].rms)
+    return Learned(tried[best], seen, best, courses[0], courses[best])
 
 
 def _rows(programme: Programme) -> np.ndarray:
@@ -104,27 +100,25 @@ def _rows(programme: Programme) -> np.ndarray:
     if not programme.scheduled or not dense(programme.start[rows]):
         raise ProblemError(programme.source, "no trajectory of the micro-stage", accepted)
     steps = np.diff(programme.start[rows])
-    first = int(rows[int(np.argmax(steps < 5.0 * np.median(steps)))])
-    rows = rows[rows >= first]
+    rows = rows[int(np.argmax(steps < 5.0 * np.median(steps))) :]
     if (np.diff(rows) > 1).any():
         raise ProblemError(programme.source, "macro moves between its micro targets", accepted)
     return rows
 
 
-def _course(recording: Recording, programme: Programme, rows: np.ndarray, lag: float) -> Course:
+def _course(recording: Recording, rows: np.ndarray, lag: float) -> Course:
     """Error of a run, from the trajectory's first target to its end."""
     if not recording.attributes.get("finished", 1):
         why = recording.attributes.get("fault", "it was interrupted")
         raise MacromicroError(f"a repetition ended early: {why}")
-    a = int(np.searchsorted(recording["move"], rows[0]))
-    b = int(np.searchsorted(recording["move"], rows[-1], side="right"))
-    good = np.flatnonzero(recording["phase"][a:b] == FINE) + a
-    wanted = recording["micro_reference"][good] * 1e-3
-    shown = recording["hall_position"][good] * 1e-3
-    laser = np.full(len(good), math.nan)
+    move = recording["move"]
+    within = (move >= rows[0]) & (move <= rows[-1]) & (recording["phase"] == FINE)
+    target = recording["micro_reference"][within] * 1e-3
+    shown = recording["hall_position"][within] * 1e-3
+    laser = np.full(len(target), math.nan)
     if "laser" in recording:
-        laser = zero.contraction(recording)[good] * 1e-6
-    return Course(recording["t"][good], wanted, _sensed(wanted, lag) - shown, wanted - laser)
+        laser = zero.contraction(recording)[within] * 1e-6
+    return Course(recording["t"][within], _sensed(target, lag) - shown, target - laser)
 
 
 def _sensed(wanted: Array, lag: float) -> Array:
@@ -144,9 +138,3 @@ def _judged(course: Course) -> Repetition:
     true = true[np.isfinite(true)]
     by_laser = math.sqrt(float(np.mean(true**2))) if len(true) else math.nan
     return Repetition(math.sqrt(float(np.mean(error**2))), float(np.max(np.abs(error))), by_laser)
-
-
-def _within(correction: Array, target: Array, limits: Limits) -> Array:
-    """The correction, limited so that the sum stays within the travel."""
-    least, most = np.minimum(limits.micro_lo - target, 0.0), limits.micro_hi - target
-    return np.clip(correction, least, np.maximum(most, 0.0))
