@@ -10,12 +10,15 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.columns import Column, quantities
-from macromicro.control import calibration, macro, settings
+from macromicro.control import calibration, macro, outside
+from macromicro.control import settings as control_settings
 from macromicro.control.calibration import Calibration
+from macromicro.control.macro import MacroLaw
 from macromicro.control.settings import Control
 from macromicro.control.stage_law import Sample as StageSample
 from macromicro.control.stage_law import Target
 from macromicro.errors import MacromicroError
+from macromicro.nominal import PITCH
 from macromicro.plant.bench import Plant
 from macromicro.plant.cycle import CyclePlant
 from macromicro.plant.kiln import KilnPlant
@@ -27,6 +30,7 @@ from macromicro.rig.guard import Guard
 from macromicro.rig.guarded import Guarded
 from macromicro.rig.limits import Limits
 from macromicro.rig.session import Fixture, Session
+from macromicro.settings import Settings
 from macromicro.types import Command, Outputs, Sample
 
 Machine = Plant | Fixture
@@ -55,16 +59,32 @@ def watchdog(limits: Limits | None, table: Calibration | None) -> Guard:
     return guard.prepare(limits or Limits(), calibration.shipped() if table is None else table)
 
 
+def law_of_approach(controller: Control, pitch: float) -> MacroLaw:
+    """The chosen law if it is none of the thesis, of which only the tuned PD stops within a count.
+
+    `pitch` is that of the encoder [m].
+    """
+    if controller.macro_law in macro.NAMES:
+        controller = controller._replace(macro_law="pd-tuned", dead_zone_inverse="as designed")
+    return control_settings.prepare(controller, pitch=pitch).macro
+
+
+def under(settings: Settings, fixture: Fixture) -> Fixture:
+    """The rig with law and guard of these settings, as far as it has none of its own."""
+    law = law_of_approach(settings.controller, settings.sensors.encoder.pitch)
+    return fixture._replace(limits=fixture.limits or settings.guard, law=fixture.law or law)
+
+
 def approach(fixture: Fixture, session: Session, place: float) -> None:
     """Bring the carriage to rest at a place [counts], within a count.
 
-    The tuned PD (4.10) drives it, through the guard, unless it stands there already.
+    The rig's law drives it, through the guard, unless it stands there already.
     """
     dt = fixture.dt
     what = f"{fixture.name}, on the way to {place:.0f} counts"
     rig = Guarded(session, watchdog(fixture.limits, fixture.table), dt)
-    law = settings.prepare(Control()).macro
-    memory, last, quiet = macro.rest(0.0), math.nan, 0
+    law = fixture.law or law_of_approach(Control(), PITCH)
+    memory, last, quiet = macro.begun(law), math.nan, 0
     for k in range(round(PATIENCE_S / dt)):
         x = rig.read().encoder
         near = abs(place - x) <= NEAR
@@ -75,7 +95,7 @@ def approach(fixture: Fixture, session: Session, place: float) -> None:
         quiet = quiet + 1 if near and x == last else 0
         last = x
         if near:
-            memory = macro.rest(place - x)
+            memory = (*macro.rest(place - x), *outside.again(memory[macro.SHIPPED :]))
         elif not math.isnan(x):
             memory, motor = macro.step(
                 law, memory, Target(place, 0.0, 0.0, math.inf), StageSample(k * dt, x), dt

@@ -34,10 +34,9 @@ from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
 from macromicro.rig.faults import describe, ended
 from macromicro.rig.guarded import Guarded
-from macromicro.rig.limits import Limits
 from macromicro.rig.session import BENCH, Fixture
 from macromicro.runs import _replaying
-from macromicro.runs.machine import FLAGS, approach, known, seen, watchdog
+from macromicro.runs.machine import FLAGS, approach, known, seen, under, watchdog
 from macromicro.schema import config
 from macromicro.settings import Settings
 from macromicro.simulate import Outcome, Sink
@@ -180,7 +179,7 @@ def _on_rig(
     control = control_settings.prepare(
         settings.controller, fan, table, settings.sensors.encoder.pitch
     )
-    limits = fixture.limits or settings.guard
+    fixture = under(settings, fixture)
     rows, began = 0, time.perf_counter()
     with Behind(_Filled(sink, fixture, recorded.columns(control))) as behind:
 
@@ -191,7 +190,7 @@ def _on_rig(
             if progress is not None and rows % _TOLD == 0:
                 progress(rows * PERIOD, int(row[_MOVE, 0]))
 
-        last, rig = _driven(fixture, programme, settings, control, (seed, limits), take)
+        last, rig = _driven(fixture, programme, settings, control, seed, take)
     finished = last.phase == supervisor.DONE
     return Outcome(finished, rig.watch, rows * PERIOD, time.perf_counter() - began)
 
@@ -201,17 +200,16 @@ def _driven(
     programme: Programme,
     settings: Settings,
     control: Supervisor,
-    how: tuple[int, Limits],
+    seed: int,
     take: Callable[[npt.NDArray[np.float64]], None],
 ) -> tuple[Progress, Guarded]:
     """From cold, the carriage at 0 counts, to the end: the supervisor's last state, the guard."""
-    seed, limits = how
     with fixture.open(seed) as session:
         session.cold(fixture.rest)
         if fixture.has("encoder"):
-            approach(fixture._replace(limits=limits), session, 0.0)
+            approach(fixture, session, 0.0)
         session.restart()
-        rig = Guarded(session, watchdog(limits, control.calibration), PERIOD)
+        rig = Guarded(session, watchdog(fixture.limits, control.calibration), PERIOD)
         longest = round(simulate.longest(settings, programme) / PERIOD)
         plan, start = simulate.plan(programme), supervisor.begin(0.0, control)
         last = loop.run(rig, TwoStage(control), plan, PERIOD, start, take, longest)

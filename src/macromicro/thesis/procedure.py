@@ -53,11 +53,11 @@ class Lab(NamedTuple):
             The first rig of that kind, or the virtual one.
         """
         from macromicro.plant import bench
+        from macromicro.runs.machine import under
 
         if not self.rigs:
             return bench.prepare(self.settings.bench, self.settings.sensors)
-        rig = self.rig("bench")
-        return rig._replace(limits=rig.limits or self.settings.guard)
+        return under(self.settings, self.rig("bench"))
 
     def kiln(self) -> Oven:
         """The kiln of Section 5.2.1, with the bench's actuator in it.
