@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from tests.control.live.led import ABSOLUTE, DT, PITCH, SETTINGS
 
 from macromicro.control.live import accept, guided, state
 from macromicro.control.live import messages as m
-from macromicro.control.live.leading import Course, Guided, at
+from macromicro.control.live.leading import Aim, Course, Guided, at
 from macromicro.control.live.messages import Accepted, Finished, Refused
 from macromicro.control.live.parameters import prepare
 from macromicro.control.live.state import Played
@@ -129,6 +130,15 @@ def test_it_goes_to_where_it_begins_and_visits_every_target(frame: float) -> Non
     modes = [n.cause for n in stage.notices if isinstance(n, m.Event) and n.kind == "mode"]
     moves = ["arrived", "next move"] * 2
     assert modes == ["programme", *moves, "arrived", "programme done"]
+
+
+def test_the_set_point_goes_on_from_period_to_period_where_pieces_end_between() -> None:
+    stage = Stage(place=0.01)
+    stage.end(stage.play(plan([0.01, 0.0173])))
+    for k, (before, after) in enumerate(pairwise(stage.aims[3:])):
+        extended = at(Aim(*before), DT)
+        assert extended.position == pytest.approx(after[0], abs=1e-12), k
+        assert extended.velocity == pytest.approx(after[1], abs=1e-9), k
 
 
 def test_its_clock_starts_in_the_period_after_it_has_come_to_its_beginning() -> None:
