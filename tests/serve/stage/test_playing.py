@@ -12,7 +12,7 @@ from tests.control.live.led import ABSOLUTE, DT, PITCH, SETTINGS
 
 from macromicro.control.live import accept, guided, state
 from macromicro.control.live import messages as m
-from macromicro.control.live.leading import Aim, Course, Guided, at
+from macromicro.control.live.leading import Course, Guided, at
 from macromicro.control.live.messages import Accepted, Finished, Refused
 from macromicro.control.live.parameters import prepare
 from macromicro.control.live.state import Played
@@ -66,6 +66,7 @@ class Stage:
         self.behind, self.tick = 0.0, 0
         self.notices: list[Any] = []
         self.aims: list[tuple[float, float, float, float]] = []
+        self.courses: list[Course] = []
         self.run(1)
         self.s, reply, _ = self._accept(m.Enable())
         assert reply == Accepted(0)
@@ -94,6 +95,7 @@ class Stage:
             self.notices += notices
             aim = self.course.aim
             self.aims.append(tuple(aim))
+            self.courses.append(self.course)
             if self.course.on:
                 self.place = at(aim, DT).position
             self.tick += 1
@@ -134,11 +136,13 @@ def test_it_goes_to_where_it_begins_and_visits_every_target(frame: float) -> Non
 
 def test_the_set_point_goes_on_from_period_to_period_where_pieces_end_between() -> None:
     stage = Stage(place=0.01)
-    stage.end(stage.play(plan([0.01, 0.0173])))
-    for k, (before, after) in enumerate(pairwise(stage.aims[3:])):
-        extended = at(Aim(*before), DT)
-        assert extended.position == pytest.approx(after[0], abs=1e-12), k
-        assert extended.velocity == pytest.approx(after[1], abs=1e-9), k
+    stage.end(stage.play(plan([0.01, 0.0173], origin=0.0)))
+    assert any(course.later for course in stage.courses)
+    for before, after in pairwise(stage.courses[3:]):
+        begin, last = ((0.0, before.aim), *before.later)[-1]
+        extended = at(last, DT - begin)
+        assert extended.position == pytest.approx(after.aim.position, abs=1e-12)
+        assert extended.velocity == pytest.approx(after.aim.velocity, abs=1e-9)
 
 
 def test_its_clock_starts_in_the_period_after_it_has_come_to_its_beginning() -> None:

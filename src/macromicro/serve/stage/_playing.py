@@ -13,12 +13,12 @@ from macromicro.control.live import alone, brake
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.guided import Step, reached, slowed
-from macromicro.control.live.leading import REST, Aim, Guide, Guided, led
+from macromicro.control.live.leading import REST, Aim, Guide, Guided, Piece, led, within
 from macromicro.control.live.messages import Evidence, Notice, Refused
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import NAN, NOWHERE, LiveState, Motion, Played, Targets
 from macromicro.control.stage_law import Sample, Target
-from macromicro.machines import planning, sequence
+from macromicro.machines import sequence
 from macromicro.machines.sequence import DONE, MOVING, Arrival, Plan, Progress
 from macromicro.place import LENGTH, Place
 
@@ -65,7 +65,8 @@ def step(
     plan, before = work.plan, work.progress
     local = Sample(s.time - work.start, place - offset)
     progress, target = follow(plan, Arrival(*q.arrival), before, local)
-    g = g._replace(aim=_aim(plan, progress, target, local.t, offset, dt))
+    aim = _aim(plan, progress, target, local.t, offset)
+    g = g._replace(aim=aim, later=_later(plan, progress, local.t, offset, dt))
     unit = p.settings.place
     found: Evidence = {
         "move": before.move,
@@ -122,21 +123,26 @@ def _ended(before: Progress, progress: Progress) -> bool:
     return progress.phase != MOVING or progress.move != before.move
 
 
-def _aim(
-    plan: Plan, progress: Progress, target: Target, now: float, offset: float, dt: float
-) -> Aim:
-    """The set point with a jerk, and an acceleration, with which the next period meets the plan."""
-    jerk, (position, velocity, acceleration) = 0.0, (float(x) for x in target[:3])
-    since = now - progress.began
-    if progress.phase == MOVING and since < plan.length[progress.move] - TICK:
+def _aim(plan: Plan, progress: Progress, target: Target, now: float, offset: float) -> Aim:
+    """The set point with the jerk of its profile."""
+    jerk = 0.0
+    if progress.phase == MOVING and now - progress.began < plan.length[progress.move] - TICK:
         jerk = float(plan.pieces[progress.piece, 4])
-        behind = now + dt - TICK
-        last = sequence.piece_at(plan, progress, behind)
-        if last != progress.piece or since + dt > plan.length[progress.move] + TICK:
-            after = sequence.aim(plan, progress._replace(piece=last), now + dt)
-            places, speeds = np.array([target, after])[:, :2].T
-            acceleration, jerk = (float(x[0]) for x in planning.hermite(dt, places, speeds)[2:])
+    position, velocity, acceleration = (float(x) for x in target[:3])
     return Aim(position + offset, velocity, acceleration, jerk)
+
+
+def _later(
+    plan: Plan, progress: Progress, now: float, offset: float, dt: float
+) -> tuple[Piece, ...]:
+    """The pieces of its profile, and its end, that the coming period reaches."""
+    if progress.phase != MOVING:
+        return ()
+    last = sequence.piece_at(plan, progress, now + dt)
+    rows = plan.pieces[progress.piece + 1 : last + 1].tolist()
+    rows.append([plan.length[progress.move], plan.target[progress.move], 0.0, 0.0, 0.0])
+    pieces = ((begin, Aim(place + offset, *rates)) for begin, place, *rates in rows)
+    return within(pieces, now - progress.began, dt)
 
 
 def _end(
