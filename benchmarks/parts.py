@@ -71,7 +71,7 @@ def _guard(p: Any, s: Any, command: Any, out: Any, ticks: int) -> Any:
 @kernel
 def _note(block: Any, sample: Any, command: Any, out: Any, s: Any, w: Any, real: Any) -> None:
     for k in range(block.shape[1]):
-        note(block, k, sample, command, out, inside(s, w), real)
+        note(block, k, sample, command, out, inside(s, w, 25.0), real)
 
 
 @kernel

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from macromicro.control import micro, supervisor
 from macromicro.control.settings import Control, prepare
 from macromicro.control.supervisor import Plan
 from macromicro.motion import Trajectory, s_curve
-from macromicro.programme import FEWEST, LONGEST, Programme, follow
+from macromicro.programme import FEWEST, LONGEST, Limits, Programme, follow, load
 from macromicro.programme.rates import rates, turns
 from macromicro.settings import Settings
 from macromicro.types import Sample
@@ -37,6 +38,22 @@ def test_those_of_a_profile(way: float, speed: float, acceleration: float) -> No
     sought = np.array([m.acceleration for m in true]) * PER_METRE
     assert np.max(np.abs(change - sought)) <= 1.5 * 50.0 * PER_METRE * 1e-3
     assert velocity[-1] == change[-1] == 0.0  # this target is held
+
+
+@pytest.mark.parametrize("before", ["", '[[moves]]\nmacro = "0 mm"\nhold = "1 s"\n'])
+def test_those_of_a_written_profile_are_its_polynomials(tmp_path: Path, before: str) -> None:
+    file = tmp_path / "p.toml"
+    file.write_text(
+        before + '[[profiles]]\nmacro = "50 mm"\nvelocity = "0.1 m/s"\n'
+        'acceleration = "0.7 m/s^2"\njerk = "13 m/s^3"\nhold = "1 s"\n'
+    )
+    made = load(file, Limits(0.0, 2800.0, 0.0, 3.8e-3, PER_METRE))
+    velocity, acceleration = rates(made)
+    exact = s_curve(0.05, 0.1, 0.7, 13.0).at(1e-3 * np.arange(1, made.profiles[0].behind + 1))
+    rows = slice(made.profiles[0].first, made.profiles[0].behind)
+    n = rows.stop - rows.start
+    assert velocity[rows] == pytest.approx(PER_METRE * exact.velocity[:n], abs=1e-9)
+    assert acceleration[rows] == pytest.approx(PER_METRE * exact.acceleration[:n], abs=1e-9)
 
 
 def steps(start: list[float], target: list[float], stage: list[int] | None = None) -> Programme:

@@ -352,7 +352,7 @@ static void say_status(void)
     uint8_t fields[SIZE_STATUS];
     const uint16_t deepest = port_stack_deepest();
     const uint16_t unused = port_stack_free();
-    const float temperature = two_stage_board_temperature(&watch);
+    const float temperature = two_stage_board_temperature(&params.guard.limits, &watch);
     port_lock();
     const StatusFrame it = {state(), fault.code, fault.value, fault.limit, fault.when, worst,
             missed, deepest, unused, in.bad, port_skipped(), temperature};

@@ -51,6 +51,7 @@ DERIVED: tuple[Derivation, ...] = (
     ("guard.motor", lambda tree: tree.bench.amplifier.full_scale),
     ("guard.ctrl", lambda tree: tree.bench.amplifier.full_scale),
     ("guard.hall_supply", lambda tree: tree.sensors.hall.supply),
+    ("guard.ambient", lambda tree: tree.bench.thermal.ambient),
     ("controller.motor_limit", lambda tree: tree.guard.motor),
     ("controller.ctrl_limit", lambda tree: tree.guard.ctrl),
     ("controller.p.high", lambda tree: tree.controller.ctrl_limit),

@@ -57,7 +57,7 @@ def run(
             rig.write(requested)
             if sink is not None:
                 column = np.empty((ROWS + own, 1))
-                seen = _inside(state, command, rig.watch, controller.finished(state))
+                seen = _inside(state, command, rig, controller.finished(state))
                 note(column, 0, sample, command, rig.given, seen, truth)
                 if own and control is not None:
                     beside(column, 0, control, state)
@@ -69,10 +69,10 @@ def run(
     return state
 
 
-def _inside(state: Any, command: Command, watch: Watch, over: bool) -> Inside:
+def _inside(state: Any, command: Command, rig: Guarded, over: bool) -> Inside:
     """Controller state for the recording; NaN where it has no supervisor's state."""
     if isinstance(state, Progress):
-        return inside(state, watch)
+        return inside(state, rig.watch, rig.temperature)
     phase = supervisor.WAITING
     if over:
         phase = DONE
@@ -80,7 +80,7 @@ def _inside(state: Any, command: Command, watch: Watch, over: bool) -> Inside:
         phase = supervisor.MACRO
     elif command.micro_active > 0.5:
         phase = supervisor.MICRO
-    known = inside(supervisor.begin(0.0)._replace(phase=phase), watch)
+    known = inside(supervisor.begin(0.0)._replace(phase=phase), rig.watch, rig.temperature)
     return known._replace(macro_integral=float("nan"), micro_integral=float("nan"))
 
 
@@ -107,7 +107,8 @@ def rollout(
         progress, command, requested = supervisor.step(control, plan, progress, sample, dt)
         watch, given = guard.step(watchdog, watch, sample, command, requested, dt)
         truth = bench.truth(plant, machine)
-        note(out, k, sample, command, given, inside(progress, watch), truth)
+        shown = inside(progress, watch, guard.temperature(watchdog.limits, watch))
+        note(out, k, sample, command, given, shown, truth)
         beside(out, k, control, progress)
         machine = bench.advance(plant, machine, given, draw, dt)
         tick += 1

@@ -8,6 +8,7 @@ COUNTS = 2800.0  # the same in counts
 STOP_LOW, STOP_HIGH = -10.0e-3, 214.3e-3  # m; where the carriage meets its end stops
 FINE_STOP = 3.98e-3  # m; the micro-stage's mechanical stop
 FINE_TRAVEL = 3.9e-3  # m; its contraction that programmes use
+AMBIENT = 25.0  # degC; room temperature (Section 5.2.2)
 FULL_SCALE = 5.0  # V; D/A and A/D range (Sections 3.1, 3.2.3)
 HALL_SUPPLY = 5.0  # V; the Hall sensor's output stays between 0 and this
 PERIOD = 1e-3  # s; the control period

@@ -10,7 +10,6 @@ from macromicro.control import macro, micro, outside
 from macromicro.control.supervisor import FAULT, Progress, Supervisor
 from macromicro.kernel import kernel
 from macromicro.plant.bench import Truth
-from macromicro.rig import guard
 from macromicro.rig.codes import OK
 from macromicro.rig.guard import Watch
 from macromicro.types import Command, Outputs, Sample
@@ -56,11 +55,11 @@ def beside(out: Array, k: int, control: Supervisor, progress: Progress) -> None:
 
 
 @kernel
-def inside(progress: Progress, watch: Watch) -> Inside:
+def inside(progress: Progress, watch: Watch, temperature: float) -> Inside:
     return Inside(
         macro.integral(progress.macro),
         progress.integral,
-        guard.temperature(watch),
+        temperature,
         float(progress.phase if watch.fault == OK else FAULT),
         float(progress.move),
     )

@@ -125,7 +125,7 @@ def _actuator(tree: Any) -> Iterator[Rule]:
         f"enough to heat the wires to {hot:.3g} degC, where they have contracted: a higher supply, "
         "a warmer room, or wires that transform at lower temperatures",
     )
-    least = max(thermal.ambient, phase.heat_start + shift)
+    least = max(tree.guard.ambient, phase.heat_start + shift)
     yield (
         tree.guard.hottest <= least,
         "guard.hottest",

@@ -125,7 +125,7 @@ def _switched_off(
     command = Command(progress.macro_reference, 0.0, progress.micro_reference, 0.0, place)
     column = np.empty((len(recorded.columns(rolled.control)), 1))
     recorded.beside(column, 0, rolled.control, progress)
-    shown = recorded.inside(progress, watch)
+    shown = recorded.inside(progress, watch, guard.temperature(rolled.watchdog.limits, watch))
     recorded.note(column, 0, sample, command, SAFE, shown, real)
     return column
 

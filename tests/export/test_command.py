@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from macromicro.control import calibration
 from macromicro.export import catalogue, files
 from macromicro.export.example import Example, size
 from macromicro.export.kinds import REAL, TRUTH
@@ -178,3 +179,15 @@ def test_the_page_has_the_table_of_today() -> None:
     code = "from macromicro.export import coverage; print(coverage.table())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() in (ROOT / "docs" / "export.md").read_text()
+
+
+def test_an_exported_supervisor_has_encoder_and_hall_table_of_the_settings(tmp_path: Path) -> None:
+    config = tmp_path / "mine.toml"
+    config.write_text(
+        'controller.macro_law = "terminal"\nsensors.encoder.pitch = "50 um"\n'
+        'sensors.hall.gain = "2.5 V"\n'
+    )
+    given = catalogue.unit("two_stage.supervisor", config).given["params"]
+    assert given.macro.scale == 50e-6  # m per count, of a law in m
+    position = calibration.position(given.calibration, 2.0)
+    assert position != pytest.approx(calibration.position(calibration.shipped(), 2.0))

@@ -44,10 +44,15 @@ class Anonymous:
     """A rig that nobody knows to be the twin: no plant, no truth."""
 
     def __init__(
-        self, channels: Sequence[str], seen: Callable[[Sample], Sample], state: bench.State | None
+        self,
+        channels: Sequence[str],
+        seen: Callable[[Sample], Sample],
+        state: bench.State | None,
+        plant: bench.Plant = PLANT,
     ) -> None:
+        self._plant = plant
         self._twin = Twin(
-            PLANT, 0, state=state, measure=compiled(bench.measure), advance=compiled(bench.advance)
+            plant, 0, state=state, measure=compiled(bench.measure), advance=compiled(bench.advance)
         )
         self._seen = seen
         self.channels = tuple(channels)
@@ -58,7 +63,7 @@ class Anonymous:
     def seeded(self, seed: int) -> Self:
         state = self._twin.state
         self._twin = Twin(
-            PLANT,
+            self._plant,
             seed,
             state=state,
             measure=compiled(bench.measure),
@@ -103,12 +108,14 @@ class Made:
         channels: Sequence[str] = ALL,
         seen: Callable[[Sample], Sample] = lambda s: s,
         state: bench.State | None = None,
+        plant: bench.Plant = PLANT,
     ) -> None:
         self.channels, self.seen, self.state = tuple(channels), seen, state
+        self.plant = plant
         self.rigs: list[Anonymous] = []
 
     def __call__(self, seed: int) -> Anonymous:
-        self.rigs.append(Anonymous(self.channels, self.seen, self.state).seeded(seed))
+        self.rigs.append(Anonymous(self.channels, self.seen, self.state, self.plant).seeded(seed))
         return self.rigs[-1]
 
     def fixture(self, **more: Any) -> Fixture:
@@ -231,6 +238,24 @@ def test_approach_gives_up_where_the_encoder_does_not_answer() -> None:
     fixture = Made(seen=lambda s: s._replace(encoder=0.0)).fixture()
     with fixture.open() as session, pytest.raises(GuardTripped, match=r"following|carriage"):
         approach(fixture, session, 500.0)
+
+
+def test_approach_takes_gains_and_pitch_of_the_settings() -> None:
+    """On an encoder of 1 um the thesis' gains, in V per count, are 71 times too high."""
+    changes = {"controller.macro_law": "terminal", "sensors.encoder.pitch": "1 um"}
+    settings = Settings().with_(changes)
+    plant = bench.prepare(settings.bench, settings.sensors)
+    made = Made(plant=plant, state=bench.initial(plant, 0.02))
+    run = on_rig(made.fixture())(programme((MACRO, 1000.0, 0.1)), settings, 0, False)
+    assert run.attributes["finished"] == 1
+    assert abs(run["macro_position"][0]) <= 1.0
+
+
+def test_approach_stays_within_the_effort_of_the_settings() -> None:
+    settings = Settings().with_("controller.motor_limit", "4 V")
+    made = Made(state=bench.initial(PLANT, 0.02))
+    on_rig(made.fixture())(programme((MACRO, 20.0, 0.1)), settings, 0, False)
+    assert max(abs(w.motor) for w in made.rigs[-1].written) == 4.0
 
 
 def test_a_run_starts_where_it_should_and_leaves_the_carriage_at_rest() -> None:

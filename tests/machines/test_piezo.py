@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+import macromicro
 from macromicro.errors import InputError
 from macromicro.hysteresis.prandtl_fit import fit
 from macromicro.hysteresis.prandtl_loop import measured
@@ -15,6 +16,7 @@ from macromicro.machines.piezo import DEFAULT, KIND
 from macromicro.machines.results import moves
 from macromicro.machines.rig import Twin
 from macromicro.machines.stage import Bounds
+from macromicro.motion import s_curve
 from macromicro.programme import Programme
 from macromicro.schema.par import entries
 
@@ -204,3 +206,20 @@ def test_all_settings_are_read_back_bit_for_bit(tmp_path):
     path.write_text(machine.as_toml(PIEZO, tree), encoding="utf-8")
     assert machine.load(path)[1] == tree
     assert all(e.par.source for e in entries(tree))
+
+
+def test_a_profile_of_15_periods_is_followed_by_its_polynomials(tmp_path):
+    machine, programme = tmp_path / "piezo.toml", tmp_path / "p.toml"
+    machine.write_text('machine = "piezo"\n')
+    programme.write_text(
+        '[[profiles]]\nto = "10 um"\nvelocity = "1 m/s"\nacceleration = "100 m/s^2"\n'
+        'jerk = "9.4815e4 m/s^3"\nhold = "10 ms"\n'
+    )
+    run = macromicro.run(machine, programme)
+    truth = s_curve(10e-6, 1.0, 100.0, 9.4815e4)
+    assert truth.duration == pytest.approx(1.5e-3, rel=1e-3)
+    exact = truth.at(run["t"])
+    assert 1e-3 * run["target"] == pytest.approx(exact.position, abs=1e-18)
+    assert 1e-3 * run["target_speed"] == pytest.approx(exact.velocity, abs=1e-14)
+    assert run["target_acceleration"] == pytest.approx(exact.acceleration, abs=1e-10)
+    assert np.ptp(run["target_acceleration"]) > 60.0 and run.attributes["finished"] == 1

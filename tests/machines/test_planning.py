@@ -5,11 +5,14 @@ import re
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.interpolate import CubicSpline
 
 from macromicro.errors import InputError
-from macromicro.machines import planning
+from macromicro.machines import piezo, planning
 from macromicro.machines.axis import DEFAULT
-from macromicro.motion import s_curve
+from macromicro.motion import s_curve, trapezoid
 
 PITCH = DEFAULT.encoder.pitch
 
@@ -110,15 +113,41 @@ def test_a_profile_is_followed_with_its_derivatives(tmp_path):
         'jerk = "100 m/s^3"\nhold = "0.1 s"\n'
     )
     p = made(tmp_path, text)
-    target = round(0.1 / PITCH) * PITCH
+    target = round(0.1 / PITCH) / (1.0 / PITCH)
     truth = s_curve(target, 0.5, 3.0, 100.0)
-    assert p.target[0] == pytest.approx(target) and p.start[0] == 0.0
-    begin, place, speed, push, _ = p.pieces.T
-    known = truth.at(begin)
-    assert place == pytest.approx(known.position, abs=1e-9)
-    assert speed == pytest.approx(known.velocity, abs=2e-3)
-    assert push == pytest.approx(known.acceleration, abs=0.2)
-    assert p.end == pytest.approx(truth.duration + 0.1, abs=3e-3)
+    assert len(p.pieces) == 7
+    assert p.pieces[:, 0].tolist() == pytest.approx(truth.borders[:-1].tolist(), rel=1e-14)
+    assert p.pieces[:, 1:].tolist() == np.array(truth.segments)[:, 1:].tolist()
+    assert (p.target[0], p.start[0], p.length[0]) == (target, 0.0, truth.duration)
+    assert p.end == truth.duration + 0.1
+
+
+def test_profiles_follow_each_other_without_a_grid(tmp_path):
+    """The second begins when the hold of the first has passed, between two milliseconds."""
+    shape = 'velocity = "0.5 m/s"\nacceleration = "3 m/s^2"\nhold = "12.3 ms"\n'
+    p = made(tmp_path, f'[[profiles]]\nto = ["100 mm", "50 mm"]\n{shape}')
+    first = trapezoid(p.target[0], 0.5, 3.0)
+    second = trapezoid(p.target[1] - p.target[0], 0.5, 3.0)
+    assert p.start == pytest.approx([0.0, first.duration + 12.3e-3], abs=1e-12)
+    assert p.end == pytest.approx(p.start[1] + second.duration + 12.3e-3, abs=1e-12)
+    assert p.first.tolist() == [0, 3, 5]  # of a trapezoid and a triangle
+
+
+def test_a_profile_of_a_piezo_within_a_few_periods(tmp_path):
+    path = tmp_path / "p.toml"
+
+    def written(target):
+        path.write_text(
+            f'[[profiles]]\nto = "{target} um"\nvelocity = "1 m/s"\nacceleration = "100 m/s^2"\n'
+            'jerk = "9.4815e4 m/s^3"\nhold = "5 ms"\n'
+        )
+        return planning.load(path, piezo.DEFAULT)
+
+    p = planning.plan(written(10.0), piezo.DEFAULT)
+    assert p.length[0] == pytest.approx(1.5e-3, rel=1e-3) and len(p.pieces) == 4
+    wrong = r"profile too short: 0\.\d+ ms; at least 0\.5 ms \(5 control periods of 0\.1 ms\)"
+    with pytest.raises(InputError, match=wrong):
+        written(0.3)
 
 
 def test_steps_of_a_csv_are_moves_at_their_times(tmp_path):
@@ -190,6 +219,31 @@ def test_a_path_that_leaves_the_travel_between_its_points_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"at -\S+ mm, .* outside"):
         made(tmp_path, table(t, low), "p.csv")
     made(tmp_path, table(t, np.minimum(place, 250.0) * 0.9), "p.csv")
+
+
+@given(
+    st.lists(st.sampled_from([0.0, 0.0, 0.1, 1.0, 3.0]), min_size=3, max_size=12),
+    st.lists(st.sampled_from([0.01, 0.1, 0.2]), min_size=12, max_size=12),
+    st.sampled_from([1.0, -1.0]),
+)
+def test_a_trajectory_one_way_stays_between_its_points(steps, times, sign):
+    place = sign * 1e-3 * np.cumsum([0.0, *steps])
+    t = np.cumsum([0.0, *times[: len(steps)]])
+    pieces = planning.track(t, place).pieces
+    for (h, p, v, a, j), begin, end in zip(pieces, place, place[1:], strict=False):
+        at = np.linspace(0.0, h, 101)
+        curve = p + at * (v + at * (0.5 * a + at * j / 6.0))
+        assert (curve[0], curve[-1]) == pytest.approx((begin, end), abs=1e-12)
+        assert curve.min() >= min(begin, end) - 1e-12
+        assert curve.max() <= max(begin, end) + 1e-12
+
+
+def test_a_smooth_trajectory_is_a_spline():
+    t = np.linspace(0.0, 2.0, 81)
+    place = 0.05 * np.sin(np.pi * t) ** 2
+    pieces = planning.track(t, place).pieces
+    spline = CubicSpline(t, place, bc_type="clamped")
+    assert pieces[:, 1:4] == pytest.approx(np.stack([spline(t[:-1], k) for k in range(3)], axis=1))
 
 
 def test_the_usual_moves_stay_within_the_travel():

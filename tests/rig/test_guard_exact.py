@@ -13,6 +13,7 @@ from macromicro.rig import codes, guard
 from macromicro.rig.envelope import Bounds
 from macromicro.rig.guard import Heat, Watch
 from macromicro.rig.limits import Limits
+from macromicro.settings import Settings
 from macromicro.types import SAFE, Command, Outputs, Sample
 
 DT = 1e-3
@@ -89,9 +90,24 @@ def test_a_latched_fault_leaves_the_wires_cold() -> None:
     watch, _, _ = run(FINE._replace(fan=0.5), 1)
     assert watch.heat.heating == Heating(0.0, 0.0, 0.0)
     watch, _, _ = run(FINE, 200, watch, first=1)
-    assert guard.temperature(watch) == guard.ROOM == 25.0
+    assert guard.temperature(LIMITS, watch) == 25.0
     warm, _, _ = run(FINE, 200)
-    assert guard.temperature(warm) > 26.0
+    assert guard.temperature(LIMITS, warm) > 26.0
+
+
+def test_the_heat_is_counted_from_the_room_of_the_settings() -> None:
+    """60 K of heating are 85 degC in a room of 25 degC and 100 degC in one of 40 degC."""
+    for ambient, fault in ((25.0, codes.OK), (40.0, codes.TOO_HOT)):
+        settings = Settings().with_(
+            {"bench.thermal.ambient": f"{ambient} degC", "guard.hottest": "95 degC"}
+        )
+        p = guard.prepare(settings.guard, TABLE)
+        watch = guard.fresh()._replace(heat=Heat(heated(60.0), NAN, 0.0))
+        watch, _ = guard.step(p, watch, sample(0), QUIET, SAFE, DT)
+        assert watch.fault == fault
+        assert guard.temperature(p.limits, watch) == pytest.approx(ambient + 60.0, abs=0.1)
+        if fault:
+            assert (watch.value, watch.limit) == (pytest.approx(100.0, abs=0.1), 95.0)
 
 
 def test_the_bounds_come_from_the_limits_in_counts_and_metres() -> None:

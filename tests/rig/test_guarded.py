@@ -229,7 +229,7 @@ def test_an_illegal_output_trips_it_for_good_until_another_watch_is_taken_on(
 ) -> None:
     inside = counting()
     watched = kind(inside, LIMITS, 1e-3)
-    assert not watched.tripped and watched.temperature == guard.temperature(guard.fresh())
+    assert not watched.tripped and watched.temperature == LIMITS.limits.ambient
     for volts in (99.0, 1.0):
         watched.write(SAFE._replace(motor=volts))
         assert watched.tripped and watched.watch.fault == codes.ILLEGAL
@@ -237,13 +237,14 @@ def test_an_illegal_output_trips_it_for_good_until_another_watch_is_taken_on(
     warm = guard.fresh()._replace(heat=guard.Heat(Heating(30.0, 1.0, 2.0), 0.5, 0.0))
     watched.watch = warm
     assert not watched.tripped and repr(watched.watch) == repr(warm)  # NaN equals NaN
-    assert watched.temperature == guard.temperature(warm) != guard.ROOM
+    assert watched.temperature == guard.temperature(LIMITS.limits, warm) != LIMITS.limits.ambient
     watched.watch = warm._replace(fault=codes.ILLEGAL)
     assert watched.tripped
     watched.watch = warm
     watched.write(SAFE._replace(motor=1.0))
     assert inside.given[-1] == SAFE._replace(motor=1.0) and not watched.tripped
-    assert watched.temperature == guard.temperature(watched.watch) != guard.temperature(warm)
+    assert watched.temperature == guard.temperature(LIMITS.limits, watched.watch)
+    assert watched.temperature != guard.temperature(LIMITS.limits, warm)
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -10,7 +10,6 @@ import pytest
 from loop_parts import Scene
 
 from macromicro.control.live import messages as m
-from macromicro.rig import guard
 from macromicro.serve.link import packed, receive
 from macromicro.serve.requests import Order
 from macromicro.serve.shared import COMMANDS, EMERGENCY, HEARTBEAT, SEEN, WRITTEN
@@ -112,9 +111,9 @@ def test_the_guard_is_renewed_but_the_wires_stay_hot(scene: Scene) -> None:
         scene.rig.watch = scene.rig.watch._replace(
             heat=heat._replace(heating=type(heat.heating)(40.0, 40.0, 40.0))
         )
-        heats.append(guard.temperature(scene.rig.watch))
+        heats.append(scene.rig.temperature)
         scene.loop._answer(1, m.ClearFault())
-        heats.append(guard.temperature(scene.rig.watch))
+        heats.append(scene.rig.temperature)
         assert not scene.rig.tripped
 
     scene.bench.at[52] = fault

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from macromicro import programme, simulate, types
-from macromicro.control import calibration, outside, pi, supervisor
+from macromicro import hall_table, programme, simulate, types
+from macromicro.control import outside, pi, supervisor
 from macromicro.control import settings as control_settings
 from macromicro.control.macro import LAWS
 from macromicro.export.units import Entry, Made, Unit, law_of
@@ -17,6 +17,8 @@ from macromicro.rig import guard, sensing
 from macromicro.rig.board import control as board
 
 TWO_STAGE = "two_stage"
+_SAMPLE = types.Sample(*[0.0] * len(types.Sample._fields))
+_COMMAND = types.Command(*[0.0] * len(types.Command._fields))
 
 
 def _laws(spec: Any, name: str) -> Made:
@@ -59,41 +61,36 @@ def two_stage(settings: Any) -> Made:
         return Unit(f"{name}.micro", words, (entry,), {"gains": gains}, memory=("integral",))
 
     def supervisor_unit() -> Unit:
-
-        prepared = control_settings.prepare(spec)
-        limits = travel.limits(settings.travel, settings.sensors.encoder.pitch)
+        pitch = settings.sensors.encoder.pitch
+        prepared = control_settings.prepare(spec, table=hall_table.of_bench(settings), pitch=pitch)
+        limits = travel.limits(settings.travel, pitch)
         plan = simulate.plan(programme.load(programme.find("thesis"), limits))
         first = supervisor.begin(0.0, prepared)
-        sample = types.Sample(*[0.0] * len(types.Sample._fields))
-        entry = Entry("step", supervisor.step, (prepared, plan, first, sample, 0.0))
+        entry = Entry("step", supervisor.step, (prepared, plan, first, _SAMPLE, 0.0))
         words = "the macro-then-micro supervisor with both laws, and the programme of the thesis"
         return Unit(f"{name}.supervisor", words, (entry,), {"params": prepared, "plan": plan},
                     first)  # fmt: skip
 
     def guard_unit() -> Unit:
-        params, first = guard.prepare(settings.guard, calibration.shipped()), guard.fresh()
-        sample = types.Sample(*[0.0] * len(types.Sample._fields))
-        command = types.Command(*[0.0] * len(types.Command._fields))
-        arguments = (params, first, sample, command, types.SAFE, 0.0)
+        params, first = guard.prepare(settings.guard, hall_table.of_bench(settings)), guard.fresh()
+        arguments = (params, first, _SAMPLE, _COMMAND, types.SAFE, 0.0)
         entry = Entry("step", guard.step, arguments)
         return Unit(f"{name}.guard", "guard of both stages", (entry,), {"params": params}, first)
 
     def board_unit() -> Unit:
         params = board.prepare(
             settings.guard,
-            calibration.shipped(),
+            hall_table.of_bench(settings),
             spec.pd_tuned,
             spec.pi_antiwindup,
             control_settings.prepare(spec).macro.dead_zone,
         )
         first = guard.fresh()
-        sample = types.Sample(*[0.0] * len(types.Sample._fields))
-        command = types.Command(*[0.0] * len(types.Command._fields))
         order = board.Order(False, 0.0, 0.0, False, False, 0.0, 0.0, 0.0, False, False, False)
         entries = (
             Entry("drive", board.drive, (params, board.REST, 0.0, 0.0, order, 0.0)),
-            Entry("judge", guard.step, (params.guard, first, sample, command, types.SAFE, 0.0)),
-            Entry("temperature", guard.temperature, (first,)),
+            Entry("judge", guard.step, (params.guard, first, _SAMPLE, _COMMAND, types.SAFE, 0.0)),
+            Entry("temperature", guard.temperature, (params.guard.limits, first)),
             Entry("spike", sensing.spike, (params.guard.limits,)),
         )
         given = {"params": params, "guard": params.guard, "rest": board.REST}

@@ -12,15 +12,17 @@ import numpy as np
 from macromicro import loop, simulate
 from macromicro.arrays import Array
 from macromicro.columns import Column, quantities
-from macromicro.control import calibration, macro, settings, supervisor
+from macromicro.control import calibration, macro, outside, supervisor
+from macromicro.control import settings as control_settings
 from macromicro.control.calibration import Calibration
+from macromicro.control.macro import MacroLaw
 from macromicro.control.settings import Control
 from macromicro.control.stage_law import Sample as StageSample
 from macromicro.control.stage_law import Target
 from macromicro.control.supervisor import Progress, Supervisor
 from macromicro.control.two_stage import TwoStage
 from macromicro.errors import MacromicroError
-from macromicro.nominal import PERIOD
+from macromicro.nominal import PERIOD, PITCH
 from macromicro.plant.bench import Plant
 from macromicro.programme import Programme
 from macromicro.recorded import COLUMNS, NAMES
@@ -32,6 +34,7 @@ from macromicro.rig.guard import Guard
 from macromicro.rig.guarded import Guarded
 from macromicro.rig.limits import Limits
 from macromicro.rig.session import Fixture, Session
+from macromicro.settings import Settings
 from macromicro.simulate import Outcome, Sink
 from macromicro.types import Command, Outputs, Sample
 
@@ -40,7 +43,6 @@ Law = Callable[[int, Sample], tuple[Command, Outputs]]
 
 NEAR = 1.0  # counts
 SETTLE_S = 0.2
-_USUAL = Control()
 PATIENCE_S = 20.0
 FLAGS = tuple(k for k, note in quantities(Sample).items() if not note.dtype.startswith("f"))
 _MOVE = NAMES.index("move")
@@ -62,17 +64,32 @@ def watchdog(limits: Limits | None, table: Calibration | None) -> Guard:
     return guard.prepare(limits or Limits(), calibration.shipped() if table is None else table)
 
 
-def approach(fixture: Fixture, session: Session, place: float, gains: Control = _USUAL) -> None:
+def law_of_approach(controller: Control, pitch: float) -> MacroLaw:
+    """The chosen law if it is none of the thesis, of which only the tuned PD stops within a count.
+
+    `pitch` is that of the encoder [m].
+    """
+    if controller.macro_law in macro.NAMES:
+        controller = controller._replace(macro_law="pd-tuned", dead_zone_inverse="as designed")
+    return control_settings.prepare(controller, pitch=pitch).macro
+
+
+def under(settings: Settings, fixture: Fixture) -> Fixture:
+    """The rig with law and guard of these settings, as far as it has none of its own."""
+    law = law_of_approach(settings.controller, settings.sensors.encoder.pitch)
+    return fixture._replace(limits=fixture.limits or settings.guard, law=fixture.law or law)
+
+
+def approach(fixture: Fixture, session: Session, place: float) -> None:
     """Bring the carriage to rest at a place [counts], within a count.
 
-    The tuned PD (4.10) drives it, with its gains among these and through the guard, unless it
-    stands there already.
+    The rig's law drives it, through the guard, unless it stands there already.
     """
     dt = fixture.dt
     what = f"{fixture.name}, on the way to {place:.0f} counts"
     rig = Guarded(session, watchdog(fixture.limits, fixture.table), dt)
-    law = settings.prepare(gains._replace(macro_law="pd-tuned")).macro
-    memory, last, quiet = macro.rest(0.0), math.nan, 0
+    law = fixture.law or law_of_approach(Control(), PITCH)
+    memory, last, quiet = macro.begun(law), math.nan, 0
     for k in range(round(PATIENCE_S / dt)):
         x = rig.read().encoder
         near = abs(place - x) <= NEAR
@@ -83,7 +100,7 @@ def approach(fixture: Fixture, session: Session, place: float, gains: Control = 
         quiet = quiet + 1 if near and x == last else 0
         last = x
         if near:
-            memory = macro.rest(place - x)
+            memory = (*macro.rest(place - x), *outside.again(memory[macro.SHIPPED :]))
         elif not math.isnan(x):
             memory, motor = macro.step(
                 law, memory, Target(place, 0.0, 0.0, math.inf), StageSample(k * dt, x), dt
@@ -142,7 +159,7 @@ def follow(
     rig: Any,
     programme: Programme,
     control: Supervisor,
-    limits: Limits,
+    limits: Limits | None,
     sink: Sink,
     longest: int,
     progress: Callable[[float, int], None] | None = None,

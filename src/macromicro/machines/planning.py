@@ -15,8 +15,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 from macromicro.machines.sequence import Plan
 from macromicro.motion import s_curve
-from macromicro.nominal import PERIOD
-from macromicro.programme import Limits, Programme, dense
+from macromicro.programme import Limits, Programme, Span, dense
 from macromicro.schema.text import printable
 
 
@@ -45,14 +44,15 @@ class Way(NamedTuple):
     pieces: Array  # duration (s), then position (m), velocity, acceleration and jerk at the begin
 
 
-def load(path: Path, tree: Any) -> Programme:
-    """The programme in a file, within the machine's travel."""
+def load(path: Path, tree: Any, period: float | None = None) -> Programme:
+    """The programme in a file, within the machine's travel; `period` [s] in place of its own."""
     pitch = tree.encoder.pitch
     low = math.ceil(tree.travel.low / pitch - 1e-6)
     high = math.floor(tree.travel.high / pitch + 1e-6)
     place = places.of(tree)
     reach = float(low), float(high), -math.inf, math.inf
-    return programmes.load(path, Limits(*reach, 1.0 / pitch, place, alone=True))
+    dt = float(tree.timing.period) if period is None else period
+    return programmes.load(path, Limits(*reach, 1.0 / pitch, place, alone=True, period=dt))
 
 
 def usual(tree: Any) -> Programme:
@@ -75,14 +75,10 @@ def plan(programme: Programme, tree: Any, *, anywhere: bool = False) -> Plan:
     """Moves and their profiles, from 0 m on (`programme` in counts)."""
     where = printable(programme.source, 300)
     place = programme.target * tree.encoder.pitch
-    if programme.mixed:
-        ways = _mixed(programme, place, tree, where, anywhere=anywhere)
-    elif programme.profiles:
-        ways = _spans(programme, place)
-    elif programme.scheduled and dense(programme.start):
+    if programme.scheduled and not programme.profiles and dense(programme.start):
         ways = [track(programme.start, place)]
     else:
-        ways = _moves(programme, place, tree, where, float(place[0]) if anywhere else 0.0)
+        ways = _ways(programme, place, tree, where, float(place[0]) if anywhere else 0.0)
     origin = _first(ways[0]) if anywhere else 0.0
     check(ways, tree, where, origin)
     return joined(ways, programme.end, origin)
@@ -93,72 +89,91 @@ def _first(way: Way) -> float:
     return float(way.pieces[0, 1]) if len(way.pieces) else way.target
 
 
-def _mixed(
-    programme: Programme, place: Array, tree: Any, where: str, *, anywhere: bool
-) -> list[Way]:
-    """A profile for each move and a trajectory for each motion profile, in order."""
+def _ways(programme: Programme, place: Array, tree: Any, where: str, before: float) -> list[Way]:
+    """The quickest profile to each target of a move; each motion profile as it is."""
     ways: list[Way] = []
     spans = {span.first: span for span in programme.profiles}
     row = 0
     while row < len(place):
         if row in spans:
             span = spans[row]
-            t = PERIOD * np.arange(span.behind - span.first + 1, dtype=float)
-            way = track(t, np.concatenate(([span.origin], place[row : span.behind])))
-            ways.append(way._replace(start=math.nan, hold=float(programme.hold[span.behind - 1])))
+            ways.append(_profile(span, programme, place))
             row = span.behind
-            continue
-        before = ways[-1].target if ways else float(place[0]) if anywhere else 0.0
-        rows = slice(row, row + 1)
-        single = programme._replace(
-            start=programme.start[rows], hold=programme.hold[rows], profiles=()
-        )
-        ways += _moves(single, place[rows], tree, where, before)
-        row += 1
+        else:
+            ways.append(_move(programme, row, float(place[row]), tree, where, before))
+            row += 1
+        before = ways[-1].target
     return ways
 
 
-def _moves(programme: Programme, place: Array, tree: Any, where: str, before: float) -> list[Way]:
-    """The quickest profile to each target."""
-    most, ways = tree.motion, []
-    for k, (start, target) in enumerate(zip(programme.start, place.tolist(), strict=True)):
-        profile = s_curve(
-            target - before, most.velocity, most.acceleration, most.jerk, start=before
-        )
-        pieces = np.array(profile.segments).reshape(-1, 5)
-        hold = float(programme.hold[k])
-        if programme.scheduled:
-            if profile.duration > hold:
-                found = (
-                    f"{places.of(tree).told(target - before)} in {hold:.4g} s is beyond "
-                    "motion.velocity, acceleration or jerk"
-                )
-                remedy = f"Allow {profile.duration:.4g} s or more."
-                raise ProblemError(f"{where}, target {k + 1}", found, remedy)
-            hold = math.inf  # the next one's start, or the end, ends it
-        ways.append(Way(float(start), target, hold, pieces))
-        before = target
-    return ways
-
-
-def _spans(programme: Programme, place: Array) -> list[Way]:
-    """A trajectory for each motion profile."""
-    ways = []
-    for span in programme.profiles:
-        rows = (programme.start > span.begin - 1e-9) & (programme.start <= span.finish + 1e-9)
+def _profile(span: Span, programme: Programme, place: Array) -> Way:
+    rows = slice(span.first, span.behind)
+    if span.profile is None:
         t = np.concatenate(([span.begin], programme.start[rows]))
-        ways.append(track(t, np.concatenate(([span.origin], place[rows]))))
-    return ways
+        return track(t, np.concatenate(([span.origin], place[rows])))
+    hold = math.inf if programme.scheduled else float(programme.hold[span.behind - 1])
+    return Way(span.begin, span.target, hold, np.array(span.profile.segments))
+
+
+def _move(
+    programme: Programme, row: int, target: float, tree: Any, where: str, before: float
+) -> Way:
+    """The quickest profile to a target."""
+    most, hold = tree.motion, float(programme.hold[row])
+    profile = s_curve(target - before, most.velocity, most.acceleration, most.jerk, start=before)
+    if programme.scheduled:
+        if profile.duration > hold:
+            found = (
+                f"{places.of(tree).told(target - before)} in {hold:.4g} s is beyond "
+                "motion.velocity, acceleration or jerk"
+            )
+            remedy = f"Allow {profile.duration:.4g} s or more."
+            raise ProblemError(f"{where}, target {row + 1}", found, remedy)
+        hold = math.inf  # the next one's start, or the end, ends it
+    pieces = np.array(profile.segments).reshape(-1, 5)
+    return Way(float(programme.start[row]), target, hold, pieces)
 
 
 def track(t: Array, place: Array) -> Way:
-    """A trajectory through some places, at rest at either end, by a cubic spline."""
+    """A trajectory through some places, at rest at either end, by cubics.
+
+    They are a spline, but stay between two places where these go on one way or rest.
+    """
     from scipy.interpolate import CubicSpline
 
     c = CubicSpline(t, place, bc_type="clamped").c
     duration = np.diff(t)
     pieces = np.stack((duration, c[3], c[2], 2.0 * c[1], 6.0 * c[0]), axis=1)
-    return Way(float(t[0]), float(place[-1]), math.inf, pieces)
+    speed = np.append(c[2], 0.0)
+    calm = _monotone(speed, np.diff(place) / duration)
+    changed = np.abs(calm - speed) > 1e-9 * np.abs(speed)
+    bent = changed[:-1] | changed[1:]
+    cubics = np.stack((duration, *hermite(duration, place, calm)), axis=1)
+    return Way(float(t[0]), float(place[-1]), math.inf, np.where(bent[:, None], cubics, pieces))
+
+
+def _monotone(speed: Array, mean: Array) -> Array:
+    """Speeds at the places of a trajectory, reduced where cubics would swing beyond two places.
+
+    A cubic is monotone if the speeds at its ends have the direction of its mean speed and are at
+    most three times as high (Fritsch and Carlson 1980). A place at which the trajectory turns back
+    keeps its speed: there the extremum may lie between two places.
+    """
+    before, after = np.append(0.0, mean[:-1]), np.append(mean[1:], 0.0)
+    around = np.stack((before, mean, after))
+    one_way = (around.min(axis=0) >= 0.0) | (around.max(axis=0) <= 0.0)
+    low = np.where(one_way, np.minimum(3.0 * mean, 0.0), -math.inf)
+    high = np.where(one_way, np.maximum(3.0 * mean, 0.0), math.inf)
+    lowest = np.maximum(np.append(-math.inf, low), np.append(low, -math.inf))
+    highest = np.minimum(np.append(math.inf, high), np.append(high, math.inf))
+    return np.asarray(np.clip(speed, lowest, highest))
+
+
+def hermite(h: Array | float, place: Array, speed: Array) -> tuple[Array, Array, Array, Array]:
+    """Cubics through places with speeds: place, speed, acceleration, jerk."""
+    far, p, v, w = np.diff(place), place[:-1], speed[:-1], speed[1:]
+    a = (6.0 * far - h * (4.0 * v + 2.0 * w)) / h**2
+    return p, v, a, (6.0 * h * (v + w) - 12.0 * far) / h**3
 
 
 def check(ways: Sequence[Way], tree: Any, where: str, before: float = 0.0) -> None:

@@ -1,6 +1,6 @@
 """Electro-thermal heating model of Section 5.2.2: weighted gain (5.7)-(5.8), dynamics (5.6).
 
-Temperatures are in K above the ambient 25 degC.
+Temperatures are in K above ambient.
 """
 
 from __future__ import annotations

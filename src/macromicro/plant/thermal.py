@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
+from macromicro import nominal
 from macromicro.columns import Meaning
 from macromicro.kernel import kernel
 from macromicro.plant import VARIANT, value_noise
@@ -23,7 +24,7 @@ class Thermal(NamedTuple):
     """
 
     ambient: Annotated[float, Par("degC", "room temperature", "Section 5.2.2", lo=-40, hi=80)] = (
-        25.0
+        nominal.AMBIENT
     )
     wire_capacity: Annotated[
         float,

@@ -2,8 +2,8 @@
 
 A TOML programme is sequenced: a move starts when the one before it is complete. A CSV
 programme is scheduled: a zero-order hold of columns over time. Motion profiles in TOML
-are scheduled, too, with a set point each control period; between moves each profile is
-sequenced.
+are scheduled, too; between moves each profile is sequenced. A machine of one stage follows
+their polynomials, the two-stage machine a set point each control period.
 """
 
 from __future__ import annotations

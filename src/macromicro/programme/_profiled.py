@@ -1,4 +1,7 @@
-"""Programmes of motion profiles and trajectories: a set point each control period."""
+"""Programmes of motion profiles and trajectories.
+
+The two-stage machine gets a set point each control period; a machine of one stage, the polynomials.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,9 @@ from macromicro.programme.moves import (
 )
 from macromicro.schema.keys import unknown
 from macromicro.schema.text import printable
-from macromicro.units import quantity
+from macromicro.units import quantity, shown
+
+LONGEST = MAX_MOVES * PERIOD  # s, of all profiles
 
 _UNITS = {
     "velocity": "m/s",
@@ -50,9 +55,10 @@ def tables(limits: Limits) -> str:
 
 
 class Leg(NamedTuple):
-    stage: int  # MACRO or MICRO
-    way: Trajectory  # its set points, in m
-    hold: int  # how long its end is held, control periods
+    span: Span  # from 0 s and row 0 on
+    since: Array  # when each of its targets comes after its begin, s
+    place: Array  # its targets, m
+    hold: float  # how long its end is held, s
 
 
 def expanded(given: list[dict[str, Any]], limits: Limits, path: Path, title: str = "") -> Programme:
@@ -62,14 +68,14 @@ def expanded(given: list[dict[str, Any]], limits: Limits, path: Path, title: str
         unknown(table, keys(limits), f"{file}, profile {number}, ")
     legs: list[Leg] = []
     places = [0.0, 0.0]  # of both stages, m
-    rows = 0
+    seconds = 0.0
     for number, table in enumerate(given, 1):
         where = f"{file}, profile {number}"
         for leg in ways(table, places, limits, where):
-            rows += len(leg.way.position) - 1
-            if rows > MAX_MOVES:
-                most = MAX_MOVES * PERIOD
-                raise ProblemError(where, "too long", f"Profiles last {most:g} s at most in total.")
+            seconds += leg.span.finish
+            if seconds > LONGEST:
+                accepted = f"Profiles last {LONGEST:g} s at most in total."
+                raise ProblemError(where, "too long", accepted)
             legs.append(leg)
     return _programme(title, legs, limits, str(path))
 
@@ -138,7 +144,7 @@ def follow(
         found = f"it begins at {first:g} m, but a run at 0 m"
         raise ProblemError("trajectory", found, "Prepend a motion with `then`.")
     trajectory.check(lowest, highest)
-    leg = Leg(place, trajectory, math.ceil(hold / PERIOD - 1e-6))
+    leg = _sampled(place, trajectory, hold, limits.counts_per_metre if place == MACRO else 1.0)
     return _programme(title or f"trajectory of the {stage}-stage", [leg], limits, "")
 
 
@@ -157,14 +163,20 @@ def ways(table: dict[str, Any], places: list[float], limits: Limits, where: str)
         accepted = "Give one of them: an S-curve decelerates as it accelerates."
         raise ProblemError(where, "both jerk and deceleration", accepted)
     hold = entries.hold(entries.text(table, "hold", where), f"{where}, hold", zero=True)
+    scale = limits.counts_per_metre if stage == MACRO else 1.0
     if stage == MACRO:
         places[MICRO] = 0.0  # a macro move lets the micro-stage go
     for text in texts:
-        target = entries.target(text, stage, limits, key)
-        target /= limits.counts_per_metre if stage == MACRO else 1.0
-        way = _sampled(_shape(places[stage], target, most), limits.place, key, text)
+        target = entries.target(text, stage, limits, key) / scale
+        profile = _shape(places[stage], target, most)
+        _check(profile, limits, key, text)
         places[stage] = target
-        yield Leg(stage, way, math.ceil(hold / PERIOD - 1e-6))
+        if limits.alone:
+            ends, end = (profile.start, profile.end), profile.duration
+            span = Span(stage, 0.0, end, end + hold, *ends, 0, 1, profile, scale)
+            yield Leg(span, np.zeros(1), np.array([profile.end]), hold)
+        else:
+            yield _sampled(stage, Trajectory.from_profile(profile, PERIOD), hold, scale, profile)
 
 
 def _limit(table: dict[str, Any], name: str, place: Place, where: str) -> float | None:
@@ -190,15 +202,31 @@ def _shape(here: float, there: float, most: dict[str, float | None]) -> Profile:
     return made._replace(end=there)
 
 
-def _sampled(profile: Profile, place: Place, where: str, text: str) -> Trajectory:
-    """A profile's set points; refused if they are too few or too many."""
+def _check(profile: Profile, limits: Limits, where: str, text: str) -> None:
+    """Refuse a profile that goes nowhere, is too short to be followed, or too long."""
     if profile.start == profile.end:
         raise InputError(where, text, "a target other than the present position")
-    count = profile.duration / PERIOD
-    if FEWEST <= count <= MAX_MOVES:
-        return Trajectory.from_profile(profile, PERIOD)
-    found = f"{text} from {place.told(profile.start)} takes {profile.duration:.3g} s"
-    raise ProblemError(where, found, f"Accepted: {FEWEST * PERIOD:g} to {MAX_MOVES * PERIOD:g} s.")
+    least = limits.shortest * limits.period
+    if profile.duration < least * (1.0 - 1e-9):
+        took, lowest, period = (
+            shown(x, "s", "ms", 3) for x in (profile.duration, least, limits.period)
+        )
+        accepted = f"at least {lowest} ({limits.shortest} control periods of {period})"
+        raise ProblemError(where, f"profile too short: {took}; {accepted}")
+    if profile.duration > LONGEST:
+        found = f"profile too long: {profile.duration:.3g} s; at most {LONGEST:g} s"
+        raise ProblemError(where, found)
+
+
+def _sampled(
+    stage: int, way: Trajectory, hold: float, scale: float, profile: Profile | None = None
+) -> Leg:
+    """A target each period; the last one needs a period of its own."""
+    held = math.ceil(hold / PERIOD - 1e-6) * PERIOD
+    ends, end = (float(way.position[0]), float(way.position[-1])), way.duration
+    until, rows = end + max(held, PERIOD), len(way.position) - 1
+    span = Span(stage, 0.0, end, until, *ends, 0, rows, profile, scale)
+    return Leg(span, way.t[1:], way.position[1:], held)
 
 
 def _programme(title: str, legs: list[Leg], limits: Limits, source: str) -> Programme:
@@ -207,24 +235,18 @@ def _programme(title: str, legs: list[Leg], limits: Limits, source: str) -> Prog
     starts: list[Array] = []
     spans: list[Span] = []
     for leg in legs:
-        way = leg.way
-        starts.append(begin + way.t[1:])
-        finish = begin + way.duration
-        ends = float(way.position[0]), float(way.position[-1])
-        # Its last target needs a period of its own.
-        until = finish + max(leg.hold, 1) * PERIOD
-        rows = count, count + len(way.t) - 1
-        spans.append(Span(leg.stage, begin, finish, until, *ends, *rows))
-        count = rows[1]
-        begin = round(until / PERIOD) * PERIOD
+        starts.append(begin + leg.since)
+        spans.append(leg.span.moved(begin, count))
+        begin, count = spans[-1].until, spans[-1].behind
+        if not limits.alone:
+            begin = round(begin / PERIOD) * PERIOD
     start = np.concatenate(starts)
-    stage = np.concatenate([np.full(len(leg.way.t) - 1, leg.stage) for leg in legs])
-    place = np.concatenate([leg.way.position[1:] for leg in legs])
+    stages = [np.full(len(leg.place), leg.span.stage, np.int64) for leg in legs]
     return Programme(
         title=title,
         start=start,
-        stage=stage.astype(np.int64),
-        target=np.where(stage == MACRO, place * limits.counts_per_metre, place),
+        stage=np.concatenate(stages),
+        target=np.concatenate([leg.place * leg.span.scale for leg in legs]),
         hold=np.diff(start, append=begin),
         end=begin,
         source=source,

@@ -115,11 +115,9 @@ def _mixed(entries: list[_Entry], limits: Limits, path: Path, title: str) -> Pro
             count += len(made)
             continue
         for leg in _profiled.ways(entry.table, places, limits, entry.where):
-            rows.append(_set_points(leg, limits))
-            ends = float(leg.way.position[0]), float(leg.way.position[-1])
-            behind = count + len(rows[-1])
-            spans.append(Span(leg.stage, math.nan, math.nan, math.nan, *ends, count, behind))
-            count = behind
+            spans.append(leg.span.moved(math.nan, count))
+            rows.append(_set_points(leg))
+            count = spans[-1].behind
             if count > MAX_MOVES:
                 accepted = f"At most {MAX_MOVES} moves and set points, one each {PERIOD:g} s."
                 raise ProblemError(entry.where, "too long", accepted)
@@ -136,10 +134,10 @@ def _go(places: list[float], stage: int, target: float, limits: Limits) -> None:
         places[MICRO] = 0.0
 
 
-def _set_points(leg: Leg, limits: Limits) -> Array:
+def _set_points(leg: Leg) -> Array:
     """A profile's rows, timed by the clock; its last waits for the arrival, as a move does."""
-    n = len(leg.way.position) - 1
+    n = len(leg.place)
     start, hold = np.full(n, CLOCKED), np.full(n, PERIOD)
-    start[0], hold[-1] = math.nan, leg.hold * PERIOD
-    scale = limits.counts_per_metre if leg.stage == MACRO else 1.0
-    return np.column_stack((start, np.full(n, leg.stage), leg.way.position[1:] * scale, hold))
+    start[0], hold[-1] = math.nan, leg.hold
+    target = leg.place * leg.span.scale
+    return np.column_stack((start, np.full(n, leg.span.stage), target, hold))

@@ -12,6 +12,8 @@ import numpy.typing as npt
 from numpy.typing import NDArray
 
 from macromicro.errors import InputError
+from macromicro.motion.profile import Profile
+from macromicro.nominal import PERIOD
 from macromicro.place import LENGTH, Place
 from macromicro.units import shown
 
@@ -23,6 +25,7 @@ CLOCKED = -math.inf  # `start` of a profile's set point in a mixed programme
 MAX_MOVES = 1_000_000
 # A trajectory has FEWEST targets or more, typically one every LONGEST [s] at the latest.
 FEWEST, LONGEST = 20, 0.25
+_SHORTEST = 5  # control periods of a profile whose set points are computed in each of them
 MAX_TITLE = 200  # characters
 WHAT = "a motion programme (.toml or .csv)"
 
@@ -44,7 +47,9 @@ class Limits(NamedTuple):
     micro_hi: float  #: m
     counts_per_metre: float  #: scales lengths, or angles: counts per rad
     place: Place = LENGTH  #: what the macro-stage's places are given in
-    alone: bool = False  #: whether the macro-stage is the only stage, which needs no name
+    #: whether the macro-stage is the only stage, which needs no name and follows polynomials
+    alone: bool = False
+    period: float = PERIOD  #: control period, s
 
     @property
     def names(self) -> dict[str, int]:
@@ -55,6 +60,11 @@ class Limits(NamedTuple):
     def either(self) -> str:
         """These keys in words."""
         return " or ".join(self.names)
+
+    @property
+    def shortest(self) -> int:
+        """Control periods that a profile has at least."""
+        return _SHORTEST if self.alone else FEWEST
 
 
 class Span(NamedTuple):
@@ -68,6 +78,32 @@ class Span(NamedTuple):
     target: float  #: where it ends, m
     first: int = 0  #: its first row in the programme
     behind: int = 0  #: the row behind its last one
+    #: its polynomials, m; None: a trajectory, of which the rows are all that is known
+    profile: Profile | None = None
+    scale: float = 1.0  #: units of its rows' targets per m
+
+    def moved(self, t: float, rows: int) -> Span:
+        """The same part of a programme, later and behind other rows.
+
+        Parameters
+        ----------
+        t : float
+            s; NaN: at no known time.
+        rows : int
+            Number of rows before it.
+
+        Returns
+        -------
+        Span
+            A copy.
+        """
+        return self._replace(
+            begin=self.begin + t,
+            finish=self.finish + t,
+            until=self.until + t,
+            first=self.first + rows,
+            behind=self.behind + rows,
+        )
 
 
 _NOTHING = np.empty(0)
@@ -164,15 +200,7 @@ class Programme(NamedTuple):
             end=self.end * n,
             correction=np.tile(self.correction, n),
             profiles=tuple(
-                p._replace(
-                    begin=p.begin + t,
-                    finish=p.finish + t,
-                    until=p.until + t,
-                    first=p.first + k * size,
-                    behind=p.behind + k * size,
-                )
-                for k, t in enumerate(shift.tolist())
-                for p in self.profiles
+                p.moved(t, k * size) for k, t in enumerate(shift.tolist()) for p in self.profiles
             ),
         )
 

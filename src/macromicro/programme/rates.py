@@ -17,12 +17,20 @@ BACK = 1e-3  # of a trajectory's range: less is noise of its targets, and no tur
 def rates(programme: Programme) -> tuple[Array, Array]:
     """Velocity and acceleration of the set point at each target.
 
-    A trajectory consists of at least `FEWEST` targets of one stage, `LONGEST` apart at most; its
-    rates are differences of targets. Elsewhere, and while its last target is held, they are 0.
+    Those of a profile are its polynomials'. A trajectory consists of at least `FEWEST` targets of
+    one stage, `LONGEST` apart at most; its rates are differences of targets. Elsewhere, and while
+    its last target is held, they are 0.
     """
     n = len(programme.start)
     velocity, acceleration = np.zeros(n), np.zeros(n)
-    for rows, t in _trajectories(programme):
+    known = [span for span in programme.profiles if span.profile is not None]
+    for span in known:
+        assert span.profile is not None
+        rows = slice(span.first, span.behind - 1)
+        motion = span.profile.at(PERIOD * np.arange(1, span.behind - span.first))
+        velocity[rows] = span.scale * motion.velocity
+        acceleration[rows] = span.scale * motion.acceleration
+    for rows, t in () if known else _trajectories(programme):
         velocity[rows] = _slope(programme.set_points[rows], t)
         acceleration[rows] = _slope(velocity[rows], t)
         velocity[rows.stop - 1] = acceleration[rows.stop - 1] = 0.0  # the last target rests
@@ -58,13 +66,9 @@ def _peaks(place: Array, back: float) -> Array:
 
 
 def _trajectories(programme: Programme) -> Iterator[tuple[slice, Array]]:
-    """Rows of each trajectory, and the times (s) of its targets."""
+    """Rows of each trajectory by time, and the times (s) of its targets."""
     start, n = programme.start, len(programme.start)
-    if programme.mixed:
-        for span in programme.profiles:
-            t = PERIOD * np.arange(span.behind - span.first, dtype=float)
-            yield slice(span.first, span.behind), t
-    elif n >= FEWEST and programme.scheduled:
+    if n >= FEWEST and programme.scheduled:
         apart = (np.diff(start) > LONGEST) | (np.diff(programme.stage) != 0)
         for rows in np.split(np.arange(n), np.flatnonzero(apart) + 1):
             if len(rows) >= FEWEST:

@@ -281,7 +281,8 @@ class Faulty(Twin):
 
     def _note(self, outputs: Outputs) -> None:
         motor, ctrl, fan, _ = outputs
-        legal = abs(motor) <= 5.0 and 0.0 <= ctrl <= 5.0 and fan in (0.0, 1.0)
+        full = self.plant.amplifier.full_scale
+        legal = abs(motor) <= full and 0.0 <= ctrl <= full and fan in (0.0, 1.0)
         self._injection.written(self.tick * self.dt, legal, motor, ctrl, fan)
 
 

@@ -18,8 +18,6 @@ from macromicro.rig.limits import Limits
 from macromicro.rig.sensing import Seen
 from macromicro.types import Command, Outputs, Sample
 
-ROOM = 25.0
-
 
 class Guard(NamedTuple):
     limits: Annotated[Limits, Meaning("as the user may set them, SI")]
@@ -75,9 +73,9 @@ def fresh() -> Watch:
 
 
 @kernel
-def temperature(s: Watch) -> Annotated[float, Meaning("", "degC")]:
+def temperature(p: Limits, s: Watch) -> Annotated[float, Meaning("", "degC")]:
     """Wire temperature (deg C) estimated from CTRL by (5.6)-(5.8)."""
-    return ROOM + electrothermal.temperature(s.heat.heating)
+    return p.ambient + electrothermal.temperature(s.heat.heating)
 
 
 @kernel
@@ -95,7 +93,7 @@ def legal(p: Limits, out: Outputs) -> bool:
 def _warm(p: Limits, s: Heat, ctrl: float, requested: bool, place: float, dt: float) -> Heat:
     """Estimated heating after `dt`, and for how long the stage has not responded to it."""
     heating = electrothermal.step(s.heating, electrothermal.gain(ctrl, p.ceiling), dt)
-    hot = ROOM + electrothermal.temperature(heating) > p.warm
+    hot = p.ambient + electrothermal.temperature(heating) > p.warm
     moved = math.isnan(s.anchor) or abs(place - s.anchor) > p.motion
     if not hot or not requested or moved:
         return Heat(heating, place, 0.0)
@@ -105,7 +103,7 @@ def _warm(p: Limits, s: Heat, ctrl: float, requested: bool, place: float, dt: fl
 @kernel
 def _heat_fault(p: Limits, s: Heat) -> tuple[int, float, float]:
     """Fault of the actuator: code, measured [degC], limit."""
-    estimate = ROOM + electrothermal.temperature(s.heating)
+    estimate = p.ambient + electrothermal.temperature(s.heating)
     if estimate > p.hottest:
         return TOO_HOT, estimate, p.hottest
     if s.idle > p.idle:

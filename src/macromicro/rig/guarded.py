@@ -30,9 +30,9 @@ class Guarded:
 
     def __init__(self, rig: Rig, limits: Guard, dt: float) -> None:
         self.rig = rig
+        self._limits = limits
         self.watch = guard.fresh()
         self.given: Outputs = SAFE
-        self._limits = limits
         self._dt = dt
         self._sample: Sample | None = None
         self._command = IDLE
@@ -64,7 +64,7 @@ class Guarded:
     @property
     def temperature(self) -> float:
         """Wire temperature [degC] by the guard's own estimate."""
-        return guard.temperature(self.watch)
+        return guard.temperature(self._limits.limits, self.watch)
 
     def evidence(self) -> tuple[float, float, float, float]:
         """What a latched fault was found by."""
@@ -177,7 +177,7 @@ def _guard(
             answer[1] = given.ctrl
             answer[2] = given.fan
             answer[3] = given.laser_reset
-            answer[4] = guard.temperature(s)
+            answer[4] = guard.temperature(p.limits, s)
             answer[5] = float(sensing.doubt(p.limits, s.seen, dt))
         elif asked[0] == _SHOW:
             _watching.store(s, state)
@@ -216,7 +216,7 @@ class CompiledGuarded(Guarded):
         _watching.store(watch, self._state)
         self._asked[0] = _TAKE
         self._fault = next(self._guard)
-        self._temperature = guard.temperature(watch)
+        self._temperature = guard.temperature(self._limits.limits, watch)
 
     @property
     def tripped(self) -> bool:

@@ -92,6 +92,16 @@ class Limits(NamedTuple):
     clock: Annotated[
         float, Par("s", "longest step of the rig's time between two periods", positive=True)
     ] = 0.1
+    ambient: Annotated[
+        float,
+        Par(
+            "degC",
+            "room temperature, from which the wires are assumed to heat up",
+            "Section 5.2.2",
+            lo=-40,
+            hi=80,
+        ),
+    ] = nominal.AMBIENT
     hottest: Annotated[
         float, Par("degC", "highest temperature estimated from CTRL", "above S6", positive=True)
     ] = 170.0

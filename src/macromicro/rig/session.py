@@ -7,6 +7,7 @@ from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 from macromicro.control.calibration import Calibration
+from macromicro.control.macro import MacroLaw
 from macromicro.errors import ProblemError
 from macromicro.nominal import PERIOD
 from macromicro.rig._unwinding import Unwinding
@@ -79,6 +80,8 @@ class Fixture(NamedTuple):
     pitch: float = KILN_PITCH  #: travel per encoder count of a kiln, m
     counted: bool = False  #: whether its encoder keeps its count, and counts on, while nothing runs
     timed: bool = False  #: whether its clock is the machine's own, which says what was missed
+    #: of the carriage on its way to where a run starts; None for the thesis' tuned PD
+    law: MacroLaw | None = None
 
     def has(self, *channels: str) -> bool:
         """Whether it measures these channels.

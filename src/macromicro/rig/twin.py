@@ -152,7 +152,7 @@ def _bench(
 class CompiledTwin(Twin):
     """`Twin` with its state in compiled code, for real time; the bits are the same."""
 
-    def __init__(self, plant: Plant, seed: int, dt: float = 1e-3, state: State | None = None):
+    def __init__(self, plant: Plant, seed: int, dt: float = PERIOD, state: State | None = None):
         super().__init__(plant, seed, dt, state)
         self._asked = np.zeros(_OUT + len(Outputs._fields))
         self._shown = np.zeros(len(Truth._fields))

@@ -24,7 +24,7 @@ from macromicro.design.response import MoveResult
 from macromicro.design.tracking import followed
 from macromicro.errors import ProblemError
 from macromicro.lab import replay
-from macromicro.lab.machine import FLAGS, approach, follow, known, seen
+from macromicro.lab.machine import FLAGS, approach, follow, known, seen, under
 from macromicro.loop import PERIOD
 from macromicro.programme import MACRO, MICRO, Programme
 from macromicro.recording import Recording
@@ -171,16 +171,16 @@ def _on_rig(
     control = control_settings.prepare(
         settings.controller, fan, table, settings.sensors.encoder.pitch
     )
-    limits = fixture.limits or settings.guard
+    fixture = under(settings, fixture)
     filled = _Filled(sink, fixture, recorded.columns(control))
     longest = round(simulate.longest(settings, programme) / PERIOD)
     began = time.perf_counter()
     with fixture.open(seed) as session:
         session.cold(fixture.rest)
         if fixture.has("encoder"):
-            approach(fixture._replace(limits=limits), session, 0.0, settings.controller)
+            approach(fixture, session, 0.0)
         session.restart()
-        outcome = follow(session, programme, control, limits, filled, longest, progress)
+        outcome = follow(session, programme, control, fixture.limits, filled, longest, progress)
     return outcome._replace(wall=time.perf_counter() - began)
 
 

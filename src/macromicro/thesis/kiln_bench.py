@@ -8,6 +8,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro import nominal
 from macromicro.columns import Meaning
 from macromicro.hysteresis import Everett
 from macromicro.kernel import kernel
@@ -27,7 +28,7 @@ class Oven(NamedTuple):
     """Kiln, thermocouple and weight. The thesis gives the set-up, not its time constants."""
 
     ambient: Annotated[float, Par("degC", "room temperature", "Section 5.2.2", lo=-40, hi=80)] = (
-        25.0
+        nominal.AMBIENT
     )
     power: Annotated[
         float, Par("K/s", "rise of the air with the heater on, cold", positive=True)

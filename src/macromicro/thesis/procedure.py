@@ -54,12 +54,12 @@ class Lab(NamedTuple):
         Machine
             The first rig of that kind, or the virtual one.
         """
+        from macromicro.lab.machine import under
         from macromicro.plant import bench
 
         if not self.rigs:
             return bench.prepare(self.settings.bench, self.settings.sensors)
-        rig = self.rig("bench")
-        return rig._replace(limits=rig.limits or self.settings.guard)
+        return under(self.settings, self.rig("bench"))
 
     def kiln(self) -> Kiln:
         """The kiln of Section 5.2.1, with the bench's actuator in it.

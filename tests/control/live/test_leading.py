@@ -34,17 +34,16 @@ DT = 1e-3
 @example(0.0, -3e-308)
 def test_a_profile_runs_within_the_limits_and_ends_at_its_goal(start: float, goal: float) -> None:
     g, late, now = Guided(aim=REST._replace(position=start)), -math.inf, 0.0
-    before, fastest = g.aim, 0.0
+    before, fastest = (0.0, g.aim), 0.0
     while late < 0.0:
         g, late = led(Q, g, 1, goal, now, DT)
-        # What the law is told of the period before fits to where it is now, but for a jerk that
-        # changes within the period, by twice its greatest at most.
-        slack = 2.0 * Q.jerk * DT**3 / 6.0
-        assert at(before, DT).position == pytest.approx(g.aim.position, abs=slack)
+        # The last piece of the period before leads to where it is now.
+        begin, last = before
+        assert at(last, DT - begin).position == pytest.approx(g.aim.position, abs=1e-12)
         assert abs(g.aim.velocity) <= Q.velocity * 1.000001
         assert abs(g.aim.acceleration) <= Q.acceleration * 1.000001
         fastest = max(fastest, abs(g.aim.velocity))
-        before, now = g.aim, now + DT
+        before, now = ((0.0, g.aim), *g.later)[-1], now + DT
         assert now < 5.0
     assert g.aim == REST._replace(position=goal)
     assert fastest > 0.0 or abs(goal - start) < 1e-7

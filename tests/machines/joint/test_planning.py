@@ -223,7 +223,7 @@ def test_usual_moves_lie_within_the_travel_of_both():
 
 def test_a_trajectory_that_leaves_the_travel_of_an_axis_between_its_points_is_refused(tmp_path):
     t, top = np.arange(0.0, 4.01, 0.2), 1e3 * DEFAULT.y.travel.high
-    y = np.interp(t, [0.0, 1.6, 1.8, 2.2, 2.4, 4.0], [0.0, top - 40.0, top, top, top - 40.0, 0.0])
+    y = np.interp(t, [0.0, 1.6, 1.8, 2.0, 2.2, 4.0], [0.0, top - 40.0, top, top, top - 40.0, 0.0])
     rows = [f"{a:.1f},{10 * a:.3f},{b:.3f}" for a, b in zip(t, np.floor(y), strict=True)]
     (tmp_path / "p.csv").write_text("\n".join(["t_s,x_mm,y_mm", *rows, ""]))
     with pytest.raises(InputError, match=r"y, move 2: .* at \S+ mm, \S+ mm outside"):

@@ -12,7 +12,7 @@ import pytest
 
 from macromicro.control.live.leading import REST, Aim, Course
 from macromicro.errors import InputError
-from macromicro.machines import composite, guarding, period, stage
+from macromicro.machines import composite, guarding, period, sequence, stage
 from macromicro.machines import machine as machines
 from macromicro.machines.guarding import Limits
 from macromicro.machines.lines import Held, Wired
@@ -23,7 +23,7 @@ from macromicro.machines.stage import Bounds
 from macromicro.serve import faults
 from macromicro.serve.stage import _control as controls
 from macromicro.serve.stage import settings
-from macromicro.serve.stage._control import Control, Resting, pulsed
+from macromicro.serve.stage._control import Control, Resting, led, pulsed
 from macromicro.serve.stage.rig import Simulated
 
 PRINTER = Path(__file__).parents[3] / "examples" / "machines" / "printer.toml"
@@ -201,6 +201,21 @@ class Watched:
         assert out.shape == (2, len(noise))
         self.coasts.append((params, state, bounds, efforts.tolist(), noise.copy(), dt))
         return "coasted", len(noise), 0
+
+
+def test_the_law_follows_each_piece_of_the_course_within_a_period() -> None:
+    """Here the speed changes after 0.3 ms of four control periods of 0.25 ms."""
+    stage = Driven()
+    aim, after = Aim(1e-3, 0.1, 0.0, 0.0), Aim(1.03e-3, 0.0, 0.0, 0.0)
+    course = Course(True, aim, later=((0.3e-3, after),))
+    loop = led(course, None, stage.tree, Wired(), (0.0, 0.1e-3, 0.3e-3))
+    begun = Progress(MOVING, 0, 0, 0.5, math.nan, 0)
+    found = []
+    for k in range(4):
+        t = 0.5 + 0.25e-3 * k
+        progress = begun._replace(piece=sequence.piece_at(loop.plan, begun, t))
+        found.append(sequence.aim(loop.plan, progress, t).position)
+    assert found == pytest.approx([1e-3, 1.025e-3, 1.03e-3, 1.03e-3], abs=1e-12)
 
 
 def fresh_at(seen: Sample) -> guarding.Watch:

@@ -18,10 +18,13 @@ from tests.serve.stage.test_served import example, served
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted
+from macromicro.control.live.parameters import SoftLimits
 from macromicro.errors import InputError
+from macromicro.machines import piezo
 from macromicro.recording import Recording
 from macromicro.serve.settings import ServeSettings, problems
 from macromicro.serve.stage import settings
+from macromicro.serve.stage._programmes import OneStage
 from macromicro.serve.station import Station
 
 
@@ -195,3 +198,14 @@ def test_silence_is_five_periods_or_more(name: str) -> None:
     ((where, value, accepted),) = problems(given, 0.0401)
     assert where == f"serve.{name}" and value == "200 ms"
     assert accepted == "200.5 ms or more, 5 periods at a period of 40.1 ms"
+
+
+def test_a_live_profile_lasts_some_periods_of_the_loop(tmp_path: Path) -> None:
+    path, tree = tmp_path / "p.toml", piezo.DEFAULT
+    path.write_text(
+        '[[profiles]]\nto = "10 um"\nvelocity = "1 m/s"\nacceleration = "100 m/s^2"\n'
+        'jerk = "9.4815e4 m/s^3"\nhold = "5 ms"\n'
+    )
+    soft = SoftLimits(whole_low=0.0, whole_high=tree.travel.high)
+    with pytest.raises(InputError, match=r"1\.5 ms; at least 5 ms \(5 control periods of 1 ms\)"):
+        OneStage(tree).read(path, soft)

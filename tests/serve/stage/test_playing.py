@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -65,6 +66,7 @@ class Stage:
         self.behind, self.tick = 0.0, 0
         self.notices: list[Any] = []
         self.aims: list[tuple[float, float, float, float]] = []
+        self.courses: list[Course] = []
         self.run(1)
         self.s, reply, _ = self._accept(m.Enable())
         assert reply == Accepted(0)
@@ -93,6 +95,7 @@ class Stage:
             self.notices += notices
             aim = self.course.aim
             self.aims.append(tuple(aim))
+            self.courses.append(self.course)
             if self.course.on:
                 self.place = at(aim, DT).position
             self.tick += 1
@@ -129,6 +132,17 @@ def test_it_goes_to_where_it_begins_and_visits_every_target(frame: float) -> Non
     modes = [n.cause for n in stage.notices if isinstance(n, m.Event) and n.kind == "mode"]
     moves = ["arrived", "next move"] * 2
     assert modes == ["programme", *moves, "arrived", "programme done"]
+
+
+def test_the_set_point_goes_on_from_period_to_period_where_pieces_end_between() -> None:
+    stage = Stage(place=0.01)
+    stage.end(stage.play(plan([0.01, 0.0173], origin=0.0)))
+    assert any(course.later for course in stage.courses)
+    for before, after in pairwise(stage.courses[3:]):
+        begin, last = ((0.0, before.aim), *before.later)[-1]
+        extended = at(last, DT - begin)
+        assert extended.position == pytest.approx(after.aim.position, abs=1e-12)
+        assert extended.velocity == pytest.approx(after.aim.velocity, abs=1e-9)
 
 
 def test_its_clock_starts_in_the_period_after_it_has_come_to_its_beginning() -> None:

@@ -12,7 +12,7 @@ from macromicro.serve.web._plane import SMALLEST, Plane
 
 def test_turning_points_leave_the_same_memory_as_every_sample() -> None:
     walk = 80.0 + np.cumsum(np.random.default_rng(3).normal(size=4000)).clip(-50, 80)
-    plane, every = Plane(170.0), Plane(170.0)
+    plane, every = Plane(25.0, 170.0), Plane(25.0, 170.0)
     for part in np.array_split(walk, 37):
         plane.feed(part)
     every.model.run(walk)
@@ -22,7 +22,7 @@ def test_turning_points_leave_the_same_memory_as_every_sample() -> None:
 
 
 def test_corners_are_reversals_and_small_ones_are_not_drawn() -> None:
-    plane = Plane(170.0)
+    plane = Plane(25.0, 170.0)
     plane.feed(np.array([25.0, 120.0, 60.0, 90.0, 80.0, 80.0 + SMALLEST / 2, 80.0]))
     words = plane.words()
     assert words["corners"] == [[120.0, 60.0], [90.0, 80.0]]
@@ -35,8 +35,8 @@ def test_corners_are_reversals_and_small_ones_are_not_drawn() -> None:
 
 
 def test_a_measured_table_gives_the_contraction() -> None:
-    table = Plane(170.0).model.table
-    plane, model = Plane(99.0, table), Preisach(table)
+    table = Plane(25.0, 170.0).model.table
+    plane, model = Plane(25.0, 99.0, table), Preisach(table)
     plane.feed(np.array([25.0, 100.0, 70.0]))
     assert plane.words()["contraction"] == pytest.approx(
         model.run([25.0, 100.0, 70.0])[-1], abs=1e-4

@@ -64,7 +64,7 @@ def step(
 ) -> tuple[LiveState, Guided, Course, tuple[Notice, ...]]:
     s, sample = perceive(p, s, sample, dt, look)
     place = s.seen.encoder * p.settings.pitch
-    g = _seen(p, g._replace(lines=lines), place, s.time)
+    g = _seen(p, g._replace(lines=lines, later=()), place, s.time)
     if q.touch is not None and q.touch.seek is not None:
         said = _seeking.on(q.touch.seek, g)
         g = _seeking.debounced(g, said, s.time, s.seen.encoder, dt)
@@ -93,9 +93,7 @@ def step(
         effort, leant = q.touch.effort, leans(q.touch, s.work)
         speed = HASTE * max(q.touch.speed, abs(g.aim.velocity)) + SURGE * q.velocity
     on = s.mode not in (m.DISABLED, m.FAULT)
-    course = Course(
-        on, g.aim, low, high, effort, g.restart, homing=homing, speed=speed, leant=leant
-    )
+    course = Course(on, g.aim, low, high, effort, g.restart, False, homing, speed, leant, g.later)
     return s, g._replace(on=on), course, notices
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from itertools import accumulate
 from sys import float_info
 from typing import NamedTuple
 
@@ -77,6 +79,7 @@ class Aim(NamedTuple):
 
 
 REST = Aim(0.0, 0.0, 0.0, 0.0)
+Piece = tuple[float, Aim]  # when it begins, s, and the set point there
 
 
 class Course(NamedTuple):
@@ -94,6 +97,7 @@ class Course(NamedTuple):
     speed: float = math.inf  # greatest speed that the guard allows, m/s
     # longest time under the guard's `lean` without motion, s; infinite: that of the settings
     leant: float = math.inf
+    later: tuple[Piece, ...] = ()  # where the polynomial of its set point changes in the period
 
 
 class Guided(NamedTuple):
@@ -121,11 +125,18 @@ class Guided(NamedTuple):
     asked: float = 0.0  # where the set point was then, m
     stood_since: float = 0.0
     calm: bool = False  # whether it has been let go where it rests since its last motion
+    later: tuple[Piece, ...] = ()  # as of `Course`
 
 
 def at(aim: Aim, h: float) -> Aim:
     p, v, a, j = aim
     return Aim(p + h * (v + h * (0.5 * a + h * j / 6.0)), v + h * (a + 0.5 * h * j), a + h * j, j)
+
+
+def within(pieces: Iterable[Piece], since: float, dt: float) -> tuple[Piece, ...]:
+    """The pieces of a profile that begin in the period behind the time `since` of it."""
+    ahead = ((begin - since, aim) for begin, aim in pieces)
+    return tuple((begin, aim) for begin, aim in ahead if TICK < begin < dt - TICK)
 
 
 def ramped(q: Guide, aim: Aim, goal: float, dt: float) -> Aim:
@@ -157,6 +168,9 @@ def led(
         profile = s_curve(way, q.velocity, q.acceleration, q.jerk, start=here)
         g = g._replace(motion=motion, pieces=profile.segments, began=now, inside=math.nan)
     since = now - g.began
+    begins = accumulate((piece.duration for piece in g.pieces), initial=0.0)
+    aims = (*(Aim(*piece[1:]) for piece in g.pieces), REST._replace(position=goal))
+    g = g._replace(later=within(zip(begins, aims, strict=True), since, dt))
     for piece in g.pieces:
         if since < piece.duration - TICK:
             return g._replace(aim=at(Aim(*piece[1:]), since)), -math.inf

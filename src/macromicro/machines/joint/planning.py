@@ -128,16 +128,9 @@ def _cubics(piece: Piece, segment: Segment, step: float) -> Iterator[tuple[float
     along, speed = s + t * (v + t * (0.5 * a + t * j / 6.0)), v + t * (a + 0.5 * t * j)
     columns = []
     for place, u in zip(piece.at(along), piece.direction(along), strict=True):
-        columns.append(_hermite(h / n, place, speed * u))
+        columns.append(planning.hermite(h / n, place, speed * u))
     for k in range(n):
         yield (h / n, *(float(c[k]) for column in columns for c in column))
-
-
-def _hermite(h: float, place: Array, speed: Array) -> tuple[Array, Array, Array, Array]:
-    """Cubics through places with speeds: place, speed, acceleration, jerk."""
-    far, p, v, w = np.diff(place), place[:-1], speed[:-1], speed[1:]
-    a = (6.0 * far - h * (4.0 * v + 2.0 * w)) / h**2
-    return p, v, a, (6.0 * h * (v + w) - 12.0 * far) / h**3
 
 
 def _ways(runs: list[list[Segment]], border: Array, dt: float) -> Array:

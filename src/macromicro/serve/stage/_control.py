@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.control.live.leading import Course
+from macromicro.control.live.leading import Course, at
 from macromicro.errors import InputError
 from macromicro.kernel import compiled
 from macromicro.machines import composite, guarding, lines, pace, period, stage
@@ -44,7 +45,18 @@ def limited(gained: Any, course: Course) -> Any:
     return gained
 
 
-def led(course: Course, gained: Any, tree: Any, wired: Wired) -> Loop:
+def pieces(course: Course, begins: Sequence[float]) -> Array:
+    """The set point from each of these times of the period on; every change of it is among them."""
+    known, rows = ((0.0, course.aim), *course.later), []
+    for begin in begins:
+        first, aim = max((piece for piece in known if piece[0] <= begin), key=itemgetter(0))
+        rows.append((begin, *at(aim, begin - first)))
+    return np.array(rows)
+
+
+def led(
+    course: Course, gained: Any, tree: Any, wired: Wired, begins: Sequence[float] = (0.0,)
+) -> Loop:
     """The controller of a stage for one period of the live machine."""
     aim = course.aim
     plan = Plan(
@@ -52,8 +64,8 @@ def led(course: Course, gained: Any, tree: Any, wired: Wired) -> Loop:
         target=np.array([aim.position]),
         hold=np.array([math.inf]),
         length=np.array([math.inf]),
-        first=np.array([0, 1], np.int64),
-        pieces=np.array([[0.0, *aim]]),
+        first=np.array([0, len(begins)], np.int64),
+        pieces=pieces(course, begins),
         origin=aim.position,
         end=math.nan,
     )
@@ -195,7 +207,9 @@ class Control:
         self.enable = 1.0
         for each in self._resting:
             each.since = math.nan
-        controls = tuple(self._led(k, course, seen[k]) for k, course in enumerate(courses))
+        # Plans of several stages have the same times.
+        begins = sorted({0.0, *(begin for course in courses for begin, _ in course.later)})
+        controls = tuple(self._led(k, course, seen[k], begins) for k, course in enumerate(courses))
         tick = round(seen[0].t / self.dt) if math.isfinite(seen[0].t) else 0  # the guard ends that
         progress = Progress(MOVING, 0, 0, seen[0].t, math.nan, 0)
         state = zip(states, self._memory, self.watches, self._held, strict=True)
@@ -224,12 +238,12 @@ class Control:
             watches = [period.interlocked(watch, seen[0].t) for watch in watches]
         self.watches = watches
 
-    def _led(self, k: int, course: Course, seen: Sample) -> Loop:
+    def _led(self, k: int, course: Course, seen: Sample, begins: Sequence[float]) -> Loop:
         gained = limited(self._gains[k], course)
         if course.restart != self._restart[k]:
             self._memory[k] = self.stages.laws[k].start(gained, seen)
             self._restart[k] = course.restart
-        return led(course, gained, self._trees[k], self._wired[k])
+        return led(course, gained, self._trees[k], self._wired[k], begins)
 
     def _coast(self, bench: Bench, states: Any, noise: Any) -> tuple[Any, ...]:
         """Simulate the same time without efforts."""

@@ -13,7 +13,7 @@ from macromicro.control.live import alone, brake
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.guided import Step, reached, slowed
-from macromicro.control.live.leading import REST, Aim, Guide, Guided, led
+from macromicro.control.live.leading import REST, Aim, Guide, Guided, Piece, led, within
 from macromicro.control.live.messages import Evidence, Notice, Refused
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import NAN, NOWHERE, LiveState, Motion, Played, Targets
@@ -65,7 +65,8 @@ def step(
     plan, before = work.plan, work.progress
     local = Sample(s.time - work.start, place - offset)
     progress, target = follow(plan, Arrival(*q.arrival), before, local)
-    g = g._replace(aim=_aim(plan, progress, target, local.t, offset))
+    aim = _aim(plan, progress, target, local.t, offset)
+    g = g._replace(aim=aim, later=_later(plan, progress, local.t, offset, dt))
     unit = p.settings.place
     found: Evidence = {
         "move": before.move,
@@ -129,6 +130,19 @@ def _aim(plan: Plan, progress: Progress, target: Target, now: float, offset: flo
         jerk = float(plan.pieces[progress.piece, 4])
     position, velocity, acceleration = (float(x) for x in target[:3])
     return Aim(position + offset, velocity, acceleration, jerk)
+
+
+def _later(
+    plan: Plan, progress: Progress, now: float, offset: float, dt: float
+) -> tuple[Piece, ...]:
+    """The pieces of its profile, and its end, that the coming period reaches."""
+    if progress.phase != MOVING:
+        return ()
+    last = sequence.piece_at(plan, progress, now + dt)
+    rows = plan.pieces[progress.piece + 1 : last + 1].tolist()
+    rows.append([plan.length[progress.move], plan.target[progress.move], 0.0, 0.0, 0.0])
+    pieces = ((begin, Aim(place + offset, *rates)) for begin, place, *rates in rows)
+    return within(pieces, now - progress.began, dt)
 
 
 def _end(

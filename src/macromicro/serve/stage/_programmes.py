@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from macromicro.control.live.parameters import SoftLimits
-from macromicro.machines import planning
+from macromicro.machines import pace, planning
 from macromicro.programme import Programme
 from macromicro.serve._programmes import Planned
 
@@ -25,7 +25,8 @@ class OneStage(NamedTuple):
         return self._planned(planning.usual(self._within(soft)), soft)
 
     def read(self, path: Path, soft: SoftLimits) -> Planned:
-        return self._planned(planning.load(path, self._within(soft)), soft)
+        found = planning.load(path, self._within(soft), pace.period(self.tree))
+        return self._planned(found, soft)
 
     def _planned(self, found: Programme, soft: SoftLimits) -> Planned:
         plan = planning.plan(found, self._within(soft), anywhere=True)

@@ -32,7 +32,8 @@ class Hub:
         self.news: deque[tuple[int, str]] = deque(maxlen=KEPT)
         self.state = "{}"
         self.turn = 0
-        self._plane = Plane(self.settings.guard.hottest, table)
+        limits = self.settings.guard
+        self._plane = Plane(limits.ambient, limits.hottest, table)
         self._row, self._clock = -1, -math.inf
         self._seen, self._newest, self._motion = -1, 0, 1
         self._time = math.nan

@@ -11,21 +11,22 @@ from numpy.typing import NDArray
 from macromicro.hysteresis.everett import from_density
 from macromicro.hysteresis.preisach import Preisach
 from macromicro.hysteresis.table import FodTable
-from macromicro.rig.guard import ROOM
 
 SMALLEST = 0.3  # degC; smaller reversals are remembered but not drawn
 _CELLS = 30
 
 
 class Plane:
-    """`hottest` [degC] is the end of the plane if there is no `table`."""
+    """`ambient` and `hottest` [degC] are the ends of the plane if there is no `table`."""
 
-    def __init__(self, hottest: float, table: FodTable | None = None) -> None:
+    def __init__(self, ambient: float, hottest: float, table: FodTable | None = None) -> None:
         self._measured = table is not None
         if table is None:
             # Any density does: only the memory is read.
-            step = (hottest - ROOM) / _CELLS
-            everywhere = from_density(np.ones((_CELLS, _CELLS)) * _TRIANGLE, ROOM, step, _CELLS + 1)
+            step = (hottest - ambient) / _CELLS
+            everywhere = from_density(
+                np.ones((_CELLS, _CELLS)) * _TRIANGLE, ambient, step, _CELLS + 1
+            )
             table = FodTable.from_everett(everywhere)
         self.model = Preisach(table)
 

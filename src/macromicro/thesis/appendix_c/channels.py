@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from macromicro import nominal
 from macromicro.columns import Column
 from macromicro.control import supervisor
 from macromicro.drawing.exhibit import Drawn, Grid
@@ -87,7 +88,7 @@ def _noted(marked: dict[str, str]) -> np.ndarray[Any, np.dtype[np.float64]]:
         made("sample", Sample),
         made("command", Command),
         made("outputs", Outputs),
-        inside(supervisor.begin(0.0), guard.fresh()),
+        inside(supervisor.begin(0.0), guard.fresh(), nominal.AMBIENT),
         made("bench truth", Truth),
     )
     found: np.ndarray[Any, np.dtype[np.float64]] = np.nan_to_num(block[:, 0])
