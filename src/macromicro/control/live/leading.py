@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from itertools import accumulate
 from sys import float_info
 from typing import NamedTuple
 
@@ -133,10 +132,15 @@ def at(aim: Aim, h: float) -> Aim:
     return Aim(p + h * (v + h * (0.5 * a + h * j / 6.0)), v + h * (a + 0.5 * h * j), a + h * j, j)
 
 
-def within(pieces: Iterable[Piece], since: float, dt: float) -> tuple[Piece, ...]:
-    """The pieces of a profile that begin in the period behind the time `since` of it."""
-    ahead = ((begin - since, aim) for begin, aim in pieces)
-    return tuple((begin, aim) for begin, aim in ahead if TICK < begin < dt - TICK)
+def later(pieces: Iterable[Segment], goal: float, begin: float, dt: float) -> tuple[Piece, ...]:
+    """Pieces up to a goal, from a time of the coming period on, as far as it reaches them."""
+    found = []
+    for piece in (*pieces, Segment(math.inf, goal, 0.0, 0.0, 0.0)):
+        if begin >= dt - TICK:
+            break
+        found.append((begin, Aim(*piece[1:])))
+        begin += piece.duration
+    return tuple(found)
 
 
 def ramped(q: Guide, aim: Aim, goal: float, dt: float) -> Aim:
@@ -168,12 +172,11 @@ def led(
         profile = s_curve(way, q.velocity, q.acceleration, q.jerk, start=here)
         g = g._replace(motion=motion, pieces=profile.segments, began=now, inside=math.nan)
     since = now - g.began
-    begins = accumulate((piece.duration for piece in g.pieces), initial=0.0)
-    aims = (*(Aim(*piece[1:]) for piece in g.pieces), REST._replace(position=goal))
-    g = g._replace(later=within(zip(begins, aims, strict=True), since, dt))
-    for piece in g.pieces:
-        if since < piece.duration - TICK:
-            return g._replace(aim=at(Aim(*piece[1:]), since)), -math.inf
+    for k, piece in enumerate(g.pieces):
+        left = piece.duration - since
+        if left > TICK:
+            coming = later(g.pieces[k + 1 :], goal, left, dt)
+            return g._replace(aim=at(Aim(*piece[1:]), since), later=coming), -math.inf
         since -= piece.duration
     return g._replace(aim=REST._replace(position=goal)), since
 

@@ -13,7 +13,7 @@ from macromicro.control.live import alone, brake
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.guided import Step, reached, slowed
-from macromicro.control.live.leading import REST, Aim, Guide, Guided, Piece, led, within
+from macromicro.control.live.leading import REST, Aim, Guide, Guided, Piece, led
 from macromicro.control.live.messages import Evidence, Notice, Refused
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import NAN, NOWHERE, LiveState, Motion, Played, Targets
@@ -138,11 +138,15 @@ def _later(
     """The pieces of its profile, and its end, that the coming period reaches."""
     if progress.phase != MOVING:
         return ()
+    since = now - progress.began
     last = sequence.piece_at(plan, progress, now + dt)
     rows = plan.pieces[progress.piece + 1 : last + 1].tolist()
     rows.append([plan.length[progress.move], plan.target[progress.move], 0.0, 0.0, 0.0])
-    pieces = ((begin, Aim(place + offset, *rates)) for begin, place, *rates in rows)
-    return within(pieces, now - progress.began, dt)
+    return tuple(
+        (begin - since, Aim(place + offset, *rates))
+        for begin, place, *rates in rows
+        if TICK < begin - since < dt - TICK
+    )
 
 
 def _end(
