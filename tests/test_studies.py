@@ -92,9 +92,14 @@ def test_gains_of_the_two_stage_machine_name_their_stage() -> None:
     assert found.before["settling_time"] > 0.0
 
 
-def test_a_stage_that_a_machine_lacks_is_refused() -> None:
+def test_what_does_not_go_together_is_refused() -> None:
     with pytest.raises(InputError, match="axis for this machine"):
         macromicro.tune(PRINTER, "micro")
+    own = macromicro.load_settings(PRINTER)
+    with pytest.raises(InputError, match="a law of their own"):
+        macromicro.robust(PRINTER, law="cascade", settings=own)
+    with pytest.raises(InputError, match="workers"):
+        macromicro.robust(PRINTER, workers=0)
 
 
 def test_machines_that_differ_are_those_of_the_command(

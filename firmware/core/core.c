@@ -1,6 +1,7 @@
 #include "core.h"
 
 #include <math.h>
+#include <stddef.h>
 
 #include "link.h"
 #include "parameters.h"
@@ -23,9 +24,11 @@ static ControlBoard params; /* nothing until the host has written them */
 static ControlEffort effort; /* of the laws, in the interrupt */
 static GuardWatch watch; /* of the guard, outside of it */
 
-/* The estimated heat in the wire outlives a reset: else each one would let it be heated anew. */
-static struct {
+/* The estimated heat in the wire outlives a reset: else each one would let it be heated anew. So
+   does the room it is above, for the host to read before it has written the parameters again. */
+static struct Kept {
     ElectrothermalHeating heating;
+    float ambient;
     uint16_t crc;
 } kept PORT_KEPT;
 
@@ -109,9 +112,9 @@ static void renewed(void)
 
 static uint16_t kept_crc(void)
 {
-    const uint8_t *bytes = (const uint8_t *)&kept.heating;
+    const uint8_t *bytes = (const uint8_t *)&kept;
     uint16_t crc = 0x5AA5; /* not that of zeros */
-    for (uint8_t k = 0; k < sizeof kept.heating; k++) {
+    for (uint8_t k = 0; k < offsetof(struct Kept, crc); k++) {
         crc = link_crc(crc, bytes[k]);
     }
     return crc;
@@ -123,6 +126,7 @@ void core_begin(void)
     two_stage_board_begin(&watch);
     if ((port_reset() & RESETS_POWER) == 0 && kept.crc == kept_crc()) {
         watch.heat.heating = kept.heating;
+        params.guard.limits.ambient = kept.ambient;
     }
     quiet = LONG_AGO;
 }
@@ -299,6 +303,7 @@ static void judge(void)
     }
     port_unlock();
     kept.heating = watch.heat.heating;
+    kept.ambient = params.guard.limits.ambient;
     kept.crc = kept_crc();
 }
 

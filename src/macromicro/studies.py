@@ -316,5 +316,7 @@ def _machine(what: PathLike | None, law: str | None, settings: Any) -> tuple[Any
     machine, own = compositions.load(path, law)
     if settings is None:
         return machine, own
+    if law is not None:
+        raise ProblemError("law", "the settings have a law of their own", "Choose it in them.")
     config.check(settings, "settings")
     return composite.under(machine, settings), settings

@@ -13,6 +13,7 @@ from macromicro.batch import SEED, Job, Variants
 from macromicro.batch.bench_job import BenchJob
 from macromicro.batch.scratch import Scratch
 from macromicro.batch.whole_bench import ProgrammeJob
+from macromicro.machines.compositions import UNNAMED
 from macromicro.programme import Programme
 from macromicro.robustness._metrics import COLUMNS, MAIN, METRICS, REQUIRED, measure
 from macromicro.robustness.study import Subject
@@ -66,7 +67,9 @@ def subject(job: Job, workers: int, uncertain: Sequence[Uncertain] = UNCERTAIN) 
     def as_toml(tree: Any) -> str:
         return config.changed_toml(tree, Settings())
 
-    return Subject(job.metrics, MAIN, evaluate, tuple(uncertain), REQUIRED, Settings(), as_toml)
+    return Subject(
+        UNNAMED, job.metrics, MAIN, evaluate, tuple(uncertain), REQUIRED, Settings(), as_toml
+    )
 
 
 def variants(

@@ -104,6 +104,7 @@ def subject(machine: AnyMachine, settings: Any, plan: Planned, workers: int) -> 
         return np.column_stack([rows[:, 0] != 0.0, rows[:, 1:], rows[:, 0]])
 
     return Subject(
+        machine.name,
         found,
         _main([each.name for each in found[2:-1]]),
         evaluate,
@@ -112,7 +113,6 @@ def subject(machine: AnyMachine, settings: Any, plan: Planned, workers: int) -> 
         machine.settings,
         partial(as_toml, machine),
         lambda tree: _kept(machine, settings, tree),
-        machine.name,
     )
 
 

@@ -20,6 +20,7 @@ from macromicro.uncertainty.table import Uncertain
 class Subject(NamedTuple):
     """What is run: a machine with a programme."""
 
+    name: str  # of the machine
     metrics: tuple[Metric, ...]  # of a run: `FAULT` first, `CODE` last
     main: tuple[str, ...]  # names of those that are drawn, six at most
     # rows of metrics for settings and seeds, in order; hears how many are done, and ends where it
@@ -30,7 +31,6 @@ class Subject(NamedTuple):
     default: Any  # settings that a file need not give
     as_toml: Callable[[Any], str]  # of settings, for ``macromicro run --config``
     kept: Callable[[Any], Any] = lambda tree: tree  # drawn settings, with what stays nominal
-    name: str = "two_stage"  # of the machine
 
 
 class Request(NamedTuple):
