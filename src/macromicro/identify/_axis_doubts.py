@@ -17,7 +17,7 @@ from macromicro.identify.runs import Run
 _FAR = 5.0  # a jump is that many times as large as any other step
 _JUMPS = 0.02  # of the samples at most
 _SURE = 2.0  # standard errors
-_ALIKE = 0.005  # of a parameter: a difference that nobody minds
+_ALIKE = 0.01  # of a parameter: a difference that nobody minds
 _SLOW = 0.01  # of the greatest speed
 _REFUSED, _COARSE = 1.5, 4.0  # samples in the time constant
 
