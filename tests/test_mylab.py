@@ -225,7 +225,7 @@ def test_studies_of_a_machine_of_ones_own(lab: Path) -> None:
     study = command(lab, "robust", "--config", "coil.toml", "--samples", "10", "--out", "spread",
                     "--json")  # fmt: skip
     assert json.loads(study.stdout)["machine"] == FLEXURE
-    assert {"mass", "spring"} <= {q["name"] for q in json.loads(study.stdout)["varied"]}
+    assert {"mass", "spring"} <= {q["name"] for q in json.loads(study.stdout)["parameters"]}
     command(lab, "response", "--config", "coil.toml", "--count", "4", "--out", "bode")
     (lab / "coils.toml").write_text(COILS, encoding="utf-8")
     command(lab, "sweep", "coils.toml", "--workers", "1", "--out", "coils")
@@ -359,7 +359,7 @@ def test_a_law_and_a_rig_of_ones_own_on_every_command_that_takes_them(lab: Path)
         'layer = "150 mm/s"\nsmooth = "0.2 ms"\n'
     )
     (lab / "pair.toml").write_text(
-        f'machine = "xy"\n[x]\nlaw = "{SLIDING}"\n[x.own]\nreach = "4 V"\nslope = "250 1/s"\n'
+        f'machine = "xy"\n[x]\nlaw = "{SLIDING}"\n[x.own]\nreach = "6 V"\nslope = "250 1/s"\n'
         'layer = "150 mm/s"\nsmooth = "0.2 ms"\n'
     )
     command(lab, "export", "c", SLIDING, "--out", "c-law")
@@ -375,7 +375,7 @@ def test_a_law_and_a_rig_of_ones_own_on_every_command_that_takes_them(lab: Path)
     assert "x_law_speed" in Recording.load(lab / "results" / "pair" / "recording.h5")
     command(lab, "run", "moves.toml", "--config", "sm.toml", "--out", "one")
     (lab / "plain.toml").write_text(
-        'machine = "axis"\n[own]\nreach = "4 V"\nslope = "120 1/s"\nlayer = "150 mm/s"\n'
+        'machine = "axis"\n[own]\nreach = "6 V"\nslope = "250 1/s"\nlayer = "150 mm/s"\n'
         'smooth = "1 ms"\n'
     )
     command(lab, "run", "moves.toml", "--config", "plain.toml", *law, "--out", "two")
