@@ -14,36 +14,15 @@ from macromicro import cli
 from macromicro.errors import InputError
 from macromicro.schema.config import difference
 from macromicro.settings import Settings
+from tests import two_stages
 
 PRINTER = Path(__file__).parents[1] / "examples/machines/printer.toml"
-TWO = """
-machine = { stages = { x = "axis", z = "piezo" }, order = "together" }
-"""
-MOVES = """
-[[moves]]
-x = "2 mm"
-z = "5 um"
-hold = "0.02 s"
-"""
-SWEEP = """
-job = "two.toml"
-metrics = ["missed", "settling"]
-
-[options]
-programme = "{moves}"
-
-[parameters.x.friction]
-coulomb = ["2 N", "3 N"]
-"""
 
 
 @pytest.fixture
 def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
-    Path("two.toml").write_text(TWO, encoding="utf-8")
-    Path("moves.toml").write_text(MOVES, encoding="utf-8")
-    text = SWEEP.format(moves=Path("moves.toml").absolute().as_posix())
-    Path("sweep.toml").write_text(text, encoding="utf-8")
+    two_stages.write(tmp_path)
     return tmp_path
 
 
@@ -72,16 +51,16 @@ def test_gains_of_an_axis_are_those_of_the_command(
 def test_gains_of_several_stages_are_searched_on_their_sheets(
     lab: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    start = macromicro.load_settings("two.toml")
-    found = macromicro.tune("two.toml", evaluations=30, settings=start)
-    options = ("--config", "two.toml", "--evaluations", 30, "--out", "tuned")
+    start = macromicro.load_settings("machine.toml")
+    found = macromicro.tune("machine.toml", evaluations=30, settings=start)
+    options = ("--config", "machine.toml", "--evaluations", 30, "--out", "tuned")
     command(monkeypatch, "tune", "x_z", *options)
     assert macromicro.load_settings("tuned/tuned.toml") == found.settings
     assert set(found.before) == set(found.after) >= {"settling", "peak_error_x", "peak_error_z"}
     changed = difference(found.settings, start)
     assert {path.split(".")[1] for path in changed} <= {"controller", "guard"}
     with pytest.raises(InputError, match="searched on its own sheets"):
-        macromicro.tune("two.toml", benches=4)
+        macromicro.tune("machine.toml", benches=4)
 
 
 def test_gains_of_the_two_stage_machine_name_their_stage() -> None:
@@ -105,9 +84,9 @@ def test_what_does_not_go_together_is_refused() -> None:
 def test_machines_that_differ_are_those_of_the_command(
     lab: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    found = macromicro.robust("two.toml", "moves.toml", samples=12, seed=2, workers=1)
+    found = macromicro.robust("machine.toml", "moves.toml", samples=12, seed=2, workers=1)
     options = ("--programme", "moves.toml", "--samples", 12, "--seed", 2, "--json")
-    command(monkeypatch, "robust", "--config", "two.toml", *options)
+    command(monkeypatch, "robust", "--config", "machine.toml", *options)
     told = json.loads(capsys.readouterr().out)
     assert told["overall"]["passed"] == found.arrived.passed
     assert [p["name"] for p in told["parameters"]] == list(found.parameters)

@@ -67,7 +67,7 @@ class Tuner(NamedTuple):
 
     names: tuple[str, ...]  # that it answers to
     search: Callable[[stages.Objective, stages.Budget, Progress], Any]
-    told: Any  # module of its files
+    files: Any  # module that writes its results
     fewest: int  # designs of a search
 
     def check(self, stage: str | None, evaluations: int) -> None:
@@ -210,15 +210,14 @@ def robust(
         An argument, the programme or the settings are not accepted.
     """
     keys.seed(seed, "seed")
-    threads = cores() if workers is None else workers
-    keys.whole(threads, 1, MAX_WORKERS, "workers")
+    count = threads(workers, "workers")
     if _is_two_stage(what):
         own = _bench(what, law, settings)
-        subject = jobs.subject(jobs.RobustJob(programme or "thesis", settings=own), threads)
+        subject = jobs.subject(jobs.RobustJob(programme or "thesis", settings=own), count)
     else:
         machine, own = _machine(what, law, settings)
         plan = programmes.plan(machine, own, programmes.chosen(machine, own, programme))
-        subject = machine_study.subject(machine, own, plan, threads)
+        subject = machine_study.subject(machine, own, plan, count)
     request = study.Request(own, (), samples, seed, single=False)
     found = study.run(request, subject, lambda done, total: progress(done))
     names = [each.name for each in subject.metrics]
@@ -293,9 +292,14 @@ def sweep(
 
     outcome = run.execute(ready, begin, report, lambda: progress(done), software())
     if outcome.written is None:
-        told = f"{outcome.done} of {ready.task.spec.variants} variants are finished"
-        raise InterruptedError(f"the sweep was stopped: {told} in {ready.out}")
+        finished = f"{outcome.done} of {ready.task.spec.variants} variants are finished"
+        raise InterruptedError(f"the sweep was stopped: {finished} in {ready.out}")
     return pq.read_table(ready.out / folder.RESULTS)
+
+
+def threads(workers: int | None, where: str) -> int:
+    """The number of threads that a user asks for; None: one for each core."""
+    return cores() if workers is None else keys.whole(workers, 1, MAX_WORKERS, where)
 
 
 def _is_two_stage(what: PathLike | None) -> bool:

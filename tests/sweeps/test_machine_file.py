@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from tests import two_stages
 
 from macromicro import batch, cli
 from macromicro.batch import Variants
@@ -16,33 +17,10 @@ from macromicro.errors import InputError
 from macromicro.machines import composite, compositions, programmes
 from macromicro.machines.trial import trial
 
-MACHINE = """
-machine = { stages = { x = "axis", z = "piezo" }, order = "together" }
-"""
-MOVES = """
-[[moves]]
-x = "2 mm"
-z = "5 um"
-hold = "0.02 s"
-"""
-SWEEP = """
-job = "machine.toml"
-metrics = ["missed", "settling"]
-
-[options]
-programme = "{moves}"
-
-[parameters.x.friction]
-coulomb = ["2 N", "3 N"]
-"""
-
 
 @pytest.fixture
 def lab(tmp_path: Path) -> Path:
-    (tmp_path / "machine.toml").write_text(MACHINE, encoding="utf-8")
-    (tmp_path / "moves.toml").write_text(MOVES, encoding="utf-8")
-    text = SWEEP.format(moves=(tmp_path / "moves.toml").as_posix())
-    (tmp_path / "sweep.toml").write_text(text, encoding="utf-8")
+    two_stages.write(tmp_path)
     return tmp_path
 
 
@@ -73,7 +51,9 @@ def test_an_edited_machine_is_another_sweep(lab: Path) -> None:
 
     before, _ = load(lab / "sweep.toml", batch.job)
     assert json.dumps(before.canonical).count("machine.toml") == 1
-    (lab / "machine.toml").write_text(MACHINE + '\n[x.friction]\nviscous = "60 N*s/m"\n', "utf-8")
+    (lab / "machine.toml").write_text(
+        two_stages.MACHINE + '\n[x.friction]\nviscous = "60 N*s/m"\n', "utf-8"
+    )
     after, _ = load(lab / "sweep.toml", batch.job)
     assert before.digest != after.digest
 
@@ -91,6 +71,8 @@ def test_what_does_not_fit_is_refused(lab: Path, more: str, match: str) -> None:
     text = (lab / "sweep.toml").read_text("utf-8")
     (lab / "sweep.toml").write_text(more + text, "utf-8")
     if not more:
-        (lab / "machine.toml").write_text(MACHINE + "\n[x.frction]\nviscous = 1.0\n", "utf-8")
+        (lab / "machine.toml").write_text(
+            two_stages.MACHINE + "\n[x.frction]\nviscous = 1.0\n", "utf-8"
+        )
     with pytest.raises(InputError, match=match):
         load(lab / "sweep.toml", batch.job)

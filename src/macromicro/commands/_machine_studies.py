@@ -71,14 +71,14 @@ def tune(
     how.check(stage, evaluations)
     aim = tuning.named(objective)
     keys.seed(asked.seed, "--seed")
-    names, told = how.names, how.told
+    names, files = how.names, how.files
     for option, count in zip(("--benches", "--held-out"), machines, strict=True):
         if count is not None:
             keys.whole(count, 1, studies.MOST, option)
-    folder.check(asked.out, 2_000_000, overwrite=asked.overwrite, names=told.FILES)
+    folder.check(asked.out, 2_000_000, overwrite=asked.overwrite, names=files.FILES)
     with (
         Signals() as signals,
-        folder.held(asked.out, overwrite=asked.overwrite, names=told.FILES),
+        folder.held(asked.out, overwrite=asked.overwrite, names=files.FILES),
         progress(f"{names[0]}, objective {aim.name}", "designs at most") as pace,
     ):
         pace.begin(evaluations)
@@ -96,12 +96,12 @@ def tune(
         except KeyboardInterrupt:  # a second signal
             print("macromicro: interrupted, nothing was written", file=sys.stderr)
             raise typer.Exit(signals.status) from None
-        told.write(asked.out, found, kinds)
+        files.write(asked.out, found, kinds)
     if asked.as_json:
-        print(to_json(told.content(found)), end="")
+        print(to_json(files.content(found)), end="")
     else:
-        print("\n".join(told.lines(found)))
-        print(results(asked.out, told.SETTINGS, better=found.better))
+        print("\n".join(files.lines(found)))
+        print(results(asked.out, files.SETTINGS, better=found.better))
     ended(signals, found.evaluations)
 
 

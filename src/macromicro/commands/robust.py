@@ -125,16 +125,6 @@ class _Asked(NamedTuple):
         return Request(self.settings, needed, samples, seed)
 
 
-def _threads(workers: int | None) -> int:
-    from macromicro import studies
-    from macromicro.batch import cores
-    from macromicro.schema import keys
-
-    if workers is not None:
-        keys.whole(workers, 1, studies.MAX_WORKERS, "--workers")
-    return workers or cores()
-
-
 def _bench(
     config: Path | None,
     law: str | None,
@@ -146,6 +136,7 @@ def _bench(
 ) -> _Asked:
     """The two-stage machine."""
     from macromicro import programme as programmes
+    from macromicro import studies
     from macromicro.robustness import job as jobs
     from macromicro.runs.job import load
     from macromicro.settings import Settings
@@ -158,7 +149,7 @@ def _bench(
     tell(settings.controller)
     job = jobs.RobustJob(programme, fan, settings)
     varied = UNCERTAIN + VARIANTS if variants else UNCERTAIN
-    subject = jobs.subject(job, _threads(workers), varied)
+    subject = jobs.subject(job, studies.threads(workers, "--workers"), varied)
 
     def compile_bench() -> None:
         from macromicro.simulate import is_compiled
@@ -172,6 +163,7 @@ def _bench(
 
 def _machine(config: Path, law: str | None, programme: str | None, workers: int | None) -> _Asked:
     """A machine of one stage, or of several on one clock."""
+    from macromicro import studies
     from macromicro.machines import compositions, doubts, programmes
     from macromicro.robustness import stage
 
@@ -180,7 +172,8 @@ def _machine(config: Path, law: str | None, programme: str | None, workers: int 
         print(f"macromicro: warning: {each.text}", file=sys.stderr)
     moves = programmes.chosen(machine, settings, programme)
     plan = programmes.plan(machine, settings, moves)
-    subject = stage.subject(machine, settings, plan, _threads(workers))
+    threads = studies.threads(workers, "--workers")
+    subject = stage.subject(machine, settings, plan, threads)
     return _Asked(settings, subject, programme or "", moves.title, config.stem)
 
 
@@ -203,11 +196,11 @@ def _robust(
     signals.later()
     with progress(asked.title, "runs") as pace:
 
-        def heard(done: int, total: int) -> bool:
+        def report(done: int, total: int) -> bool:
             pace.reach(done, total)
             return bool(signals.received)
 
-        found = study.run(request, asked.subject, heard)
+        found = study.run(request, asked.subject, report)
     if not len(found.rows):
         print("macromicro: interrupted before the first machine; nothing written", file=sys.stderr)
         raise typer.Exit(signals.status)

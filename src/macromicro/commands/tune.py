@@ -99,6 +99,8 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     from macromicro.runs.folder import chosen, held
 
     if config is not None and not machine_run.takes_turns(config):
+        from macromicro import studies
+
         options: dict[str, object] = {
             "--aggregate": aggregate,
             "--penalty": penalty,
@@ -110,8 +112,6 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
             for option, count in (("--benches", benches), ("--held-out", held_out)):
                 options[option] = None if count is None else str(count)
         _machine_studies.only(options, _machine_studies.name_of(config))
-        from macromicro import studies
-
         place = chosen(out, Path(f"results/tune-{stage}"), overwrite=overwrite)
         asked = _machine_studies.Asked(config, law, place, overwrite, figures, as_json, seed or 0)
         several = (

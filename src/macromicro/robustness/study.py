@@ -23,8 +23,8 @@ class Subject(NamedTuple):
     name: str  # of the machine
     metrics: tuple[Metric, ...]  # of a run: `FAULT` first, `CODE` last
     main: tuple[str, ...]  # names of those that are drawn, six at most
-    # rows of metrics for settings and seeds, in order; hears how many are done, and ends where it
-    # answers so
+    # rows of metrics for settings and seeds, in order; the function gets the number of finished
+    # runs and returns whether to end early
     evaluate: Callable[[Sequence[Any], Sequence[int], Callable[[int], bool]], Array]
     uncertain: tuple[Uncertain, ...]  # what is varied
     required: tuple[Requirement, ...]  # where a user names no others
@@ -95,9 +95,9 @@ class Study(NamedTuple):
 def run(
     request: Request,
     subject: Subject,
-    heard: Callable[[int, int], bool] = lambda done, total: False,
+    progress: Callable[[int, int], bool] = lambda done, total: False,
 ) -> Study:
-    """Run all machines; `heard` is told runs done and to do, and answers whether to end early."""
+    """Run all machines; `progress` gets runs done and in all, and returns whether to end early."""
     counted(request.samples)
     base, uncertain = request.settings, subject.uncertain
     sample = draw(base, uncertain, request.samples, request.seed)
@@ -106,7 +106,7 @@ def run(
     trees = [base, *machines, *ends.values()]
     seeds = [request.seed + i for i in range(len(machines))]
     seeds = [request.seed, *seeds, *[request.seed] * len(ends)]
-    table = subject.evaluate(trees, seeds, lambda done: heard(done, len(trees)))
+    table = subject.evaluate(trees, seeds, lambda done: progress(done, len(trees)))
     table = table.reshape(-1, len(subject.metrics))
     nominal = table[0] if len(table) else np.full(len(subject.metrics), math.nan)
     single = np.full((len(uncertain), 2, table.shape[1]), math.nan)
