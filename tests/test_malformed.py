@@ -122,7 +122,7 @@ OPTIONS = {
     "no such axis": ("config show --axis z", "--axis: 'z'"),
     "no such stage": ("tune nano", "nano"),
     "no such objective": ("tune macro --objective best", "best"),
-    "few designs": ("tune macro --evaluations -3", "--evaluations: -3"),
+    "few designs": ("tune macro --evaluations -3", "--evaluations: '-3'"),
     "benches without robust": ("tune macro --benches 3", "--benches"),
     "a penalty of words": ("tune macro --penalty overshoot=much", "--penalty"),
     "no machines": ("robust --samples 0", "--samples"),

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from macromicro.commands import _machine_studies, machine_run
+from macromicro.commands import machine_run
 from macromicro.commands.group import PNG, Figures, Law, tell, whole
 from macromicro.commands.signals import Signals
 
@@ -84,6 +84,7 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     --config file of another machine (docs/machines.md) what its data sheets leave open varies.
     """
     from macromicro.drawing.files import formats
+    from macromicro.errors import ProblemError
     from macromicro.robustness import files
     from macromicro.runs import folder
     from macromicro.runs.folder import held
@@ -92,8 +93,9 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     if config is None or machine_run.takes_turns(config):
         asked = _bench(config, law, programme or "thesis", workers, fan=fan, variants=variants)
     else:
-        options: dict[str, object] = {"--fan": fan, "--variants": variants}
-        _machine_studies.only(options, _machine_studies.name_of(config))
+        for option, given in (("--fan", fan), ("--variants", variants)):
+            if given:
+                raise ProblemError(option, "only for the two-stage machine")
         asked = _machine(config, law, programme, workers)
     request = asked.request(samples, seed, requirements)
     place = folder.chosen(out, Path("results") / f"robust-{asked.place}", overwrite=overwrite)

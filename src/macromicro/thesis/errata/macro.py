@@ -16,8 +16,8 @@ from macromicro.design.margins import (
     pd_by_time,
 )
 from macromicro.models.macro import Linear, Motor, discretised, jump, position_transfer, transfer
+from macromicro.thesis.chapter4.pd_route import trial
 from macromicro.thesis.errata.entry import Figure
-from macromicro.tuning.thesis import trial
 
 INITIAL = (0.00245865, 0.0000998447)  # (4.9)
 TUNED = (0.0124593, 0.0112178)  # (4.10) as printed

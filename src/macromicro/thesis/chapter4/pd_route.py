@@ -11,13 +11,11 @@ Dead-zone inverse, limit and derivative time of the law come from the settings.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.control import settings as control_settings
 from macromicro.control.macro import MacroLaw
 from macromicro.control.pd import PdInitial, PdTuned
 from macromicro.control.settings import Control
@@ -37,8 +35,6 @@ from macromicro.lab.drive import DT, law
 from macromicro.models import macro
 from macromicro.models.macro import Linear, MacroModel, position_transfer
 
-Row = dict[str, float | str]
-
 STEP = 3000.0  # counts, Section 4.3.3
 LIMIT = 5.0  # V
 DEAD_ZONE = Control().dead_zone  # V, of the inverse
@@ -48,7 +44,6 @@ FREQUENCIES = (9.91, 8.0, 6.5, 4.91, 4.0, 3.0, 2.5, 2.0)  # rad/s, as in Figure 
 INITIAL_TAPS = PdTaps(*PdInitial())
 TUNED_TAPS = PdTaps(*PdTuned())
 SMALL = 0.5  # counts; an overshoot below it never shows in the encoder
-TRIALS = len(RATIOS) + len(FREQUENCIES) + 1
 
 
 class Trial(NamedTuple):
@@ -62,45 +57,6 @@ class Trial(NamedTuple):
     # position, effort: of every sample, counts and V
     position: Array
     effort: Array
-
-
-def tuned(
-    progress: Callable[[int, float], None],
-    control: Control = Control(),  # noqa: B008
-) -> tuple[PdTaps, tuple[Row, ...]]:
-    """Follow the thesis' route for the PD law that a controller chooses."""
-    law = control_settings.prepare(control).macro
-    held, width, limit = derivative_time(control), law.dead_zone, law.limit
-    ratios = sweep_ratios(width, limit)
-    crossovers = sweep_frequencies(held, width, limit)
-    last = chosen(held, width, limit)
-    rows = [_row("damping ratio", r, t) for r, t in ratios.items()]
-    rows += [_row("crossover", w, t) for w, t in crossovers.items()]
-    rows.append(_row("rule", last.crossover.frequency, last))
-    progress(len(rows), last.settled)
-    return last.taps, tuple(rows)
-
-
-def derivative_time(control: Control) -> float:
-    mine = PdTaps(*(control.pd_initial if control.macro_law == "pd-initial" else control.pd_tuned))
-    if mine.proportional > 0.0 and mine.before < 0.0:
-        return mine.derivative_time(DT)
-    return TUNED_TAPS.derivative_time(DT)
-
-
-def _row(swept: str, value: float, trial: Trial) -> Row:
-    return {
-        "swept": swept,
-        "value": value,
-        "now": trial.taps.now,
-        "before": trial.taps.before,
-        "crossover": trial.crossover.frequency,
-        "phase_margin": trial.crossover.phase_margin,
-        "overshoot": trial.overshoot,
-        "peak_effort": trial.peak,
-        "saturated": float(trial.saturated),
-        "settling_time": trial.settled,
-    }
 
 
 def crossover(taps: PdTaps, linear: Linear = Linear()) -> Crossover:  # noqa: B008
