@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 from macromicro.api import PathLike
 from macromicro.arrays import Array
 from macromicro.batch import cores
+from macromicro.batch.programme_job import ProgrammeJob
 from macromicro.errors import ProblemError
 from macromicro.machines import composite, compositions, programmes
 from macromicro.machines.composite import AnyMachine
@@ -177,7 +178,7 @@ def robust(
     count = threads(workers, "workers")
     if _is_two_stage(what):
         own = _bench(what, law, settings)
-        subject = jobs.subject(jobs.RobustJob(programme or "thesis", settings=own), count)
+        subject = jobs.subject(ProgrammeJob(programme or "thesis", settings=own), count)
     else:
         machine, own = _machine(what, law, settings)
         plan = programmes.plan(machine, own, programmes.chosen(machine, own, programme))

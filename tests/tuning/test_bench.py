@@ -21,7 +21,7 @@ MACRO = {
     "peak_effort": 4.0, "saturated": 0.0,
 }  # fmt: skip
 MICRO = {
-    "settle_up": 0.5, "settle_down": 1.0, "overshoot": 3.0, "worst_error": 2.0, "iae": 1.5,
+    "contraction": 0.5, "extension": 1.0, "overshoot": 3.0, "worst_error": 2.0, "iae": 1.5,
     "saturated": 0.25,
 }  # fmt: skip
 
@@ -54,7 +54,7 @@ def test_macro_costs_by_hand(name: str, changed: dict[str, float], cost: float) 
     ("name", "changed", "cost"),
     [
         ("settling", {}, 1.5),
-        ("settling", {"settle_down": NAN}, 2.5),
+        ("settling", {"extension": NAN}, 2.5),
         ("settling", {"overshoot": 30.0}, 1.5 + 1.0),
         ("settling", {"worst_error": 9.0}, 1.5 + 0.2),
         ("iae", {}, 1.5),
@@ -63,7 +63,7 @@ def test_macro_costs_by_hand(name: str, changed: dict[str, float], cost: float) 
     ],
 )
 def test_micro_costs_by_hand(name: str, changed: dict[str, float], cost: float) -> None:
-    first = {**MICRO, "settle_up": 0.2, "settle_down": 0.3}
+    first = {**MICRO, "contraction": 0.2, "extension": 0.3}
     found = named(MICRO_OBJECTIVES, name).cost({**MICRO, **changed}, first, {})
     assert found == pytest.approx(cost)
 
@@ -116,7 +116,7 @@ def test_a_run_that_the_guard_stops_has_no_figures() -> None:
     settings = Settings()
     hot = settings._replace(guard=settings.guard._replace(hottest=60.0))
     found = subject(Micro, hot).run(hot, 0)
-    assert found["fault"] > 0.0 and math.isnan(found["settle_up"])
+    assert found["fault"] > 0.0 and math.isnan(found["contraction"])
 
 
 def test_what_asks_for_more_than_the_limit_is_told() -> None:

@@ -36,7 +36,7 @@ def compare(
     """Compare recordings in a figure and a table of differences."""
     from macromicro.drawing.files import formats
     from macromicro.report import comparison, comparison_files, terminal
-    from macromicro.report.summary import as_json as to_json
+    from macromicro.report.run import as_json as to_json
     from macromicro.runs import folder
 
     kinds = formats(figures)

@@ -40,7 +40,7 @@ def limits(
     """
     from macromicro.design.fine_limits import NEAR, turns
     from macromicro.design.limits import quickest
-    from macromicro.report.summary import as_json as to_json
+    from macromicro.report.run import as_json as to_json
     from macromicro.settings import Settings, chosen
     from macromicro.units import quantity
 

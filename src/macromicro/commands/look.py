@@ -30,7 +30,7 @@ def look(
     The last line is the command to use next (docs/files.md).
     """
     from macromicro.identify.look.told import look as looked
-    from macromicro.report.summary import as_json as to_json
+    from macromicro.report.run import as_json as to_json
 
     with warned():
         found = looked(file)

@@ -73,7 +73,7 @@ def response(
     from macromicro.errors import ProblemError
     from macromicro.machines.compositions import UNNAMED, each
     from macromicro.report import bode
-    from macromicro.report.summary import as_json as to_json
+    from macromicro.report.run import as_json as to_json
     from macromicro.runs import folder
     from macromicro.schema import keys
 
@@ -125,7 +125,7 @@ def _two_stage(
     as_json: bool,
 ) -> None:
     from macromicro.report import bode, macro_bode
-    from macromicro.report.summary import as_json as to_json
+    from macromicro.report.run import as_json as to_json
     from macromicro.runs import folder
     from macromicro.settings import Settings, chosen
 

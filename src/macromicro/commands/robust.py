@@ -139,6 +139,7 @@ def _bench(
     """The two-stage machine."""
     from macromicro import programme as programmes
     from macromicro import studies
+    from macromicro.batch.programme_job import ProgrammeJob
     from macromicro.robustness import job as jobs
     from macromicro.runs.job import load
     from macromicro.settings import Settings
@@ -149,7 +150,7 @@ def _bench(
     place = programmes.find(programme)
     plan = load(place, settings)
     tell(settings.controller)
-    job = jobs.RobustJob(programme, fan, settings)
+    job = ProgrammeJob(programme, fan=fan, settings=settings)
     varied = UNCERTAIN + VARIANTS if variants else UNCERTAIN
     subject = jobs.subject(job, studies.threads(workers, "--workers"), varied)
 

@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 import base64
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from macromicro.drawing import files
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 STYLE = Path(__file__).parent / "page.css"
 
@@ -18,6 +24,24 @@ class Picture(NamedTuple):
     @property
     def uri(self) -> str:
         return f"data:image/png;base64,{base64.b64encode(self.png).decode()}"
+
+
+class Drawn(NamedTuple):
+    """A figure of a result."""
+
+    name: str  # of its file, without suffix
+    # title, caption: for the page
+    title: str
+    caption: str
+    figure: Figure
+
+
+def pictures(drawn: Iterable[Drawn], folder: Path, kinds: Iterable[str]) -> list[Picture]:
+    """Save figures in a folder; what a page shows of them."""
+    return [
+        Picture(d.name, d.title, d.caption, files.save(d.figure, folder, d.name, kinds))
+        for d in drawn
+    ]
 
 
 def filled(template: Path, **values: Any) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from macromicro.control.supervisor import MICRO as ENABLED
 from macromicro.design import zero
 from macromicro.design.response import MICRO_BAND, smoothed
 from macromicro.design.tracking import course
+from macromicro.drawing.page import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
 from macromicro.programme import MACRO
 from macromicro.programme import MICRO as FINE
@@ -19,14 +20,7 @@ from macromicro.recording import Recording
 from macromicro.runs.job import Ended
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-
-class Drawn(NamedTuple):
-    name: str  # name of its file, without suffix
-    title: str  # heading
-    caption: str  # what to look at
-    figure: Figure  # belongs to no window
+    pass
 
 
 def draw(ended: Ended) -> Iterator[Drawn]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.drawing.page import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED, finish, line, new
 from macromicro.machines import composite, results
 from macromicro.machines.composite import Composite, names
@@ -17,7 +18,6 @@ from macromicro.machines.joint.settings import AXES
 from macromicro.machines.planning import Schedule
 from macromicro.machines.stage_trees import all_of
 from macromicro.recording import Recording
-from macromicro.report._figures import Drawn
 
 SHOWN = 0.05  # of the picture's width; what the largest contour error is magnified to
 _COLORS = (BLUE, ORANGE, GREEN, RED)

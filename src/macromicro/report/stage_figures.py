@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from macromicro.drawing.page import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED, finish, line, new
 from macromicro.machines.job import Ended
-from macromicro.report._figures import Drawn
 
 
 def response(ended: Ended) -> Drawn:

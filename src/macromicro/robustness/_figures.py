@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from macromicro.batch import Metric
 from macromicro.drawing import style
+from macromicro.drawing.page import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED
 from macromicro.robustness import words
 from macromicro.robustness._findings import Influence, overall, strongest, yields
@@ -24,14 +25,6 @@ FIGURES = ("yields", "tornado", "distributions", "scatter")
 _BARS = 6
 _LABEL = 42  # characters of a line below a panel
 _FAINT = "0.45"
-
-
-class Drawn(NamedTuple):
-    name: str  # of its file, without an ending
-    # title, caption: for the page
-    title: str
-    caption: str
-    figure: Figure  # of matplotlib
 
 
 def draw(study: Study) -> Iterator[Drawn]:

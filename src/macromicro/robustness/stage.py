@@ -14,6 +14,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.batch import Metric
 from macromicro.batch.stage_job import metrics
+from macromicro.batch.variants import CODE, FAULT
 from macromicro.errors import ProblemError
 from macromicro.machines.composite import AnyMachine, Composite, names
 from macromicro.machines.joint.settings import NOTHING
@@ -21,7 +22,7 @@ from macromicro.machines.machine import Machine, as_toml
 from macromicro.machines.planning import Planned
 from macromicro.machines.tree import OWN
 from macromicro.machines.trial import trials
-from macromicro.robustness.requirements import CODE, FAULT, NO_FAULT, Requirement
+from macromicro.robustness.requirements import NO_FAULT, Requirement
 from macromicro.robustness.study import Subject
 from macromicro.schema.keys import nearest
 from macromicro.schema.par import entries, value_at

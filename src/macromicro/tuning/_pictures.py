@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.drawing.page import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
 from macromicro.machines.loops import Complex, margins
 from macromicro.tuning.search import AFTER, BEFORE, Tuning
@@ -18,13 +19,6 @@ if TYPE_CHECKING:
 
 RESPONSE, BODE = "response", "bode"
 _STYLES = ((RED, BEFORE, "--"), (BLUE, AFTER, "-"))
-
-
-class Drawn(NamedTuple):
-    name: str
-    title: str
-    caption: str
-    figure: Figure
 
 
 def drawn(found: Tuning) -> Iterator[Drawn]:

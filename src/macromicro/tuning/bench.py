@@ -81,7 +81,7 @@ def macro_time(found: Figures) -> float:
 
 def micro_time(found: Figures) -> float:
     """T of the micro-stage."""
-    each = (found["settle_up"], found["settle_down"])
+    each = (found["contraction"], found["extension"])
     return sum(NEVER if math.isnan(one) else one for one in each)
 
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import macromicro
 from macromicro.drawing import files as drawings
-from macromicro.drawing.page import Picture, filled
+from macromicro.drawing.page import Picture, filled, pictures
 from macromicro.runs import folder
 from macromicro.schema import config
 from macromicro.schema.text import plain, printable, write_text
@@ -45,11 +45,8 @@ def write(out: Path, told: Report, kinds: Iterable[str] = drawings.DEFAULT) -> N
     with folder.staged(out, remove=FILES) as place:
         write_text(place / SETTINGS, as_toml(told.found))
         write_text(place / NUMBERS, as_json(told))
-        pictures = [
-            Picture(d.name, d.title, d.caption, drawings.save(d.figure, place, d.name, kinds))
-            for d in _pictures.drawn(told.found)
-        ]
-        write_text(place / PAGE, page(told, pictures))
+        shown = pictures(_pictures.drawn(told.found), place, kinds)
+        write_text(place / PAGE, page(told, shown))
 
 
 def as_toml(found: Tuning) -> str:

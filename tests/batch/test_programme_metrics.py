@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from macromicro.batch import SEED, Variants
-from macromicro.robustness._metrics import METRICS, NAMES
-from macromicro.robustness.job import RobustJob
+from macromicro.batch.programme_job import ProgrammeJob
+from macromicro.batch.programme_metrics import METRICS, NAMES
 from macromicro.runs import job as run
 
 # Up, down, up and down again; and once more from zero.
@@ -30,7 +30,7 @@ def programme(tmp_path_factory: pytest.TempPathFactory) -> str:
     return str(path)
 
 
-def metrics(job: RobustJob, coulomb: float, seed: int = 4) -> dict[str, float]:
+def metrics(job: ProgrammeJob, coulomb: float, seed: int = 4) -> dict[str, float]:
     rows = job.evaluate(Variants((COULOMB, SEED), np.array([[coulomb, float(seed)]])))
     assert rows.shape == (1, len(METRICS))
     return dict(zip(NAMES, map(float, rows[0]), strict=True))
@@ -39,7 +39,7 @@ def metrics(job: RobustJob, coulomb: float, seed: int = 4) -> dict[str, float]:
 def test_as_in_the_table_of_a_run(programme: str, tmp_path: Path) -> None:
     ended = run.execute(run.check(run.Request(programme, tmp_path / "out", seed=4)))
     coulomb = ended.job.settings.bench.friction.coulomb
-    found = metrics(RobustJob(programme), coulomb)
+    found = metrics(ProgrammeJob(programme), coulomb)
     macro = [m for m in ended.moves if m.stage == "macro"]
     micro = [m for m in ended.moves if m.stage == "micro"]
     assert [m.target for m in micro] == [1000.0, 500.0, 1500.0] * 2
@@ -57,7 +57,7 @@ def test_as_in_the_table_of_a_run(programme: str, tmp_path: Path) -> None:
 
 def test_of_a_stopped_run_little_is_known(programme: str) -> None:
     """Friction of 60 N: the motor pushes and the carriage never moves."""
-    found = metrics(RobustJob(programme), 60.0)
+    found = metrics(ProgrammeJob(programme), 60.0)
     known = {name for name, value in found.items() if not math.isnan(value)}
     assert known == {"fault", "fault_code", "macro_missed", "micro_missed", "hottest"}
     assert found["fault"] == 1.0
@@ -69,7 +69,7 @@ def test_a_move_that_does_not_arrive_is_never(programme: str, tmp_path: Path) ->
     """A little too much friction for the dead-zone inverse: no stop, and no arrival."""
     far = tmp_path / "far.toml"
     far.write_text(PROGRAMME.replace("20 mm", "190 mm"))
-    found = metrics(RobustJob(str(far)), 12.3)
+    found = metrics(ProgrammeJob(str(far)), 12.3)
     assert found["fault"] == 0.0
     assert found["macro_missed"] > 0.0
     assert found["macro_settling"] == math.inf

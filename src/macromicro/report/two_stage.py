@@ -1,16 +1,19 @@
-"""The lines of a report: moves, vibration, return to zero, speed, and problems."""
+"""What is told of a run of the two-stage machine."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any
 
 from macromicro.design.profiles import ProfileResult
 from macromicro.design.response import MoveResult
 from macromicro.design.tracking import Tracking
 from macromicro.programme import MACRO
+from macromicro.report import run
+from macromicro.report.run import Line, Told, amount
 from macromicro.runs import arrivals
 from macromicro.runs.arrivals import Rest
 from macromicro.runs.job import Ended
+from macromicro.schema import config
 
 HEADINGS = (
     "#",
@@ -24,13 +27,41 @@ HEADINGS = (
     "Hall error",
     "true error",
 )
-_NONE = "-"
 _FEW = 10  # lines of profiles
+_FOOTNOTE = """\
+Settling runs from the move's start until the error stays within the band, by the
+encoder (macro) or the laser (micro). The final error is the target minus the mean reading over
+the hold's last 0.5 s. Integral action makes the Hall error of a micro move zero by construction;
+the laser and the bench's truth are independent. Without a laser the Hall sensor detects the arrival
+of a micro move."""
 
 
-class Line(NamedTuple):
-    cells: tuple[str, ...]  # text with units, in the order of `HEADINGS`
-    arrived: bool  # whether the move got there
+def told(ended: Ended, started: str) -> Told:
+    request = ended.job.request
+    return Told(
+        opening=f"{run.cycles(request.cycles)} on the virtual bench, "
+        f"{'with' if request.fan else 'without'} fan, {run.origin(request.seed, started)}",
+        headings=HEADINGS,
+        table=table(ended),
+        remarks=remarks(ended),
+        verdict=verdict(ended),
+        problems=problems(ended),
+        footnote=_FOOTNOTE,
+        settings=config.as_toml(ended.job.settings),
+        summary=summary(ended, started),
+    )
+
+
+def summary(ended: Ended, started: str) -> dict[str, Any]:
+    return run.summary(ended, started, len(ended.job.programme.target)) | {
+        "fan": ended.job.request.fan,
+        "moves_begun": ended.begun,
+        "tracking": [t._asdict() for t in ended.tracking],
+        "profiles": [p._asdict() for p in ended.profiles],
+        "moves": [m._asdict() for m in ended.moves],
+        "vibration": [v._asdict() for v in ended.vibration],
+        "extension": [c._asdict() for c in ended.cycles],
+    }
 
 
 def table(ended: Ended) -> list[Line]:
@@ -46,7 +77,7 @@ def _line(m: MoveResult, number: int) -> Line:
         m.stage,
         f"{m.target:.6g} {m.unit}",
         cut if m.arrived_s is None else f"{m.arrived_s:.2f} s",
-        _NONE if m.settling_s is None else f"{m.settling_s:.3f} s",
+        run.NONE if m.settling_s is None else f"{m.settling_s:.3f} s",
         f"±{m.band:.2g} {m.unit}",
         amount(m.final_error, digits, m.unit),
         amount(m.overshoot, digits, m.unit),
@@ -54,11 +85,6 @@ def _line(m: MoveResult, number: int) -> Line:
         amount(m.true_error, digits, m.unit),
     )
     return Line(cells, m.arrived_s is not None)
-
-
-def amount(value: float | None, digits: int, unit: str) -> str:
-    # Rounded first, so that no "-0.0" appears.
-    return _NONE if value is None else f"{round(value, digits) + 0.0:.{digits}f} {unit}"
 
 
 def _rests(ended: Ended) -> list[Rest]:
@@ -94,12 +120,7 @@ def remarks(ended: Ended) -> list[tuple[str, str]]:
     returned = [c for c in ended.cycles if c.extension_s is not None]
     if returned:
         found.append(("extension", _extension(ended)))
-    if ended.wall > 0.0:
-        speed = ended.simulated / ended.wall
-        text = f"{ended.simulated:.1f} s simulated in {ended.wall:.2f} s, "
-        text += f"{speed:.0f} times real time"
-        found.append(("speed", text))
-    return found
+    return [*found, *run.speed(ended)]
 
 
 def _tracking(t: Tracking) -> str:
@@ -168,12 +189,7 @@ def problems(ended: Ended) -> list[str]:
     begun, planned = ended.begun, len(ended.job.programme.target)
     if numbers is not None:
         begun, planned = int(numbers[begun - 1]) if begun else 0, int(numbers[-1])
-    count = f"move {begun} of {planned}"
-    if ended.fault is not None:
-        fault = ended.fault
-        found.append(f"fault: {fault.message} Evidence: {fault.evidence}. {fault.remedy}")
-    elif not ended.finished:
-        found.append(f"the programme did not finish: {count} at {ended.simulated:.3f} s")
+    found += run.stopped(ended, f"move {begun} of {planned}")
     late = [p for p in ended.profiles if p.late_s > 0.0]
     if late:
         p = late[0]

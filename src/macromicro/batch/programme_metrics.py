@@ -14,14 +14,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from macromicro.batch import Metric
-from macromicro.batch.whole_bench import directions
+from macromicro.batch.variants import CODE, FAULT, Metric
 from macromicro.design.extension import extension
 from macromicro.design.response import MoveResult, moves
 from macromicro.design.vibration import vibration
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
-from macromicro.robustness.requirements import CODE, FAULT, NO_FAULT, Requirement
 from macromicro.settings import Settings
 
 METRICS: tuple[Metric, ...] = (
@@ -42,29 +40,7 @@ METRICS: tuple[Metric, ...] = (
     Metric("hottest", "degC", "highest wire temperature, by the bench's truth"),
     CODE,
 )
-# What is drawn.
-MAIN = ("macro_settling", "macro_overshoot", "micro_error", "contraction", "extension", "vibration")
 NAMES = tuple(m.name for m in METRICS)
-_MORE = "more is allowed (assumption)"
-_DEFAULTS: tuple[tuple[str, float, str], ...] = (
-    ("fault", 0.0, NO_FAULT),
-    ("macro_missed", 0.0, "Section 6.1: every macro move is followed by micro moves"),
-    ("micro_missed", 0.0, "Section 6.2: every level is reached"),
-    ("macro_settling", 0.95, f"Section 6.4.2: 0.75 s; a quarter {_MORE}"),
-    ("macro_overshoot", 1.0, "Section 4.3.3: no overshoot, to a count"),
-    ("contraction", 0.7, f"Section 5.3.2: 0.5 s; 0.2 s {_MORE}"),
-    ("extension", 1.3, f"Section 5.3.2: 1 s; 0.3 s {_MORE}"),
-    ("micro_error", 5.0, "Section 5.3.2: 5 um (S13c)"),
-    (
-        "true_micro_error",
-        5.0,
-        "the same of the position itself: the laser's zero may be off (Section 6.3)",
-    ),
-    ("micro_overshoot", 10.0, "assumption: the band within which a micro move has settled"),
-)
-_BY_NAME = {m.name: m for m in METRICS}
-
-REQUIRED = tuple(Requirement(_BY_NAME[name], limit, source) for name, limit, source in _DEFAULTS)
 # What `measure` reads of a recording.
 COLUMNS = (
     *("t", "move", "phase", "macro_position", "laser", "laser_reset", "hall_position"),
@@ -135,3 +111,21 @@ def _mean(values: Sequence[float]) -> float:
 def _times(value: float | None, factor: float) -> float | None:
     # Whole counts stay whole: 1 count in mm and back must not exceed a limit of 1 count.
     return None if value is None else round(value * factor, 9)
+
+
+def directions(done: list[MoveResult]) -> tuple[list[MoveResult], list[MoveResult]]:
+    """Micro moves that contract, and those that extend.
+
+    The direction is from the place before; a macro move resets the micro-stage to 0.
+    """
+    up: list[MoveResult] = []
+    down: list[MoveResult] = []
+    before = 0.0
+    for move in done:
+        if move.stage == "macro":
+            before = 0.0
+            continue
+        if move.target != before:
+            (up if move.target > before else down).append(move)
+        before = move.target
+    return up, down
