@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from macromicro.drawing.page import Drawn
+from macromicro.drawing.page import PageFigure
 from macromicro.machines import composite, doubts, planning, results
 from macromicro.machines.composite import Composite
 from macromicro.machines.job import Ended
@@ -301,7 +301,7 @@ def summary(ended: Ended, started: str) -> dict[str, Any]:
     return content
 
 
-def draw(ended: Ended) -> Iterator[Drawn]:
+def draw(ended: Ended) -> Iterator[PageFigure]:
     job, rows = ended.job, ended.recording
     if not len(rows):
         return

@@ -12,7 +12,7 @@ from macromicro.commission import procedure, report
 from macromicro.commission.plane import Both
 from macromicro.commission.running import Place
 from macromicro.drawing import files as drawings
-from macromicro.drawing.page import filled, pictures
+from macromicro.drawing.page import filled, saved
 from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import AXES
 from macromicro.machines.machine import JOINT
@@ -115,7 +115,7 @@ def write(
         write_text(stage / report.MACHINE, found.toml)
         write_text(stage / report.JSON, as_json(found, places))
         found.recording.save(stage / report.RECORDING)
-        shown = pictures(drawn, stage, kinds)
+        shown = saved(drawn, stage, kinds)
         text = filled(
             report.TEMPLATE,
             name=" and ".join(place.name for place in places),

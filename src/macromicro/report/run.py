@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import macromicro
-from macromicro.drawing.page import Drawn, Picture, filled, pictures
+from macromicro.drawing.page import PageFigure, Picture, filled, saved
 from macromicro.report.provenance import software
 from macromicro.runs import folder
 from macromicro.schema.text import plain, write_text
@@ -91,11 +91,11 @@ def as_json(content: dict[str, Any]) -> str:
     return json.dumps(plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def write(ended: Any, told: Told, drawn: Iterable[Drawn]) -> None:
+def write(ended: Any, told: Told, drawn: Iterable[PageFigure]) -> None:
     """Write everything beside the recording; the summary first."""
     out = ended.job.out
     write_text(out / folder.SUMMARY, as_json(told.summary))
-    shown = pictures(drawn, out, ended.job.request.figures)
+    shown = saved(drawn, out, ended.job.request.figures)
     write_text(out / folder.PAGE, page(ended, told, shown))
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.drawing.page import Drawn
+from macromicro.drawing.page import PageFigure
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
 from macromicro.machines.loops import Complex, margins
 from macromicro.tuning.search import AFTER, BEFORE, Tuning
@@ -21,13 +21,13 @@ RESPONSE, BODE = "response", "bode"
 _STYLES = ((RED, BEFORE, "--"), (BLUE, AFTER, "-"))
 
 
-def drawn(found: Tuning) -> Iterator[Drawn]:
+def drawn(found: Tuning) -> Iterator[PageFigure]:
     caption = "The machine itself, with the gains before and with the best."
-    yield Drawn(RESPONSE, "Before and after", caption, _response(found))
+    yield PageFigure(RESPONSE, "Before and after", caption, _response(found))
     before, after = (found.subject.bodes(v.settings) for v in (found.first, found.best))
     if before:
         caption = "Dots: where the gain falls through 1, with the phase margin."
-        yield Drawn(BODE, "Open loops", caption, _bodes(before, after))
+        yield PageFigure(BODE, "Open loops", caption, _bodes(before, after))
 
 
 def _response(found: Tuning) -> Figure:

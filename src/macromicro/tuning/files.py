@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import macromicro
 from macromicro.drawing import files as drawings
-from macromicro.drawing.page import Picture, filled, pictures
+from macromicro.drawing.page import Picture, filled, saved
 from macromicro.runs import folder
 from macromicro.schema import config
 from macromicro.schema.text import plain, printable, write_text
@@ -45,7 +45,7 @@ def write(out: Path, told: Report, kinds: Iterable[str] = drawings.DEFAULT) -> N
     with folder.staged(out, remove=FILES) as place:
         write_text(place / SETTINGS, as_toml(told.found))
         write_text(place / NUMBERS, as_json(told))
-        shown = pictures(_pictures.drawn(told.found), place, kinds)
+        shown = saved(_pictures.drawn(told.found), place, kinds)
         write_text(place / PAGE, page(told, shown))
 
 
