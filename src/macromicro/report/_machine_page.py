@@ -6,10 +6,8 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import macromicro
-from macromicro.drawing import files
-from macromicro.drawing.page import Picture, filled
+from macromicro.drawing.page import PageFigure, Picture, filled, saved
 from macromicro.machines import doubts
-from macromicro.report._figures import Drawn
 from macromicro.report._page import TEMPLATE
 from macromicro.report.provenance import software
 from macromicro.report.summary import as_json
@@ -59,9 +57,6 @@ def page(ended: Any, pictures: list[Picture], started: str, words: Words) -> str
     )
 
 
-def pictures(ended: Any, content: Any, drawn: Iterable[Drawn]) -> list[Picture]:
-    out, kinds = ended.job.out, ended.job.request.figures
-    write_text(out / folder.SUMMARY, as_json(content))
-    return [
-        Picture(d.name, d.title, d.caption, files.save(d.figure, out, d.name, kinds)) for d in drawn
-    ]
+def pictures(ended: Any, content: Any, drawn: Iterable[PageFigure]) -> list[Picture]:
+    write_text(ended.job.out / folder.SUMMARY, as_json(content))
+    return saved(drawn, ended.job.out, ended.job.request.figures)

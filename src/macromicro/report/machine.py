@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import macromicro
-from macromicro.drawing.page import Picture
+from macromicro.drawing.page import PageFigure, Picture
 from macromicro.machines import composite, planning, results
 from macromicro.machines.composite import Composite
 from macromicro.machines.job import Ended
@@ -17,7 +17,6 @@ from macromicro.machines.joint.settings import UPPER
 from macromicro.machines.machine import as_toml
 from macromicro.machines.tree import gains
 from macromicro.report import _machine_page, joint_figures, stage_figures
-from macromicro.report._figures import Drawn
 from macromicro.report.words import Line, amount
 from macromicro.runs import arrivals, folder
 from macromicro.schema.par import entries
@@ -299,7 +298,7 @@ def summary(ended: Ended, started: str) -> dict[str, Any]:
     return content
 
 
-def draw(ended: Ended) -> Iterator[Drawn]:
+def draw(ended: Ended) -> Iterator[PageFigure]:
     job, rows = ended.job, ended.recording
     if not len(rows):
         return

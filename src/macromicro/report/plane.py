@@ -12,7 +12,7 @@ from macromicro.commission import procedure, report
 from macromicro.commission.plane import Both
 from macromicro.commission.running import Place
 from macromicro.drawing import files as drawings
-from macromicro.drawing.page import Picture, filled
+from macromicro.drawing.page import filled, saved
 from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import AXES
 from macromicro.machines.machine import JOINT
@@ -106,7 +106,7 @@ def write(
     kinds: Iterable[str] = drawings.DEFAULT,
 ) -> None:
     """Write the results of both; each axis' own stay beside them."""
-    drawn = [
+    figures = [
         joint_figures.path(found.recording, found.plan, found.settings.path.tolerance),
         joint_figures.axes_over_time(found.recording, found.plan, XY_MACHINE, found.settings),
     ]
@@ -115,10 +115,6 @@ def write(
         write_text(stage / report.MACHINE, found.toml)
         write_text(stage / report.JSON, as_json(found, places))
         found.recording.save(stage / report.RECORDING)
-        pictures = []
-        for name, one in zip(DRAWN, drawn, strict=True):
-            data = drawings.save(one.figure, stage, name, kinds)
-            pictures.append(Picture(name, one.title, one.caption, data))
         text = filled(
             report.TEMPLATE,
             name=" and ".join(place.name for place in places),
@@ -133,7 +129,7 @@ def write(
             doubts=doubts(found, places),
             headings=HEADINGS,
             moves=move_rows(found),
-            pictures=pictures,
+            pictures=saved(figures, stage, kinds),
             file=report.MACHINE,
             toml=found.toml,
         )

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from macromicro.drawing import files
-from macromicro.drawing.page import Picture
+from macromicro.drawing.page import saved
 from macromicro.report import _figures
 from macromicro.report._page import page
 from macromicro.report.summary import as_json, summary
@@ -23,9 +22,6 @@ def write(ended: Ended, started: str) -> dict[str, Any]:
         write_text(out / folder.LEARNED, learned)
     content = summary(ended, started)
     write_text(out / folder.SUMMARY, as_json(content))
-    pictures = []
-    for drawn in _figures.draw(ended):
-        data = files.save(drawn.figure, out, drawn.name, ended.job.request.figures)
-        pictures.append(Picture(drawn.name, drawn.title, drawn.caption, data))
+    pictures = saved(_figures.draw(ended), out, ended.job.request.figures)
     write_text(out / folder.PAGE, page(ended, pictures, started))
     return content
