@@ -37,7 +37,9 @@ def test_every_axis_has_units_and_few_points(drawn: dict[str, PageFigure]) -> No
         assert shown and all("[" in label for label in shown)
 
 
-def test_response_shows_both_stages_where_they_went(ended: Ended, drawn: dict[str, PageFigure]) -> None:
+def test_response_shows_both_stages_where_they_went(
+    ended: Ended, drawn: dict[str, PageFigure]
+) -> None:
     """Figure 6.2: macro in mm, micro in mm, each with its reference."""
     coarse, _, fine, _ = drawn["response"].figure.axes
     for ax, top in ((coarse, 40.0), (fine, 1.5)):

@@ -6,12 +6,12 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from macromicro.tuning.thesis import STEP
 from tests.thesis.ended import collected
 
 from macromicro.design import steps
 from macromicro.thesis.chapter4 import _control_claims, _control_runs, control
 from macromicro.thesis.chapter4._control_runs import TRAVEL, MacroData
+from macromicro.thesis.chapter4.pd_route import STEP
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.shades import shades
-from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
+from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, shades
 from macromicro.identify.heating import (
     AMBIENT,
     WIDEST_BAND,

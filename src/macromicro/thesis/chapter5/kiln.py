@@ -9,8 +9,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.shades import shades
-from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
+from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, shades
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.kiln import Prediction, cleaned
 from macromicro.identify.smoothing import window_means, without_spikes

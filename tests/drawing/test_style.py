@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from macromicro.drawing.shades import shades
+from macromicro.drawing.style import shades
 
 
 @pytest.mark.parametrize("count", [1, 5, 28])

@@ -1,4 +1,4 @@
-"""A figure without a window that a notebook shows. Imports matplotlib."""
+"""Figures that a notebook shows without pyplot. Imports matplotlib."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from macromicro.drawing.files import encoded
 
 
-class Shown(Figure):
+class NotebookFigure(Figure):
     """A matplotlib figure that a notebook draws as the value of a cell."""
 
     def _repr_png_(self) -> bytes:

@@ -1,9 +1,10 @@
-"""An erratum: a misprint or a contradiction, its evidence, and the reading used."""
+"""Misprints and contradictions of the thesis, numbered from 1, as `errata.toml` lists them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
+import tomllib
+from pathlib import Path
+from typing import Any, NamedTuple
 
 
 class Figure(NamedTuple):
@@ -29,8 +30,8 @@ class Erratum(NamedTuple):
     printed: str
     fault: str  # what is wrong
     reading: str  # what is used here
-    quotes: tuple[Quote, ...] = ()
-    recompute: Callable[[], tuple[Figure, ...]] | None = None
+    quotes: tuple[Quote, ...]
+    figures: tuple[Figure, ...]
 
 
 def evidence(entry: Erratum) -> list[str]:
@@ -38,12 +39,23 @@ def evidence(entry: Erratum) -> list[str]:
     lines = [
         f"{q.place}: {q.words}" if q.formula else f"{q.place}: “{q.words}”" for q in entry.quotes
     ]
-    figures = entry.recompute() if entry.recompute else ()
-    return lines + [_line(f) for f in figures]
+    return lines + [_line(figure) for figure in entry.figures]
 
 
 def _line(figure: Figure) -> str:
     unit = f" {figure.unit}" if figure.unit else ""
     against = "" if figure.printed is None else f" (printed: {figure.printed:g}{unit})"
-    value = figure.value if abs(figure.value) > 1e-12 else 0.0  # the rounding of a zero
-    return f"{figure.what}: {value:.5g}{unit}{against}"
+    return f"{figure.what}: {figure.value:.5g}{unit}{against}"
+
+
+def _erratum(row: dict[str, Any]) -> Erratum:
+    quotes = tuple(
+        Quote(q["place"], q.get("words") or q["formula"], "formula" in q)
+        for q in row.pop("quotes", ())
+    )
+    figures = tuple(Figure(**figure) for figure in row.pop("figures", ()))
+    return Erratum(**row, quotes=quotes, figures=figures)
+
+
+_ROWS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))["erratum"]
+ERRATA = tuple(_erratum(row) for row in _ROWS)
