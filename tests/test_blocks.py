@@ -176,9 +176,9 @@ CANNOT: dict[str, dict[str, str]] = {
     "docs/sweep.md": {
         ".venv/bin/pip install": "installs",
         "macromicro sweep SPEC.toml": DATA,
-        'job = "macro-bench"': TESTED + "tests/sweeps/test_docs.py",
-        "import pyarrow": TESTED + "tests/sweeps/test_docs.py",
-        "macromicro sweep examples/sweep-gains.toml": TESTED + "tests/sweeps/test_docs.py",
+        'job = "macro-bench"': TESTED + "tests/sweeps/test_command.py",
+        "import pyarrow": TESTED + "tests/sweeps/test_command.py",
+        "macromicro sweep examples/sweep-gains.toml": TESTED + "tests/sweeps/test_command.py",
     },
     "docs/tutorials/lab.md": {
         "macromicro serve": TESTED + "tests/commands/test_serving.py",

@@ -239,7 +239,7 @@ def sweep(
     import pyarrow.parquet as pq
 
     from macromicro.report.provenance import software
-    from macromicro.sweeps import folder, run
+    from macromicro.sweeps import results, run
 
     request = run.Request(
         Path(spec), Path(out), workers, resume=resume, overwrite=overwrite, law=law
@@ -256,10 +256,10 @@ def sweep(
         done += count
 
     outcome = run.execute(ready, begin, report, lambda: progress(done), software())
-    if outcome.written is None:
-        finished = f"{outcome.done} of {ready.task.spec.variants} variants are finished"
+    if outcome.summary is None:
+        finished = f"{outcome.done} of {ready.spec.variants} variants are finished"
         raise InterruptedError(f"the sweep was stopped: {finished} in {ready.out}")
-    return pq.read_table(ready.out / folder.RESULTS)
+    return pq.read_table(ready.out / results.RESULTS)
 
 
 def threads(workers: int | None, where: str) -> int:

@@ -48,7 +48,7 @@ def test_rate_and_time_left_are_of_this_time(monkeypatch: pytest.MonkeyPatch) ->
     assert pace.words() == "30 of 100"
     now = 154.0
     pace.add(20, 3)
-    assert pace.words() == "50 of 100, 3 impossible, 5/s, 10 s left"
+    assert pace.words() == "50 of 100, 3 infeasible, 5/s, 10 s left"
 
 
 def test_plain_lines_where_there_is_no_terminal(
@@ -83,7 +83,7 @@ def test_a_bar_in_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
         shown.begin(40, 0)
         shown.add(40, 2)
     text = terminal.getvalue()
-    assert "100 %" in text and "40 of 40, 2 impossible" in text
+    assert "100 %" in text and "40 of 40, 2 infeasible" in text
 
 
 def test_what_counts_up_by_itself_needs_no_beginning(

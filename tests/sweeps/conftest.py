@@ -1,4 +1,4 @@
-"""What the tests of sweeps share: a spec file of the fake job, and the folder it runs in."""
+"""A spec of the fake job."""
 
 from __future__ import annotations
 

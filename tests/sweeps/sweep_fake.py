@@ -10,8 +10,9 @@ import argparse
 import os
 import signal
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +22,12 @@ from macromicro.batch import Metric, Variants
 from macromicro.errors import InputError
 from macromicro.schema.par import Par
 
+if TYPE_CHECKING:
+    from macromicro.sweeps.run import Outcome
+
 Array = npt.NDArray[np.float64]
+Make = Callable[..., Path]
+FACTORY = "sweep_fake:job"
 
 
 class Part(NamedTuple):
@@ -93,6 +99,31 @@ class Fake:
                 return
             mark.touch()
         os.kill(os.getpid(), signal.SIGKILL)
+
+
+def swept(
+    spec: Path, out: Path, workers: int | None = 1, stop: int | None = None, **how: object
+) -> Outcome:
+    """A whole sweep from this process; `stop`: end after so many variants."""
+    from macromicro.sweeps import run
+
+    done = 0
+
+    def report(variants: int, infeasible: int) -> None:
+        nonlocal done
+        done += variants
+
+    request = run.Request(spec, out, workers, factory=FACTORY, **how)  # type: ignore[arg-type]
+    ready = run.check(request)
+    return run.execute(
+        ready, lambda *_: None, report, lambda: stop is not None and done >= stop, [("a", "b")]
+    )
+
+
+def evaluated(log: Path) -> list[int]:
+    """Every index that was computed, as often as it was."""
+    lines = [line.split() for line in log.read_text().splitlines()] if log.exists() else []
+    return [i for first, count in lines for i in range(int(first), int(first) + int(count))]
 
 
 def job(name: str, **options: object) -> Fake:

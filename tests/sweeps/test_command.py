@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -15,7 +16,7 @@ from macromicro.sweeps._sampling import Sampler
 from macromicro.sweeps._spec import load
 
 ROOT = Path(__file__).parents[2]
-EXAMPLES = sorted((ROOT / "examples").glob("sweep-*.toml"))
+PAGE = (ROOT / "docs" / "sweep.md").read_text(encoding="utf-8")
 
 
 def called(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
@@ -23,43 +24,51 @@ def called(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
     return cli.main()
 
 
-def test_there_are_examples() -> None:
-    assert len(EXAMPLES) >= 2
+def block(language: str) -> str:
+    (found,) = re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
+    return str(found)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda p: p.stem)
+def test_the_spec_of_the_page_loads(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text("[controller]\nmacro_law = 'pid'\n")
+    (tmp_path / "spec.toml").write_text(block("toml"))
+    spec, _ = load(tmp_path / "spec.toml", batch.job)
+    names = [axis.path.rpartition(".")[2] for axis in spec.axes]
+    assert names == ["coulomb", "bristle", "frequency"]
+    assert spec.variants == 300 and spec.metrics == ("settling_time",)
+
+
 def test_an_example_gives_what_the_job_gives(
-    example: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """In processes, in chunks: the same bits as one evaluation here, of the last 20 variants."""
-    out = tmp_path / "out"
+    """In processes and parts: the same bits as one evaluation here; the page reads them."""
+    text = (ROOT / "examples/sweep-gains.toml").read_text().replace("steps = 40", "steps = 18")
+    example, out = tmp_path / "sweep-gains.toml", tmp_path / "results/sweep-gains"
+    example.write_text(text)
     assert called(monkeypatch, example, "--out", out, "--workers", 2) == 0
     said = capsys.readouterr()
     spec = load(example, batch.job)[0]
-    assert f"computed: {spec.variants} of {spec.variants} variants" in said.out
+    assert "computed: 324 of 324 variants" in said.out
     last = [f"results: {out}/results.parquet", f"figure: {out}/sweep.png"]
     assert said.out.splitlines()[-2:] == last
-    assert said.err.startswith(f"{spec.job}: {spec.variants} variants, 0 finished before")
+    assert said.err.startswith(f"{spec.job}: 324 variants, 0 finished before")
     table = pq.read_table(out / "results.parquet")
-    assert table.num_rows == spec.variants
-    first = spec.variants - 20
     job = batch.job(spec.job, **dict(spec.options))
-    expected = job.evaluate(Sampler(spec).variants(first, 20), first)[:, list(spec.columns)]
+    expected = job.evaluate(Sampler(spec).variants(304, 20), 304)[:, list(spec.columns)]
     for k, name in enumerate(spec.metrics):
-        assert np.array_equal(table[name].to_numpy()[first:], expected[:, k], equal_nan=True), name
+        assert np.array_equal(table[name].to_numpy()[304:], expected[:, k], equal_nan=True), name
     assert called(monkeypatch, "--show", out, "--figures", "svg,pdf") == 0
-    assert {p.name for p in out.glob("sweep.[!jt]*")} == {"sweep.svg", "sweep.pdf"}
-    assert capsys.readouterr().out.splitlines() == [
-        f"figure: {out}/sweep.{k}" for k in ("svg", "pdf")
-    ]
+    assert {p.name for p in out.glob("sweep.[!t]*")} == {"sweep.svg", "sweep.pdf"}
+    shown = [f"figure: {out}/sweep.{kind}" for kind in ("svg", "pdf")]
+    assert capsys.readouterr().out.splitlines() == shown
     assert called(monkeypatch, example, "--out", out) == 2
     assert "already exists" in capsys.readouterr().err
     assert called(monkeypatch, example, "--out", out, "--resume") == 0
-    assert f"computed: 0 of {spec.variants}" in capsys.readouterr().out
+    assert "computed: 0 of 324" in capsys.readouterr().out
+    monkeypatch.chdir(tmp_path)
+    exec(block("python"), {})
+    times = [float(t) for t in re.findall(r"'settling_time': ([\d.]+)", capsys.readouterr().out)]
+    assert len(times) == 5 and times == sorted(times)
 
 
 def test_the_jobs_and_a_job_s_parameters(
@@ -99,17 +108,17 @@ def test_bad_input_is_one_line_and_2(
     assert len(said) == 1 and found in said[0]
 
 
-def test_impossible_variants_are_counted_and_the_first_is_told(
+def test_infeasible_variants_are_counted_and_the_first_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A step of 3 counts has no settling; when all are so, the status is 1."""
     spec = tmp_path / "steps.toml"
     spec.write_text('job = "macro-bench"\n[parameters]\nreference = ["3 counts", "100 counts"]\n')
     assert called(monkeypatch, spec, "--out", tmp_path / "a", "--workers", 1) == 0
-    assert "impossible: 1 of 2; variant 0, reference" in capsys.readouterr().out
+    assert "infeasible: 1 of 2; variant 0, reference" in capsys.readouterr().out
     spec.write_text('job = "macro-bench"\n[parameters]\nreference = ["3 counts", "4 counts"]\n')
     assert called(monkeypatch, spec, "--out", tmp_path / "b", "--workers", 1) == 1
-    assert "every variant is impossible" in capsys.readouterr().err
+    assert "every variant is infeasible" in capsys.readouterr().err
 
 
 REFERENCES = """

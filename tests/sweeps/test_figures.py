@@ -7,21 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.contour import ContourSet
+from sweep_fake import swept
 
 from macromicro.drawing.files import encoded
 from macromicro.errors import InputError
-from macromicro.sweeps import _reading, figures
-from macromicro.sweeps._reading import Quantity, Results
-from macromicro.sweeps.run import Request, check, execute
+from macromicro.sweeps import _folder, figures, results
+from macromicro.sweeps.results import Quantity, Range, Results, Summary, lines
 
 HEAD = 'job = "fake"\nmethod = "grid"\n[parameters]\n'
 
 
-def swept(folder: Path, text: str) -> Path:
-    spec = folder / "spec.toml"
-    spec.write_text(text, encoding="utf-8")
-    request = Request(spec, folder / "out", workers=1, factory="sweep_fake:job")
-    execute(check(request), lambda *_: None, lambda *_: None, lambda: False)
+def run(folder: Path, text: str) -> Path:
+    (folder / "spec.toml").write_text(text, encoding="utf-8")
+    swept(folder / "spec.toml", folder / "out")
     return folder / "out"
 
 
@@ -35,8 +33,8 @@ def made(count: int, rows: int = 50, lost: int = 0) -> Results:
 
 def test_a_grid_of_one_parameter_is_a_curve(tmp_path: Path) -> None:
     """In the unit that people read, on the scale of the spec."""
-    out = swept(tmp_path, HEAD + 'gain = { low = 1, high = 100, steps = 5, scale = "log" }\n')
-    found = _reading.load(out)
+    out = run(tmp_path, HEAD + 'gain = { low = 1, high = 100, steps = 5, scale = "log" }\n')
+    found = results.load(out)
     assert (found.job, found.method, found.total, found.shape) == ("fake", "grid", 5, (5,))
     assert found.parameters[0].log and found.metrics[0].name == "product"
     figure = figures.draw(found)
@@ -51,7 +49,7 @@ def test_a_grid_of_one_parameter_is_a_curve(tmp_path: Path) -> None:
 def test_a_grid_of_two_is_a_map(tmp_path: Path) -> None:
     """Every cell has its own variant's value; one that is fixed does not count."""
     text = "gain = [3, 1, 2]\npart.mass = ['1 kg', '2 kg', '3 kg', '4 kg']\nteeth = 7\n"
-    found = _reading.load(swept(tmp_path, HEAD + text))
+    found = results.load(run(tmp_path, HEAD + text))
     assert [p.name for p in found.parameters] == ["gain", "part.mass"] and found.shape == (3, 4)
     figure = figures.draw(found)
     assert figure is not None
@@ -81,7 +79,7 @@ def test_noise_has_no_contours() -> None:
 def test_more_are_clouds(tmp_path: Path) -> None:
     text = HEAD.replace("grid", "random").replace("[par", "samples = 40\n[par")
     text += "gain = { low = 1, high = 9 }\npart.mass = { low = '1 kg', high = '2 kg' }\n"
-    found = _reading.load(swept(tmp_path, text))
+    found = results.load(run(tmp_path, text))
     figure = figures.draw(found)
     assert figure is not None and len(figure.axes) == 3 * 2
     x, y = figure.axes[1].lines[0].get_data()
@@ -111,13 +109,13 @@ def test_a_metric_that_is_never_a_number() -> None:
 
 def test_nothing_varies(tmp_path: Path) -> None:
     """No figure, and none of an earlier sweep."""
-    out = swept(tmp_path, HEAD + "gain = 3\n")
+    out = run(tmp_path, HEAD + "gain = 3\n")
     (out / "sweep.svg").write_text("of an earlier one")
     assert figures.save(out) == [] and not (out / "sweep.svg").exists()
 
 
 def test_saved_are_the_formats_asked_for(tmp_path: Path) -> None:
-    out = swept(tmp_path, HEAD + "gain = [1, 2]\n")
+    out = run(tmp_path, HEAD + "gain = [1, 2]\n")
     for kinds in (("png", "svg"), ("pdf",)):
         assert [p.suffix[1:] for p in figures.save(out, kinds)] == list(kinds)
     assert [p.name for p in out.glob("sweep.[!jt]*")] == ["sweep.pdf"]
@@ -125,11 +123,11 @@ def test_saved_are_the_formats_asked_for(tmp_path: Path) -> None:
 
 def test_millions_are_read_in_part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """And then they are no map, but a cloud, which says so."""
-    monkeypatch.setattr("macromicro.sweeps.results.GROUP", 4)
-    monkeypatch.setattr(_reading, "MAX_CELLS", 60)
+    monkeypatch.setattr(_folder, "GROUP", 4)
+    monkeypatch.setattr(results, "MAX_CELLS", 60)
     levels = ", ".join(str(k) for k in range(1, 7))
-    out = swept(tmp_path, HEAD + f"gain = [{levels}]\nteeth = [{levels}]\n")
-    found = _reading.load(out)
+    out = run(tmp_path, HEAD + f"gain = [{levels}]\nteeth = [{levels}]\n")
+    found = results.load(out)
     assert found.total == 36 and len(found.metrics[0].values) == 12 and found.shape == ()
     figure = figures.draw(found)
     assert figure is not None and "12 of 36 variants" in str(figure.get_suptitle())
@@ -145,4 +143,21 @@ def test_what_is_no_sweep(content: bytes | str | None, tmp_path: Path) -> None:
     elif isinstance(content, bytes):
         (tmp_path / "results.parquet").write_bytes(content)
     with pytest.raises(InputError, match="Give the folder of a finished sweep"):
-        _reading.load(tmp_path)
+        results.load(tmp_path)
+
+
+def test_ranges_of_the_metrics() -> None:
+    metrics = {"a": Range("s", 10, 1.0, 2.0, 3.0), "b": Range("", 7, -1.0, 0.5, 2.0)}
+    summary = Summary(10, 2, "", {**metrics, "c": Range("m", 0)})
+    assert list(lines(summary)) == [
+        "a  1 to 3 s, mean 2",
+        "b  -1 to 2, mean 0.5, a number in 7 of 10",
+        "c  always NaN",
+    ]
+    assert list(lines(Summary.restored(summary.as_json()))) == list(lines(summary))
+
+
+def test_few_rows_do_not_choose_what_is_drawn() -> None:
+    """Nine of them: no rank correlation is known, and the first parameters are drawn."""
+    figure = figures.draw(made(9, rows=9))
+    assert figure is not None and figure.axes[-1].get_xlabel() == "p3\n[mm]"

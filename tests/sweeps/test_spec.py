@@ -13,7 +13,6 @@ from macromicro.errors import InputError
 from macromicro.sampling import MAX_LATIN
 from macromicro.sweeps._sampling import Sampler
 from macromicro.sweeps._spec import Spec, load
-from macromicro.sweeps.work import Bench, Task
 
 
 def real(tmp_path: Path, text: str) -> Spec:
@@ -225,7 +224,8 @@ def test_settings_and_seeds_of_the_real_jobs(tmp_path: Path) -> None:
     assert law.files == (("config controller.macro_law", '"pid"'),)
     assert law.canonical["config controller.macro_law"] == '"pid"'
     assert law.digest != plain.digest
-    rows = [Bench(Task(spec)).block(0, 1).rows for spec in (plain, law)]
+    jobs = [batch.job(spec.job, **dict(spec.options)) for spec in (plain, law)]
+    rows = [job.evaluate(Sampler(plain).variants(0, 1)) for job in jobs]
     assert not np.array_equal(*rows, equal_nan=True)
     noisy = 'job = "micro-bench"\n[parameters]\nseed = { low = 0, high = 4, steps = 5 }\n'
     assert real(tmp_path, noisy).axes[0].levels == (0.0, 1.0, 2.0, 3.0, 4.0)

@@ -40,7 +40,7 @@ class StageJob:
     """A programme on a machine, as `macromicro run` runs it, without a recording.
 
     Derived values (gains, limits of the motion, the guard) follow a variant's parameters, unless
-    the settings have set them. Settings that no file could have are an impossible variant.
+    the settings have set them. Settings that no file could have are an infeasible variant.
     The parameters of several axes begin with the axis ("x.friction.coulomb"); a heavier y changes
     the limits, the gains and the guard of an x that carries it.
     """

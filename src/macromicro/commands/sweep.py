@@ -14,6 +14,7 @@ from macromicro.commands.group import PNG, Figures, Law, tell
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
+    from macromicro.sweeps.results import Summary
     from macromicro.sweeps.run import Outcome, Ready, Request
 
 
@@ -95,31 +96,26 @@ def _sweep(request: Request, signals: Signals, kinds: Sequence[str] = (PNG,)) ->
     from macromicro.report.provenance import software
     from macromicro.settings import Settings
     from macromicro.sweeps import run
-    from macromicro.sweeps.results import constant
-    from macromicro.sweeps.work import factory
 
     ready = run.check(request)
-    base = factory(ready.task.factory)(ready.task.spec.job, **dict(ready.task.spec.options)).base()
-    if isinstance(base, Settings):
-        tell(base.controller)
+    if isinstance(ready.base, Settings):
+        tell(ready.base.controller)
     signals.later()
-    with progress(ready.task.spec.job, "variants") as pace:
+    with progress(ready.spec.job, "variants") as pace:
         outcome = run.execute(
             ready, pace.begin, pace.add, lambda: bool(signals.received), software()
         )
-    if outcome.written is None:
+    summary = outcome.summary
+    if summary is None:
         _interrupted(request, ready, outcome)
         raise typer.Exit(signals.status or 1)
-    _show(ready, outcome)
+    _show(ready, outcome, summary)
     _draw(ready.out, kinds)
-    if constant(outcome.written):
-        paths = ", ".join(axis.path for axis in ready.task.spec.axes)
-        print(
-            f"macromicro: no metric varies; does {ready.task.spec.job} use {paths}?",
-            file=sys.stderr,
-        )
-    if outcome.written.impossible == outcome.written.rows:
-        print("macromicro: every variant is impossible", file=sys.stderr)
+    if summary.constant:
+        paths = ", ".join(axis.path for axis in ready.spec.axes)
+        print(f"macromicro: no metric varies; does {ready.spec.job} use {paths}?", file=sys.stderr)
+    if summary.infeasible == summary.rows:
+        print("macromicro: every variant is infeasible", file=sys.stderr)
         raise typer.Exit(signals.status or 1)
 
 
@@ -138,7 +134,7 @@ def _interrupted(request: Request, ready: Ready, outcome: Outcome) -> None:
         words += ["--workers", str(request.workers)]
     if request.law is not None:
         words += ["--law", request.law]
-    count = ready.task.spec.variants
+    count = ready.spec.variants
     print(
         f"macromicro: interrupted; {outcome.done} of {count} variants are finished and kept; "
         f"to continue: {shlex.join(words)}",
@@ -146,21 +142,17 @@ def _interrupted(request: Request, ready: Ready, outcome: Outcome) -> None:
     )
 
 
-def _show(ready: Ready, outcome: Outcome) -> None:
+def _show(ready: Ready, outcome: Outcome, summary: Summary) -> None:
     from macromicro.drawing.bar import span
-    from macromicro.sweeps.folder import RESULTS
-    from macromicro.sweeps.results import ranges
+    from macromicro.sweeps.results import RESULTS, lines
 
-    written = outcome.written
-    assert written is not None
-    units = {m.name: m.unit for m in ready.metrics}
-    for line in ranges(written, {name: units[name] for name in ready.task.spec.metrics}):
+    for line in lines(summary):
         print(line)
-    if written.impossible:
-        print(f"impossible: {written.impossible} of {written.rows}; {written.words}")
+    if summary.infeasible:
+        print(f"infeasible: {summary.infeasible} of {summary.rows}; {summary.first_infeasible}")
     new = outcome.done - outcome.before
     rate = f", {new / outcome.seconds:.4g}/s" if new and outcome.seconds else ""
-    print(f"computed: {new} of {written.rows} variants in {span(outcome.seconds)}{rate}")
+    print(f"computed: {new} of {summary.rows} variants in {span(outcome.seconds)}{rate}")
     print(f"results: {ready.out / RESULTS}")
 
 

@@ -38,7 +38,7 @@ class Pace:
     def __init__(
         self, title: str = "", unit: str = "", show: Callable[[str | None], None] = lambda _: None
     ) -> None:
-        self.count = self.done = self.impossible = 0
+        self.count = self.done = self.infeasible = 0
         self.remark = ""
         self._title, self._unit, self._show = title, unit, show
         self._started, self._base = math.nan, 0
@@ -48,8 +48,8 @@ class Pace:
         earlier = "" if before is None else f", {before} finished before"
         self._show(f"{self._title}: {count} {self._unit}{earlier}")
 
-    def add(self, done: int, impossible: int = 0) -> None:
-        self.impossible += impossible
+    def add(self, done: int, infeasible: int = 0) -> None:
+        self.infeasible += infeasible
         self.reach(self.done + done, self.count, self.remark)
 
     def reach(self, done: int, count: int, remark: str = "") -> None:
@@ -69,8 +69,8 @@ class Pace:
 
     def words(self) -> str:
         text = f"{self.done} of {self.count}"
-        if self.impossible:
-            text += f", {self.impossible} impossible"
+        if self.infeasible:
+            text += f", {self.infeasible} infeasible"
         if self.remark:
             text += f", {self.remark}"
         if not math.isnan(self.rate):

@@ -27,6 +27,7 @@ class Axis(NamedTuple):
     low: float = math.nan  # ends of the range, both included
     high: float = math.nan  # NaN where there are levels
     scale: str = "linear"  # the range is even on it; "whole" is even over its whole numbers
+    shown: str = ""  # unit that a person reads; "" for the stored one
 
     def at(self, share: Array) -> Array:
         if self.levels:
@@ -54,10 +55,12 @@ def read(table: object, entry: Entry, where: str, *, grid: bool) -> Axis:
         raise ProblemError(where, found, "Give one of value, values, or low and high.")
     if given == ["value"]:
         only(table, ("value",), where)
-        return Axis(entry.path, par.unit, (float(entry.read(table["value"], f"{where}.value")),))
+        levels: tuple[float, ...] = (float(entry.read(table["value"], f"{where}.value")),)
+        return Axis(entry.path, par.unit, levels, shown=par.shown)
     if given == ["values"]:
         only(table, ("values",), where)
-        return Axis(entry.path, par.unit, _levels(table["values"], entry, f"{where}.values"))
+        levels = _levels(table["values"], entry, f"{where}.values")
+        return Axis(entry.path, par.unit, levels, shown=par.shown)
     return _range(table, entry, where, grid=grid)
 
 
@@ -89,7 +92,7 @@ def _range(table: dict[str, Any], entry: Entry, where: str, *, grid: bool) -> Ax
                 accepted = "'linear', as the parameter is a whole number"
                 raise InputError(f"{where}.scale", "log", accepted)
             scale = "whole"
-        return Axis(entry.path, par.unit, (), low, high, scale)
+        return Axis(entry.path, par.unit, (), low, high, scale, par.shown)
     steps = whole(table.get("steps"), 2, MAX_LEVELS, f"{where}.steps")
     spaced = np.geomspace if scale == "log" else np.linspace
     levels = tuple(spaced(low, high, steps).tolist())
@@ -97,4 +100,4 @@ def _range(table: dict[str, Any], entry: Entry, where: str, *, grid: bool) -> Ax
         if not level.is_integer():
             accepted = "steps that give whole numbers, or values"
             raise InputError(f"{where}.steps", steps, accepted)
-    return Axis(entry.path, par.unit, levels)
+    return Axis(entry.path, par.unit, levels, scale=scale, shown=par.shown)

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 WHAT = "a sweep (.toml)"
 METHODS = ("grid", *sampling.METHODS)
-MAX_VARIANTS = 10**12
+MAX_VARIANTS = 10**10
 MAX_SEED = 2**63 - 1
 _KEYS = ("job", "method", "samples", "seed", "metrics", "config", "options", "parameters")
 

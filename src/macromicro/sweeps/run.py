@@ -1,30 +1,40 @@
-"""A sweep from its spec to its results: check, compute, write in order."""
+"""A sweep from its spec to its results: check, compute, write."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from macromicro.batch import cores
 from macromicro.errors import InputError, ProblemError
-from macromicro.recording import check_space
 from macromicro.runs import folder as runs
-from macromicro.schema.text import printable
-from macromicro.sweeps import _cluster, _local, folder, results
-from macromicro.sweeps._origin import code
+from macromicro.sweeps import _cluster, results
+from macromicro.sweeps._evaluate import (
+    FACTORY,
+    KEPT,
+    Computed,
+    Part,
+    SweepError,
+    Task,
+    by_cluster,
+    by_processes,
+    factory,
+)  # fmt: skip
+from macromicro.sweeps._folder import FILES, Folder
+from macromicro.sweeps._provenance import Provenance, provenance
+from macromicro.sweeps._sampling import Sampler
 from macromicro.sweeps._spec import Spec, load
-from macromicro.sweeps._todo import Todo
-from macromicro.sweeps.work import FACTORY, Task, factory
 
 if TYPE_CHECKING:
     from distributed import Client
 
-    from macromicro.batch import Metric
-
 Begin = Callable[[int, int], None]
+Report = Callable[[int, int], None]
+Stop = Callable[[], bool]
 MAX_WORKERS = 1024
 
 
@@ -40,11 +50,21 @@ class Request(NamedTuple):
 
 
 class Ready(NamedTuple):
-    task: Task  # what workers must know
-    metrics: Sequence[Metric]  # all of the job's
-    out: Path  # the folder
+    request: Request
+    spec: Spec
+    text: str  # of the sweep's file
+    base: object  # settings that variants start from
+    provenance: Provenance
+    folder: Folder
     workers: int  # processes
     client: Client | None  # of the cluster, where there is one
+
+    @property
+    def out(self) -> Path:
+        return self.folder.place
+
+    def resumed(self) -> bool:
+        return self.folder.resumed(resume=self.request.resume, overwrite=self.request.overwrite)
 
 
 class Outcome(NamedTuple):
@@ -52,10 +72,11 @@ class Outcome(NamedTuple):
     done: int
     before: int
     seconds: float  # that this time took
-    written: results.Written | None  # None where it was stopped before all were finished
+    summary: results.Summary | None  # None where it was stopped before all were finished
 
 
 def check(request: Request) -> Ready:
+    """Refuse what cannot be done; leaves the disk as it is."""
     if request.resume and request.overwrite:
         raise ProblemError("--resume", "not allowed with --overwrite", "Choose one of them.")
     if request.scheduler is not None and request.workers is not None:
@@ -64,46 +85,35 @@ def check(request: Request) -> Ready:
     if not 1 <= workers <= MAX_WORKERS:
         raise InputError("--workers", workers, f"a whole number from 1 to {MAX_WORKERS}")
     results.require()
-    make = factory(request.factory)
-    spec, text = load(request.spec, make, request.law)
-    metrics = make(spec.job, **dict(spec.options)).metrics
+    spec, text = load(request.spec, factory(request.factory), request.law)
+    job = factory(request.factory)(spec.job, **dict(spec.options))
     usual = Path("results") / request.spec.stem
     out = runs.chosen(request.out, usual, overwrite=request.overwrite, resume=request.resume)
-    _check_place(out, spec, resume=request.resume)
-    ours = code()
-    client = None if request.scheduler is None else _cluster.connect(request.scheduler, ours)
-    how = {"resume": request.resume, "overwrite": request.overwrite}
-    try:
-        folder.prepare(out, spec, text, ours, **how)
-    except BaseException:
-        if client is not None:
-            client.close()
-        raise
-    return Ready(Task(spec, request.factory, ours), metrics, out, workers, client)
-
-
-def _check_place(out: Path, spec: Spec, *, resume: bool) -> None:
-    runs.named(out)
-    # What is finished of a sweep that is resumed shows its journal, later.
-    begun = resume and (out / folder.SUMMARY).exists()
-    check_space(out, 0 if begun else folder.needed_bytes(spec, spec.variants))
+    ours = provenance()
+    folder = Folder(out, spec, job.metrics, ours)
+    ready = Ready(request, spec, text, job.base(), ours, folder, workers, None)
+    needed = folder.needed_bytes(folder.count)
+    if ready.resumed():
+        needed = 0 if folder.completed() else folder.needed_bytes(len(folder.missing()))
+    runs.check(out, needed, overwrite=True, names=FILES)
+    if request.scheduler is None:
+        return ready
+    return ready._replace(client=_cluster.connect(request.scheduler, ours))
 
 
 def execute(
     ready: Ready,
     begin: Begin,
-    report: _local.Report,
-    stop: _local.Stop,
+    report: Report,
+    stop: Stop,
     software: Sequence[tuple[str, str]] = (),
 ) -> Outcome:
+    """Compute what is missing; `begin` gets the number of variants and of finished ones."""
     try:
-        with folder.alone(ready.out):
-            # Another sweep may have been given the folder since it was prepared.
-            where = f"--out {printable(ready.out, 300)}"
-            if folder.summary(ready.out, where)["digest"] != ready.task.spec.digest:
-                raise ProblemError(
-                    where, "another sweep has taken the folder", "Choose another one."
-                )
+        with runs.held(ready.out, overwrite=True, names=FILES):
+            # Another sweep may have used the folder since it was checked.
+            if not ready.resumed():
+                ready.folder.begin(ready.text)
             return _execute(ready, begin, report, stop, software)
     finally:
         if ready.client is not None:
@@ -111,48 +121,48 @@ def execute(
 
 
 def _execute(
-    ready: Ready,
-    begin: Begin,
-    report: _local.Report,
-    stop: _local.Stop,
-    software: Sequence[tuple[str, str]],
+    ready: Ready, begin: Begin, report: Report, stop: Stop, software: Sequence[tuple[str, str]]
 ) -> Outcome:
-    spec, place = ready.task.spec, ready.out / folder.JOURNAL
+    variants, folder = ready.spec.variants, ready.folder
     started, clock = datetime.now().astimezone(), time.monotonic()
-    record = folder.summary(ready.out, str(ready.out))
-    if record["state"] == "complete" and (ready.out / folder.RESULTS).exists():
-        begin(spec.variants, spec.variants)
-        folder.drop_journal(ready.out)
-        return Outcome(spec.variants, spec.variants, 0.0, results.restored(record["results"]))
-    todo = Todo(spec.variants, folder.spans(folder.journals(ready.out), spec))
-    before = spec.variants - todo.left
-    check_space(ready.out, folder.needed_bytes(spec, todo.left))
-    begin(spec.variants, before)
-    if todo:
-        if ready.client is None:
-            _local.run(ready.task, todo, place, ready.workers, report, stop)
-        else:
-            _cluster.run(ready.client, ready.task, todo, place, report, stop)
-    done = folder.spans(folder.journals(ready.out), spec)
-    finished = int((done[:, 1] - done[:, 0]).sum())
-    seconds = time.monotonic() - clock
-    if finished < spec.variants:
-        return Outcome(finished, before, seconds, None)
-    path = ready.out / folder.RESULTS
-    made = ready.task.code or code()
-    written = results.write(path, spec, ready.metrics, folder.journals(ready.out), made, stop)
-    if written is None:
-        return Outcome(finished, before, seconds, None)
-    summary: dict[str, Any] = {
-        "state": "complete",
-        **folder.origin(spec, made),
-        "results": results.as_json(written, ready.metrics),
-        "started": started.isoformat(sep=" ", timespec="seconds"),
-        "seconds": round(seconds, 3),
-        "finished_before": before,
-        "workers": ready.workers if ready.client is None else "cluster",
-        "software": dict(software),
-    }
-    folder.write_json(ready.out / folder.SUMMARY, summary)
-    folder.drop_journal(ready.out)
-    return Outcome(finished, before, seconds, written)
+    if summary := folder.completed():
+        begin(variants, variants)
+        folder.drop_parts()
+        return Outcome(variants, variants, 0.0, summary)
+    missing = folder.missing()
+    before = done = variants - sum(folder.span(number)[1] for number in missing)
+    begin(variants, before)
+    try:
+        with closing(_computed(ready, missing, stop)) as computed:
+            for part, block in computed:
+                folder.write_part(part, block)
+                done += len(block.rows)
+                report(len(block.rows), len(block.errors))
+        seconds = time.monotonic() - clock
+        summary = folder.write_results(stop) if done == variants else None
+        if summary is None:
+            return Outcome(done, before, seconds, None)
+        facts = {
+            "started": started.isoformat(sep=" ", timespec="seconds"),
+            "seconds": round(seconds, 3),
+            "finished_before": before,
+            "workers": ready.workers if ready.client is None else "cluster",
+            "software": dict(software),
+        }
+        folder.complete(summary, facts)
+    except OSError as error:  # a full disk
+        raise SweepError(f"{ready.out}: {error.strerror or error}. {KEPT}") from None
+    return Outcome(done, before, seconds, summary)
+
+
+def _computed(ready: Ready, missing: Sequence[int], stop: Stop) -> Computed:
+    sampler = Sampler(ready.spec)
+
+    def draw(number: int) -> Part:
+        first, count = ready.folder.span(number)
+        return Part(number, first, sampler.variants(first, count))
+
+    task = Task(ready.request.factory, ready.spec._replace(axes=()), ready.provenance)
+    if ready.client is not None:
+        return by_cluster(ready.client, task, missing, draw, stop)
+    return by_processes(task, missing, draw, ready.workers, stop)

@@ -1,4 +1,4 @@
-"""The code of results: the package's version and a digest of its files."""
+"""What computes results: the package's version and a digest of its files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from macromicro.sampling import drawn_by
 _DATA = (".csv", ".toml", ".json")  # the shipped calibration, programmes, sizes of units
 
 
-class Code(NamedTuple):
+class Provenance(NamedTuple):
     version: str  # of the package
     sources: str  # digest of the package's sources and data, 16 hexadecimal digits
     sampler: str  # what draws the points, with its version: another one may draw others
@@ -23,7 +23,7 @@ class Code(NamedTuple):
         return f"{self.version}, sources {self.sources}, {self.sampler}"
 
 
-def code() -> Code:
+def provenance() -> Provenance:
     """The code in this package's files now."""
     package = Path(macromicro.__file__).parent
     digest = hashlib.sha256(cache_folder(joined=False).name.encode())  # of all Python sources
@@ -32,10 +32,10 @@ def code() -> Code:
         if path.suffix in _DATA and not any(part.startswith(".") for part in name.parts):
             digest.update(str(name).encode())
             digest.update(path.read_bytes())
-    return Code(macromicro.__version__, digest.hexdigest()[:16], drawn_by())
+    return Provenance(macromicro.__version__, digest.hexdigest()[:16], drawn_by())
 
 
 @cache
-def running() -> Code:
+def running() -> Provenance:
     """The code that this process has imported."""
-    return code()
+    return provenance()
