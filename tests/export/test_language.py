@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from copy import deepcopy
 from functools import cache
@@ -79,6 +80,14 @@ def test_words_mean_the_same(name: str) -> None:
         assert [a.tobytes() for a in arrays(theirs)] == [a.tobytes() for a in arrays(mine)]
 
     same()
+
+
+def test_each_line_of_python_is_a_comment_above_its_c() -> None:
+    written, _ = made("branched")
+    source = inspect.getsource(spoken.branched).partition("\n")[2]
+    lines = [line.strip() for line in written.code.splitlines()]
+    comments = [line.lstrip("/ ") for line in lines if line.startswith("//")]
+    assert comments == [line.strip() for line in source.splitlines()]
 
 
 def test_what_is_beyond_the_integers_ends_at_them() -> None:

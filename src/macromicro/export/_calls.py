@@ -49,7 +49,7 @@ class Expressions(Operators):
         found = [self.number(each) for each in node.args]
         if name in ("min", "max") and len(found) > 1 and not node.keywords:
             kind = REAL if any(each.kind is REAL for each in found) else WHOLE
-            helper = self.program.helper(name if kind is REAL else f"{name}_int")
+            helper = self.program.helper(f"{name}_of" if kind is REAL else f"{name}_of_int")
             text = found[0].text
             for each in found[1:]:
                 text = f"{helper}({text}, {each.text})"
@@ -62,7 +62,7 @@ class Expressions(Operators):
         """A number converted by abs, float, bool, int or round."""
         real = found.kind is REAL
         if name == "abs":
-            helper = self.program.math("fabs") if real else self.program.helper("abs_int")
+            helper = self.program.math("fabs") if real else self.program.helper("abs_of_int")
             return Expr(REAL if real else WHOLE, f"{helper}({found.text})")
         if name == "float" and not real:
             return Expr(REAL, f"({self.program.real}){found.within(PREFIX)}", PREFIX)

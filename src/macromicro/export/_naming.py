@@ -15,9 +15,6 @@ RESERVED = frozenset(
     y0 y1 yn j0 j1 jn gamma exp log sin cos tan sqrt floor ceil fabs pow fmod
     """.split()  # noqa: SIM905 - words
 )
-# Where a long line is best broken, the best first; each with where the break is within it.
-_BREAKS = ((", ", 2), (" || ", 1), (" && ", 1), (" ? ", 1), (" : ", 1), (" + ", 1), (" - ", 1),
-           (" * ", 1), (" / ", 1), (" ", 1))  # fmt: skip
 
 
 def legal(name: str) -> str:
@@ -35,34 +32,29 @@ def snake(name: str) -> str:
     return re.sub(r"(?<=[a-z0-9])([A-Z])", r"_\1", name).lower()
 
 
+def identifiers(lines: list[str]) -> set[str]:
+    """The names in lines of code, those in comments to the end of a line left out."""
+    code = [line for line in lines if not line.lstrip().startswith("//")]
+    return set(re.findall(r"\w+", "\n".join(code)))
+
+
 def wrapped(lines: list[str]) -> list[str]:
-    """Lines of code no longer than `LONGEST`, broken at operators and commas."""
-    return [part for line in lines for part in _broken(line)]
+    """Code no wider than `LONGEST`, broken behind commas and operators.
 
-
-def _broken(line: str) -> list[str]:
-    pad = line[: len(line) - len(line.lstrip())]
-    code, mark, note = line.partition(" /* ")
-    if len(line) > LONGEST and mark and code.strip():
-        width = LONGEST - len(pad) - 6
-        first, *rest = textwrap.wrap(note.removesuffix(" */"), width)
-        told = [f"{pad}/* {first}", *(f"{pad} * {each}" for each in rest)]
-        told[-1] += " */"
-        return [*told, *_broken(code)]
-    remark = line.lstrip().startswith("//")
-    found, deeper = [], f"{pad}// " if remark else f"{pad}        "
-    while len(line) > LONGEST:
-        place = _place(line, len(deeper) + 20, remark)
-        if place is None:
-            break
-        found.append(line[:place].rstrip())
-        line = deeper + line[place:].lstrip()
-    return [*found, line]
-
-
-def _place(line: str, least: int, remark: bool) -> int | None:
-    for text, within in _BREAKS[-1:] if remark else _BREAKS:
-        place = line.rfind(text, least, LONGEST - 1)
-        if place > 0 and (text != ", " or place > LONGEST // 2):
-            return place + within
-    return None
+    Comments to the end of a line stay whole.
+    """
+    found = []
+    for line in lines:
+        if len(line) <= LONGEST or line.lstrip().startswith("//"):
+            found.append(line)
+            continue
+        code = line.lstrip()
+        pad = " " * (len(line) - len(code))
+        if "/*" not in code:
+            code = re.sub(r"(?<![-,|&?:+*/]) ", "\0", code)  # blanks without a break
+        parts = textwrap.wrap(
+            code, LONGEST, initial_indent=pad, subsequent_indent=f"{pad}        ",
+            break_long_words=False, break_on_hyphens=False,
+        )  # fmt: skip
+        found += [part.replace("\0", " ") for part in parts]
+    return found

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import ast
 import math
-import re
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from macromicro.export import _helpers, _words, kinds
-from macromicro.export._naming import camel, legal, snake, wrapped
+from macromicro.export import _words, kinds
+from macromicro.export._naming import camel, identifiers, legal, snake, wrapped
 from macromicro.export._routines import Routine
 from macromicro.export._sources import Source, source
 from macromicro.export.kinds import REAL, TRUTH, WHOLE, Kind, Rows, Several, Struct, empty
@@ -101,7 +100,7 @@ class Program:
 
     def helper(self, name: str) -> str:
         self.helpers.add(name)
-        return _helpers.NAMES[name]
+        return name
 
     def math(self, name: str) -> str:
         return f"{name}f" if self.single else name
@@ -228,25 +227,19 @@ class Program:
         return self.declared(made.result, head, layout=layout)
 
     def text(self, made: Routine, static: bool) -> list[str]:
-        names = [name for name, _, _ in made.heads()]
-        result = []
-        if isinstance(made.result, Several):
-            self.tuple_name(made.result, made)
-            result = self.parts(made.result, made)
-        lines = _words.of_function(made.source, names, result)
-        used = re.findall(r"\w+", "\n".join(made.lines))
+        used = identifiers(made.lines)
         idle = [f"    (void){text};" for _, _, text in made.heads() if text not in used]
         head = f"{'static ' if static else ''}{self.signature(made)}"
-        return wrapped([*lines, head, "{", *idle, *made.lines, "}"])
+        return wrapped([*made.source.head, head, "{", *idle, *made.lines, "}"])
 
-    def struct_lines(self, code: str) -> list[str]:
-        """The structs that a code uses, each before its users."""
-        seen = set(re.findall(r"\w+", code))
+    def struct_lines(self, used: set[str]) -> list[str]:
+        """The structs of these names and those in them, each before its users."""
+        seen = set(used)
         found: list[list[str]] = []
         for kind, name in reversed(self.structs.items()):
             if name in seen:
                 found.append(["", *self._struct(kind, name)])
-                seen |= set(re.findall(r"\w+", "\n".join(found[-1])))
+                seen |= identifiers(found[-1])
         return wrapped([line for each in reversed(found) for line in each])
 
     def _struct(self, kind: Any, name: str) -> list[str]:
@@ -266,7 +259,9 @@ class Program:
                 legal(n): _words.said(note)
                 for n, note in _words.fields(kind.instance_class).items()
             }
-            head = _words.comment(_words.summary(kind.instance_class))
+            about = (kind.instance_class.__doc__ or "").partition("\n")[0]
+            own = not about.startswith(f"{kind.instance_class.__name__}(")  # Python's own text
+            head = [f"/* {_words.plain(about)} */"] if about and own else []
         body = []
         for each, part in zip(names, types, strict=True):
             if empty(part):

@@ -1,14 +1,12 @@
-"""The source of a kernel: its tree, its comments, and the meaning of its names."""
+"""The source of a kernel: its tree, its lines, and the meaning of its names."""
 
 from __future__ import annotations
 
 import ast
 import builtins
 import inspect
-import io
 import operator
 import textwrap
-import tokenize
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -22,8 +20,6 @@ _COMPUTED: dict[type, Callable[[Any, Any], Any]] = {
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
 }
-
-_TOOLS = ("noqa", "fmt:")  # comments that are for tools
 
 
 class Unknown(Exception):
@@ -44,11 +40,10 @@ class Source:
         self.text = text.splitlines()
         self.parameters: list[str]
         self.body: list[ast.stmt]
+        self.head: list[str] = []  # comments above the function in C
         self._read(text)
         free = inspect.getclosurevars(function)
         self.names = {**vars(builtins), **function.__globals__, **free.nonlocals}
-        self.comments = _comments(text)
-        self.summary = (inspect.getdoc(function) or "").partition("\n\n")[0]
         self.hints = hints_of(function, noted=True)
 
     def _read(self, text: str) -> None:
@@ -59,6 +54,11 @@ class Source:
             if isinstance(node, ast.FunctionDef) and node.name == self.function.__name__:
                 self.body = node.body
                 self.node: ast.AST = node
+                if ast.get_docstring(node, clean=False) and len(node.body) > 1:
+                    self.body = node.body[1:]
+                    self.head = self.comments(node.lineno, node.body[0].lineno + 1)
+                else:
+                    self.head = self.comments(node.lineno, node.body[0].lineno)
                 return
             if isinstance(node, ast.Lambda) and [a.arg for a in node.args.args] == names:
                 value = ast.Return(node.body)
@@ -66,6 +66,12 @@ class Source:
                 self.node = node
                 return
         self.refuse(tree, "no function", "a kernel whose source is a file")
+
+    def comments(self, first: int, end: int) -> list[str]:
+        """Lines of the source, the last of them before `end`, as comments of C."""
+        lines = textwrap.dedent("\n".join(self.text[first - 1 : end - 1])).splitlines()
+        # A backslash at its end would make the next line of C a comment too.
+        return [f"// {line.rstrip(chr(92) + ' ')}" for line in lines if line.strip()]
 
     def where(self, node: ast.AST) -> str:
         return f"{self.file}:{self.first + getattr(node, 'lineno', 1) - 1}"
@@ -116,13 +122,3 @@ class Source:
 @cache
 def source(function: Callable[..., Any]) -> Source:
     return Source(function)
-
-
-def _comments(text: str) -> dict[int, tuple[str, bool]]:
-    """Comments by line: the words, and whether they stand alone."""
-    found = {}
-    for token in tokenize.generate_tokens(io.StringIO(text).readline):
-        words = token.string.lstrip("# ").rstrip()
-        if token.type == tokenize.COMMENT and words and not words.startswith(_TOOLS):
-            found[token.start[0]] = (words, token.line.lstrip().startswith("#"))
-    return found

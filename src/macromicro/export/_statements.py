@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable
 from typing import Any
 
 from macromicro.export import kinds
@@ -27,20 +26,16 @@ class Statements(Expressions):
     def _block(self, block: list[ast.stmt], depth: int) -> list[str]:
         lines: list[str] = []
         depends, self.depends = self.depends, 0
-        last = getattr(block[0], "lineno", 1)
+        last = block[0].lineno
         for place, node in enumerate(block):
             pad = INDENT * depth
-            first, self.before = node.lineno, []
+            self.before = []
             self.statement, self.called, self.changing = node, 0, False
-            lines += self._comments(range(last, first), pad)
-            last = (node.end_lineno or first) + 1
+            lines += self._comments(last, _behind_head(node), pad)
+            last = (node.end_lineno or node.lineno) + 1
             for name in self.scopes.bare(node, (id(block), place)):
                 if name in self.kinds and not empty(self.kinds[name]):
                     lines += [f"{pad}{line}" for line in self._bare(name)]
-            if isinstance(node, ast.If | ast.For | ast.While):
-                lines += self._comments([first], pad)
-            else:
-                lines += self._comments(range(first, last), pad)
             method = getattr(self, f"_do_{type(node).__name__.lower()}", None)
             if method is None:
                 self.refuse(node, ast.unparse(node).partition("\n")[0])
@@ -59,9 +54,8 @@ class Statements(Expressions):
         chosen = [] if known is None else node.body if known else node.orelse
         return bool(chosen) and isinstance(chosen[-1], ast.Return)
 
-    def _comments(self, lines: Iterable[int], pad: str) -> list[str]:
-        found = (self.source.comments.get(line) for line in lines)
-        return [f"{pad}// {each[0]}" for each in found if each]
+    def _comments(self, first: int, end: int, pad: str) -> list[str]:
+        return [pad + line for line in self.source.comments(first, end)]
 
     def _bare(self, name: str) -> list[str]:
         """Declaration of a variable that is set in one branch or another."""
@@ -211,14 +205,15 @@ class Statements(Expressions):
         before, self.before = self.before, []
         lines = [f"{pad}{word} ({test.text}) {{", *self._block(node.body, depth + 1)]
         if node.orelse:
-            further = node.orelse[0]
+            further, behind = node.orelse[0], (node.body[-1].end_lineno or 0) + 1
             alone = len(node.orelse) == 1
             if alone and isinstance(further, ast.If) and self._undecided(further):
-                lines += self._comments([further.lineno], INDENT * (depth + 1))
+                lines += self._comments(behind, _behind_head(further), INDENT * (depth + 1))
                 with self.perhaps():
                     nested = self._do_if(further, depth, "} else if")
                 self.before = before
                 return lines + nested
+            lines += self._comments(behind, further.lineno, INDENT * (depth + 1))
             lines += [f"{pad}}} else {{", *self._block(node.orelse, depth + 1)]
         self.before = before
         return [*lines, f"{pad}}}"]
@@ -307,6 +302,12 @@ class Statements(Expressions):
             found = found._replace(items=self.items(found, "found"))
         text, _ = self.given(found, target, node, layout)
         return [f"{pad}return {text};"]
+
+
+def _behind_head(node: ast.stmt) -> int:
+    """The line behind a statement, or behind the head of one that holds others."""
+    inner = getattr(node, "body", None)
+    return int(inner[0].lineno) if inner else (node.end_lineno or node.lineno) + 1
 
 
 def _loaded(node: ast.expr) -> ast.expr:
