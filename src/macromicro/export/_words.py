@@ -26,7 +26,8 @@ def results(source: Source) -> list[Meaning]:
 
 def said(note: Meaning) -> str:
     """Meaning and unit in words."""
-    return plain(", ".join(filter(None, (note.meaning, note.unit))))
+    unit = "" if note.unit in ("1", "-") else note.unit
+    return plain(", ".join(filter(None, (note.meaning, unit))))
 
 
 def plain(words: str) -> str:
