@@ -36,6 +36,7 @@ WORDS = {
     "powered": (NUMBERS, st.floats(-3.0, 3.0)),
     "signs": (NUMBERS, NUMBERS),
     "whole_steps": (NUMBERS, st.integers(0, 12)),
+    "shrinking": (st.integers(0, 12),),
     "swapped": (NUMBERS, NUMBERS),
     "branched": (NUMBERS, st.builds(spoken.Pair, NUMBERS, NUMBERS)),
     "either": (NUMBERS, st.builds(spoken.Pair, NUMBERS, NUMBERS)),
@@ -46,7 +47,7 @@ WORDS = {
 }
 EXAMPLES = {
     "shared": (1, 2), "whole_steps": (0.0, 1), "branched": (0.0, spoken.Pair(0.0)),
-    "either": (0.0, spoken.Pair(0.0)),
+    "shrinking": (1,), "either": (0.0, spoken.Pair(0.0)),
     "summed_pair": (spoken.Pair(0.0),), "summed": (spoken.ROWS, 0.0),
 }  # fmt: skip
 

@@ -7,7 +7,7 @@ import re
 import pytest
 
 from macromicro.export import catalogue, files
-from macromicro.export._variables import Interface, Variable
+from macromicro.export.fmu import Interface, Variable
 
 
 def variables(name: str) -> dict[str, Variable]:

@@ -8,7 +8,7 @@ import re
 import pytest
 
 from macromicro.export import catalogue, files
-from macromicro.export._variables import Interface
+from macromicro.export.fmu import Interface
 
 from .record import frozen
 

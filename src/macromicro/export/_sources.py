@@ -10,8 +10,9 @@ import textwrap
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, get_args, get_origin
 
+from macromicro.columns import Meaning, meaning
 from macromicro.errors import InputError
 from macromicro.export.kinds import hints_of
 
@@ -70,8 +71,14 @@ class Source:
     def comments(self, first: int, end: int) -> list[str]:
         """Lines of the source, the last of them before `end`, as comments of C."""
         lines = textwrap.dedent("\n".join(self.text[first - 1 : end - 1])).splitlines()
-        # A backslash at its end would make the next line of C a comment too.
-        return [f"// {line.rstrip(chr(92) + ' ')}" for line in lines if line.strip()]
+        # A backslash at the end would make the next line of C a comment too.
+        return ["// " + line.rstrip("\\ ") for line in lines if line.strip()]
+
+    def results(self) -> list[Meaning]:
+        """Meanings of each part of the result."""
+        hint = self.hints.get("return")
+        parts = get_args(hint) if get_origin(hint) is tuple else (hint,)
+        return [meaning(part) for part in parts]
 
     def where(self, node: ast.AST) -> str:
         return f"{self.file}:{self.first + getattr(node, 'lineno', 1) - 1}"

@@ -12,9 +12,7 @@ from macromicro.control import outside
 from macromicro.control.stage_law import StageLaw
 from macromicro.errors import InputError, ProblemError
 from macromicro.export import kinds
-from macromicro.export._units_parts import parts
-from macromicro.export._units_stage import of_machine
-from macromicro.export._units_two_stage import two_stage
+from macromicro.export._units import of_machine, parts, two_stage
 from macromicro.export.units import Entry, Made, Unit, law_of
 from macromicro.kernel import is_kernel
 from macromicro.machines import compositions

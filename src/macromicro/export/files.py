@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from macromicro import __version__
-from macromicro.export import _helpers, _words, kinds
-from macromicro.export._naming import identifiers, legal, wrapped
+from macromicro.export import kinds
 from macromicro.export._program import Program
-from macromicro.export._routines import Routine
+from macromicro.export._statements import Routine
+from macromicro.export._text import helpers, identifiers, legal, plain, wrapped
 from macromicro.export.kinds import REAL, Kind, Rows, Several, Struct, empty
 from macromicro.export.units import Unit
 
@@ -65,14 +65,7 @@ class Writer:
         program, unit = self.program, self.unit
         entries = []
         for entry in unit.entries:
-            types = tuple(kind_of(each) for each in entry.arguments)
-            hints = kinds.hints_of(entry.function)
-            names = list(hints)[: len(types)]
-            if len(names) == len(types):
-                types = tuple(
-                    REAL if hints[n] is float and k is kinds.WHOLE else k
-                    for n, k in zip(names, types, strict=True)
-                )
+            types = [kind_of(each) for each in entry.arguments]
             entries.append(program.routine(entry.function, types, name=f"{self.name}_{entry.name}"))
         given = [line for key, value in unit.given.items() for line in self._given(key, value)]
         begin = self._begin()
@@ -88,7 +81,7 @@ class Writer:
             "#include <stddef.h>",
             "#include <string.h>",
             "",
-            *_helpers.lines(program.helpers, program.single),
+            *helpers(program.helpers, program.single),
             *self.tables,
             *given,
             *bodies,
@@ -110,7 +103,7 @@ class Writer:
         return [made for made in self.program.order if made in found]
 
     def _top(self) -> list[str]:
-        title = _words.plain(self.unit.title)
+        title = plain(self.unit.title)
         return [
             f"/* {title}: {self.unit.name} of macromicro {__version__}, exported.",
             "   Made by a program: change the Python that it comes from. MIT licence. */",

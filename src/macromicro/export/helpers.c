@@ -15,10 +15,10 @@ static inline integer abs_of_int(integer a) { return a < 0 ? -a : a; }
 /* A number without its fraction; the nearest end of the integers beyond them, 0 for NaN. */
 static inline integer whole(real x)
 {
-    if (!(x > INTEGER_LOW)) {
-        return x <= INTEGER_LOW ? INTEGER_MIN : 0;
+    if (!(x > -INTEGER_LIMIT)) {
+        return x <= -INTEGER_LIMIT ? INTEGER_MIN : 0;
     }
-    return x < INTEGER_HIGH ? (integer)x : INTEGER_MAX;
+    return x < INTEGER_LIMIT ? (integer)x : INTEGER_MAX;
 }
 
 /* What is left after floor_quotient; it has the sign of b. */

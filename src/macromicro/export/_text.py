@@ -1,9 +1,15 @@
-"""Names in C, and line breaks."""
+"""The text of exported C: names, remarks about numbers, line breaks, Python's functions."""
 
 from __future__ import annotations
 
 import re
 import textwrap
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from macromicro.columns import Meaning, meaning
+from macromicro.export.kinds import hints_of
 
 LONGEST = 100
 # What C's words and libm's functions would hide, or be hidden by.
@@ -32,6 +38,24 @@ def snake(name: str) -> str:
     return re.sub(r"(?<=[a-z0-9])([A-Z])", r"_\1", name).lower()
 
 
+@cache
+def notes_of(kind: Any) -> dict[str, Meaning]:
+    """Meanings of the fields of a ``NamedTuple`` class; units as stored."""
+    hints = hints_of(kind, noted=True)
+    return {name: meaning(hints.get(name)) for name in kind._fields}
+
+
+def remark(note: Meaning) -> str:
+    """Meaning and unit in words."""
+    unit = "" if note.unit in ("1", "-") else note.unit
+    return plain(", ".join(filter(None, (note.meaning, unit))))
+
+
+def plain(words: str) -> str:
+    """Text without mark-up that ends no C comment."""
+    return words.replace("`", "").replace("*/", "* /").strip().rstrip(".")
+
+
 def identifiers(lines: list[str]) -> set[str]:
     """The names in lines of code, those in comments to the end of a line left out."""
     code = [line for line in lines if not line.lstrip().startswith("//")]
@@ -58,3 +82,26 @@ def wrapped(lines: list[str]) -> list[str]:
         )  # fmt: skip
         found += [part.replace("\0", " ") for part in parts]
     return found
+
+
+def helpers(used: set[str], single: bool) -> list[str]:
+    """Those functions of helpers.c, in the file's order, for numbers of one precision."""
+    text = resources.files("macromicro.export").joinpath("helpers.c").read_text("utf-8")
+    chosen = [
+        block
+        for block in text.split("\n\n")
+        if any(re.search(rf"^static inline \w+ {name}\(", block, re.MULTILINE) for name in used)
+    ]
+    suffix, bits = ("f", 32) if single else ("", 64)
+    meant = {
+        "real": "float" if single else "double",
+        "integer": f"int{bits}_t",
+        "INTEGER_MIN": f"INT{bits}_MIN",
+        "INTEGER_MAX": f"INT{bits}_MAX",
+        "INTEGER_LIMIT": f"{2.0 ** (bits - 1)}{suffix}",
+        "FMOD": f"fmod{suffix}",
+        "COPYSIGN": f"copysign{suffix}",
+        "FLOOR": f"floor{suffix}",
+    }
+    code = re.sub(rf"\b({'|'.join(meant)})\b", lambda m: meant[m.group()], "\n\n".join(chosen))
+    return code.splitlines()
