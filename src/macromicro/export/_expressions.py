@@ -28,11 +28,11 @@ from macromicro.export._sources import Unknown
 from macromicro.export.kinds import REAL, TRUTH, WHOLE, Rows, Several, Struct, empty
 from macromicro.kernel import choice, is_kernel
 
-_ARITHMETIC: dict[type, tuple[str, int]] = {
-    ast.Add: ("+", PLUS),
-    ast.Sub: ("-", PLUS),
-    ast.Mult: ("*", TIMES),
-    ast.Div: ("/", TIMES),
+_ARITHMETIC: dict[type, tuple[str, int, Callable[[Any, Any], Any]]] = {
+    ast.Add: ("+", PLUS, operator.add),
+    ast.Sub: ("-", PLUS, operator.sub),
+    ast.Mult: ("*", TIMES, operator.mul),
+    ast.Div: ("/", TIMES, operator.truediv),
 }
 _COMPARED: dict[type, tuple[str, int, Callable[[Any, Any], bool]]] = {
     ast.Lt: ("<", LESS, operator.lt),
@@ -55,12 +55,13 @@ class Expressions(Reading):
         left, right = self.number(node.left), self.number(node.right)
         both = WHOLE if REAL not in (left.kind, right.kind) else REAL
         if type(node.op) in _ARITHMETIC:
-            sign, level = _ARITHMETIC[type(node.op)]
-            first = left.within(level)
+            sign, level, compute = _ARITHMETIC[type(node.op)]
+            first, known = left.within(level), None
             if sign == "/" and both is WHOLE:
                 first, both = f"({self.program.real}){left.within(PREFIX)}", REAL
-            second = right.within(level + 1)
-            return Expr(both, f"{first} {sign} {second}", level)
+            elif left.value is not None and right.value is not None:
+                known = compute(left.value, right.value)
+            return Expr(both, f"{first} {sign} {right.within(level + 1)}", level, value=known)
         names = {ast.FloorDiv: "quotient", ast.Mod: "remainder"}
         if type(node.op) in names:
             suffix = "_int" if both is WHOLE else ""
@@ -82,7 +83,8 @@ class Expressions(Reading):
         text = found.within(PREFIX)
         shown = f"({text})" if text.startswith("-") else text
         kind = WHOLE if found.kind is TRUTH else found.kind
-        return Expr(kind, f"-{shown}", PREFIX)
+        known = None if found.value is None else -found.value
+        return Expr(kind, f"-{shown}", PREFIX, value=known)
 
     def _boolop(self, node: ast.BoolOp) -> Expr:
         word, level = ("&&", AND) if isinstance(node.op, ast.And) else ("||", OR)

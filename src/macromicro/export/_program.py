@@ -144,6 +144,11 @@ class Program:
             return f"({name}){{{', '.join(text for _, text in parts)}}}"
         return f"({name}){{{', '.join(f'.{legal(n)} = {text}' for n, text in parts)}}}"
 
+    def array(self, kind: Rows, name: str) -> str:
+        """A declaration with all sizes; 1 for one that only the caller knows."""
+        sizes = "".join(f"[{n or 1}]" for n in kind.shape)
+        return f"{self.real if kind.element is REAL else self.whole} {name}{sizes}"
+
     def declared(self, kind: Any, name: str, layout: Any = None, rows_const: bool = False) -> str:
         """A declaration without its end."""
         if isinstance(kind, Rows):

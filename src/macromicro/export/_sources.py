@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import builtins
 import inspect
-import operator
 import textwrap
 from collections.abc import Callable
 from functools import cache
@@ -15,12 +14,6 @@ from typing import Any, NoReturn, get_args, get_origin
 from macromicro.columns import Meaning, meaning
 from macromicro.errors import InputError
 from macromicro.export.kinds import hints_of
-
-_COMPUTED: dict[type, Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-}
 
 
 class Unknown(Exception):
@@ -101,21 +94,7 @@ class Source:
             if not hasattr(base, node.attr):
                 raise Unknown(node.attr)
             return getattr(base, node.attr)
-        return self._computed(node, local)
-
-    def _computed(self, node: ast.AST, local: set[str]) -> Any:
-        """A constant with a sign, or integers added, subtracted or multiplied."""
-        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-            found = self.constant(node.operand, local)
-            if type(found) is not int and type(found) is not float:
-                raise Unknown("no number")
-            return -found
-        if not isinstance(node, ast.BinOp) or type(node.op) not in _COMPUTED:
-            raise Unknown(type(node).__name__)
-        left, right = self.constant(node.left, local), self.constant(node.right, local)
-        if not (type(left) is type(right) is int):
-            raise Unknown("no whole number")
-        return int(_COMPUTED[type(node.op)](left, right))
+        raise Unknown(type(node).__name__)
 
     def home(self, node: ast.AST) -> str:
         """The module in which a constant's name is looked up, for its name in C."""

@@ -301,11 +301,10 @@ class Routine(Expressions):
     def _do_pass(self, node: ast.Pass, depth: int) -> list[str]:
         return []
 
-    def _do_break(self, node: ast.Break, depth: int) -> list[str]:
-        return [f"{INDENT * depth}break;"]
+    def _do_break(self, node: ast.Break | ast.Continue, depth: int) -> list[str]:
+        return [f"{INDENT * depth}{type(node).__name__.lower()};"]
 
-    def _do_continue(self, node: ast.Continue, depth: int) -> list[str]:
-        return [f"{INDENT * depth}continue;"]
+    _do_continue = _do_break
 
     def _do_return(self, node: ast.Return, depth: int) -> list[str]:
         pad = INDENT * depth

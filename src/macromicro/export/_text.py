@@ -6,6 +6,7 @@ import re
 import textwrap
 from functools import cache
 from importlib import resources
+from string import Template
 from typing import Any
 
 from macromicro.columns import Meaning, meaning
@@ -86,7 +87,7 @@ def wrapped(lines: list[str]) -> list[str]:
 
 def helpers(used: set[str], single: bool) -> list[str]:
     """Those functions of helpers.c, in the file's order, for numbers of one precision."""
-    text = resources.files("macromicro.export").joinpath("helpers.c").read_text("utf-8")
+    text = template("helpers.c")
     chosen = [
         block
         for block in text.split("\n\n")
@@ -105,3 +106,15 @@ def helpers(used: set[str], single: bool) -> list[str]:
     }
     code = re.sub(rf"\b({'|'.join(meant)})\b", lambda m: meant[m.group()], "\n\n".join(chosen))
     return code.splitlines()
+
+
+def template(name: str) -> str:
+    return resources.files("macromicro.export").joinpath("templates", name).read_text("utf-8")
+
+
+def filled(file: str, /, **places: str) -> str:
+    """A template; places that hold nothing leave no line."""
+    text = template(file)
+    for place in [each for each, value in places.items() if not value]:
+        text = text.replace(f"${place}\n", "")
+    return re.sub(r"\n{3,}", "\n\n", Template(text).substitute(places).rstrip()) + "\n"

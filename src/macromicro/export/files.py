@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 import textwrap
-from importlib import resources
-from string import Template
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +12,7 @@ from macromicro import __version__
 from macromicro.export import kinds
 from macromicro.export._program import Program
 from macromicro.export._statements import Routine
-from macromicro.export._text import helpers, identifiers, legal, plain, wrapped
+from macromicro.export._text import filled, helpers, identifiers, legal, plain, wrapped
 from macromicro.export.kinds import REAL, Kind, Rows, Several, Struct, empty
 from macromicro.export.units import Unit
 
@@ -44,14 +42,7 @@ class Written(NamedTuple):
         return bool(self.changed)
 
     def readme(self) -> str:
-        text = resources.files("macromicro.export").joinpath("readme.md").read_text("utf-8")
-        return Template(text).substitute(
-            name=self.name,
-            unit=self.unit.name,
-            title=f"{self.unit.title[0].upper()}{self.unit.title[1:]}",
-            version=__version__,
-            real=self.program.real,
-        )
+        return filled("readme.md", name=self.name, real=self.program.real, **_about(self.unit))
 
 
 class Writer:
@@ -68,30 +59,24 @@ class Writer:
             types = [kind_of(each) for each in entry.arguments]
             entries.append(program.routine(entry.function, types, name=f"{self.name}_{entry.name}"))
         given = [line for key, value in unit.given.items() for line in self._given(key, value)]
-        begin = self._begin()
+        declared, begin = self._begin()
         used = self._used(entries)
         bodies: list[str] = []
         for made in used:
             bodies += ["", *program.text(made, static=made not in entries)]
-        code = [
-            *self._top(),
-            f'#include "{self.name}.h"',
-            "",
-            "#include <math.h>",
-            "#include <stddef.h>",
-            "#include <string.h>",
-            "",
-            *helpers(program.helpers, program.single),
-            *self.tables,
-            *given,
-            *bodies,
-            *begin[1],
-        ]
-        header = self._header(entries, begin[0], [*bodies, *given, *begin[1]])
-        return Written(
-            unit, self.name, _joined(header), _joined(code), tuple(entries), tuple(used), program,
-            tuple(self.changed),
-        )  # fmt: skip
+        code = filled(
+            "code.c",
+            name=self.name,
+            helpers="\n".join(helpers(program.helpers, program.single)),
+            tables="\n".join(self.tables),
+            parameters="\n".join(given),
+            functions="\n".join(bodies),
+            begin="\n".join(begin),
+            **_about(unit),
+        )
+        header = self._header(entries, declared, [*bodies, *given, *begin])
+        return Written(unit, self.name, header, code, tuple(entries), tuple(used), program,
+                       tuple(self.changed))  # fmt: skip
 
     def _used(self, entries: list[Routine]) -> list[Routine]:
         """Routines that the entries reach; those of branches that never run are dropped."""
@@ -102,16 +87,8 @@ class Writer:
                 found |= {each for each in self.program.order if each.name in called}
         return [made for made in self.program.order if made in found]
 
-    def _top(self) -> list[str]:
-        title = plain(self.unit.title)
-        return [
-            f"/* {title}: {self.unit.name} of macromicro {__version__}, exported.",
-            "   Made by a program: change the Python that it comes from. MIT licence. */",
-        ]
-
-    def _header(self, entries: list[Routine], begin: list[str], code: list[str]) -> list[str]:
+    def _header(self, entries: list[Routine], begin: list[str], code: list[str]) -> str:
         program = self.program
-        guard = f"{self.name.upper()}_H"
         heads: list[str] = []
         for entry, made in zip(self.unit.entries, entries, strict=True):
             when = [f"// {entry.when}"] if entry.when else []
@@ -124,24 +101,16 @@ class Writer:
         constants = [
             f"#define {name} {text}" for name, text in program.constants.items() if name in used
         ]
-        return [
-            *self._top(),
-            f"#ifndef {guard}",
-            f"#define {guard}",
-            "",
-            "#include <stdbool.h>",
-            "#include <stdint.h>",
-            "",
-            *constants,
-            "",
-            *program.struct_lines(used),
-            "",
-            *extern,
-            *begin,
-            *heads,
-            "",
-            "#endif",
-        ]
+        return filled(
+            "header.h",
+            guard=self.name.upper(),
+            constants="\n".join(constants),
+            structs="\n".join(program.struct_lines(used)),
+            parameters="\n".join(extern),
+            begin="\n".join(begin),
+            functions="\n".join(heads),
+            **_about(self.unit),
+        )
 
     def _given(self, key: str, value: Any) -> list[str]:
         kind = kind_of(value)
@@ -158,9 +127,7 @@ class Writer:
         text = self._initialiser(state, kind, ("start",), 1)
         store, filled, declared = f"{program.struct(kind)}Store", [], []
         for each in self.changed:
-            element = program.real if each.kind.element is REAL else program.whole
-            sizes = "".join(f"[{n}]" for n in each.kind.shape)
-            declared.append(f"    {element} {each.name}{sizes};")
+            declared.append(f"    {program.array(each.kind, each.name)};")
             filled += [
                 f"    memcpy(store->{each.name}, {each.source}, sizeof store->{each.name});",
                 f"    state->{each.path} = store->{each.name};",
@@ -199,9 +166,7 @@ class Writer:
     def _table(self, value: Any, kind: Rows, name: str) -> str:
         if 0 in kind.shape:
             return "NULL"
-        element = self.program.real if kind.element is REAL else self.program.whole
-        sizes = "".join(f"[{n}]" for n in kind.shape)
-        self.tables += ["", f"static const {element} {name}{sizes} = {{"]
+        self.tables += ["", f"static const {self.program.array(kind, name)} = {{"]
         several = len(kind.shape) > 1
         for row in value if several else [value]:
             numbers = ", ".join(self.program.number(each) for each in np.ravel(row))
@@ -217,9 +182,8 @@ def kind_of(value: Any) -> Kind:
     return kinds.of_value(value)
 
 
-def _joined(lines: list[str]) -> str:
-    """Lines as text, without consecutive empty ones."""
-    return re.sub(r"\n{3,}", "\n\n", "\n".join(lines)).rstrip() + "\n"
+def _about(unit: Unit) -> dict[str, str]:
+    return {"title": plain(unit.title), "unit": unit.name, "version": __version__}
 
 
 def written(unit: Unit, single: bool = False) -> Written:

@@ -8,9 +8,7 @@ import platform
 import shutil
 import subprocess
 import zipfile
-from importlib import resources
 from pathlib import Path
-from string import Template
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 from xml.sax.saxutils import quoteattr
@@ -20,7 +18,7 @@ from macromicro.columns import Meaning, meaning
 from macromicro.errors import InputError, MacromicroError
 from macromicro.export import kinds
 from macromicro.export._statements import Routine
-from macromicro.export._text import legal, notes_of, remark
+from macromicro.export._text import filled, legal, notes_of, remark
 from macromicro.export.files import Written, kind_of
 from macromicro.export.kinds import REAL, TRUTH, WHOLE, Kind, Rows, Several, Struct, empty
 from macromicro.export.units import Entry
@@ -125,7 +123,7 @@ class Interface:
         field = f"in_{legal(name)}"
         declared = self.program.declared(kind, field)
         if isinstance(kind, Rows):
-            declared = f"{self.program.real} {field}" + "".join(f"[{n or 1}]" for n in kind.shape)
+            declared = self.program.array(kind, field)
         if declared not in self.fields:
             self.fields.append(declared)
             if isinstance(kind, Rows):
@@ -216,7 +214,7 @@ def description(face: Interface, token: str) -> str:
                "  </UnitDefinitions>"] if units else []  # fmt: skip
     rows = [_variable(v, k) for k, v in enumerate(face.variables, 1)]
     outputs = [k for k, v in enumerate(face.variables, 1) if v.causality == OUTPUT]
-    return _filled(
+    return filled(
         "modelDescription.xml",
         token=token,
         model=quoteattr(face.unit.name),
@@ -266,7 +264,7 @@ def interface_code(face: Interface, token: str) -> str:
     for number, v in enumerate(face.variables, 1):
         path = f"whole[{wholes.index(v)}]" if v.whole else v.path
         cases += [f"case {number}:", f"    return &m->{path};"]
-    return _filled(
+    return filled(
         "fmi2.c",
         name=written.name,
         period=repr(face.unit.period),
@@ -294,15 +292,6 @@ def _effects(call: Call) -> list[str]:
 
 def _indented(lines: list[str], spaces: int) -> str:
     return "\n".join(" " * spaces + line for line in lines)
-
-
-def _filled(file: str, **places: str) -> str:
-    """A template of the folder fmi, without empty lines where a place holds nothing."""
-    text = resources.files("macromicro.export").joinpath("fmi", file).read_text("utf-8")
-    empty = [name for name, value in places.items() if not value]
-    for name in empty:
-        text = text.replace(f"${name}\n", "")
-    return Template(text).substitute(places)
 
 
 def _known(unit: str) -> str:
