@@ -10,37 +10,24 @@ from collections.abc import Callable
 from typing import Any
 
 from macromicro.export import kinds
-from macromicro.export._reading import (
-    AND,
-    CHOICE,
-    EQUAL,
-    LANGUAGE,
-    LESS,
-    LITERAL,
-    OR,
-    PLUS,
-    PREFIX,
-    TIMES,
-    Expr,
-    Reading,
-)
+from macromicro.export._reading import LANGUAGE, Expr, Level, Reading
 from macromicro.export._sources import Unknown
 from macromicro.export.kinds import REAL, TRUTH, WHOLE, Rows, Several, Struct, empty
 from macromicro.kernel import choice, is_kernel
 
 _ARITHMETIC: dict[type, tuple[str, int, Callable[[Any, Any], Any]]] = {
-    ast.Add: ("+", PLUS, operator.add),
-    ast.Sub: ("-", PLUS, operator.sub),
-    ast.Mult: ("*", TIMES, operator.mul),
-    ast.Div: ("/", TIMES, operator.truediv),
+    ast.Add: ("+", Level.PLUS, operator.add),
+    ast.Sub: ("-", Level.PLUS, operator.sub),
+    ast.Mult: ("*", Level.TIMES, operator.mul),
+    ast.Div: ("/", Level.TIMES, operator.truediv),
 }
 _COMPARED: dict[type, tuple[str, int, Callable[[Any, Any], bool]]] = {
-    ast.Lt: ("<", LESS, operator.lt),
-    ast.LtE: ("<=", LESS, operator.le),
-    ast.Gt: (">", LESS, operator.gt),
-    ast.GtE: (">=", LESS, operator.ge),
-    ast.Eq: ("==", EQUAL, operator.eq),
-    ast.NotEq: ("!=", EQUAL, operator.ne),
+    ast.Lt: ("<", Level.LESS, operator.lt),
+    ast.LtE: ("<=", Level.LESS, operator.le),
+    ast.Gt: (">", Level.LESS, operator.gt),
+    ast.GtE: (">=", Level.LESS, operator.ge),
+    ast.Eq: ("==", Level.EQUAL, operator.eq),
+    ast.NotEq: ("!=", Level.EQUAL, operator.ne),
 }
 # Of `math`, what C has too, with the same bits: CPython computes others, such as hypot, itself.
 _TRIGONOMETRY = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh")
@@ -58,7 +45,7 @@ class Expressions(Reading):
             sign, level, compute = _ARITHMETIC[type(node.op)]
             first, known = left.within(level), None
             if sign == "/" and both is WHOLE:
-                first, both = f"({self.program.real}){left.within(PREFIX)}", REAL
+                first, both = f"({self.program.real}){left.within(Level.PREFIX)}", REAL
             elif left.value is not None and right.value is not None:
                 known = compute(left.value, right.value)
             return Expr(both, f"{first} {sign} {right.within(level + 1)}", level, value=known)
@@ -75,19 +62,19 @@ class Expressions(Reading):
         found = self.number(node.operand)
         if isinstance(node.op, ast.Not):
             known = None if found.value is None else not found.value
-            return Expr(TRUTH, f"!{found.within(PREFIX)}", PREFIX, value=known)
+            return Expr(TRUTH, f"!{found.within(Level.PREFIX)}", Level.PREFIX, value=known)
         if isinstance(node.op, ast.UAdd):
             return found
         if not isinstance(node.op, ast.USub):
             self.refuse(node, ast.unparse(node))
-        text = found.within(PREFIX)
+        text = found.within(Level.PREFIX)
         shown = f"({text})" if text.startswith("-") else text
         kind = WHOLE if found.kind is TRUTH else found.kind
         known = None if found.value is None else -found.value
-        return Expr(kind, f"-{shown}", PREFIX, value=known)
+        return Expr(kind, f"-{shown}", Level.PREFIX, value=known)
 
     def _boolop(self, node: ast.BoolOp) -> Expr:
-        word, level = ("&&", AND) if isinstance(node.op, ast.And) else ("||", OR)
+        word, level = ("&&", Level.AND) if isinstance(node.op, ast.And) else ("||", Level.OR)
         ends = word == "||"  # the value that decides
         parts: list[str] = []
         for place, each in enumerate(node.values):
@@ -102,13 +89,13 @@ class Expressions(Reading):
                 return found
             if found.value is None or found.value is ends:
                 # Brackets that C does not need, but readers and compilers ask for.
-                inner = LITERAL if found.level in (AND, OR) and found.level != level else level
-                parts.append(found.within(inner))
+                other = found.level in (Level.AND, Level.OR) and found.level != level
+                parts.append(found.within(Level.LITERAL if other else level))
             if found.value is ends:
                 break
         if not parts:
             return Expr(TRUTH, "false" if ends else "true", value=not ends)
-        return Expr(TRUTH, f" {word} ".join(parts), level if len(parts) > 1 else LESS)
+        return Expr(TRUTH, f" {word} ".join(parts), level if len(parts) > 1 else Level.LESS)
 
     def _compare(self, node: ast.Compare) -> Expr:
         terms = [node.left, *node.comparators]
@@ -125,11 +112,11 @@ class Expressions(Reading):
             word, level, compare = _COMPARED[type(sign)]
             both = a.value is not None and b.value is not None
             known = compare(a.value, b.value) if both else None
-            text = f"{a.within(LESS + 1)} {word} {b.within(LESS + 1)}"
+            text = f"{a.within(Level.LESS + 1)} {word} {b.within(Level.LESS + 1)}"
             parts.append(Expr(TRUTH, text, level, value=known))
         if len(parts) == 1:
             return parts[0]
-        return Expr(TRUTH, " && ".join(each.text for each in parts), AND)
+        return Expr(TRUTH, " && ".join(each.text for each in parts), Level.AND)
 
     def _ifexp(self, node: ast.IfExp) -> Expr:
         test = self.number(node.test)
@@ -149,8 +136,8 @@ class Expressions(Reading):
         if kind is None or isinstance(kind, Rows | Several):
             self.refuse(node, f"{one.kind} or {other.kind}", "two values of one type")
         chosen = [self.given(each, kind, node) for each in (one, other)]
-        a, b = (t if lv > CHOICE else f"({t})" for t, lv in chosen)
-        return Expr(kind, f"{test.within(CHOICE + 1)} ? {a} : {b}", CHOICE)
+        a, b = (t if lv > Level.CHOICE else f"({t})" for t, lv in chosen)
+        return Expr(kind, f"{test.within(Level.CHOICE + 1)} ? {a} : {b}", Level.CHOICE)
 
     def _tuple(self, node: ast.Tuple) -> Expr:
         items = self.spread(node.elts)
@@ -197,9 +184,9 @@ class Expressions(Reading):
             helper = self.program.math("fabs") if real else self.program.helper("abs_of_int")
             return Expr(REAL if real else WHOLE, f"{helper}({found.text})")
         if name == "float" and not real:
-            return Expr(REAL, f"({self.program.real}){found.within(PREFIX)}", PREFIX)
+            return Expr(REAL, f"({self.program.real}){found.within(Level.PREFIX)}", Level.PREFIX)
         if name == "bool" and found.kind is not TRUTH:
-            return Expr(TRUTH, f"{found.within(LESS + 1)} != 0", EQUAL)
+            return Expr(TRUTH, f"{found.within(Level.LESS + 1)} != 0", Level.EQUAL)
         if name in ("int", "round"):
             if not real:
                 return found._replace(kind=WHOLE)
@@ -265,8 +252,7 @@ class Expressions(Reading):
                     if by_address
                     else self.given(found[place], part, node)[0]
                 )
-        layout = routine if isinstance(routine.result, Several) else None
-        return Expr(routine.result, f"{routine.name}({', '.join(parts)})", layout=layout)
+        return Expr(routine.result, f"{routine.name}({', '.join(parts)})", layout=routine)
 
     def _ordered(self, node: ast.Call, changes: bool) -> None:
         """C evaluates operands in any order: one that changes an array stands alone."""

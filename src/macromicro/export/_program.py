@@ -54,7 +54,8 @@ class Program:
         return free
 
     def struct(self, kind: Any, made: Routine | None = None) -> str:
-        """Name of the struct of a ``NamedTuple`` or tuple, or of a routine's result."""
+        """Name of the struct of a ``NamedTuple`` or tuple; a routine's result has its own."""
+        made = made if isinstance(kind, Several) else None
         key = made or kind
         if key not in self.structs:
             for part in kind.types:
@@ -215,8 +216,7 @@ class Program:
         head = f"{made.name}({', '.join(shown) or 'void'})"
         if made.result is None:
             return f"void {head}"
-        layout = made if isinstance(made.result, Several) else None
-        return self.declared(made.result, head, layout=layout)
+        return self.declared(made.result, head, made)
 
     def text(self, made: Routine, static: bool) -> list[str]:
         used = identifiers(made.lines)

@@ -16,24 +16,26 @@ from macromicro.export.kinds import REAL, TRUTH, WHOLE, Kind, Rows, Several, Str
 if TYPE_CHECKING:
     from macromicro.export._program import Program
 
-# How tightly C's operators bind.
-LITERAL, PREFIX, TIMES, PLUS, LESS, EQUAL, AND, OR, CHOICE = 16, 15, 13, 12, 10, 9, 5, 4, 3
-
 LANGUAGE = (
     "the language of kernels (CONTRIBUTING.md): floats, ints, bools, NamedTuples, arrays of fixed "
     "size, if, for over range, while, math, other kernels"
 )
 
 
+class Level:
+    """How tightly C's operators bind."""
+
+    LITERAL, PREFIX, TIMES, PLUS, LESS, EQUAL, AND, OR, CHOICE = 16, 15, 13, 12, 10, 9, 5, 4, 3
+
+
 class Expr(NamedTuple):
     kind: Any  # its type
     text: str  # in C
-    level: int = LITERAL  # how tightly its outermost operator binds
+    level: int = Level.LITERAL  # how tightly its outermost operator binds
     place: bool = False  # whether it is a place in memory, "(*p)" where a pointer leads
     value: Any = None  # what it is, if that is known here: a whole number or a truth value
     items: tuple[Any, ...] | None = None  # parts of a tuple that is written out
-    # of a plain tuple: the routine whose result it is; None for the tuple itself
-    layout: Any = None
+    layout: Any = None  # the routine whose result it is
     stable: bool = False  # whether the place that it names never changes
 
     def within(self, level: int) -> str:
@@ -44,7 +46,7 @@ class Expr(NamedTuple):
         """A member of the struct that it is."""
         if self.text.startswith("(*"):
             return f"{self.text[2:-1]}->{name}"
-        return f"{self.within(LITERAL)}.{name}"
+        return f"{self.within(Level.LITERAL)}.{name}"
 
 
 class Reading:
@@ -98,7 +100,8 @@ class Reading:
                 text = self.program.constant(name, self.source.home(node), value)
                 return Expr(kind, text, value=exact)
             text = self.program.number(value)
-            return Expr(kind, text, PREFIX if text.startswith("-") else LITERAL, value=exact)
+            level = Level.PREFIX if text.startswith("-") else Level.LITERAL
+            return Expr(kind, text, level, value=exact)
         if isinstance(value, tuple):
             try:
                 kind = kinds.of_value(value)
@@ -112,13 +115,8 @@ class Reading:
     def _name(self, node: ast.Name) -> Expr:
         if node.id not in self.kinds:
             self.refuse(node, node.id, "a variable that has a value here, or a constant")
-        kind = self.kinds[node.id]
-        return Expr(
-            kind,
-            self.named[node.id],
-            place=True,
-            stable=node.id in self.steady,
-        )
+        kind, text = self.kinds[node.id], self.named[node.id]
+        return Expr(kind, text, place=True, stable=node.id in self.steady)
 
     def _attribute(self, node: ast.Attribute) -> Expr:
         if node.attr == "shape":
@@ -160,7 +158,7 @@ class Reading:
         free = self.fresh(name)
         declared = self.program.declared(found.kind, free, layout=found.layout)
         self.before.append(f"const {declared} = {found.text};")
-        return found._replace(text=free, place=True, level=LITERAL, stable=True)
+        return found._replace(text=free, place=True, level=Level.LITERAL, stable=True)
 
     def fresh(self, name: str) -> str:
         free, number = name, 2
@@ -205,17 +203,15 @@ class Reading:
         if len(places) != len(base.kind.shape):
             accepted = f"{len(base.kind.shape)} indices, whole numbers"
             self.refuse(node, ast.unparse(node), accepted)
-        text = base.within(LITERAL)
+        text = base.within(Level.LITERAL)
         for place, number in zip(places, base.kind.shape, strict=True):
             index = self.read(place)
             if index.kind is not WHOLE:
                 self.refuse(place, f"{ast.unparse(place)}, {index.kind}", "a whole number")
-            shown = index.text
             if index.value is not None and index.value < 0:
-                shown = self._length(node, number).text if number is None else (
-                    str(number + index.value)
-                )  # fmt: skip
-            text += f"[{shown}]"
+                length = self._length(node, number).value
+                index = index._replace(text=str(length + index.value))
+            text += f"[{index.text}]"
         return Expr(base.kind.element, text, place=True)
 
     def number(self, node: ast.AST) -> Expr:
@@ -240,15 +236,15 @@ class Reading:
         """The text of a value of a type, and its precedence."""
         if isinstance(kind, Several):
             if found.items is None and found.layout is layout:
-                return found.text, LITERAL
+                return found.text, Level.LITERAL
             pairs = zip(self.items(found), kind.types, strict=True)
             parts = [self.given(e, k, node)[0] for e, k in pairs if not empty(k)]
             name = self.program.struct(kind, layout)
-            return f"({name}){{{', '.join(parts)}}}", LITERAL
+            return f"({name}){{{', '.join(parts)}}}", Level.LITERAL
         if isinstance(kind, Struct):
             if found.kind != kind:
                 self.refuse(node, f"{found.kind}", f"a {kind} with fields of the same types")
-            return found.text, LITERAL
+            return found.text, Level.LITERAL
         if kinds.joined(found.kind, kind) != kind:
             self.refuse(node, f"{ast.unparse(node)}, {found.kind}", f"a value of type {kind}")
         return found.text, found.level

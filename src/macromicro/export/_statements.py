@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from macromicro.export import kinds
 from macromicro.export._expressions import Expressions
-from macromicro.export._reading import Expr
+from macromicro.export._reading import Expr, Level
 from macromicro.export._sources import Source
 from macromicro.export._text import legal
 from macromicro.export.kinds import REAL, TRUTH, WHOLE, Kind, Rows, Several, Struct, empty
@@ -178,8 +178,8 @@ class Routine(Expressions):
         end = bounds[0] if len(bounds) == 1 else bounds[1]
         if {each.id for each in _names([around])} & set_here and end.value is None:
             end = self.kept(end, "end")
-        compare = ">" if "-" in change else "<"
-        head = f"{self.program.whole} {turned} = {first}; {turned} {compare} {end.within(11)}"
+        compare, last = ">" if "-" in change else "<", end.within(Level.LESS + 1)
+        head = f"{self.program.whole} {turned} = {first}; {turned} {compare} {last}"
         return [*self._inner(f"for ({head}; {change})", node.body, depth), f"{INDENT * depth}}}"]
 
     def _change(self, node: ast.Call, bounds: list[Expr], name: str) -> str:
@@ -318,10 +318,9 @@ class Routine(Expressions):
         if isinstance(kind, Several) and isinstance(node.value, ast.Tuple) and not self.returned:
             self.returned = [n.id if isinstance(n, ast.Name) else "" for n in node.value.elts]
         target = kind if self.result is None else kinds.joined(kind, self.result) or kind
-        layout = self if isinstance(kind, Several) else None
         if isinstance(kind, Several) and found.items is None and found.layout is not self:
             found = found._replace(items=self.items(found, "found"))
-        text, _ = self.given(found, target, node, layout)
+        text, _ = self.given(found, target, node, self)
         return [f"{pad}return {text};"]
 
 

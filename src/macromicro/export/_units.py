@@ -14,11 +14,9 @@ from macromicro.control import cascade, deadzone, notch, outside, pi, supervisor
 from macromicro.control import settings as control_settings
 from macromicro.control.macro import LAWS
 from macromicro.control.stage_law import Sample, Target
-from macromicro.errors import ProblemError
 from macromicro.export.kinds import REAL, Rows
 from macromicro.export.units import Entry, Made, Unit, law_of
 from macromicro.hysteresis import invert, memory, prandtl
-from macromicro.kernel import is_kernel
 from macromicro.machines import guarding, lines, piezo, piezo_sheets, planning, sequence, tree
 from macromicro.nominal import PERIOD
 from macromicro.plant import bench, carriage
@@ -53,11 +51,8 @@ def of_machine(machine: Any, settings: Any) -> Made:
 
 
 def _stage_law(machine: Any, settings: Any) -> Unit:
-    law = machine.law
-    if not is_kernel(law.step):
-        accepted = "Make its step a kernel with @kernel (docs/laws.md)."
-        raise ProblemError(f"law {law.name}", "plain Python", accepted)
-    return law_of(f"{machine.name}.law", law, tree.gains(settings), float(settings.timing.period))
+    gains, period = tree.gains(settings), float(settings.timing.period)
+    return law_of(f"{machine.name}.law", machine.law, gains, period)
 
 
 def _stage_guard(machine: Any, settings: Any) -> Unit:

@@ -39,29 +39,27 @@ class Variable(NamedTuple):
     whole: bool = False  # whether it is an int or a bool, of which a copy is shown
 
 
-class Call(NamedTuple):
-    entry: str  # its name; the field of the model that holds what it returns
-    text: str  # in C
-    # where the new state is in what it returns; "" if that is the state; None for no new one
-    moves: str | None
-    kept: tuple[str, ...] = ()  # numbers that it returns for its next call
-
-
 class Interface:
-    """What an FMU has of a unit: variables, fields of the model, calls of a period."""
+    """What an FMU has of a unit: its variables, and lines of C for the places of fmi2.c."""
 
     def __init__(self, written: Written) -> None:
         self.written, self.unit, self.program = written, written.unit, written.program
         self.variables: list[Variable] = []
-        self.fields: list[str] = []  # declarations in C
-        self.starts: list[tuple[str, Any, Kind]] = []  # inputs: field, example, type
-        self.calls: list[Call] = []
+        self.fields: list[str] = []  # the model's declarations
+        self.reset: list[str] = []  # parameters and inputs as at the start
+        self.start: list[str] = []  # the state that follows from them
+        self.step: list[str] = []  # a control period
+        self.show: list[str] = []  # outputs of the present state
         self.state = self._state_kind()
         if self.state is not None:
-            self.fields.append(self.program.declared(self.state, "state"))
+            self.fields.append(f"{self.program.declared(self.state, 'state')};")
+        if self.unit.state is not None:
+            store = ", &m->store" if written.store else ""
+            self.start.append(f"{written.name}_begin(&m->state{store});")
         for key, value in self.unit.given.items():
             kind = kind_of(value)
-            self.fields.append(self.program.declared(kind, f"given_{key}"))
+            self.fields.append(f"{self.program.declared(kind, f'given_{key}')};")
+            self.reset.append(f"m->given_{key} = {written.name}_{key};")
             self._leaves(key, PARAMETER, f"given_{key}", value, kind)
         for entry, made in zip(self.unit.entries, written.entries, strict=True):
             if not entry.when:
@@ -87,19 +85,20 @@ class Interface:
         ]
         text = f"{made.name}({', '.join(given)})"
         if made.result == self.state and self.state is not None:
-            self.calls.append(Call(entry.name, text, ""))
+            (self.start if entry.name == "start" else self.step).append(f"m->state = {text};")
             return
-        moves, field, several = None, f"out_{entry.name}", isinstance(made.result, Several)
-        self.fields.append(self.program.declared(made.result, field, made if several else None))
+        field = f"out_{entry.name}"
+        self.fields.append(f"{self.program.declared(made.result, field, made)};")
+        kept = [f"m->in_{name} = m->{field}.{name};" for name in self.unit.memory]
         others = [e for e in self.unit.entries if e.name != "start" and not e.when]
         prefix = "" if len(others) == 1 or entry.name == "measure" else entry.name
         notes = made.source.results()
-        if several:
+        if isinstance(made.result, Several):
             names = self.program.parts(made.result, made)
             notes = notes if len(notes) == len(names) else [NOTHING] * len(names)
             for name, kind, note in zip(names, made.result.types, notes, strict=True):
                 if kind == self.state:
-                    moves = name
+                    kept.insert(0, f"m->state = m->{field}.{name};")
                     continue
                 shown = ".".join(filter(None, (prefix, name.rstrip("_"))))
                 self._leaves(shown, OUTPUT, f"{field}.{name}", None, kind, note)
@@ -107,7 +106,8 @@ class Interface:
             shown = prefix or ("" if isinstance(made.result, Struct) else entry.name)
             shown = "true" if entry.name == "show" else shown
             self._leaves(shown, OUTPUT, field, None, made.result, notes[0])
-        self.calls.append(Call(entry.name, text, moves, self.unit.memory))
+        # A call without a memory shows the state; the others are made once a period.
+        (self.step if kept else self.show).extend([f"m->{field} = {text};", *kept])
 
     def _argument(self, name: str, kind: Kind, value: Any, made: Routine) -> str:
         for key, given in self.unit.given.items():
@@ -121,9 +121,9 @@ class Interface:
         if kind is WHOLE:
             return str(0 if isinstance(value, kinds.Scalar) else int(value))
         field = f"in_{legal(name)}"
-        declared = self.program.declared(kind, field)
+        declared = f"{self.program.declared(kind, field)};"
         if isinstance(kind, Rows):
-            declared = self.program.array(kind, field)
+            declared = f"{self.program.array(kind, field)};"
         if declared not in self.fields:
             self.fields.append(declared)
             if isinstance(kind, Rows):
@@ -134,7 +134,7 @@ class Interface:
                 ]
             elif name not in self.unit.memory:
                 example = 0.0 if isinstance(value, kinds.Scalar) else value
-                self.starts.append((field, example, kind))
+                self.reset.append(f"m->{field} = {self.program.literal(example, kind)};")
                 note = meaning(made.source.hints.get(name))
                 self._leaves(name, INPUT, field, example, kind, note)
         return f"{address}m->{field}"
@@ -242,24 +242,13 @@ def _variable(v: Variable, reference: int) -> str:
 
 def interface_code(face: Interface, token: str) -> str:
     """fmi2.c: the standard's functions, which call the unit's functions once a control period."""
-    written, program = face.written, face.written.program
-    wholes = [v for v in face.variables if v.whole]
-    fields = [f"{each};" for each in face.fields]
+    written, wholes = face.written, [v for v in face.variables if v.whole]
+    fields = list(face.fields)
     if written.store:
-        fields.append(f"{program.struct(face.state)}Store store;")
+        fields.append(f"{written.program.struct(face.state)}Store store;")
     if wholes:
         fields.append(f"double whole[{len(wholes)}]; /* copies of whole numbers */")
-    first = [f"m->given_{key} = {written.name}_{key};" for key in face.unit.given]
-    for field, value, kind in face.starts:
-        first.append(f"m->{field} = {program.literal(value, kind)};")
-    shown = [f"m->out_{c.entry} = {c.text};" for c in face.calls if c.moves is None and not c.kept]
-    shown += [f"m->whole[{k}] = (double)m->{v.path};" for k, v in enumerate(wholes)]
-    begun = []
-    if face.unit.state is not None:
-        store = ", &m->store" if written.store else ""
-        begun.append(f"{written.name}_begin(&m->state{store});")
-    elif face.calls[0].entry == "start" and face.calls[0].moves == "":
-        begun.append(f"m->state = {face.calls[0].text};")
+    copies = [f"m->whole[{k}] = (double)m->{v.path};" for k, v in enumerate(wholes)]
     cases = []
     for number, v in enumerate(face.variables, 1):
         path = f"whole[{wholes.index(v)}]" if v.whole else v.path
@@ -270,24 +259,13 @@ def interface_code(face: Interface, token: str) -> str:
         period=repr(face.unit.period),
         token=token,
         fields=_indented(fields, 4),
-        reset=_indented(first, 4),
-        show=_indented(shown, 4),
-        start=_indented(begun, 4),
-        step=_indented([line for call in face.calls for line in _effects(call)], 8),
+        reset=_indented(face.reset, 4),
+        show=_indented([*face.show, *copies], 4),
+        start=_indented(face.start, 4),
+        step=_indented(face.step, 8),
         pointers=_indented([f"m->state.{t.path} = m->store.{t.name};" for t in written.changed], 4),
         variables=_indented(cases, 4),
     )
-
-
-def _effects(call: Call) -> list[str]:
-    """What a call changes in a period; one that only shows the state waits for the last one."""
-    out = f"m->out_{call.entry}"
-    if call.moves == "":
-        return [f"m->state = {call.text};"] if call.entry != "start" else []
-    if not call.moves and not call.kept:
-        return []
-    state = [f"m->state = {out}.{call.moves};"] if call.moves else []
-    return [f"{out} = {call.text};", *state, *(f"m->in_{n} = {out}.{n};" for n in call.kept)]
 
 
 def _indented(lines: list[str], spaces: int) -> str:
