@@ -147,7 +147,6 @@ OPTIONS = {
     "a look at a folder": ("look .", "a directory"),
     "no such procedure": ("collect levitation", "levitation"),
     "no such export": ("export c axis.none", "axis.none"),
-    "no such version": ("export fmu axis.law --fmi 4", "--fmi: 4"),
     "no such shell": ("completion fish2", "fish2"),
     "no such example": ("programmes none", "none"),
 }

@@ -1,8 +1,9 @@
-/* FMI 2.0 for co-simulation, in front of a model. MIT licence. */
+/* $name as an FMU: FMI 2.0 for co-simulation. MIT licence. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "model.h"
+#include "$name.h"
 
 #ifdef _WIN32
 #define EXPORT __declspec(dllexport)
@@ -10,15 +11,65 @@
 #define EXPORT __attribute__((visibility("default")))
 #endif
 
+#define PERIOD $period /* s */
+
 enum { OK, WARNING, DISCARD, ERROR, FATAL, PENDING };
 
 typedef struct {
     int started; /* initialisation is over */
-    double time; /* of the start, s */
-    Model *model;
-} Instance;
+    double time, began; /* s */
+    double periods; /* since it began */
+    double behind; /* remainder of the last step that is no whole period, s */
+$fields
+} Model;
 
 typedef unsigned int Reference;
+
+/* Parameters, inputs and state as at the start. */
+static void reset(Model *m)
+{
+    memset(m, 0, sizeof *m);
+$reset
+}
+
+/* The outputs as parameters, inputs and state are now. */
+static void show(Model *m)
+{
+$show
+    (void)m;
+}
+
+/* The state that follows from parameters and inputs, and the outputs at that time. */
+static void start(Model *m)
+{
+    m->time = m->began;
+    m->periods = m->behind = 0.0;
+$start
+    show(m);
+}
+
+/* Control periods for so long; inputs are held. */
+static void step(Model *m, double length)
+{
+    m->behind += length;
+    while (m->behind > 0.5 * PERIOD) {
+        m->behind -= PERIOD;
+$step
+        m->periods += 1.0;
+        m->time = m->began + m->periods * PERIOD;
+    }
+    show(m);
+}
+
+/* A variable by its value reference; NULL if there is none. */
+static double *variable(Model *m, Reference reference)
+{
+    switch (reference) {
+$variables
+    default:
+        return NULL;
+    }
+}
 
 EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }
 EXPORT const char *fmi2GetVersion(void) { return "2.0"; }
@@ -33,36 +84,26 @@ EXPORT void *fmi2Instantiate(const char *name, int type, const char *token, cons
         const void *callbacks, int visible, int logging)
 {
     (void)name, (void)resources, (void)callbacks, (void)visible, (void)logging;
-    if (type != 1 || token == NULL || strcmp(token, MODEL_TOKEN) != 0) {
+    if (type != 1 || token == NULL || strcmp(token, "$token") != 0) {
         return NULL;
     }
-    Instance *it = calloc(1, sizeof *it);
-    if (it == NULL) {
-        return NULL;
+    Model *m = malloc(sizeof *m);
+    if (m != NULL) {
+        reset(m);
     }
-    it->model = calloc(1, model_size());
-    if (it->model == NULL) {
-        free(it);
-        return NULL;
-    }
-    model_reset(it->model);
-    return it;
+    return m;
 }
 
 EXPORT void fmi2FreeInstance(void *c)
 {
-    Instance *it = c;
-    if (it != NULL) {
-        free(it->model);
-        free(it);
-    }
+    free(c);
 }
 
-EXPORT int fmi2SetupExperiment(void *c, int given, double tolerance, double start, int ends,
+EXPORT int fmi2SetupExperiment(void *c, int given, double tolerance, double begin, int ends,
         double stop)
 {
     (void)given, (void)tolerance, (void)ends, (void)stop;
-    ((Instance *)c)->time = start;
+    ((Model *)c)->began = begin;
     return OK;
 }
 
@@ -74,9 +115,9 @@ EXPORT int fmi2EnterInitializationMode(void *c)
 
 EXPORT int fmi2ExitInitializationMode(void *c)
 {
-    Instance *it = c;
-    model_start(it->model, it->time);
-    it->started = 1;
+    Model *m = c;
+    start(m);
+    m->started = 1;
     return OK;
 }
 
@@ -88,22 +129,20 @@ EXPORT int fmi2Terminate(void *c)
 
 EXPORT int fmi2Reset(void *c)
 {
-    Instance *it = c;
-    model_reset(it->model);
-    it->started = 0;
+    reset(c);
     return OK;
 }
 
 EXPORT int fmi2GetReal(void *c, const Reference r[], size_t n, double values[])
 {
-    Instance *it = c;
-    if (it->started) {
-        model_show(it->model);
+    Model *m = c;
+    if (m->started) {
+        show(m);
     } else {
-        model_start(it->model, it->time);
+        start(m);
     }
     for (size_t k = 0; k < n; k++) {
-        const double *at = model_at(it->model, r[k]);
+        const double *at = variable(m, r[k]);
         if (at == NULL) {
             return ERROR;
         }
@@ -115,7 +154,7 @@ EXPORT int fmi2GetReal(void *c, const Reference r[], size_t n, double values[])
 EXPORT int fmi2SetReal(void *c, const Reference r[], size_t n, const double values[])
 {
     for (size_t k = 0; k < n; k++) {
-        double *at = model_at(((Instance *)c)->model, r[k]);
+        double *at = variable(c, r[k]);
         if (at == NULL) {
             return ERROR;
         }
@@ -127,27 +166,27 @@ EXPORT int fmi2SetReal(void *c, const Reference r[], size_t n, const double valu
 EXPORT int fmi2DoStep(void *c, double time, double length, int final)
 {
     (void)time, (void)final;
-    model_step(((Instance *)c)->model, length);
+    step(c, length);
     return OK;
 }
 
 EXPORT int fmi2GetFMUstate(void *c, void **state)
 {
     if (*state == NULL) {
-        *state = malloc(model_size());
+        *state = malloc(sizeof(Model));
     }
     if (*state == NULL) {
         return ERROR;
     }
-    memcpy(*state, ((Instance *)c)->model, model_size());
+    memcpy(*state, c, sizeof(Model));
     return OK;
 }
 
 EXPORT int fmi2SetFMUstate(void *c, void *state)
 {
-    Instance *it = c;
-    memcpy(it->model, state, model_size());
-    model_moved(it->model);
+    Model *m = c;
+    memcpy(m, state, sizeof *m);
+$pointers
     return OK;
 }
 
@@ -159,7 +198,7 @@ EXPORT int fmi2FreeFMUstate(void *c, void **state)
     return OK;
 }
 
-/* What this model has not. */
+/* Functions of the standard without a meaning here. */
 #define REFUSED(name, ...) \
     EXPORT int name(__VA_ARGS__) { return ERROR; }
 #define NONE(name, type) \
