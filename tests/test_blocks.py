@@ -146,7 +146,7 @@ CANNOT: dict[str, dict[str, str]] = {
     },
     "docs/recording.md": {"n = double(h5read": "MATLAB", "run = load(": "MATLAB"},
     "docs/reproduce.md": {
-        "macromicro reproduce --only kiln --json -": TESTED + "tests/test_cli_reproduce.py",
+        "macromicro reproduce --only kiln --json": TESTED + "tests/test_cli_reproduce.py",
     },
     "docs/rigs.md": {
         "macromicro reproduce --rig mylab:bench": TESTED + "tests/test_docs_rigs.py",

@@ -16,19 +16,25 @@ from macromicro.commands.commission import commission
 from macromicro.commands.compare import compare
 from macromicro.commands.completion import completion
 from macromicro.commands.doctor import doctor
-from macromicro.commands.group import (
-    PNG,
-    Calibration,
-    Figures,
-    Law,
-    Loop,
-    Port,
-    whole,
-)
+from macromicro.commands.group import whole
 from macromicro.commands.latency import latency
 from macromicro.commands.learn import learn
 from macromicro.commands.limits import limits
 from macromicro.commands.look import look
+from macromicro.commands.options import (
+    PNG,
+    Calibration,
+    Config,
+    Figures,
+    Json,
+    Law,
+    Loop,
+    Overwrite,
+    Port,
+    Rig,
+    Seed,
+    Yes,
+)
 from macromicro.commands.plot import plot
 from macromicro.commands.reproduce import reproduce
 from macromicro.commands.response import response
@@ -113,41 +119,21 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
         Path | None,
         typer.Option(help="Folder for the results.", show_default="results/<programme>"),
     ] = None,
-    config: Annotated[
-        Path | None, typer.Option(help="TOML file with units that overrides settings.")
-    ] = None,
+    config: Config = None,
     cycles: Annotated[
         int, typer.Option(parser=whole, metavar="N", help="Number of repetitions of the programme.")
     ] = 1,
     fan: Annotated[bool, typer.Option("--fan", help="Cool the actuator with a fan.")] = False,
-    seed: Annotated[
-        int, typer.Option(parser=whole, metavar="N", help="Seed of the sensors' noise.")
-    ] = 0,
-    rig: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help=(
-                "twin (simulated), MODULE:FACTORY of your own rig "
-                "(docs/rigs.md), FILE.toml of a card (docs/cards.md), or "
-                "replay:FILE for the sensors of a recording."
-            ),
-        ),
-    ] = "twin",
+    seed: Seed = 0,
+    rig: Rig = "twin",
     port: Port = None,
     loop: Loop = None,
     calibration: Calibration = None,
     law: Law = None,
-    yes: Annotated[
-        bool, typer.Option("--yes", help="Move your own rig without asking first.")
-    ] = False,
+    yes: Yes = False,
     figures: Figures = PNG,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print only the summary, as JSON.")
-    ] = False,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")
-    ] = False,
+    as_json: Json = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Run a motion programme on the simulated machine or on a rig.
 
@@ -196,12 +182,7 @@ def config_show(
             show_default=False,
         ),
     ] = None,
-    config: Annotated[
-        Path | None,
-        typer.Option(
-            help="A settings file; values that it does not set are derived.", show_default=False
-        ),
-    ] = None,
+    config: Config = None,
 ) -> None:
     """Print settings as TOML with units, meaning and source.
 

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from macromicro.commands.group import Group
+from macromicro.commands.options import Overwrite
 
 app = typer.Typer(
     cls=Group,
@@ -69,9 +70,7 @@ def c(
             "--float", help=("Use float and 32-bit integers instead of double and 64-bit ones.")
         ),
     ] = False,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an earlier export.")
-    ] = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Write C99 from kernels (docs/export.md).
 
@@ -105,9 +104,7 @@ def fmu(
         Path | None, typer.Option(metavar="FILE", help="The FMU.", show_default="<WHAT>.fmu")
     ] = None,
     config: Config = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an earlier file.")
-    ] = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Write a co-simulation FMU (FMI 2.0) for Simulink or FMPy.
 
@@ -138,9 +135,7 @@ def fmu(
 @app.command("hex")
 def hex_(
     out: Annotated[Path, typer.Option(metavar="FILE", help="The file to flash.")] = Path("uno.hex"),
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an earlier file.")
-    ] = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Write the built firmware for an Arduino Uno or Nano.
 

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from macromicro.commands import machine_run
-from macromicro.commands.group import PNG, Figures, Law, tell, whole
+from macromicro.commands.group import tell, whole
+from macromicro.commands.options import PNG, Config, Figures, Json, Law, Overwrite, Seed
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -25,14 +26,8 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     samples: Annotated[
         int, typer.Option(parser=whole, metavar="N", help="Number of machines.")
     ] = SAMPLES,
-    seed: Annotated[
-        int,
-        typer.Option(parser=whole, metavar="N", help="Seed of the sample and the sensors' noise."),
-    ] = 0,
-    config: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="TOML file of the nominal settings.", show_default=False),
-    ] = None,
+    seed: Seed = 0,
+    config: Config = None,
     programme: Annotated[
         str | None,
         typer.Option(
@@ -70,13 +65,9 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
         Path | None,
         typer.Option(help="Folder for the results.", show_default="results/robust-<programme>"),
     ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace earlier results.")
-    ] = False,
+    overwrite: Overwrite = False,
     figures: Figures = PNG,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print only the results, as JSON.")
-    ] = False,
+    as_json: Json = False,
 ) -> None:
     """Try machines with other friction, load, noise and more.
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from macromicro.commands.group import PNG, Figures, tell, whole
+from macromicro.commands.group import tell, whole
+from macromicro.commands.options import PNG, Config, Figures, Json, Law, Overwrite, Seed
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -32,18 +33,11 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
             help="settling, iae or effort; for other machines settling, error or rest.",
         ),
     ] = "settling",
-    law: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="Control law, or MODULE:LAW of your own (docs/laws.md).",
-            show_default="that of the settings",
-        ),
-    ] = None,
+    law: Law = None,
     evaluations: Annotated[
         int, typer.Option(parser=whole, metavar="N", help="Largest number of designs to try.")
     ] = 300,
-    seed: Annotated[int, typer.Option(parser=whole, metavar="N", help="Seed of the search.")] = 0,
+    seed: Seed = 0,
     robust: Annotated[
         bool,
         typer.Option("--robust", help="Search on varied machines and judge on fresh ones."),
@@ -66,25 +60,14 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
             show_default="as the output lists them",
         ),
     ] = None,
-    config: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Settings file of the machine.",
-            show_default="the two-stage machine",
-        ),
-    ] = None,
+    config: Config = None,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder for the results.", show_default="results/tune-<stage or config>"),
     ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace earlier results.")
-    ] = False,
+    overwrite: Overwrite = False,
     figures: Figures = PNG,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print only the results, as JSON.")
-    ] = False,
+    as_json: Json = False,
 ) -> None:
     """Find better gains for a control law and judge them.
 
