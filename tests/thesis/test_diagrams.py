@@ -42,7 +42,7 @@ def test_each_file_is_listed_and_each_listed_number_has_a_file() -> None:
 
 @pytest.mark.parametrize("number", DIAGRAMS)
 def test_an_exhibit_with_title_and_caption(number: str) -> None:
-    exhibit = rendered(drawn(number))
+    exhibit = rendered(number, drawn(number))
     assert exhibit.kind == SVG and exhibit.number == number
     assert exhibit.title and exhibit.caption.endswith(".")
     assert root(number).findtext(f"{SPACE}title") == exhibit.title

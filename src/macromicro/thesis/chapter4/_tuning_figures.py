@@ -54,7 +54,6 @@ def ratios(design: Design) -> Drawn:
     axes[0, 1].set_xlim(*ZOOMED)
     asked = design.ratios[1.05]
     return Drawn(
-        "4.22",
         "Tuning by the damping ratio",
         f"Simulated step of {STEP:.0f} counts on the tuned nonlinear model, each PD with the "
         "lowest phase-margin frequency that its damping ratio allows, where no derivative action "
@@ -95,7 +94,6 @@ def frequencies(design: Design) -> Drawn:
         pd_route.crossover(taps) for taps in (pd_route.TUNED_TAPS, pd_route.INITIAL_TAPS)
     )
     return Drawn(
-        "4.23",
         "Tuning by the crossover frequency",
         f"Simulated step of {STEP:.0f} counts on the tuned nonlinear model at falling crossovers, "
         f"derivative time that of (4.10); {rule:.2f} rad/s is the highest that neither overshoots "

@@ -44,7 +44,7 @@ def drawn(number: str, parameters: Parameters = PARAMETERS) -> Drawn:
     """The diagram with the thesis' number, such as "4.3"; KeyError for others."""
     title, caption = DIAGRAMS[number]["title"], DIAGRAMS[number]["caption"]
     template = (_FOLDER / f"{number}.svg").read_text(encoding="utf-8")
-    return Drawn(number, title, caption, template.format(title=title, **_values(parameters)))
+    return Drawn(title, caption, template.format(title=title, **_values(parameters)))
 
 
 def _values(p: Parameters) -> dict[str, object]:
