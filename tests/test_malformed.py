@@ -147,7 +147,6 @@ OPTIONS = {
     "a look at a folder": ("look .", "a directory"),
     "no such procedure": ("collect levitation", "levitation"),
     "no such export": ("export c axis.none", "axis.none"),
-    "no such shell": ("completion fish2", "fish2"),
     "no such example": ("programmes none", "none"),
 }
 SHOW, RUN, FIT = "config show --config s.toml", "run {} --config axis.toml", "identify drive {}"

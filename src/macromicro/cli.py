@@ -14,7 +14,6 @@ from macromicro.commands import export, identify, machine_run, performing, strea
 from macromicro.commands.collect import collect
 from macromicro.commands.commission import commission
 from macromicro.commands.compare import compare
-from macromicro.commands.completion import completion
 from macromicro.commands.doctor import doctor
 from macromicro.commands.group import whole
 from macromicro.commands.latency import latency
@@ -48,7 +47,6 @@ from macromicro.errors import InputError, MacromicroError, ProblemError
 app = typer.Typer(
     name="macromicro",
     help="Design, simulate, identify, tune and run positioners: two-stage, axis, xy, piezo, wire.",
-    add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -97,6 +95,13 @@ def _version(asked: bool) -> None:
         raise typer.Exit
 
 
+def _examples() -> list[tuple[str, str]]:
+    """Example programmes, for completion in a shell."""
+    from macromicro import programme
+
+    return [(name, "example programme") for name in programme.shipped()]
+
+
 @app.callback()
 def options(
     version: Annotated[
@@ -112,7 +117,9 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
     programme: Annotated[
         str | None,
         typer.Argument(
-            help="A programme (.toml or .csv), or the name of an example.", show_default="thesis"
+            help="A programme (.toml or .csv), or the name of an example.",
+            show_default="thesis",
+            autocompletion=_examples,
         ),
     ] = None,
     out: Annotated[
@@ -209,7 +216,9 @@ def config_show(
 
 @app.command()
 def programmes(
-    name: Annotated[str | None, typer.Argument(help="Print this example.")] = None,
+    name: Annotated[
+        str | None, typer.Argument(help="Print this example.", autocompletion=_examples)
+    ] = None,
 ) -> None:
     """List the example programmes, or print one."""
     from macromicro import programme
@@ -229,7 +238,6 @@ def programmes(
 app.command()(collect)
 app.command()(commission)
 app.command()(compare)
-app.command()(completion)
 app.command()(doctor)
 app.command()(latency)
 app.command()(learn)
