@@ -85,7 +85,6 @@ CANNOT: dict[str, dict[str, str]] = {
         "make dist": TESTED + "tests/test_dist.py",
         "python3 -m venv": "installs",
         "macromicro --install-completion": "changes the shell; tests/commands/test_completion.py",
-        "macromicro --show-completion": TESTED + "tests/commands/test_completion.py",
         "sudo cp": "changes the system; tests/test_deploy.py checks the unit",
         "podman build": "needs podman; tests/test_deploy.py checks the file",
         "podman run": "needs podman",
