@@ -89,6 +89,13 @@ def _opened(pickled: bytes) -> tuple[Task, Job]:
     return task, job
 
 
+def prepare(pickled: bytes) -> None:
+    """In a worker: import and compile, or load, what the job needs."""
+    from macromicro.batch import Variants
+
+    _opened(pickled)[1].evaluate(Variants((), np.empty((0, 0))))
+
+
 def compute(pickled: bytes, part: Part) -> Block:
     """In a worker: the metrics of a part."""
     try:
@@ -128,15 +135,18 @@ def by_processes(
     A crash ends all workers. A part that was in hand at two crashes is then computed alone, so that
     the guilty one is known.
     """
-    left = dict.fromkeys(numbers)
+    left, pickled = dict.fromkeys(numbers), pickle.dumps(task)
     crashes: Counter[int] = Counter()
     while left and not stop():
         suspects = [number for number in left if crashes[number] >= CRASHES - 1]
         batch, ahead = (suspects, 1) if suspects else (list(left), AHEAD * workers)
         in_hand: dict[Future[Block], Part] = {}
         try:
-            with processes(min(workers, ahead, len(batch))) as pool:
-                for part, block in _flow(pool, task, map(draw, batch), ahead, in_hand, stop):
+            count = min(workers, ahead, len(batch))
+            with processes(count) as pool:
+                for _ in range(count):  # while this process draws the first parts
+                    submit(pool, prepare, pickled)
+                for part, block in _flow(pool, pickled, map(draw, batch), ahead, in_hand, stop):
                     del left[part.number]
                     yield part, block
         except BrokenProcessPool:
@@ -154,7 +164,7 @@ def by_cluster(
     pool = client.get_executor(pure=False, retries=0)
     ahead = max(CLUSTER_AHEAD, AHEAD * sum(client.nthreads().values()))
     try:
-        yield from _flow(pool, task, map(draw, numbers), ahead, {}, stop)
+        yield from _flow(pool, pickle.dumps(task), map(draw, numbers), ahead, {}, stop)
     except CancelledError:
         raise SweepError(f"the scheduler was lost. {KEPT}") from None
     finally:
@@ -162,11 +172,10 @@ def by_cluster(
 
 
 def _flow(
-    pool: Executor, task: Task, waiting: Iterator[Part], ahead: int,
+    pool: Executor, pickled: bytes, waiting: Iterator[Part], ahead: int,
     in_hand: dict[Future[Block], Part], stop: Stop,
 ) -> Computed:  # fmt: skip
     """Parts with their metrics as they are finished; `in_hand` are those that are submitted."""
-    pickled = pickle.dumps(task)
     while not stop():
         while len(in_hand) < ahead and (part := next(waiting, None)) is not None:
             in_hand[submit(pool, compute, pickled, part)] = part

@@ -23,7 +23,7 @@ from macromicro.schema.text import printable, write_text
 from macromicro.sweeps._evaluate import Block, Part
 from macromicro.sweeps._provenance import Provenance
 from macromicro.sweeps._spec import Spec
-from macromicro.sweeps.results import FIGURES, RESULTS, Summary, Tally
+from macromicro.sweeps.results import FIGURES, RESULTS, Summary, summarise
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -107,10 +107,8 @@ class Folder:
 
     def completed(self) -> Summary | None:
         """The summary of the results where they are complete."""
-        record = self._study()
-        if record["state"] != "complete" or not (self.place / RESULTS).exists():
-            return None
-        return Summary.restored(record["results"])
+        complete = self._study()["state"] == "complete" and (self.place / RESULTS).exists()
+        return summarise(self.place / RESULTS) if complete else None
 
     def begin(self, text: str) -> None:
         """Replace an earlier sweep; without its study.json nothing is resumed."""
@@ -184,7 +182,7 @@ class Folder:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        schema, tally = self._schema(), Tally(self._metrics)
+        schema = self._schema()
         step = max(1, GROUP // self.size)
         fresh = _fresh(self.place / RESULTS)
         with pq.ParquetWriter(fresh, schema, compression="zstd") as writer:
@@ -194,11 +192,9 @@ class Folder:
                     return None
                 numbers = range(low, min(low + step, self.count))
                 tables = [pq.ParquetFile(self.part(number)).read() for number in numbers]
-                table = pa.concat_tables(tables).cast(schema)
-                tally.add(table)
-                writer.write_table(table, GROUP)
+                writer.write_table(pa.concat_tables(tables).cast(schema), GROUP)
         _publish(self.place / RESULTS)
-        return tally.summary()
+        return summarise(self.place / RESULTS)
 
     def _schema(self) -> pa.Schema:
         import pyarrow as pa
