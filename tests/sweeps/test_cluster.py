@@ -59,10 +59,7 @@ def test_a_defect_of_the_job_ends_it(make: Make, tmp_path: Path, address: str) -
     assert (out / "parts").is_dir()
 
 
-def test_a_lost_scheduler_ends_it(
-    make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(_cluster, "_CONNECT", 0.5)
+def test_a_lost_scheduler_ends_it(make: Make, tmp_path: Path) -> None:
     spec, out = make(200, delay=0.02), tmp_path / "out"
     with cluster(1) as made:
         request = run.Request(spec, out, None, made.scheduler_address, factory=FACTORY)
