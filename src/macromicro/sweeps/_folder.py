@@ -33,14 +33,14 @@ if TYPE_CHECKING:
 SPEC, STUDY, PARTS = "sweep.toml", "study.json", "parts"
 FILES = (SPEC, STUDY, RESULTS, *FIGURES)
 GROUP = 65_536  # rows of a row group
-_LEAST_PARTS, _MOST_PARTS, _USUAL = 256, 65_536, 32
+_LEAST_PARTS, _MOST_PARTS, _USUAL = 128, 65_536, 32
 _NUMBER, _FOOTER = 8, 4096  # bytes
 
 
 def part_size(variants: int) -> int:
     """Variants in a part, a power of two that only the sweep's size decides.
 
-    A part is at most 1/256 of a sweep, and there are at most 131 072 of them.
+    A part is one variant or at most 1/128 of a sweep, and there are at most 131 072 of them.
     """
     size = max(1, min(variants // _LEAST_PARTS, _USUAL), variants // _MOST_PARTS)
     return 1 << (size.bit_length() - 1)
@@ -169,7 +169,7 @@ class Folder:
         names = ["index", *part.variants.paths, *self._spec.metrics, "error"]
         table = pa.table(dict(zip(names, [index, *values.T, *block.rows.T, words], strict=True)))
         path = self.part(part.number)
-        pq.write_table(table, _fresh(path), use_dictionary=False)
+        pq.write_table(table, _fresh(path), use_dictionary=False, write_statistics=False)
         _fresh(path).replace(path)  # one that a power failure damages is computed again
 
     def write_results(self, stop: Callable[[], bool]) -> Summary | None:
