@@ -109,6 +109,19 @@ def test_a_defect_of_the_job_is_told_with_its_variants(make: Make, tmp_path: Pat
         swept(make(40, worst=2.0), tmp_path / "out")
 
 
+def test_a_script_that_workers_cannot_import(make: Make, tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from pathlib import Path\nfrom sweep_fake import swept\n"
+        f"swept(Path({str(make(2))!r}), Path({str(tmp_path / 'out')!r}))\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, sys.path))}
+    done = subprocess.run(
+        [sys.executable, str(script)], env=environment, capture_output=True, text=True, check=False
+    )
+    assert 'must do so under `if __name__ == "__main__":`' in done.stderr.splitlines()[-1]
+
+
 def test_workers_with_other_sources_end_it(make: Make, tmp_path: Path) -> None:
     """They start when files may have changed since the sweep was checked."""
     ready = run.check(run.Request(make(5), tmp_path / "out", 1, factory=FACTORY))

@@ -33,6 +33,10 @@ CRASHES = 3  # of workers that a part may cause
 AHEAD = 2  # parts for each worker, so that none waits for this process
 CLUSTER_AHEAD = 1000  # parts submitted to a cluster, which may grow
 KEPT = "Finished variants are kept; add --resume to continue"
+NO_WORKERS = (
+    "the worker processes end before they begin; they import the script that starts a sweep, "
+    'which must do so under `if __name__ == "__main__":`'
+)
 _POLL = 0.2  # s between looks at `stop`
 _MAX_WORDS = 500  # of an error's text
 
@@ -140,12 +144,13 @@ def by_processes(
     while left and not stop():
         suspects = [number for number in left if crashes[number] >= CRASHES - 1]
         batch, ahead = (suspects, 1) if suspects else (list(left), AHEAD * workers)
+        count = min(workers, ahead, len(batch))
         in_hand: dict[Future[Block], Part] = {}
+        ready: list[Future[None]] = []
         try:
-            count = min(workers, ahead, len(batch))
             with processes(count) as pool:
                 for _ in range(count):  # while this process draws the first parts
-                    submit(pool, prepare, pickled)
+                    ready.append(submit(pool, prepare, pickled))
                 for part, block in _flow(pool, pickled, map(draw, batch), ahead, in_hand, stop):
                     del left[part.number]
                     yield part, block
@@ -153,8 +158,14 @@ def by_processes(
             for part in in_hand.values():
                 crashes[part.number] += 1
                 if crashes[part.number] >= CRASHES:
+                    if not any(map(_has_answered, ready)):
+                        raise SweepError(NO_WORKERS) from None
                     why = f"{part} crashed their worker {CRASHES} times"
                     raise SweepError(f"{why}; is the memory full? {KEPT}") from None
+
+
+def _has_answered(future: Future[None]) -> bool:
+    return not future.cancelled() and not isinstance(future.exception(), BrokenProcessPool)
 
 
 def by_cluster(
