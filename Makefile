@@ -159,7 +159,6 @@ docs: $(VENV)/.core ## measure anew what the documents say, and draw their figur
 	$(BIN)/python docs/make_coverage.py
 	$(BIN)/python docs/make_scpi.py
 	$(BIN)/python docs/make_commands.py
-	$(BIN)/python docs/make_export.py
 	$(BIN)/python docs/make_architecture.py
 	$(BIN)/python docs/make_figures.py
 	$(BIN)/python docs/make_wiring.py

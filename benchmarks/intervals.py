@@ -386,6 +386,28 @@ def covered(group: str, kind: str, records: int, first: int = 0) -> list[dict[st
     return rows
 
 
+def kept(file: Path) -> list[dict[str, Any]]:
+    """Rows of earlier measurements."""
+    if not file.exists():
+        return []
+    table = json.loads(file.read_text(encoding="utf-8"))
+    return [dict(zip(table["columns"], row, strict=True)) for row in table["rows"]]
+
+
+def write(file: Path, rows: list[dict[str, Any]]) -> None:
+    """The names of the columns once, then a line for each row, to three digits."""
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    lines = [
+        json.dumps([_short(row.get(name)) for name in names], separators=(",", ":")) for row in rows
+    ]
+    head = f'{{"columns": {json.dumps(names)}, "rows": [\n'
+    file.write_text(head + ",\n".join(lines) + "\n]}\n", encoding="utf-8")
+
+
+def _short(value: Any) -> Any:
+    return float(f"{value:.3g}") if isinstance(value, float) else value
+
+
 def main() -> None:
     """Measure and write."""
     parser = argparse.ArgumentParser()
@@ -399,17 +421,14 @@ def main() -> None:
         for group in options.groups:
             covered(group, DISTURBANCES[0], 1)
         return
-    rows: list[dict[str, Any]] = []
-    if options.out.exists():
-        rows = json.loads(options.out.read_text(encoding="utf-8"))["rows"]
+    rows = kept(options.out)
     for group in options.groups:
         for kind in options.kinds:
             began = time.perf_counter()
             new = covered(group, kind, options.records)
             names = {(r["method"], r["disturbance"]) for r in new}
             rows = [r for r in rows if (r["method"], r["disturbance"]) not in names] + new
-            text = json.dumps({"rows": rows}, indent=1) + "\n"
-            options.out.write_text(text, encoding="utf-8")
+            write(options.out, rows)
             print(f"{group}, {kind}: {time.perf_counter() - began:.0f} s", flush=True)
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from macromicro.tuning.tune import Request, check, search
+from macromicro.tuning.request import Request, ready
 
 EVALUATIONS = 300
 ROWS = (
-    ("tuning the macro loop", "", Request("macro")),
-    ("the same on 16 benches at a time", "", Request("macro", robust=True)),
-    ("tuning the micro loop", "", Request("micro")),
+    ("tuning the macro loop", "", Request(stage="macro")),
+    ("the same on 16 benches at a time", "", Request(stage="macro", robust=True, fresh=2)),
+    ("tuning the micro loop", "", Request(stage="micro")),
 )
 
 
@@ -18,10 +18,9 @@ def lines(timed: Any, line: Any) -> list[Any]:
     """The figures as lines of the benchmark's table: `timed` and `line` as in bench.py."""
     found = []
     for name, target, request in ROWS:
-        plan = check(request._replace(evaluations=EVALUATIONS))
-        seconds = timed(lambda plan=plan: search(plan), 5)
-        runs = search(plan).evaluations
-        benches = 1 if plan.ensemble is None else len(plan.ensemble.draws)
+        asked = ready(request._replace(evaluations=EVALUATIONS))
+        seconds = timed(asked.search, 5)
+        runs, benches = asked.search().evaluations, asked.budget.machines
         remark = f"{runs} evaluations" + (f" of {benches} benches" if benches > 1 else "")
         found.append(line(name, target, seconds, "s", remark))
     return found

@@ -30,7 +30,7 @@ from macromicro.thesis import strokes
 from macromicro.uncertainty import machines, table
 
 HERE = Path(__file__).parent
-RESULTS = HERE / "beyond.json"
+RESULTS = measured_page.RAW / "beyond.json"
 LAWS = ("pd-tuned", "terminal")
 # mm: long, middle and short ways, both directions.
 PLACES = (

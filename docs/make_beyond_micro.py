@@ -43,7 +43,7 @@ from macromicro.thesis.chapter5 import kiln_runs
 from macromicro.uncertainty import machines, table
 
 HERE = Path(__file__).parent
-RESULTS, PAGE = HERE / "beyond-micro.json", HERE / "beyond.md"
+RESULTS, PAGE = measured_page.RAW / "beyond-micro.json", HERE / "beyond.md"
 PICTURE = HERE / "figures" / "beyond-micro.png"
 LAWS = ("pi-antiwindup", "inverse")
 MIDDLE = "pid-heat"  # needs no identification

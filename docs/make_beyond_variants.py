@@ -25,7 +25,7 @@ from macromicro.uncertainty import machines
 from macromicro.uncertainty.table import VARIANTS, Uncertain
 
 HERE = Path(__file__).parent
-RESULTS, PAGE = HERE / "beyond-variants.json", HERE / "variants.md"
+RESULTS, PAGE = measured_page.RAW / "beyond-variants.json", HERE / "variants.md"
 NONE, ALL = "none", "all"
 MAKERS: dict[str, Any] = {"macro": make_beyond, "micro": make_beyond_micro}
 # The middle way needs nothing identified, so it goes as shipped.

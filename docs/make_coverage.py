@@ -76,6 +76,12 @@ def page(rows: list[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
+def read(results: Path = RESULTS) -> list[dict[str, Any]]:
+    """The rows of the benchmark's file, whose columns have their names once."""
+    table = json.loads(results.read_text(encoding="utf-8"))
+    rows = (zip(table["columns"], row, strict=True) for row in table["rows"])
+    return [{name: value for name, value in row if value is not None} for row in rows]
+
+
 if __name__ == "__main__":
-    table = json.loads(RESULTS.read_text(encoding="utf-8"))
-    PAGE.write_text(page(table["rows"]), encoding="utf-8")
+    PAGE.write_text(page(read()), encoding="utf-8")

@@ -16,7 +16,7 @@ HEAD = """\
 Each entry gives the place, the printed text, the fault, the reading used here, and the evidence:
 words that contradict each other, and recomputed numbers. `macromicro reproduce` shows the same
 list at the end of its page. `make docs` generates this page from
-`src/macromicro/thesis/errata/errata.toml`.
+`src/macromicro/thesis/errata.toml`.
 
 """
 

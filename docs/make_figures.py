@@ -1,10 +1,9 @@
 """Draws docs/figures/integrated-run.png, the README's figure, from a run of the default
 programme (the counterpart of Figure 6.2), docs/figures/motion-profile.png, a profile and how the
-carriage follows it, docs/figures/xy-path.png, the usual moves of two axes in the plane,
-docs/figures/learning.png, what docs/learning.md learns, and docs/figures/bench-signals.svg, a block
-diagram of the bench.
+carriage follows it, docs/figures/xy-path.png, the usual moves of two axes in the plane, and
+docs/figures/learning.png, what docs/learning.md learns.
 
-    python docs/make_figures.py [--quick: draw the profile and the diagram, write nothing]
+    python docs/make_figures.py [--quick: draw the profile, write nothing]
 """
 
 from __future__ import annotations
@@ -22,7 +21,6 @@ from matplotlib.figure import Figure
 
 from macromicro import api
 from macromicro.arrays import Array
-from macromicro.drawing.diagram import Diagram, block, quantiser, svg
 from macromicro.drawing.files import encoded
 from macromicro.drawing.style import BLUE, GREEN, ORANGE, finish, new, thinned
 from macromicro.lab import learning
@@ -39,44 +37,9 @@ FIGURES = Path(__file__).resolve().parent / "figures"
 PICTURE = FIGURES / "integrated-run.png"
 PROFILE = FIGURES / "motion-profile.png"
 PATH = FIGURES / "xy-path.png"
-SIGNALS = FIGURES / "bench-signals.svg"
 PLOTTER = Path(__file__).resolve().parents[1] / "examples" / "machines" / "xy-plotter.toml"
 SET_POINT = 32  # the move to 3.0 mm after the seventh macro move
 PITCH = 1e3 * Settings().sensors.encoder.pitch
-BENCH = Diagram(
-    "Signals of the virtual bench",
-    """
-    .     . .  .  ↓F  .  .   .
-    motor A M  .  C  E  .   counts
-    .     . .  .  ↓B  .  .   .
-    .     . .  .  S  L  .   laser
-    CTRL  D W  R  X  H  Q   Hall
-    .     . .  .  ↑G  .  .   .
-    .      . ↓P  .  .  .  .   .
-    .      . ↓Y  .  .  .  .   .
-    """,
-    {
-        "A": block("D/A, PWM", "amplifier"),
-        "M": block("motor", "R, L, back-EMF"),
-        "C": block("carriage", "one mass, stops"),
-        "F": block("friction", "bristles, Stribeck"),
-        "B": block("belt", "one mode"),
-        "S": block("stage"),
-        "E": quantiser("encoder"),
-        "L": block("laser", "noise, reset"),
-        "D": block("driver", "heat map, lag"),
-        "W": block("wires", "temperature"),
-        "P": block("plates"),
-        "Y": block("body, room air"),
-        "R": block("relays", "austenite"),
-        "X": block("balance", "of forces"),
-        "G": block("flexure,", "bias spring"),
-        "H": block("Hall sensor", "lag, noise"),
-        "Q": quantiser("A/D"),
-    },
-    "motor > A > M >[force] C > E > counts; F > C; C > B; B > S; X > S; S > L > laser; "
-    "CTRL > D >[heat] W > R > X > H > Q > Hall; W > P > Y; G > X; X ~>[CONTRACT] D",
-)
 
 
 def drawn(ax: Any, t: Array, y: Array, **options: Any) -> None:
@@ -180,14 +143,12 @@ def main() -> None:
     """Run the default programme, a profile, two axes and a wave, and write the pictures."""
     if "--quick" in sys.argv:
         encoded(draw_profile())
-        svg(BENCH)
         return
     FIGURES.mkdir(parents=True, exist_ok=True)
     PICTURE.write_bytes(encoded(draw(api.run())))
     PROFILE.write_bytes(encoded(draw_profile()))
     PATH.write_bytes(encoded(draw_path()))
     draw_learning()
-    SIGNALS.write_text(svg(BENCH), encoding="utf-8")
 
 
 if __name__ == "__main__":

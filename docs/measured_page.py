@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 Found = dict[str, Any]
+RAW = Path(__file__).parents[1] / "results" / "beyond"  # what was measured, bench by bench
 
 
 def short(found: Any) -> Any:
@@ -86,7 +87,7 @@ def main(
         return
     if chosen.seed is not None:
         results = Path(chosen.scratch) / f"{results.stem}-seed-{chosen.seed}.json"
-        results.parent.mkdir(parents=True, exist_ok=True)
+    results.parent.mkdir(parents=True, exist_ok=True)
     kept: list[Found] = []
     some = chosen.only is not None or chosen.kind is not None
     if chosen.page or some:

@@ -7,12 +7,11 @@
 
 # %%
 import macromicro
-from macromicro import tuning
 
-found = tuning.macro(objective="settling", evaluations=60)
-before, after = found.bench_costs
+found = macromicro.tune(stage="macro", objective="settling", evaluations=60)
+before, after = found.costs
 print(f"cost on the bench: {before:.3f} s before, {after:.3f} s after")
-print("gains:", found.tuned.controller.pd_tuned)
+print("gains:", found.settings.controller.pd_tuned)
 
 # %% [markdown]
 # ## Margins
@@ -20,8 +19,8 @@ print("gains:", found.tuned.controller.pd_tuned)
 # Quicker gains are paid for with margins of the loop. They are computed on the linear model.
 
 # %%
-for name, margin in zip(("before", "after"), found.margins, strict=True):
-    print(f"{name}: phase {margin.phase:.0f} deg, delay {1e3 * margin.delay:.0f} ms")
+for name, margin in zip(("before", "after"), found.margins(), strict=True):
+    print(f"{name}: phase {margin['phase']:.0f} deg, delay {1e3 * margin['delay']:.0f} ms")
 
 # %% [markdown]
 # ## Moves that the search has not seen
@@ -29,7 +28,7 @@ for name, margin in zip(("before", "after"), found.margins, strict=True):
 # The programme `fast` has long and short moves of the carriage.
 
 # %%
-runs = [macromicro.run("fast", seed=2), macromicro.run("fast", seed=2, settings=found.tuned)]
+runs = [macromicro.run("fast", seed=2), macromicro.run("fast", seed=2, settings=found.settings)]
 for old, new in zip(*(macromicro.moves(run) for run in runs), strict=True):
     if old.stage == "macro":
         print(f"to {old.target:5g} mm: {old.settling_s:.3f} s before, {new.settling_s:.3f} s after")
@@ -42,7 +41,7 @@ macromicro.overlay(*runs, labels=["before", "after"])
 
 # %%
 for friction in ("9.4 N", "10.5 N", "11.5 N"):
-    settings = found.tuned.with_("bench.friction.coulomb", friction)
+    settings = found.settings.with_("bench.friction.coulomb", friction)
     moves = macromicro.moves(macromicro.run("fast", seed=3, settings=settings))
     times = [move.settling_s for move in moves if move.stage == "macro"]
     print(friction, " ".join("-" if t is None else f"{t:.3f}" for t in times), "s")

@@ -95,7 +95,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "from macromicro.ophyd_async": TESTED + "tests/serve/epics/test_async.py",
     },
     "docs/export.md": {
-        "/* One control period": "a part of what is written, which tests/export compile",
+        "// def step(": "a part of what is written, which tests/export compile",
         "cc -std=c99": TESTED + "tests/export/test_command.py",
         "from fmpy import": TESTED + "tests/export/test_fmu.py, with the extra fmu",
         "new_system(": "Simulink's",
@@ -146,7 +146,7 @@ CANNOT: dict[str, dict[str, str]] = {
     },
     "docs/recording.md": {"n = double(h5read": "MATLAB", "run = load(": "MATLAB"},
     "docs/reproduce.md": {
-        "macromicro reproduce --only kiln --json -": TESTED + "tests/test_cli_reproduce.py",
+        "macromicro reproduce --only kiln --json": TESTED + "tests/test_cli_reproduce.py",
     },
     "docs/rigs.md": {
         "macromicro reproduce --rig mylab:bench": TESTED + "tests/test_docs_rigs.py",

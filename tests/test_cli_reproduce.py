@@ -31,7 +31,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, subprocess.Com
     """Two quick procedures and one claim of a third."""
     place = tmp_path_factory.mktemp("reproduced")
     names = ("--only", "technologies", "Table C.1", "I5")
-    return place, command(*names, "--json", "claims.json", "--jobs", "2", cwd=place)
+    return place, command(*names, "--jobs", "2", cwd=place)
 
 
 def test_leaves_page_table_figures_and_json(
@@ -51,10 +51,9 @@ def test_leaves_page_table_figures_and_json(
         "table-2-1.csv",
         "table-c-1.csv",
     }
-    rows = json.loads((place / "claims.json").read_text(encoding="utf-8"))
+    rows = json.loads((out / "claims.json").read_text(encoding="utf-8"))
     assert [r["id"] for r in rows] == ["D9", "D10", "I5"]
     assert all(isinstance(r["measured"], float | list) for r in rows)
-    assert json.loads((out / "claims.json").read_text(encoding="utf-8")) == rows
     with (out / "claims.csv").open(encoding="utf-8", newline="") as file:
         assert [r["id"] for r in csv.DictReader(file)] == ["D9", "D10", "I5"]
 
@@ -103,8 +102,6 @@ def test_overwrite_replaces_all_of_it_and_figures_have_other_formats(
         (["--only", "M1", "Z9"], "'Z9'"),
         (["--jobs", "0"], "--jobs"),
         (["--seed", "-1"], "--seed"),
-        (["--json", "nowhere/claims.json"], "no such folder"),
-        (["--json", "."], "a folder"),
         (["--rig", "no_such_module:rig"], "no_such_module"),
         (["--out", "a_file"], "a file"),
     ],
@@ -122,15 +119,8 @@ def test_bad_input_is_one_message_and_writes_nothing(
     assert (tmp_path / "a_file").read_text() == "mine"
 
 
-def test_a_json_file_that_exists_is_kept(tmp_path: Path) -> None:
-    (tmp_path / "claims.json").write_text("mine")
-    refused = command("--only", "D9", "--json", "claims.json", cwd=tmp_path)
-    assert refused.returncode == 2
-    assert (tmp_path / "claims.json").read_text() == "mine"
-
-
 def test_json_to_standard_output_is_nothing_else(tmp_path: Path) -> None:
-    finished = command("--only", "D9", "--json", "-", cwd=tmp_path)
+    finished = command("--only", "D9", "--json", cwd=tmp_path)
     assert [r["id"] for r in json.loads(finished.stdout)] == ["D9"]
 
 
@@ -182,7 +172,7 @@ def test_a_figure_that_cannot_be_drawn_is_noted(
     monkeypatch.setattr(reproduce, "run", run)
     monkeypatch.setattr(exhibit, "encoded", broken)
     monkeypatch.chdir(tmp_path)
-    words = ["macromicro", "reproduce", "--only", "technologies", "--json", "claims.json"]
+    words = ["macromicro", "reproduce", "--only", "technologies"]
     monkeypatch.setattr(sys, "argv", words)
     assert cli.main() == 1
     said = capsys.readouterr()
@@ -190,7 +180,7 @@ def test_a_figure_that_cannot_be_drawn_is_noted(
     assert f"macromicro: technologies: {note}" in said.err
     assert "Traceback" not in said.err
     assert note in said.out
-    rows = json.loads((tmp_path / "claims.json").read_text())
+    rows = json.loads((tmp_path / "results/reproduction/claims.json").read_text())
     assert [(r["id"], r["verdict"]) for r in rows] == [("D9", "reproduced"), ("D10", "reproduced")]
     page = (tmp_path / "results/reproduction/reproduction.html").read_text(encoding="utf-8")
     assert page.count(note) == 2

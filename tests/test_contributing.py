@@ -201,17 +201,17 @@ def claims(recording):
     return []
 
 
-def draw(recording):
+def step(recording):
     """The step."""
     figure, axes = new(3.0, 1)
     axes[0, 0].plot(recording["t"], recording["laser"])
     finish(axes[0, 0], "a step", y="position [um]")
-    yield Drawn("9.9", "A step", "One millimetre.", figure)
+    return Drawn("A step", "One millimetre.", figure)
 
 
 PROCEDURE = Procedure(
-    "own_step", "A step of one's own", ("9.9",), ("hall", "laser"), (), ("9.9",), (), 1.0,
-    collect, claims, draw,
+    "own_step", "A step of one's own", ("9.9",), ("hall", "laser"), (), {"9.9": step}, (), 1.0,
+    collect, claims,
 )
 '''
 

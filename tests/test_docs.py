@@ -56,7 +56,6 @@ def test_the_figures_can_be_drawn_anew() -> None:
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     assert module.PICTURE.is_file() and module.PROFILE.is_file() and module.PATH.is_file()
-    assert module.SIGNALS.read_text(encoding="utf-8") == module.svg(module.BENCH)
     assert len(module.draw_profile().axes) == 4
     assert len(module.draw_path().axes) == 1
 

@@ -83,10 +83,6 @@ WITHOUT = {
     "macromicro.lab.drive.drive": "compiles the bench",
     "macromicro.lab.drive.recorded": "of what `drive` gives",
     "macromicro.schema.par.Entry": "shown by `schema.par.entries`",
-    "macromicro.tuning.tune.Tuning": "compiles the bench",
-    "macromicro.tuning.tune.macro": "compiles the bench",
-    "macromicro.tuning.tune.micro": "compiles the bench",
-    "macromicro.tuning.tune.tune": "compiles the bench",
 }
 
 

@@ -122,7 +122,7 @@ OPTIONS = {
     "no such axis": ("config show --axis z", "--axis: 'z'"),
     "no such stage": ("tune nano", "nano"),
     "no such objective": ("tune macro --objective best", "best"),
-    "few designs": ("tune macro --evaluations -3", "--evaluations: -3"),
+    "few designs": ("tune macro --evaluations -3", "--evaluations: '-3'"),
     "benches without robust": ("tune macro --benches 3", "--benches"),
     "a penalty of words": ("tune macro --penalty overshoot=much", "--penalty"),
     "no machines": ("robust --samples 0", "--samples"),
@@ -147,7 +147,6 @@ OPTIONS = {
     "a look at a folder": ("look .", "a directory"),
     "no such procedure": ("collect levitation", "levitation"),
     "no such export": ("export c axis.none", "axis.none"),
-    "no such version": ("export fmu axis.law --fmi 4", "--fmi: 4"),
     "no such shell": ("completion fish2", "fish2"),
     "no such example": ("programmes none", "none"),
 }

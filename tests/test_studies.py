@@ -59,8 +59,8 @@ def test_gains_of_several_stages_are_searched_on_their_sheets(
     assert set(found.before) == set(found.after) >= {"settling", "peak_error_x", "peak_error_z"}
     changed = difference(found.settings, start)
     assert {path.split(".")[1] for path in changed} <= {"controller", "guard"}
-    with pytest.raises(InputError, match="searched on its own sheets"):
-        macromicro.tune("machine.toml", benches=4)
+    assert found.costs[1] <= found.costs[0]
+    assert "x.phase" in found.margins()[0]
 
 
 def test_gains_of_the_two_stage_machine_name_their_stage() -> None:
@@ -72,7 +72,7 @@ def test_gains_of_the_two_stage_machine_name_their_stage() -> None:
 
 
 def test_what_does_not_go_together_is_refused() -> None:
-    with pytest.raises(InputError, match="axis for this machine"):
+    with pytest.raises(InputError, match="Leave the stage out"):
         macromicro.tune(PRINTER, "micro")
     own = macromicro.load_settings(PRINTER)
     with pytest.raises(InputError, match="a law of their own"):

@@ -5,31 +5,36 @@ from __future__ import annotations
 import signal
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 from macromicro import __version__, threads
-from macromicro.commands import export, identify, machine_run, streams
+from macromicro.commands import export, identify, machine_run, performing, streams
 from macromicro.commands.collect import collect
 from macromicro.commands.commission import commission
 from macromicro.commands.compare import compare
 from macromicro.commands.completion import completion
 from macromicro.commands.doctor import doctor
-from macromicro.commands.group import (
-    PNG,
-    Calibration,
-    Figures,
-    Law,
-    Loop,
-    Port,
-    tell,
-    whole,
-)
+from macromicro.commands.group import whole
 from macromicro.commands.latency import latency
 from macromicro.commands.learn import learn
 from macromicro.commands.limits import limits
 from macromicro.commands.look import look
+from macromicro.commands.options import (
+    PNG,
+    Calibration,
+    Config,
+    Figures,
+    Json,
+    Law,
+    Loop,
+    Overwrite,
+    Port,
+    Rig,
+    Seed,
+    Yes,
+)
 from macromicro.commands.plot import plot
 from macromicro.commands.reproduce import reproduce
 from macromicro.commands.response import response
@@ -39,9 +44,6 @@ from macromicro.commands.signals import INTERRUPTED, Signals
 from macromicro.commands.sweep import sweep
 from macromicro.commands.tune import tune
 from macromicro.errors import InputError, MacromicroError, ProblemError
-
-if TYPE_CHECKING:
-    from macromicro.runs.job import Job
 
 app = typer.Typer(
     name="macromicro",
@@ -117,41 +119,21 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
         Path | None,
         typer.Option(help="Folder for the results.", show_default="results/<programme>"),
     ] = None,
-    config: Annotated[
-        Path | None, typer.Option(help="TOML file with units that overrides settings.")
-    ] = None,
+    config: Config = None,
     cycles: Annotated[
         int, typer.Option(parser=whole, metavar="N", help="Number of repetitions of the programme.")
     ] = 1,
     fan: Annotated[bool, typer.Option("--fan", help="Cool the actuator with a fan.")] = False,
-    seed: Annotated[
-        int, typer.Option(parser=whole, metavar="N", help="Seed of the sensors' noise.")
-    ] = 0,
-    rig: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help=(
-                "twin (simulated), MODULE:FACTORY of your own rig "
-                "(docs/rigs.md), FILE.toml of a card (docs/cards.md), or "
-                "replay:FILE for the sensors of a recording."
-            ),
-        ),
-    ] = "twin",
+    seed: Seed = 0,
+    rig: Rig = "twin",
     port: Port = None,
     loop: Loop = None,
     calibration: Calibration = None,
     law: Law = None,
-    yes: Annotated[
-        bool, typer.Option("--yes", help="Move your own rig without asking first.")
-    ] = False,
+    yes: Yes = False,
     figures: Figures = PNG,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print only the summary, as JSON.")
-    ] = False,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")
-    ] = False,
+    as_json: Json = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Run a motion programme on the simulated machine or on a rig.
 
@@ -171,65 +153,13 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
             if config is not None and not machine_run.takes_turns(config):
                 machine_run.refuse(fan=fan)
                 asked = (config, programme, out, cycles, seed, overwrite, kinds, law, rig)
-                machine_run.run(asked, as_json, yes, signals)
+                performing.machine(asked, as_json, yes, signals)
                 return
             request = (programme, out, config, cycles, fan, seed, overwrite, rig, kinds, law)
-            _run(request, as_json, yes, signals)
+            performing.bench(request, as_json, yes, signals)
         except KeyboardInterrupt:
             _say("interrupted")
             raise typer.Exit(signals.status) from None
-
-
-def _run(given: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals) -> None:
-    from macromicro.commands import asking
-    from macromicro.runs import job as experiment
-    from macromicro.runs.folder import held
-
-    request = experiment.Request(*given)
-    job = experiment.check(request)
-    asking.before(job, yes)
-    with held(job.out, overwrite=request.overwrite):
-        _run_job(job, as_json, signals)
-
-
-def _run_job(job: Job, as_json: bool, signals: Signals) -> None:
-    from datetime import datetime
-
-    from macromicro import simulate
-    from macromicro.commands.performing import performed
-    from macromicro.report import terminal, words
-    from macromicro.report.summary import as_json as to_json
-    from macromicro.report.write import write
-    from macromicro.runs import job as experiment
-    from macromicro.runs.folder import LEARNED
-
-    tell(job.settings.controller)
-    if job.source is None:
-        if not simulate.is_compiled():
-            print("compiling the bench, once, about 10 s", file=sys.stderr)
-        simulate.compile_bench(job.settings, job.programme, job.request.fan)
-    if job.recalibrate:
-        print("another Hall sensor: calibrating it on this bench first", file=sys.stderr)
-    signals.later()
-    started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
-    ended = performed(experiment.execute, job, terminal.progress(job), signals)
-    try:
-        summary = write(ended, started)
-    except OSError as error:
-        _say(f"the report could not be written: {_named(error)}; the recording is in {job.out}")
-        raise typer.Exit(signals.status or 1) from None
-    if as_json:
-        print(to_json(summary), end="")
-    else:
-        terminal.show(ended)
-        print(f"results: {job.out}")
-        if (learned := job.out / LEARNED).exists():
-            print(f"the law has learned: continue with --config {learned}")
-    problems = words.problems(ended)
-    if problems:
-        _say("; ".join(problems))
-    if problems or signals.received:
-        raise typer.Exit(signals.status or 1)
 
 
 @config_app.command("show")
@@ -252,12 +182,7 @@ def config_show(
             show_default=False,
         ),
     ] = None,
-    config: Annotated[
-        Path | None,
-        typer.Option(
-            help="A settings file; values that it does not set are derived.", show_default=False
-        ),
-    ] = None,
+    config: Config = None,
 ) -> None:
     """Print settings as TOML with units, meaning and source.
 

@@ -4,37 +4,31 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
-from macromicro import tuning
 from macromicro.api import PathLike
 from macromicro.arrays import Array
 from macromicro.batch import cores
-from macromicro.errors import InputError, ProblemError
-from macromicro.machines import composite, compositions, doubts, programmes
+from macromicro.batch.programme_job import ProgrammeJob
+from macromicro.errors import ProblemError
+from macromicro.machines import composite, compositions, programmes
 from macromicro.machines.composite import AnyMachine
 from macromicro.machines.composition import TURNS
-from macromicro.machines.machine import Machine
 from macromicro.robustness import job as jobs
 from macromicro.robustness import stage as machine_study
 from macromicro.robustness import study
 from macromicro.robustness.statistics import Share
 from macromicro.schema import config, keys
-from macromicro.schema.text import printable
 from macromicro.settings import Settings
 from macromicro.settings import chosen as bench_settings
-from macromicro.tuning import joint, joint_files, stage_files
-from macromicro.tuning import stage as stages
+from macromicro.tuning.request import Request, ready
+from macromicro.tuning.search import Tuning
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-OTHERS, FRESH = 8, 50  # machines of a robust search, and to judge it by
-MOST = 1000  # of them
 MAX_WORKERS = 256
-MAX_DESIGNS = 1_000_000
 
 Progress = Callable[[int, float], None]
 
@@ -48,6 +42,23 @@ class Tuned(NamedTuple):
     before: dict[str, float]
     after: dict[str, float]
     evaluations: int  #: designs that were tried
+    costs: tuple[float, float]  #: the objective with its penalties, before and after
+    search: Tuning  #: the search itself
+
+    def margins(self) -> tuple[dict[str, float], dict[str, float]]:
+        """Margins before and after.
+
+        Returns
+        -------
+        tuple[dict[str, float], dict[str, float]]
+            By name, with the linear model; of the micro-stage a measured ripple margin; empty
+            where there are none.
+        """
+        versions = (self.search.first, self.search.best)
+        subject = self.search.subject
+        each = ({m.name: m.value for m in subject.margins(v.settings)} for v in versions)
+        before, after = each
+        return before, after
 
 
 class Robustness(NamedTuple):
@@ -60,37 +71,6 @@ class Robustness(NamedTuple):
     nominal: dict[str, float]  #: the same figures of the settings themselves
     units: dict[str, str]  #: of the figures
     arrived: Share  #: machines on which all moves arrive, with the bounds of the true share
-
-
-class Tuner(NamedTuple):
-    """How a machine with settings of its own is tuned."""
-
-    names: tuple[str, ...]  # that it answers to
-    search: Callable[[stages.Objective, stages.Budget, Progress], Any]
-    files: Any  # module that writes its results
-    fewest: int  # designs of a search
-
-    def check(self, stage: str | None, evaluations: int) -> None:
-        """Refuse a name that the machine does not have, and too few designs."""
-        if stage is not None and stage not in self.names:
-            raise InputError("stage", stage, f"{self.names[0]} for this machine")
-        keys.whole(evaluations, self.fewest, MAX_DESIGNS, "--evaluations")
-
-
-def tuner(machine: AnyMachine, settings: Any, where: str) -> Tuner:
-    """The search for gains of a machine of one stage, or of several on one clock."""
-    doubts.refuse(settings, where, "tune")
-    plan = programmes.plan(machine, settings, programmes.chosen(machine, settings))
-    if not isinstance(machine, Machine):
-        search = partial(joint.search, machine, settings, plan)
-        return Tuner((machine.name,), search, joint_files, joint.fewest(machine))
-    place = machine.kind.place
-
-    def search_one(aim: stages.Objective, budget: stages.Budget, tell: Progress) -> Any:
-        return stages.search(machine, settings, plan, stages.named(aim.name, place), budget, tell)
-
-    names = machine.kind.name, machine.name, "macro"
-    return Tuner(names, search_one, stage_files, stages.LEAST)
 
 
 def tune(
@@ -123,8 +103,8 @@ def tune(
     seed : int, optional
         Seed of the search.
     benches : int, optional
-        Number of varied machines to search on beside the nominal one; what was found is then
-        judged on fresh ones. Not for machines of several stages on one clock.
+        Number of machines to search on, the nominal one among them; what was found is then judged
+        on fresh ones. 0: on the nominal one alone.
     settings : Any, optional
         Settings of the machine; default: those of its file.
     progress : Callable[[int, float], None], optional
@@ -140,30 +120,15 @@ def tune(
     InputError
         An argument or the settings are not accepted.
     """
-    if _is_two_stage(what):
-        if stage is None:
-            raise ProblemError("stage", "missing", "Give macro or micro.")
-        request = tuning.Request(
-            stage, objective, law, evaluations, seed, _bench(what, None, settings),
-            robust=benches > 0, benches=benches or None,
-        )  # fmt: skip
-        found = tuning.tune(request, progress)
-        before, after = (dict(shown.metrics) for shown in found.bench)
-        return Tuned(found.tuned, found.better, before, after, found.evaluations)
-    machine, own = _machine(what, law, settings)
-    how = tuner(machine, own, "settings" if what is None else printable(what, 300))
-    how.check(stage, evaluations)
-    if benches and not isinstance(machine, Machine):
-        raise ProblemError("benches", "a machine of several stages is searched on its own sheets")
-    keys.seed(seed, "seed")
-    budget = stages.Budget(evaluations, seed, benches, FRESH if benches else 0, cores())
-    found = how.search(stages.named(objective), budget, progress)
-    if isinstance(machine, Machine):
-        before, after = found.before[0], found.after[0]
-        tuned = found.tuned
-    else:
-        before, after, tuned = found.versions[0].found, found.best.found, found.best.settings
-    return Tuned(tuned, found.better, before._asdict(), after._asdict(), found.evaluations)
+    request = Request(
+        None if what is None else Path(os.fspath(what)), stage, objective, law, evaluations, seed,
+        benches > 0, benches or None, settings=settings,
+    )  # fmt: skip
+    found = ready(request).search(progress)
+    before, after = (dict(version.runs[0]) for version in (found.first, found.best))
+    return Tuned(
+        found.best.settings, found.better, before, after, found.evaluations, found.verdict, found
+    )
 
 
 def robust(
@@ -213,7 +178,7 @@ def robust(
     count = threads(workers, "workers")
     if _is_two_stage(what):
         own = _bench(what, law, settings)
-        subject = jobs.subject(jobs.RobustJob(programme or "thesis", settings=own), count)
+        subject = jobs.subject(ProgrammeJob(programme or "thesis", settings=own), count)
     else:
         machine, own = _machine(what, law, settings)
         plan = programmes.plan(machine, own, programmes.chosen(machine, own, programme))

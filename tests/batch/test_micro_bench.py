@@ -28,8 +28,8 @@ def test_metrics_equal_those_of_a_recording() -> None:
     what = steps()
     seen = programmed.on_twin(what, settings, int(VALUES[1, 2]))
     times = sequence.settling(seen)
-    assert by_name["settle_up"] == pytest.approx(np.mean(times[:2]), nan_ok=True)
-    assert by_name["settle_down"] == pytest.approx(np.mean(times[2:]), nan_ok=True)
+    assert by_name["contraction"] == pytest.approx(np.mean(times[:2]), nan_ok=True)
+    assert by_name["extension"] == pytest.approx(np.mean(times[2:]), nan_ok=True)
     done = programmed.moves_of(seen, what, settings)
     # There the laser's mean is over the raw reading, here over the smoothed one.
     assert by_name["worst_error"] == pytest.approx(max(abs(m.final_error) for m in done), abs=0.05)

@@ -12,7 +12,8 @@ from macromicro.commission.margins import DRAWS
 from macromicro.commission.procedure import Tuned
 from macromicro.machines import machine, planning
 from macromicro.schema.par import replaced
-from macromicro.tuning import stage
+from macromicro.tuning.search import Budget, search
+from macromicro.tuning.stage import Stage
 
 UNSURE = model({"mass": 0.02, "lag": 0.05, "viscous": 0.02})
 
@@ -99,7 +100,7 @@ def test_units_are_those_of_the_machine() -> None:
     """A rotary one has the same numbers in its own words."""
     rotary = machine.named("rotary", "machine").settings
     plan = planning.plan(_axis_gains.programme(slow()), slow())
-    aim, budget = stage.named("settling"), stage.Budget(1)
-    made = stage.search(machine.named("axis", "machine"), slow(), plan, aim, budget)
+    subject = Stage(machine.named("axis", "machine"), slow(), plan)
+    made = search(subject, "settling", {}, Budget(1))
     text = _axis_gains.tuned(rotary, made, 1.0, 0.5).gains["controller.velocity"]
     assert text.endswith(' V*s/rad"')

@@ -17,9 +17,9 @@ from macromicro.programme import MACRO, MICRO, Programme, Span, follow
 from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
 from macromicro.recording_format import Column
-from macromicro.report import _figures, words
-from macromicro.report._page import page
-from macromicro.report.summary import as_json, summary
+from macromicro.report import _figures, two_stage
+from macromicro.report.run import as_json, page
+from macromicro.report.two_stage import summary
 from macromicro.runs import job as experiment
 
 BOTH = """
@@ -53,7 +53,7 @@ def both(tmp_path_factory: pytest.TempPathFactory) -> experiment.Ended:
 def test_profiles_are_a_trajectory_and_no_moves(both: experiment.Ended) -> None:
     """Two stages, four profiles; each is followed and settled at, nothing is a move."""
     ended = both
-    assert ended.finished and ended.moves == [] and words.problems(ended) == []
+    assert ended.finished and ended.moves == [] and two_stage.problems(ended) == []
     assert [t.stage for t in ended.tracking] == ["macro", "micro"]
     assert [t.targets for t in ended.tracking] == [3100, 2900]
     assert [(p.stage, p.origin, p.target) for p in ended.profiles] == [
@@ -81,7 +81,7 @@ def test_profiles_are_a_trajectory_and_no_moves(both: experiment.Ended) -> None:
     assert len(json.loads(content)["profiles"]) == 4 and json.loads(content)["moves"] == []
     drawn = [d.name for d in _figures.draw(ended)]
     assert "tracking" in drawn and "response" not in drawn
-    shown = page(ended, [], "")
+    shown = page(ended, two_stage.told(ended, ""), [])
     assert "profile 4" in shown and "follows 3100 targets" in shown
     assert 'id="moves"' not in shown
 
@@ -101,7 +101,7 @@ def test_a_profile_that_begins_too_early_is_a_problem(tmp_path: Path) -> None:
     ended = ran(tmp_path, BOTH.format(hold="1 s"))
     third = ended.profiles[2]
     assert third.late_s > 0.5
-    (problem,) = words.problems(ended)
+    (problem,) = two_stage.problems(ended)
     assert problem.startswith(f"profile 3 began late, its first {third.late_s:.2f} s left out")
 
 
@@ -225,12 +225,12 @@ def test_moves_and_profiles_of_one_programme_are_told_each_as_what_they_are(
     mixed: experiment.Ended,
 ) -> None:
     ended = mixed
-    assert ended.finished and words.problems(ended) == [] and ended.tracking == []
+    assert ended.finished and two_stage.problems(ended) == [] and ended.tracking == []
     assert [(m.stage, m.target) for m in ended.moves] == [
         ("macro", 20.0), ("micro", 1000.0), ("macro", 0.0),
     ]  # fmt: skip
     assert all(m.arrived_s is not None and m.complete for m in ended.moves)
-    assert [line.cells[0] for line in words.table(ended)] == ["1", "3", "5"]
+    assert [line.cells[0] for line in two_stage.table(ended)] == ["1", "3", "5"]
     coarse, fine = ended.profiles
     assert (coarse.stage, coarse.origin, coarse.target) == ("macro", 20.0, 120.0)
     assert (fine.stage, fine.origin, fine.target) == ("micro", 1000.0, 500.0)
@@ -247,7 +247,7 @@ def test_moves_and_profiles_of_one_programme_are_told_each_as_what_they_are(
     assert coarse.peak_error == pytest.approx(worst)
     told = summary(ended, "now")
     assert len(told["profiles"]) == 2 and len(told["moves"]) == 3
-    assert [name for name, _ in words.remarks(ended)][:2] == ["profile 1", "profile 2"]
+    assert [name for name, _ in two_stage.remarks(ended)][:2] == ["profile 1", "profile 2"]
 
 
 def test_what_a_mixed_run_did_not_reach_is_not_complete(mixed: experiment.Ended) -> None:

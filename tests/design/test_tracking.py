@@ -11,8 +11,9 @@ import pytest
 
 import macromicro
 from macromicro.design.tracking import lagging
-from macromicro.report import _figures, words
-from macromicro.report.summary import as_json, summary
+from macromicro.report import _figures, two_stage
+from macromicro.report.run import as_json
+from macromicro.report.two_stage import summary
 from macromicro.runs import job as experiment
 
 
@@ -69,8 +70,8 @@ def test_a_sine_is_followed(
     content = as_json(summary(ended, ""))
     assert len(content) < 2000
     assert json.loads(content)["moves_begun"] > 500
-    assert words.problems(ended) == []
-    assert f"{stage}-stage" in dict(words.remarks(ended))
+    assert two_stage.problems(ended) == []
+    assert f"{stage}-stage" in dict(two_stage.remarks(ended))
     names = [drawn.name for drawn in _figures.draw(ended)]
     assert "tracking" in names and "response" not in names
 

@@ -18,5 +18,5 @@ from macromicro.drawing.exhibit import TABLE, Drawn, Grid, rendered
     ],
 )
 def test_label_and_name(number: str, label: str, name: str) -> None:
-    made = rendered(Drawn(number, "", "", Grid(("a",), [("1",)])))
+    made = rendered(number, Drawn("", "", Grid(("a",), [("1",)])))
     assert (made.label, made.name, made.kind) == (label, name, TABLE)

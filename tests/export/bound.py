@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from macromicro.export import kinds
-from macromicro.export._naming import legal
 from macromicro.export._program import Program
-from macromicro.export._routines import Routine
+from macromicro.export._statements import Routine
+from macromicro.export._text import legal
 from macromicro.export.files import Written
 from macromicro.export.kinds import REAL, TRUTH, WHOLE, Rows, Several, Struct, empty
 

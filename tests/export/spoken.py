@@ -91,6 +91,16 @@ def whole_steps(x: float, n: int) -> tuple[float, int]:
 
 
 @kernel
+def shrinking(n: int) -> tuple[int, int]:
+    """The end of a loop counts as it was before the loop."""
+    turns = 0
+    for _ in range(n):
+        n -= 1
+        turns += 1
+    return n, turns
+
+
+@kernel
 def swapped(x: float, y: float) -> tuple[float, float]:
     """All values count before the first is set."""
     x, y = y, x

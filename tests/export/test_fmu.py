@@ -5,7 +5,6 @@ from __future__ import annotations
 import subprocess
 import zipfile
 from ctypes import CDLL, c_char_p
-from itertools import product
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -14,15 +13,13 @@ import numpy as np
 import pytest
 
 from macromicro.control.stage_law import Sample, Target
-from macromicro.errors import InputError
 from macromicro.export import catalogue, files, fmu
 from macromicro.kernel import compiled
 from macromicro.plant import axis, bench, carriage
 from macromicro.settings import Settings
 
 fmpy = pytest.importorskip("fmpy", reason="the extra `fmu` brings it")
-VERSIONS = (2, 3)
-QUICK = (("two_stage.plant", 3), ("axis.law", 2), ("two_stage.micro", 3), ("axis.guard", 2))
+QUICK = ("two_stage.plant", "axis.law", "two_stage.micro", "axis.guard")
 PERIODS = 3000  # three seconds
 # FMI 2.0, Sections 2.1.4 to 2.1.9 and 4.2.1 to 4.2.4.
 FUNCTIONS = """
@@ -57,12 +54,9 @@ def inputs(name: str, values: Any) -> Any:
     return found
 
 
-@pytest.mark.parametrize("version", VERSIONS)
-def test_the_macro_stage_gives_our_bits_for_seconds(
-    version: int, volts: Any, tmp_path: Path
-) -> None:
+def test_the_macro_stage_gives_our_bits_for_seconds(volts: Any, tmp_path: Path) -> None:
     place = tmp_path / "macro.fmu"
-    fmu.write(files.written(catalogue.unit("two_stage.macro")), place, version)
+    fmu.write(files.written(catalogue.unit("two_stage.macro")), place)
     found = simulated(place, inputs("volts", volts), output=["state.x", "state.v", "state.accel"])
     plant = bench.prepare(Settings().bench, Settings().sensors)
     state, ours = carriage.at_rest(0.0), []
@@ -76,11 +70,10 @@ def test_the_macro_stage_gives_our_bits_for_seconds(
     assert shown.tobytes() == expected.tobytes()
 
 
-@pytest.mark.parametrize("version", VERSIONS)
-def test_a_tunable_parameter_counts(version: int, volts: Any, tmp_path: Path) -> None:
+def test_a_tunable_parameter_counts(volts: Any, tmp_path: Path) -> None:
     place = tmp_path / "axis.fmu"
     unit = catalogue.unit("axis.plant")
-    fmu.write(files.written(unit), place, version)
+    fmu.write(files.written(unit), place)
     params = unit.given["params"]
     heavy = params._replace(load=params.load._replace(mass=2.0))
     signals = inputs("effort", 0.08 * volts)
@@ -99,29 +92,26 @@ def test_a_tunable_parameter_counts(version: int, volts: Any, tmp_path: Path) ->
     assert np.ptp(ours) > 0.01
 
 
-def sound(place: Path, name: str, version: int) -> None:
+def sound(place: Path, name: str) -> None:
     """Written, valid, and it runs."""
     from fmpy.validation import validate_fmu
 
-    fmu.write(files.written(catalogue.unit(name)), place, version)
+    fmu.write(files.written(catalogue.unit(name)), place)
     assert validate_fmu(str(place)) == []
     found = fmpy.simulate_fmu(str(place), stop_time=0.02, output_interval=1e-3)
     assert len(found) == 21
     assert len(found.dtype.names) > 1
 
 
-@pytest.mark.parametrize(("name", "version"), QUICK)
-def test_nothing_is_wrong_with_it(name: str, version: int, tmp_path: Path) -> None:
-    sound(tmp_path / "unit.fmu", name, version)
+@pytest.mark.parametrize("name", QUICK)
+def test_nothing_is_wrong_with_it(name: str, tmp_path: Path) -> None:
+    sound(tmp_path / "unit.fmu", name)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "version"),
-    [each for each in product(catalogue.every(), VERSIONS) if each not in QUICK],
-)
-def test_nothing_is_wrong_with_any_other(name: str, version: int, tmp_path: Path) -> None:
-    sound(tmp_path / "unit.fmu", name, version)
+@pytest.mark.parametrize("name", [each for each in catalogue.every() if each not in QUICK])
+def test_nothing_is_wrong_with_any_other(name: str, tmp_path: Path) -> None:
+    sound(tmp_path / "unit.fmu", name)
 
 
 @pytest.mark.parametrize("name", ["two_stage.inverse", "two_stage.terminal"])
@@ -131,7 +121,7 @@ def test_a_law_with_other_occasions_gives_our_bits(name: str, tmp_path: Path) ->
     unit, twin = catalogue.unit(name), catalogue.unit(name)
     assert [e.name for e in unit.entries if e.when]
     place = tmp_path / "law.fmu"
-    fmu.write(files.written(unit), place, 2)
+    fmu.write(files.written(unit), place)
     signals = np.zeros(
         periods, dtype=[(n, "f8") for n in ("time", "target.position", "sample.position")]
     )
@@ -160,7 +150,7 @@ def test_a_law_with_other_occasions_gives_our_bits(name: str, tmp_path: Path) ->
 def test_simulink_finds_what_it_looks_for(tmp_path: Path) -> None:
     """FMI 2.0, Sections 2.1.2, 2.2, 2.3 and 4.2: names of folders, files and functions."""
     place = tmp_path / "macro.fmu"
-    face = fmu.write(files.written(catalogue.unit("two_stage.macro")), place, 2)
+    face = fmu.write(files.written(catalogue.unit("two_stage.macro")), place)
     with zipfile.ZipFile(place) as packed:
         packed.extractall(tmp_path)
         names = packed.namelist()
@@ -195,11 +185,11 @@ def test_the_sources_alone_make_the_same_binary(tmp_path: Path) -> None:
     """What a simulator on another system compiles."""
     place = tmp_path / "macro.fmu"
     written = files.written(catalogue.unit("two_stage.macro"))
-    fmu.write(written, place, 2)
+    fmu.write(written, place)
     with zipfile.ZipFile(place) as packed:
         packed.extractall(tmp_path)
     again = tmp_path / "sources" / f"{written.name}.so"
-    command = ["cc", *fmu.FLAGS, *fmu.sources(written, 2), "-o", again.name, "-lm"]
+    command = ["cc", *fmu.FLAGS, *fmu.sources(written), "-o", again.name, "-lm"]
     subprocess.run(command, cwd=again.parent, check=True)
     packed_one = tmp_path / "binaries" / "linux64" / again.name
     assert again.read_bytes() == packed_one.read_bytes()
@@ -211,7 +201,7 @@ def test_a_state_is_kept_and_taken_back(tmp_path: Path) -> None:
     from fmpy.fmi2 import FMU2Slave
 
     place = tmp_path / "wire.fmu"
-    fmu.write(files.written(catalogue.unit("wire.plant")), place, 2)
+    fmu.write(files.written(catalogue.unit("wire.plant")), place)
     told = read_model_description(str(place))
     one = FMU2Slave(
         guid=told.guid, unzipDirectory=extract(str(place), str(tmp_path / "wire")),
@@ -239,8 +229,3 @@ def test_a_state_is_kept_and_taken_back(tmp_path: Path) -> None:
     one.freeFMUState(kept)
     one.terminate()
     one.freeInstance()
-
-
-def test_another_version_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="2 or 3"):
-        fmu.write(files.written(catalogue.unit("notch")), tmp_path / "x.fmu", 1)

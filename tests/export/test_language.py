@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from copy import deepcopy
 from functools import cache
@@ -35,6 +36,7 @@ WORDS = {
     "powered": (NUMBERS, st.floats(-3.0, 3.0)),
     "signs": (NUMBERS, NUMBERS),
     "whole_steps": (NUMBERS, st.integers(0, 12)),
+    "shrinking": (st.integers(0, 12),),
     "swapped": (NUMBERS, NUMBERS),
     "branched": (NUMBERS, st.builds(spoken.Pair, NUMBERS, NUMBERS)),
     "either": (NUMBERS, st.builds(spoken.Pair, NUMBERS, NUMBERS)),
@@ -45,7 +47,7 @@ WORDS = {
 }
 EXAMPLES = {
     "shared": (1, 2), "whole_steps": (0.0, 1), "branched": (0.0, spoken.Pair(0.0)),
-    "either": (0.0, spoken.Pair(0.0)),
+    "shrinking": (1,), "either": (0.0, spoken.Pair(0.0)),
     "summed_pair": (spoken.Pair(0.0),), "summed": (spoken.ROWS, 0.0),
 }  # fmt: skip
 
@@ -79,6 +81,14 @@ def test_words_mean_the_same(name: str) -> None:
         assert [a.tobytes() for a in arrays(theirs)] == [a.tobytes() for a in arrays(mine)]
 
     same()
+
+
+def test_each_line_of_python_is_a_comment_above_its_c() -> None:
+    written, _ = made("branched")
+    source = inspect.getsource(spoken.branched).partition("\n")[2]
+    lines = [line.strip() for line in written.code.splitlines()]
+    comments = [line.lstrip("/ ") for line in lines if line.startswith("//")]
+    assert comments == [line.strip() for line in source.splitlines()]
 
 
 def test_what_is_beyond_the_integers_ends_at_them() -> None:

@@ -8,7 +8,7 @@ import re
 import pytest
 
 from macromicro.export import catalogue, files
-from macromicro.export._variables import Interface
+from macromicro.export.fmu import Interface
 
 from .record import frozen
 
@@ -16,9 +16,8 @@ UNITS = tuple(catalogue.every())
 
 
 def bare(code: str) -> str:
-    """Code without comments and empty lines."""
-    lines = re.sub(r"/\*.*?\*/|//[^\n]*", "", code, flags=re.DOTALL).splitlines()
-    return "\n".join(line.rstrip() for line in lines if line.strip())
+    """Code without comments and layout."""
+    return " ".join(re.sub(r"/\*.*?\*/|//[^\n]*", "", code, flags=re.DOTALL).split())
 
 
 def test_units_are_those_that_were() -> None:

@@ -14,12 +14,11 @@ from .record import frozen
 
 @pytest.mark.slow
 def test_reproduce(tmp_path: Path) -> None:
-    file = tmp_path / "claims.json"
     subprocess.run(
-        [sys.executable, "-m", "macromicro", "reproduce", "--json", file, "--out", tmp_path / "p"],
+        [sys.executable, "-m", "macromicro", "reproduce", "--out", tmp_path / "p"],
         check=True,
         capture_output=True,
         timeout=900,
     )
-    rows = json.loads(file.read_text(encoding="utf-8"))
+    rows = json.loads((tmp_path / "p" / "claims.json").read_text(encoding="utf-8"))
     frozen("reproduce", {row["id"]: row for row in rows})

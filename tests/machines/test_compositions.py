@@ -86,6 +86,6 @@ def test_nobody_else_asks_which_machine_it_is_by_its_name() -> None:
         "settings.py",
         "serve/settings.py",
         "machines/machine.py",
-        "export/_units_two_stage.py",
+        "export/_units.py",
         "commands/_commission_both.py",
     }

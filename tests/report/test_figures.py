@@ -9,24 +9,24 @@ from hypothesis import strategies as st
 
 from macromicro.drawing import files, style
 from macromicro.report import _figures
-from macromicro.report._figures import Drawn
+from macromicro.report._figures import PageFigure
 from macromicro.runs import folder
 from macromicro.runs.job import Ended
 
 
 @pytest.fixture(scope="module")
-def drawn(ended: Ended) -> dict[str, Drawn]:
+def drawn(ended: Ended) -> dict[str, PageFigure]:
     return {d.name: d for d in _figures.draw(ended)}
 
 
-def test_all_figures_in_order(ended: Ended, drawn: dict[str, Drawn]) -> None:
+def test_all_figures_in_order(ended: Ended, drawn: dict[str, PageFigure]) -> None:
     assert list(drawn) == [
         n for n in folder.FIGURES if n != "tracking" and (n != "vibration" or ended.vibration)
     ]
     assert all(d.caption.endswith(".") and d.title for d in drawn.values())
 
 
-def test_every_axis_has_units_and_few_points(drawn: dict[str, Drawn]) -> None:
+def test_every_axis_has_units_and_few_points(drawn: dict[str, PageFigure]) -> None:
     for figure in drawn.values():
         for ax in figure.figure.axes:
             assert all(len(line.get_xdata()) <= 2 * style.BINS for line in ax.lines)
@@ -37,7 +37,9 @@ def test_every_axis_has_units_and_few_points(drawn: dict[str, Drawn]) -> None:
         assert shown and all("[" in label for label in shown)
 
 
-def test_response_shows_both_stages_where_they_went(ended: Ended, drawn: dict[str, Drawn]) -> None:
+def test_response_shows_both_stages_where_they_went(
+    ended: Ended, drawn: dict[str, PageFigure]
+) -> None:
     """Figure 6.2: macro in mm, micro in mm, each with its reference."""
     coarse, _, fine, _ = drawn["response"].figure.axes
     for ax, top in ((coarse, 40.0), (fine, 1.5)):
@@ -59,7 +61,7 @@ def test_without_macro_moves_or_truth_there_is_less_to_show(ended: Ended) -> Non
     assert [d.name for d in _figures.draw(bare)] == ["response", "efforts", "temperatures"]
 
 
-def test_png_is_small_and_names_no_address(drawn: dict[str, Drawn]) -> None:
+def test_png_is_small_and_names_no_address(drawn: dict[str, PageFigure]) -> None:
     data = files.encoded(drawn["efforts"].figure)
     assert data.startswith(b"\x89PNG") and len(data) < 300_000
     assert b"http" not in data

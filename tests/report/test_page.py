@@ -10,8 +10,7 @@ import pytest
 
 from macromicro.drawing import files
 from macromicro.drawing.page import Picture
-from macromicro.report import _figures
-from macromicro.report._page import page
+from macromicro.report import _figures, run, two_stage
 from macromicro.rig import codes, guard
 from macromicro.rig.faults import describe
 from macromicro.runs.job import Ended
@@ -47,6 +46,10 @@ class Parsed(HTMLParser):
         return " ".join(" ".join(self.words).split())
 
 
+def page(ended: Ended, pictures: list[Picture]) -> str:
+    return run.page(ended, two_stage.told(ended, WHEN), pictures)
+
+
 @pytest.fixture(scope="module")
 def pictures(ended: Ended) -> list[Picture]:
     return [
@@ -56,7 +59,7 @@ def pictures(ended: Ended) -> list[Picture]:
 
 @pytest.fixture(scope="module")
 def parsed(ended: Ended, pictures: list[Picture]) -> Parsed:
-    return Parsed(page(ended, pictures, WHEN))
+    return Parsed(page(ended, pictures))
 
 
 def test_is_well_formed(parsed: Parsed) -> None:
@@ -73,7 +76,7 @@ def test_needs_no_network_and_no_script(
             assert not key.startswith("on")
             if key in ("src", "href", "srcset", "data", "action"):
                 assert value is not None and value.startswith("data:image/png;base64,"), tag
-    text = page(ended, pictures, WHEN)
+    text = page(ended, pictures)
     bare = re.sub(r"base64,[A-Za-z0-9+/=]+", "", text)
     assert "http:" not in bare and "https:" not in bare
     assert not re.search(r"""["'(=]\s*//""", bare)
@@ -90,7 +93,7 @@ def test_every_picture_is_a_png_inline(pictures: list[Picture], parsed: Parsed) 
 
 
 def test_readable_in_the_dark_and_on_a_phone(ended: Ended) -> None:
-    text = page(ended, [], WHEN)
+    text = page(ended, [])
     assert "prefers-color-scheme: dark" in text
     assert 'name="viewport" content="width=device-width' in text
 
@@ -112,7 +115,7 @@ def test_shows_the_fault(ended: Ended) -> None:
     watch = guard.fresh()._replace(fault=codes.STUCK, value=3.7, limit=0.251, time=2.0)
     fault = describe(watch)
     assert fault is not None
-    found = Parsed(page(ended._replace(finished=False, fault=fault), [], WHEN)).text
+    found = Parsed(page(ended._replace(finished=False, fault=fault), [])).text
     assert "The programme finished" not in found
     for part in (fault.name, fault.message, fault.evidence, fault.remedy):
         assert part in found

@@ -9,7 +9,8 @@ import pytest
 
 import macromicro
 from macromicro.recorded import NAMES
-from macromicro.report.summary import as_json, summary
+from macromicro.report.run import as_json
+from macromicro.report.two_stage import summary
 from macromicro.runs.job import Ended
 
 WHEN = "2026-01-02 03:04:05+00:00"

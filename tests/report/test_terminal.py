@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from macromicro.report import terminal, words
+from macromicro.report import terminal, two_stage
 from macromicro.runs.job import Ended
 
 
@@ -16,8 +16,8 @@ def test_no_cell_is_cut_up_in_a_narrow_terminal(
 ) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("COLUMNS", str(columns))
-    terminal.show(ended)
+    terminal.show(two_stage.told(ended, ""), ended.job.out)
     shown = re.sub(r"\x1b\[[0-9;]*m", "", capsys.readouterr().out).splitlines()
-    for line in words.table(ended):
+    for line in two_stage.table(ended):
         assert any(all(cell in text for cell in line.cells) for text in shown), line.cells
-    assert max(map(len, shown[: len(words.table(ended)) + 2])) <= max(columns, 80)
+    assert max(map(len, shown[: len(two_stage.table(ended)) + 2])) <= max(columns, 80)

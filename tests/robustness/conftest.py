@@ -10,8 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from macromicro.batch import SEED, Trajectories, Variants
+from macromicro.batch.programme_metrics import METRICS, NAMES
 from macromicro.robustness import job, study
-from macromicro.robustness._metrics import METRICS, NAMES, REQUIRED
+from macromicro.robustness.job import REQUIRED
 from macromicro.robustness.study import Request, Study
 from macromicro.settings import Settings
 

@@ -6,9 +6,9 @@ from typing import Any
 
 from matplotlib.colors import to_hex
 
+from macromicro.batch.programme_metrics import NAMES
 from macromicro.drawing.style import BLUE, ORANGE
 from macromicro.robustness import _figures
-from macromicro.robustness._metrics import NAMES
 from macromicro.robustness.study import Study
 
 

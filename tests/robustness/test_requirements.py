@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from macromicro.batch.programme_metrics import METRICS, NAMES
 from macromicro.errors import InputError
 from macromicro.robustness import requirements
-from macromicro.robustness._metrics import METRICS, NAMES, REQUIRED
+from macromicro.robustness.job import REQUIRED
 from macromicro.robustness.requirements import Requirement
 from macromicro.robustness.words import amount
 from macromicro.uncertainty.table import UNCERTAIN

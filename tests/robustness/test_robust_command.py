@@ -18,8 +18,9 @@ import pytest
 from tests.command import command as macromicro
 from tests.warm import Command
 
+from macromicro.batch.programme_metrics import NAMES, measure
 from macromicro.robustness import files
-from macromicro.robustness._metrics import NAMES, REQUIRED, measure
+from macromicro.robustness.job import REQUIRED
 from macromicro.runs import job as run
 from macromicro.schema import config
 from macromicro.settings import Settings

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from tests.robustness.drawing import drawn
 
 from macromicro import cli
 from macromicro.errors import InputError
@@ -30,7 +31,7 @@ def test_every_machine_has_a_table_that_its_law_does_not_know(other):
     paths = {e.path for e in entries(other.settings)}
     assert rows and all(row.stage == other.name for row in rows)
     assert all(path in paths for row in rows for path, _ in row.parts)
-    for tree in stage.machines(other, other.settings, rows, 10, 3)[1]:
+    for tree in drawn(other, other.settings, rows, 10, 3)[1]:
         other.kind.prepare(tree)
         for name in stage.KEPT:
             assert getattr(tree, name) == getattr(other.settings, name)
@@ -45,7 +46,7 @@ def test_what_the_machine_has_not_is_not_varied():
 
 def test_the_plant_changes_and_the_law_does_not():
     rows = stage.uncertain(AXIS, AXIS.settings)
-    amounts, trees = stage.machines(AXIS, AXIS.settings, rows, 12, 1)
+    amounts, trees = drawn(AXIS, AXIS.settings, rows, 12, 1)
     assert amounts.shape == (12, len(rows))
     mass = [row.name for row in rows].index("mass")
     for each, tree in zip(amounts, trees, strict=True):

@@ -4,6 +4,7 @@ import json
 
 import pytest
 from tests.machines.joint.axes import straight
+from tests.robustness.drawing import drawn
 
 from macromicro import cli
 from macromicro.machines.joint import planning
@@ -28,7 +29,7 @@ def test_every_row_names_parameters_of_the_machine():
 
 
 def test_the_plants_change_and_the_laws_do_not():
-    amounts, trees = stage.machines(XY_MACHINE, DEFAULT, ROWS, 12, 1)
+    amounts, trees = drawn(XY_MACHINE, DEFAULT, ROWS, 12, 1)
     at = {row.name: k for k, row in enumerate(ROWS)}
     for each, tree in zip(amounts, trees, strict=True):
         upper = 0.5 * each[at["y_mass"]]

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from macromicro.batch import SEED, Job, Variants
+from macromicro.batch.programme_metrics import NAMES
 from macromicro.robustness import _findings, study, words
 from macromicro.robustness._findings import influences, overall, worst, yields
-from macromicro.robustness._metrics import NAMES, REQUIRED
-from macromicro.robustness.job import subject, variants
+from macromicro.robustness.job import REQUIRED, subject, variants
 from macromicro.robustness.study import Request, Study
 from macromicro.schema.par import changed, replaced
 from macromicro.uncertainty.machines import draw, settings_at

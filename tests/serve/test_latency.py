@@ -35,7 +35,7 @@ def config(folder: Path) -> str:
 
 
 def test_the_numbers_are_of_every_period(tmp_path: Path) -> None:
-    picture, options = tmp_path / "latency.png", ("--seconds", "1.5", "--json", "-")
+    picture, options = tmp_path / "latency.png", ("--seconds", "1.5", "--json")
     told = ("--figure", picture, "--config", config(tmp_path))
     done = command(*RUN[3:], *options, *told, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -58,7 +58,7 @@ def test_ctrl_c_gives_what_was_measured_until_then(tmp_path: Path) -> None:
     )
     assert process.stderr is not None
     line = process.stderr.readline()
-    while "of 600 s" not in line and line:
+    while "of 600" not in line and line:
         line = process.stderr.readline()
     process.send_signal(signal.SIGINT)
     out, error = process.communicate(timeout=60)
@@ -69,10 +69,9 @@ def test_ctrl_c_gives_what_was_measured_until_then(tmp_path: Path) -> None:
 
 
 def test_files_that_cannot_be_made_are_refused_before_anything_runs(tmp_path: Path) -> None:
-    for option in ("--json", "--figure"):
-        done = command(*RUN[3:], option, tmp_path / "none" / "x.png", cwd=tmp_path)
-        assert done.returncode == 2
-        assert not (tmp_path / "none").exists()
+    done = command(*RUN[3:], "--figure", tmp_path / "none" / "x.png", cwd=tmp_path)
+    assert done.returncode == 2
+    assert not (tmp_path / "none").exists()
 
 
 @pytest.mark.parametrize(
@@ -82,8 +81,6 @@ def test_files_that_cannot_be_made_are_refused_before_anything_runs(tmp_path: Pa
         ("--figure", "-", "no suffix"),
         ("--figure", "x", "no suffix"),
         ("--figure", "/proc/x.png", "No such file"),
-        ("--json", "/proc/x.json", "No such file"),
-        ("--json", ".", "Is a directory"),
     ],
 )
 def test_results_that_could_not_be_written_are_refused_before_measuring(

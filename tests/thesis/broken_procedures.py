@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable
 
 from macromicro.drawing.exhibit import Drawn, Grid
 from macromicro.thesis.claims import REPRODUCED, Claim
@@ -26,34 +26,35 @@ def _claims(data: int) -> list[Claim]:
     return [Claim("X1", "1.1", "the seed", 7.0, float(data), "", REPRODUCED)]
 
 
-def _draw(data: int) -> Iterator[Drawn]:
-    yield Drawn("Table 1.1", "Seed", "The seed.", Grid(("seed",), [(str(data),)]), ("X1",))
+def _draw(data: int) -> Drawn:
+    return Drawn("Seed", "The seed.", Grid(("seed",), [(str(data),)]), ("X1",))
 
 
-def _breaks(data: int) -> Iterator[Drawn]:
-    yield from _draw(data)
+def _breaks(data: int) -> Drawn:
     raise ValueError("no pencil")
 
 
-def _unfit(data: int) -> Iterator[Drawn]:
-    """The second of three is nothing that can be rendered."""
-    for number in ("Table 1.1", "1.2", "Table 1.3"):
-        body = None if number == "1.2" else Grid(("seed",), [(str(data),)])
-        yield Drawn(number, "Seed", "The seed.", body, ("X1",))  # type: ignore[arg-type]
+def _unfit(data: int) -> Drawn:
+    """Nothing that can be rendered."""
+    return Drawn("Seed", "The seed.", None, ("X1",))  # type: ignore[arg-type]
 
 
-def _named(
-    name: str, collect: object, draw: object = _draw, figures: tuple[str, ...] = ("Table 1.1",)
-) -> Procedure:
-    return Procedure(name, name, ("1.1",), (), ("X1",), figures, (), 1.0, collect, _claims, draw)  # type: ignore[arg-type]
+def _named(name: str, collect: Callable[[Lab], int]) -> Procedure:
+    figures = {"Table 1.1": _draw}
+    return Procedure(name, name, ("1.1",), (), ("X1",), figures, (), 1.0, collect, _claims)
 
 
-THREE = ("Table 1.1", "1.2", "Table 1.3")
+def _second(name: str, draw: Callable[[int], Drawn]) -> Procedure:
+    """The second of three figures is drawn so."""
+    figures = {"Table 1.1": _draw, "1.2": draw, "Table 1.3": _draw}
+    return _named(name, _collect)._replace(figures=figures)
+
+
 GOOD, RAISES, DIES, BREAKS, UNFIT, NO_DIAGRAM = (
     _named("good", _collect),
     _named("raises", _raise),
     _named("dies", _die),
-    _named("breaks", _collect, _breaks, THREE),
-    _named("unfit", _collect, _unfit, THREE),
+    _second("breaks", _breaks),
+    _second("unfit", _unfit),
     _named("no-diagram", _collect)._replace(diagrams=("9.9", "4.3")),
 )

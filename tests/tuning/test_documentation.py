@@ -6,16 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from macromicro import tuning
-from macromicro.tuning._objectives import OBJECTIVES
+from macromicro.tuning.bench import MACRO_OBJECTIVES, MICRO_OBJECTIVES
+from macromicro.tuning.request import Request, ready
+from macromicro.tuning.search import Tuning, Version
 
 PAGE = (Path(__file__).parents[2] / "docs" / "tuning.md").read_text(encoding="utf-8")
-STRICT: dict[str, object] = {"penalties": (("saturated", 0.01),)}
-OPTIONS: dict[str, dict[str, object]] = {
-    "`--route thesis`": {"route": "thesis"},
-    "default": {},
-    "`--penalty saturated=0.01`": STRICT,
-}
+STRICT = {"saturated": 0.01}
+OPTIONS: dict[str, dict[str, float]] = {"default": {}, "`--penalty saturated=0.01`": STRICT}
 
 
 def row(name: str) -> list[str]:
@@ -23,53 +20,36 @@ def row(name: str) -> list[str]:
     return [cell.strip() for cell in line.strip("|").split("|")][1:]
 
 
-def check(cells: list[str], taps: object, metrics: dict[str, float], disk: float) -> None:
+def check(cells: list[str], found: Tuning, version: Version) -> None:
     names = ("settling_time", "overshoot", "saturated", "iae", "peak_effort")
-    found = [*tuple(taps), *(metrics[n] for n in names), disk]  # type: ignore[arg-type]
+    (disk,) = (m.value for m in found.subject.margins(version.settings) if m.name == "disk")
+    taps = tuple(version.settings.controller.pd_tuned)
+    values = [*taps, *(version.runs[0][n] for n in names), disk]
     printed = [*(float(t) for t in cells[0].split(",")), *(float(c) for c in cells[1:])]
     places = (6, 6, 3, 0, 0, 1, 2, 2)
-    for value, text, digits in zip(found, printed, places, strict=True):
+    for value, text, digits in zip(values, printed, places, strict=True):
         assert text == pytest.approx(value, abs=0.51 * 10.0**-digits)
 
 
 @pytest.mark.parametrize("name", OPTIONS)
 def test_the_table(name: str) -> None:
-    done = tuning.macro(**OPTIONS[name])
-    assert done.margins is not None
-    after = (done.tuned.controller.pd_tuned, done.bench[1].metrics, done.margins[1].disk)
-    check(row(name), *after)
-    before = (done.plan.start.controller.pd_tuned, done.bench[0].metrics, done.margins[0].disk)
-    check(row("the thesis' (4.10)"), *before)
+    found = ready(Request(stage="macro", penalties=OPTIONS[name])).search()
+    check(row(name), found, found.best)
+    check(row("the thesis' (4.10)"), found, found.first)
 
 
 def test_every_objective_is_explained() -> None:
-    for known in OBJECTIVES.values():
-        for objective in known:
-            assert f"| `{objective.name}` |" in PAGE
+    for objective in (*MACRO_OBJECTIVES, *MICRO_OBJECTIVES):
+        assert f"| `{objective.name}` |" in PAGE
 
 
-ROBUST: list[tuple[str, dict[str, object], int]] = [
-    ("`--robust`, strict", STRICT, 0),
-    ("`--robust`, strict", STRICT, 1),
-    ("`--robust`, strict", STRICT, 2),
-    ("`--robust`", {}, 0),
-    ("`--robust`", {}, 1),
-    ("`--robust`", {}, 2),
-]
-
-
-def check_robust(name: str, options: dict[str, object], seed: int) -> None:
-    found = tuning.macro(robust=True, seed=seed, **options)
-    assert found.robust_costs is not None
-    assert found.held_out is not None
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize(("name", "weights"), [("`--robust`, strict", STRICT), ("`--robust`", {})])
+def test_the_robust_table(name: str, weights: dict[str, float], seed: int) -> None:
+    found = ready(Request(stage="macro", robust=True, seed=seed, penalties=weights)).search()
+    assert found.fresh is not None
     printed = [float(cell) for cell in row(f"{name} | {seed}")[1:]]
-    assert printed[:4] == pytest.approx([*found.robust_costs, *found.held_out.costs], abs=0.0051)
-    assert printed[4] == found.held_out.cheaper
-
-
-@pytest.mark.parametrize(
-    ("name", "options", "seed"),
-    [pytest.param(*row, marks=pytest.mark.slow) for row in ROBUST],
-)
-def test_the_robust_table(name: str, options: dict[str, object], seed: int) -> None:
-    check_robust(name, options, seed)
+    costs = [found.first.cost, found.best.cost, *found.fresh.costs]
+    assert printed[:4] == pytest.approx(costs, abs=0.0051)
+    assert printed[4] == found.fresh.cheaper

@@ -10,13 +10,14 @@ from tests.control.errors import by_error
 
 from macromicro.control import macro as control
 from macromicro.control import settings as control_settings
+from macromicro.control.macro import NAMES
 from macromicro.control.settings import Control
 from macromicro.models.macro import LINEAR, MacroModel, MacroModelState, step
 from macromicro.settings import Settings
-from macromicro.tuning import _laws, loops
+from macromicro.tuning import gains, loops
 
 
-@pytest.mark.parametrize("name", _laws.names("macro"))
+@pytest.mark.parametrize("name", NAMES)
 def test_the_polynomials_are_the_loop_that_runs(name: str) -> None:
     """Law and linear model in a chain, opened: the answer to a sine, after the transients of
     a law without integral action, is num/den at that frequency."""
@@ -51,30 +52,22 @@ def test_integral_action_is_in_the_loop() -> None:
     assert gap == pytest.approx(Control().pid.ki * linear.dt * z / (z - 1.0) * model, rel=1e-9)
 
 
-def test_margins_of_the_thesis() -> None:
-    found = loops.macro_margins(Control())
-    assert found.crossover == pytest.approx(4.91, abs=0.005)
-    assert found.phase == pytest.approx(85.7, abs=0.05)
-
-
 def test_ripple_margin() -> None:
     """PI control begins to swing at some factor; the margin is the last one that did not."""
     control = Control(micro_law="pi")
     settings = Settings(controller=control)
-    law = _laws.find("micro", "pi", control)
+    law = gains.find("micro", "pi", control)
     factor = loops.ripple_margin(settings, law)
     assert 1.0 < factor < loops.MOST
-    gains = _laws.gains_of(control, law)
     for times, quiet in ((factor, True), (2.0**0.25 * factor, False)):
-        louder = settings._replace(controller=_laws.with_gains(control, law, times * gains))
+        louder = settings._replace(controller=law.scaled(control, times))
         assert (loops.ripple(louder) <= 10.0) is quiet
 
 
 def test_a_law_that_swings_has_none() -> None:
     """Anti-windup far above the integral gain: it settles sooner, then wanders."""
-    gains = Control().pi_antiwindup._replace(kp=2586.0, ki=44290.0, kaw=76.35)
-    wild = Control(pi_antiwindup=gains)
-    law = _laws.find("micro", None, wild)
+    wild = Control(pi_antiwindup=Control().pi_antiwindup._replace(kp=2586.0, ki=44290.0, kaw=76.35))
+    law = gains.find("micro", None, wild)
     assert math.isnan(loops.ripple_margin(Settings(controller=wild), law))
     assert not loops.holds(Settings(controller=wild), law)
     assert loops.holds(Settings(), law)
@@ -83,6 +76,5 @@ def test_a_law_that_swings_has_none() -> None:
 def test_a_stage_at_its_stop_is_not_quiet() -> None:
     """It does not move there, but it does not hold either."""
     wild = Control(pi_antiwindup=Control().pi_antiwindup._replace(kp=2586.0, ki=44290.0, kaw=76.35))
-    law = _laws.find("micro", None, wild)
-    far = _laws.with_gains(wild, law, 64.0 * _laws.gains_of(wild, law))
-    assert loops.ripple(Settings(controller=far)) == math.inf
+    law = gains.find("micro", None, wild)
+    assert loops.ripple(Settings(controller=law.scaled(wild, 64.0))) == math.inf

@@ -60,9 +60,9 @@ PAGES = (
     ),
     Page(
         "studies",
-        "Batches and tuning",
+        "Batches",
         "Many variants of one run.",
-        ("batch", "tuning"),
+        ("batch",),
     ),
     Page(
         "macro",

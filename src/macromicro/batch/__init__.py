@@ -47,7 +47,7 @@ def _micro_bench(**options: Any) -> Job:
 
 
 def _programme(**options: Any) -> Job:
-    from macromicro.batch.whole_bench import ProgrammeJob
+    from macromicro.batch.programme_job import ProgrammeJob
 
     return ProgrammeJob(**options)
 

@@ -21,8 +21,8 @@ from macromicro.simulate import Outcome
 HOLD, TAIL = 2.0, 0.5  # s
 
 METRICS: tuple[Metric, ...] = (
-    Metric("settle_up", "s", "mean settling of the steps that contract, into 10 um"),
-    Metric("settle_down", "s", "mean settling of the steps that extend, into 10 um"),
+    Metric("contraction", "s", "mean settling of the steps that contract, into 10 um"),
+    Metric("extension", "s", "mean settling of the steps that extend, into 10 um"),
     Metric("overshoot", "um", "largest overshoot of a step, by the laser"),
     Metric("worst_error", "um", "largest mean error of a hold's last 0.5 s, by the laser"),
     Metric("iae", "mm*s", "integral of the absolute error, by the laser"),

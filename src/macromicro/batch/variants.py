@@ -39,6 +39,12 @@ class Metric(NamedTuple):
     meaning: str  #: for a person
 
 
+# What every run has first and last. A code is a name, not a quantity: nothing is ranked or
+# limited by it.
+FAULT = Metric("fault", "", "stops by the guard")
+CODE = Metric("fault_code", "", "which fault stopped the run, 0 for none")
+
+
 class Trajectories(NamedTuple):
     """The courses of runs; one that ended early is NaN from there on."""
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from macromicro.commands.group import Calibration, Loop, Port
+from macromicro.commands.options import Calibration, Loop, Overwrite, Port, Rig, Seed
 from macromicro.commands.signals import Signals
 
 
@@ -23,13 +23,7 @@ def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
             show_default=False,
         ),
     ] = None,
-    rig: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help=("twin (simulated), MODULE:FACTORY of your own rig, or FILE.toml of a card."),
-        ),
-    ] = "twin",
+    rig: Rig = "twin",
     port: Port = None,
     loop: Loop = None,
     calibration: Calibration = None,
@@ -43,14 +37,12 @@ def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
             show_default=False,
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the sensors' noise.")] = 0,
+    seed: Seed = 0,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder for the recordings.", show_default="results/<experiment>"),
     ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace recordings in that folder.")
-    ] = False,
+    overwrite: Overwrite = False,
     listed: Annotated[bool, typer.Option("--list", help="List the experiments.")] = False,
 ) -> None:
     """Run a laboratory procedure and save its recordings.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from macromicro.commands.group import PNG, Figures, Port, whole
+from macromicro.commands.options import PNG, Figures, Overwrite, Port, Rig, Seed, Yes
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -34,16 +34,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
             show_default="the two-stage bench",
         ),
     ] = None,
-    rig: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help=(
-                "twin (simulated), MODULE:FACTORY of your own rig, or FILE.toml"
-                " of a card; for two axes one each, joined by +."
-            ),
-        ),
-    ] = "twin",
+    rig: Rig = "twin",
     port: Port = None,
     pitch: Annotated[
         str, typer.Option(help="Travel per encoder count of your own rig, such as '5 um'.")
@@ -109,19 +100,15 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
             show_default="stops",
         ),
     ] = "",
-    yes: Annotated[bool, typer.Option("--yes", help="Do not ask before each step.")] = False,
+    yes: Yes = False,
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue after the last completed step.")
     ] = False,
-    seed: Annotated[
-        int, typer.Option(parser=whole, metavar="N", help="Seed of the simulated machine's noise.")
-    ] = 0,
+    seed: Seed = 0,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the results.", show_default=str(OUT))
     ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Start again and replace the results.")
-    ] = False,
+    overwrite: Overwrite = False,
     figures: Figures = PNG,
 ) -> None:
     """Identify an unknown stage, tune its law and verify both.

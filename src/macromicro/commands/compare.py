@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from macromicro.commands.group import PNG, Figures
+from macromicro.commands.options import PNG, Figures, Json, Overwrite
 from macromicro.commands.signals import Signals
 
 OUT = Path("results/compare")
@@ -26,17 +26,13 @@ def compare(
         Path | None, typer.Option(help="Folder for figures and numbers.", show_default=str(OUT))
     ] = None,
     figures: Figures = PNG,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print only the comparison, as JSON.")
-    ] = False,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an earlier comparison.")
-    ] = False,
+    as_json: Json = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Compare recordings in a figure and a table of differences."""
     from macromicro.drawing.files import formats
     from macromicro.report import comparison, comparison_files, terminal
-    from macromicro.report.summary import as_json as to_json
+    from macromicro.report.run import as_json as to_json
     from macromicro.runs import folder
 
     kinds = formats(figures)

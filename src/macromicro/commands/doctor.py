@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from macromicro.commands.options import Config, Rig, Yes
 from macromicro.serve.hosts import FOLDER, HOST, SCPI_PORT, WEB_PORT
 
 if TYPE_CHECKING:
@@ -15,16 +16,7 @@ if TYPE_CHECKING:
 
 
 def doctor(  # noqa: PLR0913, PLR0917 - one for each option
-    rig: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help=(
-                "twin (simulated), MODULE:FACTORY or FILE.toml; for two axes "
-                "one each, joined by +. Only --open, --move and --walk open it."
-            ),
-        ),
-    ] = "twin",
+    rig: Rig = "twin",
     look: Annotated[
         bool,
         typer.Option("--open", help="Only open and read the rig, with its outputs safe."),
@@ -54,13 +46,8 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
             show_default="1.7 V",
         ),
     ] = None,
-    yes: Annotated[
-        bool, typer.Option("--yes", help="Move it without asking; manual steps are skipped.")
-    ] = False,
-    config: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Settings file (.toml).", show_default=False),
-    ] = None,
+    yes: Yes = False,
+    config: Config = None,
     host: Annotated[str, typer.Option(help="Address to listen on.")] = HOST,
     scpi: Annotated[int, typer.Option(metavar="PORT", help="SCPI port; -1 for none.")] = SCPI_PORT,
     web: Annotated[

@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from macromicro.commands.group import Group, whole
+from macromicro.commands.group import Group
+from macromicro.commands.options import Overwrite
 
 app = typer.Typer(
     cls=Group,
@@ -69,9 +70,7 @@ def c(
             "--float", help=("Use float and 32-bit integers instead of double and 64-bit ones.")
         ),
     ] = False,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an earlier export.")
-    ] = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Write C99 from kernels (docs/export.md).
 
@@ -79,7 +78,6 @@ def c(
     no library but libm. In double precision it returns the same bits as the kernels.
     """
     from macromicro.export import catalogue, files
-    from macromicro.export.example import Example, readme
     from macromicro.runs import folder
 
     written = files.written(catalogue.unit(what, config), single)
@@ -87,8 +85,7 @@ def c(
     texts = {
         f"{name}.h": written.header,
         f"{name}.c": written.code,
-        "main.c": Example(written).text(),
-        "README.md": readme(written),
+        "README.md": written.readme(),
     }
     place = folder.chosen(out, Path("results") / f"c-{name}", overwrite=overwrite)
     names = tuple(texts)
@@ -107,31 +104,24 @@ def fmu(
         Path | None, typer.Option(metavar="FILE", help="The FMU.", show_default="<WHAT>.fmu")
     ] = None,
     config: Config = None,
-    fmi: Annotated[
-        int, typer.Option(parser=whole, metavar="N", help="Version of FMI: 2 or 3.")
-    ] = 2,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an earlier file.")
-    ] = False,
+    overwrite: Overwrite = False,
 ) -> None:
-    """Write a co-simulation FMU for Simulink or FMPy.
+    """Write a co-simulation FMU (FMI 2.0) for Simulink or FMPy.
 
     It is made from the exported C (docs/export.md) and contains the sources and a binary for Linux
     x86_64, which is compiled here with cc. It needs no Python.
     """
-    from macromicro.errors import InputError, ProblemError
+    from macromicro.errors import ProblemError
     from macromicro.export import catalogue, files
     from macromicro.export import fmu as units
 
-    if fmi not in units.VERSIONS:
-        raise InputError("--fmi", fmi, "2 or 3")
     written = files.written(catalogue.unit(what, config))
     place = out or Path(f"{written.name}.fmu")
     if place.exists() and not overwrite:
         raise ProblemError(
             "--out", f"{place} already exists", "Choose another file or add --overwrite."
         )
-    face = units.write(written, place, fmi)
+    face = units.write(written, place)
     numbers = dict.fromkeys(("input", "output", "parameter"), 0)
     for each in face.variables:
         numbers[each.causality] = numbers.get(each.causality, 0) + 1
@@ -145,9 +135,7 @@ def fmu(
 @app.command("hex")
 def hex_(
     out: Annotated[Path, typer.Option(metavar="FILE", help="The file to flash.")] = Path("uno.hex"),
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an earlier file.")
-    ] = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Write the built firmware for an Arduino Uno or Nano.
 

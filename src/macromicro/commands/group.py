@@ -1,12 +1,11 @@
-"""What the commands share: the group, whole-number options, the option --figures."""
+"""What the commands share: the group, whole numbers, a remark on laws in plain Python."""
 
 from __future__ import annotations
 
 import sys
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from typer import BadParameter, Option
+from typer import BadParameter
 from typer.core import TyperGroup
 
 from macromicro.errors import InputError
@@ -14,56 +13,6 @@ from macromicro.schema.text import printable
 
 if TYPE_CHECKING:
     from macromicro.control.settings import Control
-
-Figures = Annotated[
-    str,
-    Option(
-        "--figures",
-        metavar="FORMATS",
-        help=("Formats of the figures: png, svg, pdf, or several, such as svg,pdf."),
-    ),
-]
-PNG = "png"
-Law = Annotated[
-    str | None,
-    Option(
-        "--law",
-        metavar="NAME",
-        help=(
-            "Control law of the macro-stage, of the micro-stage, or both "
-            "with a comma between; or MODULE:LAW of your own "
-            "(docs/laws.md)."
-        ),
-        show_default="that of the settings",
-    ),
-]
-Port = Annotated[
-    str | None,
-    Option(
-        "--port",
-        metavar="DEVICE",
-        help="Serial port of --rig board (docs/firmware.md).",
-        show_default=False,
-    ),
-]
-Loop = Annotated[
-    str | None,
-    Option(
-        "--loop",
-        metavar="WHO",
-        help="Where the loop of --rig board is closed: board or host.",
-        show_default="board; host for a machine of one stage, whose law runs there",
-    ),
-]
-Calibration = Annotated[
-    Path | None,
-    Option(
-        "--calibration",
-        metavar="FILE",
-        help="Hall sensor's table for --rig board, written by identify hall.",
-        show_default=False,
-    ),
-]
 
 
 def tell(controller: Control) -> None:

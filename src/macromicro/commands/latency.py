@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 import os
 import sys
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from macromicro.commands.options import Config, Json
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -21,27 +20,15 @@ if TYPE_CHECKING:
     from macromicro.serve.choosing import AnySettings
     from macromicro.serve.measuring import Cyclic, Latency
 
-STDOUT = Path("-")
 PICTURES = (".png", ".pdf", ".svg")
-_EVERY = 10.0  # s between plain lines
 
 
 def latency(
     seconds: Annotated[
         float, typer.Option(metavar="S", min=0.5, max=86400.0, help="Duration of the measurement.")
     ] = 10.0,
-    config: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Settings file (.toml).", show_default=False),
-    ] = None,
-    json: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help=("Write the results as JSON to this file; with - print only JSON."),
-            show_default=False,
-        ),
-    ] = None,
+    config: Config = None,
+    as_json: Json = False,
     figure: Annotated[
         Path | None,
         typer.Option(
@@ -57,22 +44,24 @@ def latency(
     It runs the simulated machine and also measures the computing time.
     The exit status is 1 if the machine stopped because of missed periods.
     """
+    from json import dumps
+
+    from macromicro.drawing.bar import progress
     from macromicro.serve import health, measuring
     from macromicro.serve.choosing import load
 
     settings = load(config)
     if figure is not None:
         _check_figure(figure)
-    if json is not None and json != STDOUT:
-        _check(json, "--json")
     with Signals() as signals:
         if health.compiler_cache().state != health.OK:
             print("compiling the bench, once, about 10 s", file=sys.stderr, flush=True)
         signals.later()
-        with _progress(seconds) as report:
+        with progress("latency", "s") as pace:
+            pace.begin(round(seconds))
 
             def go_on(done: float) -> bool:
-                report(done)
+                pace.reach(round(done), round(seconds))
                 return not signals.received
 
             got = measuring.measure(settings, seconds, go_on)
@@ -84,7 +73,10 @@ def latency(
             other = measuring.cyclictest(
                 min(seconds, 10.0), settings.serve.priority, rt, settings.period
             )
-    _give(got, other, settings, json)
+    if as_json:
+        print(dumps(_as_json(got, other, settings), indent=2))
+    else:
+        print(*table(got, other, settings), sep="\n")
     if figure is not None:
         from macromicro.drawing import files
 
@@ -99,6 +91,7 @@ def latency(
 
 
 def _check_figure(file: Path) -> None:
+    """Refuse a file that cannot be written; a file made for the trial is removed."""
     from macromicro.errors import ProblemError
     from macromicro.schema.text import printable
 
@@ -106,15 +99,6 @@ def _check_figure(file: Path) -> None:
         found = f"the suffix is {printable(file.suffix)}" if file.suffix else "there is no suffix"
         remedy = f"Give a name that ends in {' or '.join(PICTURES)}."
         raise ProblemError(f"--figure {printable(file, 300)}", found, remedy)
-    _check(file, "--figure")
-
-
-def _check(file: Path, option: str) -> None:
-    """Refuse a file that cannot be written; a file made for the trial is removed."""
-    from macromicro.errors import ProblemError
-    from macromicro.schema.text import printable
-
-    where, accepted = f"{option} {printable(file, 300)}", "Name a file in a folder that exists."
     try:
         new = not os.path.lexists(file)
         if new or file.is_file() or file.is_dir():  # a pipe is left to the one who made it
@@ -122,43 +106,9 @@ def _check(file: Path, option: str) -> None:
         if new:
             file.unlink()
     except OSError as error:
-        raise ProblemError(where, error.strerror or str(error), accepted) from None
-
-
-@contextmanager
-def _progress(seconds: float) -> Iterator[Callable[[float], None]]:
-    """A bar on stderr; a line now and then where that is no terminal."""
-    if not sys.stderr.isatty():
-        shown = -math.inf
-
-        def say(done: float) -> None:
-            nonlocal shown
-            if time.monotonic() - shown >= _EVERY:
-                shown = time.monotonic()
-                print(f"{done:.0f} of {seconds:g} s", file=sys.stderr, flush=True)
-
-        yield say
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn
-
-    columns = TextColumn("{task.percentage:3.0f} %"), BarColumn(bar_width=24)
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=seconds)
-        yield lambda done: bar.update(task, completed=done)
-
-
-def _give(got: Latency, other: Cyclic | str, settings: AnySettings, json: Path | None) -> None:
-    from json import dumps
-
-    text = dumps(_as_json(got, other, settings), indent=2) + "\n"
-    if json == STDOUT:
-        print(text, end="")
-        return
-    for line in table(got, other, settings):
-        print(line)
-    if json is not None:
-        json.write_text(text, "utf-8")
+        remedy = "Name a file in a folder that exists."
+        where = f"--figure {printable(file, 300)}"
+        raise ProblemError(where, error.strerror or str(error), remedy) from None
 
 
 def table(got: Latency, other: Cyclic | str, settings: AnySettings) -> Iterator[str]:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from macromicro.commands.group import PNG, Figures, Law, tell, whole
+from macromicro.commands.group import tell, whole
+from macromicro.commands.options import PNG, Config, Figures, Law, Overwrite, Rig, Seed, Yes
 from macromicro.commands.signals import Signals
 from macromicro.schema.text import write_text
 
@@ -29,19 +30,9 @@ def learn(  # noqa: PLR0913, PLR0917 - one for each option
     out: Annotated[
         Path | None, typer.Option(help="Folder for the results.", show_default="results/learn")
     ] = None,
-    config: Annotated[
-        Path | None, typer.Option(help="TOML file with units that overrides settings.")
-    ] = None,
-    seed: Annotated[
-        int, typer.Option(parser=whole, metavar="N", help="Seed of the first run's noise.")
-    ] = 0,
-    rig: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help=("twin (simulated), MODULE:FACTORY of your own rig, or FILE.toml of a card."),
-        ),
-    ] = "twin",
+    config: Config = None,
+    seed: Seed = 0,
+    rig: Rig = "twin",
     law: Law = None,
     lag: Annotated[
         str | None,
@@ -51,13 +42,9 @@ def learn(  # noqa: PLR0913, PLR0917 - one for each option
             show_default="as identified with the law inverse, else 0",
         ),
     ] = None,
-    yes: Annotated[
-        bool, typer.Option("--yes", help="Move your own rig without asking first.")
-    ] = False,
+    yes: Yes = False,
     figures: Figures = PNG,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")
-    ] = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Repeat a trajectory and correct it after each run.
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from macromicro.commands.options import Config, Json
 
 WAYS = ("200 mm", "100 mm", "40 mm", "10 mm", "1 mm")
 PLACES = ("1 mm", "2 mm", "3 mm", "2 mm", "1 mm")
@@ -22,15 +23,11 @@ def limits(
             show_default="200 mm ...",
         ),
     ] = None,
-    config: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="TOML file of the bench's settings.")
-    ] = None,
+    config: Config = None,
     micro: Annotated[
         bool, typer.Option("--micro", help="Limits of the micro-stage, from cold and extended.")
     ] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print only the limits, as JSON.")
-    ] = False,
+    as_json: Json = False,
 ) -> None:
     """Print the quickest moves that a bench allows.
 
@@ -40,7 +37,7 @@ def limits(
     """
     from macromicro.design.fine_limits import NEAR, turns
     from macromicro.design.limits import quickest
-    from macromicro.report.summary import as_json as to_json
+    from macromicro.report.run import as_json as to_json
     from macromicro.settings import Settings, chosen
     from macromicro.units import quantity
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from macromicro.commands.options import Json
 from macromicro.commands.streams import warned
 
 if TYPE_CHECKING:
@@ -21,16 +22,14 @@ def look(
             help="A recording, or a text, MAT, HDF5, npz, Parquet, JSON or MicroMag file.",
         ),
     ],
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print only the findings, as JSON.")
-    ] = False,
+    as_json: Json = False,
 ) -> None:
     """Print what a data file holds: columns, units, rate, gaps.
 
     The last line is the command to use next (docs/files.md).
     """
     from macromicro.identify.look.told import look as looked
-    from macromicro.report.summary import as_json as to_json
+    from macromicro.report.run import as_json as to_json
 
     with warned():
         found = looked(file)

@@ -1,14 +1,10 @@
-"""``run`` and ``config show`` for the machines of one stage and of several."""
+"""Settings of any machine, printed; which machine a file is for."""
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
-import typer
-
-from macromicro.commands.signals import Signals
 from macromicro.errors import InputError, ProblemError
 
 
@@ -25,57 +21,6 @@ def takes_turns(config: Path | None) -> bool:
 def refuse(*, fan: bool) -> None:
     if fan:
         raise ProblemError("--fan", "this machine has no fan")
-
-
-def run(asked: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals) -> None:
-    """Run a programme on a machine of one stage or of several, into its folder."""
-    from macromicro.commands import asking
-    from macromicro.machines import job as jobs
-    from macromicro.runs.folder import held
-
-    job = jobs.check(jobs.Request(*asked))
-    asking.before_one(job, yes)
-    with held(job.out, overwrite=job.request.overwrite, names=job.names):
-        _run(job, as_json, signals)
-
-
-def _run(job: Any, as_json: bool, signals: Signals) -> None:
-    from datetime import datetime
-
-    from macromicro.commands.performing import performed
-    from macromicro.machines import runs
-    from macromicro.machines.job import execute
-    from macromicro.report import machine as report
-    from macromicro.report import terminal
-    from macromicro.report.summary import as_json as to_json
-
-    if job.source is None:  # on a rig the same period runs interpreted
-        if not runs.is_compiled():
-            print("compiling the machine, once, about 10 s", file=sys.stderr)
-        runs.compile_machine(job.machine, job.settings, job.plan)
-    signals.later()
-    started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
-    bar = terminal.bar(job.programme.title, job.expected, lambda k: f"move {k + 1}")
-    ended = performed(execute, job, bar, signals)
-    try:
-        content = report.write(ended, started)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        said = f"the report could not be written: {reason}; the recording is in {job.out}"
-        print(f"macromicro: {said}", file=sys.stderr)
-        raise typer.Exit(signals.status or 1) from None
-    if as_json:
-        print(to_json(content), end="")
-    else:
-        verdict = terminal.verdict(report.verdict(ended), job.out)
-        lines = (report.headings(ended), report.table(ended), verdict, report.remarks(ended))
-        terminal.show_lines(*lines)
-        print(f"results: {job.out}")
-    problems = report.problems(ended)
-    if problems:
-        print(f"macromicro: {'; '.join(problems)}", file=sys.stderr)
-    if problems or signals.received:
-        raise typer.Exit(signals.status or 1)
 
 
 def show(name: str | None, key: str | None, law: str | None, config: Path | None = None) -> None:

@@ -5,11 +5,97 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager
+from datetime import datetime
 from typing import Any
 
 import typer
 
+from macromicro.commands.group import tell
 from macromicro.commands.signals import Signals
+
+
+def bench(request: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals) -> None:
+    """Run a programme on the two-stage machine."""
+    from macromicro import simulate
+    from macromicro.commands import asking
+    from macromicro.runs import job as experiment
+    from macromicro.runs.folder import LEARNED
+
+    job = experiment.check(experiment.Request(*request))
+    asking.before(job, yes)
+
+    def prepare() -> None:
+        tell(job.settings.controller)
+        if job.source is None:
+            _compiling(simulate.is_compiled())
+            simulate.compile_bench(job.settings, job.programme, job.request.fan)
+        if job.recalibrate:
+            print("another Hall sensor: calibrating it on this bench first", file=sys.stderr)
+
+    def more() -> None:
+        if (learned := job.out / LEARNED).exists():
+            print(f"the law has learned: continue with --config {learned}")
+
+    _run(experiment.execute, job, prepare, as_json, signals, more)
+
+
+def machine(request: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals) -> None:
+    """Run a programme on a machine of one stage, or of several on one clock."""
+    from macromicro.commands import asking
+    from macromicro.machines import job as jobs
+    from macromicro.machines import runs
+
+    job = jobs.check(jobs.Request(*request))
+    asking.before_one(job, yes)
+
+    def prepare() -> None:
+        if job.source is None:  # on a rig the same period runs interpreted
+            _compiling(runs.is_compiled())
+            runs.compile_machine(job.machine, job.settings, job.plan)
+
+    _run(jobs.execute, job, prepare, as_json, signals)
+
+
+def _compiling(is_compiled: bool) -> None:
+    if not is_compiled:
+        print("compiling the machine, once, about 10 s", file=sys.stderr)
+
+
+def _run(
+    execute: Callable[[Any, Callable[[float, int], None]], Any],
+    job: Any,
+    prepare: Callable[[], None],
+    as_json: bool,
+    signals: Signals,
+    more: Callable[[], None] = lambda: None,
+) -> None:
+    from macromicro.report import terminal
+    from macromicro.report.run import as_json as to_json
+    from macromicro.report.write import write
+    from macromicro.runs.folder import held
+
+    with held(job.out, overwrite=job.request.overwrite, names=job.names):
+        prepare()
+        signals.later()
+        started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
+        ended = performed(execute, job, terminal.progress(job), signals)
+        try:
+            told = write(ended, started)
+        except OSError as error:
+            reason = error.strerror or str(error)
+            said = f"the report could not be written: {reason}; the recording is in {job.out}"
+            print(f"macromicro: {said}", file=sys.stderr)
+            raise typer.Exit(signals.status or 1) from None
+        if as_json:
+            print(to_json(told.summary), end="")
+        else:
+            terminal.show(told, job.out)
+            print(f"results: {job.out}")
+            more()
+        if told.problems:
+            print(f"macromicro: {'; '.join(told.problems)}", file=sys.stderr)
+        if told.problems or signals.received:
+            raise typer.Exit(signals.status or 1)
 
 
 def performed(

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from macromicro.commands.options import Overwrite
+
 if TYPE_CHECKING:
     from macromicro.recording import Recording
 
@@ -41,7 +43,7 @@ def plot(
         str | None, typer.Option("--from", metavar="TIME", help='First instant, such as "12.5 s".')
     ] = None,
     end: Annotated[str | None, typer.Option("--to", metavar="TIME", help="Last instant.")] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Plot a recording over time: a picture and a zoomable page.
 

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from macromicro.commands.group import PNG, Figures
+from macromicro.commands.options import PNG, Figures, Json, Overwrite, Seed
 from macromicro.commands.signals import Signals
-from macromicro.schema.text import write_text
 
 if TYPE_CHECKING:
     from macromicro.thesis.procedure import Lab, Procedure
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
 MAX_JOBS = 256
 OUT = Path("results/reproduction")
 FOLDER_BYTES = 60_000_000
-STDOUT = Path("-")
 
 
 def reproduce(  # noqa: PLR0913, PLR0917 - a parameter for each option
@@ -43,14 +41,7 @@ def reproduce(  # noqa: PLR0913, PLR0917 - a parameter for each option
         Path | None,
         typer.Option(help="Folder for page, figures and tables.", show_default=str(OUT)),
     ] = None,
-    json: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Write the claims as JSON to this file, too; - for standard output.",
-            show_default=False,
-        ),
-    ] = None,
+    as_json: Json = False,
     jobs: Annotated[
         int | None,
         typer.Option(metavar="N", help="Number of processes.", show_default="one for each core"),
@@ -63,11 +54,9 @@ def reproduce(  # noqa: PLR0913, PLR0917 - a parameter for each option
             show_default="twin",
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the sensors' noise.")] = 0,
+    seed: Seed = 0,
     figures: Figures = PNG,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace earlier results.")
-    ] = False,
+    overwrite: Overwrite = False,
     listed: Annotated[
         bool, typer.Option("--list", help="List procedures, claims and figures.")
     ] = False,
@@ -88,11 +77,10 @@ def reproduce(  # noqa: PLR0913, PLR0917 - a parameter for each option
     chosen = choosing.choose([*(only or []), *(names or [])], procedures)
     lab = _lab(rig or [], seed, chosen)._replace(figures=formats(figures))
     processes = _processes(jobs) if not lab.rigs else 1  # a rig is one thing
-    _check_json(json, overwrite)
     out = folder.chosen(out, OUT, overwrite=overwrite)
     folder.check(out, FOLDER_BYTES, overwrite=overwrite, names=())
     with Signals() as signals, held(out, overwrite=overwrite, names=()):
-        _reproduce(chosen, lab, processes, out, json, signals)
+        _reproduce(chosen, lab, processes, out, as_json, signals)
 
 
 def _processes(jobs: int | None) -> int:
@@ -117,30 +105,12 @@ def _lab(rigs: Sequence[str], seed: int, chosen: Sequence[Chosen]) -> Lab:
     return lab
 
 
-def _check_json(file: Path | None, overwrite: bool) -> None:
-    """Refuse a JSON file that cannot or must not be written, before anything is computed."""
-    from macromicro.errors import ProblemError
-    from macromicro.schema.text import printable
-
-    if file is None or file == STDOUT:
-        return
-    where = f"--json {printable(file, 300)}"
-    if file.is_dir():
-        raise ProblemError(where, "this is a folder", "Name a file.")
-    if not file.parent.is_dir():
-        raise ProblemError(where, "no such folder", "Name a file in a folder that exists.")
-    if file.exists() and not overwrite:
-        raise ProblemError(
-            where, "the file already exists", "Choose another one or add --overwrite."
-        )
-
-
 def _reproduce(
     chosen: Sequence[Chosen],
     lab: Lab,
     jobs: int,
     out: Path,
-    json: Path | None,
+    as_json: bool,
     signals: Signals,
 ) -> None:
     from macromicro.thesis import all_procedures
@@ -160,11 +130,9 @@ def _reproduce(
         tuple(r.name for r in lab.rigs),
     )
     page = files.write(out, results, all_procedures(), about)
-    if json == STDOUT:
+    if as_json:
         print(files.as_json(results), end="")
     else:
-        if json is not None:
-            write_text(json, files.as_json(results))
         terminal.show(results)
         print(f"page: {page}")
     failures = [r for r in results if r.failure]

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from macromicro.commands.group import PNG, Figures, whole
+from macromicro.commands.group import whole
+from macromicro.commands.options import PNG, Config, Figures, Json, Overwrite, Seed
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -27,14 +28,7 @@ class Asked(NamedTuple):
 
 
 def response(
-    config: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Settings file that names the machine.",
-            show_default="the two-stage machine's macro-stage",
-        ),
-    ] = None,
+    config: Config = None,
     low: Annotated[
         float | None,
         typer.Option(metavar="HZ", help="Lowest frequency.", show_default="0.005 / period"),
@@ -46,20 +40,14 @@ def response(
     count: Annotated[
         int, typer.Option(parser=whole, metavar="N", help="Largest number of frequencies.")
     ] = 60,
-    seed: Annotated[
-        int, typer.Option(parser=whole, metavar="N", help="Seed of the sensor's noise.")
-    ] = 0,
+    seed: Seed = 0,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder for the results.", show_default="results/response-<config>"),
     ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace earlier results.")
-    ] = False,
+    overwrite: Overwrite = False,
     figures: Figures = PNG,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print only the results, as JSON.")
-    ] = False,
+    as_json: Json = False,
 ) -> None:
     """Measure the Bode plot of a machine under its law.
 
@@ -73,7 +61,7 @@ def response(
     from macromicro.errors import ProblemError
     from macromicro.machines.compositions import UNNAMED, each
     from macromicro.report import bode
-    from macromicro.report.summary import as_json as to_json
+    from macromicro.report.run import as_json as to_json
     from macromicro.runs import folder
     from macromicro.schema import keys
 
@@ -125,7 +113,7 @@ def _two_stage(
     as_json: bool,
 ) -> None:
     from macromicro.report import bode, macro_bode
-    from macromicro.report.summary import as_json as to_json
+    from macromicro.report.run import as_json as to_json
     from macromicro.runs import folder
     from macromicro.settings import Settings, chosen
 

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from macromicro.commands import _machine_studies, machine_run
-from macromicro.commands.group import PNG, Figures, Law, tell, whole
+from macromicro.commands import machine_run
+from macromicro.commands.group import tell, whole
+from macromicro.commands.options import PNG, Config, Figures, Json, Law, Overwrite, Seed
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -25,14 +26,8 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     samples: Annotated[
         int, typer.Option(parser=whole, metavar="N", help="Number of machines.")
     ] = SAMPLES,
-    seed: Annotated[
-        int,
-        typer.Option(parser=whole, metavar="N", help="Seed of the sample and the sensors' noise."),
-    ] = 0,
-    config: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="TOML file of the nominal settings.", show_default=False),
-    ] = None,
+    seed: Seed = 0,
+    config: Config = None,
     programme: Annotated[
         str | None,
         typer.Option(
@@ -70,13 +65,9 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
         Path | None,
         typer.Option(help="Folder for the results.", show_default="results/robust-<programme>"),
     ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace earlier results.")
-    ] = False,
+    overwrite: Overwrite = False,
     figures: Figures = PNG,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print only the results, as JSON.")
-    ] = False,
+    as_json: Json = False,
 ) -> None:
     """Try machines with other friction, load, noise and more.
 
@@ -84,6 +75,7 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     --config file of another machine (docs/machines.md) what its data sheets leave open varies.
     """
     from macromicro.drawing.files import formats
+    from macromicro.errors import ProblemError
     from macromicro.robustness import files
     from macromicro.runs import folder
     from macromicro.runs.folder import held
@@ -92,8 +84,9 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     if config is None or machine_run.takes_turns(config):
         asked = _bench(config, law, programme or "thesis", workers, fan=fan, variants=variants)
     else:
-        options: dict[str, object] = {"--fan": fan, "--variants": variants}
-        _machine_studies.only(options, _machine_studies.name_of(config))
+        for option, given in (("--fan", fan), ("--variants", variants)):
+            if given:
+                raise ProblemError(option, "only for the two-stage machine")
         asked = _machine(config, law, programme, workers)
     request = asked.request(samples, seed, requirements)
     place = folder.chosen(out, Path("results") / f"robust-{asked.place}", overwrite=overwrite)
@@ -137,6 +130,7 @@ def _bench(
     """The two-stage machine."""
     from macromicro import programme as programmes
     from macromicro import studies
+    from macromicro.batch.programme_job import ProgrammeJob
     from macromicro.robustness import job as jobs
     from macromicro.runs.job import load
     from macromicro.settings import Settings
@@ -147,7 +141,7 @@ def _bench(
     place = programmes.find(programme)
     plan = load(place, settings)
     tell(settings.controller)
-    job = jobs.RobustJob(programme, fan, settings)
+    job = ProgrammeJob(programme, fan=fan, settings=settings)
     varied = UNCERTAIN + VARIANTS if variants else UNCERTAIN
     subject = jobs.subject(job, studies.threads(workers, "--workers"), varied)
 

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
-from macromicro.commands.group import Calibration, Law, Loop, Port, tell
+from macromicro.commands.group import tell
+from macromicro.commands.options import Calibration, Config, Law, Loop, Port, Rig, Seed
 from macromicro.commands.signals import Signals
 from macromicro.serve.hosts import FOLDER, HOST, SCPI_PORT, WEB_PORT
 
@@ -38,26 +39,11 @@ class _Doors(NamedTuple):
 
 
 def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
-    rig: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help=(
-                "twin (simulated), MODULE:FACTORY of your own rig, or FILE.toml"
-                " of a card; for two axes one each, joined by +."
-            ),
-        ),
-    ] = "twin",
+    rig: Rig = "twin",
     port: Port = None,
     loop: Loop = None,
     calibration: Calibration = None,
-    config: Annotated[
-        Path | None,
-        typer.Option(
-            help=("TOML file of settings, with units; also the tables [live] and [serve]."),
-            show_default=False,
-        ),
-    ] = None,
+    config: Config = None,
     law: Law = None,
     host: Annotated[
         str, typer.Option(help="Address or name to listen on; 0.0.0.0 or :: for all.")
@@ -110,9 +96,7 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
             show_default=False,
         ),
     ] = None,
-    seed: Annotated[
-        int, typer.Option(metavar="N", help="Seed of the simulated sensors' noise.")
-    ] = 0,
+    seed: Seed = 0,
 ) -> None:
     """Run the control loop in real time and serve it.
 

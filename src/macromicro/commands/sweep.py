@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from macromicro.commands.group import PNG, Figures, Law, tell
+from macromicro.commands.group import tell
+from macromicro.commands.options import PNG, Figures, Law, Overwrite
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -48,9 +49,7 @@ def sweep(  # noqa: PLR0913, PLR0917 - one for each option
     out: Annotated[
         Path | None, typer.Option(help="Folder for the results.", show_default="results/<spec>")
     ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the sweep in that folder.")
-    ] = False,
+    overwrite: Overwrite = False,
     law: Law = None,
     figures: Figures = PNG,
     show: Annotated[

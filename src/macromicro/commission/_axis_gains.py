@@ -16,10 +16,11 @@ from macromicro.commission.procedure import Robustness, Tuned
 from macromicro.machines import loops, planning, results, runs, sheets
 from macromicro.machines import machine as machines
 from macromicro.machines.loops import Complex
-from macromicro.machines.trial import Trial
 from macromicro.programme import Programme
 from macromicro.schema.par import entries, value_at
-from macromicro.tuning import stage
+from macromicro.tuning.search import Budget, Tuning, search
+from macromicro.tuning.stage import Stage
+from macromicro.tuning.subject import Figures
 
 # With friction and a lag in the loop, a slow axis with a fine encoder hunts about its target. Moves
 # are simulated with drawn presliding friction, and the tolerance is the finest at which all arrive.
@@ -168,29 +169,28 @@ def searched(
     def allowed(tree: Any) -> bool:
         return keeps(tree, model, few, _SPARE * least)
 
-    objective = stage.named(OBJECTIVE)
-    plan = planning.plan(programme(settings), settings)
-    several = tuple(models(settings, model))
-    budget = stage.Budget(_EVALUATIONS, named=several, allowed=allowed)
-    found = stage.search(machine, settings, plan, objective, budget, progress)
+    subject = Stage(machine, settings, planning.plan(programme(settings), settings), allowed)
+    budget = Budget(_EVALUATIONS, named=tuple(models(settings, model)))
+    found = search(subject, OBJECTIVE, {}, budget, progress)
 
-    def worst(each: list[Trial]) -> float:
-        return max(objective.value(t, place.fines * settings.arrival.tolerance) for t in each)
+    def worst(each: list[Figures]) -> float:
+        return max(map(found.objective.value, each))
 
-    before, after = worst(found.before), worst(found.after)
+    before, after = worst(found.first.runs), worst(found.best.runs)
     if not _verifying.is_better(after, before):
         return Tuned()
-    if not keeps(found.tuned, model, drawn_machines(settings, model, margins.DRAWS), least):
+    drawn = drawn_machines(settings, model, margins.DRAWS)
+    if not keeps(found.best.settings, model, drawn, least):
         return Tuned()
     return tuned(settings, found, before, after)
 
 
-def tuned(settings: Any, found: stage.Tuning, before: float, after: float) -> Tuned:
+def tuned(settings: Any, found: Tuning, before: float, after: float) -> Tuned:
     units = {e.path: e.par.unit for e in entries(settings)}
-    paths = stage.knobs(found.machine, found.tuned)
-    gains = {p: f'"{value_at(found.tuned, p)!r} {units[p]}"' for p in paths}
+    paths, best = found.subject.paths, found.best.settings
+    gains = {p: f'"{value_at(best, p)!r} {units[p]}"' for p in paths}
     rows = [("settling on the worst model", f"{after:.3g}", f"{before:.3g} s by the rules", "s")]
     for path in paths:
         rule = f"{value_at(settings, path):.4g} {units[path]} by the rules"
-        rows.append((path, f"{value_at(found.tuned, path):.4g}", rule, units[path]))
+        rows.append((path, f"{value_at(best, path):.4g}", rule, units[path]))
     return Tuned(gains, tuple(rows))

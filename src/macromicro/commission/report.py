@@ -14,7 +14,7 @@ from macromicro.commission import _store, _verifying, procedure
 from macromicro.commission.procedure import Kind
 from macromicro.commission.running import Commissioned, Place
 from macromicro.drawing import files as drawings
-from macromicro.drawing.page import Picture, filled
+from macromicro.drawing.page import PageFigure, filled, saved
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
 from macromicro.place import LENGTH
 from macromicro.place import Place as Unit
@@ -149,23 +149,22 @@ def write(
 ) -> None:
     """Write all files or none, beside those of the steps."""
     work, kind = found.work, place.kind
-    drawn = {
-        name: (one.figure(work, found.model), one.title, one.caption)
+    figures = [
+        PageFigure(name, one.title, one.caption, one.figure(work, found.model))
         for name, one in kind.figures.items()
-    }
-    drawn[VERIFICATION] = (
-        verification(found.verified.recording, kind.place),
-        "Verification",
-        "Verification moves, not used before, with the gains that follow from the model.",
+    ]
+    figures.append(
+        PageFigure(
+            VERIFICATION,
+            "Verification",
+            "Verification moves, not used before, with the gains that follow from the model.",
+            verification(found.verified.recording, kind.place),
+        )
     )
     with folder.staged(out) as stage:
         write_text(stage / MACHINE, found.toml)
         write_text(stage / JSON, as_json(found, place))
         found.verified.recording.save(stage / RECORDING)
-        pictures = []
-        for name, (figure, title, caption) in drawn.items():
-            data = drawings.save(figure, stage, name, kinds)
-            pictures.append(Picture(name, title, caption, data))
         text = filled(
             TEMPLATE,
             name=place.name,
@@ -179,7 +178,7 @@ def write(
             doubts=doubts(found, place),
             headings=headings(kind.place),
             moves=move_rows(found),
-            pictures=pictures,
+            pictures=saved(figures, stage, kinds),
             file=MACHINE,
             toml=found.toml,
         )

@@ -81,7 +81,7 @@ class Memory(NamedTuple):
         float, Meaning("taken off what the inverse is given: where the stage stood at 0 V", "m")
     ]
     inverse: Annotated[Prandtl, Meaning("from m to V")]
-    plays: Annotated[Plays, Meaning("of the inverse, m; changed in place")]
+    plays: Annotated[Plays, Meaning("of the inverse; changed in place", "m")]
     mean: Annotated[float, Meaning("in place of the inverse", "V/m")]
 
 

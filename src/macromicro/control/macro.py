@@ -30,7 +30,7 @@ class MacroLaw(NamedTuple):
 
     law: Annotated[int, Meaning("its place in LAWS; behind them: that of another package")]
     dead_zone: Annotated[
-        float, Meaning("dead zone of the inverse, V; 0 leaves the friction uncompensated")
+        float, Meaning("dead zone of the inverse; 0 leaves the friction uncompensated", "V")
     ]
     limit: Annotated[float, Meaning("limit of the effort", "V")]
     gains: Annotated[

@@ -32,11 +32,11 @@ class PdTuned(NamedTuple):
 
 
 class PdMemory(NamedTuple):
-    error: Annotated[float, Meaning("error of the last period", "counts")]
+    error: Annotated[float, Meaning("error of the last period", "count")]
 
 
 @kernel
-def start(error: Annotated[float, Meaning("taken as the last one", "counts")]) -> PdMemory:
+def start(error: Annotated[float, Meaning("taken as the last one", "count")]) -> PdMemory:
     """The memory before the first period (`error` in counts)."""
     return PdMemory(error)
 

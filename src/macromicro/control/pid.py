@@ -33,11 +33,11 @@ class Pid(NamedTuple):
 
 class PidMemory(NamedTuple):
     integral: Annotated[float, Meaning("integral effort", "V")]
-    error: Annotated[float, Meaning("error of the last period", "counts")]
+    error: Annotated[float, Meaning("error of the last period", "count")]
 
 
 @kernel
-def start(error: Annotated[float, Meaning("taken as the last one", "counts")]) -> PidMemory:
+def start(error: Annotated[float, Meaning("taken as the last one", "count")]) -> PidMemory:
     """The memory before the first period (`error` in counts)."""
     return PidMemory(0.0, error)
 

@@ -55,7 +55,7 @@ class Plan(NamedTuple):
     # NaN: when the move before is complete; -inf: when its hold is over, arrived or not.
     start: Annotated[Array, Meaning("beginning of each move; NaN: after the one before", "s")]
     stage: Annotated[npt.NDArray[np.int64], Meaning("0 macro, 1 micro")]
-    target: Annotated[Array, Meaning("counts for macro, m for micro", "counts")]
+    target: Annotated[Array, Meaning("counts for macro, m for micro")]
     hold: Annotated[Array, Meaning("", "s")]
     end: Annotated[float, Meaning("or NaN", "s")]
     # Of trajectories, at each target; of shape (0,): none.
@@ -68,11 +68,11 @@ class Plan(NamedTuple):
 class Progress(NamedTuple):
     move: Annotated[int, Meaning("index of the present one, -1 before the first")]
     phase: Annotated[int, Meaning("WAITING, MACRO, SETTLING, MICRO or DONE")]
-    began: Annotated[float, Meaning("when the move began")]
-    entered: Annotated[float, Meaning("when the phase began")]
-    inside: Annotated[float, Meaning("since when it is within the tolerance, or NaN")]
+    began: Annotated[float, Meaning("when the move began", "s")]
+    entered: Annotated[float, Meaning("when the phase began", "s")]
+    inside: Annotated[float, Meaning("since when it is within the tolerance, or NaN", "s")]
     zeroed: Annotated[int, Meaning("whether the laser has been reset for this place, 0 or 1")]
-    macro_reference: Annotated[float, Meaning("", "counts")]
+    macro_reference: Annotated[float, Meaning("", "count")]
     micro_reference: Annotated[float, Meaning("", "m")]
     macro: Annotated[Memory, Meaning("memories of the macro laws")]
     integral: Annotated[float, Meaning("integral effort of the micro-stage's PI", "V")]

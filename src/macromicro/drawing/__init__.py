@@ -1,1 +1,1 @@
-"""Figures: style and axes, exhibits with number and caption, block diagrams."""
+"""Figures: style and axes, files, exhibits with number and caption, progress bars."""

@@ -20,8 +20,6 @@ class Grid(NamedTuple):
 
 
 class Drawn(NamedTuple):
-    # the thesis' own, such as "4.8", "D.9", "Table 2.1", or "(2.1)" for what an equation says
-    number: str
     title: str  # heading
     caption: str  # what to look at
     body: Figure | str | Grid  # A matplotlib figure, a diagram as SVG text, or a `Grid`
@@ -31,7 +29,8 @@ class Drawn(NamedTuple):
 class Exhibit(NamedTuple):
     """The same in a form that passes between processes."""
 
-    number: str  # as of `Drawn`
+    # the thesis' own, such as "4.8", "D.9", "Table 2.1", or "(2.1)" for what an equation says
+    number: str
     title: str  # heading
     caption: str  # what to look at
     claims: tuple[str, ...]  # ids
@@ -57,9 +56,9 @@ def label(number: str) -> str:
     return f"{'Equation' if number.startswith('(') else 'Figure'} {number}"
 
 
-def rendered(drawn: Drawn, kinds: Iterable[str] = DEFAULT) -> Exhibit:
+def rendered(number: str, drawn: Drawn, kinds: Iterable[str] = DEFAULT) -> Exhibit:
     body = drawn.body
-    head = (drawn.number, drawn.title, drawn.caption, drawn.claims)
+    head = (number, drawn.title, drawn.caption, drawn.claims)
     if isinstance(body, Grid):
         return Exhibit(*head, TABLE, body)
     if isinstance(body, str):

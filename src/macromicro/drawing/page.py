@@ -3,21 +3,45 @@
 from __future__ import annotations
 
 import base64
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from macromicro.drawing.files import DEFAULT, save
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 STYLE = Path(__file__).parent / "page.css"
 
 
-class Picture(NamedTuple):
-    name: str  # name of its file, without suffix
+class PageFigure(NamedTuple):
+    name: str  # of its file, without suffix
     title: str  # heading
     caption: str  # what to look at
-    png: bytes  # A PNG file's bytes
+    figure: Figure  # of matplotlib, belongs to no window
+
+
+class Picture(NamedTuple):
+    """A `PageFigure` as the bytes of its PNG file."""
+
+    name: str
+    title: str
+    caption: str
+    png: bytes
 
     @property
     def uri(self) -> str:
         return f"data:image/png;base64,{base64.b64encode(self.png).decode()}"
+
+
+def saved(
+    figures: Iterable[PageFigure], folder: Path, kinds: Iterable[str] = DEFAULT
+) -> list[Picture]:
+    """Write figures in all `kinds` to a folder; the pictures for its page."""
+    return [
+        Picture(f.name, f.title, f.caption, save(f.figure, folder, f.name, kinds)) for f in figures
+    ]
 
 
 def filled(template: Path, **values: Any) -> str:

@@ -28,9 +28,9 @@ BINS = 900
 def new(height: float, rows: int, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    from macromicro.drawing.shown import Shown
+    from macromicro.drawing.notebook import NotebookFigure
 
-    figure = Shown(figsize=(WIDTH, height), dpi=DPI)
+    figure = NotebookFigure(figsize=(WIDTH, height), dpi=DPI)
     FigureCanvasAgg(figure)
     axes = figure.subplots(rows, columns, squeeze=False, **options)
     for ax in axes.flat:
@@ -90,3 +90,11 @@ def smooth(ax: Any, t: Array, y: Array, color: str, label: str, **options: Any) 
     """Draw every k-th sample of a smooth column; `line` would fill the gaps of a dotted one."""
     every = slice(None, None, -(-len(t) // (2 * BINS)))
     line(ax, t[every], y[every], color, label, **options)
+
+
+def shades(count: int) -> list[str]:
+    """Colours from dark to light, distinct in grey print too (part of viridis)."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    return [to_hex(colormaps["viridis"](v)) for v in np.linspace(0.0, 0.88, count)]

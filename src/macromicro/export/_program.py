@@ -4,16 +4,25 @@ from __future__ import annotations
 
 import ast
 import math
-import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
-from macromicro.export import _helpers, _words, kinds
-from macromicro.export._naming import camel, legal, snake, wrapped
-from macromicro.export._routines import Routine
+from macromicro.columns import Meaning
+from macromicro.export import kinds
 from macromicro.export._sources import Source, source
+from macromicro.export._statements import Routine
+from macromicro.export._text import (
+    camel,
+    identifiers,
+    legal,
+    notes_of,
+    plain,
+    remark,
+    snake,
+    wrapped,
+)
 from macromicro.export.kinds import REAL, TRUTH, WHOLE, Kind, Rows, Several, Struct, empty
 from macromicro.kernel import choice
 
@@ -31,7 +40,6 @@ class Program:
         self.written: set[tuple[Any, str]] = set()
         self._names: set[str] = set()
         self._open: list[tuple[Any, ...]] = []
-        self._sizes: dict[str, Any] = {}
 
     # Names
 
@@ -45,42 +53,33 @@ class Program:
         self._names.add(free)
         return free
 
-    def struct(self, kind: Any) -> str:
-        if isinstance(kind, Several):
-            return self.tuple_name(kind, None)
-        if kind not in self.structs:
-            for part in kind.types:
-                if isinstance(part, Struct | Several) and not empty(part):
-                    self.struct(part)
-            made = kind.instance_class
-            module = camel(made.__module__.rpartition(".")[2])
-            name = made.__name__
-            name = name if name.startswith(module) else module + name
-            package = camel(made.__module__.split(".")[-2]) if "." in made.__module__ else ""
-            self.structs[kind] = self._claim(name, package + name)
-        return self.structs[kind]
-
-    def tuple_name(self, kind: Several, layout: Any) -> str:
-        """Name of the struct of a plain tuple, or of a routine's result."""
-        key = kind if layout is None else ("result", layout.name)
+    def struct(self, kind: Any, made: Routine | None = None) -> str:
+        """Name of the struct of a ``NamedTuple`` or tuple; a routine's result has its own."""
+        made = made if isinstance(kind, Several) else None
+        key = made or kind
         if key not in self.structs:
             for part in kind.types:
                 if isinstance(part, Struct | Several) and not empty(part):
                     self.struct(part)
-            if layout is not None:
-                name = camel(layout.name) + "Out"
-                self._sizes[layout.name] = layout
-            else:
+            other = ""
+            if made is not None:
+                name = f"{camel(made.name)}Out"
+            elif isinstance(kind, Several):
                 name = "".join(str(p) if isinstance(p, Struct) else "Part" for p in kind.types)
-            self.structs[key] = self._claim(name)
+            else:
+                path, name = kind.instance_class.__module__.split("."), str(kind)
+                module = camel(path[-1])
+                name = name if name.startswith(module) else module + name
+                other = camel(path[-2]) + name if len(path) > 1 else ""
+            self.structs[key] = self._claim(name, other)
         return self.structs[key]
 
     def parts(self, kind: Several, layout: Any) -> list[str]:
+        """Names of a tuple's parts in C: those of a routine's result if it names them."""
         if layout is not None:
-            told = [note.name for note in _words.results(layout.source)]
-            given = told if len(told) == len(kind.types) and all(told) else layout.returned
-            if len(given) == len(kind.types) == len(set(given)) and all(given):
-                return [legal(name) for name in given]
+            for given in ([note.name for note in layout.source.results()], layout.returned):
+                if len(given) == len(kind.types) == len(set(given)) and all(given):
+                    return [legal(name) for name in given]
         found: list[str] = []
         for place, part in enumerate(kind.types):
             name = f"part{place}"
@@ -101,7 +100,7 @@ class Program:
 
     def helper(self, name: str) -> str:
         self.helpers.add(name)
-        return _helpers.NAMES[name]
+        return name
 
     def math(self, name: str) -> str:
         return f"{name}f" if self.single else name
@@ -114,43 +113,42 @@ class Program:
             return "true" if value else "false"
         if isinstance(value, int | np.integer):
             return str(int(value))
-        value = float(value)
+        value = float(np.float32(value)) if self.single else float(value)
         if math.isnan(value):
             return "NAN"
         if math.isinf(value):
             return "INFINITY" if value > 0 else "-INFINITY"
-        if self.single:
-            shown = repr(float(np.float32(value)))
-            short = str(np.float32(value))
-            shown = short if "." in short or "e" in short else f"{short}.0"
-            return f"{shown}f" if np.isfinite(np.float32(value)) else (
-                "INFINITY" if value > 0 else "-INFINITY")  # fmt: skip
-        return repr(value)
+        if not self.single:
+            return repr(value)
+        shown = str(np.float32(value))
+        return f"{shown}f" if "." in shown or "e" in shown else f"{shown}.0f"
 
-    def plain(self, value: Any, kind: Kind, tables: Callable[[Any, Kind], str] | None) -> str:
-        """An initialiser in braces, or a number."""
-        if isinstance(kind, Rows):
-            if tables is None:
-                return "NULL"
-            return tables(value, kind)
+    def plain(self, value: Any, kind: Kind) -> str:
+        """An initialiser in braces, without arrays, or a number."""
         if isinstance(kind, Struct | Several):
-            shown = [
-                self.plain(v, k, tables)
-                for v, k in zip(value, kind.types, strict=True)
-                if not empty(k)
-            ]
-            return f"{{{', '.join(shown)}}}"
-        return self.number(float(value) if kind is REAL else value)
+            pairs = zip(value, kind.types, strict=True)
+            return f"{{{', '.join(self.plain(v, k) for v, k in pairs if not empty(k))}}}"
+        return (
+            "NULL"
+            if isinstance(kind, Rows)
+            else self.number(float(value) if kind is REAL else value)
+        )
 
     def literal(self, value: Any, kind: Kind) -> str:
-        """A value of a constant ``NamedTuple`` or tuple within an expression."""
-        return f"({self.struct(kind)}){self.plain(value, kind, None)}"
+        """A constant within an expression."""
+        made = f"({self.struct(kind)})" if isinstance(kind, Struct | Several) else ""
+        return made + self.plain(value, kind)
 
     def compound(self, kind: Struct, parts: list[tuple[str, str]]) -> str:
         name = self.struct(kind)
         if len(parts) <= 3:
             return f"({name}){{{', '.join(text for _, text in parts)}}}"
         return f"({name}){{{', '.join(f'.{legal(n)} = {text}' for n, text in parts)}}}"
+
+    def array(self, kind: Rows, name: str) -> str:
+        """A declaration with all sizes; 1 for one that only the caller knows."""
+        sizes = "".join(f"[{n or 1}]" for n in kind.shape)
+        return f"{self.real if kind.element is REAL else self.whole} {name}{sizes}"
 
     def declared(self, kind: Any, name: str, layout: Any = None, rows_const: bool = False) -> str:
         """A declaration without its end."""
@@ -161,35 +159,29 @@ class Program:
                 return f"{const}{element} *{name}"
             rest = "".join(f"[{n}]" for n in kind.shape[1:])
             return f"{const}{element} (*{name}){rest}"
-        types = {REAL: self.real, WHOLE: self.whole, TRUTH: "bool"}
-        if isinstance(kind, kinds.Scalar):
-            shown = types[kind]
-        elif isinstance(kind, Several):
-            shown = self.tuple_name(kind, layout)
-        else:
-            shown = self.struct(kind)
-        return f"{shown} {name}"
+        if isinstance(kind, Struct | Several):
+            return f"{self.struct(kind, layout)} {name}"
+        return f"{ {REAL: self.real, WHOLE: self.whole, TRUTH: 'bool'}[kind] } {name}"
 
     # Routines
 
     def routine(
         self,
         function: Callable[..., Any],
-        types: tuple[Kind, ...],
+        types: Sequence[Kind],
         asked: tuple[Source, ast.AST] | None = None,
         name: str = "",
     ) -> Routine:
         """A kernel for arguments of given types, with everything that it calls."""
-        choose = choice(function)
+        types = kinds.widened(function, types)
+        named, choose = function, choice(function)
         if choose is not None:
-            chosen = choose(*types)
+            chosen: Callable[..., Any] | None = choose(*types)
             if chosen is None:
                 assert asked is not None
-                asked[0].refuse(asked[1], f"{function.__name__} of these types", "known types")
-            named, function = function, chosen
-        else:
-            named = function
-        key = (function, types) if choose is None else (named, types)
+                asked[0].refuse(asked[1], f"{named.__name__} of these types", "known types")
+            function = chosen
+        key = (named, types)
         if key in self._open:
             it = source(function)
             it.refuse(it.node, f"{function.__name__} calls itself", "a loop")
@@ -224,60 +216,49 @@ class Program:
         head = f"{made.name}({', '.join(shown) or 'void'})"
         if made.result is None:
             return f"void {head}"
-        layout = made if isinstance(made.result, Several) else None
-        return self.declared(made.result, head, layout=layout)
+        return self.declared(made.result, head, made)
 
     def text(self, made: Routine, static: bool) -> list[str]:
-        names = [name for name, _, _ in made.heads()]
-        result = []
-        if isinstance(made.result, Several):
-            self.tuple_name(made.result, made)
-            result = self.parts(made.result, made)
-        lines = _words.of_function(made.source, names, result)
-        used = re.findall(r"\w+", "\n".join(made.lines))
+        used = identifiers(made.lines)
         idle = [f"    (void){text};" for _, _, text in made.heads() if text not in used]
         head = f"{'static ' if static else ''}{self.signature(made)}"
-        return wrapped([*lines, head, "{", *idle, *made.lines, "}"])
+        return wrapped([*made.source.head, head, "{", *idle, *made.lines, "}"])
 
-    def struct_lines(self, code: str) -> list[str]:
-        """The structs that a code uses, each before its users."""
-        seen = set(re.findall(r"\w+", code))
+    def struct_lines(self, used: set[str]) -> list[str]:
+        """The structs of these names and those in them, each before its users."""
+        seen = set(used)
         found: list[list[str]] = []
         for kind, name in reversed(self.structs.items()):
             if name in seen:
                 found.append(["", *self._struct(kind, name)])
-                seen |= set(re.findall(r"\w+", "\n".join(found[-1])))
+                seen |= identifiers(found[-1])
         return wrapped([line for each in reversed(found) for line in each])
 
     def _struct(self, kind: Any, name: str) -> list[str]:
-        told: dict[str, str] = {}
-        if isinstance(kind, tuple):
-            made = self._sizes[kind[1]]
-            names, types = self.parts(made.result, made), made.result.types
-            known = _words.results(made.source)
-            if len(known) == len(names):
-                told = {n: _words.said(note) for n, note in zip(names, known, strict=True)}
-            head = [f"/* What {made.name} returns. */"]
+        if isinstance(kind, Routine):
+            names, types = self.parts(kind.result, kind), kind.result.types
+            notes, head = kind.source.results(), [f"/* What {kind.name} returns. */"]
         elif isinstance(kind, Several):
-            names, types, head = self.parts(kind, None), kind.types, []
+            names, types, notes, head = self.parts(kind, None), kind.types, [], []
         else:
             names, types = [legal(n) for n in kind.fields], kind.types
-            told = {
-                legal(n): _words.said(note)
-                for n, note in _words.fields(kind.instance_class).items()
-            }
-            head = _words.comment(_words.summary(kind.instance_class))
+            notes = list(notes_of(kind.instance_class).values())
+            about = (kind.instance_class.__doc__ or "").partition("\n")[0]
+            own = not about.startswith(f"{kind}(")  # Python's own text
+            head = [f"/* {plain(about)} */"] if about and own else []
+        if len(notes) != len(names):
+            notes = [Meaning()] * len(names)
         body = []
-        for each, part in zip(names, types, strict=True):
+        for each, part, note in zip(names, types, notes, strict=True):
             if empty(part):
                 continue
-            const = isinstance(part, Rows) and not (
-                isinstance(kind, Struct) and (kind.instance_class, each.rstrip("_")) in self.written
-            )
-            note = told.get(each, "")
+            about, const = remark(note), False
             if isinstance(part, Rows):
-                size = " x ".join(str(n) for n in part.shape)
-                note = f"{note}; {size} values" if note else f"{size} values"
+                const = not isinstance(kind, Struct) or (
+                    (kind.instance_class, each.rstrip("_")) not in self.written
+                )
+                size = f"{' x '.join(map(str, part.shape))} values"
+                about = f"{about}; {size}" if about else size
             shown = f"    {self.declared(part, each, rows_const=const)};"
-            body.append(f"{shown} /* {note} */" if note else shown)
+            body.append(f"{shown} /* {about} */" if about else shown)
         return [*head, "typedef struct {", *body, f"}} {name};"]

@@ -1,4 +1,4 @@
-"""Names, fields and constants of a kernel, and values in C."""
+"""Expressions of a kernel in C: names, fields and constants."""
 
 from __future__ import annotations
 
@@ -6,16 +6,47 @@ import ast
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 from macromicro.export import kinds
-from macromicro.export._expr import LANGUAGE, LITERAL, PLACE, POINTER, PREFIX, VALUE, Expr
-from macromicro.export._naming import legal
 from macromicro.export._sources import Source, Unknown
+from macromicro.export._text import legal
 from macromicro.export.kinds import REAL, TRUTH, WHOLE, Kind, Rows, Several, Struct, empty
 
 if TYPE_CHECKING:
     from macromicro.export._program import Program
+
+LANGUAGE = (
+    "the language of kernels (CONTRIBUTING.md): floats, ints, bools, NamedTuples, arrays of fixed "
+    "size, if, for over range, while, math, other kernels"
+)
+
+
+class Level:
+    """How tightly C's operators bind."""
+
+    LITERAL, PREFIX, TIMES, PLUS, LESS, EQUAL, AND, OR, CHOICE = 16, 15, 13, 12, 10, 9, 5, 4, 3
+
+
+class Expr(NamedTuple):
+    kind: Any  # its type
+    text: str  # in C
+    level: int = Level.LITERAL  # how tightly its outermost operator binds
+    place: bool = False  # whether it is a place in memory, "(*p)" where a pointer leads
+    value: Any = None  # what it is, if that is known here: a whole number or a truth value
+    items: tuple[Any, ...] | None = None  # parts of a tuple that is written out
+    layout: Any = None  # the routine whose result it is
+    stable: bool = False  # whether the place that it names never changes
+
+    def within(self, level: int) -> str:
+        """The text as an operand of an operator that binds at `level`."""
+        return self.text if self.level >= level else f"({self.text})"
+
+    def member(self, name: str) -> str:
+        """A member of the struct that it is."""
+        if self.text.startswith("(*"):
+            return f"{self.text[2:-1]}->{name}"
+        return f"{self.within(Level.LITERAL)}.{name}"
 
 
 class Reading:
@@ -26,8 +57,6 @@ class Reading:
         self.source = source
         self.local: set[str] = set()
         self.kinds: dict[str, Kind] = {}
-        self.forms: dict[str, str] = {}
-        self.layouts: dict[str, Any] = {}
         self.named: dict[str, str] = {}
         self.steady: set[str] = set()
         self.before: list[str] = []  # lines that the present statement needs before it
@@ -71,7 +100,8 @@ class Reading:
                 text = self.program.constant(name, self.source.home(node), value)
                 return Expr(kind, text, value=exact)
             text = self.program.number(value)
-            return Expr(kind, text, PREFIX if text.startswith("-") else LITERAL, value=exact)
+            level = Level.PREFIX if text.startswith("-") else Level.LITERAL
+            return Expr(kind, text, level, value=exact)
         if isinstance(value, tuple):
             try:
                 kind = kinds.of_value(value)
@@ -85,14 +115,8 @@ class Reading:
     def _name(self, node: ast.Name) -> Expr:
         if node.id not in self.kinds:
             self.refuse(node, node.id, "a variable that has a value here, or a constant")
-        kind = self.kinds[node.id]
-        return Expr(
-            kind,
-            self.named[node.id],
-            form=self.forms.get(node.id, PLACE),
-            layout=self.layouts.get(node.id),
-            stable=node.id in self.steady,
-        )
+        kind, text = self.kinds[node.id], self.named[node.id]
+        return Expr(kind, text, place=True, stable=node.id in self.steady)
 
     def _attribute(self, node: ast.Attribute) -> Expr:
         if node.attr == "shape":
@@ -110,10 +134,7 @@ class Reading:
             found: Expr = base.items[base.kind.fields.index(name)]
             return found
         kind = base.kind.part(name)
-        dot = "->" if base.form == POINTER else "."
-        text = f"{base.within(LITERAL)}{dot}{legal(name)}"
-        form = VALUE if base.form == VALUE else PLACE
-        return Expr(kind, text, form=form, stable=base.stable)
+        return Expr(kind, base.member(legal(name)), place=base.place, stable=base.stable)
 
     def items(self, whole: Expr, name: str = "pair") -> tuple[Expr, ...]:
         if whole.items is not None:
@@ -122,11 +143,10 @@ class Reading:
             return tuple(self.field(whole, each) for each in whole.kind.fields)
         if empty(whole.kind):
             return tuple(Expr(kind, "", items=()) for kind in whole.kind.types)
-        base = self.kept(whole, name) if whole.form == VALUE else whole
+        base = whole if whole.place else self.kept(whole, name)
         names = self.program.parts(whole.kind, whole.layout)
-        dot = "->" if base.form == POINTER else "."
         return tuple(
-            Expr(kind, f"{base.text}{dot}{n}", form=PLACE, stable=base.stable)
+            Expr(kind, base.member(n), place=True, stable=base.stable)
             for n, kind in zip(names, whole.kind.types, strict=True)
         )
 
@@ -138,7 +158,7 @@ class Reading:
         free = self.fresh(name)
         declared = self.program.declared(found.kind, free, layout=found.layout)
         self.before.append(f"const {declared} = {found.text};")
-        return found._replace(text=free, form=PLACE, level=LITERAL, stable=True)
+        return found._replace(text=free, place=True, level=Level.LITERAL, stable=True)
 
     def fresh(self, name: str) -> str:
         free, number = name, 2
@@ -183,18 +203,16 @@ class Reading:
         if len(places) != len(base.kind.shape):
             accepted = f"{len(base.kind.shape)} indices, whole numbers"
             self.refuse(node, ast.unparse(node), accepted)
-        text = base.within(LITERAL)
+        text = base.within(Level.LITERAL)
         for place, number in zip(places, base.kind.shape, strict=True):
             index = self.read(place)
             if index.kind is not WHOLE:
                 self.refuse(place, f"{ast.unparse(place)}, {index.kind}", "a whole number")
-            shown = index.text
             if index.value is not None and index.value < 0:
-                shown = self._length(node, number).text if number is None else (
-                    str(number + index.value)
-                )  # fmt: skip
-            text += f"[{shown}]"
-        return Expr(base.kind.element, text, form=PLACE)
+                length = self._length(node, number).value
+                index = index._replace(text=str(length + index.value))
+            text += f"[{index.text}]"
+        return Expr(base.kind.element, text, place=True)
 
     def number(self, node: ast.AST) -> Expr:
         found = self.read(node)
@@ -218,15 +236,15 @@ class Reading:
         """The text of a value of a type, and its precedence."""
         if isinstance(kind, Several):
             if found.items is None and found.layout is layout:
-                return ("*" if found.form == POINTER else "") + found.text, PREFIX
+                return found.text, Level.LITERAL
             pairs = zip(self.items(found), kind.types, strict=True)
             parts = [self.given(e, k, node)[0] for e, k in pairs if not empty(k)]
-            name = self.program.tuple_name(kind, layout)
-            return f"({name}){{{', '.join(parts)}}}", LITERAL
+            name = self.program.struct(kind, layout)
+            return f"({name}){{{', '.join(parts)}}}", Level.LITERAL
         if isinstance(kind, Struct):
             if found.kind != kind:
                 self.refuse(node, f"{found.kind}", f"a {kind} with fields of the same types")
-            return (f"*{found.text}", PREFIX) if found.form == POINTER else (found.text, LITERAL)
+            return found.text, Level.LITERAL
         if kinds.joined(found.kind, kind) != kind:
             self.refuse(node, f"{ast.unparse(node)}, {found.kind}", f"a value of type {kind}")
         return found.text, found.level
@@ -235,9 +253,9 @@ class Reading:
         if isinstance(found.kind, Several) and (found.items is not None or found.layout):
             text, _ = self.given(found, found.kind, node)
             return f"&{text}"
-        if found.form == POINTER:
-            return found.text
-        if found.form == PLACE or found.text.startswith("("):
+        if found.text.startswith("(*"):
+            return found.text[2:-1]
+        if found.place or found.text.startswith("("):
             return f"&{found.text}"
         if self.depends:  # C99: an array of one, without a name
             return f"({self.program.struct(found.kind)}[]){{{found.text}}}"

@@ -1,29 +1,19 @@
-"""The source of a kernel: its tree, its comments, and the meaning of its names."""
+"""The source of a kernel: its tree, its lines, and the meaning of its names."""
 
 from __future__ import annotations
 
 import ast
 import builtins
 import inspect
-import io
-import operator
 import textwrap
-import tokenize
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, get_args, get_origin
 
+from macromicro.columns import Meaning, meaning
 from macromicro.errors import InputError
 from macromicro.export.kinds import hints_of
-
-_COMPUTED: dict[type, Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-}
-
-_TOOLS = ("noqa", "fmt:")  # comments that are for tools
 
 
 class Unknown(Exception):
@@ -44,11 +34,10 @@ class Source:
         self.text = text.splitlines()
         self.parameters: list[str]
         self.body: list[ast.stmt]
+        self.head: list[str] = []  # comments above the function in C
         self._read(text)
         free = inspect.getclosurevars(function)
         self.names = {**vars(builtins), **function.__globals__, **free.nonlocals}
-        self.comments = _comments(text)
-        self.summary = (inspect.getdoc(function) or "").partition("\n\n")[0]
         self.hints = hints_of(function, noted=True)
 
     def _read(self, text: str) -> None:
@@ -59,6 +48,11 @@ class Source:
             if isinstance(node, ast.FunctionDef) and node.name == self.function.__name__:
                 self.body = node.body
                 self.node: ast.AST = node
+                if ast.get_docstring(node, clean=False) and len(node.body) > 1:
+                    self.body = node.body[1:]
+                    self.head = self.comments(node.lineno, node.body[0].lineno + 1)
+                else:
+                    self.head = self.comments(node.lineno, node.body[0].lineno)
                 return
             if isinstance(node, ast.Lambda) and [a.arg for a in node.args.args] == names:
                 value = ast.Return(node.body)
@@ -66,6 +60,18 @@ class Source:
                 self.node = node
                 return
         self.refuse(tree, "no function", "a kernel whose source is a file")
+
+    def comments(self, first: int, end: int) -> list[str]:
+        """Lines of the source, the last of them before `end`, as comments of C."""
+        lines = textwrap.dedent("\n".join(self.text[first - 1 : end - 1])).splitlines()
+        # A backslash at the end would make the next line of C a comment too.
+        return ["// " + line.rstrip("\\ ") for line in lines if line.strip()]
+
+    def results(self) -> list[Meaning]:
+        """Meanings of each part of the result."""
+        hint = self.hints.get("return")
+        parts = get_args(hint) if get_origin(hint) is tuple else (hint,)
+        return [meaning(part) for part in parts]
 
     def where(self, node: ast.AST) -> str:
         return f"{self.file}:{self.first + getattr(node, 'lineno', 1) - 1}"
@@ -88,21 +94,7 @@ class Source:
             if not hasattr(base, node.attr):
                 raise Unknown(node.attr)
             return getattr(base, node.attr)
-        return self._computed(node, local)
-
-    def _computed(self, node: ast.AST, local: set[str]) -> Any:
-        """A constant with a sign, or integers added, subtracted or multiplied."""
-        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-            found = self.constant(node.operand, local)
-            if type(found) is not int and type(found) is not float:
-                raise Unknown("no number")
-            return -found
-        if not isinstance(node, ast.BinOp) or type(node.op) not in _COMPUTED:
-            raise Unknown(type(node).__name__)
-        left, right = self.constant(node.left, local), self.constant(node.right, local)
-        if not (type(left) is type(right) is int):
-            raise Unknown("no whole number")
-        return int(_COMPUTED[type(node.op)](left, right))
+        raise Unknown(type(node).__name__)
 
     def home(self, node: ast.AST) -> str:
         """The module in which a constant's name is looked up, for its name in C."""
@@ -116,13 +108,3 @@ class Source:
 @cache
 def source(function: Callable[..., Any]) -> Source:
     return Source(function)
-
-
-def _comments(text: str) -> dict[int, tuple[str, bool]]:
-    """Comments by line: the words, and whether they stand alone."""
-    found = {}
-    for token in tokenize.generate_tokens(io.StringIO(text).readline):
-        words = token.string.lstrip("# ").rstrip()
-        if token.type == tokenize.COMMENT and words and not words.startswith(_TOOLS):
-            found[token.start[0]] = (words, token.line.lstrip().startswith("#"))
-    return found

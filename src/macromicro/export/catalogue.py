@@ -10,11 +10,9 @@ from typing import Any
 
 from macromicro.control import outside
 from macromicro.control.stage_law import StageLaw
-from macromicro.errors import InputError, ProblemError
+from macromicro.errors import InputError
 from macromicro.export import kinds
-from macromicro.export._units_parts import parts
-from macromicro.export._units_stage import of_machine
-from macromicro.export._units_two_stage import two_stage
+from macromicro.export._units import of_machine, parts, two_stage
 from macromicro.export.units import Entry, Made, Unit, law_of
 from macromicro.kernel import is_kernel
 from macromicro.machines import compositions
@@ -63,9 +61,6 @@ def _own(what: str) -> Unit:
     if is_kernel(made):
         return alone(name, made)
     law = outside.find(what, "WHAT")
-    if not is_kernel(law.step):
-        accepted = "Make its step a kernel with @kernel (docs/laws.md)."
-        raise ProblemError("WHAT", f"{printable(what)} is plain Python", accepted)
     return law_of(name, law, law.gains(), 1e-3)
 
 

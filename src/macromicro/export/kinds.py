@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 import types
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Union, get_args, get_origin, get_type_hints
+from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -128,6 +130,15 @@ def hints_of(kind: Any, noted: bool = False) -> dict[str, Any]:
         return {}
 
 
+def widened(made: Callable[..., Any], found: Sequence[Kind]) -> tuple[Kind, ...]:
+    """Types of arguments or fields, where an int that is annotated as a float is a float."""
+    hints = hints_of(made)
+    return tuple(
+        REAL if hints.get(name) is float and kind in (WHOLE, TRUTH) else kind
+        for name, kind in zip(inspect.signature(made).parameters, found, strict=True)
+    )
+
+
 def joined(one: Any, other: Any) -> Any:
     """The type that holds values of both; None if there is none."""
     if one == other:
@@ -145,9 +156,3 @@ def joined(one: Any, other: Any) -> Any:
             if one.instance_class is other.instance_class:
                 return Struct(one.instance_class, parts)
     return None
-
-
-class Field(NamedTuple):
-    name: str
-    kind: Any
-    words: str

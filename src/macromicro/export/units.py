@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from macromicro.control import outside
 from macromicro.control.stage_law import Sample, StageLaw, Target
+from macromicro.errors import ProblemError
 from macromicro.kernel import is_kernel
 
 
@@ -36,6 +37,9 @@ Made = dict[str, Callable[[], Unit]]
 
 
 def law_of(name: str, law: StageLaw, gains: Any, period: float) -> Unit:
+    if not is_kernel(law.step):
+        remedy = "Make its step a kernel with @kernel (docs/laws.md)."
+        raise ProblemError(f"law {law.name}", "plain Python", remedy)
     sample, target = Sample(0.0, 0.0), Target(0.0, 0.0, 0.0, math.inf)
     gains = outside.given(law, gains)
     memory = law.start(gains, sample)

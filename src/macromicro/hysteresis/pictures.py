@@ -92,9 +92,9 @@ def _evenly(count: int, most: int) -> list[int]:
 
 
 def _figure(title: str) -> tuple[Figure, Axes]:
-    from macromicro.drawing.shown import Shown
+    from macromicro.drawing.notebook import NotebookFigure
 
-    figure = Shown(figsize=(6.0, 5.0), layout="constrained")
+    figure = NotebookFigure(figsize=(6.0, 5.0), layout="constrained")
     axes = figure.subplots()
     axes.set_title(title)
     return figure, axes

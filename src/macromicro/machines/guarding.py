@@ -99,20 +99,20 @@ class Watch(NamedTuple):
     fault: Annotated[int, Meaning("one of the codes; OK: none")]
     value: Annotated[float, Meaning("measured at the fault: V, s, m or m/s")]
     limit: Annotated[float, Meaning("its limit")]
-    time: Annotated[float, Meaning("when")]
-    heard: Annotated[float, Meaning("time of the last reading")]
+    time: Annotated[float, Meaning("when", "s")]
+    heard: Annotated[float, Meaning("time of the last reading", "s")]
     place: Annotated[float, Meaning("that reading", "m")]
-    since: Annotated[float, Meaning("when the speed's window began")]
+    since: Annotated[float, Meaning("when the speed's window began", "s")]
     there: Annotated[float, Meaning("and where", "m")]
-    pushed: Annotated[float, Meaning("since when it is pushed and stands")]
+    pushed: Annotated[float, Meaning("since when it is pushed and stands", "s")]
     stood: Annotated[float, Meaning("where", "m")]
     leaned: Annotated[
-        float, Meaning("since when it stands under an effort that moves a free stage")
+        float, Meaning("since when it stands under an effort that moves a free stage", "s")
     ]
     against: Annotated[float, Meaning("travel against such an effort, with the effort's sign", "m")]
-    repeated: Annotated[float, Meaning("since when the sensor repeats one value")]
+    repeated: Annotated[float, Meaning("since when the sensor repeats one value", "s")]
     mean: Annotated[float, Meaning("mean effort", "V")]
-    then: Annotated[float, Meaning("time of the last period")]
+    then: Annotated[float, Meaning("time of the last period", "s")]
     rate: Annotated[float, Meaning("speed between the last two readings", "m/s")]
     stopped: Annotated[float, Meaning("periods without a later time")]
     missed: Annotated[

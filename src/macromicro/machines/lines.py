@@ -35,7 +35,7 @@ class Wired(NamedTuple):
 
 
 class Held(NamedTuple):
-    began: Annotated[float, Meaning("when it began to watch, s; NaN: it has not")] = math.nan
+    began: Annotated[float, Meaning("when it began to watch; NaN: it has not", "s")] = math.nan
     low: Annotated[
         float, Meaning("1 while the stage still stands on a limit switch that was tripped then")
     ] = 0.0

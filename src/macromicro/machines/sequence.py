@@ -43,7 +43,7 @@ class Arrival(NamedTuple):
 class Plan(NamedTuple):
     """Moves and the pieces of their profiles."""
 
-    start: Annotated[Array, Meaning("earliest start, s; NaN: after the move before")]
+    start: Annotated[Array, Meaning("earliest start; NaN: after the move before", "s")]
     target: Annotated[Array, Meaning("where each ends", "m")]
     hold: Annotated[Array, Meaning("hold time after the arrival", "s")]
     length: Annotated[Array, Meaning("duration of the profile", "s")]
@@ -57,7 +57,7 @@ class Plan(NamedTuple):
         ),
     ]
     origin: Annotated[float, Meaning("target before the first move", "m")]
-    end: Annotated[float, Meaning("when the programme ends, s; NaN: after the last hold")]
+    end: Annotated[float, Meaning("when the programme ends; NaN: after the last hold", "s")]
 
 
 class Progress(NamedTuple):
@@ -65,7 +65,7 @@ class Progress(NamedTuple):
     move: Annotated[int, Meaning("index of the present move, -1 before the first")]
     piece: Annotated[int, Meaning("piece of its profile")]
     began: Annotated[float, Meaning("when its profile, or its hold, began", "s")]
-    inside: Annotated[float, Meaning("since when it is within the tolerance, s; NaN: it is not")]
+    inside: Annotated[float, Meaning("since when it is within the tolerance; NaN: it is not", "s")]
     arrived: Annotated[int, Meaning("1 once it has arrived")]
 
 

@@ -21,7 +21,7 @@ from macromicro.models.heating import Ladder
 
 
 class Stressed(NamedTuple):
-    volts: Annotated[Array, Meaning("points of the static map, CTRL, V, rising")]
+    volts: Annotated[Array, Meaning("points of the static map, CTRL, rising", "V")]
     heat: Annotated[
         Array, Meaning("heat there, K: one K of heat warms the wires by r1 + r2 + r3 K in the end")
     ]

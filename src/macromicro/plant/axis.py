@@ -21,20 +21,21 @@ class Body(NamedTuple):
     """Masses, drive stiffness and forces."""
 
     motor: Annotated[float, Meaning("rotating inertia of the motor as a mass at the load", "kg")]
-    stiffness: Annotated[float, Meaning("of the drive, N/m; 0: motor and load are one mass")]
+    stiffness: Annotated[float, Meaning("of the drive; 0: motor and load are one mass", "N/m")]
     damping: Annotated[float, Meaning("of the drive", "N s/m")]
     slack: Annotated[float, Meaning("backlash", "m")]
     weight: Annotated[
         float, Meaning("pull of gravity along the axis, towards lower positions", "N")
     ]
     error: Annotated[float, Meaning("pitch error", "m")]
-    error_period: Annotated[float, Meaning("pitch error", "m")]
-    cogging: Annotated[float, Meaning("N", "m")]
-    cogging_period: Annotated[float, Meaning("N", "m")]
+    error_period: Annotated[float, Meaning("period of the pitch error", "m")]
+    cogging: Annotated[float, Meaning("cogging force", "N")]
+    cogging_period: Annotated[float, Meaning("period of the cogging force", "m")]
     unbalance: Annotated[
         float,
         Meaning(
-            "greatest pull of gravity on an eccentric load of an axis that turns, N m; 0 of a slide"
+            "greatest pull of gravity on an eccentric load of an axis that turns; 0 of a slide",
+            "N m",
         ),
     ]
     hangs: Annotated[float, Meaning("angle at which that load hangs", "rad")]
@@ -53,19 +54,19 @@ class Axis(NamedTuple):
     friction: Annotated[AxisFriction, Meaning("at the load")]
     reading: Annotated[Reading, Meaning("the encoder")]
     delay: Annotated[
-        float, Meaning("from writing an effort until it acts, s; at most a control period")
+        float, Meaning("from writing an effort until it acts; at most a control period", "s")
     ]
     steps: Annotated[int, Meaning("steps of the physics in a control period")]
 
 
 class State(NamedTuple):
-    x: Annotated[float, Meaning("position and speed of the load, without pitch error")]
-    v: Annotated[float, Meaning("position and speed of the load, without pitch error")]
-    xm: Annotated[float, Meaning("the motor's side of the drive, in the same units")]
-    vm: Annotated[float, Meaning("the motor's side of the drive, in the same units")]
-    rubbed: Annotated[float, Meaning("deflection of the friction's bristles, in the same units")]
+    x: Annotated[float, Meaning("position of the load, without pitch error", "m")]
+    v: Annotated[float, Meaning("speed of the load, without pitch error", "m/s")]
+    xm: Annotated[float, Meaning("position of the motor's side of the drive", "m")]
+    vm: Annotated[float, Meaning("speed of the motor's side of the drive", "m/s")]
+    rubbed: Annotated[float, Meaning("deflection of the friction's bristles", "m")]
     i: Annotated[float, Meaning("current", "A")]
-    effort: Annotated[float, Meaning("that acts now, V at the D/A")]
+    effort: Annotated[float, Meaning("that acts now, at the D/A", "V")]
 
 
 class Truth(NamedTuple):

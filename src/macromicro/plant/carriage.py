@@ -54,7 +54,7 @@ class MacroState(NamedTuple):
     i: Annotated[float, Meaning("armature current", "A")]
     q: Annotated[float, Meaning("deflection of the belt mode", "m")]
     qv: Annotated[float, Meaning("speed of that", "m/s")]
-    accel: Annotated[float, Meaning("mean acceleration over the last call of advance, m/s2")]
+    accel: Annotated[float, Meaning("mean acceleration over the last call of advance", "m/s^2")]
     worn: Annotated[Worn, Meaning("what the friction remembers")]
 
 

@@ -33,9 +33,7 @@ class State(NamedTuple):
     home: Annotated[Contact, Meaning("the switches")]
     pulse: Annotated[
         float,
-        Meaning(
-            "place of the index pulse that came in the last period, m as the encoder has it, or NaN"
-        ),
+        Meaning("index pulse that came in the last period, as the encoder has it, or NaN", "m"),
     ]
     drive: Annotated[Drive, Meaning("the drive")]
 

@@ -110,7 +110,7 @@ class PiezoPlant(NamedTuple):
     warming: Annotated[Warming, Meaning("slow drift")]
     sensor: Annotated[Gauge, Meaning("the sensor")]
     delay: Annotated[
-        float, Meaning("from a reading until its effort acts, s; at most a control period")
+        float, Meaning("from a reading until its effort acts; at most a control period", "s")
     ]
     steps: Annotated[int, Meaning("steps per control period")]
 

@@ -15,7 +15,7 @@ class Switch(NamedTuple):
     there: Annotated[int, Meaning("0: there is none, and it reads 0")]
     side: Annotated[float, Meaning("1.0: on at and below its place; -1.0: at and above")]
     place: Annotated[float, Meaning("where it trips", "m")]
-    width: Annotated[float, Meaning("distance over which it is on, m; infinity: to the end")]
+    width: Annotated[float, Meaning("distance over which it is on; infinity: to the end", "m")]
     hysteresis: Annotated[float, Meaning("hysteresis", "m")]
     repeatability: Annotated[float, Meaning("standard deviation of the place where it trips", "m")]
 
@@ -39,8 +39,8 @@ def moved(p: Switch, s: Contact, x: float, draw: float) -> Contact:
 
 class Index(NamedTuple):
     there: Annotated[int, Meaning("0: there are none")]
-    place: Annotated[float, Meaning("where one is, m as the encoder has it")]
-    spacing: Annotated[float, Meaning("from one to the next, m; 0: there is only one")]
+    place: Annotated[float, Meaning("where one is, as the encoder has it", "m")]
+    spacing: Annotated[float, Meaning("from one to the next; 0: there is only one", "m")]
 
 
 @kernel

@@ -97,7 +97,7 @@ class WireState(NamedTuple):
     """State of the wires."""
 
     content: Annotated[float, Meaning("heat content, as temperature plus latent share", "K")]
-    u: Annotated[float, Meaning("relay input, deg C")]
+    u: Annotated[float, Meaning("relay input", "degC")]
     slope: Annotated[float, Meaning("d(content)/du of the last step")]
     austenite: Annotated[float, Meaning("fraction, 0 to 1")]
     x: Annotated[float, Meaning("contraction", "m")]

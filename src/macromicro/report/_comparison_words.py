@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from macromicro.report.comparison import QUANTITIES, Comparison, Move
-from macromicro.report.words import amount
+from macromicro.report.run import amount
 from macromicro.schema.par import NO_UNIT
 
 _NAMES = {"settling_s": "settling", "final_error": "final error", "overshoot": "overshoot"}

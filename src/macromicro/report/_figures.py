@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from macromicro.control.supervisor import MICRO as ENABLED
 from macromicro.design import zero
 from macromicro.design.response import MICRO_BAND, smoothed
 from macromicro.design.tracking import course
+from macromicro.drawing.page import PageFigure
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
 from macromicro.programme import MACRO
 from macromicro.programme import MICRO as FINE
@@ -19,17 +20,10 @@ from macromicro.recording import Recording
 from macromicro.runs.job import Ended
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 
-class Drawn(NamedTuple):
-    name: str  # name of its file, without suffix
-    title: str  # heading
-    caption: str  # what to look at
-    figure: Figure  # belongs to no window
-
-
-def draw(ended: Ended) -> Iterator[Drawn]:
+def draw(ended: Ended) -> Iterator[PageFigure]:
     if not len(ended.recording):
         return
     for function in (response, tracking, vibration, micro, efforts, temperatures, cycles):
@@ -53,7 +47,7 @@ def stages(ended: Ended) -> tuple[int, ...]:
     return tuple(s for s in (MACRO, FINE) if np.any(ended.job.programme.stage == s))
 
 
-def response(ended: Ended) -> Drawn | None:
+def response(ended: Ended) -> PageFigure | None:
     """Figure 6.2: the moving stages with their references, a whole cycle and its first moves."""
     if ended.tracking and not ended.moves:
         return None
@@ -93,10 +87,10 @@ def response(ended: Ended) -> Drawn | None:
     else:
         title = f"Response of the {'macro' if shown[0] == MACRO else 'micro'}-stage"
         caption = f"The stage with its reference: (a) {several}, (b) the first moves."
-    return Drawn("response", title, caption, figure)
+    return PageFigure("response", title, caption, figure)
 
 
-def tracking(ended: Ended) -> Drawn | None:
+def tracking(ended: Ended) -> PageFigure | None:
     """A stage on a trajectory: reference and reading, and the error between them."""
     if not ended.tracking:
         return None
@@ -120,10 +114,10 @@ def tracking(ended: Ended) -> Drawn | None:
     ]
     caption = "Targets that change all the time, what was reached, and the error between them"
     caption += f"; {', '.join(lags)}." if lags else "."
-    return Drawn("tracking", "Following a trajectory", caption, figure)
+    return PageFigure("tracking", "Following a trajectory", caption, figure)
 
 
-def vibration(ended: Ended) -> Drawn | None:
+def vibration(ended: Ended) -> PageFigure | None:
     """Figure 6.3: the laser after the first macro move, with the fitted decay."""
     if not ended.vibration:
         return None
@@ -159,10 +153,10 @@ def vibration(ended: Ended) -> Drawn | None:
         f"{v.frequency_hz:.1f} Hz with a first peak of {v.amplitude_um:.1f} um.{decayed} The "
         "micro-stage waits for this."
     )
-    return Drawn("vibration", "Vibration after the first macro move", caption, figure)
+    return PageFigure("vibration", "Vibration after the first macro move", caption, figure)
 
 
-def micro(ended: Ended) -> Drawn | None:
+def micro(ended: Ended) -> PageFigure | None:
     """Figures 6.4 and 6.5: the micro-stage in the last cycle, whole and on a set point."""
     fine = [m for m in ended.moves if m.stage == "micro"]
     if not fine:
@@ -210,10 +204,10 @@ def micro(ended: Ended) -> Drawn | None:
         "that stays off by a steady amount was reset before the "
         "actuator had fully extended."
     )
-    return Drawn("micro", "Micro-stage in the last cycle", caption, figure)
+    return PageFigure("micro", "Micro-stage in the last cycle", caption, figure)
 
 
-def efforts(ended: Ended) -> Drawn | None:
+def efforts(ended: Ended) -> PageFigure | None:
     recording, rows, shown = ended.recording, first_cycle(ended), stages(ended)
     t = recording["t"][rows]
     figure, axes = new(3.8 if len(shown) > 1 else 2.2, len(shown), sharex=True)
@@ -230,10 +224,10 @@ def efforts(ended: Ended) -> Drawn | None:
         )
     several = " in the first cycle" if ended.job.request.cycles > 1 else ""
     caption = " ".join([f"Outputs at the D/A converter{several}.", *words])
-    return Drawn("efforts", "Efforts", caption, figure)
+    return PageFigure("efforts", "Efforts", caption, figure)
 
 
-def temperatures(ended: Ended) -> Drawn | None:
+def temperatures(ended: Ended) -> PageFigure | None:
     if FINE not in stages(ended):
         return None
     recording = ended.recording
@@ -254,10 +248,10 @@ def temperatures(ended: Ended) -> Drawn | None:
         "Temperatures of the actuator. Plates and body warm slowly and make the wire cool, and "
         "so extend, more slowly. The guard estimates the wire's temperature from CTRL alone."
     )
-    return Drawn("temperatures", "Temperatures", caption, figure)
+    return PageFigure("temperatures", "Temperatures", caption, figure)
 
 
-def cycles(ended: Ended) -> Drawn | None:
+def cycles(ended: Ended) -> PageFigure | None:
     if len(ended.cycles) < 2:
         return None
     number = [c.cycle for c in ended.cycles]
@@ -300,4 +294,4 @@ def cycles(ended: Ended) -> Drawn | None:
         "yet given back when the laser is reset appears as the laser's bias at all later set "
         "points; the true error stays small."
     )
-    return Drawn("cycles", "Return to zero and bias by cycle", caption, figure)
+    return PageFigure("cycles", "Return to zero and bias by cycle", caption, figure)

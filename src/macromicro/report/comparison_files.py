@@ -13,7 +13,7 @@ from macromicro.drawing import files
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, new
 from macromicro.report import zoomable
 from macromicro.report.comparison import QUANTITIES, Comparison, content
-from macromicro.report.summary import as_json
+from macromicro.report.run import as_json
 from macromicro.runs import folder
 from macromicro.schema.text import write_text
 

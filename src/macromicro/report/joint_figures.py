@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.drawing.page import PageFigure
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED, finish, line, new
 from macromicro.machines import composite, results
 from macromicro.machines.composite import Composite, names
@@ -17,7 +18,6 @@ from macromicro.machines.joint.settings import AXES
 from macromicro.machines.planning import Schedule
 from macromicro.machines.stage_trees import all_of
 from macromicro.recording import Recording
-from macromicro.report._figures import Drawn
 
 SHOWN = 0.05  # of the picture's width; what the largest contour error is magnified to
 _COLORS = (BLUE, ORANGE, GREEN, RED)
@@ -51,7 +51,7 @@ def _beside(recording: Recording, plan: Schedule, names: tuple[str, str]) -> Ite
             yield part, x, y, contour.off(plan.traces[k], 1e-3 * x, 1e-3 * y)
 
 
-def path(recording: Recording, plan: Schedule, tolerance: float) -> Drawn:
+def path(recording: Recording, plan: Schedule, tolerance: float) -> PageFigure:
     """The path in the plane, with the encoders' and the true positions."""
     ways = _ways(recording)
     found = {way[3]: list(_beside(recording, plan, way[:2])) for way in ways}
@@ -84,7 +84,7 @@ def path(recording: Recording, plan: Schedule, tolerance: float) -> Drawn:
         "y [mm]",
         legend=True,
     )
-    return Drawn(
+    return PageFigure(
         "path",
         "The path",
         "The path, and beside it the places while a profile lasts, their distance from it "
@@ -106,7 +106,7 @@ def outline(trace: Any, turn: float = 0.02) -> tuple[Array, Array]:
 
 def axes_over_time(
     recording: Recording, plan: Schedule, machine: Composite, settings: Any
-) -> Drawn:
+) -> PageFigure:
     """Positions, errors and efforts of each stage over the run; in a plane the contour error."""
     plane = machine.has_plane
     figure, grid = new(9.4, 4 if plane else 3, sharex=True)
@@ -135,7 +135,7 @@ def axes_over_time(
     figure.subplots_adjust(hspace=0.3)
     caption = "Position, error and effort of each axis"
     caption += ", and what the errors make beside the path." if plane else "."
-    return Drawn("axes", all_of(len(units)).capitalize(), caption, figure)
+    return PageFigure("axes", all_of(len(units)).capitalize(), caption, figure)
 
 
 def _paths(ax: Any, recording: Recording, plan: Schedule, tolerance: float) -> None:

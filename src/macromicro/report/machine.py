@@ -1,4 +1,4 @@
-"""Table, summary, figures and page of a run of a machine."""
+"""What is told of a run of a machine of one stage, or of several on one clock."""
 
 from __future__ import annotations
 
@@ -8,20 +8,17 @@ from typing import Any
 
 import numpy as np
 
-import macromicro
-from macromicro.drawing.page import Picture
-from macromicro.machines import composite, planning, results
+from macromicro.drawing.page import PageFigure
+from macromicro.machines import composite, doubts, planning, results
 from macromicro.machines.composite import Composite
 from macromicro.machines.job import Ended
 from macromicro.machines.joint.settings import UPPER
 from macromicro.machines.machine import as_toml
 from macromicro.machines.tree import gains
-from macromicro.report import _machine_page, joint_figures, stage_figures
-from macromicro.report._figures import Drawn
-from macromicro.report.words import Line, amount
-from macromicro.runs import arrivals, folder
+from macromicro.report import joint_figures, run, stage_figures
+from macromicro.report.run import Line, Told, amount
+from macromicro.runs import arrivals
 from macromicro.schema.par import entries
-from macromicro.schema.text import write_text
 from macromicro.units import printed
 
 _ONE = (
@@ -72,6 +69,35 @@ _OF_SEVERAL = (
     "are distances of the readings from the set points during the profile; the error at rest is "
     "the target minus the mean reading over the hold's last 0.1 s."
 )
+
+
+def told(ended: Ended, started: str) -> Told:
+    job, machine = ended.job, ended.job.machine
+    footnote = _OF_ONE
+    if isinstance(machine, Composite):
+        footnote = _OF_PLANE if machine.has_plane else _OF_SEVERAL
+    return Told(
+        opening=f"{run.cycles(job.request.cycles)} on the machine {machine.name} "
+        f"({machine.title}), simulated, {run.origin(job.request.seed, started)}",
+        headings=headings(ended),
+        table=table(ended),
+        remarks=remarks(ended),
+        verdict=verdict(ended),
+        problems=problems(ended),
+        footnote=footnote,
+        settings=as_toml(machine, job.settings),
+        summary=summary(ended, started),
+    )
+
+
+def warnings(settings: Any) -> list[tuple[str, str]]:
+    return [("warning", each.text) for each in doubts.found(settings)]
+
+
+def doubt(settings: Any) -> str:
+    """Reason to doubt the arrivals of a run."""
+    wide = [d for d in doubts.found(settings) if d.path.endswith(doubts.ARRIVAL)]
+    return "".join(f", but {d.path} = {d.value} is in doubt (see warning)" for d in wide)
 
 
 def headings(ended: Ended) -> tuple[str, ...]:
@@ -164,7 +190,7 @@ def verdict(ended: Ended) -> str:
     if np.isfinite(planning.each(job.plan)[0].end):  # set points come by time, and wait for nothing
         peak = max((m.peak_error for m in moves), default=None)
         return arrivals.verdict(rests, 0, place, followed=peak and peak / place.per)
-    return arrivals.verdict(rests, job.planned, place, doubt=_machine_page.doubt(job.settings))
+    return arrivals.verdict(rests, job.planned, place, doubt=doubt(job.settings))
 
 
 def remarks(ended: Ended) -> list[tuple[str, str]]:
@@ -173,11 +199,7 @@ def remarks(ended: Ended) -> list[tuple[str, str]]:
         found = _of_several(ended)
     else:
         found = _of_one(job.settings, job.machine.kind.place)
-    if ended.wall > 0.0:
-        speed = ended.simulated / ended.wall
-        text = f"{ended.simulated:.1f} s simulated in {ended.wall:.2f} s, "
-        found.append(("speed", f"{text}{speed:.0f} times real time"))
-    return found
+    return [*found, *run.speed(ended)]
 
 
 def _of_one(settings: Any, place: Any) -> list[tuple[str, str]]:
@@ -191,7 +213,7 @@ def _of_one(settings: Any, place: Any) -> list[tuple[str, str]]:
     return [
         ("motion", _motion(settings, place)),
         ("arrival", within),
-        *_machine_page.warnings(settings),
+        *warnings(settings),
         ("law", f"{settings.law}: {', '.join(told[:_GAINS])}"),
     ]
 
@@ -215,7 +237,7 @@ def _of_several(ended: Ended) -> list[tuple[str, str]]:
         else:
             text = f"{one.name}; {_motion(own, one.kind.place)}; {own.law}"
         found.append((name, text))
-    found += _machine_page.warnings(settings)
+    found += warnings(settings)
     if plane and settings.stack.carries == UPPER:
         found.append(("stack", f"x carries y: {settings.x.load.payload:.4g} kg"))
     return found
@@ -246,13 +268,8 @@ def _beside(whose: str, moves: list[tuple[float, float]], tolerance: float) -> s
 
 def problems(ended: Ended) -> list[str]:
     """Problems in a run of moves, a sentence each."""
-    found, job = [], ended.job
-    if ended.fault is not None:
-        fault = ended.fault
-        found.append(f"fault: {fault.message} Evidence: {fault.evidence}. {fault.remedy}")
-    elif not ended.finished:
-        count = f"move {len(ended.moves)} of {job.planned}"
-        found.append(f"the programme did not finish: {count} at {ended.simulated:.3f} s")
+    job = ended.job
+    found = run.stopped(ended, f"move {len(ended.moves)} of {job.planned}")
     lost = arrivals.lost(results.rests(ended.moves, composite.places(job.machine)))
     if lost and np.isnan(planning.each(job.plan)[0].end):
         patience = max(own.arrival.patience for own in job.machine.trees(job.settings))
@@ -264,27 +281,12 @@ def summary(ended: Ended, started: str) -> dict[str, Any]:
     job, machine = ended.job, ended.job.machine
     content = {
         "machine": machine.name,
-        "programme": job.programme.title,
-        "source": job.programme.source,
-        "cycles": job.request.cycles,
-        "seed": job.request.seed,
-        "version": macromicro.__version__,
-        "started": started,
-        "overrides": job.overrides,
-        "finished": ended.finished,
-        "fault": ended.fault and ended.fault._asdict(),
-        "warnings": [text for _, text in _machine_page.warnings(job.settings)],
-        "moves_planned": job.planned,
+        **run.summary(ended, started, job.planned),
+        "warnings": [text for _, text in warnings(job.settings)],
     }
     if not isinstance(machine, Composite):
-        content["unit"] = machine.kind.place.unit
-    content |= {
-        "simulated_s": ended.simulated,
-        "wall_s": ended.wall,
-        "speed": ended.simulated / ended.wall if ended.wall > 0.0 else None,
-    }
-    if not isinstance(machine, Composite):
-        return content | {"moves": [m._asdict() for m in ended.moves]}
+        moves = [m._asdict() for m in ended.moves]
+        return content | {"unit": machine.kind.place.unit, "moves": moves}
     if machine.has_plane:
         content["contour_tolerance_mm"] = 1e3 * job.settings.path.tolerance
     names = composite.names(machine)
@@ -299,7 +301,7 @@ def summary(ended: Ended, started: str) -> dict[str, Any]:
     return content
 
 
-def draw(ended: Ended) -> Iterator[Drawn]:
+def draw(ended: Ended) -> Iterator[PageFigure]:
     job, rows = ended.job, ended.recording
     if not len(rows):
         return
@@ -310,29 +312,3 @@ def draw(ended: Ended) -> Iterator[Drawn]:
     if job.machine.has_plane:
         yield joint_figures.path(rows, job.plan, job.settings.path.tolerance)
     yield joint_figures.axes_over_time(rows, job.plan, job.machine, job.settings)
-
-
-def page(ended: Ended, pictures: list[Picture], started: str) -> str:
-    job = ended.job
-    footnote = _OF_ONE
-    if isinstance(job.machine, Composite):
-        footnote = _OF_PLANE if job.machine.has_plane else _OF_SEVERAL
-    words = _machine_page.Words(
-        headings(ended),
-        table(ended),
-        remarks(ended),
-        verdict(ended),
-        problems(ended),
-        footnote,
-        as_toml(job.machine, job.settings),
-    )
-    return _machine_page.page(ended, pictures, started, words)
-
-
-def write(ended: Ended, started: str) -> dict[str, Any]:
-    """Write everything beside the recording; the summary first."""
-    content = summary(ended, started)
-    pictures = _machine_page.pictures(ended, content, draw(ended))
-    text = page(ended, pictures, started)
-    write_text(ended.job.out / folder.PAGE, text)
-    return content

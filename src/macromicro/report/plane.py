@@ -12,7 +12,7 @@ from macromicro.commission import procedure, report
 from macromicro.commission.plane import Both
 from macromicro.commission.running import Place
 from macromicro.drawing import files as drawings
-from macromicro.drawing.page import Picture, filled
+from macromicro.drawing.page import filled, saved
 from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import AXES
 from macromicro.machines.machine import JOINT
@@ -115,10 +115,7 @@ def write(
         write_text(stage / report.MACHINE, found.toml)
         write_text(stage / report.JSON, as_json(found, places))
         found.recording.save(stage / report.RECORDING)
-        pictures = []
-        for name, one in zip(DRAWN, drawn, strict=True):
-            data = drawings.save(one.figure, stage, name, kinds)
-            pictures.append(Picture(name, one.title, one.caption, data))
+        shown = saved(drawn, stage, kinds)
         text = filled(
             report.TEMPLATE,
             name=" and ".join(place.name for place in places),
@@ -133,7 +130,7 @@ def write(
             doubts=doubts(found, places),
             headings=HEADINGS,
             moves=move_rows(found),
-            pictures=pictures,
+            pictures=shown,
             file=report.MACHINE,
             toml=found.toml,
         )

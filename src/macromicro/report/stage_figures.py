@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from macromicro.drawing.page import PageFigure
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED, finish, line, new
 from macromicro.machines.job import Ended
-from macromicro.report._figures import Drawn
 
 
-def response(ended: Ended) -> Drawn:
+def response(ended: Ended) -> PageFigure:
     """Position with its set point, error and effort over the run."""
     r = ended.recording
     place = ended.job.machine.kind.place
@@ -26,7 +26,7 @@ def response(ended: Ended) -> Drawn:
         line(efforts, t, r["integral"], BLACK, "of it integral", linewidth=0.8)
     finish(efforts, "Effort at the D/A", y="[V]", legend=True)
     figure.subplots_adjust(hspace=0.28)
-    return Drawn(
+    return PageFigure(
         "response",
         "The run",
         "Position with its set point, the error between them, and the effort.",
@@ -34,7 +34,7 @@ def response(ended: Ended) -> Drawn:
     )
 
 
-def settling(ended: Ended) -> Drawn:
+def settling(ended: Ended) -> PageFigure:
     r = ended.recording
     place = ended.job.machine.kind.place
     band = ended.job.settings.arrival.tolerance * place.fines
@@ -57,4 +57,4 @@ def settling(ended: Ended) -> Drawn:
         legend=True,
     )
     which = "each move" if len(shown) == len(ended.moves) else "the first moves"
-    return Drawn("moves", "Arrival", f"How the error of {which} settles.", figure)
+    return PageFigure("moves", "Arrival", f"How the error of {which} settles.", figure)

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from macromicro.programme import MACRO
-from macromicro.report import _comparison_words, words
+from macromicro.report import _comparison_words
 from macromicro.report.comparison import Comparison
+from macromicro.report.run import Told
 from macromicro.runs import folder
-from macromicro.runs.job import Ended, Job
+from macromicro.runs.job import Job
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -28,11 +30,10 @@ _BROKEN = {
 }
 
 
-@contextmanager
-def progress(job: Job) -> Iterator[Report]:
-    """A bar on stderr, in simulated seconds; one plain line where that is no terminal."""
-    with bar(job.programme.title, job.expected, lambda k: _move(job, k)) as report:
-        yield report
+def progress(job: Any) -> AbstractContextManager[Report]:
+    """The bar of a run."""
+    name = partial(_move, job) if isinstance(job, Job) else lambda k: f"move {k + 1}"
+    return bar(job.programme.title, job.expected, name)
 
 
 @contextmanager
@@ -76,39 +77,25 @@ def _move(job: Job, k: int) -> str:
     return f"move {number} of {last}: {name} to {metres * 1e3:g} mm"
 
 
-def show(ended: Ended) -> None:
-    said = verdict(words.verdict(ended), ended.job.out)
-    show_lines(words.HEADINGS, words.table(ended), said, words.remarks(ended))
-
-
-def verdict(text: str, out: Path) -> str:
-    """The result of a run, and its folder."""
-    return f"{text}; open {out / folder.PAGE}"
-
-
-def show_lines(
-    headings: Sequence[str],
-    lines: Sequence[words.Line],
-    verdict: str,
-    remarks: Sequence[tuple[str, str]],
-) -> None:
+def show(told: Told, out: Path) -> None:
+    """The table of a run, its verdict and remarks."""
     from rich.table import Table
     from rich.text import Text
 
     console = _console()
     narrow = console.width < _NARROW
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
-    for heading in headings:
+    for heading in told.headings:
         shown = Text(_BROKEN.get(heading, heading) if narrow else heading)
         table.add_column(shown, justify="right", overflow="fold", vertical="bottom")
-    for line in lines:
+    for line in told.table:
         cells = [Text(cell) for cell in line.cells]
         table.add_row(*cells, style="" if line.arrived else "bold red")
-    if lines:
+    if told.table:
         console.print(table)
         console.print()
-    console.print(Text(verdict), soft_wrap=True)
-    for name, text in remarks:
+    console.print(Text(f"{told.verdict}; open {out / folder.PAGE}"), soft_wrap=True)
+    for name, text in told.remarks:
         console.print(Text(f"{name}: {text}"), soft_wrap=True)
 
 

@@ -1,31 +1,31 @@
-"""Summary, figures and page of a run, into its folder."""
+"""The report of a run of any machine, into its folder."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from macromicro.drawing import files
-from macromicro.drawing.page import Picture
-from macromicro.report import _figures
-from macromicro.report._page import page
-from macromicro.report.summary import as_json, summary
+from macromicro.report import _figures, machine, run, two_stage
+from macromicro.report.run import Told
 from macromicro.runs import folder, keeping
 from macromicro.runs.job import Ended
 from macromicro.schema.text import write_text
 
 
-def write(ended: Ended, started: str) -> dict[str, Any]:
-    """Write everything beside the recording; the summary first."""
-    out = ended.job.out
+def write(ended: Any, started: str) -> Told:
+    if not isinstance(ended, Ended):
+        told = machine.told(ended, started)
+        run.write(ended, told, machine.draw(ended))
+        return told
+    told = two_stage.told(ended, started)
+    _keep(ended)
+    run.write(ended, told, _figures.draw(ended))
+    return told
+
+
+def _keep(ended: Ended) -> None:
+    """What the law has learned, for the next run."""
+    file = ended.job.out / folder.LEARNED
     learned = None if ended.fault else keeping.text(ended.recording, ended.job.settings)
-    (out / folder.LEARNED).unlink(missing_ok=True)
+    file.unlink(missing_ok=True)
     if learned is not None:
-        write_text(out / folder.LEARNED, learned)
-    content = summary(ended, started)
-    write_text(out / folder.SUMMARY, as_json(content))
-    pictures = []
-    for drawn in _figures.draw(ended):
-        data = files.save(drawn.figure, out, drawn.name, ended.job.request.figures)
-        pictures.append(Picture(drawn.name, drawn.title, drawn.caption, data))
-    write_text(out / folder.PAGE, page(ended, pictures, started))
-    return content
+        write_text(file, learned)

@@ -14,7 +14,7 @@ class Bounds(NamedTuple):
 
     margin: Annotated[float, Meaning("above the error at the start")]
     tolerance: Annotated[float, Meaning("always allowed")]
-    rate: Annotated[float, Meaning("slowest accepted approach, per s")]
+    rate: Annotated[float, Meaning("slowest accepted approach", "1/s")]
     grace: Annotated[float, Meaning("before that approach must have begun", "s")]
 
 

@@ -16,7 +16,7 @@ KILN_PITCH = 14e-6  # m, travel per encoder count
 class KilnSample(NamedTuple):
     t: Annotated[float, Meaning("", "s")]
     thermocouple: Annotated[float, Meaning("", "degC")]
-    encoder: Annotated[float, Meaning("contraction", "counts")]
+    encoder: Annotated[float, Meaning("contraction", "count")]
 
 
 class KilnOutputs(NamedTuple):
@@ -25,7 +25,7 @@ class KilnOutputs(NamedTuple):
 
 class CycleSample(NamedTuple):
     t: Annotated[float, Meaning("", "s")]
-    encoder: Annotated[float, Meaning("contraction", "counts")]
+    encoder: Annotated[float, Meaning("contraction", "count")]
     extend: Annotated[float, Meaning("0 or 1")]
     contract: Annotated[float, Meaning("0 or 1")]
 

@@ -21,7 +21,7 @@ from macromicro.types import Command, Outputs, Sample
 
 class Guard(NamedTuple):
     limits: Annotated[Limits, Meaning("as the user may set them, SI")]
-    macro: Annotated[Bounds, Meaning("envelope", "counts")]
+    macro: Annotated[Bounds, Meaning("envelope", "count")]
     micro: Annotated[Bounds, Meaning("envelope", "m")]
     calibration: Annotated[Calibration, Meaning("calibration of the Hall sensor")]
 
@@ -40,7 +40,7 @@ class Watch(NamedTuple):
     limit: Annotated[float, Meaning("its limit")]
     time: Annotated[float, Meaning("when", "s")]
     seen: Annotated[Seen, Meaning("what the sensors have shown")]
-    macro: Annotated[Envelope, Meaning("envelope", "counts")]
+    macro: Annotated[Envelope, Meaning("envelope", "count")]
     micro: Annotated[Envelope, Meaning("envelope", "m")]
     heat: Annotated[Heat, Meaning("estimate of the actuator's heat")]
 

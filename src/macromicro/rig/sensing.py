@@ -27,7 +27,7 @@ from macromicro.types import Sample
 class Seen(NamedTuple):
     """Last good readings, and how long each is overdue or implausible."""
 
-    encoder: Annotated[float, Meaning("", "counts")]
+    encoder: Annotated[float, Meaning("", "count")]
     encoder_age: Annotated[float, Meaning("without a new value", "s")]
     hall: Annotated[float, Meaning("", "V")]
     hall_age: Annotated[float, Meaning("without a new value", "s")]
@@ -37,9 +37,11 @@ class Seen(NamedTuple):
     railed: Annotated[float, Meaning("for how long the Hall sensor has been off its scale", "s")]
     pushed: Annotated[float, Meaning("pushed hard without a count", "s")]
     leant: Annotated[float, Meaning("pushed so that it should just move, without a count", "s")]
-    against: Annotated[float, Meaning("counts against pushes of one sign, signed as they are")]
-    jump: Annotated[float, Meaning("last change of the encoder", "counts")]
-    possible: Annotated[float, Meaning("what was possible in that time", "counts")]
+    against: Annotated[
+        float, Meaning("travel against pushes of one sign, signed as they are", "count")
+    ]
+    jump: Annotated[float, Meaning("last change of the encoder", "count")]
+    possible: Annotated[float, Meaning("what was possible in that time", "count")]
     before: Annotated[float, Meaning("the Hall reading before the last", "V")]
     noise: Annotated[float, Meaning("mean square of the Hall sensor's noise", "V^2")]
     time: Annotated[float, Meaning("time of the last sample", "s")]

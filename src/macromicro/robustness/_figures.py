@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from macromicro.batch import Metric
 from macromicro.drawing import style
+from macromicro.drawing.page import PageFigure
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED
 from macromicro.robustness import words
 from macromicro.robustness._findings import Influence, overall, strongest, yields
@@ -26,15 +27,7 @@ _LABEL = 42  # characters of a line below a panel
 _FAINT = "0.45"
 
 
-class Drawn(NamedTuple):
-    name: str  # of its file, without an ending
-    # title, caption: for the page
-    title: str
-    caption: str
-    figure: Figure  # of matplotlib
-
-
-def draw(study: Study) -> Iterator[Drawn]:
+def draw(study: Study) -> Iterator[PageFigure]:
     yield _yields(study)
     if not np.isnan(study.single[:, :, 0]).all():
         yield _tornado(study)
@@ -43,7 +36,7 @@ def draw(study: Study) -> Iterator[Drawn]:
         yield _scatter(study)
 
 
-def _yields(study: Study) -> Drawn:
+def _yields(study: Study) -> PageFigure:
     found, whole = yields(study), overall(study)
     labels = [f"{y.requirement.metric.meaning}\n{y.requirement.text}" for y in found]
     shares = [y.all for y in found]
@@ -62,7 +55,7 @@ def _yields(study: Study) -> Drawn:
     style.finish(ax, "Share of machines that meet each requirement", "yield [%]")
     ax.set_xlim(0.0, 114.0)
     ax.set_xticks(range(0, 101, 20))
-    return Drawn(
+    return PageFigure(
         "yields",
         "Yields and their intervals",
         f"{len(study.rows)} machines of a Latin hypercube over the uncertain parameters. Bars: "
@@ -72,7 +65,7 @@ def _yields(study: Study) -> Drawn:
     )
 
 
-def _tornado(study: Study) -> Drawn:
+def _tornado(study: Study) -> PageFigure:
     names = [n for n in study.subject.main if math.isfinite(study.nominal[study.at(n)])]
     rows = max(1, (len(names) + 1) // 2)
     height = 0.7 + 2.25 * rows
@@ -83,7 +76,7 @@ def _tornado(study: Study) -> Drawn:
     for letter, ax, name in zip("abcdef", axes.flat, names, strict=False):
         _bars(ax, study, name, letter)
     _legend(figure, height)
-    return Drawn(
+    return PageFigure(
         "tornado",
         "One parameter at a time",
         "Each parameter alone at its low end (blue) and high end (orange), the others nominal "
@@ -162,7 +155,7 @@ def _label(each: Influence) -> str:
     return f"{p.name}\n{words.amount(p, p.low)} .. {words.amount(p, p.high)}"
 
 
-def _distributions(study: Study) -> Drawn:
+def _distributions(study: Study) -> PageFigure:
     shown = study.subject.main
     figure, axes = style.new(5.6, 2, 3)
     figure.subplots_adjust(left=0.06, wspace=0.25, hspace=0.6)
@@ -199,7 +192,7 @@ def _distributions(study: Study) -> Drawn:
         ax.set_ylim(0.0, 1.3 * ax.get_ylim()[1])  # room for the counts
         if letter in "ad":
             ax.set_ylabel("machines", fontsize=8)
-    return Drawn(
+    return PageFigure(
         "distributions",
         "Distributions over the sample",
         "Finite values only; the counts in each panel are machines with a move that never "
@@ -214,7 +207,7 @@ def _edges(finite: Any, metric: Metric) -> Any:
     return 25
 
 
-def _scatter(study: Study) -> Drawn:
+def _scatter(study: Study) -> PageFigure:
     name, ranked = strongest(study)
     first, second = ranked[0].parameter, ranked[1].parameter
     order = [u.name for u in study.subject.uncertain]
@@ -256,7 +249,7 @@ def _scatter(study: Study) -> Drawn:
     figure.subplots_adjust(top=0.86, bottom=0.22)
     tried = len(study.subject.uncertain)
     one, other = (words.rank(each.correlation, tried) for each in ranked[:2])
-    return Drawn(
+    return PageFigure(
         "scatter",
         "Where requirements fail",
         f"Every machine of the sample over the two parameters that go furthest with "

@@ -12,7 +12,7 @@ from typing import Any
 
 import macromicro
 from macromicro.drawing import files as drawings
-from macromicro.drawing.page import Picture
+from macromicro.drawing.page import saved
 from macromicro.robustness import _figures, words
 from macromicro.robustness._findings import Worst, influences, overall, worst, yields
 from macromicro.robustness._page import page
@@ -34,11 +34,8 @@ def write(out: Path, study: Study, about: About, kinds: Iterable[str] = drawings
         write_text(place / SAMPLES, as_csv(study), newline="")
         for found in worst(study):
             write_text(place / words.file_name(found), as_toml(study, found, about))
-        pictures = []
-        for drawn in _figures.draw(study):
-            data = drawings.save(drawn.figure, place, drawn.name, kinds)
-            pictures.append(Picture(drawn.name, drawn.title, drawn.caption, data))
-        write_text(place / PAGE, page(study, about, pictures, str(out)))
+        shown = saved(_figures.draw(study), place, kinds)
+        write_text(place / PAGE, page(study, about, shown, str(out)))
 
 
 def _earlier(out: Path) -> list[str]:

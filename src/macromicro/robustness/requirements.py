@@ -18,10 +18,6 @@ from macromicro.schema.text import printable, read_toml
 from macromicro.units import quantity, shown
 
 WHAT = "a requirements file (.toml)"
-# What every study has first and last. A code is a name, not a quantity: nothing is ranked or
-# limited by it.
-FAULT = Metric("fault", "", "stops by the guard")
-CODE = Metric("fault_code", "", "which fault stopped the run, 0 for none")
 NO_FAULT = "the guard must not stop a good machine"
 
 

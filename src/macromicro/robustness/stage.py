@@ -14,22 +14,23 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.batch import Metric
 from macromicro.batch.stage_job import metrics
+from macromicro.batch.variants import CODE, FAULT
 from macromicro.errors import ProblemError
 from macromicro.machines.composite import AnyMachine, Composite, names
 from macromicro.machines.joint.settings import NOTHING
 from macromicro.machines.machine import Machine, as_toml
 from macromicro.machines.planning import Planned
+from macromicro.machines.tree import OWN
 from macromicro.machines.trial import trials
-from macromicro.robustness.requirements import CODE, FAULT, NO_FAULT, Requirement
+from macromicro.robustness.requirements import NO_FAULT, Requirement
 from macromicro.robustness.study import Subject
 from macromicro.schema.keys import nearest
 from macromicro.schema.par import entries, value_at
 from macromicro.schema.text import printable
-from macromicro.uncertainty.machines import draw, settings_at
 from macromicro.uncertainty.table import Uncertain, read
 
 MOST_DRAWN = 6  # metrics
-KEPT = ("controller", "guard", "motion", "arrival", "travel")
+KEPT = ("controller", OWN, "guard", "motion", "arrival", "travel")
 
 
 def uncertain(machine: AnyMachine, settings: Any) -> tuple[Uncertain, ...]:
@@ -64,16 +65,8 @@ def _of_stage(machine: Machine, settings: Any) -> tuple[Uncertain, ...]:
     return tuple(r for r in rows if any(value_at(settings, path) != 0.0 for path, _ in r.parts))
 
 
-def machines(
-    machine: AnyMachine, settings: Any, rows: Sequence[Uncertain], n: int, seed: int
-) -> tuple[Array, list[Any]]:
-    """Drawn machines under the law, plan, guard and arrival of the settings."""
-    amounts = draw(settings, rows, n, seed).amounts
-    return amounts, [_kept(machine, settings, settings_at(settings, rows, a)) for a in amounts]
-
-
-def _kept(machine: AnyMachine, settings: Any, drawn: Any) -> Any:
-    """A drawn machine with what stays nominal."""
+def kept(machine: AnyMachine, settings: Any, drawn: Any) -> Any:
+    """A drawn machine under the law, guard, motion and arrival of the settings."""
     pairs = zip(machine.trees(settings), machine.trees(drawn), strict=True)
     trees = [tree._replace(**{k: getattr(own, k) for k in KEPT}) for own, tree in pairs]
     if isinstance(machine, Machine):
@@ -112,7 +105,7 @@ def subject(machine: AnyMachine, settings: Any, plan: Planned, workers: int) -> 
         required(machine, settings),
         machine.settings,
         partial(as_toml, machine),
-        lambda tree: _kept(machine, settings, tree),
+        lambda tree: kept(machine, settings, tree),
     )
 
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from macromicro.arrays import Array
 from macromicro.batch import Metric
-from macromicro.robustness.requirements import FAULT, Requirement
+from macromicro.batch.variants import FAULT
+from macromicro.robustness.requirements import Requirement
 from macromicro.robustness.statistics import Share, share
 from macromicro.uncertainty.machines import Sample, centre, counted, draw, refusal, settings_at
 from macromicro.uncertainty.table import Uncertain

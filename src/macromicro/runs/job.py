@@ -67,6 +67,11 @@ class Job(NamedTuple):
     # what it runs on: None for the twin, a rig, or a recording that is replayed
     source: Place = None
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Files that it may write."""
+        return folder.FILES
+
 
 class Ended(NamedTuple):
     job: Job  # what was run

@@ -1,4 +1,4 @@
-"""What `--only` selects: claims, figures, tables, equations, sections or procedures."""
+"""Procedures chosen by a claim, figure, table, equation, section or name: `--only`."""
 
 from __future__ import annotations
 
@@ -10,17 +10,15 @@ from macromicro.schema.text import printable
 from macromicro.thesis.procedure import Procedure
 from macromicro.thesis.reproduce import Chosen
 
-_PREISACH = "preisach-geometry"
-
-# Number: claims that measure it, or else the figure, table, diagram or procedure that shows it.
+# What measures each equation, or else what shows it, in words that `--only` takes.
 EQUATIONS: dict[str, tuple[str, ...]] = {
     "2.1": ("(2.1)",),
-    **{f"2.{k}": (_PREISACH,) for k in range(2, 11)},
-    "2.11": ("S2", _PREISACH),
+    **{f"2.{k}": ("preisach-geometry",) for k in range(2, 11)},
+    "2.11": ("S2", "preisach-geometry"),
     "3.1": ("D1",),
     # The motor: no claim measures its constants one by one, the diagrams show what they make.
-    "4.1": ("4.3",),
-    "4.2": ("4.6",),
+    "4.1": ("Figure 4.3",),
+    "4.2": ("Figure 4.6",),
     "4.3": ("M4a", "M4b"),
     "4.4": ("M5",),
     "4.5": ("M6a", "M6b"),
@@ -54,67 +52,48 @@ def choose(names: Sequence[str], procedures: Sequence[Procedure]) -> list[Chosen
     """
     if not names:
         return [Chosen(p) for p in procedures]
-    ids: dict[str, set[str]] = {}
-    figures: dict[str, set[str]] = {}
-    whole: set[str] = set()
-    for name in names:
-        wanted = _found(name.strip(), procedures)
-        for procedure, kind, what in wanted:
-            if kind == "whole":
-                whole.add(procedure.name)
-            else:
-                place = ids if kind == "claim" else figures
-                place.setdefault(procedure.name, set()).add(what)
-    return [
-        Chosen(p)
-        if p.name in whole
-        else Chosen(p, frozenset(ids.get(p.name, ())), frozenset(figures.get(p.name, ())))
-        for p in procedures
-        if p.name in whole or p.name in ids or p.name in figures
-    ]
+    found = [chosen for name in names for chosen in _found(name.strip(), procedures)]
+    merged = [_merged([c for c in found if c.procedure is p]) for p in procedures]
+    return [chosen for chosen in merged if chosen is not None]
 
 
-def _found(name: str, procedures: Sequence[Procedure]) -> list[tuple[Procedure, str, str]]:
-    """Procedure, "whole", "claim" or "figure", and which, for one name."""
-    low = name.lower()
+def _merged(chosen: Sequence[Chosen]) -> Chosen | None:
+    """Selections of one procedure as one."""
+    whole = [c for c in chosen if c.ids is None]
+    if whole or not chosen:
+        return next(iter(whole), None)
+    ids = (c.ids or frozenset() for c in chosen)
+    figures = (c.figures or frozenset() for c in chosen)
+    return Chosen(chosen[0].procedure, frozenset().union(*ids), frozenset().union(*figures))
+
+
+def _found(name: str, procedures: Sequence[Procedure]) -> list[Chosen]:
+    """What one name selects."""
+    low, none = name.lower(), frozenset[str]()
     for p in procedures:
         if low == p.name:
-            return [(p, "whole", "")]
+            return [Chosen(p)]
         for claim in p.ids:
             if low == claim.lower():
-                return [(p, "claim", claim)]
-    figure, equation = _FIGURE.fullmatch(name), _EQUATION.fullmatch(name)
-    number = figure.group(1) if figure else name
-    if equation:
-        return _by_equation(str(equation.group(1) or equation.group(2)), procedures)
-    if figure or low.startswith("table"):
+                return [Chosen(p, frozenset({claim}), none)]
+    figure = _FIGURE.fullmatch(name)
+    if figure or low.startswith(("table", "(")):
+        label = figure[1].lower() if figure else low
         for p in procedures:
-            for each in (*p.figures, *p.diagrams):
-                if number.lower() == each.lower():
-                    return [(p, "figure", each)]
-    found = [(p, "whole", "") for p in procedures if _within(name, p.sections)]
-    if found and not figure:
+            for number in (*p.figures, *p.diagrams):
+                if label == number.lower():
+                    return [Chosen(p, none, frozenset({number}))]
+    equation = _EQUATION.fullmatch(name)
+    if equation:
+        number = equation[1] or equation[2]
+        if number not in EQUATIONS:
+            accepted = "an equation of the thesis: " + ", ".join(f"({n})" for n in EQUATIONS)
+            raise InputError("--only", f"({printable(number)})", accepted)
+        return [chosen for each in EQUATIONS[number] for chosen in _found(each, procedures)]
+    found = [] if figure else [Chosen(p) for p in procedures if _within(name, p.sections)]
+    if found:
         return found
     raise InputError("--only", printable(name), _accepted(procedures))
-
-
-def _by_equation(number: str, procedures: Sequence[Procedure]) -> list[tuple[Procedure, str, str]]:
-    wanted = EQUATIONS.get(number)
-    found = [
-        (p, kind, what)
-        for what in wanted or (f"({number})",)
-        for p in procedures
-        for kind, there in (
-            ("whole", (p.name,)),
-            ("claim", p.ids),
-            ("figure", (*p.figures, *p.diagrams)),
-        )
-        if what in there
-    ]
-    if not found:
-        accepted = "an equation of the thesis: " + ", ".join(f"({n})" for n in EQUATIONS)
-        raise InputError("--only", f"({printable(number)})", accepted)
-    return found
 
 
 def _within(name: str, sections: Sequence[str]) -> bool:

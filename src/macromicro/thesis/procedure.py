@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from macromicro.drawing.exhibit import Drawn
@@ -172,12 +172,12 @@ def needed(channels: tuple[str, ...]) -> dict[str, list[str]]:
 class Procedure(NamedTuple):
     """One laboratory procedure.
 
-    `collect` gives recordings; `claims` and `draw` take what it gave.
+    `collect` gives recordings; `claims` and the functions of `figures` take what it gave.
 
     Examples
     --------
     >>> from macromicro.thesis.procedure import Procedure
-    >>> rest = Procedure("rest", "At rest", (), ("encoder",), (), (), (), 1.0, dict, dict, dict)
+    >>> rest = Procedure("rest", "At rest", (), ("encoder",), (), {}, (), 1.0, dict, list)
     >>> rest.channels
     ('encoder',)
     """
@@ -188,11 +188,11 @@ class Procedure(NamedTuple):
     #: what rigs must measure: fields of `Sample` for the bench, "kiln.encoder" for the kiln
     channels: tuple[str, ...]
     ids: tuple[str, ...]  #: claims that it measures
-    figures: tuple[str, ...]  #: numbers of the figures and tables that `draw` yields
+    #: number of each figure and table, with the function that draws it
+    figures: Mapping[str, Callable[[Any], Drawn]]
     diagrams: tuple[str, ...]  #: numbers of the diagrams that belong to it
     seconds: float  #: rough duration, for the order of work and the progress bar
     collect: Callable[[Lab], Any]
     claims: Callable[[Any], list[Claim]]
-    draw: Callable[[Any], Iterator[Drawn]]
     #: claims that take no recording, for where `collect` fails
     arithmetic: Callable[[], list[Claim]] | None = None

@@ -8,7 +8,6 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from functools import partial
 from typing import Any, NamedTuple
 
 from macromicro.drawing.exhibit import Exhibit, label, rendered
@@ -45,59 +44,29 @@ def run_one(procedure: Procedure, lab: Lab) -> Result:
         claims = procedure.claims(data)
     except Exception as error:
         return failed(procedure, _said(error), traceback.format_exc(), began)
-    done = _drawn(procedure, data, lab.figures)
+    exhibits, notes, traces = _drawn(procedure, data, lab.figures)
+    seconds = time.perf_counter() - began
     return Result(
-        procedure.name,
-        claims,
-        done.exhibits,
-        time.perf_counter() - began,
-        trace="\n".join(done.traces),
-        notes=tuple(done.notes),
+        procedure.name, claims, exhibits, seconds, trace="\n".join(traces), notes=tuple(notes)
     )
 
 
-class _Drawing:
-    """Exhibits as they are drawn; `notes`: failed ones, and `traces`: why."""
-
-    def __init__(self) -> None:
-        self.exhibits: list[Exhibit] = []
-        self.notes: list[str] = []
-        self.traces: list[str] = []
-
-    def missed(self, number: str, error: Exception) -> None:
-        self.notes.append(f"{label(number)} was not drawn: {_said(error)}")
-        self.traces.append("".join(traceback.format_exception(error)))
-
-    def keep(self, number: str, make: Callable[[], Exhibit]) -> None:
-        try:
-            self.exhibits.append(make())
-        except Exception as error:
-            self.missed(number, error)
-
-
-def _drawn(procedure: Procedure, data: Any, kinds: tuple[str, ...]) -> _Drawing:
-    """All exhibits of a procedure that can be drawn.
-
-    They come from one generator in the declared order: when it raises, all later ones are lost.
-    """
-    done = _Drawing()
-    left = list(procedure.figures) or [procedure.name]
-    try:
-        for drawn in procedure.draw(data):
-            done.keep(drawn.number, partial(rendered, drawn, kinds))
-            left = left[1:] or [drawn.number]
-    except Exception as error:
-        done.missed(left[0], error)
-        done.notes += [f"{label(n)} was not drawn: it follows {label(left[0])}" for n in left[1:]]
-    for number in procedure.diagrams:
-        done.keep(number, partial(_diagram, number))
-    return done
-
-
-def _diagram(number: str) -> Exhibit:
+def _drawn(
+    procedure: Procedure, data: Any, kinds: tuple[str, ...]
+) -> tuple[list[Exhibit], list[str], list[str]]:
+    """All exhibits of a procedure in the declared order; a note and a trace of each that fails."""
     from macromicro.thesis import diagrams
 
-    return rendered(diagrams.drawn(number))
+    exhibits, notes, traces = [], [], []
+    for number in (*procedure.figures, *procedure.diagrams):
+        try:
+            draw = procedure.figures.get(number)
+            drawn = diagrams.drawn(number) if draw is None else draw(data)
+            exhibits.append(rendered(number, drawn, kinds))
+        except Exception as error:
+            notes.append(f"{label(number)} was not drawn: {_said(error)}")
+            traces.append("".join(traceback.format_exception(error)))
+    return exhibits, notes, traces
 
 
 def _said(error: BaseException) -> str:
@@ -167,6 +136,7 @@ def _pooled(
     """Each procedure with its result, None where the pool broke before it ended."""
     # A fresh interpreter each: a fork would inherit the compiler's locks and threads.
     context = multiprocessing.get_context("spawn")
+    others = multiprocessing.active_children()
     pool = ProcessPoolExecutor(min(jobs, len(procedures)), context, _quiet)
     try:
         pending: dict[Future[Result], Procedure] = {}
@@ -180,7 +150,9 @@ def _pooled(
             if stopped():
                 for procedure in pending.values():
                     yield procedure, failed(procedure, INTERRUPTED)
-                _kill(pool)
+                for child in multiprocessing.active_children():
+                    if child not in others:
+                        child.terminate()
                 return
             for future in done:
                 yield pending.pop(future), _outcome(future)
@@ -193,12 +165,6 @@ def _outcome(future: Future[Result]) -> Result | None:
         return future.result()
     except BrokenProcessPool:
         return None
-
-
-def _kill(pool: ProcessPoolExecutor) -> None:
-    workers: dict[int, Any] = getattr(pool, "_processes", None) or {}
-    for worker in list(workers.values()):
-        worker.terminate()
 
 
 def _quiet() -> None:

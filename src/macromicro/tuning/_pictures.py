@@ -1,163 +1,86 @@
-"""Figures of a tuning: the run before and after, and the open loops with their margins."""
+"""Figures of a tuning: the run before and after, and the open loops of the linear model."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.design.margins import Complex, crossovers, frequencies, responses
-from macromicro.design.response import smoothed
+from macromicro.drawing.page import PageFigure
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
-from macromicro.models.macro import Linear
-from macromicro.recording import Recording
-from macromicro.runs.sequence import MEAN
-from macromicro.tuning import _measuring, loops
-from macromicro.tuning.tune import Tuning
+from macromicro.machines.loops import Complex, margins
+from macromicro.tuning.search import AFTER, BEFORE, Tuning
+from macromicro.tuning.subject import Bode
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 RESPONSE, BODE = "response", "bode"
-_COLOURS = ((BLUE, "before", "-"), (RED, "after", "--"))
+_STYLES = ((RED, BEFORE, "--"), (BLUE, AFTER, "-"))
 
 
-def drawn(found: Tuning) -> Iterator[tuple[str, Figure]]:
-    if found.plan.request.stage == "macro":
-        yield RESPONSE, _macro(found)
-        if found.margins is not None:
-            yield BODE, _bode(found)
-    else:
-        yield RESPONSE, _micro(found)
+def drawn(found: Tuning) -> Iterator[PageFigure]:
+    caption = "The machine itself, with the gains before and with the best."
+    yield PageFigure(RESPONSE, "Before and after", caption, _response(found))
+    before, after = (found.subject.bodes(v.settings) for v in (found.first, found.best))
+    if before:
+        caption = "Dots: where the gain falls through 1, with the phase margin."
+        yield PageFigure(BODE, "Open loops", caption, _bodes(before, after))
 
 
-def _macro(found: Tuning) -> Figure:
-    figure, axes = new(6.6, 3)
-    runs = [shown.recording for shown in found.bench]
-    until = _calm(runs)
-    rows = slice(0, int(np.searchsorted(runs[0]["t"], until)))
-    t = runs[0]["t"][rows]
-    step = _measuring.STEP
-    for k, (colour, name, style) in enumerate(_COLOURS):
-        x = runs[k]["macro_position"][rows]
-        line(axes[0, 0], t, x, colour, name, linestyle=style)
-        line(axes[1, 0], t, step - x, colour, name, linestyle=style)
-        line(axes[2, 0], t, runs[k]["motor"][rows], colour, name, linestyle=style)
-    axes[0, 0].axhline(step, color=BLACK, linewidth=0.7, linestyle=":", label="reference")
-    for edge in (-0.02 * step, 0.02 * step):
-        axes[1, 0].axhline(edge, color=GREEN, linewidth=0.8, label="2 % band" if edge > 0 else None)
-    axes[1, 0].set_ylim(-0.03 * step, 0.08 * step)
-    finish(axes[0, 0], "(a) Step of the macro-stage on the bench", "", "[counts]", legend=True)
-    finish(axes[1, 0], "(b) Error, close to the target", "", "[counts]", legend=True)
-    finish(axes[2, 0], "(c) Effort at the D/A board, limited", y="[V]")
+def _response(found: Tuning) -> Figure:
+    seed = found.budget.seed
+    runs = [found.subject.panels(v.settings, seed) for v in (found.first, found.best)]
+    figure, axes = new(max(3.4, 2.2 * len(runs[0])), len(runs[0]), sharex=True)
+    for k, ax in enumerate(axes[:, 0]):
+        for (colour, name, style), run in zip(_STYLES, runs, strict=True):
+            line(ax, run[k].t, run[k].y, colour, name, linestyle=style)
+        panel = runs[0][k]
+        if panel.target is not None:
+            longest = max((run[k] for run in runs), key=lambda p: len(p.t))
+            assert longest.target is not None
+            line(ax, *longest.target, BLACK, "set point", linewidth=0.7)
+        if panel.band is not None:
+            for edge in (-panel.band, panel.band):
+                ax.axhline(edge, color=GREEN, linewidth=0.8, linestyle=":")
+        if panel.limits is not None:
+            ax.set_ylim(*panel.limits)
+        x = "time [s]" if ax is axes[-1, 0] else ""
+        finish(ax, panel.title, x, f"[{panel.unit}]", legend=True)
     return figure
 
 
-def _calm(runs: list[Recording]) -> float:
-    """End of the plots [s]: one and a half times the last change of the position."""
-    last = 0.0
-    for run in runs:
-        moved = np.flatnonzero(np.diff(run["macro_position"]))
-        last = max(last, float(run["t"][moved[-1]]) if len(moved) else 0.0)
-    return min(max(1.5 * last, 0.2), float(runs[0]["t"][-1]))
-
-
-def _micro(found: Tuning) -> Figure:
-    figure, axes = new(6.6, 3)
-    for k, (colour, name, style) in enumerate(_COLOURS):
-        run = found.bench[k].recording
-        t, place = run["t"], smoothed(run["laser"], MEAN)
-        line(axes[0, 0], t, 1e-3 * place, colour, name, linestyle=style)
-        error = 1e3 * run["micro_reference"] - place
-        line(axes[1, 0], t, error, colour, name, linestyle=style)
-        line(axes[2, 0], t, run["ctrl"], colour, name, linestyle=style)
-    longest = max((s.recording for s in found.bench), key=len)
-    line(axes[0, 0], longest["t"], longest["micro_reference"], BLACK, "reference", linewidth=0.7)
-    for edge in (-10.0, 10.0):
-        axes[1, 0].axhline(
-            edge, color=GREEN, linewidth=0.8, label="10 um band" if edge > 0 else None
-        )
-    axes[1, 0].set_ylim(-60.0, 60.0)
-    finish(axes[0, 0], "(a) Steps of the micro-stage on the bench, laser", "", "[mm]", legend=True)
-    finish(axes[1, 0], "(b) Error by the laser, close to the target", "", "[um]", legend=True)
-    finish(axes[2, 0], "(c) Effort CTRL", y="[V]")
+def _bodes(before: Sequence[Bode], after: Sequence[Bode]) -> Figure:
+    figure, axes = new(5.6, 2, len(before), sharex="col")
+    for k, pair in enumerate(zip(before, after, strict=True)):
+        _bode(axes[0, k], axes[1, k], pair)
     return figure
 
 
-def _bode(found: Tuning) -> Figure:
-    figure, axes = new(5.6, 2, sharex=True)
-    dt = Linear().dt
-    w = frequencies(dt, 600)
-    marks, sizes = [], []
-    assert found.margins is not None
-    margins, settings = found.margins, (found.plan.start, found.tuned)
-    for k, (colour, name, style) in enumerate(_COLOURS):
-        loop = loops.macro_loop(settings[k].controller)
-        at = responses(*loop, w, dt)
-        phase = np.degrees(np.unwrap(np.angle(at)))
-        phase -= 360.0 * round((phase[0] + 90.0) / 360.0)
-        sizes.append(20.0 * np.log10(np.abs(at)))
-        axes[0, 0].plot(w, sizes[k], colour, label=name, linestyle=style)
-        axes[1, 0].plot(w, phase, colour, linestyle=style)
-        for each in crossovers(*loop, dt):
-            marks.append((each.frequency, each.phase_margin, colour))
-        _mark_gain(axes[0, 0], w, at, margins[k].gain, colour, k)
-    for row, (frequency, margin, colour) in enumerate(sorted(marks)):
-        _mark(axes, frequency, margin, colour, row)
-    lowest = min((frequency for frequency, _, _ in marks), default=1.0)
-    axes[0, 0].axhline(0.0, color=BLACK, linewidth=0.7)
-    axes[1, 0].axhline(-180.0, color=BLACK, linewidth=0.7)
-    for ax in axes.flat:
-        ax.set_xscale("log")
-        ax.set_xlim(lowest / 30.0, w[-1])
-    shown = w > lowest / 30.0
-    every = np.concatenate([size[shown] for size in sizes])
-    axes[0, 0].set_ylim(float(every.min()) - 10.0, max(float(every.max()), 20.0) + 10.0)
-    title = "(a) Open loop with the linear model (4.4): gain, with the gain margins"
-    finish(axes[0, 0], title, "", "[dB]", legend=True)
-    finish(
-        axes[1, 0],
-        "(b) Phase, with the phase margins at the gain crossovers",
-        "frequency [rad/s]",
-        "[deg]",
-    )
-    return figure
+def _bode(gain: Any, phase: Any, pair: Sequence[Bode]) -> None:
+    frequency, loops = pair[0].frequency, [bode.loop for bode in pair]
+    found = [margins(frequency, loop) for loop in loops]
+    for (colour, name, style), loop, margin in zip(_STYLES, loops, found, strict=True):
+        turned = np.degrees(np.unwrap(np.angle(loop)))
+        turned -= 360.0 * round((turned[0] + 90.0) / 360.0)
+        label = f"{name}: phase margin {margin.phase:.1f} deg at {margin.crossover:.3g} Hz"
+        gain.semilogx(frequency, _decibels(loop), colour, linestyle=style, label=name)
+        phase.semilogx(frequency, turned, colour, linestyle=style, label=label)
+        gain.plot([margin.crossover], [0.0], "o", color=colour, markersize=4)
+        phase.plot([margin.crossover], [margin.phase - 180.0], "o", color=colour, markersize=4)
+    lowest = np.nanmin([margin.crossover for margin in found] + [frequency[-1]])
+    shown = frequency >= lowest / 30.0
+    sizes = np.concatenate([_decibels(loop[shown]) for loop in loops])
+    gain.set_xlim(frequency[shown][0], frequency[-1])
+    gain.set_ylim(max(float(sizes.min()), -120.0) - 5.0, float(sizes.max()) + 5.0)
+    gain.axhline(0.0, color=BLACK, linewidth=0.7)
+    phase.axhline(-180.0, color=BLACK, linewidth=0.7)
+    finish(gain, pair[0].title, "", "gain [dB]", legend=True)
+    finish(phase, "Phase", "frequency [Hz]", "[deg]")
+    phase.legend(fontsize=7.5, loc="lower left", frameon=False)
 
 
-def _mark(axes: Any, frequency: float, margin: float, colour: str, row: int) -> None:
-    """A crossover in both panels; the margin as an upright line from -180 deg."""
-    axes[0, 0].plot([frequency], [0.0], "o", color=colour, markersize=4)
-    axes[1, 0].plot(
-        [frequency] * 2, [-180.0, margin - 180.0], color=colour, linewidth=2.0, alpha=0.6
-    )
-    axes[1, 0].annotate(
-        f"{margin:.1f} deg at {frequency:.3g} rad/s",
-        (frequency, -180.0),
-        xytext=(6, 2 - 12 * row) if row else (-6, -10),
-        textcoords="offset points",
-        ha="left" if row else "right",
-        fontsize=7.5,
-        color=colour,
-    )
-
-
-def _mark_gain(ax: Any, w: Array, at: Complex, factor: float, colour: str, row: int) -> None:
-    """The gain margin as an upright line from 0 dB, where the loop is nearest to -1/factor."""
-    if not math.isfinite(factor):
-        return
-    frequency = w[int(np.argmin(np.abs(at + 1.0 / factor)))]
-    ax.plot(
-        [frequency] * 2, [0.0, -20.0 * math.log10(factor)], color=colour, linewidth=2.0, alpha=0.6
-    )
-    ax.annotate(
-        f"{20.0 * math.log10(factor):.1f} dB",
-        (frequency, 0.0),
-        xytext=(0, 6 + 11 * row),
-        textcoords="offset points",
-        fontsize=7.5,
-        color=colour,
-        ha="center",
-    )
+def _decibels(loop: Complex) -> Array:
+    return np.asarray(20.0 * np.log10(np.abs(loop)))

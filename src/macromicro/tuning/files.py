@@ -1,116 +1,126 @@
-"""The folder of a tuning: settings for ``macromicro run --config``, numbers, figures."""
+"""The folder of a tuning: page, settings for ``macromicro run --config``, numbers, figures."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import macromicro
 from macromicro.drawing import files as drawings
+from macromicro.drawing.page import Picture, filled, saved
 from macromicro.runs import folder
 from macromicro.schema import config
 from macromicro.schema.text import plain, printable, write_text
-from macromicro.settings import Settings
-from macromicro.tuning import _pictures, tables
-from macromicro.tuning.tune import Plan, Tuning
+from macromicro.tuning import _pictures, words
+from macromicro.tuning.search import Fresh, Tuning
+from macromicro.tuning.words import Row
 
-SETTINGS, NUMBERS = "tuned.toml", "tuning.json"
-FILES = (SETTINGS, NUMBERS, *drawings.names((_pictures.RESPONSE, _pictures.BODE)))
-_BYTES = 2_000_000
-
-
-def check(out: Path, *, overwrite: bool) -> None:
-    """Refuse a folder that the results cannot go to."""
-    folder.check(out, _BYTES, overwrite=overwrite, names=FILES)
+PAGE, SETTINGS, NUMBERS = "tuning.html", "tuned.toml", "tuning.json"
+FILES = (PAGE, SETTINGS, NUMBERS, *drawings.names((_pictures.RESPONSE, _pictures.BODE)))
+BYTES = 3_000_000
+_TEMPLATE = Path(__file__).parent / "templates" / "tuning.html.j2"
 
 
-def write(out: Path, found: Tuning, kinds: Iterable[str] = drawings.DEFAULT) -> None:
+class Report(NamedTuple):
+    """A tuning with what is told of it."""
+
+    found: Tuning
+    rows: list[Row]
+
+    @property
+    def text(self) -> str:
+        return "\n".join(words.text(self.found, self.rows))
+
+
+def report(found: Tuning) -> Report:
+    margins = [found.subject.margins(version.settings) for version in found.versions]
+    return Report(found, words.rows(found, margins))
+
+
+def write(out: Path, told: Report, kinds: Iterable[str] = drawings.DEFAULT) -> None:
+    """Write everything, all of it or nothing; an earlier tuning there is replaced."""
     with folder.staged(out, remove=FILES) as place:
-        write_text(place / SETTINGS, as_toml(found))
-        write_text(place / NUMBERS, as_json(found))
-        for name, figure in _pictures.drawn(found):
-            drawings.save(figure, place, name, kinds)
+        write_text(place / SETTINGS, as_toml(told.found))
+        write_text(place / NUMBERS, as_json(told))
+        shown = saved(_pictures.drawn(told.found), place, kinds)
+        write_text(place / PAGE, page(told, shown))
 
 
 def as_toml(found: Tuning) -> str:
-    """The tuned law as a file for `macromicro run --config`."""
-    plan, tuned = found.plan, found.tuned
-    ways = "the thesis' route" if plan.request.route == "thesis" else "differential evolution"
+    subject = found.subject
     about = [
-        f"# {plan.request.stage} law {plan.law.name}, tuned by {ways} for {plan.objective.name}",
-        f"# {found.evaluations} {_tried(plan)}, macromicro {macromicro.__version__}",
-        *(f"# {printable(line, 300)}" for line in tables.remarks(found)),
+        f"# {subject.name} of the machine {subject.machine}: {subject.law}, tuned for "
+        f"{found.objective.name}, macromicro {macromicro.__version__}",
+        *(f"# {printable(line, 300)}" for line in words.remarks(found)),
     ]
-    return "\n".join(about) + "\n\n" + config.changed_toml(tuned, Settings(), plan.law.chosen)
+    return "\n".join(about) + "\n\n" + subject.as_toml(found.best.settings)
 
 
-def _tried(plan: Plan) -> str:
-    if plan.request.route == "thesis":
-        return "trials on the thesis' model"
-    return f"evaluations on {plan.engine}, seed {plan.seed}"
-
-
-def as_json(found: Tuning) -> str:
+def as_json(told: Report) -> str:
     """Everything but the recordings."""
-    plan, request = found.plan, found.plan.request
-    record: dict[str, Any] = {
-        "version": macromicro.__version__,
-        "stage": request.stage,
-        "law": plan.law.name,
-        "route": request.route,
-        "objective": {
-            "name": plan.objective.name,
-            "unit": plan.objective.unit,
-            "formula": plan.objective.formula,
-            "penalties": plan.weights,
-        },
-        "engine": plan.engine,
-        "seed": None if request.route == "thesis" else plan.seed,
-        "evaluations": found.evaluations,
-        "search": [k._asdict() for k in plan.law.knobs],
-        "gains": _pairs(tables.gains(found)),
-        "engine_cost": _pair(found.engine_costs),
-        "bench_objective": _pair(found.bench_values),
-        "bench": _pairs(tables.measured(found)),
-        "bench_metrics": _pair([shown.metrics for shown in found.bench]),
-        "better_on_the_bench": found.better,
-        "judged_on": "the bench" if found.held_out is None else "held-out benches",
-        "remarks": list(tables.remarks(found)),
-        "margins": None if found.margins is None else _pair([m._asdict() for m in found.margins]),
-        "ripple_margin": None if found.ripple_margins is None else _pair(found.ripple_margins),
-        "ensemble": _ensemble(found),
-        "passed_over": found.rejected,
-        "history": found.history,
-        "trials": found.trials,
-        "overrides": config.difference(found.tuned, Settings()),
-    }
-    return json.dumps(plain(record, spelled=True), indent=2, allow_nan=False) + "\n"
+    content = plain(_content(told), spelled=True)
+    return json.dumps(content, indent=2, allow_nan=False) + "\n"
 
 
-def _ensemble(found: Tuning) -> dict[str, Any] | None:
-    searched, fresh = found.plan.ensemble, found.plan.held_out
-    if searched is None or fresh is None:
-        return None
+def _content(told: Report) -> dict[str, Any]:
+    found, rows = told
+    subject, objective = found.subject, found.objective
+    weights = {p.name: found.weights.get(p.name, p.weight) for p in objective.penalties}
+    uncertain = subject.uncertain if len(found.amounts) else ()
     return {
-        "aggregate": searched.aggregate,
-        "seed": searched.seed,
-        "ranges": [each._asdict() for each in searched.uncertain],
-        "draws": searched.draws.tolist(),
-        "bench_cost": None if found.robust_costs is None else _pair(found.robust_costs),
-        "held_out": {
-            "draws": fresh.draws.tolist(),
-            "bench_cost": None if found.held_out is None else _pair(found.held_out.costs),
-            "cheaper_on": None if found.held_out is None else found.held_out.cheaper,
+        "version": macromicro.__version__,
+        "machine": subject.machine,
+        "stage": subject.name,
+        "law": subject.law,
+        "objective": {
+            "name": objective.name,
+            "unit": objective.unit,
+            "meaning": objective.meaning,
+            "penalties": weights,
         },
+        "seed": found.budget.seed,
+        "evaluations": found.evaluations,
+        "search": [knob._asdict() for knob in subject.knobs(found.first.settings)],
+        "versions": [version.name for version in found.versions],
+        "best": found.best.name,
+        "better": found.better,
+        "table": [row._asdict() for row in rows],
+        "remarks": list(words.remarks(found)),
+        "machines": {
+            "count": len(found.first.runs),
+            "ranges": [each._asdict() for each in uncertain],
+            "draws": found.amounts.tolist(),
+            "cost": {version.name: version.cost for version in found.versions},
+        },
+        "fresh": None if found.fresh is None else _fresh(found.fresh),
+        "rejected": found.rejected,
+        "history": found.history,
+        "overrides": config.difference(found.best.settings, subject.default),
     }
 
 
-def _pair(values: Any) -> dict[str, Any]:
-    before, after = values
-    return {"before": before, "after": after}
+def _fresh(fresh: Fresh) -> dict[str, Any]:
+    return {
+        "count": len(fresh.amounts),
+        "draws": fresh.amounts.tolist(),
+        "cost": {"before": fresh.costs[0], "after": fresh.costs[1]},
+        "cheaper_on": fresh.cheaper,
+    }
 
 
-def _pairs(lines: list[tables.Line]) -> list[dict[str, Any]]:
-    return [line._asdict() for line in lines]
+def page(told: Report, pictures: Sequence[Picture]) -> str:
+    found = told.found
+    return filled(
+        _TEMPLATE,
+        subject=found.subject,
+        objective=found.objective,
+        remarks=list(words.remarks(found)),
+        versions=[version.name for version in found.versions],
+        groups=[(name, list(rows)) for name, rows in groupby(told.rows, lambda row: row.group)],
+        number=words.number,
+        pictures=pictures,
+        version=macromicro.__version__,
+    )

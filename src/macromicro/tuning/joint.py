@@ -1,4 +1,4 @@
-"""Gains of a machine of several axes: each by itself, then all together, for the path.
+"""A machine of several stages on one clock: each by itself, then all together, for the path.
 
 The distance from the path is the difference of the axes' errors, so equal lag of both axes stays
 on a straight line. So both position gains at the lower of the two are tried as well.
@@ -6,156 +6,132 @@ on a straight line. So both position gains at the lower of the two are tried as 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
 from macromicro import place as places
-from macromicro.arrays import Array
-from macromicro.errors import InputError
 from macromicro.machines import planning as single
+from macromicro.machines import results
 from macromicro.machines.composite import Composite, names
+from macromicro.machines.joint import contour
 from macromicro.machines.planning import Schedule
-from macromicro.machines.trial import trials
+from macromicro.recording import Recording
 from macromicro.schema.par import changed, value_at
-from macromicro.tuning import stage
-from macromicro.tuning.evolution import minimise
-from macromicro.tuning.stage import FAILED, ROUGH, WIDE, Budget, Objective
+from macromicro.tuning.stage import ROUGH, Planned, Stage
+from macromicro.tuning.subject import Bode, Figures, Margin, Objective, Panel, Penalty
 
-SHEETS, ALONE, MATCHED, PAIR = "sheets", "each alone", "matched", "pair"
+MATCHED = "matched"
 POSITION = "controller.position"
 
 
-class Version(NamedTuple):
-    name: str  # one of `SHEETS`, `ALONE`, `MATCHED` and `PAIR`
-    settings: Any  # of the machine
-    found: Any  # how they did
-    cost: float  # um; of the contour, with penalties
+class Joint(Planned):
+    kind: Composite
+    parts: tuple[tuple[str, Stage], ...]
 
+    def __init__(self, machine: Composite, settings: Any, plan: Schedule) -> None:
+        super().__init__(machine, settings, plan)
+        trees = zip(machine.stages, machine.trees(settings), strict=True)
+        self.parts = tuple(
+            (name, Stage(own, tree, single.plan(single.usual(tree), tree)))
+            for (name, own), tree in trees
+        )
+        self.law = ", ".join(dict.fromkeys(part.law for _, part in self.parts))
+        self.paths = tuple(f"{name}.{path}" for name, part in self.parts for path in part.paths)
+        self.objectives = (self._cost(),)
 
-class Tuning(NamedTuple):
-    machine: Composite
-    plan: Schedule  # what it was judged by
-    objective: Objective  # of each axis alone
-    versions: tuple[Version, ...]  # in the order in which they were found
-    knobs: tuple[str, ...]  # gains that were searched
-    evaluations: int  # designs that were tried, of both axes and the pair
-    seed: int  # of the search
+    def objective(self, name: str) -> Objective:
+        """The path's, or that of all errors; the name is for each stage alone."""
+        for _, part in self.parts:
+            part.objective(name)
+        return self.objectives[0]
 
-    @property
-    def best(self) -> Version:
-        return min(self.versions, key=lambda v: v.cost)
+    def _cost(self) -> Objective:
+        own = dict(zip(names(self.kind), self.kind.trees(self.start), strict=True))
+        tolerances = {
+            name: float(tree.arrival.tolerance * places.of(tree).fines)
+            for name, tree in own.items()
+        }
 
-    @property
-    def better(self) -> bool:
-        return self.best.name != SHEETS
+        def errors(found: Figures) -> float:
+            return max(
+                found[f"peak_error_{name}"] / tolerance for name, tolerance in tolerances.items()
+            )
 
+        def contour_error(found: Figures) -> float:
+            return found["rms_contour"]
 
-def cost(machine: Composite, found: Any, settings: Any) -> float:
-    """RMS contour, or where there is no path the largest error in tolerances, with penalties."""
-    if found.fault != 0.0 or found.missed > 0.0:
-        return float(FAILED * (1.0 + found.missed))
-    stages = list(zip(names(machine), machine.trees(settings), strict=True))
-    rough = [100.0 * getattr(found, f"rough_{name}") / own.guard.effort for name, own in stages]
-    penalty = 1.0 + ROUGH * float(np.mean(rough))
-    if machine.has_plane:
-        return float(found.rms_contour * penalty)
-    errors = [
-        getattr(found, f"peak_error_{name}") / (own.arrival.tolerance * places.of(own).fines)
-        for name, own in stages
-    ]
-    return float(max(errors) * penalty)
+        plane = self.kind.has_plane
+        value = contour_error if plane else errors
 
+        def rough(found: Figures, _: Figures) -> float:
+            each = [
+                100.0 * found[f"rough_{name}"] / tree.guard.effort for name, tree in own.items()
+            ]
+            return value(found) * float(np.mean(each))
 
-def fewest(machine: Composite) -> int:
-    """Fewest designs of a search."""
-    return (len(machine.stages) + 1) * stage.LEAST
+        words = "rms change of the effort, %, mean of the stages"
+        penalties = (Penalty("rough", ROUGH, "x the objective", words, rough),)
+        if plane:
+            return Objective("contour", "um", "rms distance from the path", value, penalties)
+        words = "largest distance from the set point in tolerances, of the worst stage"
+        return Objective("errors", "", words, value, penalties)
 
+    def further(self, settings: Any) -> list[tuple[str, Any]]:
+        """All axes with the lowest of their position gains, of a machine with a plane."""
+        trees = self.kind.trees(settings)
+        if not self.kind.has_plane or any(own.law != own._field_defaults["law"] for own in trees):
+            return []
+        lower = min(value_at(own, POSITION) for own in trees)
+        gains = {f"{name}.{POSITION}": lower for name in names(self.kind)}
+        return [(MATCHED, changed(settings, gains))]
 
-def knobs(machine: Composite, settings: Any) -> tuple[str, ...]:
-    return tuple(
-        f"{name}.{path}"
-        for (name, own), tree in zip(machine.stages, machine.trees(settings), strict=True)
-        for path in stage.knobs(own, tree)
-    )
+    def _parts(self, settings: Any) -> Iterator[tuple[str, Stage, Any]]:
+        for (name, part), own in zip(self.parts, self.kind.trees(settings), strict=True):
+            yield name, part, own
 
+    def bodes(self, settings: Any) -> tuple[Bode, ...]:
+        return tuple(
+            bode._replace(title=f"{name}: {bode.title}")
+            for name, part, own in self._parts(settings)
+            for bode in part.bodes(own)
+        )
 
-def matched(machine: Composite, settings: Any) -> Any:
-    """All axes with the lowest of their position gains, of a machine with a plane."""
-    trees = machine.trees(settings)
-    if not machine.has_plane or any(own.law != own._field_defaults["law"] for own in trees):
-        return settings
-    lower = min(value_at(own, POSITION) for own in trees)
-    return changed(settings, {f"{name}.{POSITION}": lower for name in names(machine)})
+    def margins(self, settings: Any) -> tuple[Margin, ...]:
+        return tuple(
+            margin._replace(name=f"{name}.{margin.name}", meaning=f"{name}: {margin.meaning}")
+            for name, part, own in self._parts(settings)
+            for margin in part.margins(own)
+        )
 
+    def doubts(self, settings: Any, found: Figures) -> tuple[str, ...]:
+        return tuple(
+            f"{name}: {text}"
+            for name, part, own in self._parts(settings)
+            for text in part.doubts(own, found)
+        )
 
-def search(
-    machine: Composite,
-    settings: Any,
-    plan: Schedule,
-    objective: Objective,
-    budget: Budget,
-    progress: Callable[[int, float], None] = lambda done, best: None,
-) -> Tuning:
-    """Search an equal share of the designs for each axis on its usual moves, and for all."""
-    least = fewest(machine)
-    if budget.evaluations < least:
-        raise InputError("--evaluations", budget.evaluations, f"{least} or more")
-    share, spent, alone = budget.evaluations // (len(machine.stages) + 1), 0, settings
-    for (name, own), tree in zip(machine.stages, machine.trees(settings), strict=True):
-        moves = single.plan(single.usual(tree), tree)
-
-        def tell(done: int, best: float, before: int = spent) -> None:
-            progress(before + done, best)
-
-        one = Budget(share, budget.seed, 0, 0, budget.workers)
-        found = stage.search(own, tree, moves, objective, one, tell)
-        alone, spent = alone._replace(**{name: found.tuned}), spent + found.evaluations
-    searched = knobs(machine, settings)
-
-    def tried(trees: Sequence[Any]) -> list[Any]:
-        return trials(machine, trees, plan, [budget.seed] * len(trees), budget.workers)
-
-    known = [(SHEETS, settings), (ALONE, alone), (MATCHED, matched(machine, alone))]
-    results = tried([tree for _, tree in known])
-    versions = [
-        Version(name, tree, t, cost(machine, t, settings))
-        for (name, tree), t in zip(known, results, strict=True)
-    ]
-    begin = min(versions, key=lambda v: v.cost).settings
-    start = np.array([value_at(begin, path) for path in searched])
-
-    def on(design: Array) -> Any:
-        gains = [float(f"{g:.{stage.DIGITS}g}") for g in start * WIDE ** (2.0 * design - 1.0)]
-        return changed(begin, dict(zip(searched, gains, strict=True)))
-
-    def costs(designs: Array) -> Array:
-        trees = [on(design) for design in designs]
-        good = [
-            k for k, t in enumerate(trees) if not any(own.together() for own in machine.trees(t))
-        ]
-        found = np.full(len(trees), 2.0 * FAILED)
-        found[good] = [cost(machine, t, settings) for t in tried([trees[k] for k in good])]
+    def panels(self, settings: Any, seed: int) -> list[Panel]:
+        r = self.recorded(settings, seed)
+        if self.kind.has_plane:
+            title = "Distance from the path; dotted: tolerance"
+            off = self._distance(r)
+            return [Panel(title, "um", r["t"], off, 1e6 * settings.path.tolerance)]
+        found = []
+        for name, own in zip(names(self.kind), self.kind.trees(settings), strict=True):
+            fine, error = places.of(own), 1e3 * (r[f"{name}_target"] - r[f"{name}_position"])
+            band = own.arrival.tolerance * fine.fines
+            title = f"{name}: set point minus position; dotted: tolerance"
+            found.append(Panel(title, fine.fine, r["t"], error, band))
         return found
 
-    before = spent
-    pair = minimise(
-        costs,
-        np.full(len(searched), 0.5),
-        share,
-        budget.seed,
-        progress=lambda done, best: progress(before + done, best),
-    )
-    last = on(pair.design)
-    found_last = tried([last])[0]
-    versions.append(Version(PAIR, last, found_last, cost(machine, found_last, settings)))
-    return Tuning(
-        machine,
-        plan,
-        objective,
-        tuple(versions),
-        searched,
-        spent + pair.evaluations,
-        budget.seed,
-    )
+    def _distance(self, r: Recording) -> Any:
+        """Distance from the path, um; NaN where there is none."""
+        found = np.full(len(r), np.nan)
+        for k, trace in enumerate(self.plan.traces):
+            part = results.under_way(r, self.plan, k)
+            if trace.pieces and part.stop > part.start:
+                x, y = (1e-3 * results.known(r[f"{n}_position"][part]) for n in "xy")
+                found[part] = 1e6 * contour.off(trace, x, y).distance
+        return found

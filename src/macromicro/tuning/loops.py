@@ -13,14 +13,13 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.control import stability
 from macromicro.control.settings import Control
-from macromicro.design.margins import Margins, margins
+from macromicro.design.margins import Complex, Margins, frequencies, margins, responses
 from macromicro.design.response import smoothed
 from macromicro.models.macro import Linear
 from macromicro.runs.programmed import on_twin
 from macromicro.runs.sequence import BAND_UM, MEAN, micro_steps
 from macromicro.settings import Settings
-from macromicro.tuning import _laws
-from macromicro.tuning._laws import Law
+from macromicro.tuning.gains import Law
 
 _LEVEL, _HOLD, _LATE = 2e-3, 8.0, 4.0  # m, s, s
 MOST = 64.0
@@ -39,6 +38,13 @@ def macro_margins(control: Control) -> Margins:
     return margins(*macro_loop(control), Linear().dt)
 
 
+def macro_response(control: Control, count: int = 600) -> tuple[Array, Complex]:
+    """Frequencies [Hz] and the open loop there."""
+    dt = Linear().dt
+    turned = frequencies(dt, count)
+    return turned / (2.0 * math.pi), responses(*macro_loop(control), turned, dt)
+
+
 def ripple(settings: Settings, seed: int = 0) -> float:
     recording = on_twin(micro_steps([_LEVEL], _HOLD), settings, seed)
     if not recording.attributes.get("finished", 1):
@@ -55,21 +61,16 @@ def holds(settings: Settings, law: Law, seed: int = 0) -> bool:
     return ripple_margin(settings, law, seed, LEAST) >= LEAST
 
 
-def _quiet(settings: Settings, law: Law, gains: Array, seed: int) -> bool:
-    control = _laws.with_gains(settings.controller, law, gains)
-    return ripple(settings._replace(controller=control), seed) <= BAND_UM
-
-
 def ripple_margin(settings: Settings, law: Law, seed: int = 0, most: float = MOST) -> float:
     """Largest factor on all gains of a micro law whose hold stays within the 10 um band.
 
     It is measured on the bench, in steps of a quarter of an octave.
     """
-    gains = _laws.gains_of(settings.controller, law)
     quiet = math.nan
     for k in range(round(math.log2(most)) * _PER_DOUBLING + 1):
         factor = 2.0 ** (k / _PER_DOUBLING)
-        if not _quiet(settings, law, factor * gains, seed):
+        control = law.scaled(settings.controller, factor)
+        if not ripple(settings._replace(controller=control), seed) <= BAND_UM:
             break
         quiet = factor
     return quiet

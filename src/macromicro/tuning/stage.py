@@ -1,25 +1,38 @@
-"""Gains of a machine of one stage by search, on the machine of its sheets or on several."""
+"""A machine of one stage: the gains of its law on its moves.
+
+Beside any objective there are two penalties: a share of it for each tolerance of overshoot, and
+for each percent of the effort's limit that the effort changes by, rms, from period to period.
+"""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import Any
 
 from macromicro import place as places
-from macromicro.arrays import Array
-from macromicro.errors import InputError, ProblemError
-from macromicro.machines.machine import Machine
-from macromicro.machines.sequence import Plan
+from macromicro.batch.stage_job import metrics
+from macromicro.errors import ProblemError
+from macromicro.machines import loops, runs
+from macromicro.machines.composite import AnyMachine
+from macromicro.machines.loops import Complex
+from macromicro.machines.machine import KEY, Machine
 from macromicro.machines.tree import gains_set
-from macromicro.machines.trial import Trial, trials
-from macromicro.place import LENGTH, Place
-from macromicro.robustness import stage as machines
-from macromicro.schema.keys import nearest
-from macromicro.schema.par import changed, entries, replaced, value_at
-from macromicro.tuning.evolution import minimise
+from macromicro.machines.trial import trial
+from macromicro.recording import Recording
+from macromicro.robustness import stage as robustness
+from macromicro.schema import config
+from macromicro.schema.par import changed, entries, value_at
+from macromicro.tuning.subject import (
+    Bode,
+    Figures,
+    Knob,
+    Margin,
+    Objective,
+    Panel,
+    Penalty,
+    Subject,
+)
+from macromicro.uncertainty.table import Uncertain
 
 # Gains that are searched, by law.
 KNOBS = {
@@ -32,80 +45,55 @@ KNOBS = {
     "integral": ("controller.integral", "controller.drift", "controller.ahead_velocity"),
     "pi": ("controller.kp", "controller.ki", "controller.ahead_velocity"),
 }
+LINEAR: dict[str, Callable[..., Complex]] = {
+    "cascade": loops.law,
+    "pi": loops.pi,
+}  # laws with a linear model
 WIDE = 4.0  # a gain is searched from a fourth of its value to four times as much
-FAILED = 1e6
 DIGITS = 4  # of a gain, as it is tried, shown and written
-LEAST = 10  # designs of a search
+OVERSHOOT, ROUGH = 0.5, 0.2  # weights
+_SLOWEST = 1e-4  # of the highest frequency of a Bode plot
 
 
-class Objective(NamedTuple):
-    name: str  # as the option names it
-    meaning: str  # for people
-    unit: str  # of its value
-    value: Callable[[Trial, float], float]  # of a run, and the tolerance, in um or mdeg
+def objectives(settings: Any, place: places.Place) -> tuple[Objective, ...]:
+    tolerance = float(settings.arrival.tolerance * place.fines)
+    effort = float(settings.guard.effort)
+
+    def objective(
+        name: str, unit: str, meaning: str, value: Callable[[Figures], float]
+    ) -> Objective:
+        def over(found: Figures, _: Figures) -> float:
+            return value(found) * found["overshoot"] / tolerance
+
+        def rough(found: Figures, _: Figures) -> float:
+            return value(found) * 100.0 * found["rough"] / effort
+
+        penalties = (
+            Penalty("overshoot", OVERSHOOT, "x the objective", "overshoot in tolerances", over),
+            Penalty("rough", ROUGH, "x the objective", "rms change of the effort, %", rough),
+        )
+        return Objective(name, unit, meaning, value, penalties)
+
+    return (
+        objective(
+            "settling",
+            "s",
+            "mean time from the end of a profile to the arrival, and 1 ms for each tolerance of "
+            "rms error on the way",
+            lambda t: t["mean_settling"] + 1e-3 * t["rms_error"] / tolerance,
+        ),
+        objective(
+            "error",
+            place.fine,
+            "rms distance from the set point on the way",
+            lambda t: t["rms_error"],
+        ),
+        objective("rest", place.fine, "largest true error at rest", lambda t: t["true_error"]),
+    )
 
 
-OBJECTIVES = (
-    Objective(
-        "settling",
-        "mean time from the end of a profile to the arrival, and 1 ms for each tolerance of rms "
-        "error on the way",
-        "s",
-        lambda t, tolerance: t.mean_settling + 1e-3 * t.rms_error / tolerance,
-    ),
-    Objective(
-        "error", "rms distance from the set point on the way", "um", lambda t, _: t.rms_error
-    ),
-    Objective("rest", "largest true error at rest", "um", lambda t, _: t.true_error),
-)
-# Beside any objective: a share of it for each tolerance of overshoot, and for each percent of the
-# limit that the effort changes by, rms, from period to period.
-OVERSHOOT, ROUGH = 0.5, 0.2
-
-
-class Budget(NamedTuple):
-    """The extent of a search, and its machines."""
-
-    evaluations: int = 300  # at most so many designs
-    seed: int = 0  # of search, draw and noise
-    # machines that differ from the sheets to search on beside the nominal one; the worst counts
-    others: int = 0
-    fresh: int = 0  # further ones to judge by
-    workers: int = 1  # threads
-    # machines to search on as well, as settings; their gains do not count
-    named: Sequence[Any] = ()
-    # whether a design may be taken, from the nominal machine's settings with its gains
-    allowed: Callable[[Any], bool] = lambda settings: True
-
-
-class Tuning(NamedTuple):
-    machine: Machine
-    # start, tuned: settings before and after
-    start: Any
-    tuned: Any
-    plan: Plan  # the moves that it was judged by
-    objective: Objective  # what was minimised
-    # before, after: on the machines that were searched on, the nominal one first
-    before: list[Trial]
-    after: list[Trial]
-    costs: tuple[float, float]  # of both: the objective with its penalties, of the worst machine
-    evaluations: int  # designs that were tried
-    fresh: tuple[list[Trial], list[Trial]]  # before and after on fresh machines; empty without any
-    seed: int  # of the search
-
-    @property
-    def better(self) -> bool:
-        return self.costs[1] < self.costs[0]
-
-
-def named(name: str, place: Place = LENGTH) -> Objective:
-    for each in OBJECTIVES:
-        if each.name == name:
-            return each._replace(unit=place.named(each.unit))
-    raise InputError("--objective", name, nearest(name, [o.name for o in OBJECTIVES]))
-
-
-def knobs(machine: Machine, settings: Any) -> tuple[str, ...]:
+def searched(machine: Machine, settings: Any) -> tuple[str, ...]:
+    """Paths of the gains that are searched."""
     if machine.law.name in KNOBS:
         return KNOBS[machine.law.name]
     which = gains_set(settings)
@@ -119,92 +107,105 @@ def knobs(machine: Machine, settings: Any) -> tuple[str, ...]:
     return found
 
 
-def cost(objective: Objective, found: Trial, settings: Any) -> float:
-    if found.fault != 0.0 or found.missed > 0.0:
-        return FAILED * (1.0 + found.missed)
-    return sum(value for _, value in terms(objective, found, settings))
+class Planned(Subject):
+    """A machine of one stage or of several with the moves that it is judged by."""
+
+    def __init__(self, machine: AnyMachine, settings: Any, plan: Any) -> None:
+        self.kind, self.start, self.plan = machine, settings, plan
+        self.name = self.machine = machine.name
+        self.default, self.metrics = machine.settings, metrics(machine)
+
+    def knobs(self, settings: Any) -> tuple[Knob, ...]:
+        units = {e.path: e.par.unit for e in entries(settings)}
+        values = [(path, float(value_at(settings, path))) for path in self.paths]
+        return tuple(Knob(p, units[p], v / WIDE, v * WIDE, v) for p, v in values)
+
+    def applied(self, settings: Any, values: Sequence[float]) -> Any:
+        gains = [float(f"{value:.{DIGITS}g}") for value in values]
+        return changed(settings, dict(zip(self.paths, gains, strict=True)))
+
+    def prepare(self) -> None:
+        runs.compile_machine(self.kind, self.start, self.plan)
+
+    def run(self, settings: Any, seed: int) -> Figures:
+        found: dict[str, float] = trial(self.kind, settings, self.plan, seed)._asdict()
+        return found
+
+    def recorded(self, settings: Any, seed: int) -> Recording:
+        return runs.record(self.kind, settings, self.plan, seed=seed, warn=False).recording
+
+    @property
+    def uncertain(self) -> tuple[Uncertain, ...]:
+        return robustness.uncertain(self.kind, self.start)
+
+    def under(self, settings: Any, other: Any) -> Any:
+        return robustness.kept(self.kind, settings, other)
+
+    def allowed(self, settings: Any) -> bool:
+        return not any(own.together() for own in self.kind.trees(settings))
+
+    def as_toml(self, settings: Any) -> str:
+        body = config.changed_toml(settings, self.default, self.paths)
+        return f"{KEY} = {self.kind.written}\n{body}"
 
 
-def terms(objective: Objective, found: Trial, settings: Any) -> list[tuple[str, float]]:
-    tolerance = settings.arrival.tolerance * places.of(settings).fines
-    value = float(objective.value(found, tolerance))
-    over = found.overshoot / tolerance
-    rough = 100.0 * found.rough / settings.guard.effort
-    return [
-        (objective.name, value),
-        ("penalty for overshoot", value * OVERSHOOT * over),
-        ("penalty for a rough effort", value * ROUGH * rough),
-    ]
+class Stage(Planned):
+    """`check` refuses gains before they are tried, beside the rules of the settings."""
 
+    kind: Machine
 
-def search(
-    machine: Machine,
-    settings: Any,
-    plan: Plan,
-    objective: Objective,
-    budget: Budget,
-    progress: Callable[[int, float], None] = lambda done, best: None,
-) -> Tuning:
-    evaluations, seed, others, fresh, workers, named, allowed = budget
-    rows = machines.uncertain(machine, settings) if others or fresh else ()
-    drawn = machines.machines(machine, settings, rows, others, seed)[1] if others else []
-    bodies = [settings, *drawn, *named]
-    searched = knobs(machine, settings)
-    start = np.array([value_at(settings, path) for path in searched])
-    middle = np.full(len(searched), 0.5)  # the start itself, to its last digit
+    def __init__(
+        self,
+        machine: Machine,
+        settings: Any,
+        plan: Any,
+        check: Callable[[Any], bool] = lambda settings: True,
+    ) -> None:
+        super().__init__(machine, settings, plan)
+        self.check, self.law, self.place = check, machine.law.name, machine.kind.place
+        self.paths = searched(machine, settings)
+        self.objectives = objectives(settings, self.place)
 
-    def gains(design: Array) -> Array:
-        return start * WIDE ** (2.0 * design - 1.0)
+    def allowed(self, settings: Any) -> bool:
+        return super().allowed(settings) and self.check(settings)
 
-    def on(design: Array, tree: Any) -> Any:
-        if (design == middle).all():
-            return tree
-        rounded = [float(f"{value:.{DIGITS}g}") for value in gains(design)]
-        values = dict(zip(searched, rounded, strict=True))
-        if tree is settings:  # what follows from the gains follows, as in the file that is written
-            return changed(tree, values)
-        for path, value in values.items():
-            tree = replaced(tree, path, value)
-        return tree
+    def panels(self, settings: Any, seed: int) -> list[Panel]:
+        r = self.recorded(settings, seed)
+        error = (r["target"] - r["position"]) * 1e3
+        band = self.start.arrival.tolerance * self.place.fines
+        return [
+            Panel(
+                "Set point minus position; dotted: tolerance", self.place.fine, r["t"], error, band
+            ),
+            Panel("Effort at the D/A", "V", r["t"], r["effort"]),
+        ]
 
-    def tried(design: Array, trees: Sequence[Any]) -> list[Trial]:
-        made = [on(design, tree) for tree in trees]
-        seeds = [seed + k for k in range(len(made))]
-        return trials(machine, made, plan, seeds, workers)
+    def bodes(self, settings: Any) -> tuple[Bode, ...]:
+        law = LINEAR.get(self.law)
+        if law is None or self.kind.model is None:
+            return ()
+        dt = settings.timing.period
+        frequency = loops.grid(dt, _SLOWEST * 0.5 / dt)
+        loop = self.kind.model(settings, frequency) * law(settings.controller, frequency, dt)
+        return (Bode(frequency, loop, "Open loop, linear model"),)
 
-    def worst(found: Sequence[Trial]) -> float:
-        each = [cost(objective, t, settings) for t in found]
-        return FAILED if any(map(math.isnan, each)) else max(each)
-
-    def costs(designs: Array) -> Array:
-        return np.array(
-            [2.0 * FAILED if refused(on(d, settings)) else worst(tried(d, bodies)) for d in designs]
+    def margins(self, settings: Any) -> tuple[Margin, ...]:
+        bodes = self.bodes(settings)
+        if not bodes:
+            return ()
+        found = loops.margins(bodes[0].frequency, bodes[0].loop)
+        return (
+            Margin("crossover", "crossover", found.crossover, "Hz"),
+            Margin("phase", "phase margin", found.phase, "deg"),
+            Margin("gain", "gain margin (factor)", found.gain, ""),
+            Margin("modulus", "modulus margin", found.modulus, ""),
         )
 
-    def refused(tree: Any) -> bool:
-        return bool(tree.together()) or not allowed(tree)
-
-    found = minimise(costs, middle, evaluations, seed, progress=progress)
-    before, after = tried(middle, bodies), tried(found.design, bodies)
-    paid = worst(before), worst(after)
-    design = found.design if paid[1] < paid[0] else middle
-    if design is middle:
-        after, paid = before, (paid[0], paid[0])
-    judged: tuple[list[Trial], list[Trial]] = ([], [])
-    if fresh:
-        new_ones = machines.machines(machine, settings, rows, fresh, seed + 1)[1]
-        judged = tried(middle, new_ones), tried(design, new_ones)
-    tuned = on(design, settings)
-    return Tuning(
-        machine,
-        settings,
-        tuned,
-        plan,
-        objective,
-        before,
-        after,
-        paid,
-        found.evaluations,
-        judged,
-        seed,
-    )
+    def doubts(self, settings: Any, found: Figures) -> tuple[str, ...]:
+        modulus = [m.value for m in self.margins(settings) if m.name == "modulus"]
+        if not modulus or modulus[0] >= loops.MODULUS:
+            return ()
+        return (
+            f"The modulus margin {modulus[0]:.2g} is below {loops.MODULUS:g}: a machine that "
+            "differs a little may oscillate. --robust searches on machines that differ.",
+        )

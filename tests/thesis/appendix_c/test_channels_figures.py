@@ -10,7 +10,8 @@ from macromicro.types import Outputs, Sample
 
 
 def test_tables_are_complete() -> None:
-    rig, signals = (d.body for d in PROCEDURE.draw(PROCEDURE.collect(Lab())))
+    data = PROCEDURE.collect(Lab())
+    rig, signals = (draw(data).body for draw in PROCEDURE.figures.values())
     assert isinstance(rig, Grid) and isinstance(signals, Grid)
     assert [row[0] for row in rig.rows] == [*Sample._fields[1:], *Outputs._fields]
     assert [row[0] for row in signals.rows] == [c.name for c in COLUMNS]

@@ -11,7 +11,8 @@ from macromicro.thesis.procedure import Lab
 
 @pytest.fixture(scope="module")
 def shown() -> dict[str, Drawn]:
-    return {d.number: d for d in PROCEDURE.draw(PROCEDURE.collect(Lab()))}
+    data = PROCEDURE.collect(Lab())
+    return {n: draw(data) for n, draw in PROCEDURE.figures.items()}
 
 
 def test_captions_tell_bench_from_textbook(shown: dict[str, Drawn]) -> None:
@@ -21,7 +22,7 @@ def test_captions_tell_bench_from_textbook(shown: dict[str, Drawn]) -> None:
 
 
 def test_equations_exhibit_has_a_name(shown: dict[str, Drawn]) -> None:
-    made = rendered(shown["(2.1)"])
+    made = rendered("(2.1)", shown["(2.1)"])
     assert (made.label, made.name) == ("Equation (2.1)", "equation-2-1")
 
 

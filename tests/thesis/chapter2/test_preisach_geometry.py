@@ -10,7 +10,7 @@ from macromicro.thesis.procedure import Lab
 
 def test_captions_say_the_models_output() -> None:
     data = PROCEDURE.collect(Lab())
-    shown = {d.number: d for d in PROCEDURE.draw(data)}
+    shown = {n: draw(data) for n, draw in PROCEDURE.figures.items()}
     for k, number in enumerate(("2.12", "2.13", "2.14", "2.15", "2.16")):
         assert f"f = {data.stages[k].f:.4f} at u{k} = {data.stages[k].u:g}" in shown[number].caption
     q = data.trapezoids[1]
@@ -21,7 +21,7 @@ def test_captions_say_the_models_output() -> None:
 def test_waterfall_ends_at_the_output() -> None:
     """Figure 2.17 (b)."""
     data = PROCEDURE.collect(Lab())
-    bars = {d.number: d for d in PROCEDURE.draw(data)}["2.17"].body.axes[1].patches
+    bars = PROCEDURE.figures["2.17"](data).body.axes[1].patches
     top = bars[-1].get_y() + bars[-1].get_height()
     assert top == pytest.approx(data.stages[-1].f)
     assert len(bars) == 1 + len(data.trapezoids)

@@ -10,7 +10,7 @@ from macromicro.thesis.procedure import Lab
 
 def test_figure_shows_every_run_and_the_table() -> None:
     data = PROCEDURE.collect(Lab())
-    (drawn,) = PROCEDURE.draw(data)
+    drawn = PROCEDURE.figures["3.9"](data)
     whole, near = drawn.body.axes
     labels = [line.get_label() for line in whole.lines]
     assert {"runs up", "runs down", "averaged"} <= set(labels)

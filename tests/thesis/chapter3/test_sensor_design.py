@@ -12,7 +12,8 @@ from macromicro.thesis.procedure import Lab
 
 @pytest.fixture(scope="module")
 def shown() -> dict[str, Drawn]:
-    return {d.number: d for d in PROCEDURE.draw(PROCEDURE.collect(Lab()))}
+    data = PROCEDURE.collect(Lab())
+    return {n: draw(data) for n, draw in PROCEDURE.figures.items()}
 
 
 def test_magnet_table(shown: dict[str, Drawn]) -> None:

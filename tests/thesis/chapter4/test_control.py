@@ -11,7 +11,7 @@ from tests.thesis.ended import collected
 from macromicro.design import steps
 from macromicro.thesis.chapter4 import _control_claims, _control_runs, control
 from macromicro.thesis.chapter4._control_runs import TRAVEL, MacroData
-from macromicro.tuning.thesis import STEP
+from macromicro.thesis.chapter4.pd_route import STEP
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +23,8 @@ def data() -> MacroData:
 @pytest.fixture(scope="module")
 def figures(data: MacroData) -> dict[str, list[Any]]:
     """Axes by the figure's number."""
-    return {d.number: cast(Any, d.body).axes for d in control.draw(data)}
+    figures = control.PROCEDURE.figures.items()
+    return {n: cast(Any, draw(data).body).axes for n, draw in figures}
 
 
 def curve(ax: Any, label: str) -> tuple[np.ndarray, np.ndarray]:

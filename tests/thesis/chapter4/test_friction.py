@@ -22,7 +22,8 @@ def data() -> FrictionData:
 @pytest.fixture(scope="module")
 def figures(data: FrictionData) -> dict[str, list[Any]]:
     """Axes by the figure's number."""
-    return {d.number: cast(Any, d.body).axes for d in friction.draw(data)}
+    figures = friction.PROCEDURE.figures.items()
+    return {n: cast(Any, draw(data).body).axes for n, draw in figures}
 
 
 def test_coulomb_model_and_dots(data: FrictionData, figures: dict[str, list[Any]]) -> None:

@@ -24,7 +24,8 @@ def data() -> IdentificationData:
 @pytest.fixture(scope="module")
 def figures(data: IdentificationData) -> dict[str, list[Any]]:
     """Axes by the figure's number."""
-    return {d.number: cast(Any, d.body).axes for d in identification.draw(data)}
+    figures = identification.PROCEDURE.figures.items()
+    return {n: cast(Any, draw(data).body).axes for n, draw in figures}
 
 
 def test_step_of_one_volt(data: IdentificationData, figures: dict[str, list[Any]]) -> None:

@@ -24,7 +24,7 @@ def test_table_is_that_of_the_kilns_own_procedure(models: Models, kiln_runs: Kil
 
 @pytest.fixture(scope="module")
 def shown(models: Models) -> dict[str, Drawn]:
-    return {d.number: d for d in PROCEDURE.draw(models)}
+    return {n: draw(models) for n, draw in PROCEDURE.figures.items()}
 
 
 def axes(drawn: Drawn) -> list[Any]:

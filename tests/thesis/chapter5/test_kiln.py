@@ -15,7 +15,7 @@ from macromicro.thesis.chapter5.kiln import PROCEDURE, first_cycle
 
 @pytest.fixture(scope="module")
 def shown(kiln_runs: KilnRuns) -> dict[str, Drawn]:
-    return {d.number: d for d in PROCEDURE.draw(kiln_runs)}
+    return {n: draw(kiln_runs) for n, draw in PROCEDURE.figures.items()}
 
 
 def axes(drawn: Drawn) -> list[Any]:

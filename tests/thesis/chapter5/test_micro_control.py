@@ -23,7 +23,7 @@ def runs() -> MicroRuns:
 
 @pytest.fixture(scope="module")
 def drawn(runs: MicroRuns) -> dict[str, Drawn]:
-    return {d.number: d for d in PROCEDURE.draw(runs)}
+    return {n: draw(runs) for n, draw in PROCEDURE.figures.items()}
 
 
 def axes_of(drawn: Drawn) -> list[Any]:

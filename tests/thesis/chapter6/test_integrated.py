@@ -25,7 +25,7 @@ def runs() -> IntegratedRuns:
 
 @pytest.fixture(scope="module")
 def drawn(runs: IntegratedRuns) -> dict[str, Drawn]:
-    return {d.number: d for d in PROCEDURE.draw(runs)}
+    return {n: draw(runs) for n, draw in PROCEDURE.figures.items()}
 
 
 def axes_of(drawn: Drawn) -> list[Any]:
@@ -128,7 +128,7 @@ def test_a_rig_without_truth_has_the_figure_without_it(
 ) -> None:
     hidden = {c.name: None for c in runs.warm.columns if c.name.startswith("true_")}
     bare = changed(runs.warm, **hidden)
-    right = axes_of(cycling("6.4", runs._replace(warm=bare), bare, "I3"))[-1]
+    right = axes_of(cycling(runs._replace(warm=bare), bare, "I3"))[-1]
     assert not any("truth" in label for label in labels(right))
     assert any("truth" in label for label in labels(axes_of(drawn["6.4"])[-1]))
 

@@ -20,7 +20,7 @@ def runs() -> LaserRuns:
 
 @pytest.fixture(scope="module")
 def axes(runs: LaserRuns) -> list[Any]:
-    (drawn,) = PROCEDURE.draw(runs)
+    drawn = PROCEDURE.figures["6.6"](runs)
     assert not isinstance(drawn.body, str | tuple)
     return list(drawn.body.axes)
 

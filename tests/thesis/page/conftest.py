@@ -40,7 +40,9 @@ def reproduced() -> Reproduced:
     made = first._replace(name="made", title=HOSTILE, sections=("9.1",), ids=("X1", "X2"))
     lost = first._replace(name="lost", title="Lost", sections=("9.2",), ids=("Y1", "Y2"))
     shown = [
-        rendered(diagrams.drawn(number))._replace(claims=("X2", "elsewhere"), caption=HOSTILE)
+        rendered(
+            number, diagrams.drawn(number)._replace(claims=("X2", "elsewhere"), caption=HOSTILE)
+        )
         for number in ("4.3", "4.3", "4.19")
     ]
     results.append(Result("made", _MADE, shown, 0.1))

@@ -40,7 +40,7 @@ class Order(NamedTuple):
     """The host's last command, and the lines."""
 
     holds: Annotated[bool, Meaning("whether the board closes the loop")]
-    macro_reference: Annotated[float, Meaning("set point for that", "counts")]
+    macro_reference: Annotated[float, Meaning("set point for that", "count")]
     micro_reference: Annotated[float, Meaning("", "m")]
     macro_active: Annotated[bool, Meaning("which stage is under control")]
     micro_active: Annotated[bool, Meaning("which stage is under control")]
@@ -56,9 +56,9 @@ class Effort(NamedTuple):
     """Memories of the laws, and a latched fault."""
 
     reference: Annotated[
-        float, Meaning("set point of the macro-stage in the last period, counts; NaN: none")
+        float, Meaning("set point of the macro-stage in the last period; NaN: none", "count")
     ]
-    error: Annotated[float, Meaning("its last error", "counts")]
+    error: Annotated[float, Meaning("its last error", "count")]
     integral: Annotated[float, Meaning("integral effort of the micro-stage", "V")]
     motor: Annotated[float, Meaning("last effort of the motor", "V")]
     fault: Annotated[int, Meaning("ILLEGAL, or one of the board alone; 0 is none")]
@@ -92,7 +92,7 @@ def shortened(table: Calibration) -> Calibration:
 def drive(
     p: Board,
     s: Effort,
-    encoder: Annotated[float, Meaning("count", "counts")],
+    encoder: Annotated[float, Meaning("count", "count")],
     hall: Annotated[float, Meaning("NaN: no value", "V")],
     order: Order,
     dt: float,

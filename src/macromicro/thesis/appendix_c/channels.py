@@ -6,7 +6,6 @@ The way into the recording is traced: a marked period is written with the loop's
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -178,7 +177,7 @@ def claims(data: Wiring) -> list[Claim]:
     return []
 
 
-def draw(data: Wiring) -> Iterator[Drawn]:
+def _channels(data: Wiring) -> Drawn:
     rows: list[tuple[str, ...]] = [
         (
             c.name,
@@ -192,8 +191,7 @@ def draw(data: Wiring) -> Iterator[Drawn]:
         )
         for c in data.channels
     ]
-    yield Drawn(
-        "Table C.1",
+    return Drawn(
         "Channels of the rig",
         "The electrical schematic as data: every input and output with its converter's settings, "
         "the value at which an output is safe, and its column in the recording. "
@@ -203,13 +201,15 @@ def draw(data: Wiring) -> Iterator[Drawn]:
             rows,
         ),
     )
+
+
+def _signals(data: Wiring) -> Drawn:
     sources = {w.column.name: f"{w.part}: {w.field}{_times(w)}" for w in data.ways}
     columns: list[tuple[str, ...]] = [
         (c.name, c.unit, c.meaning, sources.get(c.name, "state of controller or guard"))
         for c in COLUMNS
     ]
-    yield Drawn(
-        "Table C.2",
+    return Drawn(
         "Signals of a recording",
         "Where each column comes from; bench truth is known to the virtual bench only.",
         Grid(("column", "unit", "meaning", "source"), columns),
@@ -227,10 +227,12 @@ PROCEDURE = Procedure(
     sections=("3.3", "Appendix C"),
     channels=(),
     ids=measured_by("channels"),
-    figures=("Table C.1", "Table C.2"),
+    figures={
+        "Table C.1": _channels,
+        "Table C.2": _signals,
+    },
     diagrams=("3.1", "3.5"),
     seconds=0.1,
     collect=collect,
     claims=claims,
-    draw=draw,
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,18 +27,6 @@ def collect(lab: Lab) -> CycleData:
     return cycle_runs.collect(lab.cycle(), lab.seed)
 
 
-def draw(data: CycleData) -> Iterator[Drawn]:
-    runs = Cycles(*np.stack([cycle_runs.measured(c) for c in data.counts], axis=1))
-    yield _time("D.9", "Rise time tau1", "from the step to 149 counts", runs.tau1, "A1")
-    yield _rise(runs)
-    yield _time("D.11", "Fall time", "from 150 counts to 0", runs.fall, "A3")
-    yield _total(runs, data.room)
-    both = shares(data.counts)
-    n = cycle_runs.WINDOW
-    yield _share("D.13", f"first {n}", "from reaching 150 counts on", 0, both)
-    yield _share("D.14", f"last {n}", "before the output drops", 1, both)
-
-
 def shares(counts: Array) -> tuple[Array, Array]:
     """Mean share [%] of samples at each of `LEVELS` in both windows; shape (levels, cycles)."""
     cycles = counts.reshape(len(counts), -1, round(PERIOD_S / cycle_runs.DT))
@@ -49,6 +37,10 @@ def shares(counts: Array) -> tuple[Array, Array]:
     return mean[..., 0], mean[..., 1]
 
 
+def _measured(data: CycleData) -> Cycles:
+    return Cycles(*np.stack([cycle_runs.measured(c) for c in data.counts], axis=1))
+
+
 def _light(ax: Axes, values: Array) -> None:
     cycle = np.arange(1, values.shape[1] + 1)
     ax.plot(cycle, values.T, color="0.75", linewidth=0.7)
@@ -56,14 +48,14 @@ def _light(ax: Axes, values: Array) -> None:
     ax.plot(cycle, values.mean(axis=0), color=BLUE, linewidth=2.2, label="mean")
 
 
-def _time(number: str, name: str, meaning: str, values: Array, claim: str) -> Drawn:
+def _time(column: str, name: str, meaning: str, claim: str, data: CycleData) -> Drawn:
+    values = getattr(_measured(data), column)
     figure, axes = new(3.4, 1)
     ax = axes[0, 0]
     _light(ax, values)
     _printed(ax, printed(claim))
     finish(ax, "", "cycle", f"{name.lower()} [s]", legend=True)
     return Drawn(
-        number,
         f"{name} over the cycles",
         f"Time {meaning}, {len(values)} runs with half an hour of rest between them. It settles "
         f"at {_cycle_claims.settled(values.mean(axis=0)):.3f} s (mean of the last ten cycles); "
@@ -77,8 +69,9 @@ def _printed(ax: Axes, value: float) -> None:
     ax.axhline(value, color=ORANGE, linestyle="--", linewidth=1.2, label="thesis")
 
 
-def _rise(runs: Cycles) -> Drawn:
+def _rise(data: CycleData) -> Drawn:
     """Figure D.10, and the excess of tau1 over tau2."""
+    runs = _measured(data)
     figure, axes = new(3.4, 1, 2)
     rise, delay = axes[0]
     _light(rise, runs.tau2)
@@ -88,7 +81,6 @@ def _rise(runs: Cycles) -> Drawn:
     delay.set_ylim(bottom=0.0)
     finish(delay, "(b) delay", "cycle", "tau1 - tau2 [ms]")
     return Drawn(
-        "D.10",
         "Rise time tau2 over the cycles",
         "(a) Time from the last sample at 0 counts to 149 counts. It settles at "
         f"{_cycle_claims.settled(runs.tau2.mean(axis=0)):.3f} s. (b) The difference to tau1 is the "
@@ -99,7 +91,8 @@ def _rise(runs: Cycles) -> Drawn:
     )
 
 
-def _total(runs: Cycles, room: Array) -> Drawn:
+def _total(data: CycleData) -> Drawn:
+    runs, room = _measured(data), data.room
     total = runs.tau1 + runs.fall
     figure, axes = new(3.4, 1, 2, gridspec_kw={"width_ratios": [1.5, 1]})
     by_cycle, by_run = axes[0]
@@ -125,7 +118,6 @@ def _total(runs: Cycles, room: Array) -> Drawn:
     by_run.xaxis.get_major_locator().set_params(integer=True)
     about = "; the numbers are the room's temperature [degC], which is allowed for" if known else ""
     return Drawn(
-        "D.12",
         "Rise and fall together over the cycles",
         "(a) tau1 and fall time added. (b) Its mean over each run: from run to run it changes by "
         f"{1e3 * trend.slope:.2f} ± {1e3 * trend.reach:.2f} ms (95 %){about}.",
@@ -134,7 +126,8 @@ def _total(runs: Cycles, room: Array) -> Drawn:
     )
 
 
-def _share(number: str, window: str, bound: str, which: int, both: tuple[Array, Array]) -> Drawn:
+def _share(which: int, name: str, bound: str, data: CycleData) -> Drawn:
+    both, window = shares(data.counts), f"{name} {cycle_runs.WINDOW}"
     figure, axes = new(3.4, 1)
     ax = axes[0, 0]
     cycle = np.arange(1, both[which].shape[1] + 1)
@@ -147,7 +140,6 @@ def _share(number: str, window: str, bound: str, which: int, both: tuple[Array, 
     at = [level for level, _, _ in LEVELS].index(PEAK)
     here = both[which][at]
     return Drawn(
-        number,
         f"Share of the {window} samples at the set point",
         f"The {window} samples {bound}: how many read 149, 150, 151 and 152 counts, mean of all "
         f"runs, on the scale of both figures. At 150: "
@@ -163,10 +155,16 @@ PROCEDURE = Procedure(
     sections=("Appendix D",),
     channels=("cycle.encoder",),
     ids=measured_by("cycle-testing"),
-    figures=("D.9", "D.10", "D.11", "D.12", "D.13", "D.14"),
+    figures={
+        "D.9": partial(_time, "tau1", "Rise time tau1", "from the step to 149 counts", "A1"),
+        "D.10": _rise,
+        "D.11": partial(_time, "fall", "Fall time", "from 150 counts to 0", "A3"),
+        "D.12": _total,
+        "D.13": partial(_share, 0, "first", "from reaching 150 counts on"),
+        "D.14": partial(_share, 1, "last", "before the output drops"),
+    },
     diagrams=("D.2",),
     seconds=2.0,
     collect=collect,
     claims=_cycle_claims.claims,
-    draw=draw,
 )

@@ -48,7 +48,6 @@ def hysteresis(data: Principle) -> Drawn:
     major.set_ylim(-4.6, 0.6)
     (a_s, a_f, _), (m_s, m_f, _) = data.turnings
     return Drawn(
-        "2.8",
         "Hysteresis and minor loops of the shape memory effect",
         f"The bench's wires under {principle.LOAD:g} gf on a virtual test machine that sets their "
         "temperature and reads their length. Where the steepest tangents meet the levels (dashed): "
@@ -97,7 +96,6 @@ def stress_strain(data: Principle) -> Drawn:
     wires.set_ylim(-2.0, 68.0)
     moduli = (1e-9 * alloy.martensite, 1e-9 * alloy.austenite)
     return Drawn(
-        "2.9",
         "Stress and strain of the alloy",
         "(a), (b) A textbook's law of straight pieces with literature values: moduli "
         f"{moduli[0]:g} and {moduli[1]:g} GPa, a plateau of {100 * alloy.plateau_strain:g} % "
@@ -157,7 +155,6 @@ def work(data: Principle) -> Drawn:
     volume = data.specimen.area * data.specimen.length
     own, theirs = data.bench_cycle, data.law_cycle
     return Drawn(
-        "2.10",
         "Work by the shape memory effect",
         "A: cold under both loads; B: hot, both lifted; C: one load taken off; D: cold; then the "
         f"next load. (b), (c) The bench's wires with two loads of {principle.LIFTED:g} gf: the "
@@ -184,7 +181,7 @@ def _cycle(ax: Any, c: Cycle, aside: tuple[tuple[int, int], ...]) -> None:
         ax.annotate(name, (x[k], y[k]), xytext=offset, textcoords="offset points", fontsize=9)
 
 
-def heat() -> Drawn:
+def heat(_: Principle) -> Drawn:
     """(2.1): a wire heated by current pulses, in still and in moving air."""
     still = Filament()
     moving = still._replace(convection=3.0 * still.convection)
@@ -208,7 +205,6 @@ def heat() -> Drawn:
     for ax in (left, right):
         ax.legend(fontsize=8, loc="upper right", frameon=False)
     return Drawn(
-        "(2.1)",
         "Heat balance of a wire",
         f"(2.1) for a NiTi wire of {1e6 * still.diameter:g} um with literature values "
         f"({still.density:g} kg/m³, {still.heat:g} J/(kg K), {1e8 * still.resistivity:g}e-8 ohm m) "
@@ -252,7 +248,6 @@ def calorimeter(data: Principle) -> Drawn:
     put = data.specimen.wire.latent / data.scans[0].mass
     up, down = found
     return Drawn(
-        "A.1",
         "Calorimetry of the wires",
         f"A virtual calorimeter with the bench's wires, without load: {60 * _calorimetry.RATE:g} "
         f"K/min, {1e6 * data.scans[0].mass:.2f} mg. The peaks' areas over the baseline are "

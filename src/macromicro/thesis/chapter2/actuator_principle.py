@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-from macromicro.drawing.exhibit import Drawn
 from macromicro.thesis.chapter2 import _actuator_figures, _actuator_runs
 from macromicro.thesis.chapter2._actuator_runs import Principle
 from macromicro.thesis.claims import Claim, measured_by
@@ -19,24 +16,21 @@ def claims(data: Principle) -> list[Claim]:
     return []
 
 
-def draw(data: Principle) -> Iterator[Drawn]:
-    yield _actuator_figures.hysteresis(data)
-    yield _actuator_figures.stress_strain(data)
-    yield _actuator_figures.work(data)
-    yield _actuator_figures.heat()
-    yield _actuator_figures.calorimeter(data)
-
-
 PROCEDURE = Procedure(
     name="actuator-principle",
     title="Principle of the shape-memory actuator",
     sections=("2.3", "Appendix A"),
     channels=(),
     ids=measured_by("actuator-principle"),
-    figures=("2.8", "2.9", "2.10", "(2.1)", "A.1"),
+    figures={
+        "2.8": _actuator_figures.hysteresis,
+        "2.9": _actuator_figures.stress_strain,
+        "2.10": _actuator_figures.work,
+        "(2.1)": _actuator_figures.heat,
+        "A.1": _actuator_figures.calorimeter,
+    },
     diagrams=(),
     seconds=2.0,
     collect=collect,
     claims=claims,
-    draw=draw,
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from macromicro.drawing.exhibit import Drawn
@@ -169,20 +169,19 @@ def claims(data: Geometry) -> list[Claim]:
     return []
 
 
-def draw(data: Geometry) -> Iterator[Drawn]:
-    for k, words in enumerate(_MOVES):
-        stage = data.stages[k]
-        title = "Preisach plane" if k == 0 else f"Preisach plane with u(t) = u{k}"
-        caption = f"{words} A model of a smooth relay density gives f = "
-        yield Drawn(
-            f"2.{12 + k}",
-            title,
-            f"{caption}{stage.f:.4f} at u{k} = {stage.u:g}.",
-            step(data, k),
-        )
+def _plane(k: int, data: Geometry) -> Drawn:
+    stage = data.stages[k]
+    return Drawn(
+        "Preisach plane" if k == 0 else f"Preisach plane with u(t) = u{k}",
+        f"{_MOVES[k]} A model of a smooth relay density gives f = "
+        f"{stage.f:.4f} at u{k} = {stage.u:g}.",
+        step(data, k),
+    )
+
+
+def _divided(data: Geometry) -> Drawn:
     last = data.stages[-1]
-    yield Drawn(
-        "2.17",
+    return Drawn(
         "S+ divided into trapezoids",
         f"After two more turns, at {data.stages[-2].u:g} and {last.u:g}. (b) What each trapezoid "
         "adds to -f+, read off first-order descending curves of the model by (2.10). The sum "
@@ -190,10 +189,12 @@ def draw(data: Geometry) -> Iterator[Drawn]:
         f"{last.f:.6f}.",
         trapezoids(data),
     )
+
+
+def _difference(data: Geometry) -> Drawn:
     k = 2
     q = data.trapezoids[k - 1]
-    yield Drawn(
-        "2.18",
+    return Drawn(
         "A trapezoid as the difference of two triangles",
         f"Q{k} of Figure 2.17. (2.7) with (2.9): half the difference of f_M,m for m{k} and for "
         f"m{k - 1}, ({q.readings[0]:.4f} - ({q.readings[1]:.4f})) / 2 = {q.difference:.5f}. The "
@@ -201,7 +202,6 @@ def draw(data: Geometry) -> Iterator[Drawn]:
         f"by {abs(q.difference / q.integrated - 1.0):.1e} of it, from the model's grid.",
         triangles(q, k),
     )
-    yield _fod(data)
 
 
 def _fod(data: Geometry) -> Drawn:
@@ -239,7 +239,6 @@ def _fod(data: Geometry) -> Drawn:
         ],
     )
     return Drawn(
-        "2.19",
         "Notation of first-order descending curves",
         f"From negative saturation up to alpha' = {alpha:g}, then down to beta' = {beta:g}: "
         f"f_alpha' = {first:.4f}, f_alpha'beta' = {second:.4f}. Half their difference (2.8), "
@@ -255,10 +254,14 @@ PROCEDURE = Procedure(
     sections=("2.4.1",),
     channels=(),
     ids=measured_by("preisach-geometry"),
-    figures=("2.12", "2.13", "2.14", "2.15", "2.16", "2.17", "2.18", "2.19"),
+    figures={
+        **{f"2.{12 + k}": partial(_plane, k) for k in range(len(_MOVES))},
+        "2.17": _divided,
+        "2.18": _difference,
+        "2.19": _fod,
+    },
     diagrams=("2.11",),
     seconds=1.5,
     collect=collect,
     claims=claims,
-    draw=draw,
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 from macromicro.design import costs
@@ -89,9 +88,8 @@ def claims(_: None) -> list[Claim]:
     return measured()
 
 
-def draw(_: None) -> Iterator[Drawn]:
-    yield Drawn(
-        "Table 2.1",
+def _compared(_: None) -> Drawn:
+    return Drawn(
         "Micro-positioning technologies",
         "Costs with stage and sensors, without a controller, in US dollars. The micro-stage of the "
         "thesis stands first, for comparison; the other rows are the thesis' table.",
@@ -100,16 +98,21 @@ def draw(_: None) -> Iterator[Drawn]:
             [tuple(row) for row in table()],
         ),
     )
+
+
+def _parts(_: None) -> Drawn:
     parts: list[tuple[str, ...]] = [
         (name, f"{cost:g} USD") for name, cost in costs.MICRO_STAGE.items()
     ]
-    yield Drawn(
-        "Table 6.1",
+    return Drawn(
         "What the micro-stage costs",
         "The sum is computed, the parts' prices are the thesis'.",
         Grid(("part", "cost"), [*parts, ("total", f"{costs.total(costs.MICRO_STAGE):g} USD")]),
         ("D9",),
     )
+
+
+def _costs(_: None) -> Drawn:
     own = costs.micro_stage()
     against = {c.name: c for c in costs.compare(own, costs.TABLE_6_2)}
     rows: list[tuple[str, ...]] = []
@@ -117,8 +120,7 @@ def draw(_: None) -> Iterator[Drawn]:
         c = against.get(t.name)
         times, finer = ("", "") if c is None else (f"{c.cheapest:.1f}", f"{1.0 / c.accuracy:g}")
         rows.append((t.name, words(t).accuracy, words(t).cost, times, finer))
-    yield Drawn(
-        "Table 6.2",
+    return Drawn(
         "Cost of micro-positioning systems",
         "The last two columns are ours: how many times as expensive as the micro-stage, and how "
         "many times finer at least.",
@@ -127,13 +129,15 @@ def draw(_: None) -> Iterator[Drawn]:
         ),
         ("D10",),
     )
-    yield Drawn(
-        "Table 6.2 (plot)",
+
+
+def _cost_against_accuracy(_: None) -> Drawn:
+    return Drawn(
         "Cost against accuracy",
         "Tables 2.1 (circles) and 6.2 (crosses): the tables differ in the price of two "
         "technologies. Lines span the ranges that are given; the piezo stack's accuracy is given "
         "as below 1 nm only, and drawn from there to the left.",
-        _plot(own),
+        _plot(costs.micro_stage()),
         ("D10",),
     )
 
@@ -168,10 +172,14 @@ PROCEDURE = Procedure(
     sections=("2.2", "6.4.3"),
     channels=(),
     ids=measured_by("technologies"),
-    figures=("Table 2.1", "Table 6.1", "Table 6.2", "Table 6.2 (plot)"),
+    figures={
+        "Table 2.1": _compared,
+        "Table 6.1": _parts,
+        "Table 6.2": _costs,
+        "Table 6.2 (plot)": _cost_against_accuracy,
+    },
     diagrams=(),
     seconds=0.3,
     collect=collect,
     claims=claims,
-    draw=draw,
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -86,7 +85,7 @@ def collect(lab: Lab) -> HallRuns:
     return calibrated_by(lab.bench(), lab.seed)
 
 
-def draw(data: HallRuns) -> Iterator[Drawn]:
+def draw(data: HallRuns) -> Drawn:
     fit, found = data.fit, data.slopes
     figure, axes = new(3.9, 1, 2, gridspec_kw={"width_ratios": [1.25, 1]})
     whole, near = axes[0]
@@ -120,8 +119,7 @@ def draw(data: HallRuns) -> Iterator[Drawn]:
     finish(whole, "(a) position", "Hall sensor [V]", "contraction by the laser [mm]", legend=True)
     finish(near, "(b) laser - average", "Hall sensor [V]", "distance [um]", legend=True)
     lag = 1e6 * float(np.nanmedian(fit.between))
-    yield Drawn(
-        "3.9",
+    return Drawn(
         "Position over the Hall sensor's reading",
         f"Three runs up, three down, and their average, which lie on each other in (a); (b) shows "
         f"how far each run is from the average, as means over {len(data.runs[0][0]) // MEANS} "
@@ -140,10 +138,9 @@ PROCEDURE = Procedure(
     sections=("3.2.3",),
     channels=("hall", "laser"),
     ids=measured_by("hall-calibration"),
-    figures=("3.9",),
+    figures={"3.9": draw},
     diagrams=(),
     seconds=3.0,
     collect=collect,
     claims=claims,
-    draw=draw,
 )

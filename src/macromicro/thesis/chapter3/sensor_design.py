@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -31,7 +30,7 @@ _COLOURS = (BLUE, RED, GREEN, ORANGE, PURPLE, BLACK, "0.55")
 BUDGET = ("D2", "D3", "D4", "D5", "D11")
 
 
-def flexure() -> Drawn:
+def flexure(data: Sheets) -> Drawn:
     """Figure 3.6: bending of beams and guide, and deflection over load."""
     beam = Beam()
     figure, axes = new(4.0, 1, 3, gridspec_kw={"width_ratios": [1, 1.1, 1.5]})
@@ -59,7 +58,6 @@ def flexure() -> Drawn:
     rate = flexure_sheet.stiffness(beam, CHOSEN)
     stress = flexure_sheet.bending_stress(beam, CHOSEN, HALF_STROKE)
     return Drawn(
-        "3.6",
         "Deflection of the flexure",
         f"Aluminium beams of {1e3 * beam.length:g} by {1e3 * beam.width:g} mm. (a) The free end "
         f"keeps its direction; bent by {1e3 * HALF_STROKE:g} mm it comes {1e6 * nearer:.0f} um "
@@ -93,8 +91,9 @@ def _guide(ax: Any, beam: Beam) -> None:
     ax.legend(fontsize=7.5, loc="upper left", frameon=False)
 
 
-def flux(sensor: Hall) -> Drawn:
+def flux(data: Sheets) -> Drawn:
     """Figure 3.7: flux of the magnets head-on, and of the bench's pair as it slides by."""
+    sensor = data.sensor
     figure, axes = new(3.9, 1, 2)
     head, slide = axes[0]
     for m, colour in zip(magnets.TABLE_3_1, _COLOURS, strict=True):
@@ -125,7 +124,6 @@ def flux(sensor: Hall) -> Drawn:
     slide.legend(fontsize=7.5, loc="lower right", frameon=False)
     steep = min(slopes) * INCH
     return Drawn(
-        "3.7",
         "Flux of the magnets",
         "(a) The data sheets' readings in front of one magnet, thick where the flux changes most "
         "over 1 mm. (b) Two magnets of opposite poles that slide by: what the sensor of the bench "
@@ -162,19 +160,18 @@ def claims(data: Sheets) -> list[Claim]:
     return data.claims
 
 
-def draw(data: Sheets) -> Iterator[Drawn]:
-    found = {c.id: c for c in data.claims}
-    yield flexure()
-    yield _magnets(found["D7"])
-    yield flux(data.sensor)
-    yield _sensors(found)
+def _found(data: Sheets) -> dict[str, Claim]:
+    return {c.id: c for c in data.claims}
+
+
+def _budget(data: Sheets) -> Drawn:
+    found = _found(data)
     rows: list[tuple[str, ...]] = [
         (key, c.claim, f"{c.printed:g} {c.unit}", f"{c.measured:.4g} {c.unit}", c.reason)
         for key in BUDGET
         for c in (found[key],)
     ]
-    yield Drawn(
-        "Table 3.3",
+    return Drawn(
         "Resolution budget of Section 3.2.3 (ours)",
         "The thesis gives these figures in its text. From the converter's step over the sensor's "
         "sensitivity to the travel that one bit is worth where the flux changes least.",
@@ -183,8 +180,9 @@ def draw(data: Sheets) -> Iterator[Drawn]:
     )
 
 
-def _magnets(claim: Claim) -> Drawn:
+def _magnets(data: Sheets) -> Drawn:
     """Table 3.1: readings by distance, and the largest change over 1 mm."""
+    claim = _found(data)["D7"]
     sheets = magnets.TABLE_3_1
     flux = [{round(d / INCH, 4): f for d, f in zip(*m[1:], strict=True)} for m in sheets]
     places = sorted({d for sheet in flux for d in sheet})
@@ -195,7 +193,6 @@ def _magnets(claim: Claim) -> Drawn:
     rows.append(("most over 1 mm, computed", *(f"{v:.0f}" for v in claim.measured)))
     rows.append(("most over 1 mm, printed", *(f"{v:g}" for v in printed_list("D7"))))
     return Drawn(
-        "Table 3.1",
         "Flux of seven magnets, head-on",
         "Flux [G] at a distance [in], by the maker's curves as the thesis reads them. The last but "
         "one row is worked out from the readings, straight lines in between. " + claim.reason,
@@ -204,8 +201,9 @@ def _magnets(claim: Claim) -> Drawn:
     )
 
 
-def _sensors(found: dict[str, Claim]) -> Drawn:
+def _sensors(data: Sheets) -> Drawn:
     """Table 3.2, with the drawbacks of each sensor."""
+    found = _found(data)
     floor = found["D11"].measured
     assert isinstance(floor, float)
     needs = hall_sensors.Needs(sensitivity=1e-3 * floor)
@@ -217,7 +215,6 @@ def _sensors(found: dict[str, Claim]) -> Drawn:
         verdict = "; ".join(against) or "meets both"
         rows.append((sensor.name, field, span, f"~{sensor.cost:g}", verdict))
     return Drawn(
-        "Table 3.2",
         "Hall effect sensors",
         f"Needed: a range over {needs.field:g} G and {1e3 * needs.sensitivity:.2f} mV/G. "
         + found["D8"].reason,
@@ -232,10 +229,15 @@ PROCEDURE = Procedure(
     sections=("3.2.2", "3.2.3"),
     channels=(),
     ids=measured_by("sensor-design"),
-    figures=("3.6", "Table 3.1", "3.7", "Table 3.2", "Table 3.3"),
+    figures={
+        "3.6": flexure,
+        "Table 3.1": _magnets,
+        "3.7": flux,
+        "Table 3.2": _sensors,
+        "Table 3.3": _budget,
+    },
     diagrams=(),
     seconds=0.5,
     collect=collect,
     claims=claims,
-    draw=draw,
 )

@@ -15,8 +15,7 @@ from macromicro.design.margins import PdTaps, damping_margin
 from macromicro.design.steps import overshoot, settling_time
 from macromicro.lab.drive import DT, closed_loop
 from macromicro.lab.machine import Machine
-from macromicro.thesis.claims import Claim, accepts, holds, stated, within
-from macromicro.tuning.thesis import (
+from macromicro.thesis.chapter4.pd_route import (
     INITIAL_TAPS,
     LIMIT,
     SECONDS,
@@ -32,6 +31,7 @@ from macromicro.tuning.thesis import (
     trial,
     with_taps,
 )
+from macromicro.thesis.claims import Claim, accepts, holds, stated, within
 
 
 class OnBench(NamedTuple):

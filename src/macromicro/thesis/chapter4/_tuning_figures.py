@@ -13,9 +13,9 @@ from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
 from macromicro.lab.drive import DT
 from macromicro.models.macro import Linear, position_transfer
+from macromicro.thesis.chapter4 import pd_route
 from macromicro.thesis.chapter4._design import Design
-from macromicro.tuning import thesis
-from macromicro.tuning.thesis import LIMIT, STEP, Trial
+from macromicro.thesis.chapter4.pd_route import LIMIT, STEP, Trial
 
 RATIOS = (0.8, 1.0, 1.05, 1.2, 1.5)  # of the sweep, beside the one at the limit
 FREQUENCIES = (9.91, 6.5, 4.91, 4.0, 3.0)  # rad/s, beside the rule's
@@ -54,7 +54,6 @@ def ratios(design: Design) -> Drawn:
     axes[0, 1].set_xlim(*ZOOMED)
     asked = design.ratios[1.05]
     return Drawn(
-        "4.22",
         "Tuning by the damping ratio",
         f"Simulated step of {STEP:.0f} counts on the tuned nonlinear model, each PD with the "
         "lowest phase-margin frequency that its damping ratio allows, where no derivative action "
@@ -91,9 +90,10 @@ def frequencies(design: Design) -> Drawn:
     finish(axes[0, 1], "(b) zoom", y="position [counts]")
     axes[0, 1].set_xlim(*ZOOMED)
     _margins(axes[1, 0], axes[1, 1])
-    tuned, initial = (thesis.crossover(taps) for taps in (thesis.TUNED_TAPS, thesis.INITIAL_TAPS))
+    tuned, initial = (
+        pd_route.crossover(taps) for taps in (pd_route.TUNED_TAPS, pd_route.INITIAL_TAPS)
+    )
     return Drawn(
-        "4.23",
         "Tuning by the crossover frequency",
         f"Simulated step of {STEP:.0f} counts on the tuned nonlinear model at falling crossovers, "
         f"derivative time that of (4.10); {rule:.2f} rad/s is the highest that neither overshoots "
@@ -108,10 +108,10 @@ def frequencies(design: Design) -> Drawn:
 
 
 def _margins(gains: Any, phases: Any) -> None:
-    plus = PdTaps(thesis.TUNED_TAPS.now, -thesis.TUNED_TAPS.before)
+    plus = PdTaps(pd_route.TUNED_TAPS.now, -pd_route.TUNED_TAPS.before)
     loops = (
-        (thesis.INITIAL_TAPS, ORANGE, "(4.9)", "-"),
-        (thesis.TUNED_TAPS, BLUE, "(4.10), minus", "-"),
+        (pd_route.INITIAL_TAPS, ORANGE, "(4.9)", "-"),
+        (pd_route.TUNED_TAPS, BLUE, "(4.10), minus", "-"),
         (plus, RED, "(4.10) as printed", "--"),
     )
     w = np.geomspace(*MARGINS, 300)
@@ -119,7 +119,7 @@ def _margins(gains: Any, phases: Any) -> None:
     for taps, color, label, style in loops:
         num, den = open_loop(taps, *position_transfer(Linear()))
         values = np.polyval(num, z) / np.polyval(den, z)
-        at = thesis.crossover(taps)
+        at = pd_route.crossover(taps)
         phase = np.degrees(np.unwrap(np.angle(values)))
         # The first frequency lies where the loop is an integrator, about -90 deg.
         phase -= 360.0 * round((float(phase[0]) + 90.0) / 360.0)

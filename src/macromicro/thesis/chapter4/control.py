@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -47,7 +46,6 @@ def pid(data: MacroData) -> Drawn:
     over, stuck = steps.overshoot(x, TRAVEL), _stuck(x, motor)
     rise = steps.rise_time(x, TRAVEL)
     return Drawn(
-        "4.18",
         "The benchmark PID",
         f"Step of {TRAVEL:.0f} counts under the PID with its printed gains and no compensation, "
         f"{len(run) * run.dt:.0f} s of it. The text's slow stretch is 4 to 10 s, its overshoot "
@@ -89,7 +87,6 @@ def initial_pd(data: MacroData) -> Drawn:
     axes[0, 0].legend(fontsize=7.5, loc="lower right", frameon=False)
     backs, model_backs = (len(steps.swings(y, TRAVEL)) for y in (x, data.initial_model))
     return Drawn(
-        "4.20",
         "Initial nonlinear controller: bench and model",
         f"Step of {TRAVEL:.0f} counts under the initial PD with the dead-zone inverse. The bench "
         f"goes {steps.overshoot(x, TRAVEL):.0f} counts over and reverses {backs} times after "
@@ -137,7 +134,6 @@ def tuned_pd(data: MacroData) -> Drawn:
     counts = _travel(axes[1, 1], data.travel)
     error = _readings.nrmse(square.simulated, x)
     return Drawn(
-        "4.24",
         "Tuned nonlinear controller: bench and model",
         "Decaying square wave under the tuned PD: target (dash-dot), tuned model (solid), bench "
         f"(dotted); they differ by {error:.1f} % of the range (RMS). Beside the thesis' figure: "
@@ -191,7 +187,6 @@ def comparison(data: MacroData) -> Drawn:
     seen = {law: _control_runs.tracking(square.bench[law], square.reference) for law in styles}
     errors = ", ".join(f"{names[k]} {s.settled:.1f}" for k, s in seen.items())
     return Drawn(
-        "4.25",
         "The three controllers on the bench",
         "Decaying square wave: target (dash-dot), tuned PD (solid), initial PD (dotted), PID "
         "(dashed). Mean error over the last 0.2 s of each level, in counts: "
@@ -207,13 +202,12 @@ def collect(lab: Lab) -> MacroData:
     return _control_runs.collect(lab.bench(), lab.settings, lab.seed, lab.runner())
 
 
-def draw(data: MacroData) -> Iterator[Drawn]:
-    yield pid(data)
-    yield initial_pd(data)
-    yield _tuning_figures.ratios(data.design)
-    yield _tuning_figures.frequencies(data.design)
-    yield tuned_pd(data)
-    yield comparison(data)
+def _ratios(data: MacroData) -> Drawn:
+    return _tuning_figures.ratios(data.design)
+
+
+def _frequencies(data: MacroData) -> Drawn:
+    return _tuning_figures.frequencies(data.design)
 
 
 PROCEDURE = Procedure(
@@ -222,11 +216,17 @@ PROCEDURE = Procedure(
     sections=("4.3.1", "4.3.2", "4.3.3", "4.3.4", "6.4.2"),
     channels=("encoder", "laser"),
     ids=measured_by("macro-control"),
-    figures=("4.18", "4.20", "4.22", "4.23", "4.24", "4.25"),
+    figures={
+        "4.18": pid,
+        "4.20": initial_pd,
+        "4.22": _ratios,
+        "4.23": _frequencies,
+        "4.24": tuned_pd,
+        "4.25": comparison,
+    },
     diagrams=("4.19", "4.21"),
     seconds=2.5,
     collect=collect,
     claims=_control_claims.claims,
-    draw=draw,
     arithmetic=_design.margins,
 )

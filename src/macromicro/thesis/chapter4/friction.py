@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -79,12 +79,6 @@ def evaluated(function: Callable[[float], float], volts: Array) -> Array:
     return np.array([function(float(v)) for v in volts])
 
 
-def draw(data: FrictionData) -> Iterator[Drawn]:
-    yield _coulomb(data)
-    yield _low_voltages(data)
-    yield _characteristics(data.zone.width)
-
-
 def _coulomb(data: FrictionData) -> Drawn:
     found = data.coulomb
     moving, most = found.speeds > 0.0, np.abs(data.held).max(initial=0.0)
@@ -106,7 +100,6 @@ def _coulomb(data: FrictionData) -> Drawn:
     _dots(ax, still, data.held, "bench, at rest", "x")
     finish(ax, "(b) friction, in volts", "speed [counts/s]", "friction [V]")
     return Drawn(
-        "4.4",
         "Coulomb friction: the model and the bench",
         "Coulomb friction as input and output, referred to the motor's voltage. Dots: steady "
         "states of the bench, and in (b) what is left of their voltage without the viscous part, "
@@ -139,7 +132,6 @@ def _low_voltages(data: FrictionData) -> Drawn:
     _thresholds(axes[1, 0], zone)
     _speeds(axes[1, 1], forward(data.runs, 0.0, MOVING))
     return Drawn(
-        "4.8",
         "Responses at low voltages",
         "Position at constant low voltages, (a) from an end of the travel, (b) from the place "
         "that the lowest voltage leaves: below the dead zone's width a run may creep, stop on "
@@ -181,7 +173,8 @@ def _speeds(ax: Any, runs: dict[float, Recording]) -> None:
     ax.legend(fontsize=7.5, loc="lower center", ncols=3, frameon=False)
 
 
-def _characteristics(width: float) -> Drawn:
+def _characteristics(data: FrictionData) -> Drawn:
+    width = data.zone.width
     figure, axes = new(3.0, 1, 3)
     end = 2.0 * width
     volts = np.linspace(-end, end, 601)
@@ -204,7 +197,6 @@ def _characteristics(width: float) -> Drawn:
 
 def _figure_4_9(figure: Figure, width: float) -> Drawn:
     return Drawn(
-        "4.9",
         "Initial friction model and linearisation",
         f"(a) The dead zone of {width:g} V that stands for friction, (b) its inverse in the "
         "controller, which lifts every effort but zero by this width, (c) both in a row: the "
@@ -219,10 +211,13 @@ PROCEDURE = Procedure(
     sections=("4.2.1", "4.2.3"),
     channels=("encoder",),
     ids=measured_by("macro-friction"),
-    figures=("4.4", "4.8", "4.9"),
+    figures={
+        "4.4": _coulomb,
+        "4.8": _low_voltages,
+        "4.9": _characteristics,
+    },
     diagrams=("4.3", "4.5", "4.6", "4.7"),
     seconds=1.5,
     collect=collect,
     claims=claims,
-    draw=draw,
 )

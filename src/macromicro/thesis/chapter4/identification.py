@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -59,13 +59,6 @@ def averaged(data: IdentificationData) -> tuple[Array, Array, Array]:
     return x, y, data.found.linear.simulate(u)
 
 
-def draw(data: IdentificationData) -> Iterator[Drawn]:
-    yield _step(data)
-    yield _responses(data.cases, tuned=False)
-    yield _friction_model(data.found)
-    yield _responses(data.cases, tuned=True)
-
-
 def _step(data: IdentificationData) -> Drawn:
     x, y, model = averaged(data)
     linear = data.found.linear
@@ -82,7 +75,6 @@ def _step(data: IdentificationData) -> Drawn:
         ax.legend(fontsize=7.5, loc="lower right", frameon=False)
     a, b = float(linear.a[0]), float(linear.b[0])
     return Drawn(
-        "4.11",
         "Response to steps of 1 V",
         f"Mean of {len(data.steps[1.0])} steps of 1 V beyond the dead zone, alternately in both "
         "directions: (a) position, (b) its difference quotient, with the speed model that MLS "
@@ -93,7 +85,8 @@ def _step(data: IdentificationData) -> Drawn:
     )
 
 
-def _responses(cases: list[Case], *, tuned: bool) -> Drawn:
+def _responses(tuned: bool, data: IdentificationData) -> Drawn:
+    cases = data.cases
     figure, axes = new(6.6, 3, 2)
     name = "tuned model" if tuned else "initial model"
     for ax, letter, case in zip(axes.flat, "abcdef", cases, strict=True):
@@ -117,9 +110,9 @@ def _responses(cases: list[Case], *, tuned: bool) -> Drawn:
     )
     if tuned:
         caption += "The model is that of Figure 4.14, a0 and delta as identified here."
-        return Drawn("4.17", "Bench and tuned nonlinear model", caption, figure, ("M8",))
+        return Drawn("Bench and tuned nonlinear model", caption, figure, ("M8",))
     caption += "The model was fitted to steps of 1 V and leaves the bench at other amplitudes."
-    return Drawn("4.13", "Bench and initial nonlinear model", caption, figure, ("M7", "M8"))
+    return Drawn("Bench and initial nonlinear model", caption, figure, ("M7", "M8"))
 
 
 def _jump_zone(found: MacroModel, volts: Array) -> Array:
@@ -129,7 +122,8 @@ def _jump_zone(found: MacroModel, volts: Array) -> Array:
     return np.array([macro.jump_zone(zone.width, a0, delta, float(v)) for v in volts])
 
 
-def _friction_model(found: MacroModel) -> Drawn:
+def _friction_model(data: IdentificationData) -> Drawn:
+    found = data.found
     zone, side = found.zone, found.zone.both
     end = 5.0
     figure, axes = new(3.2, 1, 3)
@@ -161,7 +155,6 @@ def _friction_model(found: MacroModel) -> Drawn:
     axes[0, 2].set_xlim(-2.2, 2.2)
     axes[0, 2].legend(fontsize=7.5, loc="upper left", frameon=False)
     return Drawn(
-        "4.14",
         "Tuned friction model and linearisation",
         f"(a) The dead zone with a jump of a0 = {side.a0:.3f} V and a slope of delta = "
         f"{side.delta:.3f} beyond, (b) the inverse in the controller as before, (c) both in a row, "
@@ -231,10 +224,14 @@ PROCEDURE = Procedure(
     sections=("4.1.1", "4.2.2", "4.2.4", "4.2.5"),
     channels=("encoder",),
     ids=measured_by("macro-identification"),
-    figures=("4.11", "4.13", "4.14", "4.17"),
+    figures={
+        "4.11": _step,
+        "4.13": partial(_responses, False),
+        "4.14": _friction_model,
+        "4.17": partial(_responses, True),
+    },
     diagrams=("4.2", "4.10", "4.12", "4.15", "4.16"),
     seconds=1.5,
     collect=collect,
     claims=claims,
-    draw=draw,
 )

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.shades import shades
-from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
+from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, shades
 from macromicro.identify.heating import (
     AMBIENT,
     WIDEST_BAND,
@@ -49,19 +49,6 @@ _READ = (
 )
 
 
-def draw(models: Models | Unfitted) -> Iterator[Drawn]:
-    """Figures 5.10 to 5.17 except 5.12, a diagram; `NotMeasured` without models."""
-    if isinstance(models, Unfitted):
-        raise NotMeasured(f"no model to draw: {models.why}")
-    yield _responses(models)
-    yield _steady(models)
-    yield _linear(models)
-    yield _gain()
-    yield _weighted(models)
-    yield _cooling(models)
-    yield _whole(models)
-
-
 def _until(t: Array, seconds: float) -> slice:
     end = int(np.searchsorted(t, seconds))
     return slice(0, end, max(end // POINTS, 1))
@@ -92,7 +79,6 @@ def _responses(models: Models) -> Drawn:
     axes[0, 0].set_xlim(right=1.16 * SHOWN_S)  # room for the names
     _legend(axes[0, 1], "lower right", 2)
     return Drawn(
-        "5.10",
         "Responses to steps of CTRL",
         "(a) Position of the micro-stage by the laser, (b) temperature inferred from it by the "
         "rising branch of the kiln's table. The mean of three trials (solid) and the trials "
@@ -137,7 +123,6 @@ def _steady(models: Models) -> Drawn:
     ax.plot(list(fit.steady), list(fit.steady.values()), "o", color=BLACK, label="measured")
     finish(ax, "", "CTRL [V]", "steady rise above ambient [K]", legend=True)
     return Drawn(
-        "5.11",
         "Steady temperature over CTRL",
         f"Temperature above {AMBIENT:g} degC at the end of the steps that stay clear of the stop, "
         f"and the exponential (5.2) through it; asymptote {fit.nonlinear.asymptote:.1f} K (dots), "
@@ -177,7 +162,6 @@ def _linear(models: Models) -> Drawn:
     line(axes[0, 2], t, step_response(fit.heating.modes, t), RED, "identified", linestyle="--")
     finish(axes[0, 2], "(c)", y="$T / T_d$", legend=True)
     return Drawn(
-        "5.13",
         "Heating model with the exponential gain",
         f"{_READ}The third-order dynamics come from the step to 1.575 V. The gain is at its "
         "asymptote above 1.6 V, so the models in (b) are one. (c) The dynamics' step response "
@@ -187,7 +171,7 @@ def _linear(models: Models) -> Drawn:
     )
 
 
-def _gain() -> Drawn:
+def _gain(_: Models) -> Drawn:
     volts, rise = electrothermal_claims.curve(1.4, 1.85)
     lower, upper = electrothermal_claims.exponentials(volts)
     figure, axes = new(3.6, 1)
@@ -197,7 +181,6 @@ def _gain() -> Drawn:
     line(ax, volts, rise, BLACK, "weighted gain (5.8)", linewidth=1.8)
     finish(ax, "", "CTRL [V]", "$T_d$ above ambient [K]", legend=True)
     return Drawn(
-        "5.14",
         "Weighted static gain",
         "(5.8) as printed: the lower exponential, never below 0, passes into the upper one around "
         "1.7 V by the weight (5.7).",
@@ -211,7 +194,6 @@ def _weighted(models: Models) -> Drawn:
     gain = models.thesis.model.gain
     _against_heating(models, axes[0], lambda v: weighted(gain, v))
     return Drawn(
-        "5.15",
         "Heating model with the weighted gain",
         f"{_READ}Above 1.6 V the gain was tuned so that the model passes 95 % of the stroke when "
         "the actuator does.",
@@ -246,7 +228,6 @@ def _cooling(models: Models) -> Drawn:
     ax.plot([fit.time], [level], "o", color=RED, label=f"63 %: {fit.time:.2f} s")
     finish(ax, "", y=HOT, legend=True)
     return Drawn(
-        "5.16",
         "Cooling after a step of CTRL",
         "Temperature inferred from the position, by the descending curve that begins where each "
         "step ended after 10 s, as long as the position shows it: from cold, and at 1.575 V once "
@@ -277,7 +258,6 @@ def _whole(models: Models) -> Drawn:
     better = 100.0 * max(c.better.dynamic for c in others)
     steady = 100.0 * max(abs(models.steps[v].steady) for v in BELOW_STOP)
     return Drawn(
-        "5.17",
         "Full actuator model against the micro-stage",
         "Solid: bench, mean of three trials; broken: model. (a), (b): the model of Section 5.2.3; "
         f"steady error at most {steady:.1f} % of the stroke in (a), dynamic error "
@@ -290,3 +270,22 @@ def _whole(models: Models) -> Drawn:
         figure,
         ("S10",),
     )
+
+
+def _fitted(draw: Callable[[Models], Drawn], models: Models | Unfitted) -> Drawn:
+    """A figure of the models; `NotMeasured` without any."""
+    if isinstance(models, Unfitted):
+        raise NotMeasured(f"no model to draw: {models.why}")
+    return draw(models)
+
+
+# Figure 5.12 is a diagram.
+FIGURES = {
+    "5.10": partial(_fitted, _responses),
+    "5.11": partial(_fitted, _steady),
+    "5.13": partial(_fitted, _linear),
+    "5.14": partial(_fitted, _gain),
+    "5.15": partial(_fitted, _weighted),
+    "5.16": partial(_fitted, _cooling),
+    "5.17": partial(_fitted, _whole),
+}

@@ -104,7 +104,6 @@ def stop(runs: MicroRuns) -> Drawn:
     finish(foot, "(b) where it begins, in 60 s", "CTRL [V]", "highest position [um]")
     foot.margins(x=0.03)
     return Drawn(
-        "5.10 (stop)",
         "Where the stage begins and stops",
         "Highest position by the laser after steps of CTRL in open loop, from cold: (a) the stop "
         "at 3.98 mm, which 1.6 V and less do not reach even in 200 s; (b) low voltages; up to "
@@ -130,7 +129,6 @@ def effort(runs: MicroRuns) -> Drawn:
     finish(ripple, "(c) ripple [V]", "Kp [V/mm]")
     ripple.margins(x=0.06)
     return Drawn(
-        "5.19",
         "Controller output under proportional control",
         "Step to 3.8 mm: CTRL falls from its limit as the error shrinks, and the larger Kp, the "
         "more it swings before it rests. (c) The path of the effort from 0.2 s on, beyond its net "
@@ -163,7 +161,6 @@ def proportional(runs: MicroRuns) -> Drawn:
     finish(left, "(b) error and overshoot [um]", "Kp [V/mm]")
     left.margins(x=0.04)
     return Drawn(
-        "5.20",
         "Position under proportional control",
         "The same steps. No Kp removes the error, and with Kp grows what the stage overshoots the "
         "place where it comes to rest; the largest Kp below the dotted 10 um is "
@@ -198,7 +195,6 @@ def integral(runs: MicroRuns) -> Drawn:
         else ""
     )
     return Drawn(
-        "5.22",
         "PI control with several integral gains",
         "Step to 3.8 mm with Kp 3. A small Ki ramps up slowly, a larger one overshoots and ramps "
         f"down slowly; the largest tried without overshoot is "
@@ -225,7 +221,6 @@ def held_back(runs: MicroRuns) -> Drawn:
     finish(swing, "(c) late swing [V]", "Ki = Kaw")
     swing.margins(x=0.06)
     return Drawn(
-        "5.26",
         "Anti-windup with several gains Ki = Kaw",
         "Step to 3.8 mm with Kp 3. The larger Ki = Kaw, the sooner the integral effort is where it "
         "must be, until it oscillates. (c) Peak to peak of the integral effort over the last 3 s "

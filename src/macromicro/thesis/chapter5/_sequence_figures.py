@@ -58,7 +58,6 @@ def windup(runs: MicroRuns) -> Drawn:
     )
     left = abs(micro.error_after(runs.pi, fall))
     return Drawn(
-        "5.23",
         "Sequential steps under PI control",
         "Kp 3 and Ki 2.25. Where the stage extends, CTRL is at its limit of 0 V (shaded), yet the "
         "integral goes on falling: it winds up, and has to rise again before the error can go. "
@@ -89,7 +88,6 @@ def anti_windup(runs: MicroRuns) -> Drawn:
     ]
     figure, _ = _three(laws)
     return Drawn(
-        "5.25",
         "Sequential steps under PI control with anti-windup",
         "Kp 3, effort kept within 1.3 and 1.9 V. The thesis prints no gain for this figure. With "
         "the Ki of 2.25 chosen before, the integral no longer winds up as the stage extends, but "
@@ -117,7 +115,6 @@ def final(runs: MicroRuns) -> Drawn:
     _settling(axes[1, 0], runs)
     _holds(axes[1, 1], runs)
     return Drawn(
-        "5.27",
         "Sequential steps under the final controller",
         "Kp 3 and Ki = Kaw = 30. (c) The time until each step has settled, no mark where that "
         "takes longer than its 2 s; dashed: the thesis' 0.5 s in contraction and 1 s in "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from macromicro.identify.kiln import fod_table
 from macromicro.thesis.chapter5 import actuator_models, electrothermal_claims, kiln_runs
-from macromicro.thesis.chapter5._electrothermal_figures import draw
+from macromicro.thesis.chapter5._electrothermal_figures import FIGURES
 from macromicro.thesis.chapter5.actuator_models import Models, Unfitted
 from macromicro.thesis.claims import measured_by
 from macromicro.thesis.procedure import Lab, Procedure
@@ -21,11 +21,10 @@ PROCEDURE = Procedure(
     sections=("5.1", "5.2.2", "5.2.3"),
     channels=("kiln.thermocouple", "kiln.encoder", "laser", "contract"),
     ids=measured_by("electrothermal"),
-    figures=("5.10", "5.11", "5.13", "5.14", "5.15", "5.16", "5.17"),
+    figures=FIGURES,
     diagrams=("5.1", "5.2", "5.12"),
     seconds=8.0,
     collect=collect,
     claims=electrothermal_claims.claims,
-    draw=draw,
     arithmetic=electrothermal_claims.printed_gain,
 )

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.shades import shades
-from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
+from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, shades
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.kiln import Prediction, cleaned
 from macromicro.identify.smoothing import window_means, without_spikes
@@ -34,18 +32,6 @@ EXAMPLES = 6
 IN_5_9 = 2
 
 
-def draw(runs: KilnRuns) -> Iterator[Drawn]:
-    example = first_cycle(runs.heated.curves)
-    yield _smoothing(example)
-    yield _loop(example)
-    yield _curves(runs.table)
-    yield _surface(runs.table)
-    yield _comparison(runs.predictions[:IN_5_9])
-    yield _examples(runs.table)
-    yield _points(runs.table)
-    yield _another(runs.predictions, IN_5_9)
-
-
 def first_cycle(recording: Recording) -> Recording:
     """The record up to where the heater is switched on for the second time."""
     on = np.flatnonzero(np.diff(recording["heater"] > 0, prepend=False) & (recording["heater"] > 0))
@@ -54,7 +40,8 @@ def first_cycle(recording: Recording) -> Recording:
     return Recording.from_arrays(recording.columns, arrays, recording.dt, {})
 
 
-def _smoothing(example: Recording) -> Drawn:
+def _smoothing(runs: KilnRuns) -> Drawn:
+    example = first_cycle(runs.heated.curves)
     t, shown = example["t"], example["thermocouple"]
     smooth = without_spikes(t, shown)
     figure, axes = new(5.4, 2, sharex=True, sharey=True)
@@ -63,7 +50,6 @@ def _smoothing(example: Recording) -> Drawn:
     finish(axes[0, 0], "(a) as measured", "", HOT)
     finish(axes[1, 0], "(b) smoothed", y=HOT)
     return Drawn(
-        "5.5",
         "Temperature profile with interference, and smoothed",
         f"One heating cycle in the kiln, by the thermocouple on the top plate. {smooth.spikes} "
         "spikes of interference were found by their slope and replaced by straight lines.",
@@ -72,7 +58,8 @@ def _smoothing(example: Recording) -> Drawn:
     )
 
 
-def _loop(example: Recording) -> Drawn:
+def _loop(runs: KilnRuns) -> Drawn:
+    example = first_cycle(runs.heated.curves)
     t, x = example["t"], example["position"]
     smooth = without_spikes(t, example["thermocouple"]).values
     profile = cleaned(example)
@@ -90,7 +77,6 @@ def _loop(example: Recording) -> Drawn:
     finish(axes[0, 1], "(b) zoom: heating", HOT, SHORT)
     axes[0, 1].set(xlim=near, ylim=(float(x[inside].min()) - 0.1, float(x[inside].max()) + 0.1))
     return Drawn(
-        "5.6",
         "Hysteresis of the smoothed example, and its averages",
         "Contraction against the temperature of Figure 5.5b. Diamonds are means over windows of "
         f"at most {AVERAGED:g} degC: {len(u)} points for {len(t)} samples; in (a) every fourth is "
@@ -105,7 +91,8 @@ def _rising(ax: Any, table: FodTable, label: str, **options: Any) -> None:
     ax.plot(grid, rising, color=BLACK, linewidth=1.2, label=label, **options)
 
 
-def _curves(table: FodTable) -> Drawn:
+def _curves(runs: KilnRuns) -> Drawn:
+    table = runs.table
     figure, axes = new(4.2, 1)
     ax = axes[0, 0]
     curves = sorted(table.raw, key=lambda c: float(c[0][0]))
@@ -118,7 +105,6 @@ def _curves(table: FodTable) -> Drawn:
     ax.lines[-1].set_label(f"full contraction, {full:.1f} degC")
     finish(ax, "", HOT, SHORT, legend=True)
     return Drawn(
-        "5.7",
         "First-order descending curves",
         f"All {len(curves)} curves as measured, smoothed and averaged, each from its maximum "
         "M_k (dot) on while the kiln cools. The dotted line is where the rising branch is within "
@@ -137,7 +123,8 @@ def _three_d(figure: Figure, ax: Any) -> None:
     figure.subplots_adjust(left=0.0, right=1.0, bottom=0.03, top=1.0)
 
 
-def _surface(table: FodTable) -> Drawn:
+def _surface(runs: KilnRuns) -> Drawn:
+    table = runs.table
     figure, axes = new(4.8, 1, subplot_kw={"projection": "3d"})
     every = 3
     grid, height = table.grid[::every], table.first_order[::every, ::every]
@@ -150,7 +137,6 @@ def _surface(table: FodTable) -> Drawn:
     )
     _three_d(figure, axes[0, 0])
     return Drawn(
-        "5.8",
         "Table of first-order curves",
         "The look-up table: contraction after a maximum M_k and a fall to m_k, on "
         f"{table.n} x {table.n} temperatures from {table.lo:.1f} to {table.hi:.1f} degC, of which "
@@ -171,13 +157,13 @@ def _pair(axes: Any, p: Prediction, letters: str, name: str, legend: bool) -> No
     finish(axes[1], f"({letters[1]}) {name}", HOT, SHORT)
 
 
-def _comparison(predictions: list[Prediction]) -> Drawn:
+def _comparison(runs: KilnRuns) -> Drawn:
+    predictions = runs.predictions[:IN_5_9]
     figure, axes = new(2.9 * len(predictions), len(predictions), 2)
     for k, p in enumerate(predictions):
         _pair(axes[k], p, "abcdefgh"[2 * k : 2 * k + 2], f"profile {k + 1}", k == 0)
     shares = " and ".join(f"{100.0 * p.share:.2f} %" for p in predictions)
     return Drawn(
-        "5.9",
         "Preisach model against new profiles",
         "New temperature profiles with minor loops whose turning points are on no measured curve. "
         f"The model sees the smoothed temperature only; RMS error {shares} of the stroke.",
@@ -195,7 +181,8 @@ def _chosen(table: FodTable) -> list[tuple[Array, Array]]:
     return [curves[k] for k in picked]
 
 
-def _examples(table: FodTable) -> Drawn:
+def _examples(runs: KilnRuns) -> Drawn:
+    table = runs.table
     chosen = _chosen(table)
     figure, axes = new(4.2, 1)
     ax = axes[0, 0]
@@ -206,7 +193,6 @@ def _examples(table: FodTable) -> Drawn:
         ax.plot(inputs, table.curve(float(u[0]), inputs), color=color, linewidth=0.9)
     finish(ax, "", HOT, SHORT, legend=True)
     return Drawn(
-        "D.5",
         "First-order descending curves: examples",
         f"{len(chosen)} of the {len(table.raw)} measured curves (dots, every third) and what the "
         "table gives for the same maxima (lines).",
@@ -214,7 +200,8 @@ def _examples(table: FodTable) -> Drawn:
     )
 
 
-def _points(table: FodTable) -> Drawn:
+def _points(runs: KilnRuns) -> Drawn:
+    table = runs.table
     figure, axes = new(4.8, 1, subplot_kw={"projection": "3d"})
     top = np.concatenate([np.full(len(u), u[0]) for u, _ in table.raw])
     low = np.concatenate([u for u, _ in table.raw])
@@ -222,7 +209,6 @@ def _points(table: FodTable) -> Drawn:
     axes[0, 0].scatter(top, low, f, c=f, cmap="viridis", s=3.0, depthshade=False)
     _three_d(figure, axes[0, 0])
     return Drawn(
-        "D.6",
         "Data of the first-order curves",
         f"The {len(f)} points (M_k, m_k, f) as measured, before a table was made of them: one row "
         "of points per heating cycle.",
@@ -230,8 +216,9 @@ def _points(table: FodTable) -> Drawn:
     )
 
 
-def _another(predictions: list[Prediction], k: int) -> Drawn:
-    p = predictions[k]
+def _another(runs: KilnRuns) -> Drawn:
+    k = IN_5_9
+    p = runs.predictions[k]
     figure, axes = new(5.6, 2, 2)
     _pair(axes[0], p, "ab", f"profile {k + 1}", True)
     line(axes[1, 0], p.profile.t, p.profile.temperature, GREEN, "smoothed temperature")
@@ -240,7 +227,6 @@ def _another(predictions: list[Prediction], k: int) -> Drawn:
     line(axes[1, 1], p.profile.t, error, BLACK, "model - measured", linewidth=0.6)
     finish(axes[1, 1], f"(d) profile {k + 1}", y="model - measured [um]")
     return Drawn(
-        "D.7",
         "Simulated and actual results",
         f"Another new profile, RMS error {100.0 * p.share:.2f} % of the stroke: (a) over time, "
         "(b) over temperature, (c) the smoothed temperature that the model sees, (d) what it "
@@ -260,10 +246,18 @@ PROCEDURE = Procedure(
     sections=("5.2.1", "Appendix D"),
     channels=("kiln.thermocouple", "kiln.encoder"),
     ids=measured_by("kiln"),
-    figures=("5.5", "5.6", "5.7", "5.8", "5.9", "D.5", "D.6", "D.7"),
+    figures={
+        "5.5": _smoothing,
+        "5.6": _loop,
+        "5.7": _curves,
+        "5.8": _surface,
+        "5.9": _comparison,
+        "D.5": _examples,
+        "D.6": _points,
+        "D.7": _another,
+    },
     diagrams=("5.4",),
     seconds=5.0,
     collect=collect,
     claims=_kiln_claims.claims,
-    draw=draw,
 )

@@ -46,11 +46,11 @@ def part(recording: Recording, single: Programme, cycle: int) -> Part:
     return Part(rows, own[0] if own else None)
 
 
-def cycling(number: str, runs: IntegratedRuns, recording: Recording, claim: str) -> Drawn:
+def cycling(runs: IntegratedRuns, recording: Recording, claim: str) -> Drawn:
     bias = integrated_runs.cycled(runs, recording)
     parts = [part(recording, runs.single, k) for k in (0, len(bias.cycles) - 1)]
     names = [f"cycle {k}" for k in (1, len(bias.cycles))]
-    fan = bool(recording.attributes.get("fan", number == "6.5"))
+    fan = bool(recording.attributes.get("fan", claim == "I4"))
     figure, axes = new(6.2, 2, 2)
     figure.subplots_adjust(right=0.94, wspace=0.25)
     full, near, back = axes[0, 0], axes[0, 1], axes[1, 0]
@@ -83,7 +83,6 @@ def cycling(number: str, runs: IntegratedRuns, recording: Recording, claim: str)
     back.legend(fontsize=7.5, loc="upper right", framealpha=0.85)
     _by_cycle(axes[1, 1], bias)
     return Drawn(
-        number,
         f"Micro-stage after ten cycles, {'with' if fan else 'without'} a fan",
         "The second sequence of steps in the first and in the last of ten cycles, by the laser. "
         f"(b) Its error, averaged over {1e3 * WINDOW_S:g} ms, with the Hall sensor's in the last "

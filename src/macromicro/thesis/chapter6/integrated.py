@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -58,7 +57,6 @@ def response(runs: IntegratedRuns) -> Drawn:
     finish(axes[1, 1], "(d) micro-stage, zoom")
     found = integrated.turns(r, runs.single)
     return Drawn(
-        "6.2",
         "Response of the integrated system",
         "The test input, one cycle: a decaying square wave for the macro-stage and, after each of "
         f"its {len(found)} moves, steps of the micro-stage. (b, d) The first move: the macro-stage "
@@ -128,7 +126,6 @@ def vibration(runs: IntegratedRuns) -> Drawn:
         ax.margins(x=0.06)
     frequency = f" at {found[0].frequency_hz:.1f} Hz" if found else ""
     return Drawn(
-        "6.3",
         "Vibration after a macro move",
         f"The belt goes on swinging{frequency} once the carriage stands: (a) until the laser is "
         "reset, (b) the beginning, after the first move, with the decay fitted to it; green: "
@@ -151,6 +148,14 @@ def _envelope(ax: Axes, since: np.ndarray[tuple[int], np.dtype[np.float64]], v: 
     line(ax, after, -decay, RED, "", linestyle="--")
 
 
+def without_fan(runs: IntegratedRuns) -> Drawn:
+    return cycling(runs, runs.warm, "I3")
+
+
+def with_fan(runs: IntegratedRuns) -> Drawn:
+    return cycling(runs, runs.cooled, "I4")
+
+
 def squares(runs: IntegratedRuns) -> Drawn:
     r, dt = runs.square, runs.square.dt
     last = integrated.squares(runs)[-2:]
@@ -171,7 +176,6 @@ def squares(runs: IntegratedRuns) -> Drawn:
     time = integrated.cycle_time(runs)
     both = time.contraction + time.extension
     return Drawn(
-        "6.5 (squares)",
         "Cycle time of the micro-stage with a fan",
         f"Squares between {integrated.RANGE_MM[0]:g} and {integrated.RANGE_MM[1]:g} mm. Shaded: "
         f"until the laser's reading stays within {MICRO_BAND:g} um of the set point; there and "
@@ -185,24 +189,21 @@ def collect(lab: Lab) -> IntegratedRuns:
     return integrated.collect(lab.settings, lab.seed, lab.runner())
 
 
-def draw(runs: IntegratedRuns) -> Iterator[Drawn]:
-    yield response(runs)
-    yield vibration(runs)
-    yield cycling("6.4", runs, runs.warm, "I3")
-    yield cycling("6.5", runs, runs.cooled, "I4")
-    yield squares(runs)
-
-
 PROCEDURE = Procedure(
     name="integrated",
     title="The integrated system",
     sections=("6.1", "6.2", "6.3", "6.3.1", "6.4.2"),
     channels=("encoder", "hall", "laser"),
     ids=measured_by("integrated"),
-    figures=("6.2", "6.3", "6.4", "6.5", "6.5 (squares)"),
+    figures={
+        "6.2": response,
+        "6.3": vibration,
+        "6.4": without_fan,
+        "6.5": with_fan,
+        "6.5 (squares)": squares,
+    },
     diagrams=("6.1",),
     seconds=3.0,
     collect=collect,
     claims=integrated.claims,
-    draw=draw,
 )

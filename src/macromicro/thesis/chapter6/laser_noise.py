@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -133,7 +132,7 @@ def collect(lab: Lab) -> LaserRuns:
     return recorded(lab.bench(), lab.seed)
 
 
-def draw(runs: LaserRuns) -> Iterator[Drawn]:
+def draw(runs: LaserRuns) -> Drawn:
     figure, axes = new(5.6, 2, 2)
     rest = runs.rest
     rows = slice(0, round(WINDOW_S / rest.dt))
@@ -151,8 +150,7 @@ def draw(runs: LaserRuns) -> Iterator[Drawn]:
         finish(ax, f"{name} held at {target:g} mm", y="laser - target [um]", legend=True)
     parts = np.array_split(rest["laser"], RECORDS)
     _amplitudes(axes[1, 1], runs, [amplitude(part) for part in parts])
-    yield Drawn(
-        "6.6",
+    return Drawn(
         "Apparent noise of the laser",
         "(a) The laser's reading with the whole system at rest; dashed: ±2 um. (b, c) The noisiest "
         f"of {len(runs.calmer)} holds each with the laser in place of the Hall sensor, last 10 of "
@@ -201,10 +199,9 @@ PROCEDURE = Procedure(
     sections=("6.4.1", "7"),
     channels=("laser",),
     ids=measured_by("laser-noise"),
-    figures=("6.6",),
+    figures={"6.6": draw},
     diagrams=(),
     seconds=1.0,
     collect=collect,
     claims=claims,
-    draw=draw,
 )
