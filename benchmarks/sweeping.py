@@ -1,4 +1,4 @@
-"""A sweep by one local worker and by two, in processes, journal and Parquet included."""
+"""A sweep by one local worker and by two, in processes, parts and results included."""
 
 from __future__ import annotations
 

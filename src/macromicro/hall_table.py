@@ -12,7 +12,6 @@ from macromicro.arrays import Array
 from macromicro.control import calibration
 from macromicro.control.calibration import Calibration
 from macromicro.control.pi import PiAntiWindup
-from macromicro.identify.hall import calibrate
 from macromicro.kernel import compiled
 from macromicro.nominal import PERIOD
 from macromicro.plant import bench
@@ -76,4 +75,6 @@ _shipped = functools.cache(calibration.shipped)
 
 @functools.lru_cache(maxsize=16)
 def _calibrated(described: Bench, sensors: Sensors) -> Calibration:
+    from macromicro.identify.hall import calibrate  # scipy, which takes a while
+
     return calibrate(ramps(bench.prepare(described, sensors)))

@@ -208,6 +208,9 @@ def sweep(
 ) -> pa.Table:
     """Compute the variants of a sweep file for any machine, as ``macromicro sweep`` does.
 
+    Its worker processes import the script that calls it, which must do so under
+    ``if __name__ == "__main__":``.
+
     Parameters
     ----------
     spec : PathLike

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 from tests import two_stages
 
-from macromicro import batch, cli
+from macromicro import batch
 from macromicro.batch import Variants
 from macromicro.errors import InputError
 from macromicro.machines import composite, compositions, programmes
 from macromicro.machines.trial import trial
+from macromicro.sweeps._spec import load
 
 
 @pytest.fixture
@@ -24,31 +23,21 @@ def lab(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_by_processes_it_gives_the_figures_of_single_runs(
-    lab: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    out = lab / "out"
-    words = ["macromicro", "sweep", str(lab / "sweep.toml"), "--workers", "2", "--out", str(out)]
-    monkeypatch.setattr(sys, "argv", words)
-    assert cli.main() == 0, capsys.readouterr().err
-    table = pq.read_table(next(out.glob("*.parquet"))).to_pydict()
+def test_it_gives_the_figures_of_single_runs(lab: Path) -> None:
     machine, settings = compositions.load(lab / "machine.toml")
     job = batch.job(str(lab / "machine.toml"), programme=str(lab / "moves.toml"))
     names = [metric.name for metric in job.metrics]
-    for k, coulomb in enumerate((2.0, 3.0)):
+    rows = job.evaluate(Variants(("x.friction.coulomb",), np.array([[2.0], [3.0]])))
+    for row, coulomb in zip(rows, (2.0, 3.0), strict=True):
         tree = settings.with_("x.friction.coulomb", f"{coulomb:g} N")
         under = composite.under(machine, tree)
         moves = programmes.chosen(under, tree, str(lab / "moves.toml"))
         found = trial(under, tree, programmes.plan(under, tree, moves), 0)
         for name in ("missed", "settling"):
-            assert table[name][k] == getattr(found, name), name
-        (row,) = job.evaluate(Variants(("x.friction.coulomb",), np.array([[coulomb]])))
-        assert row[names.index("settling")] == table["settling"][k]
+            assert row[names.index(name)] == getattr(found, name), name
 
 
 def test_an_edited_machine_is_another_sweep(lab: Path) -> None:
-    from macromicro.sweeps._spec import load
-
     before, _ = load(lab / "sweep.toml", batch.job)
     assert json.dumps(before.canonical).count("machine.toml") == 1
     (lab / "machine.toml").write_text(
@@ -66,8 +55,6 @@ def test_an_edited_machine_is_another_sweep(lab: Path) -> None:
     ],
 )
 def test_what_does_not_fit_is_refused(lab: Path, more: str, match: str) -> None:
-    from macromicro.sweeps._spec import load
-
     text = (lab / "sweep.toml").read_text("utf-8")
     (lab / "sweep.toml").write_text(more + text, "utf-8")
     if not more:

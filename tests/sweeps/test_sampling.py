@@ -81,24 +81,6 @@ def test_latin_hypercube_has_each_stratum_once(count: int, seed: int) -> None:
         assert sorted(np.floor(column * count).astype(int)) == list(range(count))
 
 
-def test_latin_hypercube_columns_are_unrelated() -> None:
-    """Correlation of two columns of 20 000 stays within five standard errors of none."""
-    axes = tuple(Axis(n, "", (), 0.0, 1.0) for n in "abcd")
-    values = Sampler(spec("lhs", 20_000, 5, axes)).values(0, 20_000)
-    index = np.arange(20_000)
-    related = np.corrcoef(np.column_stack([values, index]).T) - np.eye(5)
-    assert np.abs(related).max() < 5.0 / np.sqrt(20_000)
-
-
-def test_sobol_is_balanced_in_every_elementary_interval() -> None:
-    """Of 2^m points each of the 2^m boxes of equal sides has one (m even, two dimensions: 2
-    dimensions of the sequence have quality parameter 0)."""
-    axes = (Axis("a", "", (), 0.0, 1.0), Axis("b", "", (), 0.0, 1.0))
-    values = Sampler(spec("sobol", 256, 3, axes)).values(0, 256)
-    boxes = set(map(tuple, np.floor(values * 16).astype(int).tolist()))
-    assert len(boxes) == 256
-
-
 @pytest.mark.parametrize("method", SAMPLED)
 def test_seeds_differ(method: str) -> None:
     first, second = (Sampler(spec(method, 50, s)).values(0, 50) for s in (1, 2))

@@ -33,6 +33,10 @@ CRASHES = 3  # of workers that a part may cause
 AHEAD = 2  # parts for each worker, so that none waits for this process
 CLUSTER_AHEAD = 1000  # parts submitted to a cluster, which may grow
 KEPT = "Finished variants are kept; add --resume to continue"
+NO_WORKERS = (
+    "the worker processes end before they begin; they import the script that starts a sweep, "
+    'which must do so under `if __name__ == "__main__":`'
+)
 _POLL = 0.2  # s between looks at `stop`
 _MAX_WORDS = 500  # of an error's text
 
@@ -89,6 +93,13 @@ def _opened(pickled: bytes) -> tuple[Task, Job]:
     return task, job
 
 
+def prepare(pickled: bytes) -> None:
+    """In a worker: import and compile, or load, what the job needs."""
+    from macromicro.batch import Variants
+
+    _opened(pickled)[1].evaluate(Variants((), np.empty((0, 0))))
+
+
 def compute(pickled: bytes, part: Part) -> Block:
     """In a worker: the metrics of a part."""
     try:
@@ -128,23 +139,33 @@ def by_processes(
     A crash ends all workers. A part that was in hand at two crashes is then computed alone, so that
     the guilty one is known.
     """
-    left = dict.fromkeys(numbers)
+    left, pickled = dict.fromkeys(numbers), pickle.dumps(task)
     crashes: Counter[int] = Counter()
     while left and not stop():
         suspects = [number for number in left if crashes[number] >= CRASHES - 1]
         batch, ahead = (suspects, 1) if suspects else (list(left), AHEAD * workers)
+        count = min(workers, ahead, len(batch))
         in_hand: dict[Future[Block], Part] = {}
+        ready: list[Future[None]] = []
         try:
-            with processes(min(workers, ahead, len(batch))) as pool:
-                for part, block in _flow(pool, task, map(draw, batch), ahead, in_hand, stop):
+            with processes(count) as pool:
+                for _ in range(count):  # while this process draws the first parts
+                    ready.append(submit(pool, prepare, pickled))
+                for part, block in _flow(pool, pickled, map(draw, batch), ahead, in_hand, stop):
                     del left[part.number]
                     yield part, block
         except BrokenProcessPool:
             for part in in_hand.values():
                 crashes[part.number] += 1
                 if crashes[part.number] >= CRASHES:
+                    if not any(map(_has_answered, ready)):
+                        raise SweepError(NO_WORKERS) from None
                     why = f"{part} crashed their worker {CRASHES} times"
                     raise SweepError(f"{why}; is the memory full? {KEPT}") from None
+
+
+def _has_answered(future: Future[None]) -> bool:
+    return not future.cancelled() and not isinstance(future.exception(), BrokenProcessPool)
 
 
 def by_cluster(
@@ -154,7 +175,7 @@ def by_cluster(
     pool = client.get_executor(pure=False, retries=0)
     ahead = max(CLUSTER_AHEAD, AHEAD * sum(client.nthreads().values()))
     try:
-        yield from _flow(pool, task, map(draw, numbers), ahead, {}, stop)
+        yield from _flow(pool, pickle.dumps(task), map(draw, numbers), ahead, {}, stop)
     except CancelledError:
         raise SweepError(f"the scheduler was lost. {KEPT}") from None
     finally:
@@ -162,11 +183,10 @@ def by_cluster(
 
 
 def _flow(
-    pool: Executor, task: Task, waiting: Iterator[Part], ahead: int,
+    pool: Executor, pickled: bytes, waiting: Iterator[Part], ahead: int,
     in_hand: dict[Future[Block], Part], stop: Stop,
 ) -> Computed:  # fmt: skip
     """Parts with their metrics as they are finished; `in_hand` are those that are submitted."""
-    pickled = pickle.dumps(task)
     while not stop():
         while len(in_hand) < ahead and (part := next(waiting, None)) is not None:
             in_hand[submit(pool, compute, pickled, part)] = part

@@ -23,7 +23,7 @@ from macromicro.schema.text import printable, write_text
 from macromicro.sweeps._evaluate import Block, Part
 from macromicro.sweeps._provenance import Provenance
 from macromicro.sweeps._spec import Spec
-from macromicro.sweeps.results import FIGURES, RESULTS, Summary, Tally
+from macromicro.sweeps.results import FIGURES, RESULTS, Summary, summarise
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -33,14 +33,14 @@ if TYPE_CHECKING:
 SPEC, STUDY, PARTS = "sweep.toml", "study.json", "parts"
 FILES = (SPEC, STUDY, RESULTS, *FIGURES)
 GROUP = 65_536  # rows of a row group
-_LEAST_PARTS, _MOST_PARTS, _USUAL = 256, 65_536, 32
+_LEAST_PARTS, _MOST_PARTS, _USUAL = 128, 65_536, 32
 _NUMBER, _FOOTER = 8, 4096  # bytes
 
 
 def part_size(variants: int) -> int:
     """Variants in a part, a power of two that only the sweep's size decides.
 
-    A part is at most 1/256 of a sweep, and there are at most 131 072 of them.
+    A part is one variant or at most 1/128 of a sweep, and there are at most 131 072 of them.
     """
     size = max(1, min(variants // _LEAST_PARTS, _USUAL), variants // _MOST_PARTS)
     return 1 << (size.bit_length() - 1)
@@ -107,10 +107,8 @@ class Folder:
 
     def completed(self) -> Summary | None:
         """The summary of the results where they are complete."""
-        record = self._study()
-        if record["state"] != "complete" or not (self.place / RESULTS).exists():
-            return None
-        return Summary.restored(record["results"])
+        complete = self._study()["state"] == "complete" and (self.place / RESULTS).exists()
+        return summarise(self.place / RESULTS) if complete else None
 
     def begin(self, text: str) -> None:
         """Replace an earlier sweep; without its study.json nothing is resumed."""
@@ -171,7 +169,7 @@ class Folder:
         names = ["index", *part.variants.paths, *self._spec.metrics, "error"]
         table = pa.table(dict(zip(names, [index, *values.T, *block.rows.T, words], strict=True)))
         path = self.part(part.number)
-        pq.write_table(table, _fresh(path), use_dictionary=False)
+        pq.write_table(table, _fresh(path), use_dictionary=False, write_statistics=False)
         _fresh(path).replace(path)  # one that a power failure damages is computed again
 
     def write_results(self, stop: Callable[[], bool]) -> Summary | None:
@@ -184,7 +182,7 @@ class Folder:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        schema, tally = self._schema(), Tally(self._metrics)
+        schema = self._schema()
         step = max(1, GROUP // self.size)
         fresh = _fresh(self.place / RESULTS)
         with pq.ParquetWriter(fresh, schema, compression="zstd") as writer:
@@ -194,11 +192,9 @@ class Folder:
                     return None
                 numbers = range(low, min(low + step, self.count))
                 tables = [pq.ParquetFile(self.part(number)).read() for number in numbers]
-                table = pa.concat_tables(tables).cast(schema)
-                tally.add(table)
-                writer.write_table(table, GROUP)
+                writer.write_table(pa.concat_tables(tables).cast(schema), GROUP)
         _publish(self.place / RESULTS)
-        return tally.summary()
+        return summarise(self.place / RESULTS)
 
     def _schema(self) -> pa.Schema:
         import pyarrow as pa

@@ -48,10 +48,7 @@ class Sampler:
 
     def _grid(self, first: int, count: int) -> Array:
         """All combinations, the last parameter fastest."""
-        index = np.arange(first, first + count, dtype=np.int64)
-        found = np.empty((count, len(self.paths)))
-        for k in reversed(range(len(self.paths))):
-            levels = np.asarray(self.spec.axes[k].levels)
-            index, place = np.divmod(index, len(levels))
-            found[:, k] = levels[place]
+        levels = [np.asarray(axis.levels) for axis in self.spec.axes]
+        places = np.unravel_index(np.arange(first, first + count), [len(each) for each in levels])
+        found: Array = np.stack([a[k] for a, k in zip(levels, places, strict=True)], axis=1)
         return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -21,7 +21,6 @@ from macromicro.units import convert
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from macromicro.batch import Metric
 
 RESULTS = "results.parquet"
 NAME = "sweep"  # of the figure
@@ -70,46 +69,26 @@ class Summary(NamedTuple):
         }
         return {**self._asdict(), "metrics": ranges}
 
-    @classmethod
-    def restored(cls, record: Mapping[str, Any]) -> Summary:
-        ranges = {name: Range(**r) for name, r in record["metrics"].items()}
-        return cls(**{**record, "metrics": ranges})
 
+def summarise(path: Path) -> Summary:
+    """The ranges of the metrics in a file of results, read column by column."""
+    import pyarrow.parquet as pq
 
-class Tally:
-    """Ranges of the metrics, accumulated table by table."""
-
-    def __init__(self, metrics: Sequence[Metric]) -> None:
-        self._metrics = metrics
-        self._rows = self._infeasible = 0
-        self._first = ""
-        width = len(metrics)
-        self._finite, self._sum = np.zeros(width, dtype=np.int64), np.zeros(width)
-        self._least, self._most = np.full(width, math.inf), np.full(width, -math.inf)
-
-    def add(self, table: pa.Table) -> None:
-        rows = np.stack([table[m.name].to_numpy() for m in self._metrics], axis=1)
-        good = np.isfinite(rows)
-        self._rows += len(rows)
-        self._finite += good.sum(axis=0)
-        self._sum += np.where(good, rows, 0.0).sum(axis=0)
-        self._least = np.minimum(self._least, np.where(good, rows, math.inf).min(axis=0))
-        self._most = np.maximum(self._most, np.where(good, rows, -math.inf).max(axis=0))
-        failed = table.filter(table["error"].is_valid())
-        if failed.num_rows and not self._first:
-            words = failed["error"][0].as_py()
-            named = words.startswith("variant ")  # a job may say itself which
-            self._first = words if named else f"variant {failed['index'][0]}: {words}"
-        self._infeasible += failed.num_rows
-
-    def summary(self) -> Summary:
-        ranges = {}
-        for k, metric in enumerate(self._metrics):
-            ranges[metric.name] = Range(metric.unit, finite := int(self._finite[k]))
-            if finite:
-                least, mean, most = self._least[k], self._sum[k] / finite, self._most[k]
-                ranges[metric.name] = Range(metric.unit, finite, *map(float, (least, mean, most)))
-        return Summary(self._rows, self._infeasible, self._first, ranges)
+    file, ranges = pq.ParquetFile(path), {}
+    for field in file.schema_arrow:
+        if b"meaning" in (field.metadata or {}):  # else it is no metric
+            values = file.read([field.name])[field.name].to_numpy()
+            known, unit = values[np.isfinite(values)], field.metadata[b"unit"].decode()
+            figures = (known.min(), known.mean(), known.max()) if len(known) else ()
+            ranges[field.name] = Range(unit, len(known), *map(float, figures))
+    errors = file.read(["index", "error"])
+    errors = errors.filter(errors["error"].is_valid())
+    first = ""
+    if errors.num_rows:
+        first = errors["error"][0].as_py()
+        if not first.startswith("variant "):  # a job may say itself which
+            first = f"variant {errors['index'][0]}: {first}"
+    return Summary(file.metadata.num_rows, errors.num_rows, first, ranges)
 
 
 def lines(summary: Summary) -> Iterator[str]:
