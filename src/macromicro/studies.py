@@ -5,30 +5,20 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from macromicro.api import PathLike
 from macromicro.arrays import Array
-from macromicro.batch import cores
-from macromicro.batch.programme_job import ProgrammeJob
-from macromicro.errors import ProblemError
-from macromicro.machines import composite, compositions, programmes
-from macromicro.machines.composite import AnyMachine
-from macromicro.machines.composition import TURNS
-from macromicro.robustness import job as jobs
-from macromicro.robustness import stage as machine_study
 from macromicro.robustness import study
+from macromicro.robustness.request import asked
 from macromicro.robustness.statistics import Share
-from macromicro.schema import config, keys
-from macromicro.settings import Settings
-from macromicro.settings import chosen as bench_settings
+from macromicro.schema import keys
 from macromicro.tuning.request import Request, ready
 from macromicro.tuning.search import Tuning
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-MAX_WORKERS = 256
 
 Progress = Callable[[int, float], None]
 
@@ -121,7 +111,7 @@ def tune(
         An argument or the settings are not accepted.
     """
     request = Request(
-        None if what is None else Path(os.fspath(what)), stage, objective, law, evaluations, seed,
+        _path(what), stage, objective, law, evaluations, seed,
         benches > 0, benches or None, settings=settings,
     )  # fmt: skip
     found = ready(request).search(progress)
@@ -175,14 +165,8 @@ def robust(
         An argument, the programme or the settings are not accepted.
     """
     keys.seed(seed, "seed")
-    count = threads(workers, "workers")
-    if _is_two_stage(what):
-        own = _bench(what, law, settings)
-        subject = jobs.subject(ProgrammeJob(programme or "thesis", settings=own), count)
-    else:
-        machine, own = _machine(what, law, settings)
-        plan = programmes.plan(machine, own, programmes.chosen(machine, own, programme))
-        subject = machine_study.subject(machine, own, plan, count)
+    chosen = asked(_path(what), programme, law, workers, settings=settings)
+    own, subject = chosen.settings, chosen.subject
     request = study.Request(own, (), samples, seed, single=False)
     found = study.run(request, subject, lambda done, total: progress(done))
     names = [each.name for each in subject.metrics]
@@ -265,30 +249,5 @@ def sweep(
     return pq.read_table(ready.out / results.RESULTS)
 
 
-def threads(workers: int | None, where: str) -> int:
-    """The number of threads that a user asks for; None: one for each core."""
-    return cores() if workers is None else keys.whole(workers, 1, MAX_WORKERS, where)
-
-
-def _is_two_stage(what: PathLike | None) -> bool:
-    return what is None or compositions.chosen(Path(os.fspath(what))).family == TURNS
-
-
-def _bench(what: PathLike | None, law: str | None, settings: Any) -> Settings:
-    """Settings of the two-stage machine under a law."""
-    if settings is None:
-        return bench_settings(Settings(), None if what is None else Path(os.fspath(what)), law)
-    config.check(settings, "settings")
-    own: Settings = bench_settings(settings, None, law)
-    return own
-
-
-def _machine(what: PathLike | None, law: str | None, settings: Any) -> tuple[AnyMachine, Any]:
-    path = Path(os.fspath(cast("PathLike", what)))
-    machine, own = compositions.load(path, law)
-    if settings is None:
-        return machine, own
-    if law is not None:
-        raise ProblemError("law", "the settings have a law of their own", "Choose it in them.")
-    config.check(settings, "settings")
-    return composite.under(machine, settings), settings
+def _path(what: PathLike | None) -> Path | None:
+    return None if what is None else Path(os.fspath(what))

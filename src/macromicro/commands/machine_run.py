@@ -12,10 +12,9 @@ def takes_turns(config: Path | None) -> bool:
     """Whether a settings file, or none, is for the two-stage machine."""
     if config is None:  # what no file names needs no look at the machines
         return True
-    from macromicro.machines.composition import TURNS
-    from macromicro.machines.compositions import chosen
+    from macromicro.machines.compositions import is_two_stage
 
-    return chosen(config).family == TURNS
+    return is_two_stage(config)
 
 
 def refuse(*, fan: bool) -> None:

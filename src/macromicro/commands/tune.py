@@ -76,8 +76,9 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     """
     from macromicro.drawing.files import formats
     from macromicro.runs import folder
+    from macromicro.settings import Settings
     from macromicro.tuning import files
-    from macromicro.tuning.request import Request, is_two_stage, ready
+    from macromicro.tuning.request import Request, ready
 
     kinds = formats(figures)
     asked = Request(
@@ -85,7 +86,7 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
         _penalties(penalty or []),
     )  # fmt: skip
     found = ready(asked)
-    if is_two_stage(config):
+    if isinstance(found.subject.start, Settings):
         tell(found.subject.start.controller)
     name = stage or (config.stem if config else "")
     place = folder.chosen(out, Path("results") / f"tune-{name}", overwrite=overwrite)

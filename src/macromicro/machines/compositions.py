@@ -6,10 +6,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from macromicro.errors import ProblemError
 from macromicro.machines import _two_stage, composite
 from macromicro.machines import machine as machines
 from macromicro.machines.composite import AnyMachine, Composite
-from macromicro.machines.composition import ONE, STEP, Composition
+from macromicro.machines.composition import ONE, STEP, TURNS, Composition
 from macromicro.machines.guarding import Watch
 from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.machine import JOINT, KEY, Machine
@@ -57,6 +58,22 @@ def load(path: Path, law: str | None = None) -> tuple[AnyMachine, Any]:
         return machines.load(path, law)
     settings = of_several(whole).load(path, law)
     return composite.under(whole, settings), settings
+
+
+def with_settings(path: Path, law: str | None, settings: Any) -> tuple[AnyMachine, Any]:
+    """The machine of a file, with other settings where they are given."""
+    machine, own = load(path, law)
+    if settings is None:
+        return machine, own
+    if law is not None:
+        raise ProblemError("law", "the settings have a law of their own", "Choose it in them.")
+    config.check(settings, "settings")
+    return composite.under(machine, settings), settings
+
+
+def is_two_stage(path: Path | None) -> bool:
+    """Whether a settings file, or none, is for the two-stage machine."""
+    return path is None or chosen(path).family == TURNS
 
 
 def recorded(recording: Recording) -> tuple[AnyMachine, Any] | None:

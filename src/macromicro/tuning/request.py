@@ -9,9 +9,8 @@ from typing import Any, NamedTuple
 from macromicro.batch import cores
 from macromicro.control import outside
 from macromicro.errors import ProblemError
-from macromicro.machines import composite, compositions, doubts, programmes
+from macromicro.machines import compositions, doubts, programmes
 from macromicro.machines.composite import Composite
-from macromicro.machines.composition import TURNS
 from macromicro.schema import config, keys
 from macromicro.schema.text import printable
 from macromicro.settings import Settings
@@ -74,23 +73,12 @@ def ready(request: Request) -> Ready:
     return Ready(subject, request.objective, weights, budget)
 
 
-def is_two_stage(path: Path | None) -> bool:
-    return path is None or compositions.chosen(path).family == TURNS
-
-
 def _subject(request: Request) -> Subject:
-    if request.settings is not None:
-        config.check(request.settings, "settings")
-    if is_two_stage(request.config):
+    if compositions.is_two_stage(request.config):
         return _bench(request)
-    path, law, settings = request.config, request.law, request.settings
+    path = request.config
     assert path is not None
-    machine, own = compositions.load(path, law)
-    if settings is not None:
-        if law is not None:
-            remedy = "Choose it in them."
-            raise ProblemError("law", "the settings have a law of their own", remedy)
-        machine, own = composite.under(machine, settings), settings
+    machine, own = compositions.with_settings(path, request.law, request.settings)
     where = printable(path, 300)
     doubts.refuse(own, where, "tune")
     plan = programmes.plan(machine, own, programmes.chosen(machine, own))
@@ -113,6 +101,8 @@ def _bench(request: Request) -> Subject:
     if stage not in STAGES:
         problem = "missing" if stage is None else f"{printable(stage)} is none of this machine"
         raise ProblemError("stage", problem, f"Give {' or '.join(STAGES)}.")
+    if request.settings is not None:
+        config.check(request.settings, "settings")
     settings: Settings = request.settings or bench_settings(Settings(), request.config, None)
     if stage == "macro" and law is not None and outside.is_name(law):
         joined = settings.controller.joined(law, "--law")
