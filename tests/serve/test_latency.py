@@ -58,7 +58,7 @@ def test_ctrl_c_gives_what_was_measured_until_then(tmp_path: Path) -> None:
     )
     assert process.stderr is not None
     line = process.stderr.readline()
-    while "of 600" not in line and line:
+    while "latency: 600 s" not in line and line:
         line = process.stderr.readline()
     process.send_signal(signal.SIGINT)
     out, error = process.communicate(timeout=60)
