@@ -130,3 +130,16 @@ def test_what_a_walk_does_not_accept(lab: Path, options: tuple[str, ...], messag
     done = doctor(lab, "--rig", "mylab:bench", *options)
     assert done.returncode == 2
     assert message in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--walk", "--law", "mylab:law"), "--law: not together with --walk"),
+        (("--machine", "mylab:axis", "--open"), "--machine: not together with --open or --move"),
+        (("--machine", "mylab:axis", "--heat", "1 V"), "--heat: only with --walk"),
+    ],
+)
+def test_one_check_at_a_time(lab: Path, options: tuple[str, ...], said: str) -> None:
+    done = doctor(lab, *options)
+    assert done.returncode == 2 and said in done.stderr

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from macromicro import cli
+from macromicro.commands.learn import following
 from macromicro.programme import load
 from tests.test_programme import LIMITS
 
@@ -47,6 +48,14 @@ def test_a_wave_is_learned_and_goes_on_being_learned(
     assert run(monkeypatch, *again) == 0
     first = float(capsys.readouterr().out.splitlines()[1].split()[1])
     assert first < rms[0], "it goes on from what the file has learned"
+
+
+def test_the_next_command_names_machine_law_and_rig_for_a_shell() -> None:
+    found = following(Path("my results"), Path("a b.toml"), "pd-tuned,inverse", "mylab:bench")
+    assert found == (
+        "macromicro run 'my results/learned.csv' --config 'a b.toml' --law pd-tuned,inverse "
+        "--rig mylab:bench"
+    )
 
 
 @pytest.mark.parametrize(

@@ -102,13 +102,22 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
     from macromicro.serve import health, persist, preflight
     from macromicro.serve.choosing import load
 
+    checks = {
+        "--machine": machine is not None,
+        "--law": law is not None,
+        "--walk": walk,
+        "--open or --move": (look or move is not None) and not walk,
+    }
+    several = [option for option, given in checks.items() if given]
+    if len(several) > 1:
+        raise ProblemError(several[0], f"not together with {several[1]}", "Check one at a time.")
+    if heat is not None and not walk:
+        raise ProblemError("--heat", "only with --walk")
     numbers = [each for each in port or () if each.isdigit()]
     devices = [each for each in port or () if not each.isdigit()]
     rig = joined(rig, devices[0] if devices else None, None, None)
     if machine is not None:
         findings = _checking.machine(machine)
-    elif heat is not None and not walk:
-        raise ProblemError("--heat", "only with --walk")
     elif walk:
         findings = _each(rig, lambda one: _walking.rig(one, move, heat, yes=yes))
     elif look or move is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -90,12 +91,16 @@ def learn(  # noqa: PLR0913, PLR0917 - one for each option
     before, after = found.repetitions[0], found.repetitions[found.best]
     print(f"RMS by the Hall sensor {1e6 * before.rms:.2f} um, learned {1e6 * after.rms:.2f} um")
     print(f"results: {folder}")
-    print(f"next: macromicro run {folder / 'learned.csv'}" + _same(config, law))
+    print("next: " + following(folder, config, law, rig))
 
 
-def _same(config: Path | None, law: str | None) -> str:
-    """Options that the learned programme needs again."""
-    return (f" --config {config}" if config else "") + (f" --law {law}" if law else "")
+def following(folder: Path, config: Path | None, law: str | None, rig: str) -> str:
+    """The command that runs the learned programme."""
+    words = ["macromicro", "run", str(folder / "learned.csv")]
+    given = (("--config", config), ("--law", law), ("--rig", rig if rig != "twin" else None))
+    for option, value in given:
+        words += [] if value is None else [option, str(value)]
+    return shlex.join(words)
 
 
 def _learned(job: Job, repeats: int, lag: float | None, signals: Signals) -> Learned:
