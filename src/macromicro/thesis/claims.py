@@ -19,11 +19,6 @@ from macromicro.recording import Recording
 REPRODUCED, DIFFERS, NOT_MEASURED = "reproduced", "differs", "not measured"
 CALIBRATED, SET, COMPUTED, PREDICTED = "calibrated", "set", "computed", "predicted"
 KINDS = (CALIBRATED, SET, COMPUTED, PREDICTED)
-# What the history says of M9, M14 and A4, for which no parameter is named.
-MET = (
-    "the bench was made to meet it from its first sketch on; which parameter was turned for it "
-    "is not recorded"
-)
 LIST = Path(__file__).with_name("claims.toml")
 
 Number = float | list[float] | list[str] | None
@@ -49,7 +44,7 @@ class Statement(NamedTuple):
     of: str = ""  # what else the bands apply to
     basis: str = ""  # reason of the bands
     rule: str = ""  # further conditions, in words
-    # Why it differs or agrees, with placeholders for values; several by name, if it depends.
+    # Why it differs or agrees, with placeholders; several wordings by name, where the rule chooses.
     reason: str | dict[str, str] = ""
 
 
@@ -152,8 +147,6 @@ def stated(
     `values` fill the placeholders of its reason in the list; `wording` names one of several.
     """
     reason = STATEMENTS[name].reason
-    if not reason:
-        return _claim(STATEMENTS[name], measured, verdict, wording)
     text = reason if isinstance(reason, str) else reason[wording]
     return _claim(STATEMENTS[name], measured, verdict, _Reasons().format(text, **values))
 
