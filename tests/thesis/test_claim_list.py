@@ -11,6 +11,7 @@ import pytest
 from macromicro.settings import Settings
 from macromicro.thesis.claims import (
     CALIBRATED,
+    DIFFERS,
     KINDS,
     NOT_MEASURED,
     PREDICTED,
@@ -120,8 +121,9 @@ def test_a_band_without_the_printed_number_names_it() -> None:
 
 
 def test_measured_or_not_the_words_are_the_same() -> None:
-    good, gone = stated("M1", 3.0, REPRODUCED, "why"), lost("M1", "it failed")
-    assert good == Claim(*gone)._replace(measured=3.0, verdict=REPRODUCED, reason="why")
+    good, gone = stated("M1", 3.0, REPRODUCED, spread=0.25), lost("M1", "it failed")
+    assert good == Claim(*gone)._replace(measured=3.0, verdict=REPRODUCED, reason=good.reason)
+    assert "differs by up to 0.25 V between" in good.reason
     assert gone.measured is None
     assert (gone.verdict, gone.printed, gone.unit) == (NOT_MEASURED, 3.0, "V")
 
@@ -129,6 +131,20 @@ def test_measured_or_not_the_words_are_the_same() -> None:
 def test_a_claim_that_is_not_listed() -> None:
     with pytest.raises(KeyError):
         stated("Z9", 1.0, REPRODUCED)
+
+
+def test_a_reason_takes_exactly_its_values() -> None:
+    with pytest.raises(KeyError, match="spread"):
+        stated("M1", 3.0, REPRODUCED)
+    with pytest.raises(KeyError, match="not in the reason: place, width"):
+        stated("M1", 3.0, REPRODUCED, spread=0.25, width=1.0, place=2.0)
+    late = stated("M14", 0.7, DIFFERS, "late", travel=2800.0, seconds=6.0)
+    assert late.reason == "not within 2 % of 2800 counts after 6 s"
+    with pytest.raises(KeyError, match="early"):
+        stated("M14", 0.7, DIFFERS, "early", travel=2800.0, seconds=6.0)
+
+
+def test_an_unknown_claim_is_lost_without_words() -> None:
     assert lost("Z9", "it failed").verdict == NOT_MEASURED
 
 

@@ -1,15 +1,16 @@
 """Claims: what the thesis states, what was measured, and the verdict.
 
-Statements, printed values and acceptance bands are data, `claims.toml`; `stated` adds the
-measurement.
+Statements, printed values, acceptance bands and the words of the reasons are data, `claims.toml`;
+`stated` adds the measurement.
 """
 
 from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from string import Formatter
 from typing import Any, NamedTuple
 
 from macromicro.errors import InputError, MacromicroError
@@ -18,11 +19,6 @@ from macromicro.recording import Recording
 REPRODUCED, DIFFERS, NOT_MEASURED = "reproduced", "differs", "not measured"
 CALIBRATED, SET, COMPUTED, PREDICTED = "calibrated", "set", "computed", "predicted"
 KINDS = (CALIBRATED, SET, COMPUTED, PREDICTED)
-# What the history says of M9, M14 and A4, for which no parameter is named.
-MET = (
-    "the bench was made to meet it from its first sketch on; which parameter was turned for it "
-    "is not recorded"
-)
 LIST = Path(__file__).with_name("claims.toml")
 
 Number = float | list[float] | list[str] | None
@@ -48,6 +44,8 @@ class Statement(NamedTuple):
     of: str = ""  # what else the bands apply to
     basis: str = ""  # reason of the bands
     rule: str = ""  # further conditions, in words
+    # Why it differs or agrees, with placeholders; several wordings by name, where the rule chooses.
+    reason: str | dict[str, str] = ""
 
 
 class Claim(NamedTuple):
@@ -131,9 +129,29 @@ def holds(good: bool) -> str:
     return REPRODUCED if good else DIFFERS
 
 
-def stated(name: str, measured: Number, verdict: str, reason: str = "") -> Claim:
-    """The claim `name` with its measurement; KeyError for an unknown one."""
-    s = STATEMENTS[name]
+class _Reasons(Formatter):
+    """`str.format` that accepts no value without a placeholder."""
+
+    def check_unused_args(
+        self, used_args: set[int | str], args: Sequence[Any], kwargs: Mapping[str, Any]
+    ) -> None:
+        if unused := kwargs.keys() - used_args:
+            raise KeyError(f"not in the reason: {', '.join(sorted(unused))}")
+
+
+def stated(
+    name: str, measured: Number, verdict: str, wording: str = "", /, **values: object
+) -> Claim:
+    """The claim `name` with its measurement; KeyError for an unknown one.
+
+    `values` fill the placeholders of its reason in the list; `wording` names one of several.
+    """
+    reason = STATEMENTS[name].reason
+    text = reason if isinstance(reason, str) else reason[wording]
+    return _claim(STATEMENTS[name], measured, verdict, _Reasons().format(text, **values))
+
+
+def _claim(s: Statement, measured: Number, verdict: str, reason: str) -> Claim:
     return Claim(
         s.id,
         s.section,
@@ -155,7 +173,7 @@ def stated(name: str, measured: Number, verdict: str, reason: str = "") -> Claim
 def lost(name: str, reason: str) -> Claim:
     """The claim `name`, not measured; an unknown one has no words and no kind."""
     if name in STATEMENTS:
-        return stated(name, None, NOT_MEASURED, reason)
+        return _claim(STATEMENTS[name], None, NOT_MEASURED, reason)
     return Claim(name, "", "Not measured", None, None, "", NOT_MEASURED, reason, kind="")
 
 

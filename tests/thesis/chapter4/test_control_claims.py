@@ -19,10 +19,9 @@ from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 from macromicro.simulate import simulate
 from macromicro.thesis import all_procedures
-from macromicro.thesis.chapter4 import _control_claims, _control_runs, _readings
+from macromicro.thesis.chapter4 import _control_claims, _control_runs, _readings, pd_route
 from macromicro.thesis.chapter4._control_runs import Square, tracking
 from macromicro.thesis.claims import COMPUTED, DIFFERS, REPRODUCED, Claim
-from macromicro.tuning import thesis
 
 IDS = (
     *("M1", "M2", "M3", "M3b", "M4a", "M4b", "M5", "M6a", "M6b", "M7", "M8", "M9"),
@@ -71,23 +70,23 @@ def test_measured_numbers(claims: dict[str, Claim]) -> None:
 
 def test_ratio_of_the_thesis_saturates(claims: dict[str, Claim]) -> None:
     """Section 4.3.3 against itself: 1.05 asks for about 10 V; (4.10) for 37 + 3, then 6.72 V."""
-    assert thesis.trial(thesis.at_ratio(1.05)).peak == pytest.approx(9.96, abs=0.05)
-    printed = thesis.trial(thesis.TUNED_TAPS)
+    assert pd_route.trial(pd_route.at_ratio(1.05)).peak == pytest.approx(9.96, abs=0.05)
+    printed = pd_route.trial(pd_route.TUNED_TAPS)
     assert printed.first == pytest.approx(0.0124593 * 3000.0 + 3.0)
     assert printed.peak == pytest.approx(6.72, abs=0.01)
     assert printed.saturated > 100
-    assert thesis.ratio_below_limit() > 1.5
+    assert pd_route.ratio_below_limit() > 1.5
     assert claims["M12"].measured == [0.0, 0.0, pytest.approx(0.863, abs=0.05)]
 
 
 def test_sweeps_fall_with_ratio_and_frequency() -> None:
     """Figures 4.22, 4.23: peak effort falls along both; derivative time keeps overshoot off."""
-    for sweep in (thesis.sweep_ratios(), thesis.sweep_frequencies()):
+    for sweep in (pd_route.sweep_ratios(), pd_route.sweep_frequencies()):
         peaks = [t.peak for t in sweep.values()]
         assert peaks == sorted(peaks, reverse=True)
-    assert all(t.overshoot < 0.5 for t in thesis.sweep_frequencies().values())
-    assert all(t.overshoot > 5.0 for t in thesis.sweep_frequencies(0.0).values())
-    for w, t in thesis.sweep_frequencies().items():
+    assert all(t.overshoot < 0.5 for t in pd_route.sweep_frequencies().values())
+    assert all(t.overshoot > 5.0 for t in pd_route.sweep_frequencies(0.0).values())
+    for w, t in pd_route.sweep_frequencies().items():
         assert t.crossover.frequency == pytest.approx(w, rel=1e-6)
 
 

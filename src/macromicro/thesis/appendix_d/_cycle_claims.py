@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.thesis.appendix_d import cycle_runs
 from macromicro.thesis.appendix_d.cycle_runs import CycleData, Cycles
-from macromicro.thesis.claims import MET, Claim, accepts, band, holds, judged, stated
+from macromicro.thesis.claims import Claim, accepts, band, holds, judged, stated
 
 LATE = 10  # cycles at the end that count as settled
-STEADY = 0.02  # of their mean, within which they may still change
+STEADY = 2.0  # % of their mean, within which they may still change
 EARLY = 4  # cycles at the beginning, in which nearly all of the growth of the shares comes
 
 
@@ -32,58 +34,59 @@ def settled(values: Array) -> float:
     return float(values[-LATE:].mean())
 
 
-def unrest(values: Array) -> float:
-    """Largest difference between two of the last ten cycles, as a share of their mean."""
-    return float(np.ptp(values[-LATE:])) / settled(values)
+class Course(NamedTuple):
+    """A time over the cycles."""
+
+    first: float  # in cycle 1 [s]
+    late: float  # mean of the last ten cycles [s]
+    spread: float  # largest difference between two of these [% of their mean]
+
+    @property
+    def steady(self) -> bool:
+        return self.spread < STEADY
 
 
-def _course(values: Array) -> str:
-    return f"{values[0]:.3f} s in cycle 1, {settled(values):.3f} s over the last ten"
-
-
-def _steady(values: Array) -> str:
-    return f"{_course(values)}, which lie within {100.0 * unrest(values):.1f} % of each other"
+def course(values: Array) -> Course:
+    late = settled(values)
+    spread = float(np.ptp(values[-LATE:])) / late
+    return Course(float(values[0]), late, 100.0 * spread)
 
 
 def _times(data: CycleData, mean: Cycles) -> list[Claim]:
     per_second, free = cycle_runs.measured(data.literal), cycle_runs.measured(data.unlimited)
-    missed = int(np.isnan(free.tau1).sum())
-    reading = (
-        "The printed gains leave two things open. Kd as a derivative per second gives tau1 "
-        f"{float(np.nanmean(per_second.tau1[-LATE:])):.3f} s. An integral without limit drifts: "
-        f"{data.unlimited.max():.0f} counts in cycle 1, and then 149 are missed in {missed} of "
-        f"{len(free.tau1)} cycles. In use: Kd per sample, integration only within 0-5 V"
-    )
-    spring = "the fixture's preload and outer resistances were chosen with these times in view"
-    t1, t2, fall = (settled(v) for v in (mean.tau1, mean.tau2, mean.fall))
-    calm = [unrest(v) < STEADY for v in (mean.tau1, mean.tau2, mean.fall)]
+    rise, again, fall = (course(v) for v in (mean.tau1, mean.tau2, mean.fall))
     good = (
-        accepts("A1", t1) and mean.tau1[0] > t1 and calm[0],
-        accepts("A2", t2) and calm[1],
-        accepts("A3", fall) and mean.fall[0] < fall and calm[2],
+        accepts("A1", rise.late) and rise.first > rise.late and rise.steady,
+        accepts("A2", again.late) and again.steady,
+        accepts("A3", fall.late) and fall.first < fall.late and fall.steady,
     )
     return [
-        stated("A1", t1, holds(good[0]), f"{_steady(mean.tau1)}; {spring}. {reading}"),
-        stated("A2", t2, holds(good[1]), f"{_steady(mean.tau2)}; {spring}"),
+        stated(
+            "A1",
+            rise.late,
+            holds(good[0]),
+            course=rise,
+            per_second=float(np.nanmean(per_second.tau1[-LATE:])),
+            drift=data.unlimited.max(),
+            missed=int(np.isnan(free.tau1).sum()),
+            cycles=len(free.tau1),
+        ),
+        stated("A2", again.late, holds(good[1]), course=again),
         stated(
             "A3",
-            fall,
+            fall.late,
             holds(good[2]),
-            f"{_steady(mean.fall)}: still {1e3 * (mean.fall[-1] - mean.fall[-LATE]):.0f} ms more "
-            f"from the first of those to the last; up to {band('A3')[1]:g} s count as 1.2 s; "
-            f"{spring}",
+            course=fall,
+            more=1e3 * (mean.fall[-1] - mean.fall[-LATE]),
+            limit=band("A3")[1],
         ),
     ]
 
 
 def _delay(runs: list[Cycles]) -> Claim:
     least = float(min((run.tau1 - run.tau2).min() for run in runs))
-    return stated(
-        "A4",
-        least,
-        holds(accepts("A4", least)),
-        f"least of {len(runs)} runs of {len(runs[0].tau1)} cycles; {MET}",
-    )
+    good = accepts("A4", least)
+    return stated("A4", least, holds(good), runs=len(runs), cycles=len(runs[0].tau1))
 
 
 def _shares(mean: Cycles) -> Claim:
@@ -102,20 +105,15 @@ def _shares(mean: Cycles) -> Claim:
         "A5",
         [early[0], late[0], early[1], late[1]],
         holds(good),
-        f"first 1000 samples: {mean.first[0]:.0f} % in cycle 1, mean of the first ten "
-        f"{early[0]:.0f} %, of the last ten {late[0]:.0f} %; last 1000: {mean.last[0]:.0f}, "
-        f"{early[1]:.0f}, {late[1]:.0f} %; lines through all cycles rise by {slopes[0]:.2f} and "
-        f"{slopes[1]:.2f} % a cycle. The growth is that of the first cycles, which pull the lines "
-        f"up: the highest shares are {mean.first.max():.0f} % (cycle {top[0]}) and "
-        f"{mean.last.max():.0f} % (cycle {top[1]}), and lines through the cycles from "
-        f"{EARLY + 1} on change by {after[0]:+.2f} and {after[1]:+.2f} % a cycle",
+        mean=mean,
+        early=early,
+        late=late,
+        slopes=slopes,
+        highest=(mean.first.max(), mean.last.max()),
+        top=top,
+        begin=EARLY + 1,
+        after=after,
     )
-
-
-def _room(room: Array) -> str:
-    if not np.isfinite(room).all():
-        return "whatever the room was, which nothing measured"
-    return f"the room ({room.min():.1f} to {room.max():.1f} degC; the twin draws it) allowed for"
 
 
 def _total(data: CycleData, runs: list[Cycles], mean: Cycles) -> Claim:
@@ -124,11 +122,15 @@ def _total(data: CycleData, runs: list[Cycles], mean: Cycles) -> Claim:
     trend = cycle_runs.run_trend(per_run, data.room)
     grows = float(np.polyfit(np.arange(len(total)), total, 1)[0]) > 0.0
     grows = grows and settled(total) > float(total[0])
-    return stated(
-        "A6",
-        [float(total[0]), settled(total), 1e3 * trend.slope],
-        holds(grows and abs(trend.slope) <= trend.reach),
-        f"{_course(total)}; from run to run {1e3 * trend.slope:.2f} +- {1e3 * trend.reach:.2f} ms "
-        f"(95 %), {_room(data.room)}. Half an hour is some twenty of the slowest time constants: "
-        "nothing is left to tell one run from the next, and the bench has no ageing",
-    )
+    found = [float(total[0]), settled(total), 1e3 * trend.slope]
+    verdict = holds(grows and abs(trend.slope) <= trend.reach)
+    values = {
+        "first": found[0],
+        "late": found[1],
+        "slope": found[2],
+        "reach": 1e3 * trend.reach,
+    }
+    if not np.isfinite(data.room).all():
+        return stated("A6", found, verdict, "no-room", **values)
+    room = (data.room.min(), data.room.max())
+    return stated("A6", found, verdict, "room", room=room, **values)

@@ -29,18 +29,16 @@ def measured() -> list[Claim]:
         for t in costs.TABLE_6_2
         if survey[t.name].cost != t.cost
     ]
-    finer = min(1.0 / a.accuracy for a in against)
     return [
         stated("D9", summed, within("D9", summed)),
         stated(
             "D10",
             row,
             within("D10", *row),
-            "the other technologies' prices are the table's own, so they equal it by construction; "
-            "only the first is a sum. The others cost "
-            f"{against[0].cheapest:.1f} to {against[-1].dearest:.1f} times as much and are at "
-            f"least {finer:.0f} times finer. "
-            f"The tables disagree: {'; '.join(apart)}.",
+            cheapest=against[0].cheapest,
+            dearest=against[-1].dearest,
+            finer=min(1.0 / a.accuracy for a in against),
+            apart="; ".join(apart),
         ),
     ]
 

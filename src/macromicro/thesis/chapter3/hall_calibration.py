@@ -67,16 +67,14 @@ def slopes(runs: list[tuple[Array, Array]], fit: HallFit) -> Slopes:
 
 def claims(data: HallRuns) -> list[Claim]:
     found = data.slopes
-    reach = 0.5 * SPAN / SENSITIVITY
     return [
         stated(
             "D6",
             1e6 * resolution.calibrated(found.step, 1e-3 * found.mean),
             within("D6", found.mean),
-            f"mean slope {found.mean:.3f} um/mV, {found.extended:.3f} at the extended and "
-            f"{found.contracted:.3f} at the contracted end; the readings differ by "
-            f"{1e3 * found.step:.4f} mV and multiples. The magnets' profile was chosen for the "
-            f"mean; its full 5 V would be +-{reach:.0f} G, beyond the +-670 G of the SS94B1.",
+            found=found,
+            step=1e3 * found.step,
+            reach=0.5 * SPAN / SENSITIVITY,
         )
     ]
 

@@ -19,13 +19,12 @@ from macromicro.thesis.chapter4._control_runs import (
 )
 from macromicro.thesis.chapter4._readings import nrmse, sign_changes, sticking
 from macromicro.thesis.claims import (
-    MET,
+    DIFFERS,
     Claim,
     NotMeasured,
     accepts,
     holds,
     judged,
-    reached,
     stated,
     within,
 )
@@ -61,26 +60,20 @@ def _tuned(data: MacroData) -> Claim:
 def pid(run: Recording) -> Claim:
     x, motor = run["macro_position"], run["motor"]
     rise, stuck, turns = rise_time(x, TRAVEL), sticking(x, motor, TRAVEL, 3.0), sign_changes(motor)
+    swing = {
+        "turns": turns,
+        "seconds": len(x) * DT,
+        "reversals": _reversals(turns),
+        "over": overshoot(x, TRAVEL),
+    }
     if stuck is None:
-        held, good = "it never stands off the target while the effort ramps below 3 V", False
-    else:
-        held = (
-            f"stands off the target for {stuck.seconds:.1f} s while the effort ramps from "
-            f"{stuck.begin:.2f} to {stuck.end:.2f} V, and then "
-            f"{'turns back' if stuck.back else 'does not turn back'}"
-        )
-        good = accepts("M9", rise) and stuck.seconds > 2.0 and stuck.back
-    return stated(
-        "M9",
-        rise,
-        holds(good),
-        f"{held}; the effort changes "
-        f"sign {turns} time(s) in {len(x) * DT:.0f} s: {_ways(turns)}. It goes "
-        f"{overshoot(x, TRAVEL):.0f} counts over, where Section 4.3.1 asks for none; {MET}",
-    )
+        return stated("M9", rise, DIFFERS, "free", **swing)
+    good = accepts("M9", rise) and stuck.seconds > 2.0 and stuck.back
+    turned = "turns back" if stuck.back else "does not turn back"
+    return stated("M9", rise, holds(good), "stuck", stuck=stuck, turned=turned, **swing)
 
 
-def _ways(turns: int) -> str:
+def _reversals(turns: int) -> str:
     if turns == 1:
         return "one reversal, no limit cycle as the thesis reports it"
     return f"{turns} reversals, where the thesis reports a limit cycle"
@@ -92,39 +85,23 @@ def initial_pd(run: Recording, model: Array) -> Claim:
     over, backs = overshoot(x, TRAVEL), len(swings(x, TRAVEL))
     model_over, model_backs = overshoot(model, TRAVEL), len(swings(model, TRAVEL))
     good = accepts("M10", over, float(backs)) and model_over < 1.0 and model_backs == 0
-    return stated(
-        "M10",
-        [over, float(backs)],
-        holds(good),
-        f"the simulation goes {model_over:.2f} counts over and reverses {model_backs} times; the "
-        "bench's one period of output delay, structure and no parameter, is there for this claim",
-    )
+    return stated("M10", [over, float(backs)], holds(good), over=model_over, backs=model_backs)
 
 
 def tuned_pd(square: Square) -> Claim:
     x = square.bench["pd-tuned"]
     error, seen = nrmse(square.simulated, x), tracking(x, square.reference)
     model = tracking(square.simulated, square.reference)
-    return stated(
-        "M13",
-        error,
-        holds(accepts("M13", error) and seen.arrived and seen.largest <= 1.0),
-        f"{'' if seen.arrived else 'it does not arrive at every level; '}"
-        f"{seen.reversals} reversals after arrival on the bench, at most {seen.largest:.0f} "
-        f"counts; the model, which has no stiction, chatters by up to {model.largest:.2f} counts",
-    )
+    good = accepts("M13", error) and seen.arrived and seen.largest <= 1.0
+    wording = "arrived" if seen.arrived else "missed"
+    return stated("M13", error, holds(good), wording, seen=seen, model=model)
 
 
 def full_move(run: Recording) -> Claim:
     time = settling_time(run["macro_position"], TRAVEL)
-    return stated(
-        "M14",
-        time,
-        reached("M14", time),
-        f"there and back {0.5 / time:.2f} times a second, against 0.67 Hz; {MET}"
-        if math.isfinite(time)
-        else f"not within 2 % of {TRAVEL:.0f} counts after {len(run) * DT:.0f} s",
-    )
+    if math.isnan(time):
+        return stated("M14", time, DIFFERS, "late", travel=TRAVEL, seconds=len(run) * DT)
+    return stated("M14", time, within("M14", time), "arrived", rate=0.5 / time)
 
 
 def ranking(square: Square) -> Claim:
@@ -135,9 +112,9 @@ def ranking(square: Square) -> Claim:
         "M15",
         [tuned.settled, initial.settled, pid_.settled],
         holds(good),
-        f"reversals after arrival: tuned {tuned.reversals}, initial {initial.reversals}. By the "
-        f"integral of the error the initial PD leads ({initial.iae:.0f} counts s, tuned "
-        f"{tuned.iae:.0f}, PID {pid_.iae:.0f}): it is the quicker one",
+        tuned=tuned,
+        initial=initial,
+        pid=pid_,
     )
 
 
@@ -147,11 +124,4 @@ def travel(run: Recording) -> Claim:
     if gone < 0.5 * TRAVEL:
         raise NotMeasured(f"the carriage moved only {gone:.0f} counts, too few to measure a pitch")
     counts = counts_per_200_mm(run)
-    return stated(
-        "M16",
-        counts,
-        within("M16", counts),
-        f"{200e3 / counts:.1f} um a count, against the 200 um that Chapter 4 gives as precision; "
-        "2800 (full travel) is taken, not 3000 (maximum). The encoder's pitch is a setting of the "
-        "bench, 200 mm over 2800: the laser's length of the same move only gives it back",
-    )
+    return stated("M16", counts, within("M16", counts), pitch=200e3 / counts)

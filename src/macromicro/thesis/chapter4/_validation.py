@@ -111,11 +111,9 @@ def _initial(cases: list[Case]) -> Claim:
         "M7",
         gaps,
         holds(min(low, high) >= 4.0 * middle and missed and right),
-        f"speed errors at 0.1, 1 and 2 V ({_list(shares)} % of the bench's speed there), the "
-        "middle one small because the model was fitted there. The rest follows from M2 and M3b, "
-        "where the bench's speeds at 0.1 V and 2 V were chosen: a line through the origin cannot "
-        f"meet them; position errors of the initial model ({_names(cases)}): "
-        f"{_list([c.initial_error for c in cases])} % of the range",
+        shares=_list(shares),
+        inputs=_names(cases),
+        errors=_list([c.initial_error for c in cases]),
     )
 
 
@@ -123,13 +121,7 @@ def _tuned(cases: list[Case]) -> Claim:
     initial = [c.initial_error for c in cases]
     tuned = [c.tuned_error for c in cases]
     fits = accepts("M8", *tuned) and all(b <= a + 1.0 for a, b in zip(initial, tuned, strict=True))
-    return stated(
-        "M8",
-        tuned,
-        holds(fits),
-        f"RMS error over the range ({_names(cases)}); the initial model has {_list(initial)} %. "
-        "For the square inputs it follows from M2 to M6; nothing was chosen for the sines",
-    )
+    return stated("M8", tuned, holds(fits), inputs=_names(cases), initial=_list(initial))
 
 
 def _names(cases: list[Case]) -> str:

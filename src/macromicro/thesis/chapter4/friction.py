@@ -51,11 +51,7 @@ def claims(data: FrictionData) -> list[Claim]:
     zone = data.zone
     spread = max(float(np.ptp(zone.thresholds(way)[1])) for way in (1, -1))
     verdict = within("M1", zone.width) if spread > 0.0 else holds(False)
-    reason = (
-        f"voltages in steps of 0.05 V; the least that moves on differs by up to {spread:.2f} V "
-        "between starting places"
-    )
-    return [stated("M1", zone.width, verdict, reason)]
+    return [stated("M1", zone.width, verdict, spread=spread)]
 
 
 def easiest(zone: DeadZone) -> float:

@@ -21,8 +21,6 @@ from macromicro.thesis.chapter4._validation import Case
 from macromicro.thesis.claims import Claim, holds, judged, measured_by, printed, stated, within
 from macromicro.thesis.procedure import Lab, Procedure
 
-_FROM = "follows from the parameters that were chosen for M3 and M4a"
-
 
 class IdentificationData(NamedTuple):
     steps: dict[float, list[Recording]]
@@ -171,19 +169,11 @@ def open_loop(found: MacroModel) -> list[Claim]:
 
 
 def _speeds(found: MacroModel) -> list[Claim]:
-    rows = (
-        ("M2", 0.1, ""),
-        ("M3", 1.0, ""),
-        ("M3b", 2.0, f"that line, fitted here, predicts {found.zone.speed(2.0):.0f} counts/s"),
-    )
+    slow, middle, fast = (found.speeds[volts] for volts in (0.1, 1.0, 2.0))
     return [
-        stated(
-            name,
-            found.speeds[volts],
-            within(name, found.speeds[volts]),
-            reason,
-        )
-        for name, volts, reason in rows
+        stated("M2", slow, within("M2", slow)),
+        stated("M3", middle, within("M3", middle)),
+        stated("M3b", fast, within("M3b", fast), line=found.zone.speed(2.0)),
     ]
 
 
@@ -193,13 +183,12 @@ def _linear(found: MacroModel) -> list[Claim]:
     pole = within("M4a", a)
     size = within("M4b", b) if abs(gain / printed("M3") - 1.0) <= 0.03 else holds(False)
     return [
-        stated("M4a", a, pole, "(4.3) prints a without its minus sign; the pole is z = -a"),
-        stated("M4b", b, size, f"{_FROM}; b/(1 + a) = {gain:.0f} counts/s/V against 3977"),
+        stated("M4a", a, pole),
+        stated("M4b", b, size, gain=gain),
         stated(
             "M5",
             [float(num[0]), float(den[0]), float(den[1])],
             holds(pole == size == "reproduced"),
-            "the same figures as M4, times the integrator",
         ),
     ]
 
@@ -208,12 +197,7 @@ def _jump(found: MacroModel) -> list[Claim]:
     side = found.zone.both
     apart = abs(found.zone.positive.a0 - found.zone.negative.a0)
     return [
-        stated(
-            "M6a",
-            side.a0,
-            within("M6a", side.a0),
-            f"both directions together; they differ by {apart:.3f} V",
-        ),
+        stated("M6a", side.a0, within("M6a", side.a0), apart=apart),
         stated("M6b", side.delta, within("M6b", side.delta)),
     ]
 

@@ -71,43 +71,25 @@ def claims(runs: KilnRuns) -> list[Claim]:
 
 
 def _spikes(s: Spikes) -> Claim:
-    known = bool(np.isfinite(s.smooth_rms))
-    done = f"{s.spikes} spikes, {100.0 * s.changed:.1f} % of the samples replaced"
-    if known:
-        reason = (
-            f"largest raw error {s.raw_max:.1f} K ({s.raw_rms:.2f} K RMS), smoothed "
-            f"{s.smooth_rms:.2f} K RMS; {done}. The size of the spikes is a setting of the bench"
-        )
-    else:
-        reason = (
-            f"{done}, by up to {s.largest:.1f} K. What is left cannot be judged: it takes the "
-            "temperature of the thermocouple itself, which only a virtual kiln knows"
-        )
-    return stated(
-        "S1",
-        [s.raw_max, s.smooth_rms] if known else None,
-        within("S1", s.raw_max, s.smooth_rms) if known else NOT_MEASURED,
-        reason,
-    )
+    share = 100.0 * s.changed
+    if not np.isfinite(s.smooth_rms):
+        return stated("S1", None, NOT_MEASURED, "unknown", seen=s, share=share)
+    verdict = within("S1", s.raw_max, s.smooth_rms)
+    return stated("S1", [s.raw_max, s.smooth_rms], verdict, "compared", seen=s, share=share)
 
 
 def _preisach(runs: KilnRuns) -> Claim:
     worst = 100.0 * max(p.share for p in runs.predictions)
-    return stated(
-        "S2",
-        worst,
-        within("S2", worst),
-        f"worst RMS error of {len(runs.predictions)} profiles. The bench is a sum of relays "
-        "itself, so this tests table, smoothing and summation, not whether the alloy obeys them",
-    )
+    return stated("S2", worst, within("S2", worst), profiles=len(runs.predictions))
 
 
 def _full(table: FodTable) -> Claim:
     full = full_contraction(table, ENCODER_MM / table.span)
-    early = full_contraction(table)
-    reason = (
-        f"where the rising branch is within a count of the encoder ({1e3 * ENCODER_MM:g} um, "
-        f"{100.0 * ENCODER_MM / table.span:.1f} %) of its end; within 5 % it is {early:.1f}. The "
-        "last heating threshold of the relays was chosen for it"
+    return stated(
+        "S6",
+        full,
+        within("S6", full),
+        count=1e3 * ENCODER_MM,
+        share=100.0 * ENCODER_MM / table.span,
+        early=full_contraction(table),
     )
-    return stated("S6", full, within("S6", full), reason)

@@ -46,23 +46,19 @@ def _stop(runs: MicroRuns) -> Claim:
         "S3",
         float(np.mean(above)),
         holds(good),
-        f"{micro_runs.ABOVE_STOP[0]:g} to {micro_runs.ABOVE_STOP[-1]:g} V: {min(above):.3f} to "
-        f"{max(above):.3f} mm; at most {below:.3f} mm in 200 s at 1.6 V and below; {edge}. The "
-        "heat map above 1.6 V and the stop itself are settings of the bench",
+        volts=(micro_runs.ABOVE_STOP[0], micro_runs.ABOVE_STOP[-1]),
+        lowest=min(above),
+        highest=max(above),
+        below=below,
+        edge=edge,
     )
 
 
 def _foot(runs: MicroRuns) -> Claim:
     first = micro_runs.first_response(runs.feet)
     still = max(1e3 * micro_runs.highest(r) for v, r in runs.feet.items() if v <= 1.3)
-    return stated(
-        "S4",
-        first,
-        holds(accepts("S4", first) and still < 20.0),
-        f"{still:.1f} um (laser noise) within a minute at 1.3 V and below; {first:g} V is the "
-        "first, in steps of 0.02 V, that moves it by 20 um. 1.3 V is where the bench's heat "
-        "begins; (5.8) gives none below 1.469 V",
-    )
+    good = accepts("S4", first) and still < 20.0
+    return stated("S4", first, holds(good), still=still, first=first)
 
 
 def grows(values: list[float], noise: float) -> bool:
@@ -78,17 +74,18 @@ def _proportional(runs: MicroRuns) -> Claim:
     over = [s.overshoot for s in swings.values()]
     ripple = [s.ripple for s in swings.values()]
     good = min(errors) > 20.0 and grows(over, LASER_NOISE_UM) and grows(ripple, 0.0)
-    low, high, three = min(swings), max(swings), swings[3.0]
+    low, high = min(swings), max(swings)
     return stated(
         "S11",
         micro_runs.chosen_gain(swings),
         holds(good),
-        f"Kp {low:g} to {high:g}: {max(errors):.0f} to {min(errors):.0f} um left of 3.8 mm; "
-        f"overshoot {over[0]:.0f} to {over[-1]:.0f} um, effort ripple {ripple[0]:.2f} to "
-        f"{ripple[-1]:.2f} V, both growing ({three.overshoot:.0f} um, {three.ripple:.2f} V at 3). "
-        "Measured is the largest Kp tried that passes its rest by no more than 10 um; the thesis "
-        "chose by eye, and its rule has no number. The lags of driver and Hall sensor were "
-        "chosen with it in view",
+        low=low,
+        high=high,
+        most=max(errors),
+        least=min(errors),
+        first=swings[low],
+        last=swings[high],
+        three=swings[3.0],
     )
 
 
@@ -98,20 +95,16 @@ def _windup(runs: MicroRuns) -> Claim:
     fall = sequence.TIMES[2]
     plain, held = (abs(micro_runs.error_after(r, fall)) for r in (runs.pi, runs.antiwindup))
     low = micro_runs.undershoot(runs.pi, fall)
-    top = micro_runs.highest(runs.integral[2.25])
     home = [abs(micro_runs.error_after(r, sequence.TIMES[3])) for r in (runs.pi, runs.antiwindup)]
     return stated(
         "S12",
         micro_runs.chosen_integral_gain(runs.integral),
         holds(low > 0.02 and plain > 50.0 and plain > held),
-        f"3 to 2 mm: the integral effort falls {low:.2f} V below the value it needs; 1 s after "
-        f"the step {plain:.1f} um are left, {held:.1f} um with anti-windup; 50 um are asked for. "
-        f"Step to 0 mm: {home[0]:.0f} and {home[1]:.0f} um, the actuator's own return. The "
-        "wind-up is plain; how much of it is left after a second is decided by the heat at a "
-        "CTRL of 5 V, which the first steps ask for and the thesis does not print: a quarter more "
-        "than the bench assumes would meet the 50 um. Measured is the largest Ki tried whose "
-        f"integral effort does not overshoot on the 3.8 mm step; 2.25 takes it to {top:.2f} mm, "
-        "the stop, before the integral has turned",
+        low=low,
+        plain=plain,
+        held=held,
+        home=home,
+        top=micro_runs.highest(runs.integral[2.25]),
     )
 
 
@@ -129,32 +122,14 @@ def _settling(runs: MicroRuns) -> list[Claim]:
 
     up, down = slice(0, 2), slice(2, 4)
     contract, extend = (float(np.mean(time[sequence.BAND_UM][rows])) for rows in (up, down))
-    held = "cooling and heating thresholds of the relays were chosen with it in view"
     return [
-        stated(
-            "S13a",
-            contract,
-            reached("S13a", contract),
-            f"0 to 2 and 2 to 3 mm: {said(up)}; {held}",
-        ),
-        stated(
-            "S13b",
-            extend,
-            reached("S13b", extend),
-            f"3 to 2 and 2 to 0 mm: {said(down)}; {held}. The return to 0 is the long one: "
-            "nothing pulls the last micrometres but cooling",
-        ),
+        stated("S13a", contract, reached("S13a", contract), times=said(up)),
+        stated("S13b", extend, reached("S13b", extend), times=said(down)),
     ]
 
 
 def _accuracy(runs: MicroRuns) -> Claim:
     whole("the sequence of holds", *runs.held)
     worst = micro_runs.worst_hold(runs)
-    return stated(
-        "S13c",
-        worst,
-        within("S13c", worst),
-        f"worst of {len(runs.held) * len(micro_runs.HOLDS)} holds of 2 s from 0.3 to 3.8 mm, by "
-        "the laser's mean over the last half second. Latent heat, the wires' heat capacity and "
-        "the lags of driver and Hall sensor were changed for it",
-    )
+    count = len(runs.held) * len(micro_runs.HOLDS)
+    return stated("S13c", worst, within("S13c", worst), count=count)

@@ -77,23 +77,9 @@ def _gain(models: Models) -> list[Claim]:
     low, high = (float(v) for v in fit.interval[1])
     a = line.model.a
     near = accepts("S5b", a) or low <= PRINTED_A <= high
-    back = "the driver's heat map between 1.5 and 1.6 V was solved back from (5.5): consistency"
     return [
-        stated(
-            "S5a",
-            fit.asymptote,
-            within("S5a", fit.asymptote),
-            f"95 % interval {fit.asymptote_interval[0]:.1f} to {fit.asymptote_interval[1]:.1f}; "
-            f"offset y0 {fit.model.y0:.2f}, B {fit.model.b:.2f} (83 - 57.66 is 25.34, printed is "
-            f"25.5); {back}",
-        ),
-        stated(
-            "S5b",
-            a,
-            holds(near),
-            f"by the linearised route; non-linear least squares give {fit.model.a:.1f}, 95 % "
-            f"interval {low:.1f} to {high:.1f}; {back}",
-        ),
+        stated("S5a", fit.asymptote, within("S5a", fit.asymptote), fit=fit),
+        stated("S5b", a, holds(near), fit=fit, low=low, high=high),
     ]
 
 
@@ -105,10 +91,8 @@ def _dynamics(models: Models) -> Claim:
         "S7",
         [-found.rate1, -found.rate2, -found.rate3, float(num[-1] / den[-1])],
         within("S7", error),
-        f"step responses differ by {error:.2f} % NRMSE over a minute, by output error; "
-        f"{_mls(models)}. Shares of the modes and "
-        "their rates can be traded for each other, so poles differ more than responses; the "
-        "bench's heat ladder was chosen from (5.6)",
+        error=error,
+        mls=_mls(models),
     )
 
 
@@ -136,17 +120,17 @@ def _cooling(table: FodTable, data: StepData) -> Claim:
         "S8",
         warm.time,
         within("S8", warm.time),
-        f"63 % of the fall of the inferred temperature after {CYCLES_BEFORE} cycles of the same, "
-        f"as the thesis took it; {_cold(table, data)}{warm.fitted:.2f} s by least squares. "
-        "1/(z + 1) is read as 1/(s + 1). The cooling thresholds were chosen with it in view",
+        cycles=CYCLES_BEFORE,
+        cold=_cold(table, data),
+        warm=warm,
     )
 
 
 def _cold(table: FodTable, data: StepData) -> str:
     try:
-        return f"{cooling(table, data.cooled[WARM], AMBIENT).time:.2f} s from cold; "
+        return f"{cooling(table, data.cooled[WARM], AMBIENT).time:.2f} s from cold"
     except InputError as error:
-        return f"from cold it is not known ({error}); "
+        return f"from cold it is not known ({error})"
 
 
 def _whole(models: Models) -> Claim:
@@ -157,10 +141,10 @@ def _whole(models: Models) -> Claim:
         "S10",
         [steady, ratio],
         within("S10", steady, ratio),
-        f"steady error at 1.5-1.6 V at most {steady:.1f} % of the stroke; the dynamic error at "
-        f"1.8 V is {ratio:.1f} times that at 1.575 V ({100.0 * steps[1.8].dynamic:.1f} and "
-        f"{100.0 * steps[1.575].dynamic:.2f} %). The kiln's 30 g and the stage's load shift the "
-        "thresholds against each other; the load was chosen with it in view",
+        steady=steady,
+        ratio=ratio,
+        high=100.0 * steps[1.8].dynamic,
+        low=100.0 * steps[1.575].dynamic,
     )
 
 
@@ -181,13 +165,7 @@ def printed_gain() -> list[Claim]:
     found = [weighted(Weighted(), v) for v in VOLTS]
     _, everywhere = curve(0.0, 5.0, 5001)
     volts, rise = curve(1.3, 1.6, 3001)
+    good = accepts("S9", *found) and bool((everywhere >= 0.0).all())
     silent = float(volts[rise < 0.05][-1])
-    return [
-        stated(
-            "S9",
-            found,
-            holds(accepts("S9", *found) and bool((everywhere >= 0.0).all())),
-            f"the equation by itself. It is nothing up to {silent:.2f} V, where the actuator "
-            f"already responds, and runs away above ({weighted(Weighted(), 1.9):.0f} K at 1.9 V).",
-        )
-    ]
+    high = weighted(Weighted(), 1.9)
+    return [stated("S9", found, holds(good), silent=silent, high=high)]

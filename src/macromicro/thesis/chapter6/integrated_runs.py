@@ -182,16 +182,18 @@ def claims(runs: IntegratedRuns | None = None) -> list[Claim]:
 def _sequence(found: list[Turn]) -> Claim:
     waits = [t.waited for t in found]
     good = accepts("I1", *waits) and all(abs(t.reset) < 2e-3 and t.quiet for t in found)
-    moved = [t.moved for t in found]
     return stated(
         "I1",
         waits,
         holds(good and len(found) > 0),
-        "the two seconds are the controller's own setting; what is tested is that the recording "
-        f"shows the sequence. {len(found)} macro moves of {min(moved):.2f} to {max(moved):.2f} s, "
-        f"arrival included; waits of {min(waits):.3f} to {max(waits):.3f} s; laser reset in the "
-        "period that enables the micro-stage; CTRL at 0 V until then",
+        count=len(found),
+        moved=_span([t.moved for t in found]),
+        waited=_span(waits),
     )
+
+
+def _span(values: list[float]) -> tuple[float, float]:
+    return min(values), max(values)
 
 
 def _vibration(runs: IntegratedRuns) -> Claim:
@@ -199,7 +201,6 @@ def _vibration(runs: IntegratedRuns) -> Claim:
     if not found:
         whole("the first cycle", runs.warm)
         raise NotMeasured("no vibration stood out of the laser's noise")
-    beyond = extrapolated(runs.warm, found)
     size = [v.amplitude_um for v in found]
     decay = [_number(v.decay_s) for v in found]
     good = len(found) == expected and all(
@@ -209,12 +210,12 @@ def _vibration(runs: IntegratedRuns) -> Claim:
         "I2",
         [float(np.mean(size)), float(np.mean(decay))],
         holds(good),
-        f"after {len(found)} of {expected} moves, by a decaying sine fitted from "
-        f"{1e3 * CREEP:.0f} ms after the encoder's last count on: its first peak "
-        f"{min(size):.1f} to {max(size):.1f} um; down to 2 um in {min(decay):.2f} to "
-        f"{max(decay):.2f} s by its envelope, for {beyond} of them extrapolated past the laser's "
-        "reset. Frequency, participation and damping of the belt "
-        "were chosen for it; the amplitude is sensitive to the frequency",
+        count=len(found),
+        expected=expected,
+        creep=1e3 * CREEP,
+        size=_span(size),
+        decay=_span(decay),
+        beyond=extrapolated(runs.warm, found),
     )
 
 
@@ -223,26 +224,21 @@ def _warming(runs: IntegratedRuns) -> Claim:
     whole("the ten cycles", recording)
     bias = cycled(runs, recording)
     first, last = bias.cycles[0], bias.cycles[-1]
-    slower = 100.0 * (_number(last.extension_s) / _number(first.extension_s) - 1.0)
-    shown = _number(last.bias_um)
+    back = [_number(c.extension_s) for c in (first, last)]
+    shown = [_number(c.bias_um) for c in (first, last)]
+    measured = [100.0 * (back[1] / back[0] - 1.0), shown[1]]
+    good = accepts("I3", *measured)
+    values = {
+        "minutes": recording.dt * len(recording) / 60.0,
+        "back": back,
+        "bias": shown,
+        "worst": bias.worst,
+    }
     if last.true_bias_um is None:
-        why = "the true position is not recorded"
-    else:
-        why = (
-            f"the true error is {last.true_bias_um:.1f} um: the laser was reset while "
-            f"{_number(last.left_um):.1f} um of contraction were left, so the bias is its zero, as "
-            "the thesis says"
-        )
-    artefact = last.true_bias_um is None or abs(shown - _number(last.left_um)) < 0.5 * shown
-    return stated(
-        "I3",
-        [slower, shown],
-        holds(accepts("I3", slower, shown) and artefact),
-        f"{recording.dt * len(recording) / 60.0:.0f} min; return to zero, to within 20 um, "
-        f"{_number(first.extension_s):.2f} s in cycle 1 and {_number(last.extension_s):.2f} s in "
-        f"cycle 10; mean error by the laser {_number(first.bias_um):.1f} and {shown:.1f} um (worst "
-        f"{bias.worst:.1f}); {why}. The body's resistance was chosen so that it shows",
-    )
+        return stated("I3", measured, holds(good), "recording", **values)
+    left, true = _number(last.left_um), last.true_bias_um
+    good = good and abs(shown[1] - left) < 0.5 * shown[1]
+    return stated("I3", measured, holds(good), "truth", true=true, left=left, **values)
 
 
 def _cooling(runs: IntegratedRuns) -> Claim:
@@ -254,9 +250,9 @@ def _cooling(runs: IntegratedRuns) -> Claim:
         "I4",
         time,
         holds(accepts("I4", time) and bias.worst < 5.0),
-        f"mean of cycle 10's returns, slowest {_number(last.slowest_s):.2f} s; errors by the "
-        f"laser at most {bias.worst:.1f} um, {_number(last.bias_um):.1f} um on average. What the "
-        "fan does to the outer resistances was chosen for it",
+        slowest=_number(last.slowest_s),
+        worst=bias.worst,
+        bias=_number(last.bias_um),
     )
 
 
@@ -268,8 +264,8 @@ def _bandwidth(runs: IntegratedRuns) -> Claim:
         "I6",
         both,
         reached("I6", both),
-        f"{1.0 / both:.2f} Hz. Counted: {RANGE_MM[0]:g} to {RANGE_MM[1]:g} mm "
-        f"({time.contraction:.2f} s) and back ({time.extension:.2f} s), each until within 10 um by "
-        f"the laser, the last of {SQUARES}. To 0 mm it would take longer: the last micrometres of "
-        "the full extension only creep",
+        rate=1.0 / both,
+        range=RANGE_MM,
+        time=time,
+        squares=SQUARES,
     )

@@ -98,13 +98,13 @@ def claims(runs: LaserRuns | None = None) -> list[Claim]:
 
 def _rest(seen: LaserRuns) -> Claim:
     rest = [amplitude(part) for part in np.array_split(seen.rest["laser"], RECORDS)]
-    typical = float(np.mean(rest))
     return stated(
         "I5",
-        typical,
+        float(np.mean(rest)),
         within("I5", *rest),
-        f"half peak to peak over 10 s, mean of {len(rest)} records ({min(rest):.2f} to "
-        f"{max(rest):.2f} um); the noise is a setting of the bench, chosen for it",
+        records=len(rest),
+        least=min(rest),
+        most=max(rest),
     )
 
 
@@ -117,14 +117,17 @@ def _accuracy(seen: LaserRuns) -> Claim:
         "I7",
         max(calm),
         holds(accepts("I7", max(calm), off)),
-        f"worst half peak to peak over 10 s of {len(calm)} holds, {1e3 * SET_POINTS[0]:g} to "
-        f"{1e3 * SET_POINTS[-1]:g} mm, after {SETTLE_S:g} s: the air's noise, hardly more; the "
-        f"means are {off:.2f} um or less from the set points. This is "
-        f"with Ki {1e-3 * CALMER.ki:g}, picked among {TRIED} pairs of gains, on other seeds, "
-        f"because it stays within {ACCURACY_UM:g} um. With the printed Ki {1e-3 * PRINTED.ki:g} "
-        f"the loop answers the noise and makes it {min(printed):.1f} to {max(printed):.1f} um: "
-        f"{fails} of {len(printed)} holds are beyond {ACCURACY_UM:g} um, "
-        f"{'so the claim fails with it' if fails else 'so the claim holds with it, too'}",
+        calm=len(calm),
+        places=(1e3 * SET_POINTS[0], 1e3 * SET_POINTS[-1]),
+        seconds=SETTLE_S,
+        off=off,
+        ki=(1e-3 * CALMER.ki, 1e-3 * PRINTED.ki),
+        tried=TRIED,
+        limit=ACCURACY_UM,
+        noise=(min(printed), max(printed)),
+        fails=fails,
+        noisy=len(printed),
+        outcome="fails with it" if fails else "holds with it, too",
     )
 
 
