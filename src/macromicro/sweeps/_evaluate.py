@@ -6,12 +6,10 @@ Workers get parameters and return metrics; they write no files.
 from __future__ import annotations
 
 import importlib
-import pickle
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from concurrent.futures.process import BrokenProcessPool
-from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -78,34 +76,39 @@ def factory(name: str) -> Factory:
     return made
 
 
-@lru_cache(maxsize=1)
-def _opened(pickled: bytes) -> tuple[Task, Job]:
-    """The task with its job, made once in a process."""
+_jobs: dict[tuple[str, str], Job] = {}  # of this process, by factory and digest of the spec
+
+
+def _job(task: Task) -> Job:
+    """The job of a task, made once in a process."""
     from macromicro.sweeps.subject import laws
 
-    task: Task = pickle.loads(pickled)
     if running() != task.provenance:
         raise SweepError(f"a worker has macromicro {running()}, the sweep {task.provenance}")
+    key = task.factory, task.spec.digest
+    if key in _jobs:
+        return _jobs[key]
     job = factory(task.factory)(task.spec.job, **dict(task.spec.options))
     for law in laws(job):
         if law not in task.spec.files:
             raise SweepError(f"a worker has another {law[0]} (sources {law[1]})")
-    return task, job
+    _jobs.clear()
+    _jobs[key] = job
+    return job
 
 
-def prepare(pickled: bytes) -> None:
+def prepare(task: Task) -> None:
     """In a worker: import and compile, or load, what the job needs."""
     from macromicro.batch import Variants
 
-    _opened(pickled)[1].evaluate(Variants((), np.empty((0, 0))))
+    _job(task).evaluate(Variants((), np.empty((0, 0))))
 
 
-def compute(pickled: bytes, part: Part) -> Block:
+def compute(task: Task, part: Part) -> Block:
     """In a worker: the metrics of a part."""
     try:
-        task, job = _opened(pickled)
         errors: dict[int, str] = {}
-        rows = _computed(job, part.variants, part.first, 0, errors)
+        rows = _computed(_job(task), part.variants, part.first, 0, errors)
         return Block(rows[:, list(task.spec.columns)], errors)
     except Exception as error:  # other errors may not survive the way back
         raise SweepError(_words(error)) from None
@@ -139,7 +142,7 @@ def by_processes(
     A crash ends all workers. A part that was in hand at two crashes is then computed alone, so that
     the guilty one is known.
     """
-    left, pickled = dict.fromkeys(numbers), pickle.dumps(task)
+    left = dict.fromkeys(numbers)
     crashes: Counter[int] = Counter()
     while left and not stop():
         suspects = [number for number in left if crashes[number] >= CRASHES - 1]
@@ -150,8 +153,8 @@ def by_processes(
         try:
             with processes(count) as pool:
                 for _ in range(count):  # while this process draws the first parts
-                    ready.append(submit(pool, prepare, pickled))
-                for part, block in _flow(pool, pickled, map(draw, batch), ahead, in_hand, stop):
+                    ready.append(submit(pool, prepare, task))
+                for part, block in _flow(pool, task, map(draw, batch), ahead, in_hand, stop):
                     del left[part.number]
                     yield part, block
         except BrokenProcessPool:
@@ -175,7 +178,7 @@ def by_cluster(
     pool = client.get_executor(pure=False, retries=0)
     ahead = max(CLUSTER_AHEAD, AHEAD * sum(client.nthreads().values()))
     try:
-        yield from _flow(pool, pickle.dumps(task), map(draw, numbers), ahead, {}, stop)
+        yield from _flow(pool, task, map(draw, numbers), ahead, {}, stop)
     except CancelledError:
         raise SweepError(f"the scheduler was lost. {KEPT}") from None
     finally:
@@ -183,13 +186,13 @@ def by_cluster(
 
 
 def _flow(
-    pool: Executor, pickled: bytes, waiting: Iterator[Part], ahead: int,
+    pool: Executor, task: Task, waiting: Iterator[Part], ahead: int,
     in_hand: dict[Future[Block], Part], stop: Stop,
 ) -> Computed:  # fmt: skip
     """Parts with their metrics as they are finished; `in_hand` are those that are submitted."""
     while not stop():
         while len(in_hand) < ahead and (part := next(waiting, None)) is not None:
-            in_hand[submit(pool, compute, pickled, part)] = part
+            in_hand[submit(pool, compute, task, part)] = part
         if not in_hand:
             return
         for future in wait(in_hand, _POLL, FIRST_COMPLETED).done:
