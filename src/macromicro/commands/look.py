@@ -40,16 +40,13 @@ def look(
 
 
 def _show(found: Look) -> None:
-    from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
+    from macromicro.drawing.console import terminal
     from macromicro.identify.look.told import words
-    from macromicro.identify.result import WIDE
 
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, width=WIDE)
+    console = terminal()
     table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
     for name, side in (
         *(("column", "left"), ("unit", "left"), ("from", "left"), ("low", "right")),

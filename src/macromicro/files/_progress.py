@@ -6,6 +6,8 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from macromicro.drawing.console import progress_bar
+
 LONG = 50_000_000  # bytes
 
 
@@ -15,10 +17,6 @@ def bar(name: str, total: int) -> Iterator[Callable[[int], None]]:
     if total < LONG or not sys.stderr.isatty():
         yield lambda _: None
         return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    parts = (TextColumn("reading {task.description}"), BarColumn(), TimeRemainingColumn())
-    with Progress(*parts, console=Console(stderr=True), transient=True) as shown:
-        task = shown.add_task(name, total=total)
+    with progress_bar() as shown:
+        task = shown.add_task(f"reading {name}", total=total)
         yield lambda done: shown.update(task, completed=done)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import macromicro
 from macromicro.drawing import files as drawings
+from macromicro.drawing.console import WIDE, terminal
 from macromicro.identify.clusters import NORMAL, is_normal
 from macromicro.schema.text import plain, write_text
 
@@ -29,7 +30,6 @@ TABLES = ("hall_calibration.csv", "table.h5", "table.csv", "stress_map.csv")
 # All that an identification of any kind may write: of an earlier one in a folder nothing may stay.
 NAMES = (RESULT, MODEL, *drawings.names(FIGURES), *TABLES)
 _PLAIN, _DIGITS = (-5, 7), 10  # powers of ten that are written out; the most digits of others
-WIDE = 120  # characters, where no terminal says how wide it is
 _NUMBERS, _WORDS = ("value", "+-", "95 % +-"), ("unit", "note")  # columns of the table
 _ALWAYS = ("value", "+-", "unit")
 
@@ -177,14 +177,11 @@ class Result:
         console : Console | None, optional
             A console of rich; None for stdout.
         """
-        from rich.console import Console
         from rich.table import Table
         from rich.text import Text
 
         if console is None:
-            console = Console(highlight=False)
-            if not console.is_terminal:
-                console = Console(highlight=False, width=WIDE)
+            console = terminal()
         console.print(Text(self.title), soft_wrap=True)
         table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
         rows = [_cells(line) for line in self.lines]

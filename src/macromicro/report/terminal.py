@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from macromicro.drawing.console import progress_bar, terminal
 from macromicro.programme import MACRO
 from macromicro.report import _comparison_words
 from macromicro.report.comparison import Comparison
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 Report = Callable[[float, int], None]
-_WIDE, _NARROW, _LEAST = 120, 100, 80
+_NARROW = 100
 # Broken so that the table fits into 80 columns.
 _BROKEN = {
     "final error": "final\nerror",
@@ -43,17 +44,7 @@ def bar(title: str, expected: float, words: Callable[[int], str]) -> Iterator[Re
         print(f"running {title}: about {expected:.0f} s of machine time", file=sys.stderr)
         yield lambda t, move: None
         return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn
-
-    shown = Progress(
-        TextColumn("{task.completed:6.0f} of {task.total:.0f} s"),
-        BarColumn(),
-        TextColumn("{task.description}", markup=False),
-        console=Console(stderr=True),
-        transient=True,
-    )
-    with shown:
+    with progress_bar("{task.completed:6.0f} of {task.total:.0f} s") as shown:
         task = shown.add_task("", total=expected)
 
         def report(t: float, move: int) -> None:
@@ -82,7 +73,7 @@ def show(told: Told, out: Path) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    console = _console()
+    console = terminal()
     narrow = console.width < _NARROW
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
     for heading in told.headings:
@@ -102,7 +93,7 @@ def show(told: Told, out: Path) -> None:
 def show_comparison(found: Comparison) -> None:
     from rich.text import Text
 
-    console = _console()
+    console = terminal()
     first = found.sides[0].name
     several = ("compared",) if len(found.sides) > 2 else ()
     moves, columns = _comparison_words.table(found), _comparison_words.columns(found)
@@ -127,13 +118,3 @@ def _table(console: Console, headings: Sequence[str], lines: Sequence[Sequence[s
         table.add_row(*map(Text, cells))
     console.print(table)
     console.print()
-
-
-def _console() -> Console:
-    """A console of the terminal's width; if that is too narrow for a table, lines wrap."""
-    from rich.console import Console
-
-    console = Console(highlight=False, soft_wrap=False)
-    if not console.is_terminal:
-        return Console(highlight=False, width=_WIDE)
-    return Console(highlight=False, width=_LEAST) if console.width < _LEAST else console

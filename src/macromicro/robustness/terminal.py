@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
+from macromicro.drawing.console import terminal
 from macromicro.robustness import words
 from macromicro.robustness._findings import overall, worst
 from macromicro.robustness.study import Study
 from macromicro.robustness.words import About
 
-_PIPED, _LEAST = 120, 80
-
 
 def show(study: Study, about: About, out: str) -> None:
-    from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, width=_PIPED)
-    elif console.width < _LEAST:
-        console = Console(highlight=False, width=_LEAST)
+    console = terminal()
 
     def say(text: str, style: str = "") -> None:
         console.print(Text(text, style=style), soft_wrap=True)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from macromicro.drawing.bar import progress_bar
+from macromicro.drawing.console import progress_bar, terminal
 from macromicro.drawing.exhibit import TABLE
 from macromicro.thesis.claims import DIFFERS, REPRODUCED
 from macromicro.thesis.page import _counting, claim_text
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 Report = Callable[[Result, float], None]
-_PIPED, _LEAST = 120, 80
 _STYLES = {REPRODUCED: "green", DIFFERS: "bold red"}
 _OTHER_STYLE = "yellow"
 _COLUMNS = ("id", "printed", "accepted", "measured", "unit", "verdict", "kind")
@@ -65,7 +64,7 @@ def _at_work(left: Sequence[str]) -> str:
 def show(results: Sequence[Result]) -> None:
     from rich.text import Text
 
-    console = _console()
+    console = terminal()
     claims = [c for r in results for c in r.claims]
     if claims:
         _table(console, results)
@@ -114,15 +113,6 @@ def _counted(what: str, found: _counting.Counts) -> str:
         f"{what}: {found.reproduced} reproduced, {found.differs} "
         f"{'differs' if found.differs == 1 else 'differ'}, {found.not_measured} not measured"
     )
-
-
-def _console() -> Console:
-    from rich.console import Console
-
-    console = Console(highlight=False, soft_wrap=False)
-    if not console.is_terminal:
-        return Console(highlight=False, width=_PIPED)
-    return console if console.width >= _LEAST else Console(highlight=False, width=_LEAST)
 
 
 def _table(console: Console, results: Sequence[Result]) -> None:
