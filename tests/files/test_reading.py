@@ -190,7 +190,7 @@ def test_columns_option() -> None:
 
 
 @given(low=st.floats(-0.88, -0.75), high=st.floats(0.75, 0.88), seed=st.integers(0, 99))
-@example(low=-0.8759769563272227, high=0.7759006979828134, seed=12)  # noise in the edges' steps
+@example(low=-0.8759769563272227, high=0.7759006979828134, seed=12)  # noise in few steps
 def test_a_saturated_sensor_is_found_where_it_is(low: float, high: float, seed: int) -> None:
     """A swing that a sensor of a smaller range saw, with noise below the rail."""
     noise = 1e-3 * np.random.default_rng(seed).standard_normal(2000)

@@ -274,7 +274,6 @@ def railed(values: Array, where: str, done: str = "nothing was changed") -> npt.
     if len(values) < 20:
         return ends
     paces = np.abs(np.diff(values))
-    three = np.abs(values[3:] - values[:-3]) / 3.0  # mean pace of three steps
     repeats = _held(paces == 0.0)
     within = (values > values.min()) & (values < values.max())
     elsewhere = int((repeats & within).sum())
@@ -285,12 +284,12 @@ def railed(values: Array, where: str, done: str = "nothing was changed") -> npt.
         held = repeats & at
         if held.sum() < max(0.01 * len(values), 5) or elsewhere > 0.1 * held.sum():
             continue
-        # Three steps of each stay away, without the first one, which is cut by the rail.
+        # The second step of each stay away: the first one is cut by the rail.
         away = _held(~at[1:] & ~at[:-1])
         edges = np.diff(away.astype(np.int8))
         begin, end = np.flatnonzero(edges > 0) + 1, np.flatnonzero(edges < 0)
-        beyond = np.r_[three[begin], three[end - 3]]
-        if not len(beyond) or usual <= 0.0 or float(np.median(beyond)) < 0.3 * usual:
+        beyond = np.r_[paces[begin], paces[end - 1]]
+        if not len(beyond) or usual <= 0.0 or float(np.mean(beyond)) < 0.3 * usual:
             continue
         ends |= at
         notice(
