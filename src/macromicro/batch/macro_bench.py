@@ -74,6 +74,12 @@ def _part(settings: Settings) -> MacroBench:
     )
 
 
+def run(settings: Settings, target: float, samples: int) -> tuple[MacroLaw, Array]:
+    """The law, and position [counts] and limited effort [V] of a step from rest."""
+    law = law_of(settings)
+    return law, carriage.run(_part(settings), law, True, np.full(samples, target), 0.5)
+
+
 class MacroBenchJob:
     """A step of the bench's macro-stage from rest at 0 at 1 kHz, never parked.
 
@@ -119,8 +125,8 @@ class MacroBenchJob:
         target = self._reference
         if REFERENCE in paths:
             target = _step(float(row[paths.index(REFERENCE)]), named(number, REFERENCE))
-        law, aim = law_of(settings), np.full(self._samples, target)
-        return law, target, carriage.run(_part(settings), law, True, aim, 0.5)
+        law, seen = run(settings, target, self._samples)
+        return law, target, seen
 
     def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
         values = checked(self._known, variants, first, (REFERENCE,))

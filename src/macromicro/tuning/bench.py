@@ -162,10 +162,8 @@ class Macro(_Bench):
         return closed_loop(plant, macro_bench.law_of(settings), aim)
 
     def run(self, settings: Settings, seed: int) -> Figures:
-        done = self.recorded(settings)
-        values = macro_bench.judged(
-            macro_bench.law_of(settings), STEP, done["macro_position"], done["motor"]
-        )
+        law, seen = macro_bench.run(settings, STEP, round(SECONDS / PERIOD))
+        values = macro_bench.judged(law, STEP, seen[0], seen[1])
         return dict(zip((m.name for m in self.metrics), values, strict=True))
 
     def doubts(self, settings: Settings, found: Figures) -> tuple[str, ...]:
