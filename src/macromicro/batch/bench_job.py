@@ -66,9 +66,13 @@ class BenchJob:
         out = np.empty((len(values), len(self.metrics)))
         for k, row in enumerate(values):
             settings = applied(self._settings, variants.paths, row, first + k, (SEED,))
-            place = scratch(self.columns)
-            out[k] = self.measure(place, settings, self._run(settings, noise[k], place))
+            out[k] = self.one(settings, noise[k])
         return out
+
+    def one(self, settings: Settings, seed: int) -> list[float]:
+        """The metrics of a run under other settings than the job's."""
+        place = scratch(self.columns)
+        return self.measure(place, settings, self._run(settings, seed, place))
 
     def _run(self, settings: Settings, seed: int, place: Scratch) -> Outcome:
         what = self.programme(settings)

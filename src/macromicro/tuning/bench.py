@@ -37,7 +37,7 @@ from macromicro.lab.drive import closed_loop
 from macromicro.nominal import COUNTS, PERIOD
 from macromicro.plant import bench
 from macromicro.recording import Recording
-from macromicro.runs.programmed import on_twin, record
+from macromicro.runs.programmed import on_twin
 from macromicro.runs.sequence import MEAN
 from macromicro.schema import config
 from macromicro.settings import Settings
@@ -205,6 +205,7 @@ class Macro(_Bench):
 
 
 class Micro(_Bench):
+    _job = micro_bench.MicroBenchJob()
     metrics = micro_bench.METRICS
     objectives = MICRO_OBJECTIVES
     remarks = (
@@ -214,11 +215,8 @@ class Micro(_Bench):
     )
 
     def run(self, settings: Settings, seed: int) -> Figures:
-        done, outcome = record(micro_bench.steps(), settings, seed=seed)
-        names = [metric.name for metric in self.metrics]
-        if not outcome.finished:
-            return {**dict.fromkeys(names, math.nan), "fault": float(outcome.watch.fault)}
-        return dict(zip(names, (*micro_bench.judged(done, settings), 0.0), strict=True))
+        values = self._job.one(settings, seed)
+        return dict(zip((m.name for m in self.metrics), values, strict=True))
 
     def accepted(self, settings: Settings) -> bool:
         return loops.holds(settings, self._law)
