@@ -150,11 +150,6 @@ soak: $(VENV)/.core ## serve under random commands and faults for MINUTES=60; KI
 docs: $(VENV)/.core ## measure anew what the documents say, and draw their figures
 	$(BIN)/python docs/make_bench.py
 	$(BIN)/python docs/make_errata.py
-	$(BIN)/python docs/make_beyond.py --page
-	$(BIN)/python docs/make_beyond_micro.py --page
-	$(BIN)/python docs/make_beyond_variants.py --page
-	$(BIN)/python docs/make_beyond_both.py --page
-	$(BIN)/python docs/make_beyond_summary.py
 	$(BIN)/python docs/make_used.py
 	$(BIN)/python docs/make_coverage.py
 	$(BIN)/python docs/make_scpi.py

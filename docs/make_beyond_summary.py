@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any, NamedTuple
 
 import make_beyond
@@ -110,8 +109,5 @@ def told(every: dict[str, list[dict[str, Any]]]) -> str:
 
 
 if __name__ == "__main__":
-    read = {
-        name: json.loads(maker.RESULTS.read_text(encoding="utf-8"))
-        for name, maker in MAKERS.items()
-    }
-    measured_page.put(make_beyond.PAGE, "summary", told(read))
+    found = {name: measured_page.read(maker.RESULTS) for name, maker in MAKERS.items()}
+    measured_page.put(make_beyond.PAGE, "summary", told(found))

@@ -67,6 +67,16 @@ def merged(kept: list[Found], found: list[Found]) -> list[Found]:
     return [*every, *renewed.values()]
 
 
+def read(results: Path) -> list[Found]:
+    """What was measured before; the repository does not hold it."""
+    if not results.exists():
+        raise SystemExit(
+            f"{results} does not exist: measure first, without --page, --only or --kind"
+        )
+    found: list[Found] = json.loads(results.read_text(encoding="utf-8"))
+    return found
+
+
 def main(
     about: str | None,
     results: Path,
@@ -91,7 +101,7 @@ def main(
     kept: list[Found] = []
     some = chosen.only is not None or chosen.kind is not None
     if chosen.page or some:
-        kept = json.loads(results.read_text(encoding="utf-8"))
+        kept = read(results)
     found: list[Found] = []
     if not chosen.page:
         wanted = [
