@@ -157,7 +157,7 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
         try:
             kinds = formats(figures)
             rig = joined(rig, port, loop, calibration)
-            if config is not None and not machine_run.takes_turns(config):
+            if config is not None and not machine_run.is_two_stage(config):
                 machine_run.refuse(fan=fan)
                 asked = (config, programme, out, cycles, seed, overwrite, kinds, law, rig)
                 performing.machine(asked, as_json, yes, signals)
@@ -204,7 +204,7 @@ def config_show(
         machine_run.show_axis(config, axis)
         return
     live = key is not None and key.partition(".")[0] in ("live", "serve")
-    if live and machine is None and machine_run.takes_turns(config):
+    if live and machine is None and machine_run.is_two_stage(config):
         from macromicro.schema.config import as_toml
         from macromicro.serve.settings import LiveSettings
         from macromicro.settings import chosen

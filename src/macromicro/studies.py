@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from macromicro.api import PathLike
 from macromicro.arrays import Array
+from macromicro.robustness import request as robust_request
 from macromicro.robustness import study
-from macromicro.robustness.request import asked
 from macromicro.robustness.statistics import Share
 from macromicro.schema import keys
 from macromicro.tuning.request import Request, ready
@@ -165,7 +165,7 @@ def robust(
         An argument, the programme or the settings are not accepted.
     """
     keys.seed(seed, "seed")
-    chosen = asked(_path(what), programme, law, workers, settings=settings)
+    chosen = robust_request.ready(_path(what), programme, law, workers, settings=settings)
     own, subject = chosen.settings, chosen.subject
     request = study.Request(own, (), samples, seed, single=False)
     found = study.run(request, subject, lambda done, total: progress(done))

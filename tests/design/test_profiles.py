@@ -81,7 +81,7 @@ def test_profiles_are_a_trajectory_and_no_moves(both: experiment.Ended) -> None:
     assert len(json.loads(content)["profiles"]) == 4 and json.loads(content)["moves"] == []
     drawn = [d.name for d in _figures.draw(ended)]
     assert "tracking" in drawn and "response" not in drawn
-    shown = page(ended, two_stage.told(ended, ""), [])
+    shown = page(ended, two_stage.report(ended, ""), [])
     assert "profile 4" in shown and "follows 3100 targets" in shown
     assert 'id="moves"' not in shown
 

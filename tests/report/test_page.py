@@ -47,7 +47,7 @@ class Parsed(HTMLParser):
 
 
 def page(ended: Ended, pictures: list[Picture]) -> str:
-    return run.page(ended, two_stage.told(ended, WHEN), pictures)
+    return run.page(ended, two_stage.report(ended, WHEN), pictures)
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ def test_no_cell_is_cut_up_in_a_narrow_terminal(
 ) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("COLUMNS", str(columns))
-    terminal.show(two_stage.told(ended, ""), ended.job.out)
+    terminal.show(two_stage.report(ended, ""), ended.job.out)
     shown = re.sub(r"\x1b\[[0-9;]*m", "", capsys.readouterr().out).splitlines()
     for line in two_stage.table(ended):
         assert any(all(cell in text for cell in line.cells) for text in shown), line.cells

@@ -152,7 +152,7 @@ def test_ranges_of_the_metrics() -> None:
     assert list(lines(summary)) == [
         "a  1 to 3 s, mean 2",
         "b  -1 to 2, mean 0.5, a number in 7 of 10",
-        "c  always NaN",
+        "c  no finite value",
     ]
     assert summary.as_json()["metrics"]["c"] == {"unit": "m", "finite": 0}
 

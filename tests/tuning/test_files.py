@@ -25,14 +25,14 @@ def found() -> Tuning:
 
 
 @pytest.fixture(scope="module")
-def told(found: Tuning) -> Report:
-    return files.report(found)
+def report(found: Tuning) -> Report:
+    return files.summarise(found)
 
 
 @pytest.fixture(scope="module")
-def place(told: Report, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def place(report: Report, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("tune") / "out"
-    files.write(out, told)
+    files.write(out, report)
     return out
 
 
@@ -45,9 +45,9 @@ def test_all_files(place: Path) -> None:
 
 
 @pytest.mark.slow
-def test_figures_in_other_formats_replace_the_earlier_ones(told: Report, tmp_path: Path) -> None:
+def test_figures_in_other_formats_replace_the_earlier_ones(report: Report, tmp_path: Path) -> None:
     for kinds in (("png", "svg"), ("pdf",)):
-        files.write(tmp_path, told, kinds)
+        files.write(tmp_path, report, kinds)
     assert {p.name for p in tmp_path.iterdir() if p.suffix in (".png", ".svg", ".pdf")} == {
         "response.pdf",
         "bode.pdf",
@@ -63,7 +63,7 @@ def test_other_settings_of_the_start_are_kept(tmp_path: Path) -> None:
     """A bench that was set otherwise is what the tuned law was made for."""
     heavy = Settings().with_("bench.carriage.mass", "0.6 kg")
     found = ready(Request(stage="macro", law="pid", evaluations=5, settings=heavy)).search()
-    (tmp_path / "tuned.toml").write_text(files.as_toml(found))
+    (tmp_path / "tuned.toml").write_text(files.as_toml(files.summarise(found)))
     again = macromicro.load_settings(tmp_path / "tuned.toml")
     assert again == found.best.settings
     assert again.bench.carriage.mass == 0.6
@@ -93,15 +93,15 @@ def test_the_numbers(place: Path, found: Tuning) -> None:
     assert len(record["history"]) >= 1
 
 
-def test_the_page_and_the_terminal_tell_the_same(place: Path, told: Report) -> None:
+def test_the_page_and_the_terminal_tell_the_same(place: Path, report: Report) -> None:
     page = (place / "tuning.html").read_text()
     for word in ("disk margin", "objective, worst of 3 searched", "fresh machines", "V/count"):
-        assert word in told.text and word in page
+        assert word in report.text and word in page
     assert page.count("data:image/png;base64,") == 2
 
 
-def test_an_unstable_loop_is_written_too(told: Report) -> None:
+def test_an_unstable_loop_is_written_too(report: Report) -> None:
     """JSON knows no NaN."""
-    rows = [row._replace(values=(math.nan, math.inf)) for row in told.rows]
-    record = json.loads(files.as_json(told._replace(rows=rows)))
+    rows = [row._replace(values=(math.nan, math.inf)) for row in report.rows]
+    record = json.loads(files.as_json(report._replace(rows=rows)))
     assert record["table"][0]["values"] == [None, "inf"]

@@ -62,7 +62,7 @@ def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
     rig = joined(rig, port, loop, calibration)
     from macromicro.commands import machine_run
 
-    if config is not None and not machine_run.takes_turns(config):
+    if config is not None and not machine_run.is_two_stage(config):
         from macromicro.commands import _machine_records
 
         asked = _machine_records.Asked(config, rig, seed, out, overwrite)

@@ -23,6 +23,11 @@ def tell(controller: Control) -> None:
         print(f"{controller.macro_law} {words} are compiled", file=sys.stderr)
 
 
+def announce_compiling(is_compiled: bool) -> None:
+    if not is_compiled:
+        print("compiling the machine, once, about 10 s", file=sys.stderr, flush=True)
+
+
 class Group(TyperGroup):
     """A group that names its commands in the error for an unknown one."""
 

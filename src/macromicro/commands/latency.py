@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from macromicro.commands.group import announce_compiling
 from macromicro.commands.options import Config, Json
 from macromicro.commands.signals import Signals
 
@@ -54,8 +55,7 @@ def latency(
     if figure is not None:
         _check_figure(figure)
     with Signals() as signals:
-        if health.compiler_cache().state != health.OK:
-            print("compiling the bench, once, about 10 s", file=sys.stderr, flush=True)
+        announce_compiling(health.compiler_cache().state == health.OK)
         signals.later()
         with progress("latency", "s") as pace:
             pace.begin(round(seconds))

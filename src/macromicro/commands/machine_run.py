@@ -8,13 +8,13 @@ from typing import Any
 from macromicro.errors import InputError, ProblemError
 
 
-def takes_turns(config: Path | None) -> bool:
+def is_two_stage(config: Path | None) -> bool:
     """Whether a settings file, or none, is for the two-stage machine."""
     if config is None:  # what no file names needs no look at the machines
         return True
-    from macromicro.machines.compositions import is_two_stage
+    from macromicro.machines import compositions
 
-    return is_two_stage(config)
+    return compositions.is_two_stage(config)
 
 
 def refuse(*, fan: bool) -> None:

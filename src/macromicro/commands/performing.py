@@ -10,7 +10,7 @@ from typing import Any
 
 import typer
 
-from macromicro.commands.group import tell
+from macromicro.commands.group import announce_compiling, tell
 from macromicro.commands.signals import Signals
 
 
@@ -27,7 +27,7 @@ def bench(request: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals) 
     def prepare() -> None:
         tell(job.settings.controller)
         if job.source is None:
-            _compiling(simulate.is_compiled())
+            announce_compiling(simulate.is_compiled())
             simulate.compile_bench(job.settings, job.programme, job.request.fan)
         if job.recalibrate:
             print("another Hall sensor: calibrating it on this bench first", file=sys.stderr)
@@ -50,15 +50,10 @@ def machine(request: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals
 
     def prepare() -> None:
         if job.source is None:  # on a rig the same period runs interpreted
-            _compiling(runs.is_compiled())
+            announce_compiling(runs.is_compiled())
             runs.compile_machine(job.machine, job.settings, job.plan)
 
     _run(jobs.execute, job, prepare, as_json, signals)
-
-
-def _compiling(is_compiled: bool) -> None:
-    if not is_compiled:
-        print("compiling the machine, once, about 10 s", file=sys.stderr)
 
 
 def _run(
@@ -80,21 +75,21 @@ def _run(
         started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
         ended = performed(execute, job, terminal.progress(job), signals)
         try:
-            told = write(ended, started)
+            report = write(ended, started)
         except OSError as error:
             reason = error.strerror or str(error)
             said = f"the report could not be written: {reason}; the recording is in {job.out}"
             print(f"macromicro: {said}", file=sys.stderr)
             raise typer.Exit(signals.status or 1) from None
         if as_json:
-            print(to_json(told.summary), end="")
+            print(to_json(report.summary), end="")
         else:
-            terminal.show(told, job.out)
+            terminal.show(report, job.out)
             print(f"results: {job.out}")
             more()
-        if told.problems:
-            print(f"macromicro: {'; '.join(told.problems)}", file=sys.stderr)
-        if told.problems or signals.received:
+        if report.problems:
+            print(f"macromicro: {'; '.join(report.problems)}", file=sys.stderr)
+        if report.problems or signals.received:
             raise typer.Exit(signals.status or 1)
 
 

@@ -71,7 +71,7 @@ def response(
     place = folder.chosen(
         out, Path("results") / f"response-{config.stem if config else UNNAMED}", overwrite=overwrite
     )
-    if config is None or machine_run.takes_turns(config):
+    if config is None or machine_run.is_two_stage(config):
         _two_stage(config, asked, place, kinds, overwrite=overwrite, as_json=as_json)
         return
     stages = each(config)

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from macromicro.commands.group import tell, whole
+from macromicro.commands.group import announce_compiling, tell, whole
 from macromicro.commands.options import PNG, Config, Figures, Json, Law, Overwrite, Seed
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
-    from macromicro.robustness.request import Asked
+    from macromicro.robustness.request import Ready
     from macromicro.robustness.study import Request
 
 SAMPLES = 200
@@ -76,13 +76,13 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     from macromicro.drawing.files import formats
     from macromicro.machines import doubts
     from macromicro.robustness import files
-    from macromicro.robustness.request import asked
+    from macromicro.robustness.request import ready
     from macromicro.runs import folder
     from macromicro.runs.folder import held
     from macromicro.settings import Settings
 
     kinds = formats(figures)
-    found = asked(config, programme, law, workers, fan=fan, variants=variants)
+    found = ready(config, programme, law, workers, fan=fan, variants=variants)
     if isinstance(found.settings, Settings):
         tell(found.settings.controller)
     else:
@@ -97,7 +97,7 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
 
 def _robust(
     request: Request,
-    asked: Asked,
+    asked: Ready,
     how: tuple[tuple[str, ...], bool],
     out: Path,
     signals: Signals,
@@ -107,11 +107,9 @@ def _robust(
     from macromicro.robustness import files, study, terminal
     from macromicro.robustness.words import About
     from macromicro.schema.config import difference
-    from macromicro.simulate import is_compiled
 
     kinds, as_json = how
-    if not is_compiled():
-        print("compiling the machine, once, about 10 s", file=sys.stderr)
+    announce_compiling(asked.is_compiled())
     asked.compile()
     started, began = datetime.now().astimezone(), time.perf_counter()
     signals.later()
@@ -122,9 +120,6 @@ def _robust(
             return bool(signals.received) and done > 1  # the nominal machine and another
 
         found = study.run(request, asked.subject, report)
-    if not len(found.rows):
-        print("macromicro: interrupted before the first machine; nothing written", file=sys.stderr)
-        raise typer.Exit(signals.status)
     overrides = difference(request.settings, asked.subject.default)
     about = About(
         asked.programme,

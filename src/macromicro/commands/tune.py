@@ -130,15 +130,15 @@ def _tune(
                     raise Stop
 
             found = asked.search(tell)
-        told = files.report(found)
-        files.write(place, told, kinds)
+        report = files.summarise(found)
+        files.write(place, report, kinds)
     except KeyboardInterrupt:  # a second signal
         print("macromicro: interrupted, nothing was written", file=sys.stderr)
         raise typer.Exit(signals.status) from None
     if as_json:
-        print(files.as_json(told), end="")
+        print(files.as_json(report), end="")
     else:
-        print(told.text)
+        print(report.text)
         print(f"page: {place / files.PAGE}")
         if found.better:
             print(f"try: macromicro run --config {place / files.SETTINGS}")

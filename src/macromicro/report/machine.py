@@ -1,4 +1,4 @@
-"""What is told of a run of a machine of one stage, or of several on one clock."""
+"""The report of a run of a machine of one stage, or of several on one clock."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from macromicro.machines.joint.settings import UPPER
 from macromicro.machines.machine import as_toml
 from macromicro.machines.tree import gains
 from macromicro.report import joint_figures, run, stage_figures
-from macromicro.report.run import Line, Told, amount
+from macromicro.report.run import Line, RunReport, amount
 from macromicro.runs import arrivals
 from macromicro.schema.par import entries
 from macromicro.units import printed
@@ -71,12 +71,12 @@ _OF_SEVERAL = (
 )
 
 
-def told(ended: Ended, started: str) -> Told:
+def report(ended: Ended, started: str) -> RunReport:
     job, machine = ended.job, ended.job.machine
     footnote = _OF_ONE
     if isinstance(machine, Composite):
         footnote = _OF_PLANE if machine.has_plane else _OF_SEVERAL
-    return Told(
+    return RunReport(
         opening=f"{run.cycles(job.request.cycles)} on the machine {machine.name} "
         f"({machine.title}), simulated, {run.origin(job.request.seed, started)}",
         headings=headings(ended),

@@ -11,7 +11,6 @@ import numpy as np
 
 import macromicro
 from macromicro.arrays import Array
-from macromicro.design import margins as polynomials
 from macromicro.drawing import files as drawings
 from macromicro.drawing.style import BLACK, RED, finish, new
 from macromicro.errors import InputError, ProblemError
@@ -42,13 +41,12 @@ def found(settings: Settings, low: float | None, high: float | None, count: int)
     if not 0.0 < first < last <= HIGH / dt:
         remedy = f"Let them rise from above 0 to at most {HIGH / dt:g} Hz."
         raise ProblemError("frequencies", f"they go from {first:g} to {last:g} Hz", remedy)
-    num, den = loops.macro_loop(settings.controller)
     frequency = np.geomspace(first, last, count)
 
     def at(f: Array) -> Complex:
-        return polynomials.responses(num, den, 2.0 * np.pi * f, dt)
+        return loops.macro_response(settings.controller, f)
 
-    exact = polynomials.margins(num, den, dt)
+    exact = loops.macro_margins(settings.controller)
     if exact.stable:
         size = 1.0 / exact.peak_s
         own = Margins(exact.crossover / (2.0 * np.pi), exact.phase, exact.gain, size, True)

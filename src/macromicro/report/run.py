@@ -1,4 +1,4 @@
-"""What is told of a run of any machine, and its page."""
+"""The report of a run of any machine: words, figures and page."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Line(NamedTuple):
     arrived: bool  # whether the move got there
 
 
-class Told(NamedTuple):
+class RunReport(NamedTuple):
     """The words of a report: the same for page, terminal and files."""
 
     opening: str
@@ -91,21 +91,21 @@ def as_json(content: dict[str, Any]) -> str:
     return json.dumps(plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def write(ended: Any, told: Told, drawn: Iterable[PageFigure]) -> None:
+def write(ended: Any, report: RunReport, drawn: Iterable[PageFigure]) -> None:
     """Write everything beside the recording; the summary first."""
     out = ended.job.out
-    write_text(out / folder.SUMMARY, as_json(told.summary))
+    write_text(out / folder.SUMMARY, as_json(report.summary))
     shown = saved(drawn, out, ended.job.request.figures)
-    write_text(out / folder.PAGE, page(ended, told, shown))
+    write_text(out / folder.PAGE, page(ended, report, shown))
 
 
-def page(ended: Any, told: Told, shown: Sequence[Picture]) -> str:
+def page(ended: Any, report: RunReport, shown: Sequence[Picture]) -> str:
     """One self-contained HTML file: text, table and figures, no network, no script."""
     job, rows = ended.job, ended.recording
     return filled(
         TEMPLATE,
         ended=ended,
-        told=told,
+        report=report,
         programme=job.programme,
         overrides=job.overrides,
         pictures=shown,

@@ -13,7 +13,7 @@ from macromicro.drawing.console import progress_bar, terminal
 from macromicro.programme import MACRO
 from macromicro.report import _comparison_words
 from macromicro.report.comparison import Comparison
-from macromicro.report.run import Told
+from macromicro.report.run import RunReport
 from macromicro.runs import folder
 from macromicro.runs.job import Job
 
@@ -68,7 +68,7 @@ def _move(job: Job, k: int) -> str:
     return f"move {number} of {last}: {name} to {metres * 1e3:g} mm"
 
 
-def show(told: Told, out: Path) -> None:
+def show(report: RunReport, out: Path) -> None:
     """The table of a run, its verdict and remarks."""
     from rich.table import Table
     from rich.text import Text
@@ -76,17 +76,17 @@ def show(told: Told, out: Path) -> None:
     console = terminal()
     narrow = console.width < _NARROW
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
-    for heading in told.headings:
+    for heading in report.headings:
         shown = Text(_BROKEN.get(heading, heading) if narrow else heading)
         table.add_column(shown, justify="right", overflow="fold", vertical="bottom")
-    for line in told.table:
+    for line in report.table:
         cells = [Text(cell) for cell in line.cells]
         table.add_row(*cells, style="" if line.arrived else "bold red")
-    if told.table:
+    if report.table:
         console.print(table)
         console.print()
-    console.print(Text(f"{told.verdict}; open {out / folder.PAGE}"), soft_wrap=True)
-    for name, text in told.remarks:
+    console.print(Text(f"{report.verdict}; open {out / folder.PAGE}"), soft_wrap=True)
+    for name, text in report.remarks:
         console.print(Text(f"{name}: {text}"), soft_wrap=True)
 
 

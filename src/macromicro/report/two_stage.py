@@ -1,4 +1,4 @@
-"""What is told of a run of the two-stage machine."""
+"""The report of a run of the two-stage machine."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from macromicro.design.response import MoveResult
 from macromicro.design.tracking import Tracking
 from macromicro.programme import MACRO
 from macromicro.report import run
-from macromicro.report.run import Line, Told, amount
+from macromicro.report.run import Line, RunReport, amount
 from macromicro.runs import arrivals
 from macromicro.runs.arrivals import Rest
 from macromicro.runs.job import Ended
@@ -36,9 +36,9 @@ the laser and the bench's truth are independent. Without a laser the Hall sensor
 of a micro move."""
 
 
-def told(ended: Ended, started: str) -> Told:
+def report(ended: Ended, started: str) -> RunReport:
     request = ended.job.request
-    return Told(
+    return RunReport(
         opening=f"{run.cycles(request.cycles)} on the virtual bench, "
         f"{'with' if request.fan else 'without'} fan, {run.origin(request.seed, started)}",
         headings=HEADINGS,

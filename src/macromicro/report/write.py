@@ -5,21 +5,21 @@ from __future__ import annotations
 from typing import Any
 
 from macromicro.report import _figures, machine, run, two_stage
-from macromicro.report.run import Told
+from macromicro.report.run import RunReport
 from macromicro.runs import folder, keeping
 from macromicro.runs.job import Ended
 from macromicro.schema.text import write_text
 
 
-def write(ended: Any, started: str) -> Told:
+def write(ended: Any, started: str) -> RunReport:
     if not isinstance(ended, Ended):
-        told = machine.told(ended, started)
-        run.write(ended, told, machine.draw(ended))
-        return told
-    told = two_stage.told(ended, started)
+        report = machine.report(ended, started)
+        run.write(ended, report, machine.draw(ended))
+        return report
+    report = two_stage.report(ended, started)
     _keep(ended)
-    run.write(ended, told, _figures.draw(ended))
-    return told
+    run.write(ended, report, _figures.draw(ended))
+    return report
 
 
 def _keep(ended: Ended) -> None:

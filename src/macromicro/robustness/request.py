@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from macromicro import programme as bench_programmes
+from macromicro import simulate
 from macromicro.batch import cores
 from macromicro.batch.programme_job import ProgrammeJob
 from macromicro.errors import ProblemError
-from macromicro.machines import compositions, programmes
+from macromicro.machines import compositions, programmes, runs
 from macromicro.robustness import job as jobs
 from macromicro.robustness import stage
 from macromicro.robustness.requirements import load
@@ -24,13 +25,14 @@ from macromicro.uncertainty.table import UNCERTAIN, VARIANTS
 MAX_WORKERS = 256
 
 
-class Asked(NamedTuple):
+class Ready(NamedTuple):
     settings: Any
     subject: Subject
     programme: str  # as it was named; "" for the machine's usual moves
     title: str  # of the programme
     place: str  # end of the folder's name
-    compile: Callable[[], None] = lambda: None
+    compile: Callable[[], None]
+    is_compiled: Callable[[], bool]
     fan: bool = False
 
     def request(self, samples: int, seed: int, limits: Path | None) -> Request:
@@ -42,7 +44,7 @@ class Asked(NamedTuple):
         return Request(self.settings, needed, samples, seed)
 
 
-def asked(
+def ready(
     path: Path | None,
     programme: str | None,
     law: str | None,
@@ -51,7 +53,7 @@ def asked(
     settings: Any = None,
     fan: bool = False,
     variants: bool = False,
-) -> Asked:
+) -> Ready:
     """A study of the machine of a settings file; `settings` replace the file's."""
     if settings is not None:
         config.check(settings, "settings")
@@ -66,19 +68,27 @@ def asked(
     moves = programmes.chosen(machine, own, programme)
     plan = programmes.plan(machine, own, moves)
     subject = stage.subject(machine, own, plan, _threads(workers))
-    return Asked(own, subject, programme or "", moves.title, path.stem)
+
+    def compile_machine() -> None:
+        runs.compile_machine(machine, own, plan)
+
+    return Ready(
+        own, subject, programme or "", moves.title, path.stem, compile_machine, runs.is_compiled
+    )
 
 
 def _bench(
     settings: Settings, programme: str, workers: int | None, fan: bool, variants: bool
-) -> Asked:
+) -> Ready:
     """The two-stage machine."""
     place = bench_programmes.find(programme)
     title = load_programme(place, settings).title
     job = ProgrammeJob(programme, fan=fan, settings=settings)
     varied = UNCERTAIN + VARIANTS if variants else UNCERTAIN
     subject = jobs.subject(job, _threads(workers), varied)
-    return Asked(settings, subject, programme, title, place.stem, job.compile, fan)
+    return Ready(
+        settings, subject, programme, title, place.stem, job.compile, simulate.is_compiled, fan
+    )
 
 
 def _threads(workers: int | None) -> int:

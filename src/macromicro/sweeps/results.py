@@ -96,7 +96,7 @@ def lines(summary: Summary) -> Iterator[str]:
     width = max(map(len, summary.metrics), default=0)
     for name, each in summary.metrics.items():
         if not each.finite:
-            yield f"{name:{width}}  always NaN"
+            yield f"{name:{width}}  no finite value"
             continue
         unit = "" if each.unit in NO_UNIT else f" {each.unit}"
         line = f"{name:{width}}  {each.least:.6g} to {each.most:.6g}{unit}, mean {each.mean:.6g}"

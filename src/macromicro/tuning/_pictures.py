@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.drawing import phases
 from macromicro.drawing.page import PageFigure
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
 from macromicro.machines.loops import Complex, margins
@@ -63,11 +64,9 @@ def _bode(gain: Any, phase: Any, pair: Sequence[Bode]) -> None:
     frequency, loops = pair[0].frequency, [bode.loop for bode in pair]
     found = [margins(frequency, loop) for loop in loops]
     for (colour, name, style), loop, margin in zip(_STYLES, loops, found, strict=True):
-        turned = np.degrees(np.unwrap(np.angle(loop)))
-        turned -= 360.0 * round((turned[0] + 90.0) / 360.0)
         label = f"{name}: phase margin {margin.phase:.1f} deg at {margin.crossover:.3g} Hz"
         gain.semilogx(frequency, _decibels(loop), colour, linestyle=style, label=name)
-        phase.semilogx(frequency, turned, colour, linestyle=style, label=label)
+        phase.semilogx(frequency, phases.degrees(loop, loop), colour, linestyle=style, label=label)
         gain.plot([margin.crossover], [0.0], "o", color=colour, markersize=4)
         phase.plot([margin.crossover], [margin.phase - 180.0], "o", color=colour, markersize=4)
     lowest = np.nanmin([margin.crossover for margin in found] + [frequency[-1]])

@@ -32,8 +32,10 @@ from collections.abc import Callable
 import numpy as np
 
 from macromicro.batch import macro_bench, micro_bench
+from macromicro.design.margins import frequencies
 from macromicro.design.response import smoothed
 from macromicro.lab.drive import closed_loop
+from macromicro.models.macro import Linear
 from macromicro.nominal import COUNTS, PERIOD
 from macromicro.plant import bench
 from macromicro.recording import Recording
@@ -194,7 +196,8 @@ class Macro(_Bench):
     def bodes(self, settings: Settings) -> tuple[Bode, ...]:
         if self._law.field == OWN:
             return ()
-        frequency, loop = loops.macro_response(settings.controller)
+        frequency = frequencies(Linear().dt, 600) / (2.0 * math.pi)
+        loop = loops.macro_response(settings.controller, frequency)
         return (Bode(frequency, loop, "Open loop, linear model (4.4)"),)
 
     def margins(self, settings: Settings) -> tuple[Margin, ...]:
@@ -205,7 +208,6 @@ class Macro(_Bench):
 
 
 class Micro(_Bench):
-    _job = micro_bench.MicroBenchJob()
     metrics = micro_bench.METRICS
     objectives = MICRO_OBJECTIVES
     remarks = (
@@ -213,6 +215,10 @@ class Micro(_Bench):
         "ripple margin is the largest factor on all gains at which a hold at 2 mm stays within "
         f"10 um on the bench; {loops.MOST:g} is the largest tried.",
     )
+
+    def __init__(self, settings: Settings, law: Law) -> None:
+        super().__init__(settings, law)
+        self._job = micro_bench.MicroBenchJob(self.start)
 
     def run(self, settings: Settings, seed: int) -> Figures:
         values = self._job.one(settings, seed)

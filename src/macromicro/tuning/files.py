@@ -25,48 +25,49 @@ _TEMPLATE = Path(__file__).parent / "templates" / "tuning.html.j2"
 
 
 class Report(NamedTuple):
-    """A tuning with what is told of it."""
+    """A tuning with its table and remarks: the same for page, terminal and files."""
 
     found: Tuning
     rows: list[Row]
+    remarks: list[str]
 
     @property
     def text(self) -> str:
-        return "\n".join(words.text(self.found, self.rows))
+        return "\n".join(words.text(*self))
 
 
-def report(found: Tuning) -> Report:
+def summarise(found: Tuning) -> Report:
     margins = [found.subject.margins(version.settings) for version in found.versions]
-    return Report(found, words.rows(found, margins))
+    return Report(found, words.rows(found, margins), list(words.remarks(found)))
 
 
-def write(out: Path, told: Report, kinds: Iterable[str] = drawings.DEFAULT) -> None:
+def write(out: Path, report: Report, kinds: Iterable[str] = drawings.DEFAULT) -> None:
     """Write everything, all of it or nothing; an earlier tuning there is replaced."""
     with folder.staged(out, remove=FILES) as place:
-        write_text(place / SETTINGS, as_toml(told.found))
-        write_text(place / NUMBERS, as_json(told))
-        shown = saved(_pictures.drawn(told.found), place, kinds)
-        write_text(place / PAGE, page(told, shown))
+        write_text(place / SETTINGS, as_toml(report))
+        write_text(place / NUMBERS, as_json(report))
+        shown = saved(_pictures.drawn(report.found), place, kinds)
+        write_text(place / PAGE, page(report, shown))
 
 
-def as_toml(found: Tuning) -> str:
-    subject = found.subject
+def as_toml(report: Report) -> str:
+    found, subject = report.found, report.found.subject
     about = [
         f"# {subject.name} of the machine {subject.machine}: {subject.law}, tuned for "
         f"{found.objective.name}, macromicro {macromicro.__version__}",
-        *(f"# {printable(line, 300)}" for line in words.remarks(found)),
+        *(f"# {printable(line, 300)}" for line in report.remarks),
     ]
     return "\n".join(about) + "\n\n" + subject.as_toml(found.best.settings)
 
 
-def as_json(told: Report) -> str:
+def as_json(report: Report) -> str:
     """Everything but the recordings."""
-    content = plain(_content(told), spelled=True)
+    content = plain(_content(report), spelled=True)
     return json.dumps(content, indent=2, allow_nan=False) + "\n"
 
 
-def _content(told: Report) -> dict[str, Any]:
-    found, rows = told
+def _content(report: Report) -> dict[str, Any]:
+    found = report.found
     subject, objective = found.subject, found.objective
     weights = {p.name: found.weights.get(p.name, p.weight) for p in objective.penalties}
     uncertain = subject.uncertain if len(found.amounts) else ()
@@ -87,8 +88,8 @@ def _content(told: Report) -> dict[str, Any]:
         "versions": [version.name for version in found.versions],
         "best": found.best.name,
         "better": found.better,
-        "table": [row._asdict() for row in rows],
-        "remarks": list(words.remarks(found)),
+        "table": [row._asdict() for row in report.rows],
+        "remarks": report.remarks,
         "machines": {
             "count": len(found.first.runs),
             "ranges": [each._asdict() for each in uncertain],
@@ -111,15 +112,15 @@ def _fresh(fresh: Fresh) -> dict[str, Any]:
     }
 
 
-def page(told: Report, pictures: Sequence[Picture]) -> str:
-    found = told.found
+def page(report: Report, pictures: Sequence[Picture]) -> str:
+    found = report.found
     return filled(
         _TEMPLATE,
         subject=found.subject,
         objective=found.objective,
-        remarks=list(words.remarks(found)),
+        remarks=report.remarks,
         versions=[version.name for version in found.versions],
-        groups=[(name, list(rows)) for name, rows in groupby(told.rows, lambda row: row.group)],
+        groups=[(name, list(rows)) for name, rows in groupby(report.rows, lambda row: row.group)],
         number=words.number,
         pictures=pictures,
         version=macromicro.__version__,

@@ -63,19 +63,12 @@ class Law(NamedTuple):
         """A controller with the gains of the knobs' values."""
         if self.is_pd:
             share = values[1] / PERIOD
-            values = (values[0] * (1.0 + share), -values[0] * share)
+            taps = (values[0] * (1.0 + share), -values[0] * share)
+            values = [g.par.given(tap) for g, tap in zip(self.gains, taps, strict=True)]
+        rounded = [float(f"{value:.{DIGITS}g}") for value in values]
         return self.with_gains(
-            control,
-            [
-                gain.par.taken(float(f"{gain.par.given(stored):.{DIGITS}g}"))
-                for gain, stored in zip(self.gains, self._stored(values), strict=True)
-            ],
+            control, [g.par.taken(v) for g, v in zip(self.gains, rounded, strict=True)]
         )
-
-    def _stored(self, values: Sequence[float]) -> list[float]:
-        if self.is_pd:
-            return list(values)
-        return [gain.par.taken(v) for gain, v in zip(self.gains, values, strict=True)]
 
     def scaled(self, control: Control, factor: float) -> Control:
         """A controller with all gains of this law times a factor."""

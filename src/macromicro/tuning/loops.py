@@ -13,7 +13,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.control import stability
 from macromicro.control.settings import Control
-from macromicro.design.margins import Complex, Margins, frequencies, margins, responses
+from macromicro.design.margins import Complex, Margins, margins, responses
 from macromicro.design.response import smoothed
 from macromicro.models.macro import Linear
 from macromicro.runs.programmed import on_twin
@@ -38,11 +38,9 @@ def macro_margins(control: Control) -> Margins:
     return margins(*macro_loop(control), Linear().dt)
 
 
-def macro_response(control: Control, count: int = 600) -> tuple[Array, Complex]:
-    """Frequencies [Hz] and the open loop there."""
-    dt = Linear().dt
-    turned = frequencies(dt, count)
-    return turned / (2.0 * math.pi), responses(*macro_loop(control), turned, dt)
+def macro_response(control: Control, frequency: Array) -> Complex:
+    """The open loop at frequencies [Hz]."""
+    return responses(*macro_loop(control), 2.0 * math.pi * frequency, Linear().dt)
 
 
 def ripple(settings: Settings, seed: int = 0) -> float:

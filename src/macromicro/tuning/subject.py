@@ -58,6 +58,11 @@ class Penalty(NamedTuple):
     amount: Callable[[Figures, Figures], float]
 
 
+def has_failed(run: Figures) -> bool:
+    """Whether a fault stopped it or a move did not arrive."""
+    return bool(run.get("fault", 0.0) or run.get("missed", 0.0))
+
+
 class Objective(NamedTuple):
     name: str  # as the option names it
     unit: str  # of its value
@@ -67,9 +72,8 @@ class Objective(NamedTuple):
 
     def cost(self, found: Figures, first: Figures, weights: Mapping[str, float]) -> float:
         """The value with its penalties; a run that failed costs `FAILED` or more."""
-        missed = found.get("missed", 0.0)
-        if found.get("fault", 0.0) or missed:
-            return FAILED * (1.0 + missed)
+        if has_failed(found):
+            return FAILED * (1.0 + found.get("missed", 0.0))
         total = self.value(found)
         for each in self.penalties:
             weight = weights.get(each.name, each.weight)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from macromicro.tuning.search import Tuning
-from macromicro.tuning.subject import Figures, Margin
+from macromicro.tuning.subject import Margin, has_failed
 
 GAINS, RUN, COST, MARGINS = "gains", "figures of the run", "objective", "margins"
 
@@ -61,7 +61,7 @@ def _margins(margins: Sequence[Sequence[Margin]]) -> Iterator[Row]:
         yield Row(MARGINS, each[0].name, each[0].meaning, values, each[0].unit)
 
 
-def text(found: Tuning, table: Sequence[Row]) -> Iterator[str]:
+def text(found: Tuning, table: Sequence[Row], remarks: Sequence[str]) -> Iterator[str]:
     """The lines for the terminal."""
     group = ""
     for row in table:
@@ -72,7 +72,7 @@ def text(found: Tuning, table: Sequence[Row]) -> Iterator[str]:
         values = "".join(f"{number(value, digits):>13}" for value in row.values)
         yield f"  {row.meaning:64}{values} {row.unit}".rstrip()
     yield ""
-    yield from remarks(found)
+    yield from remarks
 
 
 def remarks(found: Tuning) -> Iterator[str]:
@@ -102,16 +102,12 @@ def _on_fresh(found: Tuning) -> Iterator[str]:
     before, after = found.fresh.runs
     count = len(before)
     yield f"They cost less on {found.fresh.cheaper} of {count} fresh machines."
-    failed = [sum(_failed(run) for run in runs) for runs in (before, after)]
+    failed = [sum(map(has_failed, runs)) for runs in (before, after)]
     if any(failed):
         yield (
             f"Fresh machines with a fault or without arrival: {failed[0]} of {count} before, "
             f"{failed[1]} after."
         )
-
-
-def _failed(run: Figures) -> bool:
-    return bool(run.get("fault", 0.0) or run.get("missed", 0.0))
 
 
 def _worse(found: Tuning) -> Iterator[str]:
