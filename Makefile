@@ -15,7 +15,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c c
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run serve test test-docs test-slow test-all browser compiler avr arm firmware hex firmware-arm maker trial lint format dist quick bench bench-peers bench-identify soak matrix mutants docs notebooks site clean
+.PHONY: help run serve test test-docs test-slow test-all browser compiler avr arm firmware hex firmware-arm maker trial lint format dist quick bench bench-peers bench-identify soak matrix mutants docs beyond notebooks site clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -159,6 +159,13 @@ docs: $(VENV)/.core ## measure anew what the documents say, and draw their figur
 	$(BIN)/python docs/make_wiring.py
 	@if command -v chromium >/dev/null; then set -x; $(BIN)/python docs/make_screenshots.py; \
 	else echo "no picture of the page without chromium: make browser"; fi
+
+beyond: $(VENV)/.core ## measure anew docs/beyond.md and docs/variants.md: some hours
+	$(BIN)/python docs/make_beyond.py
+	$(BIN)/python docs/make_beyond_micro.py
+	$(BIN)/python docs/make_beyond_variants.py
+	$(BIN)/python docs/make_beyond_both.py
+	$(BIN)/python docs/make_beyond_summary.py
 
 notebooks: $(VENV)/.core ## execute the notebooks anew, from their scripts
 	@$(INSTALL) -e ".[notebooks]"
