@@ -11,6 +11,7 @@ import typer
 
 from macromicro import __version__, threads
 from macromicro.commands import export, identify, machine_run, performing, streams
+from macromicro.commands.calibrate import calibrate
 from macromicro.commands.collect import collect
 from macromicro.commands.commission import commission
 from macromicro.commands.compare import compare
@@ -235,6 +236,7 @@ def programmes(
     print(examples[name].read_text(encoding="utf-8"), end="")
 
 
+app.command()(calibrate)
 app.command()(collect)
 app.command()(commission)
 app.command()(compare)

@@ -73,12 +73,12 @@ SAFE = Outputs(0.0, 0.0, 0.0, 0.0)
 
 
 class Lines(NamedTuple):
-    """Switches of a machine of one stage, and what its drive says; each a channel of its rig.
+    """Switches, drive lines and temperature of a stage; each a channel of its rig.
 
     Examples
     --------
     >>> from macromicro.types import Lines
-    >>> Lines(0.0, 1.0, 0.0, float("nan"), 0.0, 1.0).limit_high  # the upper switch is tripped
+    >>> Lines(0.0, 1.0, 0.0, float("nan"), 0.0, 1.0, 20.0).limit_high  # the upper switch is tripped
     1.0
     """
 
@@ -88,6 +88,7 @@ class Lines(NamedTuple):
     index_count: Annotated[float, Quantity("count", "encoder at an index pulse of this period")]
     drive_fault: Annotated[float, Quantity("1", "fault output of the drive", "i1")]
     enabled: Annotated[float, Quantity("1", "the drive says that it is on", "i1")]
+    temperature: Annotated[float, Quantity("degC", "temperature of the stage")]
 
 
 class Enable(NamedTuple):
@@ -103,7 +104,8 @@ class Enable(NamedTuple):
     enable: Annotated[float, Quantity("1", "enable output to the drive", "i1")]
 
 
-QUIET = Lines(0.0, 0.0, 0.0, math.nan, 0.0, 1.0)  # as if of a machine that has none of them
+# As if of a machine that has none of them.
+QUIET = Lines(0.0, 0.0, 0.0, math.nan, 0.0, 1.0, math.nan)
 ENABLE = "enable"  # the output that a rig may name in its attribute `outputs`
 
 

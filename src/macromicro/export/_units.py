@@ -73,7 +73,7 @@ def _stage_sequence(machine: Any, settings: Any) -> Unit:
 
 def _stage_lines(machine: Any, settings: Any) -> Unit:
     """The guard's check of switches and drive, called before the guard."""
-    quiet = Lines(0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+    quiet = Lines(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 20.0)
     wired, held, watch = lines.wired(settings), lines.Held(), guarding.fresh()
     entries = (
         Entry("step", lines.step, (wired, held, watch, quiet, _AT, 0.0)),

@@ -13,6 +13,7 @@ from macromicro.types import ENABLE
 
 def lines(tree: Any) -> tuple[str, ...]:
     switches, amplifier = tree.switches, tree.amplifier
+    climate = getattr(tree, "climate", None)
     there = {
         "limit_low": switches.limits in (LOW, BOTH),
         "limit_high": switches.limits in (HIGH, BOTH),
@@ -20,6 +21,7 @@ def lines(tree: Any) -> tuple[str, ...]:
         "index_count": tree.encoder.index_pulse != NONE,
         "drive_fault": amplifier.fault == LINE,
         "enabled": amplifier.enable == LINE,
+        "temperature": climate is not None and climate.sensor == 1,
         ENABLE: amplifier.enable == LINE,
     }
     return tuple(name for name, has in there.items() if has)

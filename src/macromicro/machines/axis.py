@@ -28,6 +28,7 @@ from macromicro.machines.tree import machine_tree, settled
 from macromicro.plant import axis, power
 from macromicro.plant.axis import Body, Reading
 from macromicro.plant.carriage import Carriage
+from macromicro.plant.climate import Climate
 from macromicro.plant.encoder import Encoder
 from macromicro.plant.friction import AxisFriction
 from macromicro.plant.power import Amplifier, Motor
@@ -55,6 +56,7 @@ class Axis(NamedTuple):
     guard: Limits = Limits()
     switches: Switches = Switches()
     homing: Homing = Homing()
+    climate: Climate = Climate()
 
 
 DEFAULT: Any = settled(Axis())
@@ -90,6 +92,7 @@ def prepare(tree: Any) -> axis.Axis:
         reading,
         tree.timing.delay,
         tree.timing.steps,
+        getattr(tree, "climate", Climate()),
     )
 
 

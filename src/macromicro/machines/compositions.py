@@ -98,7 +98,7 @@ def of_several(whole: Composite) -> Composition:
 
     def load(path: Path, law: str | None = None) -> Any:
         composite.refuse_law(law, composite.names(whole))
-        file, table = printable(path, 300), read_toml(path, config.WHAT)
+        file, table = printable(path, 300), config.table(path)
         table.pop(KEY, None)
         return config.overridden(whole.settings, table, file) if table else whole.settings
 

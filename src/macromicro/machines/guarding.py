@@ -167,6 +167,16 @@ def slower(p: Limits, speed: float) -> Limits:
 
 
 @kernel
+def shifted(p: Limits, by: float) -> Limits:
+    """Limits for readings that are off the position by a distance."""
+    return Limits(
+        p.effort, p.low + by, p.high + by, p.speed, p.window, p.error, p.silent, p.push,
+        p.stuck, p.lean, p.leant, p.still, p.against, p.leap, p.surge, p.clock, p.repeats, p.heat,
+        p.heating,
+    )  # fmt: skip
+
+
+@kernel
 def _against(p: Limits, before: float, moved: float, effort: float) -> float:
     """Distance against pushes of one sign, reset by motion along one."""
     if p.lean <= 0.0:

@@ -18,7 +18,7 @@ from macromicro.machines import axis, rotary, sheets
 from macromicro.machines import machine as machines
 from macromicro.plant.power import CURRENT
 from macromicro.schema import config
-from macromicro.schema.text import printable, read_toml
+from macromicro.schema.text import printable
 
 
 class Sheet(NamedTuple):
@@ -37,7 +37,7 @@ def sheet(path: Path) -> Sheet:
     if machine.name not in (axis.NAME, rotary.NAME):
         accepted = f"{axis.NAME} or {rotary.NAME}"
         raise InputError(f"--machine {file}, {machines.KEY}", machine.name, accepted)
-    table = read_toml(path, config.WHAT)
+    table = config.table(path)
     return Sheet(file, machine, table, tree)
 
 

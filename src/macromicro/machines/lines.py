@@ -60,7 +60,7 @@ def rise(settings: Any) -> float:
 
 @kernel
 def none(params: Any, state: Any) -> Lines:
-    return Lines(0.0, 0.0, 0.0, math.nan, 0.0, 1.0)
+    return Lines(0.0, 0.0, 0.0, math.nan, 0.0, 1.0, math.nan)
 
 
 @kernel

@@ -13,7 +13,7 @@ from macromicro.control.stage_law import StageLaw
 from macromicro.errors import InputError
 from macromicro.machines import axis, equipped, homing, piezo, rotary, sheets, wire
 from macromicro.machines.stage import Kind
-from macromicro.machines.tree import LAW, is_own, joined
+from macromicro.machines.tree import LAW, is_corrected, is_own, joined
 from macromicro.schema import config, plugins
 from macromicro.schema.text import printable, read_toml
 
@@ -256,7 +256,8 @@ def under(machine: Machine, settings: Any) -> Machine:
     """
     if is_own(settings):
         machine = machine._replace(law=find(settings.law, LAW))
-    return machine if machine.equip is None else machine._replace(kind=machine.equip(settings))
+    kind = machine.kind if machine.equip is None else machine.equip(settings)
+    return machine._replace(kind=kind._replace(corrected=is_corrected(settings)))
 
 
 def as_toml(machine: Machine | Any, settings: Any, only: str | None = None) -> str:

@@ -113,7 +113,10 @@ def _wired(there: tuple[str, ...], place: Place) -> Kind:
 
 def stages(simulated: Stages, on: Sequence[Any]) -> Stages:
     """The stages of a machine on open rigs, under the same laws; their truth is unknown."""
-    kinds = tuple(of(rig, kind.place) for rig, kind in zip(on, simulated.kinds, strict=True))
+    kinds = tuple(
+        of(rig, kind.place)._replace(corrected=kind.corrected)
+        for rig, kind in zip(on, simulated.kinds, strict=True)
+    )
     return simulated._replace(kinds=kinds, extra=None)
 
 

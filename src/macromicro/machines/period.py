@@ -12,7 +12,8 @@ import numpy as np
 from macromicro import arrays, joining
 from macromicro.arrays import Array
 from macromicro.columns import Column, Layout, Quantity, layout, put
-from macromicro.control import outside
+from macromicro.control import correction, outside
+from macromicro.control.correction import Flank, Reading
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.kernel import compiled, kernel
 from macromicro.machines import guarding, sequence
@@ -58,6 +59,7 @@ class Part(NamedTuple):
     memory: Any  # the law's
     watch: Watch  # the guard's
     held: Held = Held()  # the guard's, of a stage with lines
+    flank: Flank = Flank()  # of a corrected stage
 
 
 class Run(NamedTuple):
@@ -114,7 +116,9 @@ def _columns(kind: Kind, law: StageLaw) -> tuple[Column, ...]:
 def _laid_out(kind: Kind, law: StageLaw) -> Layout:
     """Parts: sample, target, output, memory, sequence, truth, lines, enable line."""
     recorded = [_only(each, kind.lines) for each in (Lines, Enable)]
-    shown = (Sample, Target, Output, law.memory, Inside, kind.truth, *recorded)
+    shown: tuple[Any, ...] = (Sample, Target, Output, law.memory, Inside, kind.truth, *recorded)
+    if kind.corrected:
+        shown = (*shown, Reading)
     return layout(*shown, place=kind.place)
 
 
@@ -148,6 +152,7 @@ def period(stages: Stages, recorded: bool = True) -> Period:
     for kind, law in zip(stages.kinds, stages.laws, strict=True):
         joining.joined(kind.measure, kind.advance, kind.show, law.step, kind.sense, kind.switch)
     seen, acted, advanced = _seen(stages), _acted(stages), _advanced(stages)
+    placed, places, speeds = _placed(stages), _each(stages, _position), _each(stages, _velocity)
     follow = sequence.together(len(stages.kinds))
     ended = _recorded(stages) if recorded else _looked_at(stages)
     record_extra = _recorded_extra(stages) if recorded else nothing
@@ -160,14 +165,17 @@ def period(stages: Stages, recorded: bool = True) -> Period:
         written = 0
         for k in range(noise[0].shape[0]):
             t = tick * dt
-            samples, lines = seen(params, parts, t, noise, k)
+            readings, lines = seen(params, parts, t, noise, k)
+            samples = placed(loops, parts, readings, lines, places(readings))
             progress, inside, targets = follow(loops, progress, inside, samples)
-            acts, tripped = acted(loops, parts, targets, samples, lines, dt)
+            beside = Beside(places(targets), speeds(targets))
+            shown = Seen(readings, samples, lines)
+            acts, tripped = acted(loops, parts, targets, shown, beside, dt)
             enable = 0.0 if tripped else 1.0
             phase = float(FAULT if tripped else progress.phase)
             now = Inside(phase, float(progress.move), float(progress.arrived))
             period = Shared(t, tripped, now, Enable(enable))
-            acts, truths = ended(out, k, period, params, parts, samples, targets, acts, lines)
+            acts, truths = ended(out, k, period, params, parts, shown, targets, acts)
             record_extra(out, k, bench.extra, truths)
             parts = advanced(params, parts, acts, enable, noise, k, dt)
             tick += 1
@@ -188,8 +196,29 @@ class Shared(NamedTuple):
     enable: Enable
 
 
+class Seen(NamedTuple):
+    """What the stages show in a period, one entry a stage."""
+
+    readings: Any  # of the sensors
+    samples: Any  # the positions at these
+    lines: Any
+
+
+@kernel
+def _rest(seen: Seen) -> Seen:
+    """The same of the stages after the first."""
+    return Seen(seen.readings[1:], seen.samples[1:], seen.lines[1:])
+
+
+class Beside(NamedTuple):
+    """Set points of all stages, for a correction of one by the place of another."""
+
+    places: Any  # m
+    speeds: Any  # m/s
+
+
 def _seen(stages: Stages) -> Any:
-    """The samples of the stages, and what their lines say."""
+    """The readings of the stages, and what their lines say."""
 
     def each(j: int, rest: Any) -> Any:
         measure, sense = stages.kinds[j].measure, stages.kinds[j].sense
@@ -205,23 +234,109 @@ def _seen(stages: Stages) -> Any:
     return fold(each, len(stages.kinds), empty_pair)
 
 
-def _acted(stages: Stages) -> Any:
-    """Memory, watch, held and effort of each stage, by law and guards, and whether one tripped."""
+@kernel
+def _position(each: Any) -> Any:
+    return each.position
+
+
+@kernel
+def _velocity(each: Any) -> Any:
+    return each.velocity
+
+
+def _each(stages: Stages, of: Any) -> Any:
+    """A number of each stage, if any stage is corrected."""
 
     def each(j: int, rest: Any) -> Any:
-        step = stages.laws[j].step
+        def numbers(values: Any) -> Any:
+            return (of(values[0]), *rest(values[1:]))
+
+        return numbers
+
+    corrected = any(kind.corrected for kind in stages.kinds)
+    return fold(each, len(stages.kinds) if corrected else 0, empty)
+
+
+@kernel
+def _uncorrected(loop: Any, part: Any, reading: Sample, lines: Lines, places: Any) -> Any:
+    return reading
+
+
+@kernel
+def _corrected(loop: Any, part: Any, reading: Sample, lines: Lines, places: Any) -> Any:
+    place = correction.position(
+        loop.correction, part.flank, reading.position, places, lines.temperature, reading.t
+    )
+    return Sample(reading.t, place)
+
+
+def _placed(stages: Stages) -> Any:
+    """The positions at the readings."""
+
+    def each(j: int, rest: Any) -> Any:
+        correct = _corrected if stages.kinds[j].corrected else _uncorrected
+
+        def placed(loops: Any, parts: Any, readings: Any, lines: Any, places: Any) -> Any:
+            sample = correct(loops[0], parts[0], readings[0], lines[0], places)
+            return (sample, *rest(loops[1:], parts[1:], readings[1:], lines[1:], places))
+
+        return placed
+
+    return fold(each, len(stages.kinds), empty)
+
+
+@kernel
+def _as_aimed(
+    loop: Any, flank: Flank, target: Target, reading: Sample, lines: Lines, beside: Beside
+) -> Any:
+    return flank, target, 0.0
+
+
+@kernel
+def _aimed(
+    loop: Any, flank: Flank, target: Target, reading: Sample, lines: Lines, beside: Beside
+) -> Any:
+    """Flank, set point of the reading, and the effort against what repeats."""
+    flank, aim = correction.aimed(
+        loop.correction, flank, target, beside.places, beside.speeds, lines.temperature, reading.t
+    )
+    push = correction.effort(loop.correction, flank, aim, reading.position, reading.t)
+    return flank, aim, push
+
+
+@kernel
+def _unshifted(guard: Any, reading: Sample, sample: Sample) -> Any:
+    return guard
+
+
+@kernel
+def _shifted(guard: Any, reading: Sample, sample: Sample) -> Any:
+    """The guard's limits, of readings."""
+    off = reading.position - sample.position
+    return guarding.shifted(guard, 0.0 if math.isnan(off) else off)
+
+
+def _acted(stages: Stages) -> Any:
+    """Memory, watch, held, effort and flank of each stage, and whether a guard tripped."""
+
+    def each(j: int, rest: Any) -> Any:
+        step, corrected = stages.laws[j].step, stages.kinds[j].corrected
+        aimed, shifted = (_aimed, _shifted) if corrected else (_as_aimed, _unshifted)
         watched, bounded = watching(stages.kinds[j])
 
-        def acted(loops: Any, parts: Any, targets: Any, samples: Any, lines: Any, dt: float) -> Any:
-            loop, part, target, sample = loops[0], parts[0], targets[0], samples[0]
-            memory, wanted = step(loop.gains, part.memory, target, sample, dt)
-            watch, held, passed = watched(
-                loop.wired, part.held, part.watch, lines[0], sample, wanted
-            )
-            guard = bounded(loop.guard, loop.wired, held)
-            watch, effort = guarding.step(guard, watch, sample, target, passed)
-            others, tripped = rest(loops[1:], parts[1:], targets[1:], samples[1:], lines[1:], dt)
-            return ((memory, watch, held, effort), *others), watch.fault != OK or tripped
+        def acted(
+            loops: Any, parts: Any, targets: Any, seen: Seen, beside: Beside, dt: float
+        ) -> Any:
+            loop, part, reading, line = loops[0], parts[0], seen.readings[0], seen.lines[0]
+            flank, target, push = aimed(loop, part.flank, targets[0], reading, line, beside)
+            memory, wanted = step(loop.gains, part.memory, target, reading, dt)
+            if corrected:
+                wanted = min(max(wanted + push, -loop.guard.effort), loop.guard.effort)
+            watch, held, passed = watched(loop.wired, part.held, part.watch, line, reading, wanted)
+            guard = shifted(bounded(loop.guard, loop.wired, held), reading, seen.samples[0])
+            watch, effort = guarding.step(guard, watch, reading, target, passed)
+            others, tripped = rest(loops[1:], parts[1:], targets[1:], _rest(seen), beside, dt)
+            return ((memory, watch, held, effort, flank), *others), watch.fault != OK or tripped
 
         return acted
 
@@ -239,10 +354,10 @@ def interlocked(watch: Watch, t: float) -> Watch:
 @kernel
 def _switched_off(act: Any, period: Shared) -> Any:
     """An act after a fault of any stage, which switches all off in the same period."""
-    memory, watch, held, effort = act
+    memory, watch, held, effort, flank = act
     if period.tripped:
-        return memory, interlocked(watch, period.t), held, 0.0
-    return memory, watch, held, effort
+        return memory, interlocked(watch, period.t), held, 0.0, flank
+    return memory, watch, held, effort, flank
 
 
 def _recorded(stages: Stages) -> Any:
@@ -250,28 +365,30 @@ def _recorded(stages: Stages) -> Any:
 
     def each(j: int, rest: Any) -> Any:
         tell, show = stages.laws[j].tell, stages.kinds[j].show
-        sample, target, output, memory, inside, truth, lines, enable = _rows(stages, j)
+        sample, target, output, memory, inside, truth, lines, enable, *raw = _rows(stages, j)
         (sample_rows, sample_scales), (target_rows, target_scales) = sample, target
         (output_rows, output_scales), (memory_rows, memory_scales) = output, memory
         (inside_rows, inside_scales), (truth_rows, truth_scales) = inside, truth
         (line_rows, line_scales), (enable_rows, enable_scales) = lines, enable
+        read = _recorded_reading(*raw[0]) if raw else nothing
 
         def recorded(
-            out: Any, k: int, period: Shared, params: Any, parts: Any, samples: Any, targets: Any,
-            acts: Any, said: Any,
+            out: Any, k: int, period: Shared, params: Any, parts: Any, seen: Seen, targets: Any,
+            acts: Any,
         ) -> Any:  # fmt: skip
             act = _switched_off(acts[0], period)
             real = show(params[0], parts[0].stage)
-            put(out, k, samples[0], sample_rows, sample_scales)
+            put(out, k, seen.samples[0], sample_rows, sample_scales)
             put(out, k, targets[0], target_rows, target_scales)
             put(out, k, Output(act[3]), output_rows, output_scales)
             put(out, k, tell(act[0]), memory_rows, memory_scales)
             put(out, k, period.now, inside_rows, inside_scales)
             put(out, k, real, truth_rows, truth_scales)
-            put(out, k, said[0], line_rows, line_scales)
+            put(out, k, seen.lines[0], line_rows, line_scales)
             put(out, k, period.enable, enable_rows, enable_scales)
+            read(out, k, seen.readings[0], act[4])
             others, truths = rest(
-                out, k, period, params[1:], parts[1:], samples[1:], targets[1:], acts[1:], said[1:]
+                out, k, period, params[1:], parts[1:], _rest(seen), targets[1:], acts[1:]
             )
             return (act, *others), (real, *truths)
 
@@ -280,25 +397,33 @@ def _recorded(stages: Stages) -> Any:
     return fold(each, len(stages.kinds), empty_pair)
 
 
+def _recorded_reading(rows: Any, scales: Any) -> Any:
+    def recorded(out: Any, k: int, reading: Sample, flank: Flank) -> None:
+        share = correction.share_at(flank, reading.t)
+        put(out, k, Reading(reading.position, share), rows, scales)
+
+    return kernel(recorded)
+
+
 def _looked_at(stages: Stages) -> Any:
     """`_recorded` of what a live machine looks at, in the same rows."""
     own = law_columns(stages)
 
     def each(j: int, rest: Any) -> Any:
         tell, lined = stages.laws[j].tell, bool(stages.kinds[j].lines)
-        _, _, output, memory, _, _, lines, _ = _rows(stages, j)
+        _, _, output, memory, _, _, lines, *_ = _rows(stages, j)
 
         def looked_at(
-            out: Any, k: int, period: Shared, params: Any, parts: Any, samples: Any, targets: Any,
-            acts: Any, said: Any,
+            out: Any, k: int, period: Shared, params: Any, parts: Any, seen: Seen, targets: Any,
+            acts: Any,
         ) -> Any:  # fmt: skip
             act = _switched_off(acts[0], period)
             put(out, k, Output(act[3]), *output)
             if own:
                 put(out, k, tell(act[0]), *memory)
             if lined:
-                put(out, k, said[0], *lines)
-            others, _ = rest(out, k, period, params, parts, samples, targets, acts[1:], said[1:])
+                put(out, k, seen.lines[0], *lines)
+            others, _ = rest(out, k, period, params, parts, _rest(seen), targets, acts[1:])
             return (act, *others), ()
 
         return looked_at
@@ -325,11 +450,11 @@ def _advanced(stages: Stages) -> Any:
         def advanced(
             params: Any, parts: Any, acts: Any, enable: float, noise: Any, k: int, dt: float
         ) -> Any:
-            memory, watch, held, effort = acts[0]
+            memory, watch, held, effort, flank = acts[0]
             switched = switch(params[0], parts[0].stage, enable)
             stage = advance(params[0], switched, effort, noise[0], k, dt)
             others = rest(params[1:], parts[1:], acts[1:], enable, noise[1:], k, dt)
-            return (Part(stage, memory, watch, held), *others)
+            return (Part(stage, memory, watch, held, flank), *others)
 
         return advanced
 
@@ -358,6 +483,6 @@ def beginning(stages: Stages, bench: Bench, loops: Any) -> Run:
     parts = []
     for kind, law, params, loop in zip(stages.kinds, stages.laws, bench.stages, loops, strict=True):
         memory = law.start(loop.gains, Sample(0.0, loop.plan.origin))
-        parts.append(Part(kind.initial(params), memory, guarding.fresh(), Held()))
+        parts.append(Part(kind.initial(params), memory, guarding.fresh(), Held(), Flank()))
     blank = (math.nan,) * len(parts)
     return Run(0, sequence.begin(), blank, tuple(parts))

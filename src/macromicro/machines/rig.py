@@ -112,6 +112,7 @@ class Seen(NamedTuple):
     index_count: float
     drive_fault: float
     enabled: float
+    temperature: float
 
 
 _ADVANCE, _MEASURE, _SENSE, _SWITCH = 0.0, 1.0, 2.0, 3.0

@@ -14,7 +14,16 @@ import macromicro
 from macromicro.arrays import Array
 from macromicro.columns import Column, whole
 from macromicro.kernel import cache_folder
-from macromicro.machines import composite, guarding, lines, open_rig, planning, results, tree
+from macromicro.machines import (
+    composite,
+    correcting,
+    guarding,
+    lines,
+    open_rig,
+    planning,
+    results,
+    tree,
+)
 from macromicro.machines import period as clocked
 from macromicro.machines.composite import AnyMachine
 from macromicro.machines.guard_words import OTHER_AXIS
@@ -80,15 +89,19 @@ class Done(NamedTuple):
     outcome: Outcome
 
 
-def loop(settings: Any, plan: Plan) -> Loop:
-    """What controls a stage."""
+def loop(settings: Any, plan: Plan, names: Sequence[str] = ()) -> Loop:
+    """What controls a stage; `names` are those of all stages."""
+    corrected: Any = ()
+    if tree.is_corrected(settings):
+        corrected = correcting.tables(settings, names)
     wired = lines.wired(settings)
-    return Loop(tree.gains(settings), settings.guard, settings.arrival, plan, wired)
+    return Loop(tree.gains(settings), settings.guard, settings.arrival, plan, wired, corrected)
 
 
 def loops(machine: AnyMachine, settings: Any, planned: Planned) -> tuple[Loop, ...]:
     trees = machine.trees(settings)
-    return tuple(loop(*each) for each in zip(trees, planning.each(planned), strict=True))
+    names = composite.names(machine)
+    return tuple(loop(*each, names) for each in zip(trees, planning.each(planned), strict=True))
 
 
 def longest(machine: AnyMachine, settings: Any, planned: Planned) -> float:

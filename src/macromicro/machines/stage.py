@@ -52,6 +52,7 @@ class Kind(NamedTuple):
     #: kernel: from parameters, state and the enable output (0 or 1) to the state with it
     switch: Callable[[Any, Any, float], Any] = guarded_lines.as_it_is
     place: Place = LENGTH  #: what its places are counted in
+    corrected: bool = False  #: whether a calibration corrects it (`control.correction`)
 
 
 class Loop(NamedTuple):
@@ -62,6 +63,7 @@ class Loop(NamedTuple):
     arrival: Arrival  #: when a move has arrived
     plan: Plan  #: the programme
     wired: Wired = Wired()  #: of the guard, for a stage with lines
+    correction: Any = ()  #: `correction.Tables`, of a corrected stage
 
 
 def watching(kind: Kind) -> tuple[Callable[..., Any], Callable[..., Any]]:

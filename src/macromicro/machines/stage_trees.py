@@ -6,7 +6,16 @@ from collections import namedtuple
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from macromicro.machines.tree import Checked, Problem, Rule, refuse_part, settled, under_law, with_
+from macromicro.machines.tree import (
+    Checked,
+    Problem,
+    Rule,
+    refuse_part,
+    settled,
+    under_law,
+    with_,
+    with_correction,
+)
 
 
 def made(stages: Mapping[str, Any]) -> Any:
@@ -70,6 +79,6 @@ def grown(tree: Any, names: Sequence[str], table: Mapping[str, object], where: s
         told |= {
             k.removeprefix(f"{name}."): v for k, v in table.items() if k.startswith(f"{name}.")
         }
-        laws[name] = under_law(one, told, there)
+        laws[name] = under_law(with_correction(one, told), told, there)
         refuse_part(one, told, there)
     return tree._replace(**laws)

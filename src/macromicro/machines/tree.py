@@ -6,8 +6,11 @@ from collections.abc import Callable, Mapping
 from typing import Annotated, Any, TypeVar, cast
 
 from macromicro.control import outside
+from macromicro.control.correction import Correction, NoCorrection
 from macromicro.control.stage_law import StageLaw
 from macromicro.errors import InputError, ProblemError
+from macromicro.place import of as place_of
+from macromicro.place import turned
 from macromicro.schema import access, plugins
 from macromicro.schema.keys import nearest
 from macromicro.schema.par import Given, Par, extended, replaced, value_at
@@ -20,6 +23,7 @@ Rule = tuple[str, Callable[[Any], Any]]
 
 LAW, OWN = "law", "own"  # keys of a settings file: the law's name, and the gains of one's own
 PART = "friction.part"
+CORRECTION = "correction"  # set that a calibration adds
 GIVEN = "given"  # field: what a user has set of derived values
 
 
@@ -31,7 +35,7 @@ def machine_tree(
     """Decorator of the ``NamedTuple`` of a machine's settings; adds `law`, `own` and methods."""
     word = Par("", "control law, or MODULE:LAW of your own", "machine choice", choices=(law.name,))
     own = {LAW: (Annotated[str, word], law.name), OWN: (Any, outside.NoGains())}
-    fields = own | {GIVEN: (Given, Given())}
+    fields = own | {CORRECTION: (Any, NoCorrection()), GIVEN: (Given, Given())}
 
     def made(base: type[Tree]) -> type[Tree]:
         found: Any = extended(base, fields, next(iter(base.__annotations__)))
@@ -59,7 +63,25 @@ def _also(tree: Any) -> dict[str, tuple[str, ...]]:
 def _grown(tree: Any, table: Mapping[str, object], where: str) -> Any:
     """The tree with the law that a table names."""
     refuse_part(tree, table, where)
-    return under_law(tree, table, where)
+    return under_law(with_correction(tree, table), table, where)
+
+
+def with_correction(tree: Any, table: Mapping[str, object]) -> Any:
+    """The tree with a set for the corrections that a table holds."""
+    if is_corrected(tree) or not any(key.partition(".")[0] == CORRECTION for key in table):
+        return tree
+    kind = _Turned if place_of(tree).turns else Correction
+    return tree._replace(correction=kind())
+
+
+def is_corrected(tree: Any) -> bool:
+    """Whether a calibration corrects a stage."""
+    return isinstance(getattr(tree, CORRECTION, None), Correction)
+
+
+@turned
+class _Turned(Correction):
+    """Corrections of a stage that turns."""
 
 
 def refuse_part(tree: Any, table: Mapping[str, object], where: str) -> None:

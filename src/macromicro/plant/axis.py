@@ -8,8 +8,9 @@ from typing import Annotated, NamedTuple
 from macromicro.arrays import Array
 from macromicro.columns import Meaning, Quantity
 from macromicro.kernel import kernel
-from macromicro.plant import carriage, encoder, friction, power, transmission
+from macromicro.plant import carriage, climate, encoder, friction, power, transmission
 from macromicro.plant.carriage import Carriage
+from macromicro.plant.climate import Climate
 from macromicro.plant.encoder import Encoder
 from macromicro.plant.friction import AxisFriction
 from macromicro.plant.power import Power
@@ -57,6 +58,7 @@ class Axis(NamedTuple):
         float, Meaning("from writing an effort until it acts; at most a control period", "s")
     ]
     steps: Annotated[int, Meaning("steps of the physics in a control period")]
+    climate: Annotated[Climate, Meaning("warming and growth")]
 
 
 class State(NamedTuple):
@@ -67,6 +69,7 @@ class State(NamedTuple):
     rubbed: Annotated[float, Meaning("deflection of the friction's bristles", "m")]
     i: Annotated[float, Meaning("current", "A")]
     effort: Annotated[float, Meaning("that acts now, at the D/A", "V")]
+    degrees: Annotated[float, Meaning("temperature of the drive", "degC")]
 
 
 class Truth(NamedTuple):
@@ -82,7 +85,7 @@ class Truth(NamedTuple):
 def at_rest(p: Axis) -> State:
     """At rest at 0, held by friction against gravity."""
     held = friction.deflection(p.friction, gravity(p.body, 0.0))
-    return State(0.0, 0.0, 0.0, 0.0, held, 0.0, 0.0)
+    return State(0.0, 0.0, 0.0, 0.0, held, 0.0, 0.0, p.climate.start)
 
 
 @kernel
@@ -111,7 +114,7 @@ def _joined(
     drag = p.power.push * i1 + f1 + e1 + p.friction.viscous
     v = (mass * s.v + h * push) / (mass + h * drag)
     x = s.x + 0.5 * h * (s.v + v)
-    return State(x, v, x, v, z0 + z1 * v, i0 - i1 * v, effort)
+    return State(x, v, x, v, z0 + z1 * v, i0 - i1 * v, effort, s.degrees)
 
 
 @kernel
@@ -145,7 +148,7 @@ def _apart(
     vm = (b * d + c * e) / whole
     v = (a * e + b * c) / whole
     x, xm = s.x + 0.5 * h * (s.v + v), s.xm + 0.5 * h * (s.vm + vm)
-    return State(x, v, xm, vm, z0 + z1 * v, i0 - i1 * vm, effort)
+    return State(x, v, xm, vm, z0 + z1 * v, i0 - i1 * vm, effort, s.degrees)
 
 
 @kernel
@@ -167,13 +170,17 @@ def advance(
             s = _apart(p, s, now, offset, stiffness, damping, h)
         else:
             s = _joined(p, s, now, offset, stiffness, damping, h)
-    return State(s.x, s.v, s.xm, s.vm, s.rubbed, s.i, effort)
+    degrees = climate.advanced(p.climate, s.degrees, dt)
+    return State(s.x, s.v, s.xm, s.vm, s.rubbed, s.i, effort, degrees)
 
 
 @kernel
 def place(p: Axis, s: State) -> float:
-    """True position of the load, with the drive's pitch error."""
-    return s.x + transmission.wave(p.body.error, p.body.error_period, s.x)
+    """True position of the load, with the drive's pitch error and its growth in the heat."""
+    x = s.x + transmission.wave(p.body.error, p.body.error_period, s.x)
+    if p.climate.expansion != 0.0:
+        x += climate.growth(p.climate, s.degrees) * s.x
+    return x
 
 
 @kernel

@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple
 from macromicro.arrays import Array
 from macromicro.columns import Meaning
 from macromicro.kernel import kernel
-from macromicro.plant import axis, drive_lines, encoder, switches
+from macromicro.plant import axis, climate, drive_lines, encoder, switches
 from macromicro.plant.axis import Axis
 from macromicro.plant.drive_lines import Drive, Wiring
 from macromicro.plant.switches import Contact, Index, Switch
@@ -60,7 +60,8 @@ def lines(p: Equipped, s: State) -> Lines:
     enabled = 1.0
     if p.wiring.enable == 1 and not drive_lines.ready(p.wiring, s.drive):
         enabled = 0.0
-    return Lines(s.low.on, s.high.on, s.home.on, index, s.drive.fault, enabled)
+    degrees = climate.shown(p.axis.climate, s.axis.degrees)
+    return Lines(s.low.on, s.high.on, s.home.on, index, s.drive.fault, enabled, degrees)
 
 
 @kernel

@@ -22,25 +22,57 @@ from macromicro.schema.text import printable, read_toml
 Tree = TypeVar("Tree")
 
 WHAT = "a settings file (.toml)"
+INCLUDE = "include"  # key of files that a file includes
 MACHINE = "machine"  # key that names the machine that a file is for
 _LIST = "`macromicro config show` lists all"
+
+
+def table(path: Path) -> dict[str, Any]:
+    """A settings file as nested tables, with those of the files that it includes.
+
+    ``include = "calibration.toml"`` names a file beside it, or a list of them. What the file says
+    itself goes before what it includes.
+    """
+    path = Path(path)
+    found, file = read_toml(path, WHAT), printable(path, 300)
+    names = found.pop(INCLUDE, [])
+    for name in [names] if isinstance(names, str) else names:
+        if not isinstance(name, str) or not name:
+            raise InputError(f"{file}, {INCLUDE}", printable(name), "a file, or a list of files")
+        beside = path.parent / name
+        if not beside.is_file():
+            raise ProblemError(
+                f"{file}, {INCLUDE}", f"no file {printable(name)}", "Paths count from this file."
+            )
+        found = _merged(read_toml(beside, WHAT), found)
+    return found
+
+
+def _merged(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
+    """Nested tables of which the second goes before the first."""
+    made = dict(first)
+    for key, value in second.items():
+        own = made.get(key)
+        both = isinstance(own, dict) and isinstance(value, dict)
+        made[key] = _merged(own, value) if both else value  # type: ignore[arg-type]
+    return made
 
 
 def load_overrides(path: Path, tree: Tree, machine: str = "") -> Tree:
     """A tree with the values of a TOML file, and with what derives from them."""
     path = Path(path)
     file = printable(path, 300)
-    table = read_toml(path, WHAT)
-    named, machine = table.get(MACHINE), machine or getattr(tree, "machine", str)()
+    content = table(path)
+    named, machine = content.get(MACHINE), machine or getattr(tree, "machine", str)()
     if machine and named is not None:
-        if table.pop(MACHINE) != machine:
+        if content.pop(MACHINE) != machine:
             raise InputError(f"{file}, {MACHINE}", printable(named), f'"{machine}" here')
-        if not table:
+        if not content:
             return tree
-    tree = _grown(tree, table, file)
-    if not leaves(table, {e.path: e for e in entries(tree)}, f"{file}, ", _LIST):
+    tree = _grown(tree, content, file)
+    if not leaves(content, {e.path: e for e in entries(tree)}, f"{file}, ", _LIST):
         raise ProblemError(file, "the file sets no parameter", f"Set one or more ({_LIST}).")
-    return overridden(tree, table, file)
+    return overridden(tree, content, file)
 
 
 def overridden(tree: Tree, table: Mapping[str, object], where: str) -> Tree:

@@ -70,13 +70,15 @@ def step(
         g = _seeking.debounced(g, said, s.time, s.seen.encoder, dt)
     g = _marked(q, s, g, place - s.frame.offset * p.settings.pitch)
     released = q.heats and s.mode == m.STOPPED and s.work is None
+    origin = s.frame.offset * p.settings.pitch if s.frame.trusted else math.nan
     if s.mode in (m.DISABLED, m.FAULT) or released:  # else it has been seen, or was not enabled
-        return s, g._replace(on=False), Course(), ()
+        return s, g._replace(on=False), Course(origin=origin), ()
     if not g.on:  # the law begins where the stage is
         g = _fresh(g, place)._replace(on_since=s.time)
     if s.time - g.on_since < q.rise - TICK:
         g = _fresh(g, place)
-        return s, g, Course(on=True, aim=g.aim, restart=g.restart, waiting=True), ()
+        waiting = Course(True, g.aim, restart=g.restart, waiting=True, origin=origin)
+        return s, g, waiting, ()
     notices: tuple[Notice, ...] = ()
     work = None if s.work is None else (WORKS if works is None else works).get(type(s.work))
     if work is not None:
@@ -93,7 +95,9 @@ def step(
         effort, leant = q.touch.effort, leans(q.touch, s.work)
         speed = HASTE * max(q.touch.speed, abs(g.aim.velocity)) + SURGE * q.velocity
     on = s.mode not in (m.DISABLED, m.FAULT)
-    course = Course(on, g.aim, low, high, effort, g.restart, False, homing, speed, leant, g.later)
+    course = Course(
+        on, g.aim, low, high, effort, g.restart, False, homing, speed, leant, g.later, origin
+    )
     return s, g._replace(on=on), course, notices
 
 

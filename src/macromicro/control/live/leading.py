@@ -97,6 +97,7 @@ class Course(NamedTuple):
     # longest time under the guard's `lean` without motion, s; infinite: that of the settings
     leant: float = math.inf
     later: tuple[Piece, ...] = ()  # where the polynomial of its set point changes in the period
+    origin: float = math.nan  # position 0, m as the encoder has it; NaN: not known
 
 
 class Guided(NamedTuple):

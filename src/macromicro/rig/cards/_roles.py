@@ -28,7 +28,7 @@ class Roles(NamedTuple):
 
 _SWITCH, _COUNT, _VOLT = Role(DIGITAL), Role(COUNTER, "counts"), Role(ANALOG, "V")
 _WARM = Role(ANALOG, "degC", "K/V")
-_SWITCHES = tuple(name for name in Lines._fields if name != "index_count")  # it must be captured
+_SWITCHES = tuple(name for name in Lines._fields if name not in ("index_count", "temperature"))
 
 ROLES = {
     BENCH: Roles(

@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.control import correction
+from macromicro.control.correction import Flank
 from macromicro.control.live.leading import Course, at
 from macromicro.errors import InputError
 from macromicro.kernel import compiled
-from macromicro.machines import composite, guarding, lines, pace, period, stage
+from macromicro.machines import composite, correcting, guarding, lines, pace, period, stage
 from macromicro.machines.composite import AnyMachine
 from macromicro.machines.guard_words import OTHER_AXIS
 from macromicro.machines.guarding import OK, Limits, Watch
@@ -55,7 +57,12 @@ def pieces(course: Course, begins: Sequence[float]) -> Array:
 
 
 def led(
-    course: Course, gained: Any, tree: Any, wired: Wired, begins: Sequence[float] = (0.0,)
+    course: Course,
+    gained: Any,
+    tree: Any,
+    wired: Wired,
+    begins: Sequence[float] = (0.0,),
+    corrected: Any = (),
 ) -> Loop:
     """The controller of a stage for one period of the live machine."""
     aim = course.aim
@@ -77,7 +84,8 @@ def led(
         speed=min(tree.guard.speed, course.speed + coarse),
         leant=course.leant if math.isfinite(course.leant) else tree.guard.leant,
     )
-    return Loop(gained, guard, tree.arrival, plan, wired._replace(homing=int(course.homing)))
+    wired = wired._replace(homing=int(course.homing))
+    return Loop(gained, guard, tree.arrival, plan, wired, corrected)
 
 
 def pulsed(shown: Array) -> float:
@@ -169,6 +177,33 @@ class Control:
         self.captured = [math.nan for _ in count]  # counts of the period's last index pulses
         self.watches: list[Watch] = [guarding.fresh() for _ in count]
         self._resting = [Resting(own) for own in self._trees]
+        stage_names = composite.names(machine)
+        # Until the place is known there is no correction.
+        self._tables: list[Any] = [
+            correcting.tables(own, stage_names)._replace(origin=math.nan) if kind.corrected else ()
+            for own, kind in zip(self._trees, kinds, strict=True)
+        ]
+        self._flanks = [Flank() for _ in count]
+        self._position = compiled(correction.position)
+
+    def positions(self, seen: Sequence[Sample], degrees: Sequence[float]) -> list[float]:
+        """The positions at some readings, m."""
+        readings = tuple(sample.position for sample in seen)
+        return [
+            float(self._position(tables, flank, sample.position, readings, warm, sample.t))
+            if tables
+            else sample.position
+            for tables, flank, sample, warm in zip(
+                self._tables, self._flanks, seen, degrees, strict=True
+            )
+        ]
+
+    def _known(self, courses: Sequence[Course]) -> None:
+        """Begin to correct where a place has become known, and end it where it is no longer."""
+        for k, (course, own) in enumerate(zip(courses, self._trees, strict=True)):
+            if self._tables[k]:
+                origin = course.origin if own.correction.on else math.nan
+                self._tables[k] = self._tables[k]._replace(origin=origin)
 
     def take(self, gains: Any, stage: int = 0) -> None:
         """Change a law's gains from the next period on; it keeps its memory."""
@@ -197,6 +232,7 @@ class Control:
     ) -> tuple[Any, ...]:
         """Drive the stages for one period of the live machine."""
         self.captured = [math.nan for _ in self.kinds]
+        self._known(courses)
         ready = not self.tripped and all(course.on for course in courses)
         if not ready or any(course.waiting for course in courses):
             self._restart, self._held = [None for _ in self.kinds], [Held() for _ in self.kinds]
@@ -212,7 +248,7 @@ class Control:
         controls = tuple(self._led(k, course, seen[k], begins) for k, course in enumerate(courses))
         tick = round(seen[0].t / self.dt) if math.isfinite(seen[0].t) else 0  # the guard ends that
         progress = Progress(MOVING, 0, 0, seen[0].t, math.nan, 0)
-        state = zip(states, self._memory, self.watches, self._held, strict=True)
+        state = zip(states, self._memory, self.watches, self._held, self._flanks, strict=True)
         parts = tuple(Part(*each) for each in state)
         began = Run(tick, progress, (math.nan,) * len(parts), parts)
         run, written = self._period(bench, controls, began, noise, self._out, self.dt)
@@ -220,6 +256,7 @@ class Control:
         self.own = last[self.own_rows].tolist()
         for k, part in enumerate(run.parts):
             self._memory[k], self.watches[k], self._held[k] = part.memory, part.watch, part.held
+            self._flanks[k] = part.flank
             self.efforts[k] = float(last[self._efforts[k]])
             if self._pulses[k] >= 0:
                 self.captured[k] = pulsed(self._out[self._pulses[k], 1:written])  # 0 was seen
@@ -243,7 +280,7 @@ class Control:
         if course.restart != self._restart[k]:
             self._memory[k] = self.stages.laws[k].start(gained, seen)
             self._restart[k] = course.restart
-        return led(course, gained, self._trees[k], self._wired[k], begins)
+        return led(course, gained, self._trees[k], self._wired[k], begins, self._tables[k])
 
     def _coast(self, bench: Bench, states: Any, noise: Any) -> tuple[Any, ...]:
         """Simulate the same time without efforts."""

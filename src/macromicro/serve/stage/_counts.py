@@ -18,9 +18,9 @@ def with_pulse(told: Lines, captured: float, share: float) -> Lines:
     return told._replace(index_count=pulse * share)
 
 
-def shared_out(count: float, share: float) -> float:
+def shared_out(count: float, share: float, *, whole: bool = False) -> float:
     """Convert encoder counts into the coarser counts of the live machine."""
-    return count if share == 1.0 else _whole(count * share)
+    return count if share == 1.0 and not whole else _whole(count * share)
 
 
 def _whole(count: float) -> float:

@@ -89,11 +89,14 @@ class Simulated(Entered):
         return tuple(measure(params, state, t, noise, 0) for measure, params, state, noise in each)
 
     def read(self) -> Shown:
-        for k, (seen, pitch) in enumerate(zip(self._seen(), self.pitches, strict=True)):
-            self.shown[k] = counted(seen.t, seen.position / pitch)
-            if self.kinds[k].lines:
+        seen = self._seen()
+        for k, kind in enumerate(self.kinds):
+            if kind.lines:
                 told = self._sense[k](self._bench.stages[k], self._states[k])
                 self.lines[k] = with_pulse(told, self.control.captured[k], self._shares[k])
+        positions = self.control.positions(seen, [line.temperature for line in self.lines])
+        for k, (position, pitch) in enumerate(zip(positions, self.pitches, strict=True)):
+            self.shown[k] = counted(seen[k].t, position / pitch)
         return self.shown[0]
 
     def advance(self) -> None:
@@ -135,8 +138,15 @@ class Real:
 
     def read(self) -> Shown:
         for k, rig in enumerate(self.rigs):
-            seen = self._read[k] = rig.read()
-            count = shared_out(seen.encoder, self._shares[k])
+            self._read[k] = rig.read()
+        positions = self.control.positions(self._samples(), self._warm())
+        each = enumerate(zip(self.rigs, positions, self._trees, strict=True))
+        for k, (rig, position, own) in each:
+            seen = self._read[k]
+            raw = seen.encoder
+            if self.kinds[k].corrected:
+                raw = position / float(own.encoder.pitch)
+            count = shared_out(raw, self._shares[k], whole=self.kinds[k].corrected)
             if self.kinds[k].lines:
                 told = lines.read(seen, (*rig.channels, *self.kinds[k].lines))
                 self.lines[k] = with_pulse(told, self.control.captured[k], self._shares[k])
@@ -144,6 +154,13 @@ class Real:
             else:
                 self.shown[k] = seen._replace(encoder=count)
         return self.shown[0]
+
+    def _samples(self) -> tuple[Sample, ...]:
+        each = zip(self._read, self._trees, strict=True)
+        return tuple(Sample(seen.t, seen.encoder * own.encoder.pitch) for seen, own in each)
+
+    def _warm(self) -> list[float]:
+        return [float(getattr(seen, "temperature", math.nan)) for seen in self._read]
 
     def write(self, outputs: Outputs) -> None:
         """The laws give the efforts."""
@@ -153,8 +170,7 @@ class Real:
 
     def wait(self, dt: float) -> None:
         """Give the laws' efforts and wait for the next period."""
-        each = zip(self._read, self._trees, strict=True)
-        samples = tuple(Sample(seen.t, seen.encoder * own.encoder.pitch) for seen, own in each)
+        samples = self._samples()
         read = [Read(rig, seen) for rig, seen in zip(self.rigs, self._read, strict=True)]
         bench = open_rig.bench(self._trees, read)
         states = (0.0,) * len(read)

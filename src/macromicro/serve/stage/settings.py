@@ -17,7 +17,7 @@ from macromicro.rig import limits
 from macromicro.rig.limits import Limits
 from macromicro.schema import config
 from macromicro.schema.par import entries
-from macromicro.schema.text import printable, read_toml
+from macromicro.schema.text import printable
 from macromicro.serve.persist import identity
 from macromicro.serve.settings import ServeSettings, kept
 from macromicro.serve.stage import guide
@@ -112,7 +112,7 @@ def of_position(machine: Machine, tree: Any, where: str = "") -> dict[str, Any]:
 
 def parted(path: Path) -> tuple[str, dict[str, Any], ServeSettings]:
     """Split a machine's file into settings of the machine and of the server."""
-    file, table = printable(path, 300), read_toml(path, config.WHAT)
+    file, table = printable(path, 300), config.table(path)
     del table[machines.KEY]
     own = {_SERVE: table.pop(_SERVE)} if _SERVE in table else {}
     return file, table, config.overridden(_Own(), own, file).serve if own else ServeSettings()

@@ -1,0 +1,1 @@
+"""Calibration: errors of a stage along its travel, measured against a reference and corrected."""

@@ -1,0 +1,158 @@
+"""Readings of an instrument that no program reads: a list to go through, a CSV file, a keyboard."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from macromicro.calibration import targets
+from macromicro.calibration.measuring import Readings
+from macromicro.calibration.procedure import Request
+from macromicro.calibration.targets import Visits
+from macromicro.errors import InputError, ProblemError
+from macromicro.machines import composite
+from macromicro.machines.machine import Machine
+from macromicro.place import Place
+from macromicro.schema import csv_rows
+from macromicro.schema.text import printable, read_text, write_text
+from macromicro.units import size
+
+WAYS = {"up": 1.0, "1": 1.0, "+1": 1.0, "down": -1.0, "-1": -1.0}
+LEAST = 6  # readings
+_ACCEPTED = (
+    "columns position_mm, direction (up or down), and reference_mm or error_um; "
+    "run and temperature_degC may follow"
+)
+
+
+def visits(request: Request) -> Visits:
+    """The positions to go to, as a person would: few, and in two runs."""
+    _alone(request)
+    random = np.random.default_rng([request.seed, 1])
+    places = targets.positions(request.settings, request.positions, random)
+    return targets.along(request.settings, places, request.runs)
+
+
+def _alone(request: Request) -> Place:
+    if not isinstance(request.machine, Machine):
+        raise ProblemError(
+            "--config", "readings by hand are of one stage", "Give the file of a single stage."
+        )
+    return composite.places(request.machine)[0]
+
+
+def write_list(path: Path, request: Request, *, overwrite: bool) -> None:
+    """Write the positions with an empty column for the readings."""
+    place = _alone(request)
+    if path.exists() and not overwrite:
+        raise ProblemError(
+            printable(path, 300),
+            "the file already exists",
+            "Choose another one or add --overwrite.",
+        )
+    found = visits(request)
+    lines = [
+        "# Go to each position and fill in the last column. Rows of run 0 need no reading: they",
+        "# only make the approach come from the right side.",
+        f"run,direction,position_{place.unit},reference_{place.unit}",
+    ]
+    for run, way, target in zip(found.run, found.direction, found.target[:, 0], strict=True):
+        lines.append(f"{int(run)},{'up' if way > 0 else 'down'},{place.per * target:.4f},")
+    write_text(path, "\n".join(lines) + "\n")
+
+
+def read(path: Path, request: Request) -> Readings:
+    """Readings in a CSV file."""
+    place, file = _alone(request), printable(path, 300)
+    units: dict[str, tuple[str, float]] = {}
+
+    def header(names: list[str], where: str) -> None:
+        for name in names:
+            quantity, _, unit = name.partition("_")
+            if quantity in ("position", "reference", "error"):
+                try:
+                    units[quantity] = (name, size(unit) / size(place.base))
+                except (KeyError, InputError):
+                    raise InputError(f"{where}, {name}", printable(unit), place.unit) from None
+        if "position" not in units or "direction" not in names or len(units) < 2:
+            raise InputError(where, printable(", ".join(names)), _ACCEPTED)
+
+    rows: list[tuple[float, ...]] = []
+    for row in csv_rows.table(read_text(path, "readings (.csv)"), file, header, _ACCEPTED):
+        what = "reference" if "reference" in units else "error"
+        name, scale = units[what]
+        if not row.cells[name]:
+            continue
+        way = WAYS.get(row.cells["direction"].lower())
+        if way is None:
+            found = printable(row.cells["direction"])
+            raise InputError(f"{row.where}, direction", found, "up or down")
+        column, factor = units["position"]
+        target = factor * csv_rows.number(row.cells[column], f"{row.where}, {column}")
+        value = scale * csv_rows.number(row.cells[name], f"{row.where}, {name}")
+        degrees = row.cells.get("temperature_degC", "")
+        rows.append(
+            (
+                float(row.cells.get("run") or 1),
+                way,
+                target,
+                value if what == "reference" else target + value,
+                csv_rows.number(degrees, f"{row.where}, temperature_degC") if degrees else math.nan,
+            )
+        )
+    return _readings(rows, file)
+
+
+def _readings(rows: list[tuple[float, ...]], where: str) -> Readings:
+    if len(rows) < LEAST:
+        remedy = f"Give {LEAST} or more, from below and from above."
+        raise ProblemError(where, f"{len(rows)} readings", remedy)
+    run, way, target, reference, degrees = np.array(rows).T
+    column = target[:, None]
+    return Readings(
+        run, way, np.zeros(len(run)), column, column, column, 0.5 + 0.5 * way[:, None],
+        reference[:, None], degrees,
+    )  # fmt: skip
+
+
+def asked(request: Request, answers: Iterable[str], shown: TextIO) -> Readings:
+    """Readings typed at the keyboard, one after each position that the person has gone to."""
+    place, found = _alone(request), visits(request)
+    rows: list[tuple[float, ...]] = []
+    lines = iter(answers)
+    print(
+        f"Go to each position from the side that is named, then type the reading in {place.unit}. "
+        "An empty line leaves a position out, q ends.",
+        file=shown,
+    )
+    for run, way, target in zip(found.run, found.direction, found.target[:, 0], strict=True):
+        side = "below" if way > 0.0 else "above"
+        told = f"{place.per * target:.4f} {place.unit} from {side}"
+        if run == 0:
+            print(f"go to {told}; no reading here", file=shown)
+            continue
+        value = _answer(lines, told, place, shown)
+        if value is None:
+            break
+        if not math.isnan(value):
+            rows.append((run, way, target, value / place.per, math.nan))
+    return _readings(rows, "--by-hand")
+
+
+def _answer(lines: Iterable[str], told: str, place: Place, shown: TextIO) -> float | None:
+    """A number; NaN for a position that is left out, None at the end."""
+    while True:
+        print(f"{told}: ", end="", file=shown, flush=True)
+        line = next(iter(lines), "q").strip()
+        if line.lower() == "q":
+            return None
+        if not line:
+            return math.nan
+        try:
+            return csv_rows.number(line, "--by-hand")
+        except InputError:
+            print(f"{printable(line)} is no number in {place.unit}", file=shown)

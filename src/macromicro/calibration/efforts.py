@@ -1,0 +1,141 @@
+"""Efforts that repeat along the travel (cogging, friction, weight), from slow passes."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.calibration import fitting, targets
+from macromicro.errors import MacromicroError
+from macromicro.machines import planning, runs
+from macromicro.machines.machine import Machine
+from macromicro.machines.planning import Way
+from macromicro.machines.sequence import MOVING, Plan
+from macromicro.motion import s_curve
+from macromicro.place import of as place_of
+
+SPEED = 0.01  # of the greatest; at most 5 mm/s, or 5 deg/s of a stage that turns
+SLOWEST = (5e-3, math.radians(5.0))  # m/s, rad/s
+LONGEST = 30.0  # s; a pass covers no more of the travel than this takes
+TABLE = (3, 5, 9, 17)
+POINTS = 4000  # of a fit
+CYCLES = 400.0  # most periods along a pass
+
+
+class Passes(NamedTuple):
+    """Two slow passes over the same way, up and down."""
+
+    place: Array  # m
+    effort: Array  # V
+    direction: Array
+    ripple: float  # RMS deviation of the speed from the set point's, m/s
+
+
+def passes(machine: Machine, settings: Any, seed: int = 0) -> Passes:
+    """Go slowly up and down, and record efforts and the own sensor's readings."""
+    low, high = targets.span(settings)
+    place = place_of(settings)
+    speed = min(SPEED * settings.motion.velocity, SLOWEST[int(place.turns)])
+    high = min(high, low + speed * LONGEST)
+    plan = _planned(settings, low, high, speed)
+    names = [column.name for column in runs.columns(machine)]
+    blocks = runs.Blocks()
+    outcome = runs.perform(machine, settings, plan, blocks, seed=seed)
+    if outcome.fault is not None:
+        raise MacromicroError(f"the slow passes were ended: {outcome.fault.text}")
+    rows = np.concatenate(blocks.blocks, axis=1)
+    wanted = ("move", "phase", "reading", "effort", "target_speed", "t")
+    move, phase, reading, effort, wish, t = (rows[names.index(name)] for name in wanted)
+    steady = (phase == MOVING) & (move > 0) & (np.abs(wish) > 0.99 * speed * place.per)
+    x = reading / place.per
+    # Speed over a tenth of a second, or what the sensor resolves.
+    dt = float(settings.timing.period)
+    span = max(round(max(0.02, 20.0 * settings.encoder.pitch / speed) / dt), 1)
+    moved = np.full(len(x), np.nan)
+    moved[span:] = (x[span:] - x[:-span]) / (t[span:] - t[:-span])
+    inside = steady & np.isfinite(moved)
+    inside[span:] &= steady[:-span]
+    off = np.abs(moved[inside]) - speed
+    way = np.sign(wish)
+    return Passes(x[steady], effort[steady], way[steady], float(np.sqrt(np.mean(off**2))))
+
+
+def _planned(settings: Any, low: float, high: float, speed: float) -> Plan:
+    most, ways, before = settings.motion, [], 0.0
+    for target, limit in ((low, most.velocity), (high, speed), (low, speed)):
+        profile = s_curve(target - before, limit, most.acceleration, most.jerk, start=before)
+        pieces = np.array(profile.segments).reshape(-1, 5)
+        ways.append(Way(math.nan, target, targets.HOLD, pieces))
+        before = target
+    return planning.joined(ways, math.nan)
+
+
+def fit(found: Passes, low: float, high: float, periods: list[float]) -> dict[str, Any]:
+    """Fields of the correction: a table for each direction, and what repeats."""
+    step = max(len(found.place) // POINTS, 1)
+    x = _thinned(found.place, step)
+    effort, way = _thinned(found.effort, step), _thinned(found.direction, step)
+    both = np.stack([(way > 0.0).astype(float), (way < 0.0).astype(float)], axis=1)
+    left = effort - both @ np.linalg.lstsq(both, effort, rcond=None)[0]
+    period = _strongest(x, left, periods)
+    waves = fitting.waves(period, x)
+    best, score, size = None, math.inf, 0
+    inside = (float(x.min()), float(x.max()))
+    for count in (0, *TABLE):
+        parts = [both, waves]
+        if count:
+            table = fitting.basis(*inside, count, x)
+            parts += [(way > 0.0)[:, None] * table, (way < 0.0)[:, None] * table]
+        matrix = np.concatenate(parts, axis=1)
+        tried = _held_out(x, matrix, effort)
+        if tried < 0.95 * score:
+            best, score, size = matrix, tried, count
+    assert best is not None
+    solved = fitting.solved(best, effort)
+    made: dict[str, Any] = {
+        "effort_period": period,
+        "effort_waves": tuple(solved[2 : 2 + waves.shape[1]].tolist()),
+    }
+    if size:
+        tables = solved[2 + waves.shape[1] :].reshape(2, size)
+        # Their means are friction, against which the law has an effort of its own.
+        tables = tables - tables.mean(axis=1, keepdims=True)
+        places = np.clip(np.linspace(low, high, 2 * size - 1), *inside)
+        weights = fitting.basis(*inside, size, places)
+        names = ("effort_up", "effort_down")
+        made |= {
+            name: tuple((weights @ own).tolist()) for name, own in zip(names, tables, strict=True)
+        }
+    return made
+
+
+def _thinned(values: Array, step: int) -> Array:
+    count = len(values) // step * step
+    return np.asarray(values[:count].reshape(-1, step).mean(axis=1))
+
+
+def _strongest(x: Array, left: Array, periods: list[float]) -> float:
+    """The period that explains most: of those that the drive suggests, or of a spectrum."""
+    length = float(np.ptp(x))
+    cycles = [length / period for period in periods if 0.0 < period < length]
+    cycles += np.arange(2.0, CYCLES, 1.0 / fitting.FREQUENCIES).tolist()
+
+    def gained(number: float) -> float:
+        own = fitting.waves(length / number, x, 1)
+        return float(np.sum((own @ np.linalg.lstsq(own, left, rcond=None)[0]) ** 2))
+
+    best = max(cycles, key=gained)
+    return fitting.refined(x, left, length, best)
+
+
+def _held_out(x: Array, matrix: Array, wanted: Array) -> float:
+    """RMS error in stretches of the travel that a fit has not seen."""
+    stretch = np.floor(fitting.FOLDS * 8 * (x - x.min()) / (np.ptp(x) + 1e-12)) % fitting.FOLDS
+    errors = []
+    for fold in range(fitting.FOLDS):
+        out = stretch == fold
+        errors.append(wanted[out] - matrix[out] @ fitting.solved(matrix[~out], wanted[~out]))
+    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))

@@ -1,0 +1,200 @@
+"""The folder of a calibration: corrections, page, numbers, readings."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Sequence
+from datetime import date
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import macromicro
+from macromicro.calibration import _pictures, iso
+from macromicro.calibration.measuring import Readings
+from macromicro.calibration.procedure import Axis, Calibration
+from macromicro.drawing import files as drawings
+from macromicro.drawing.page import filled, saved
+from macromicro.machines import composite, tree
+from macromicro.machines.machine import as_toml
+from macromicro.place import Place
+from macromicro.runs import folder
+from macromicro.schema import config
+from macromicro.schema.par import entries
+from macromicro.schema.text import plain, printable, write_text
+
+PAGE, CORRECTIONS, SETTINGS = "calibration.html", "calibration.toml", "calibrated.toml"
+NUMBERS, READINGS = "calibration.json", "readings.csv"
+FILES = (PAGE, CORRECTIONS, SETTINGS, NUMBERS, READINGS, *drawings.names((_pictures.DEVIATIONS,)))
+BYTES = 2_000_000
+_TEMPLATE = Path(__file__).parent / "templates" / "calibration.html.j2"
+
+
+class Row(NamedTuple):
+    """A line of the table."""
+
+    axis: str
+    symbol: str
+    meaning: str
+    before: float | None
+    after: float
+    unit: str
+
+
+def rows(found: Calibration) -> list[Row]:
+    made = []
+    for axis, place in _each(found):
+        before, after = (iso.figures(m)._asdict() for m in (axis.before, axis.after))
+        for name, meaning in iso.MEANINGS.items():
+            symbol = iso.SYMBOLS.get(name, name)
+            values = (place.fines * before[name], place.fines * after[name])
+            made.append(Row(axis.name, symbol, meaning, *values, place.fine))
+        half = place.fines * axis.half_width
+        made.append(Row(axis.name, "±", "95 % of positions are within", None, half, place.fine))
+    return made
+
+
+def _each(found: Calibration) -> Iterable[tuple[Axis, Place]]:
+    return zip(found.axes, composite.places(found.request.machine), strict=True)
+
+
+class Line(NamedTuple):
+    """An error that was found, with its 95 % interval."""
+
+    axis: str
+    name: str
+    value: float
+    half: float
+    unit: str
+
+
+def errors(found: Calibration) -> list[Line]:
+    made = []
+    for axis, place in _each(found):
+        for each in axis.fit.estimates:
+            scale, unit = _shown(each.unit, place)
+            made.append(Line(axis.name, each.name, scale * each.value, scale * each.half, unit))
+    return made
+
+
+def _shown(unit: str, place: Place) -> tuple[float, str]:
+    if unit == "m":
+        return place.fines, place.fine
+    return (1e6, "um/m/K") if unit == "1/K" else (1e3, "mrad")
+
+
+def text(found: Calibration) -> str:
+    """What the terminal shows."""
+    lines = [f"{'':<28}{'before':>10}{'after':>10}"]
+    for row in rows(found):
+        name = f"{row.axis} {row.symbol}".strip()
+        before = "" if row.before is None else f"{row.before:10.3g}"
+        head = f"{name:<4} {row.meaning}"
+        lines.append(f"{head:<38}{before:>10}{row.after:10.3g} {row.unit}")
+    lines += [
+        f"{f'{line.axis} {line.name}'.strip()}: {line.value:.4g} ± {line.half:.2g} {line.unit}"
+        for line in errors(found)
+    ]
+    lines += [
+        f"speed ripple of a slow pass: {each.before * place.per:.3g} before, "
+        f"{each.after * place.per:.3g} {place.unit}/s after"
+        for each, (_, place) in zip(found.ripple, _each(found), strict=False)
+    ]
+    return "\n".join([*lines, *found.remarks])
+
+
+def write(out: Path, found: Calibration, kinds: Iterable[str] = drawings.DEFAULT) -> None:
+    """Write everything, all of it or nothing; an earlier calibration there is replaced."""
+    machine = found.request.machine
+    with folder.staged(out, remove=FILES) as place:
+        write_text(place / CORRECTIONS, corrections(found))
+        write_text(place / SETTINGS, as_toml(machine, found.settings))
+        write_text(place / NUMBERS, as_json(found))
+        write_text(place / READINGS, readings(found))
+        shown = saved(_pictures.drawn(found), place, kinds)
+        page = filled(
+            _TEMPLATE,
+            machine=machine.title,
+            reference=found.request.reference.title,
+            remarks=found.remarks,
+            rows=rows(found),
+            errors=errors(found),
+            pictures=shown,
+            version=macromicro.__version__,
+        )
+        write_text(place / PAGE, page)
+
+
+def corrections(found: Calibration) -> str:
+    """What a machine's file includes."""
+    machine = found.request.machine
+    heads = [
+        f"# Calibration of {machine.title}, {date.today().isoformat()}, macromicro "
+        f"{macromicro.__version__}; reference: {found.request.reference.title}.",
+        f'# A settings file takes it by: include = "{CORRECTIONS}"',
+        *(f"# {printable(remark, 300)}" for remark in found.remarks),
+    ]
+    parts = []
+    for name, own in zip(composite.names(machine), machine.trees(found.settings), strict=True):
+        start = f"{name}." if name else ""
+        parts.append(_changed(own, f"{start}{tree.CORRECTION}", tree.CORRECTION))
+        if hasattr(tree.gains(own), "rest"):
+            rest = f"{start}{tree.gains_set(own)}.rest"
+            parts.append(config.as_toml(found.settings, rest))
+    return "\n".join(heads) + "\n\n" + "\n".join(parts)
+
+
+def _changed(own: Any, path: str, name: str) -> str:
+    """A set of the settings as TOML, without what is as by default."""
+    correction = getattr(own, name)
+    lines = [f"[{path}]"]
+    plain_one = type(correction)()
+    for entry in entries(correction):
+        if entry.value != getattr(plain_one, entry.path):
+            lines.append(f"{entry.path} = {entry.text}  # {entry.par.meaning}")
+    return "\n".join(lines) + "\n"
+
+
+def as_json(found: Calibration) -> str:
+    content = {
+        "version": macromicro.__version__,
+        "machine": found.request.machine.name,
+        "reference": found.request.reference.title,
+        "seed": found.request.seed,
+        "table": [row._asdict() for row in rows(found)],
+        "errors": [line._asdict() for line in errors(found)],
+        "ripple": [each._asdict() for each in found.ripple],
+        "remarks": found.remarks,
+    }
+    return json.dumps(plain(content, spelled=True), indent=2, allow_nan=False) + "\n"
+
+
+def readings(found: Calibration) -> str:
+    """All readings as CSV."""
+    machine = found.request.machine
+    named = zip(composite.names(machine), composite.places(machine), strict=True)
+    heads = ["pass", "run", "direction", "t_s", "temperature_degC"]
+    scales = []
+    for name, place in named:
+        start = f"{name}_" if name else ""
+        heads += [f"{start}{what}_{place.unit}" for what in ("target", "reading", "reference")]
+        scales.append(place.per)
+    lines = [",".join(heads)]
+    for title, part in zip(
+        ("before", "fit", "after"), (found.before, found.measured, found.verified), strict=True
+    ):
+        lines += [f"{title},{line}" for line in _lines(part, scales)]
+    return "\n".join(lines) + "\n"
+
+
+def _lines(part: Readings, scales: Sequence[float]) -> Iterable[str]:
+    for k in range(len(part.t)):
+        values: list[Any] = [int(part.run[k]), int(part.direction[k]), round(float(part.t[k]), 4)]
+        degrees = float(part.temperature[k])
+        values.append("" if math.isnan(degrees) else round(degrees, 3))
+        for j, scale in enumerate(scales):
+            columns = (part.target, part.reading, part.reference)
+            values += [np.format_float_positional(scale * c[k, j], 7, trim="-") for c in columns]
+        yield ",".join(map(str, values))

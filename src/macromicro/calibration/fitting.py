@@ -1,0 +1,331 @@
+"""Fits a correction to the readings of a calibration."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy import stats
+
+from macromicro.arrays import Array
+from macromicro.calibration.measuring import Readings
+
+SIZES = (2, 3, 5, 9, 17, 33, 65)  # values of a table
+ACROSS = (2, 3, 5)
+BETTER = 0.97  # a larger model must predict the held-out positions so much better
+FOLDS = 6
+WARMER = 0.5  # K; a smaller change of temperature shows no growth
+DRIFT = 60.0  # s between the corners of the reference's drift
+FREQUENCIES = 4  # of a spectrum, for each resolved one
+
+
+class Estimate(NamedTuple):
+    """A parameter with the half width of its 95 % interval."""
+
+    name: str
+    value: float
+    half: float
+    unit: str  # of a slide: "m", "1/K"
+
+
+class Model(NamedTuple):
+    """What a fit consists of."""
+
+    size: int  # values of the table of the mean of both flanks
+    gap: int  # values of the table of their difference; 0: they are one
+    period: float  # of a deviation that repeats, m; 0: none
+    across: int  # values of the table over the other axis; 0: none
+    warm: bool
+
+
+class Fit(NamedTuple):
+    model: Model
+    changes: dict[str, Any]  # fields of the correction
+    estimates: list[Estimate]
+    residual: float  # standard deviation of what is left, m
+    left: Array  # what is left of each reading, m
+    apart: Array  # the same without the difference of the flanks, m
+
+
+def basis(low: float, high: float, size: int, x: Array) -> Array:
+    """What each value of a table adds at some places, as `correction.curve` reads the table."""
+    step, last = (high - low) / (size - 1), size - 1
+    at = np.clip((x - low) / step, 0.0, last)
+    k = np.minimum(at.astype(int), last - 1)
+    u = at - k
+    found = np.zeros((len(x), size))
+    rows = np.arange(len(x))
+    # The cubic of a value, of a slope at its begin and at its end.
+    begin, end = 1.0 - 3.0 * u**2 + 2.0 * u**3, 3.0 * u**2 - 2.0 * u**3
+    first, second = u - 2.0 * u**2 + u**3, u**3 - u**2
+    found[rows, k] += begin
+    found[rows, k + 1] += end
+    inner = k > 0
+    found[rows[inner], k[inner] + 1] += 0.5 * first[inner]
+    found[rows[inner], k[inner] - 1] -= 0.5 * first[inner]
+    inner = k + 1 < last
+    found[rows[inner], k[inner] + 2] += 0.5 * second[inner]
+    found[rows[inner], k[inner]] -= 0.5 * second[inner]
+    return found
+
+
+def waves(period: float, x: Array, harmonics: int = 2) -> Array:
+    angles = [2.0 * math.pi * (k + 1) * x / period for k in range(harmonics)]
+    return np.stack([f(angle) for angle in angles for f in (np.sin, np.cos)], axis=1)
+
+
+class _Columns(NamedTuple):
+    """The matrix of a fit, with the columns of each of its parts."""
+
+    matrix: Array
+    parts: dict[str, slice]
+
+
+class Data(NamedTuple):
+    """One stage's readings."""
+
+    low: float
+    high: float
+    x: Array  # readings, m
+    deviation: Array  # reference less reading, m
+    flank: Array
+    t: Array
+    temperature: Array
+    other: Array | None  # readings of the other axis
+    other_span: tuple[float, float]
+    target: Array
+    fixed: float  # place where growth begins
+
+
+def _columns(data: Data, model: Model) -> _Columns:
+    parts: dict[str, Array] = {"table": basis(data.low, data.high, model.size, data.x)}
+    if model.gap:
+        share = (data.flank - 0.5)[:, None]
+        inner = (
+            np.ones((len(data.x), 1))
+            if model.gap == 1
+            else basis(data.low, data.high, model.gap, data.x)
+        )
+        parts["gap"] = share * inner
+    if model.period > 0.0:
+        parts["waves"] = waves(model.period, data.x)
+    if model.across and data.other is not None:
+        whole = basis(*data.other_span, model.across, data.other)
+        parts["across"] = whole[:, 1:]  # its first value is 0: the table has the constant
+    if model.warm:
+        degrees = data.temperature - data.temperature.mean()
+        parts["growth"] = (degrees * (data.x - data.fixed))[:, None]
+    parts["drift"] = _drift(data.t)
+    edges = np.cumsum([0, *(part.shape[1] for part in parts.values())]).tolist()
+    spans = {name: slice(*edge) for name, edge in zip(parts, pairwise(edges), strict=True)}
+    return _Columns(np.concatenate(list(parts.values()), axis=1), spans)
+
+
+def _drift(t: Array) -> Array:
+    """Lines between corners of the reference's drift, which is 0 at the time 0."""
+    corners = np.linspace(0.0, float(t[-1]), max(round(float(t[-1]) / DRIFT), 1) + 1)
+    found = np.stack([np.interp(t, corners, one) for one in np.eye(len(corners))[1:]], axis=1)
+    return np.asarray(found)
+
+
+def solved(matrix: Array, wanted: Array) -> Array:
+    """Least squares, the drift and steep tables bound by a whisper of ridge."""
+    scale = np.maximum(np.sqrt((matrix**2).sum(axis=0)), 1e-12)
+    scaled = matrix / scale
+    count = matrix.shape[1]
+    ridge = 1e-4 * np.eye(count)
+    both = np.concatenate((scaled, ridge))
+    found, *_ = np.linalg.lstsq(both, np.concatenate((wanted, np.zeros(count))), rcond=None)
+    return np.asarray(found / scale)
+
+
+def _held_out(data: Data, model: Model) -> float:
+    """RMS error at positions that the fit has not seen."""
+    columns = _columns(data, model)
+    places = np.unique(data.target)
+    order = np.searchsorted(places, data.target) % FOLDS
+    errors = []
+    for fold in range(min(FOLDS, len(places))):
+        out = order == fold
+        if columns.matrix.shape[1] >= (~out).sum():
+            return math.inf
+        found = solved(columns.matrix[~out], data.deviation[~out])
+        errors.append(data.deviation[out] - columns.matrix[out] @ found)
+    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+
+
+def _better(data: Data, best: Model, score: float, models: list[Model]) -> tuple[Model, float]:
+    for model in models:
+        tried = _held_out(data, model)
+        if tried < BETTER * score:
+            best, score = model, tried
+    return best, score
+
+
+def chosen(data: Data, periods: list[float]) -> Model:
+    """The smallest model that predicts held-out positions about as well as the best one."""
+    warm = bool(np.ptp(data.temperature) > WARMER) if np.isfinite(data.temperature).all() else False
+    across = 2 if data.other is not None else 0
+    best = Model(2, 1, 0.0, across, warm)
+    score = _held_out(data, best)
+    places = len(np.unique(data.target))
+    for _ in range(2):  # a period shows once the table is fine enough, and the other way round
+        sizes = [size for size in SIZES if best.size < size <= max(places // 2, 2)]
+        best, score = _better(data, best, score, [best._replace(size=size) for size in sizes])
+        if best.period == 0.0:
+            every = [*periods, *_spectrum(data, best)]
+            best, score = _better(data, best, score, [best._replace(period=p) for p in every])
+    finer = [best._replace(gap=size) for size in SIZES if size <= best.size]
+    best, score = _better(data, best, score, finer)
+    if across:
+        best, score = _better(data, best, score, [best._replace(across=n) for n in ACROSS[1:]])
+    return best
+
+
+def _spectrum(data: Data, model: Model) -> list[float]:
+    """The period that explains most of what a model leaves."""
+    columns = _columns(data, model)
+    left = data.deviation - columns.matrix @ solved(columns.matrix, data.deviation)
+    length, places = data.high - data.low, len(np.unique(data.target))
+    cycles = np.arange(2.0 * FREQUENCIES, 2.0 * places * FREQUENCIES) / FREQUENCIES
+    gained = []
+    for number in cycles:
+        own = waves(length / number, data.x, 1)
+        found, *_ = np.linalg.lstsq(own, left, rcond=None)
+        gained.append(float(np.sum((own @ found) ** 2)))
+    return [refined(data.x, left, length, float(cycles[int(np.argmax(gained))]))]
+
+
+def refined(x: Array, left: Array, length: float, cycles: float) -> float:
+    from scipy.optimize import minimize_scalar
+
+    def lost(number: float) -> float:
+        own = waves(length / number, x, 1)
+        found, *_ = np.linalg.lstsq(own, left, rcond=None)
+        return float(np.sum((left - own @ found) ** 2))
+
+    around = 1.0 / FREQUENCIES
+    best = minimize_scalar(lost, bounds=(cycles - around, cycles + around), method="bounded")
+    return length / float(best.x)
+
+
+def fit(data: Data, periods: list[float], other: str = "") -> Fit:
+    """The correction of one stage; `periods` are those that its drive suggests, m."""
+    model = chosen(data, periods)
+    columns = _columns(data, model)
+    found = solved(columns.matrix, data.deviation)
+    left = data.deviation - columns.matrix @ found
+    free = max(len(left) - columns.matrix.shape[1], 1)
+    residual = float(math.sqrt(np.sum(left**2) / free))
+    errors = _errors(data, columns.matrix, left)
+    return Fit(
+        model,
+        {k: _rounded(v) for k, v in _changes(data, model, columns, found, other).items()},
+        _estimates(model, columns, found, errors, free),
+        residual,
+        left,
+        left + _of_part(columns, found, "gap"),
+    )
+
+
+def _of_part(columns: _Columns, found: Array, name: str) -> Array:
+    """What one part of a fit adds at each reading."""
+    if name not in columns.parts:
+        return np.zeros(len(columns.matrix))
+    part = columns.parts[name]
+    return np.asarray(columns.matrix[:, part] @ found[part])
+
+
+def _rounded(value: Any) -> Any:
+    """Numbers as a file should have them: six digits."""
+    if isinstance(value, tuple):
+        return tuple(map(_rounded, value))
+    return float(f"{value:.6g}") if isinstance(value, float) else value
+
+
+def _errors(data: Data, matrix: Array, left: Array) -> Array:
+    """Standard errors by clusters: what is left at one position is alike in all runs."""
+    groups = [np.flatnonzero(data.target == place) for place in np.unique(data.target)]
+    bread = np.linalg.pinv(matrix.T @ matrix)
+    meat = np.zeros_like(bread)
+    for rows in groups:
+        score = matrix[rows].T @ left[rows]
+        meat += np.outer(score, score)
+    count = len(groups)
+    variance = np.maximum(np.diag(bread @ meat @ bread), 0.0)
+    return np.asarray(np.sqrt(variance * count / max(count - 1, 1)))
+
+
+def _changes(
+    data: Data, model: Model, columns: _Columns, found: Array, other: str
+) -> dict[str, Any]:
+    middle = found[columns.parts["table"]]
+    gap = np.zeros(model.size)
+    if model.gap:
+        own = found[columns.parts["gap"]]
+        places = np.linspace(data.low, data.high, model.size)
+        gap = np.full(model.size, own[0])
+        if model.gap > 1:
+            gap = basis(data.low, data.high, model.gap, places) @ own
+    made: dict[str, Any] = {
+        "low": data.low,
+        "high": data.high,
+        "up": tuple((middle + 0.5 * gap).tolist()),
+        "down": tuple((middle - 0.5 * gap).tolist()),
+    }
+    if model.period > 0.0:
+        made |= {"period": model.period, "waves": tuple(found[columns.parts["waves"]].tolist())}
+    if "across" in columns.parts:
+        low, high = data.other_span
+        values = (0.0, *found[columns.parts["across"]].tolist())
+        made |= {"other": other, "across_low": low, "across_high": high, "across": values}
+    if model.warm:
+        made["expansion"] = float(found[columns.parts["growth"]][0])
+        made["fixed"] = data.fixed
+    if np.isfinite(data.temperature).all():
+        made["temperature"] = float(data.temperature.mean())
+        made |= {"cold": float(data.temperature.min()), "hot": float(data.temperature.max())}
+    return made
+
+
+def _estimates(
+    model: Model, columns: _Columns, found: Array, errors: Array, free: int
+) -> list[Estimate]:
+    factor = float(stats.t.ppf(0.975, min(free, 1000)))
+    rows = []
+    if model.gap == 1:
+        k = columns.parts["gap"].start
+        rows.append(Estimate("reversal", float(found[k]), factor * float(errors[k]), "m"))
+    if model.period > 0.0:
+        sine, cosine = found[columns.parts["waves"]][:2]
+        error = errors[columns.parts["waves"]][:2]
+        size = math.hypot(sine, cosine)
+        half = math.hypot(sine * error[0], cosine * error[1]) / max(size, 1e-30)
+        rows.append(Estimate("periodic error", size, factor * float(half), "m"))
+    if model.warm:
+        k = columns.parts["growth"].start
+        rows.append(Estimate("expansion", float(found[k]), factor * float(errors[k]), "1/K"))
+    if "across" in columns.parts and model.across == 2:
+        k = columns.parts["across"].start
+        rows.append(Estimate("across", float(found[k]), factor * float(errors[k]), "m"))
+    return rows
+
+
+def data_of(readings: Readings, stage: int, span: tuple[float, float], other: int = -1,
+            other_span: tuple[float, float] = (0.0, 1.0)) -> Data:  # fmt: skip
+    """One stage's part of some readings."""
+    x = readings.reading[:, stage]
+    return Data(
+        *span,
+        x,
+        readings.reference[:, stage] - x,
+        readings.flank[:, stage],
+        readings.t,
+        readings.temperature,
+        readings.reading[:, other] if other >= 0 else None,
+        other_span,
+        readings.target[:, stage],
+        0.0,
+    )

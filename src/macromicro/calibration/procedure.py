@@ -1,0 +1,322 @@
+"""The whole calibration of a machine: measure, fit, correct, verify by an independent run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from datetime import date
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy import stats
+
+from macromicro.arrays import Array
+from macromicro.calibration import efforts, fitting, iso, measuring, targets
+from macromicro.calibration.fitting import Fit
+from macromicro.calibration.measuring import Readings
+from macromicro.calibration.references import Instrument
+from macromicro.control.correction import Correction
+from macromicro.errors import ProblemError
+from macromicro.machines import composite, correcting, sheets, tree
+from macromicro.machines.composite import AnyMachine, Composite
+from macromicro.machines.machine import Machine
+from macromicro.rig.session import Fixture
+
+POSITIONS, GRID, CHECKED = 40, 9, 17  # along an axis; a side of a grid; of a verification
+CHECK_RUNS = 3
+COUNT = 0.6  # counts; one of them always lies so near a set point
+_FARTHER = 1.2  # a push, than the scatter seen
+
+Tell = Callable[[str], Callable[[int, int], None] | None]  # a step's title to its progress
+
+
+class Request(NamedTuple):
+    """What is calibrated, and how."""
+
+    machine: AnyMachine
+    settings: Any
+    reference: Instrument
+    positions: int = POSITIONS  # along each axis
+    runs: int = targets.RUNS
+    seed: int = 0
+    periods: tuple[float, ...] = ()  # m, at which errors may repeat, beside those of the drive
+    cogging: bool = False  # whether efforts along the travel are learned as well
+    rigs: tuple[Fixture, ...] | None = None  # one a stage; None: the simulated machine
+
+
+class Axis(NamedTuple):
+    """One stage before and after."""
+
+    name: str  # "" of the only stage
+    fit: Fit
+    correction: Any
+    before: iso.Means
+    after: iso.Means
+    half_width: float  # m; 95 % of positions are within it
+
+
+class Ripple(NamedTuple):
+    """RMS deviation of the speed of a slow pass, before and after."""
+
+    axis: str
+    before: float  # m/s
+    after: float
+
+
+class Calibration(NamedTuple):
+    request: Request
+    settings: Any  # with the corrections
+    axes: tuple[Axis, ...]
+    before: Readings  # as it is
+    measured: Readings  # with the backlash taken up: what the corrections are fitted to
+    verified: Readings  # with the corrections, at other positions
+    remarks: tuple[str, ...]
+    ripple: tuple[Ripple, ...] = ()
+
+
+def calibrate(request: Request, tell: Tell = lambda title: None) -> Calibration:
+    """Measure, fit and verify a machine."""
+    machine, settings = uncorrected(request.machine, request.settings)
+    random = np.random.default_rng([request.seed, 1])
+    visits = _visits(machine, settings, request.positions, request.runs, random)
+    before = _measured(machine, settings, visits, request, 0, tell("as it is"))
+    machine, settings = pushing(machine, settings, before, request.periods)
+    measured = _measured(machine, settings, visits, request, 500, tell("backlash taken up"))
+    fits = fitted(machine, settings, measured, request.periods)
+    changes = {name: Correction(**fit.changes) for name, fit in fits.items()}
+    machine, settings = corrected(machine, settings, changes)
+    verified = verify(machine, settings, request, tell("verifying"))
+    found = judged(request, machine, settings, fits, (before, measured, verified))
+    return with_efforts(found) if request.cogging else found
+
+
+def from_readings(request: Request, given: Readings) -> Calibration:
+    """A calibration from readings of another instrument, which no run has verified."""
+    machine, settings = uncorrected(request.machine, request.settings)
+    fits = fitted(machine, settings, given, request.periods)
+    _, settings = corrected(
+        machine, settings, {name: Correction(**fit.changes) for name, fit in fits.items()}
+    )
+    left = {name: fit.left[:, None] for name, fit in fits.items()}
+    after = given._replace(reference=given.target + np.concatenate(list(left.values()), axis=1))
+    found = judged(request, machine, settings, fits, (given, given, after))
+    words = 'not verified: "after" is what the correction leaves of the same readings'
+    return found._replace(remarks=(*found.remarks, words))
+
+
+def with_efforts(found: Calibration) -> Calibration:
+    """A calibration that also knows the efforts along the travel, from slow passes."""
+    request, settings = found.request, found.settings
+    if not isinstance(request.machine, Machine):
+        raise ProblemError("--cogging", "only for a machine of one stage", "Leave it out.")
+    made, own = measuring.ready(request.machine, settings)
+    assert isinstance(made, Machine)
+    before = efforts.passes(made, own, request.seed)
+    correction = own.correction
+    changes = efforts.fit(before, correction.low, correction.high, drive_periods(own))
+    _, learned = corrected(made, own, {"": correction._replace(**changes)})
+    after = efforts.passes(made, learned, request.seed + 1)
+    remarks = found.remarks
+    if after.ripple >= before.ripple:
+        learned = settings
+        remarks = (
+            *remarks,
+            "no effort repeats along the travel: nothing to learn from slow passes",
+        )
+    return found._replace(
+        settings=learned, remarks=remarks, ripple=(Ripple("", before.ripple, after.ripple),)
+    )
+
+
+def intent(request: Request) -> str:
+    """What will move, for a person who agrees to it."""
+    machine, trees = request.machine, request.machine.trees(request.settings)
+    ways = []
+    for name, place, own in zip(
+        composite.names(machine), composite.places(machine), trees, strict=True
+    ):
+        low, high = place.told(own.travel.low), place.told(own.travel.high)
+        ways.append(f"{f'axis {name}: ' if name else ''}between {low} and {high}")
+    return (
+        f"calibration: {request.positions} positions, {request.runs} runs up and down, thrice; "
+        f"{'; '.join(ways)}"
+    )
+
+
+def pushing(
+    machine: AnyMachine, settings: Any, before: Readings, periods: tuple[float, ...]
+) -> tuple[AnyMachine, Any]:
+    """The machine with a provisional backlash, so that its drive ends each move on one flank.
+
+    Where a load comes to rest within the backlash is chance. The scatter of that shows how far the
+    drive must push at least.
+    """
+    changes = {}
+    for name, own in zip(composite.names(machine), machine.trees(settings), strict=True):
+        load = correcting.load(own)
+        fit = fitted(machine, settings, before, periods)[name]
+        half = _FARTHER * float(np.max(np.abs(fit.apart)))
+        if math.isinf(load.coast) or abs(load.weight) >= load.coast:
+            half = 0.0
+        changes[name] = Correction(up=(-half, -half), down=(half, half))
+    return corrected(machine, finer(machine, settings), changes)
+
+
+def finer(machine: AnyMachine, settings: Any) -> Any:
+    """Settings whose laws correct errors at rest down to about one count of the sensor."""
+    if isinstance(machine, Machine):
+        return _finer(settings)
+    changed = {
+        name: _finer(own)
+        for (name, _), own in zip(machine.stages, machine.trees(settings), strict=True)
+    }
+    return settings._replace(**changed)
+
+
+def _finer(own: Any) -> Any:
+    gains, fine = tree.gains(own), COUNT * float(own.encoder.pitch)
+    if not getattr(gains, "rest", 0.0) > fine:
+        return own
+    return own._replace(**{tree.gains_set(own): gains._replace(rest=fine)})
+
+
+def verify(
+    machine: AnyMachine,
+    settings: Any,
+    request: Request,
+    progress: Callable[[int, int], None] | None = None,
+) -> Readings:
+    """Measure a machine at positions that no calibration has used."""
+    random = np.random.default_rng([request.seed, 2])
+    visits = _visits(machine, settings, min(CHECKED, request.positions), CHECK_RUNS, random)
+    return _measured(machine, settings, visits, request, 1000, progress)
+
+
+def _measured(
+    machine: AnyMachine,
+    settings: Any,
+    visits: targets.Visits,
+    request: Request,
+    step: int,
+    progress: Callable[[int, int], None] | None,
+) -> Readings:
+    """Readings at some positions, each step of the calibration with noise of its own."""
+    seed = request.seed + step
+    if request.rigs is None:
+        return measuring.measure(
+            machine, settings, visits, request.reference, seed=seed, progress=progress
+        )
+    return measuring.on_rigs(machine, settings, visits, request.rigs, seed=seed, progress=progress)
+
+
+def judged(
+    request: Request,
+    machine: AnyMachine,
+    settings: Any,
+    fits: dict[str, Fit],
+    readings: tuple[Readings, Readings, Readings],
+) -> Calibration:
+    """A calibration with its figures and the half widths of its positions."""
+    axes, changes = [], {}
+    first, _, verified = readings
+    for k, name in enumerate(composite.names(machine)):
+        before, after = (
+            iso.means(r.target[:, k], r.direction, r.deviation[:, k]) for r in (first, verified)
+        )
+        half = half_width(verified.deviation[:, k])
+        made = date.today().isoformat()
+        own = machine.trees(settings)[k].correction._replace(half_width=half, made=made)
+        changes[name] = own
+        axes.append(Axis(name, fits[name], own, before, after, half))
+    _, settings = corrected(machine, settings, changes)
+    return Calibration(request, settings, tuple(axes), *readings, tuple(remarks(axes)))
+
+
+def half_width(deviation: Array) -> float:
+    """Half width that 95 of 100 positions keep, from deviations of independent positions."""
+    factor = float(stats.t.ppf(0.975, len(deviation)))
+    return float(f"{factor * math.sqrt(float(np.mean(deviation**2))):.4g}")
+
+
+def remarks(axes: list[Axis]) -> list[str]:
+    found = []
+    for axis in axes:
+        whose = f"axis {axis.name}: " if axis.name else ""
+        before, after = iso.figures(axis.before), iso.figures(axis.after)
+        if after.A >= before.A:
+            found.append(
+                f"{whose}the correction makes the stage no better: what is left is not repeatable"
+            )
+    return found
+
+
+def uncorrected(machine: AnyMachine, settings: Any) -> tuple[AnyMachine, Any]:
+    """The machine with corrections of nothing."""
+    machine, settings = measuring.ready(machine, settings)
+    nothing = {name: Correction() for name in composite.names(machine)}
+    return corrected(machine, settings, nothing)
+
+
+def corrected(
+    machine: AnyMachine, settings: Any, corrections: dict[str, Any]
+) -> tuple[AnyMachine, Any]:
+    """The machine with a correction of each of these stages."""
+    machine, settings = measuring.ready(machine, settings)
+    if isinstance(machine, Machine):
+        return machine, _with(settings, corrections[""])
+    changed = {
+        name: _with(own, corrections[name])
+        for (name, _), own in zip(machine.stages, machine.trees(settings), strict=True)
+        if name in corrections
+    }
+    return machine, settings._replace(**changed)
+
+
+def _with(settings: Any, correction: Any) -> Any:
+    kind = type(settings.correction)  # that of a stage that turns has other units
+    return settings._replace(**{tree.CORRECTION: kind(*correction)})
+
+
+def _visits(
+    machine: AnyMachine, settings: Any, count: int, runs: int, random: np.random.Generator
+) -> targets.Visits:
+    trees = machine.trees(settings)
+    if not isinstance(machine, Composite):
+        return targets.along(settings, targets.positions(settings, count, random), runs)
+    if machine.has_plane:
+        side = max(round(math.sqrt(count)) + 2, 5)
+        places = [targets.positions(own, side, random) for own in trees]
+        return targets.over(trees, places, max(runs - 2, 1))
+    each = [targets.along(own, targets.positions(own, count, random), runs) for own in trees]
+    both = np.concatenate([one.target for one in each], axis=1)
+    return targets.Visits(each[0].run, each[0].direction, both)
+
+
+def fitted(
+    machine: AnyMachine, settings: Any, readings: Readings, periods: tuple[float, ...] = ()
+) -> dict[str, Fit]:
+    """The corrections of all stages."""
+    trees, names = machine.trees(settings), composite.names(machine)
+    plane = isinstance(machine, Composite) and machine.has_plane
+    found = {}
+    for k, (name, own) in enumerate(zip(names, trees, strict=True)):
+        other = 1 - k if plane else -1
+        beside = _ends(trees[other]) if plane else (0.0, 1.0)
+        data = fitting.data_of(readings, k, _ends(own), other, beside)
+        wanted = [*drive_periods(own), *periods]
+        fit = fitting.fit(data, wanted, names[other] if plane else "")
+        short = readings.direction * (readings.target[:, k] - readings.position[:, k])
+        found[name] = fit._replace(changes=fit.changes | {"stop": round(float(short.mean()), 9)})
+    return found
+
+
+def _ends(own: Any) -> tuple[float, float]:
+    return float(own.travel.low), float(own.travel.high)
+
+
+def drive_periods(own: Any) -> list[float]:
+    """Periods that a drive suggests: a turn of its motor, and of the screw or pulley behind it."""
+    if not hasattr(own, "drive"):
+        return []
+    turn = float(sheets.turn(own))
+    return [turn * factor for factor in (1.0, float(getattr(own.drive, "gear", 1.0)), 0.5)]

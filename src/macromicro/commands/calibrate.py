@@ -1,0 +1,168 @@
+"""``macromicro calibrate``: measure a stage's errors once and correct them."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from macromicro.commands.group import whole
+from macromicro.commands.options import PNG, Figures, Json, Overwrite, Rig, Seed, Yes
+from macromicro.commands.signals import Signals
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from macromicro.calibration.measuring import Readings
+    from macromicro.calibration.procedure import Request
+
+OUT = Path("results/calibrate")
+WRONG = 1  # exit code of a calibration that no longer holds
+
+
+def calibrate(  # noqa: PLR0913, PLR0917 - a parameter for each option
+    config: Annotated[
+        Path | None,
+        typer.Option(
+            "--config", metavar="FILE", help="Settings of the machine.", show_default=False
+        ),
+    ] = None,
+    reference: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="Simulated instrument: laser, scale, camera, dial; autocollimator for angles.",
+            show_default="laser, or autocollimator",
+        ),
+    ] = "",
+    positions: Annotated[
+        int, typer.Option(parser=whole, metavar="N", help="Positions along each axis.")
+    ] = 40,
+    runs: Annotated[
+        int, typer.Option(parser=whole, metavar="N", help="Runs in both directions.")
+    ] = 5,
+    period: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="LENGTH",
+            help="Length after which an error may repeat, such as '2 mm'; may be repeated.",
+            show_default="those of the drive",
+        ),
+    ] = None,
+    cogging: Annotated[
+        bool,
+        typer.Option("--cogging", help="Learn efforts along the travel as well, by slow passes."),
+    ] = False,
+    readings: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Readings of another instrument (CSV) instead of measuring.",
+            show_default=False,
+        ),
+    ] = None,
+    list_to: Annotated[
+        Path | None,
+        typer.Option(
+            "--list",
+            metavar="FILE",
+            help="Write positions to go to, and measure nothing.",
+            show_default=False,
+        ),
+    ] = None,
+    by_hand: Annotated[
+        bool, typer.Option("--by-hand", help="Ask for each reading on the keyboard.")
+    ] = False,
+    check: Annotated[
+        bool, typer.Option("--check", help="Only measure whether the corrections still hold.")
+    ] = False,
+    rig: Rig = "twin",
+    yes: Yes = False,
+    seed: Seed = 0,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the results.", show_default=str(OUT))
+    ] = None,
+    overwrite: Overwrite = False,
+    figures: Figures = PNG,
+    as_json: Json = False,
+) -> None:
+    """Measure a stage's errors along its travel, correct them and verify that.
+
+    The corrections are written as calibration.toml, which the machine's file includes
+    (docs/calibrate.md).
+    """
+    from macromicro.calibration import by_hand as hand
+    from macromicro.calibration import files, procedure
+    from macromicro.calibration.request import ready
+    from macromicro.commands.asking import agreed
+    from macromicro.drawing.files import formats
+    from macromicro.runs import folder
+
+    kinds = formats(figures)
+    request = ready(
+        config, reference, positions, runs, tuple(period or ()), seed, cogging=cogging, rig=rig
+    )
+    moves = list_to is None and not by_hand and readings is None
+    if request.rigs is not None and moves:
+        agreed([procedure.intent(request)], f"--rig {rig}", yes=yes)
+    if list_to is not None:
+        hand.write_list(list_to, request, overwrite=overwrite)
+        print(f"positions to go to: {list_to}")
+        return
+    if check:
+        _check(request, as_json)
+        return
+    place = folder.chosen(out, OUT, overwrite=overwrite)
+    folder.check(place, files.BYTES, overwrite=overwrite, names=files.FILES)
+    given = hand.asked(request, sys.stdin, sys.stderr) if by_hand else None
+    if readings is not None:
+        given = hand.read(readings, request)
+    with Signals(), folder.held(place, overwrite=overwrite, names=files.FILES):
+        _calibrate(request, given, place, kinds, as_json)
+
+
+def _calibrate(
+    request: Request, given: Readings | None, place: Path, kinds: tuple[str, ...], as_json: bool
+) -> None:
+    from macromicro.calibration import files, procedure
+    from macromicro.drawing.bar import progress
+
+    begun: list[str] = []
+    with progress("calibrating", "positions") as pace:
+
+        def tell(title: str) -> Callable[[int, int], None]:
+            def reached(done: int, count: int) -> None:
+                if title not in begun:
+                    begun.append(title)
+                    pace.begin(count)
+                pace.reach(done, count, title)
+
+            return reached
+
+        if given is None:
+            found = procedure.calibrate(request, tell)
+        else:
+            found = procedure.from_readings(request, given)
+    files.write(place, found, kinds)
+    if as_json:
+        print(files.as_json(found), end="")
+        return
+    print(files.text(found))
+    print(f"page: {place / files.PAGE}")
+    print(f'try: include = "{place / files.CORRECTIONS}" in the machine\'s file')
+
+
+def _check(request: Request, as_json: bool) -> None:
+    import json
+
+    from macromicro.calibration import checking
+
+    found = checking.check(request)
+    if as_json:
+        print(json.dumps(checking.content(found), indent=2))
+    else:
+        print(checking.text(found))
+    if not all(each.holds for each in found.axes):
+        raise typer.Exit(WRONG)
