@@ -34,7 +34,7 @@ class Passes(NamedTuple):
     ripple: float  # RMS deviation of the speed from the set point's, m/s
 
 
-def passes(machine: Machine, settings: Any, seed: int = 0) -> Passes:
+def passes(machine: Machine, settings: Any, seed: int = 0, bench: Any = None) -> Passes:
     """Go slowly up and down, and record efforts and the own sensor's readings."""
     low, high = targets.span(settings)
     place = place_of(settings)
@@ -43,7 +43,7 @@ def passes(machine: Machine, settings: Any, seed: int = 0) -> Passes:
     plan = _planned(settings, low, high, speed)
     names = [column.name for column in runs.columns(machine)]
     blocks = runs.Blocks()
-    outcome = runs.perform(machine, settings, plan, blocks, seed=seed)
+    outcome = runs.perform(machine, settings, plan, blocks, seed=seed, bench=bench)
     if outcome.fault is not None:
         raise MacromicroError(f"the slow passes were ended: {outcome.fault.text}")
     rows = np.concatenate(blocks.blocks, axis=1)

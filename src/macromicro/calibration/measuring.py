@@ -92,6 +92,7 @@ def measure(
     visits: Visits,
     reference: Instrument,
     *,
+    bench: Any = None,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Readings:
@@ -100,7 +101,7 @@ def measure(
     starts = targets.names(machine)
     plane = isinstance(machine, composite.Composite) and machine.has_plane
     true = ["true_x", "true_y"] if plane else [f"{start}true_position" for start in starts]
-    rests = _performed(machine, settings, plan, true, seed=seed, progress=progress)
+    rests = _performed(machine, settings, plan, true, bench=bench, seed=seed, progress=progress)
     keep = np.flatnonzero(visits.run > 0)
     missing = [k for k in keep.tolist() if k not in rests]
     if missing:
@@ -211,6 +212,7 @@ def _performed(
     plan: planning.Planned,
     true: Sequence[str],
     *,
+    bench: Any,
     seed: int,
     progress: Progress | None,
 ) -> dict[int, Array]:
@@ -227,7 +229,7 @@ def _performed(
         if progress is not None:
             progress(max(move, 0), count)
 
-    outcome = runs.perform(machine, settings, plan, sink, seed=seed, progress=reached)
+    outcome = runs.perform(machine, settings, plan, sink, seed=seed, progress=reached, bench=bench)
     if outcome.fault is not None:
         raise MacromicroError(f"the calibration was ended: {outcome.fault.text}")
     found = sink.close()

@@ -97,7 +97,9 @@ def _shape(machine: Machine) -> str:
     own, place = places.of(settings), machine.kind.place
     found = f"travel in {own.base}, kind in {place.base}"
     require(own == place, found, "settings and `Kind.place` of one unit")
-    shown = (name for name in settings._fields if name not in (tree.OWN, tree.GIVEN))
+    shown = (
+        name for name in settings._fields if name not in (tree.OWN, tree.GIVEN, tree.CORRECTION)
+    )
     return f"{machine.title}: {', '.join(shown)}"
 
 

@@ -165,8 +165,11 @@ def perform(
     on: Sequence[Rig] | Rig | None = None,
     seed: int = 0,
     progress: Progress | None = None,
+    bench: Any = None,
 ) -> Outcome:
     """Run a plan on a machine into a sink; the same seed gives the same bits.
+
+    `bench` has the settings of the simulated machine where the laws know others.
 
     On rigs the drives are enabled first, and outputs are safe however the run ends.
     """
@@ -174,8 +177,8 @@ def perform(
     stages, random, began = composite.stages(machine), noise_source(seed), time.perf_counter()
     with ExitStack() as entered:
         if on is None:
-            bench, chunk, period = (
-                composite.bench(machine, settings),
+            params, chunk, period = (
+                composite.bench(machine, settings if bench is None else bench),
                 CHUNK,
                 clocked.fastest(stages),
             )
@@ -183,16 +186,16 @@ def perform(
             for rig in rigs(on):
                 entered.enter_context(rig)
             trees, chunk = machine.trees(settings), LIVE
-            stages, bench = open_rig.stages(stages, rigs(on)), open_rig.bench(trees, rigs(on))
+            stages, params = open_rig.stages(stages, rigs(on)), open_rig.bench(trees, rigs(on))
             period = clocked.period(stages)
             rise = max(lines.rise(own) for own in trees)
-            open_rig.switched_on(bench.stages, stages.kinds, rise, dt)
-        run, rows = clocked.beginning(stages, bench, control), clocked.columns(stages)
+            open_rig.switched_on(params.stages, stages.kinds, rise, dt)
+        run, rows = clocked.beginning(stages, params, control), clocked.columns(stages)
         limit = round(longest(machine, settings, planned) / dt)
         while run.tick < limit and not run.over:
             noise = tuple(random.standard_normal((chunk, kind.noises)) for kind in stages.kinds)
             block = np.empty((len(rows), chunk))
-            run, written = period(bench, control, run, noise, block, dt)
+            run, written = period(params, control, run, noise, block, dt)
             done = block[:, :written]
             sink.append(done if on is None else whole(done, rows))
             if progress is not None:

@@ -30,7 +30,7 @@ def test_it_is_off_until_it_is_enabled_and_then_held_where_it_is() -> None:
     before = stage.course.restart
     stage.ask(m.Disable())
     stage.run(3)
-    assert stage.course == Course()
+    assert stage.course == Course(origin=0.0)
     stage.ask(m.Enable())
     stage.run(1)
     assert stage.course.restart == before + 1  # a law that was off begins anew

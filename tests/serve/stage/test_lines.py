@@ -214,10 +214,11 @@ def test_telemetry_and_records_have_the_lines_that_there_are(tmp_path: Path) -> 
     assert not (set(LINES) | second) & {shared.COLUMNS[k].name for k in plain}
     two = {shared.COLUMNS[k].name for k in shared.columns(("x_count", "y_count"))}
     assert second < two and not set(LINES) & two
-    bed = Bed(written(tmp_path, "home+index"))
+    bed = Bed(written(tmp_path, "home+index", more='[climate]\nstart = "23 degC"\nsensor = 1\n'))
     assert len(bed.led.lines()) == len(LINES)
     seen = dict(zip(LINES, bed.led.lines(), strict=True))
     assert seen["limit_low"] == 0.0 and math.isnan(seen["index_count"])
+    assert seen["temperature"] == 23.0
     assert bed.rig.channels == ("encoder", *LINES)
 
 
@@ -293,7 +294,7 @@ def test_a_rig_of_a_users_with_lines(lab: tuple[str, Path], tmp_path: Path) -> N
     from macromicro.recording import Recording
 
     recording = Recording.load(tmp_path / "live.h5")
-    assert set(LINES) <= {c.name for c in recording.columns}
+    assert set(LINES) - {"temperature"} <= {c.name for c in recording.columns}
     assert recording["enable"].max() == 1.0 and recording["home"].max() == 1.0
     with pytest.raises(
         InputError, match=r'channels: homing.on = "home.* needs home and index_count'

@@ -184,7 +184,9 @@ class Control:
             for own, kind in zip(self._trees, kinds, strict=True)
         ]
         self._flanks = [Flank() for _ in count]
-        self._position = compiled(correction.position)
+        self._position: Any = correction.position
+        if any(self._tables):
+            self._position = compiled(correction.position)
 
     def positions(self, seen: Sequence[Sample], degrees: Sequence[float]) -> list[float]:
         """The positions at some readings, m."""

@@ -1,0 +1,281 @@
+"""Measures docs/validation/calibrate.md: calibrations of machines drawn at random, judged by truth.
+
+    python docs/make_calibrate.py [--benches 20] [--workers 1] [--only-kind NAME]
+
+Laws and calibration know the data sheet, the simulated machine differs from it. Only the judge
+reads the true position. `--quick` calibrates one machine of the first row and writes nothing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import tempfile
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import measured_page
+import numpy as np
+
+from macromicro.calibration import measuring, procedure, targets
+from macromicro.calibration.procedure import Calibration, Request
+from macromicro.calibration.references import INSTRUMENTS, Instrument
+from macromicro.machines import compositions, programmes, runs
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = ROOT / "docs" / "validation" / "calibrate.md"
+SCREW = (ROOT / "examples" / "machines" / "screw.toml").read_text(encoding="utf-8")
+PLOTTER = (ROOT / "examples" / "machines" / "xy-plotter.toml").read_text(encoding="utf-8")
+TRUTH = Instrument("truth", 0.0, 0.0)
+LYING = (
+    SCREW.replace('backlash = "4 um"', 'backlash = "50 um"')
+    .replace('error = "3 um"', 'error = "30 um"')
+    .replace('incline = "90 deg"', 'incline = "0 deg"')
+)
+WARM = '\n[climate]\nrise = "10 K"\ntime = "120 s"\nexpansion = "12e-6 1/K"\nsensor = 1\n'
+BELT = """machine = "axis"
+[drive]
+kind = "belt"
+frequency = "20 Hz"
+damping = 0.01
+[friction]
+coulomb = "3 N"
+[encoder]
+at = "motor"
+"""
+LINEAR = """machine = "axis"
+[motor]
+constant = "20 N*m/A"
+[drive]
+kind = "linear"
+cogging = "4 N"
+cogging_period = "24 mm"
+[friction]
+coulomb = "8 N"
+[encoder]
+at = "load"
+pitch = "0.5 um"
+"""
+TABLE = """machine = "rotary"
+[drive]
+ratio = 1.0
+error = "20 mdeg"
+error_period = "360 deg"
+[friction]
+coulomb = "0.05 N*m"
+[encoder]
+at = "motor"
+counts = 80000
+"""
+
+
+class Row(NamedTuple):
+    name: str
+    title: str
+    text: str  # settings
+    drawn: tuple[str, ...]  # parameters that vary by up to 20 % either way
+    target: str
+    judge: Callable[[Calibration, Any, int], dict[str, float]]
+    unit: str = "um"
+    scale: float = 1e6
+    reference: str = "laser"
+
+
+def at_rest(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
+    """Greatest true error at rest of 95 of 100 positions, before and after."""
+    judged = found.request._replace(reference=TRUTH, seed=seed + 7000)
+    machine, settings = found.request.machine, found.request.settings
+    off, before_settings = procedure.uncorrected(machine, settings)
+    before = procedure.verify(off, before_settings, judged)
+    made, after_settings = measuring.ready(machine, found.settings)
+    after = procedure.verify(made, after_settings, judged)
+    widths = np.array([axis.half_width for axis in found.axes])
+    return {
+        "before": float(np.quantile(np.abs(before.deviation), 0.95)),
+        "after": float(np.quantile(np.abs(after.deviation), 0.95)),
+        "half": float(widths.max()),
+        "inside": float(np.mean(np.abs(after.deviation) <= widths)),
+        **_estimates(found, bench),
+    }
+
+
+def _estimates(found: Calibration, bench: Any) -> dict[str, float]:
+    """Whether printed intervals hold the truth, of what the simulated machine has as one number."""
+    truths = {
+        "periodic error": getattr(getattr(bench, "drive", None), "error", math.nan),
+        "expansion": getattr(getattr(bench, "climate", None), "expansion", math.nan),
+    }
+    held = {}
+    fit = found.axes[0].fit
+    period = getattr(getattr(bench, "drive", None), "error_period", math.nan)
+    for each in fit.estimates:
+        truth = truths.get(each.name, math.nan)
+        other = each.name == "periodic error" and abs(fit.model.period / period - 1.0) > 0.01
+        if truth > 0.0 and not other:
+            held[f"holds {each.name}"] = float(abs(each.value - truth) <= each.half)
+    return held
+
+
+def contour(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
+    """Greatest true distance from the example circle, before and after."""
+    judged = {}
+    machine, settings = found.request.machine, found.request.settings
+    for name, tree in (("before", settings), ("after", found.settings)):
+        made, own = compositions.composite.under(machine, tree), tree
+        plan = programmes.plan(made, own, programmes.chosen(made, own))
+        blocks = runs.Blocks()
+        runs.perform(made, own, plan, blocks, seed=seed, bench=bench)
+        columns = [column.name for column in runs.columns(made)]
+        rows = np.concatenate(blocks.blocks, axis=1)
+        move, phase = rows[columns.index("move")], rows[columns.index("phase")]
+        legs = [k for k, leg in enumerate(plan.legs) if any(p.curvature for p in leg.pieces)]
+        on_arc = np.isin(move, legs) & (phase == 1)
+        x, y = rows[columns.index("true_x")], rows[columns.index("true_y")]
+        worst = 0.0
+        for leg in legs:
+            arc = next(p for p in plan.legs[leg].pieces if p.curvature)
+            own_rows = on_arc & (move == leg)
+            radius = 1.0 / arc.curvature  # to the left of the way
+            middle = arc.x - radius * arc.uy, arc.y + radius * arc.ux
+            away = np.hypot(x[own_rows] / 1e3 - middle[0], y[own_rows] / 1e3 - middle[1])
+            worst = max(worst, float(np.max(np.abs(away - 1.0 / abs(arc.curvature)))))
+        judged[name] = worst
+    return judged | {"half": math.nan, "inside": at_rest(found, bench, seed)["inside"]}
+
+
+def ripple(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
+    """RMS deviation of the speed of slow passes, before and after."""
+    (each,) = found.ripple
+    return {"before": each.before, "after": each.after, "half": math.nan, "inside": math.nan}
+
+
+def reversal(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
+    """Time of a 10 mm move until it is within 5 um of its end for good, without and with."""
+    times = {}
+    for name, way in (("before", 1.0), ("after", -1.0)):
+        middle = 0.5 * (found.settings.travel.low + found.settings.travel.high)
+        ends = np.array([[middle - 20e-3], [middle], [middle + way * 10e-3]])
+        visits = targets.Visits(np.ones(3), np.ones(3), ends)
+        machine, settings = measuring.ready(found.request.machine, found.settings)
+        plan = targets.planned(machine, settings, visits)
+        blocks = runs.Blocks()
+        runs.perform(machine, settings, plan, blocks, seed=seed, bench=bench)
+        columns = [column.name for column in runs.columns(machine)]
+        rows = np.concatenate(blocks.blocks, axis=1)
+        own = rows[:, rows[columns.index("move")] == 2]
+        off = np.abs(own[columns.index("true_position")] / 1e3 - ends[2, 0]) > 5e-6
+        t = own[columns.index("t")]
+        times[name] = float(t[np.flatnonzero(off)[-1]] - t[0])
+    return times | {"half": math.nan, "inside": math.nan}
+
+
+FRICTION = ("friction.coulomb", "friction.viscous", "friction.presliding")
+SCREWS = ("drive.error", "drive.backlash", "drive.frequency", *FRICTION)
+ROWS = (
+    Row("screw", "`screw.toml` as shipped, at rest", SCREW, SCREWS, "2 um", at_rest),
+    Row("backlash", "50 um backlash, 30 um pitch error, encoder at the motor", LYING, SCREWS,
+        "2 um", at_rest),
+    Row("warm", "the same, warmed by 10 K, with a sensor", LYING + WARM,
+        (*SCREWS, "climate.expansion"), "3 um", at_rest),
+    Row("belt", "belt of 20 Hz, encoder at the motor, friction 3 N", BELT,
+        ("drive.frequency", *FRICTION), "20 um, or said", at_rest),
+    Row("cogging", "speed ripple at 5 mm/s, RMS", LINEAR, ("drive.cogging", *FRICTION), "a fifth",
+        ripple, "um/s"),
+    Row("xy", "`xy-plotter.toml`, contour of the example circle", PLOTTER,
+        ("hidden.squareness", "x.friction.coulomb", "y.friction.coulomb"), "3 um", contour),
+    Row("rotary", "rotary, error once a turn, at rest", TABLE,
+        ("drive.error", "friction.coulomb"), "a tenth", at_rest, "mdeg", math.degrees(1e3),
+        "autocollimator"),
+    Row("reversal", "10 mm move to within 5 um: without, with a reversal", LYING, SCREWS, "1.1",
+        reversal, "ms", 1e3),
+)  # fmt: skip
+
+
+def calibrated(name: str, k: int) -> dict[str, Any]:
+    """One machine of a row: the first as its file says, the others drawn."""
+    row = next(each for each in ROWS if each.name == name)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, f"{name}.toml")
+        file.write_text(row.text, encoding="utf-8")
+        machine, settings = compositions.load(file)
+    random = np.random.default_rng([30, k, *name.encode()])
+    bench = settings
+    for path in row.drawn if k else ():
+        value = measured_value(settings, path) * random.uniform(0.8, 1.2)
+        bench = replaced(bench, path, value)
+    request = Request(
+        machine, settings, INSTRUMENTS[row.reference], seed=k, bench=bench,
+        cogging=row.judge is ripple,
+    )  # fmt: skip
+    found = procedure.calibrate(request)
+    return {"row": name, "bench": k, **row.judge(found, bench, k)}
+
+
+def measured_value(tree: Any, path: str) -> float:
+    for name in path.split("."):
+        tree = getattr(tree, name)
+    return float(tree)
+
+
+def replaced(tree: Any, path: str, value: float) -> Any:
+    """A tree with another value, and nothing that follows from it: laws know the sheet."""
+    name, _, rest = path.partition(".")
+    return tree._replace(**{name: replaced(getattr(tree, name), rest, value) if rest else value})
+
+
+def table(found: list[dict[str, Any]]) -> str:
+    lines = [
+        "| machine | before | after, median | after, 95 % of machines | target | positions within "
+        "the printed half width |",
+        "|---|---|---|---|---|---|",
+    ]
+    for row in ROWS:
+        own = [each for each in found if each["row"] == row.name]
+        if not own:
+            continue
+        before, after, inside = (
+            np.array([e[key] for e in own]) for key in ("before", "after", "inside")
+        )
+        cells = [
+            row.title,
+            f"{row.scale * np.median(before):.3g} {row.unit}",
+            f"{row.scale * np.median(after):.3g} {row.unit}",
+            f"{row.scale * np.quantile(after, 0.95):.3g} {row.unit}",
+            row.target,
+            "" if np.isnan(inside).all() else f"{100 * np.nanmean(inside):.0f} %",
+        ]
+        lines.append(f"| {' | '.join(cells)} |")
+    held: dict[str, list[float]] = {}
+    for each in found:
+        for key, value in each.items():
+            if key.startswith("holds "):
+                held.setdefault(key.removeprefix("holds "), []).append(value)
+    lines += ["", "| printed interval | holds the truth |", "|---|---|"]
+    lines += [f"| {name} | {sum(v):.0f} of {len(v)} |" for name, v in sorted(held.items())]
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--benches", type=int, default=20)
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--row", choices=[row.name for row in ROWS])
+    parser.add_argument("--quick", action="store_true")
+    chosen = parser.parse_args()
+    if chosen.quick:
+        print(calibrated(ROWS[0].name, 1))
+        return
+    names = [row.name for row in ROWS if chosen.row in (None, row.name)]
+    jobs = [(name, k) for name in names for k in range(chosen.benches)]
+    with ProcessPoolExecutor(chosen.workers) as pool:
+        found = list(pool.map(calibrated, *zip(*jobs, strict=True)))
+    made = table(found)
+    print(made)
+    if chosen.row is None:
+        measured_page.put(PAGE, "calibrations", made)
+
+
+if __name__ == "__main__":
+    main()
