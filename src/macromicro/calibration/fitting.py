@@ -286,7 +286,8 @@ def _changes(
         made["fixed"] = data.fixed
     if np.isfinite(data.temperature).all():
         made["temperature"] = float(data.temperature.mean())
-        made |= {"cold": float(data.temperature.min()), "hot": float(data.temperature.max())}
+        low, high = float(data.temperature.min()), float(data.temperature.max())
+        made |= {"cold": low - WARMER, "hot": high + WARMER}
     return made
 
 

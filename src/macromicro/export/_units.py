@@ -10,14 +10,23 @@ from typing import Any
 import numpy as np
 
 from macromicro import hall_table, programme, simulate, types
-from macromicro.control import cascade, deadzone, notch, outside, pi, supervisor
+from macromicro.control import cascade, correction, deadzone, notch, outside, pi, supervisor
 from macromicro.control import settings as control_settings
 from macromicro.control.macro import LAWS
 from macromicro.control.stage_law import Sample, Target
 from macromicro.export.kinds import REAL, Rows
 from macromicro.export.units import Entry, Made, Unit, law_of
 from macromicro.hysteresis import invert, memory, prandtl
-from macromicro.machines import guarding, lines, piezo, piezo_sheets, planning, sequence, tree
+from macromicro.machines import (
+    correcting,
+    guarding,
+    lines,
+    piezo,
+    piezo_sheets,
+    planning,
+    sequence,
+    tree,
+)
 from macromicro.nominal import PERIOD
 from macromicro.plant import bench, carriage
 from macromicro.programme import travel
@@ -42,6 +51,8 @@ def of_machine(machine: Any, settings: Any) -> Made:
     }
     if isinstance(settings.guard, guarding.Limits):
         found["lines"] = partial(_stage_lines, machine, settings)
+    if tree.is_corrected(settings):
+        found["correction"] = partial(_stage_correction, machine, settings)
     if machine.equip is not None and hasattr(settings, "switches") and not kind.lines:
         with_lines = settings.with_({"switches.limits": "both", "switches.home": "cam"})
         equipped = machine.equip(with_lines)
@@ -82,6 +93,22 @@ def _stage_lines(machine: Any, settings: Any) -> Unit:
     words = f"guard of the switches and the drive's lines of {machine.title}"
     given = {"wired": wired, "limits": settings.guard}
     return _unit(machine, settings, "lines", words, entries, given, held)
+
+
+def _stage_correction(machine: Any, settings: Any) -> Unit:
+    """Positions at readings, and readings at set points; the law goes on in readings."""
+    tables, flank = correcting.tables(settings), correction.Flank()
+    alone, degrees = (
+        Rows(REAL, (1,)),
+        20.0,
+    )  # the readings and set points of all stages: of this one
+    entries = (
+        Entry("position", correction.position, (tables, flank, 0.0, alone, degrees, 0.0)),
+        Entry("aimed", correction.aimed, (tables, flank, _TO, alone, alone, degrees, 0.0)),
+        Entry("effort", correction.effort, (tables, flank, _TO, 0.0, 0.0)),
+    )
+    words = f"calibration of {machine.title}"
+    return _unit(machine, settings, "correction", words, entries, {"tables": tables}, flank)
 
 
 def _stage_plant(machine: Any, settings: Any, kind: Any, name: str, words: str) -> Unit:

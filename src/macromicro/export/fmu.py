@@ -127,9 +127,11 @@ class Interface:
         if declared not in self.fields:
             self.fields.append(declared)
             if isinstance(kind, Rows):
-                noise = "standard normal draw of the sensors' noise"
+                note = meaning(made.source.hints.get(name))
+                told = remark(note) or "standard normal draw of the sensors' noise"
+                row = "[0]" if len(kind.shape) > 1 else ""
                 self.variables += [
-                    Variable(f"{name}[{k}]", INPUT, f"{field}[0][{k}]", 0.0, "", noise)
+                    Variable(f"{name}[{k}]", INPUT, f"{field}{row}[{k}]", 0.0, note.unit, told)
                     for k in range(kind.shape[-1] or 0)
                 ]
             elif name not in self.unit.memory:

@@ -9,7 +9,7 @@ from typing import Any
 from macromicro.control import correction
 from macromicro.control.correction import Load, Tables
 from macromicro.machines import sheets
-from macromicro.machines.tree import gains
+from macromicro.machines.tree import gains, is_corrected
 
 
 def load(tree: Any) -> Load:
@@ -23,6 +23,28 @@ def load(tree: Any) -> Load:
     frequency = tree.drive.frequency or math.inf
     friction = float(getattr(gains(tree), "ahead_friction", 0.0))
     return Load(most.velocity, most.acceleration, coast, weight, frequency, pitch, friction)
+
+
+USUAL = 12e-6  # 1/K; growth of steel, of a stage whose own was not measured
+
+
+def half_width(tree: Any, degrees: float, place: float) -> float:
+    """Half width that the calibration of a stage promises at a place; 0 without one.
+
+    Outside the temperatures of the calibration it grows with what the stage may have grown.
+    """
+    if not is_corrected(tree) or not tree.correction.on:
+        return 0.0
+    p = tree.correction
+    grown = max(abs(p.expansion), USUAL) * beyond(tree, degrees) * abs(place - p.fixed)
+    return float(p.half_width + grown)
+
+
+def beyond(tree: Any, degrees: float) -> float:
+    """How far a temperature is outside those of a stage's calibration, K."""
+    if not is_corrected(tree) or math.isnan(degrees):
+        return 0.0
+    return float(max(tree.correction.cold - degrees, degrees - tree.correction.hot, 0.0))
 
 
 def tables(tree: Any, names: Sequence[str] = ()) -> Tables:

@@ -127,6 +127,7 @@ def paired(settings: JointSettings, rig: Simulated | Real) -> Pair:
 
         led = live.Led(guide.parameters(axis, own), lead, settings.period, own, take)
         led.lines = lambda k=k: rig.lines[k]  # type: ignore[misc]
+        led.degrees = lambda k=k: rig.lines[k].temperature  # type: ignore[misc]
         led.leaning = lambda k=k: guarding.leaning(rig.control.watches[k])  # type: ignore[misc]
         leds.append(led)
     made = Pair((leds[0], leds[1]), tree, Together(tree))

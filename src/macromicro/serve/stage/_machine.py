@@ -12,6 +12,7 @@ from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.plain import shown
 from macromicro.control.live.state import LiveState, Motion, Played
 from macromicro.control.live.surveying import Surveying
+from macromicro.machines import correcting
 from macromicro.machines import tree as trees
 from macromicro.machines.parts import START
 from macromicro.serve._machine import View
@@ -50,6 +51,8 @@ class Led(Live):
         self.course = Course()
         self.lines: Callable[[], Lines] = lambda: QUIET
         self.leaning: Callable[[], float] = lambda: 0.0
+        self.degrees: Callable[[], float] = lambda: math.nan  # of the stage's sensor, degC
+        self._beyond = False  # whether that is outside the temperatures of the calibration
         self._leant, self._stood = 0.0, math.nan  # for how long it was pushed and stood, and where
         self._fastest = guide.velocity
         self.speed = guide.velocity  # of its moves at most, m/s
@@ -95,7 +98,7 @@ class Led(Live):
     def step(self, sample: Sample, dt: float) -> tuple[Command, Outputs, tuple[Notice, ...]]:
         guide = self.guide._replace(velocity=min(self.guide.velocity, self.speed))
         leaning = self.leaning()
-        lost = self._let_go(leaning, sample.encoder)
+        lost = (*self._let_go(leaning, sample.encoder), *self._warmed())
         self._s, self._g, self.course, notices = guided.step(
             self._p,
             guide,
@@ -122,9 +125,22 @@ class Led(Live):
             self._stood = encoder
         return ()
 
+    def _warmed(self) -> tuple[Notice, ...]:
+        """The event of a temperature that leaves those of the calibration, or comes back."""
+        degrees = self.degrees()
+        beyond = correcting.beyond(self._tree, degrees) > 0.0
+        if beyond == self._beyond:
+            return ()
+        self._beyond = beyond
+        cause = "outside the calibration's temperatures" if beyond else "back within them"
+        return (transitions.reported(self._s, "temperature", cause, {"degC": degrees}),)
+
     def view(self) -> View:
         """The present state; the target of a jog or programme is its set point."""
         seen = super().view()
+        half = correcting.half_width(self._tree, self.degrees(), seen.position)
+        if seen.trusted:
+            seen = seen._replace(uncertainty=max(seen.uncertainty, half))
         if math.isnan(state.target(self._p, self._s)) and math.isfinite(seen.target):
             seen = seen._replace(target=self.aim - self._s.frame.offset * self.pitch)
         return seen

@@ -157,5 +157,6 @@ def _live(settings: StageSettings, rig: stage_rig.Simulated | stage_rig.Real) ->
     made = live.Led(guide.parameters(machine, tree), q, settings.period, tree, rig.control.take)
     rig.source = lambda: (made.course,)
     made.lines = lambda: rig.lines[0]
+    made.degrees = lambda: rig.lines[0].temperature
     made.leaning = lambda: guarding.leaning(rig.control.watch)
     return made
