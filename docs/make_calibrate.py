@@ -22,7 +22,7 @@ import numpy as np
 from macromicro.calibration import measuring, procedure, targets
 from macromicro.calibration.procedure import Calibration, Request
 from macromicro.calibration.references import INSTRUMENTS, Instrument
-from macromicro.machines import compositions, programmes, runs
+from macromicro.machines import composite, compositions, programmes, runs
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "validation" / "calibrate.md"
@@ -123,7 +123,7 @@ def contour(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
     judged = {}
     machine, settings = found.request.machine, found.request.settings
     for name, tree in (("before", settings), ("after", found.settings)):
-        made, own = compositions.composite.under(machine, tree), tree
+        made, own = composite.under(machine, tree), tree
         plan = programmes.plan(made, own, programmes.chosen(made, own))
         blocks = runs.Blocks()
         runs.perform(made, own, plan, blocks, seed=seed, bench=bench)

@@ -19,7 +19,7 @@ from macromicro.machines.machine import Machine
 from macromicro.place import Place
 from macromicro.schema import csv_rows
 from macromicro.schema.text import printable, read_text, write_text
-from macromicro.units import size
+from macromicro.units import quantity as parsed
 
 WAYS = {"up": 1.0, "1": 1.0, "+1": 1.0, "down": -1.0, "-1": -1.0}
 LEAST = 6  # readings
@@ -74,10 +74,8 @@ def read(path: Path, request: Request) -> Readings:
         for name in names:
             quantity, _, unit = name.partition("_")
             if quantity in ("position", "reference", "error"):
-                try:
-                    units[quantity] = (name, size(unit) / size(place.base))
-                except (KeyError, InputError):
-                    raise InputError(f"{where}, {name}", printable(unit), place.unit) from None
+                scale = parsed(f"1 {unit}", place.base, f"{where}, {name}", place.unit)
+                units[quantity] = (name, scale)
         if "position" not in units or "direction" not in names or len(units) < 2:
             raise InputError(where, printable(", ".join(names)), _ACCEPTED)
 

@@ -175,8 +175,10 @@ def chosen(data: Data, periods: list[float]) -> Model:
         sizes = [size for size in SIZES if best.size < size <= max(places // 2, 2)]
         best, score = _better(data, best, score, [best._replace(size=size) for size in sizes])
         if best.period == 0.0:
-            every = [*periods, *_spectrum(data, best)]
-            best, score = _better(data, best, score, [best._replace(period=p) for p in every])
+            best, score = _better(data, best, score, [best._replace(period=p) for p in periods])
+        if best.period == 0.0:
+            seen = [best._replace(period=p) for p in _spectrum(data, best)]
+            best, score = _better(data, best, score, seen)
     finer = [best._replace(gap=size) for size in SIZES if size <= best.size]
     best, score = _better(data, best, score, finer)
     if across:

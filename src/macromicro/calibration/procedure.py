@@ -212,6 +212,7 @@ def _measured(
 ) -> Readings:
     """Readings at some positions, each step of the calibration with noise of its own."""
     seed = request.seed + step
+    machine, settings = measuring.ready(machine, settings)
     if request.rigs is None:
         how: dict[str, Any] = {"bench": request.bench, "seed": seed, "progress": progress}
         return measuring.measure(machine, settings, visits, request.reference, **how)
