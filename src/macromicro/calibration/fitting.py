@@ -52,22 +52,24 @@ class Fit(NamedTuple):
 def basis(low: float, high: float, size: int, x: Array) -> Array:
     """What each value of a table adds at some places, as `correction.curve` reads the table."""
     step, last = (high - low) / (size - 1), size - 1
-    at = np.clip((x - low) / step, 0.0, last)
-    k = np.minimum(at.astype(int), last - 1)
+    at = (x - low) / step
+    k = np.clip(np.floor(at).astype(int), 0, last - 1)
     u = at - k
     found = np.zeros((len(x), size))
     rows = np.arange(len(x))
-    # The cubic of a value, of a slope at its begin and at its end.
-    begin, end = 1.0 - 3.0 * u**2 + 2.0 * u**3, 3.0 * u**2 - 2.0 * u**3
-    first, second = u - 2.0 * u**2 + u**3, u**3 - u**2
-    found[rows, k] += begin
+    # What the cubic has of a value, and of the slopes at its begin and its end.
+    end = np.where(at > last, 1.0, np.where(at < 0.0, 0.0, 3.0 * u**2 - 2.0 * u**3))
+    first = np.where(at > last, 0.0, np.where(at < 0.0, u, u - 2.0 * u**2 + u**3))
+    second = np.where(at > last, u - 1.0, np.where(at < 0.0, 0.0, u**3 - u**2))
+    found[rows, k] += 1.0 - end
     found[rows, k + 1] += end
-    inner = k > 0
-    found[rows[inner], k[inner] + 1] += 0.5 * first[inner]
-    found[rows[inner], k[inner] - 1] -= 0.5 * first[inner]
-    inner = k + 1 < last
-    found[rows[inner], k[inner] + 2] += 0.5 * second[inner]
-    found[rows[inner], k[inner]] -= 0.5 * second[inner]
+    for slope, below, above in ((first, k > 0, 0), (second, k + 1 < last, 1)):
+        # By the nearest values to either side; at an end of the table, by its last two.
+        before = k + above - np.where(below, 1, above)
+        after = k + above + np.where(below, 1, 1 - above)
+        share = np.where(below, 0.5, 1.0)
+        np.add.at(found, (rows, after), share * slope)
+        np.add.at(found, (rows, before), -share * slope)
     return found
 
 
@@ -248,7 +250,7 @@ def _rounded(value: Any) -> Any:
 
 
 def _errors(data: Data, matrix: Array, left: Array) -> Array:
-    """Standard errors by clusters: what is left at one position is alike in all runs."""
+    """Standard errors, the larger of two: what is left is alike at one position, or it is noise."""
     groups = [np.flatnonzero(data.target == place) for place in np.unique(data.target)]
     bread = np.linalg.pinv(matrix.T @ matrix)
     meat = np.zeros_like(bread)
@@ -256,8 +258,9 @@ def _errors(data: Data, matrix: Array, left: Array) -> Array:
         score = matrix[rows].T @ left[rows]
         meat += np.outer(score, score)
     count = len(groups)
-    variance = np.maximum(np.diag(bread @ meat @ bread), 0.0)
-    return np.asarray(np.sqrt(variance * count / max(count - 1, 1)))
+    alike = np.diag(bread @ meat @ bread) * count / max(count - 1, 1)
+    apart = np.diag(bread) * np.sum(left**2) / max(len(left) - matrix.shape[1], 1)
+    return np.asarray(np.sqrt(np.maximum(alike, apart)))
 
 
 def _changes(

@@ -239,18 +239,18 @@ def tables(correction: Any, load: Load, stages: Sequence[str] = ()) -> Tables:
 
 @kernel
 def curve(low: float, step: float, values: Array, x: float) -> tuple[float, float, float]:
-    """Value, slope and curvature at a place: cubic between the values, level beyond them."""
+    """Value, slope and curvature at a place: cubic between the values, straight beyond them."""
     last = len(values) - 1
     at = (x - low) / step
-    if at <= 0.0:
-        return values[0], 0.0, 0.0
-    if at >= last:
-        return values[last], 0.0, 0.0
-    k = int(at)
+    k = min(max(math.floor(at), 0), last - 1)
     u, a, b = at - k, values[k], values[k + 1]
-    # Slopes by central differences (Catmull-Rom); level at the ends.
-    first = 0.5 * (b - values[k - 1]) if k > 0 else 0.0
-    second = 0.5 * (values[k + 2] - a) if k + 1 < last else 0.0
+    # Slopes by central differences (Catmull-Rom), by the nearest difference at the ends.
+    first = 0.5 * (b - values[k - 1]) if k > 0 else b - a
+    second = 0.5 * (values[k + 2] - a) if k + 1 < last else b - a
+    if at < 0.0:
+        return a + u * first, first / step, 0.0
+    if at > last:
+        return b + (u - 1.0) * second, second / step, 0.0
     c2 = 3.0 * (b - a) - 2.0 * first - second
     c3 = first + second - 2.0 * (b - a)
     value = a + u * (first + u * (c2 + u * c3))
