@@ -123,7 +123,7 @@ bench: $(VENV)/.core ## measure the speed
 bench-peers: $(VENV)/.core ## one job by the package, C and other simulators (2.6 GB, minutes)
 	$(BIN)/python benchmarks/peers/compare.py
 
-bench-identify: $(VENV)/.core ## long files; do the errors that identify prints hold? docs/coverage.md (half an hour)
+bench-identify: $(VENV)/.core ## long files; do the errors that identify prints hold? docs/validation/coverage.md (half an hour)
 	$(BIN)/python benchmarks/reading.py
 	$(BIN)/python benchmarks/intervals.py
 	$(BIN)/python docs/make_coverage.py
@@ -160,7 +160,7 @@ docs: $(VENV)/.core ## measure anew what the documents say, and draw their figur
 	@if command -v chromium >/dev/null; then set -x; $(BIN)/python docs/make_screenshots.py; \
 	else echo "no picture of the page without chromium: make browser"; fi
 
-beyond: $(VENV)/.core ## measure anew docs/beyond.md and docs/variants.md: some hours
+beyond: $(VENV)/.core ## measure anew docs/validation/beyond.md and docs/validation/variants.md: some hours
 	$(BIN)/python docs/make_beyond.py
 	$(BIN)/python docs/make_beyond_micro.py
 	$(BIN)/python docs/make_beyond_variants.py

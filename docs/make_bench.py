@@ -1,8 +1,8 @@
-"""Writes docs/bench.md and the figures of docs/reproduce.md and README.md.
+"""Writes docs/validation/bench.md and the figures of docs/validation/reproduce.md and README.md.
 
     python docs/make_bench.py
 
-What the bench is stands in docs/bench.template.md. Parameters come from the `Par`
+What the bench is stands in docs/validation/bench.template.md. Parameters come from the `Par`
 annotations, claims from the procedures that `macromicro reproduce` runs, and the tables of
 what they hang on from benchmarks/calibration.py; all run here (about two minutes). `--quick`
 runs one procedure and the first of each table, and writes nothing.
@@ -26,14 +26,15 @@ from macromicro.thesis.procedure import Lab
 from macromicro.units import shown
 
 ROOT = Path(__file__).resolve().parents[1]
-TEMPLATE, PAGE = ROOT / "docs" / "bench.template.md", ROOT / "docs" / "bench.md"
-README, REPRODUCE = ROOT / "README.md", ROOT / "docs" / "reproduce.md"
+VALIDATION = ROOT / "docs" / "validation"
+TEMPLATE, PAGE = VALIDATION / "bench.template.md", VALIDATION / "bench.md"
+README, REPRODUCE = ROOT / "README.md", VALIDATION / "reproduce.md"
 # What was measured when the page was made, fenced so that a test can tell it apart.
 MEASURED = re.compile(r"<!-- measured: (\w+) -->\n(.*?)<!-- end -->", re.DOTALL)
 HEAD = "| parameter | default | meaning | source |\n|---|---|---|---|\n"
 # Kinds that bench.md shows: those that a bench is needed for.
 SHOWN_KINDS = (CALIBRATED, SET, PREDICTED)
-# What docs/reproduce.md shows first: (claim, which of its numbers, unit, words, printed).
+# What validation/reproduce.md shows first: (claim, which of its numbers, unit, words, printed).
 SHORT = (
     ("M14", 0, "s", "200 mm move, to within 2 %", "0.75 s"),
     ("S13c", 0, "um", "micro-stage, worst error of 48 holds", "5 um"),

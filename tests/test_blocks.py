@@ -45,7 +45,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "  measure ---->": "a drawing of a period",
         "  commands ": "a drawing of the rooms, which tests/test_architecture.py makes anew",
     },
-    "docs/beyond.md": {
+    "docs/validation/beyond.md": {
         "macromicro identify carriage": TESTED + "tests/identify/test_carriage.py: a minute",
         "macromicro run fast --config results/carriage/model": "what that writes",
         "macromicro collect kiln": TESTED + "tests/identify/kinds/test_actuator.py",
@@ -131,7 +131,7 @@ CANNOT: dict[str, dict[str, str]] = {
     "docs/own-machines.md": {
         "macromicro commission --rig": TESTED + "tests/commission/test_own.py",
     },
-    "docs/variants.md": {
+    "docs/validation/variants.md": {
         "macromicro robust --variants": TESTED + "tests/robustness/test_robust_command.py",
     },
     "docs/xy.md": {
@@ -145,7 +145,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "$ nc": TESTED + "tests/serve/joint/test_served.py, such",
     },
     "docs/recording.md": {"n = double(h5read": "MATLAB", "run = load(": "MATLAB"},
-    "docs/reproduce.md": {
+    "docs/validation/reproduce.md": {
         "macromicro reproduce --only kiln --json": TESTED + "tests/test_cli_reproduce.py",
     },
     "docs/rigs.md": {
@@ -211,7 +211,7 @@ CANNOT: dict[str, dict[str, str]] = {
 # What a page's TOML and CSV blocks are, in their order: files of these names.
 FILES = {
     "docs/running.md": ("sticky.toml",),
-    "docs/beyond.md": ("both.toml",),
+    "docs/validation/beyond.md": ("both.toml",),
     "docs/cards.md": ("multiq3.toml", "ni.toml"),
     "docs/laws.md": ("mine.toml", "axis.toml"),
     "docs/machines.md": (
@@ -225,7 +225,7 @@ FILES = {
     "docs/own-machines.md": ("coil.toml", "mylab/flexure.toml"),
     "docs/rigs.md": ("moves.toml",),
     "docs/tutorials/motor.md": ("axis.toml",),
-    "docs/variants.md": ("draughty.toml",),
+    "docs/validation/variants.md": ("draughty.toml",),
     "docs/xy.md": ("table.toml", "slot.toml", "wave.csv", "spec.toml"),
     "docs/programmes.md": ("sequenced.toml", "scheduled.csv", "profiles.toml", "scan.toml"),
 }

@@ -19,6 +19,7 @@ from macromicro.schema.par import entries
 from macromicro.settings import Settings
 
 DOCS = Path(__file__).parents[1] / "docs"
+VALIDATION = DOCS / "validation"
 
 
 @pytest.fixture(scope="module")
@@ -33,13 +34,13 @@ def maker() -> ModuleType:
 
 def test_bench_page_is_up_to_date(maker: ModuleType) -> None:
     """Text and every default are as the code has them; `make docs` brings it up to date."""
-    page = (DOCS / "bench.md").read_text(encoding="utf-8")
-    assert page == maker.render(maker.blocks(DOCS / "bench.md"))
+    page = (VALIDATION / "bench.md").read_text(encoding="utf-8")
+    assert page == maker.render(maker.blocks(VALIDATION / "bench.md"))
 
 
 def test_bench_page_lists_every_parameter(maker: ModuleType) -> None:
     """Each parameter of bench and sensors stands under its part, with its default."""
-    page = (DOCS / "bench.md").read_text(encoding="utf-8")
+    page = (VALIDATION / "bench.md").read_text(encoding="utf-8")
     settings = Settings()
     found = [e for e in entries(settings) if e.path.startswith(("bench.", "sensors."))]
     assert len(found) > 60

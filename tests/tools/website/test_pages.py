@@ -71,7 +71,9 @@ def test_each_paragraph_of_equations_names_a_function() -> None:
 @pytest.mark.parametrize("figure", FIGURES)
 def test_every_figure_is_in_the_gallery_with_its_script(figure: str) -> None:
     """Which make runs, and the gallery names; diagrams are drawn by hand."""
-    part = re.search(rf"\(figures/{figure}\)(?:(?!\n## ).)*", TEXTS["docs/gallery.md"], re.DOTALL)
+    part = re.search(
+        rf"figures/{figure}\)(?:(?!\n## ).)*", TEXTS["docs/validation/gallery.md"], re.DOTALL
+    )
     assert part is not None
     if figure.endswith(".svg") and "drawn by hand" in part[0]:
         return
