@@ -95,7 +95,7 @@ firmware-arm: $(VENV)/.core ## build the firmware's core for a Cortex-M4F, which
 	PYTHONPATH=tools $(BIN)/python -m boardcode --out build/firmware
 	$(MAKE) --no-print-directory -C firmware mps2
 
-maker: $(VENV)/.dev ## follow docs/build-one.md on the simulated board, command by command (a quarter of an hour)
+maker: $(VENV)/.dev ## follow docs/board.md on the simulated board, command by command (a quarter of an hour)
 	$(PYTEST) -m "slow or not slow" tests/firmware/test_build_one.py
 
 trial: firmware ## random orders and injuries before the simulated board for MINUTES=60 of its time; TRIAL=
@@ -128,7 +128,7 @@ bench-identify: $(VENV)/.core ## long files; do the errors that identify prints 
 	$(BIN)/python benchmarks/intervals.py
 	$(BIN)/python docs/make_coverage.py
 
-MEASURED := beyond beyond_micro beyond_both beyond_variants bench used actuator figures commissioning
+MEASURED := beyond beyond_micro beyond_both beyond_variants bench used actuator figures commissioning examples
 quick: $(VENV)/.dev ## run every maker of figures for a moment, to see that it still runs
 	$(BIN)/python benchmarks/bench.py --quick
 	$(BIN)/python benchmarks/peers/compare.py --quick
@@ -154,6 +154,8 @@ docs: $(VENV)/.core ## measure anew what the documents say, and draw their figur
 	$(BIN)/python docs/make_coverage.py
 	$(BIN)/python docs/make_scpi.py
 	$(BIN)/python docs/make_commands.py
+	$(BIN)/python docs/make_settings.py
+	$(BIN)/python docs/make_examples.py
 	$(BIN)/python docs/make_architecture.py
 	$(BIN)/python docs/make_figures.py
 	$(BIN)/python docs/make_wiring.py

@@ -75,7 +75,7 @@ def test_configuration_examples_are_accepted(tmp_path: Path) -> None:
     from macromicro.settings import Settings
 
     page = (ROOT / "docs/running.md").read_text(encoding="utf-8")
-    (settings,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    settings = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)[0]
     (tmp_path / "sticky.toml").write_text(settings, encoding="utf-8")
     changed = config.load_overrides(tmp_path / "sticky.toml", Settings())
     assert changed.bench.friction.coulomb == 11.0
