@@ -5,11 +5,13 @@ python docs/make_settings.py
 
 from __future__ import annotations
 
+import math
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 from macromicro.machines import compositions
+from macromicro.schema import figures
 from macromicro.schema.par import Entry, entries
 from macromicro.serve.settings import LiveSettings
 from macromicro.units import shown
@@ -23,7 +25,8 @@ with the source of each value, `macromicro config show --config FILE` the values
 file. `docs/make_settings.py` generates this page.
 
 A value is a text with a unit, such as `"12 mm"`; only numbers without a unit are written bare. A
-*derived* value follows from the data sheets until a file sets it.
+*derived* value follows from the data sheets until a file sets it. Keys without a default are
+figures of a hobby motor's sheet, from which others follow.
 """
 AXIS, TWO_STAGE = "axis", "two_stage"
 ABOUT = {
@@ -40,12 +43,15 @@ ELSEWHERE = ("bench.", "sensors.")
 
 def render() -> str:
     """The page."""
-    axis = {_key(entry): entry for entry in entries(_settings(AXIS))}
+    tree = _settings(AXIS)
+    axis = {_key(e) for e in (*entries(tree), *figures.entries(tree).values())}
     parts = [HEAD]
     for name, about in ABOUT.items():
         tree = _settings(name)
         derived = {path for path, _ in tree.derived()}
-        every = [e for e in entries(tree) if not e.path.startswith((*ELSEWHERE, "x.", "y."))]
+        known = [*entries(tree), *figures.entries(tree).values()]
+        every = [e for e in known if not e.path.startswith((*ELSEWHERE, "x.", "y."))]
+        every.sort(key=lambda e: tree._fields.index(e.path.partition(".")[0]))
         own = [e for e in every if name in (AXIS, TWO_STAGE) or _key(e) not in axis]
         parts.append(f"## `{name}`\n\n{about}\n")
         parts += [table(group, list(found), derived) for group, found in groupby(own, _group)]
@@ -78,6 +84,8 @@ def _default(entry: Entry, derived: set[str]) -> str:
     if entry.path in derived:
         return "derived"
     par, value = entry.par, entry.value
+    if isinstance(value, float) and math.isnan(value):
+        return "-"
     if isinstance(value, str | bool):
         return str(value)
     several = value if isinstance(value, tuple) else (value,)

@@ -190,7 +190,7 @@ FILES = {
     "docs/own-machines.md": ("coil.toml", "mylab/flexure.toml"),
     "docs/rigs.md": ("moves.toml", "multiq3.toml", "ni.toml"),
     "docs/tuning.md": ("limits.toml",),
-    "docs/tutorials/motor.md": ("axis.toml",),
+    "docs/tutorials/motor.md": ("axis.toml", "hobby.toml"),
     "docs/validation/variants.md": ("draughty.toml",),
     "docs/xy.md": ("table.toml", "slot.toml", "wave.csv"),
 }

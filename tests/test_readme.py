@@ -63,6 +63,14 @@ def test_first_screen_names_make_targets() -> None:
         assert re.search(rf"^{target}:.* ##", makefile, re.MULTILINE), target
 
 
+def test_three_doors_of_three_commands_can_be_repeated() -> None:
+    """Each replaces its results; tests/test_blocks.py runs them."""
+    screen = README.partition("\n## ")[0]
+    doors = re.findall(r"^\*\*I .*\n\n((?:    macromicro .*\n)+)", screen, re.MULTILINE)
+    assert [len(door.splitlines()) for door in doors] == [3, 3, 3]
+    assert all(line.endswith("--overwrite") for door in doors for line in door.splitlines())
+
+
 def test_it_is_three_screens_long() -> None:
     assert len(README) <= 7000 and len(README.splitlines()) <= 90
     rows = re.findall(r"^\| (?!you want|---)", README, re.MULTILINE)

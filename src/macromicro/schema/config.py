@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from macromicro.errors import InputError, ProblemError
+from macromicro.schema import figures
 from macromicro.schema.keys import leaves, nearest
-from macromicro.schema.par import FOLLOWS, changed, entries, is_given, is_set
+from macromicro.schema.par import FOLLOWS, Entry, changed, entries, is_given, is_set
 from macromicro.schema.text import printable, read_toml
 
 Tree = TypeVar("Tree")
@@ -38,7 +39,7 @@ def load_overrides(path: Path, tree: Tree, machine: str = "") -> Tree:
         if not table:
             return tree
     tree = _grown(tree, table, file)
-    if not leaves(table, {e.path: e for e in entries(tree)}, f"{file}, ", _LIST):
+    if not leaves(table, _known(tree), f"{file}, ", _LIST):
         raise ProblemError(file, "the file sets no parameter", f"Set one or more ({_LIST}).")
     return overridden(tree, table, file)
 
@@ -46,11 +47,12 @@ def load_overrides(path: Path, tree: Tree, machine: str = "") -> Tree:
 def overridden(tree: Tree, table: Mapping[str, object], where: str) -> Tree:
     """A tree with the values of a table, and with what derives from them."""
     tree = _grown(tree, table, where)
-    known = {entry.path: entry for entry in entries(tree)}
-    changes = {
+    known = _known(tree)
+    read = {
         key: known[key].read(value, f"{where}, {key}")
         for key, value in leaves(dict(table), known, f"{where}, ", _LIST).items()
     }
+    changes = figures.replaced(tree, read, where)
     try:
         made: Tree = changed(tree, changes)
     except InputError as error:
@@ -65,6 +67,11 @@ def overridden(tree: Tree, table: Mapping[str, object], where: str) -> Tree:
         ) from None
     _follow(made, changes, where)
     return made
+
+
+def _known(tree: Any) -> dict[str, Entry]:
+    """Every key that a file may set."""
+    return {entry.path: entry for entry in entries(tree)} | figures.entries(tree)
 
 
 def _follow(tree: Any, changes: Mapping[str, Any], where: str) -> None:
