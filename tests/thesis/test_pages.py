@@ -51,6 +51,7 @@ def test_reproduction_page_counts_and_names_what_differs(
     assert maker.blocks(DOCS / "validation" / "reproduce.md")["count"] == maker.counted(now)
     assert maker.blocks(DOCS / "validation" / "reproduce.md")["figures"] == maker.short(now)
     assert maker.blocks(DOCS / "validation" / "reproduce.md")["bands"] == maker.bands(now)
+    assert maker.blocks(DOCS / "validation" / "reproduce.md")["turned"] == maker.turned()
     for claim in now:
         assert (f"- **{claim.id}**:" in page) == (claim.verdict == DIFFERS), claim.id
 
