@@ -23,9 +23,7 @@ HEAD = """\
 Twenty commands and what they draw. Run them from a folder that holds `examples/` of the repository;
 each writes to `results/`. `docs/make_examples.py` generates this page and its pictures.
 
-Machine files of real products, each with its data sheet's source, are in `examples/machines/`:
-[what they are](machines.md#kinds-of-machines), [how they move](validation/machines.md). Longer
-examples are the [tutorials](index.md#tutorials) and notebooks.
+Longer examples are the [tutorials](index.md#tutorials) and notebooks.
 """
 
 
@@ -175,7 +173,22 @@ EXAMPLES = (
 
 def render() -> str:
     """The page."""
-    return HEAD + "".join(_section(k, each) for k, each in enumerate(EXAMPLES, 1))
+    return HEAD + "".join(_section(k, each) for k, each in enumerate(EXAMPLES, 1)) + machines()
+
+
+def machines() -> str:
+    """The machine files by their first line."""
+    link = "[How they move](validation/machines.md)"
+    head = f"\n## Machine files\n\nEach file names its data sheets. {link}."
+    rows = "".join(
+        f"| [`{path.name}`](../examples/machines/{path.name}) | {_first(path)} |\n"
+        for path in sorted((ROOT / "examples" / "machines").glob("*.toml"))
+    )
+    return f"{head}\n\n| file | machine |\n|---|---|\n{rows}"
+
+
+def _first(path: Path) -> str:
+    return path.read_text(encoding="utf-8").partition("\n")[0].lstrip("# ")
 
 
 def _section(number: int, example: Example) -> str:
