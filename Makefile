@@ -95,7 +95,7 @@ firmware-arm: $(VENV)/.core ## build the firmware's core for a Cortex-M4F, which
 	PYTHONPATH=tools $(BIN)/python -m boardcode --out build/firmware
 	$(MAKE) --no-print-directory -C firmware mps2
 
-maker: $(VENV)/.dev ## follow docs/build-one.md on the simulated board, command by command (a quarter of an hour)
+maker: $(VENV)/.dev ## follow docs/board.md on the simulated board, command by command (a quarter of an hour)
 	$(PYTEST) -m "slow or not slow" tests/firmware/test_build_one.py
 
 trial: firmware ## random orders and injuries before the simulated board for MINUTES=60 of its time; TRIAL=
@@ -123,12 +123,12 @@ bench: $(VENV)/.core ## measure the speed
 bench-peers: $(VENV)/.core ## one job by the package, C and other simulators (2.6 GB, minutes)
 	$(BIN)/python benchmarks/peers/compare.py
 
-bench-identify: $(VENV)/.core ## long files; do the errors that identify prints hold? docs/coverage.md (half an hour)
+bench-identify: $(VENV)/.core ## long files; do the errors that identify prints hold? docs/validation/coverage.md (half an hour)
 	$(BIN)/python benchmarks/reading.py
 	$(BIN)/python benchmarks/intervals.py
 	$(BIN)/python docs/make_coverage.py
 
-MEASURED := beyond beyond_micro beyond_both beyond_variants bench used actuator figures commissioning
+MEASURED := beyond beyond_micro beyond_both beyond_variants bench used actuator figures commissioning examples
 quick: $(VENV)/.dev ## run every maker of figures for a moment, to see that it still runs
 	$(BIN)/python benchmarks/bench.py --quick
 	$(BIN)/python benchmarks/peers/compare.py --quick
@@ -154,13 +154,15 @@ docs: $(VENV)/.core ## measure anew what the documents say, and draw their figur
 	$(BIN)/python docs/make_coverage.py
 	$(BIN)/python docs/make_scpi.py
 	$(BIN)/python docs/make_commands.py
+	$(BIN)/python docs/make_settings.py
+	$(BIN)/python docs/make_examples.py
 	$(BIN)/python docs/make_architecture.py
 	$(BIN)/python docs/make_figures.py
 	$(BIN)/python docs/make_wiring.py
 	@if command -v chromium >/dev/null; then set -x; $(BIN)/python docs/make_screenshots.py; \
 	else echo "no picture of the page without chromium: make browser"; fi
 
-beyond: $(VENV)/.core ## measure anew docs/beyond.md and docs/variants.md: some hours
+beyond: $(VENV)/.core ## measure anew docs/validation/beyond.md and docs/validation/variants.md: some hours
 	$(BIN)/python docs/make_beyond.py
 	$(BIN)/python docs/make_beyond_micro.py
 	$(BIN)/python docs/make_beyond_variants.py

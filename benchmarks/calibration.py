@@ -2,8 +2,8 @@
 
     python benchmarks/calibration.py
 
-prints one line a bench. `docs/make_bench.py` puts the same into docs/bench.md. Takes about a
-minute and a half.
+prints one line a bench. `docs/make_bench.py` puts the same into
+docs/validation/bench.md. Takes about a minute and a half.
 """
 
 from __future__ import annotations

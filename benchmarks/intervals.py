@@ -1,6 +1,6 @@
 """Do printed standard errors hold? Coverage of the intervals that `identify` prints.
 
-    python benchmarks/intervals.py [--records 200] [--out docs/coverage.json] [GROUP ...]
+    python benchmarks/intervals.py [--records 200] [--out docs/validation/coverage.json] [GROUP ...]
         [--kinds cogging ...]
 
 Each method fits synthetic records of a known machine, disturbed in six ways; the shares of records
@@ -36,7 +36,7 @@ from macromicro.kernel import compiled
 from macromicro.models import mass
 from macromicro.models.heating import Modes, step_response
 
-OUT = Path(__file__).resolve().parents[1] / "docs" / "coverage.json"
+OUT = Path(__file__).resolve().parents[1] / "docs" / "validation" / "coverage.json"
 DISTURBANCES = ("white force", "coloured force", "cogging", "slow force", "sensor", "quantised")
 DT = 1e-3
 

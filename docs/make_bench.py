@@ -1,8 +1,8 @@
-"""Writes docs/bench.md and the figures of docs/reproduce.md and README.md.
+"""Writes docs/validation/bench.md and the figures of docs/validation/reproduce.md and README.md.
 
     python docs/make_bench.py
 
-What the bench is stands in docs/bench.template.md. Parameters come from the `Par`
+What the bench is stands in docs/validation/bench.template.md. Parameters come from the `Par`
 annotations, claims from the procedures that `macromicro reproduce` runs, and the tables of
 what they hang on from benchmarks/calibration.py; all run here (about two minutes). `--quick`
 runs one procedure and the first of each table, and writes nothing.
@@ -18,7 +18,16 @@ from typing import Any
 from macromicro.schema.par import Entry, entries
 from macromicro.settings import Settings
 from macromicro.thesis import all_procedures, cycle_bench, kiln_bench
-from macromicro.thesis.claims import CALIBRATED, KINDS, PREDICTED, REPRODUCED, SET, Claim, in_order
+from macromicro.thesis.claims import (
+    CALIBRATED,
+    KINDS,
+    PREDICTED,
+    REPRODUCED,
+    SET,
+    STATEMENTS,
+    Claim,
+    in_order,
+)
 from macromicro.thesis.cycle_bench import CycleBench
 from macromicro.thesis.kiln_bench import KilnBench
 from macromicro.thesis.page import claim_text
@@ -26,14 +35,16 @@ from macromicro.thesis.procedure import Lab
 from macromicro.units import shown
 
 ROOT = Path(__file__).resolve().parents[1]
-TEMPLATE, PAGE = ROOT / "docs" / "bench.template.md", ROOT / "docs" / "bench.md"
-README, REPRODUCE = ROOT / "README.md", ROOT / "docs" / "reproduce.md"
+VALIDATION = ROOT / "docs" / "validation"
+TEMPLATE, PAGE = VALIDATION / "bench.template.md", VALIDATION / "bench.md"
+README, REPRODUCE = ROOT / "README.md", VALIDATION / "reproduce.md"
 # What was measured when the page was made, fenced so that a test can tell it apart.
 MEASURED = re.compile(r"<!-- measured: (\w+) -->\n(.*?)<!-- end -->", re.DOTALL)
 HEAD = "| parameter | default | meaning | source |\n|---|---|---|---|\n"
+BENCH, PHASE = ("bench.", "sensors."), "bench.phase"
 # Kinds that bench.md shows: those that a bench is needed for.
 SHOWN_KINDS = (CALIBRATED, SET, PREDICTED)
-# What docs/reproduce.md shows first: (claim, which of its numbers, unit, words, printed).
+# What validation/reproduce.md shows first: (claim, which of its numbers, unit, words, printed).
 SHORT = (
     ("M14", 0, "s", "200 mm move, to within 2 %", "0.75 s"),
     ("S13c", 0, "um", "micro-stage, worst error of 48 holds", "5 um"),
@@ -181,6 +192,21 @@ def bands(claims: list[Claim]) -> str:
     return "".join(lines)
 
 
+def turned() -> str:
+    """Each claim with its command and the parameters whose source names it, for reproduce.md."""
+    sources = {e.path: e.par.source for e in entries(Settings()) if e.path.startswith(BENCH)}
+    for own, fixture in (("kiln", kiln_bench), ("cycle", cycle_bench)):
+        sources |= {f"{own}: {path}": words for path, words in fixture.OWN_SOURCES.items()}
+    lines = ["| claim | command | parameters to turn |\n|---|---|---|\n"]
+    for name in STATEMENTS:
+        found = [path for path, words in sources.items() if re.search(rf"\b{name}\b", words)]
+        if phase := [path for path in found if path.startswith(PHASE)]:
+            found = [PHASE, *(path for path in found if path not in phase)]
+        spoken = ", ".join(f"`{path}`" for path in found) or "-"
+        lines.append(f"| {name} | `macromicro reproduce --only {name}` | {spoken} |\n")
+    return "".join(lines)
+
+
 def short(claims: list[Claim]) -> str:
     """The table of figures reached."""
     by = {c.id: c for c in claims}
@@ -255,7 +281,13 @@ def main() -> None:
         return
     PAGE.write_text(render(measured), encoding="utf-8")
     put(README, count=counted(claims))
-    put(REPRODUCE, figures=short(claims), count=counted(claims), bands=bands(claims))
+    put(
+        REPRODUCE,
+        figures=short(claims),
+        count=counted(claims),
+        bands=bands(claims),
+        turned=turned(),
+    )
 
 
 if __name__ == "__main__":

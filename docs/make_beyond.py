@@ -1,4 +1,4 @@
-"""Measures docs/beyond.md: the law `terminal` and the thesis' tuned PD on benches that differ.
+"""Measures validation/beyond.md: `terminal` and the thesis' tuned PD on benches that differ.
 
     python docs/make_beyond.py --benches 20 --workers 2
 
@@ -174,7 +174,7 @@ def truth(settings: Settings) -> dict[str, float]:
 
 GROUPS = ("re-identified", "not re-identified")
 SEED = 7  # of the published benches
-PAGE = HERE / "beyond.md"
+PAGE = HERE / "validation" / "beyond.md"
 PICTURE = HERE / "figures" / "beyond-macro.png"
 
 

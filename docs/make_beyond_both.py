@@ -1,4 +1,4 @@
-"""Measures both stages together for docs/beyond.md: the thesis' programme, ten times, no fan.
+"""Measures both stages together for validation/beyond.md: the thesis' programme, ten times, no fan.
 
     python docs/make_beyond_both.py --benches 20
 
@@ -34,7 +34,7 @@ from macromicro.settings import Settings
 from macromicro.uncertainty import machines, table
 
 HERE = Path(__file__).parent
-RESULTS, PAGE = measured_page.RAW / "beyond-both.json", HERE / "beyond.md"
+RESULTS, PAGE = measured_page.RAW / "beyond-both.json", HERE / "validation" / "beyond.md"
 CYCLES = 10
 SEED = 11  # of the published benches
 GROUPS = make_beyond.GROUPS

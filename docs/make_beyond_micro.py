@@ -1,4 +1,4 @@
-"""Measures the micro-stage of docs/beyond.md: the law `inverse` and the thesis' PI.
+"""Measures the micro-stage of docs/validation/beyond.md: the law `inverse` and the thesis' PI.
 
     python docs/make_beyond_micro.py --benches 20
 
@@ -43,7 +43,7 @@ from macromicro.thesis.chapter5 import kiln_runs
 from macromicro.uncertainty import machines, table
 
 HERE = Path(__file__).parent
-RESULTS, PAGE = measured_page.RAW / "beyond-micro.json", HERE / "beyond.md"
+RESULTS, PAGE = measured_page.RAW / "beyond-micro.json", HERE / "validation" / "beyond.md"
 PICTURE = HERE / "figures" / "beyond-micro.png"
 LAWS = ("pi-antiwindup", "inverse")
 MIDDLE = "pid-heat"  # needs no identification

@@ -1,4 +1,4 @@
-"""Writes the first table of docs/beyond.md from what make_beyond.py and its sisters measured."""
+"""Writes the first table of validation/beyond.md from what make_beyond*.py measured."""
 
 from __future__ import annotations
 

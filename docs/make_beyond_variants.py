@@ -1,4 +1,4 @@
-"""Measures docs/variants.md: the package's laws and the thesis' on benches that the models are not.
+"""Measures validation/variants.md: laws on benches that no model describes.
 
     python docs/make_beyond_variants.py --workers 2
 
@@ -25,7 +25,7 @@ from macromicro.uncertainty import machines
 from macromicro.uncertainty.table import VARIANTS, Uncertain
 
 HERE = Path(__file__).parent
-RESULTS, PAGE = measured_page.RAW / "beyond-variants.json", HERE / "variants.md"
+RESULTS, PAGE = measured_page.RAW / "beyond-variants.json", HERE / "validation" / "variants.md"
 NONE, ALL = "none", "all"
 MAKERS: dict[str, Any] = {"macro": make_beyond, "micro": make_beyond_micro}
 # The middle way needs nothing identified, so it goes as shipped.

@@ -1,4 +1,4 @@
-"""Writes docs/coverage.md from docs/coverage.json, which `make bench-identify` measures."""
+"""Writes validation/coverage.md from its coverage.json, which `make bench-identify` measures."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parent / "validation"
 RESULTS, PAGE = HERE / "coverage.json", HERE / "coverage.md"
 ONE, WIDE = (60.0, 76.0), (90.0, 99.0)  # %, of intervals of 68 and 95 %
 FEW = 20  # records with errors: below, a share is not significant
@@ -28,7 +28,7 @@ A cell gives both shares; **bold** is outside 60 to 76 or 90 to 99 %.
   result prints its errors in any case, and names the doubt: `errors uncertain: gls is biased ...`.
 
 The headings give the number of records. The uncertainty of a share of 68 %, in %, is {doubt}
-records. `docs/coverage.json` contains bias, scatter and reported error of each.
+records. `docs/validation/coverage.json` contains bias, scatter and reported error of each.
 
 | disturbance | a drive of 4 kg; on a spring, 2 kg | an eccentric load of 0.01 kg m^2 | a decay at 18 Hz, per mass | a linear machine | heating by 60 K, of machines up to 30 % off |
 |---|---|---|---|---|---|

@@ -1,4 +1,4 @@
-"""Writes docs/errata.md, the thesis' misprints and contradictions, from the package's list.
+"""Writes validation/errata.md, the thesis' misprints and contradictions, from the package's list.
 
 python docs/make_errata.py
 """
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from macromicro.thesis.errata import ERRATA, Erratum, evidence
 
-PAGE = Path(__file__).with_name("errata.md")
+PAGE = Path(__file__).with_name("validation") / "errata.md"
 HEAD = """\
 # Misprints and contradictions of the thesis
 

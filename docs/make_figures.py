@@ -1,7 +1,7 @@
 """Draws docs/figures/integrated-run.png, the README's figure, from a run of the default
 programme (the counterpart of Figure 6.2), docs/figures/motion-profile.png, a profile and how the
 carriage follows it, docs/figures/xy-path.png, the usual moves of two axes in the plane, and
-docs/figures/learning.png, what docs/learning.md learns.
+docs/figures/learning.png, what docs/tuning.md learns.
 
     python docs/make_figures.py [--quick: draw the profile, write nothing]
 """
@@ -124,7 +124,7 @@ def draw_path() -> Figure:
 
 def draw_learning() -> None:
     """The page's own wave, learned in ten runs."""
-    page = (FIGURES.parent / "learning.md").read_text(encoding="utf-8")
+    page = (FIGURES.parent / "tuning.md").read_text(encoding="utf-8")
     settings = Settings()
     settings = settings._replace(controller=settings.controller.joined("inverse", "law"))
     limits = travel.limits(settings.travel, settings.sensors.encoder.pitch)

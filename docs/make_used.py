@@ -1,4 +1,4 @@
-"""Measures what laws ask of motor and wires, beside what those allow, for docs/beyond.md.
+"""Measures what laws ask of motor and wires, beside what those allow, for validation/beyond.md.
 
     python docs/make_used.py [--quick: write nothing]
 

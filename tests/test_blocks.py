@@ -45,7 +45,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "  measure ---->": "a drawing of a period",
         "  commands ": "a drawing of the rooms, which tests/test_architecture.py makes anew",
     },
-    "docs/beyond.md": {
+    "docs/validation/beyond.md": {
         "macromicro identify carriage": TESTED + "tests/identify/test_carriage.py: a minute",
         "macromicro run fast --config results/carriage/model": "what that writes",
         "macromicro collect kiln": TESTED + "tests/identify/kinds/test_actuator.py",
@@ -54,18 +54,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro identify actuator": TESTED + "tests/identify/kinds/test_actuator.py",
         "macromicro run thesis --config results/actuator/model": "what that writes",
     },
-    "docs/firmware.md": {
-        "macromicro export hex": TESTED + "tests/rig/board/test_prebuilt.py",
-        "sha256sum": TESTED + "tests/rig/board/test_prebuilt.py",
-        "avrdude": "needs a board",
-        "macromicro doctor --rig board": "needs a board: tests/rig/board",
-        "make trial MINUTES=60": "takes an hour: tests/firmware/test_trial.py",
-        "make arm firmware-arm": "needs a compiler for the board: tests/firmware/test_mps2.py",
-        "macromicro run moves.toml --rig board": "needs a board: tests/firmware",
-        "macromicro collect --rig board": "needs a board: tests/firmware",
-        "macromicro serve --rig board": "needs a board: tests/firmware",
-    },
-    "docs/build-one.md": {
+    "docs/board.md": {
         "macromicro export hex": TESTED + "tests/firmware/test_build_one.py",
         "sha256sum": TESTED + "tests/firmware/test_build_one.py",
         "avrdude": TESTED + "tests/firmware/test_build_one.py",
@@ -74,11 +63,15 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro run --config results/commission": TESTED + "tests/firmware/test_build_one.py",
         "macromicro serve --config results/commission": TESTED + "tests/firmware/test_build_one.py",
     },
+    "docs/validation/board.md": {
+        "make trial MINUTES=60": "takes an hour: tests/firmware/test_trial.py",
+        "make arm firmware-arm": "needs a compiler for the board: tests/firmware/test_mps2.py",
+    },
     "docs/commissioning.md": {
         "macromicro commission --kind two_stage": TESTED
         + "tests/commands/test_commission_both.py: some minutes each",
         "macromicro commission --rig": TESTED + "tests/commission/test_command.py",
-        "macromicro commission --config examples/machines/xy": TESTED
+        "macromicro commission --config table.toml": TESTED
         + "tests/commission/test_plane.py: some minutes",
     },
     "docs/deploy.md": {
@@ -89,9 +82,10 @@ CANNOT: dict[str, dict[str, str]] = {
         "podman build": "needs podman; tests/test_deploy.py checks the file",
         "podman run": "needs podman",
     },
-    "docs/epics.md": {
+    "docs/clients.md": {
         ".venv/bin/pip install": "installs",
-        "macromicro serve": TESTED + "tests/serve/epics",
+        "macromicro serve --epics": TESTED + "tests/serve/epics",
+        "macromicro serve --gcs": TESTED + "tests/serve/gcs/test_pipython.py",
         "from macromicro.ophyd_async": TESTED + "tests/serve/epics/test_async.py",
     },
     "docs/export.md": {
@@ -100,52 +94,35 @@ CANNOT: dict[str, dict[str, str]] = {
         "from fmpy import": TESTED + "tests/export/test_fmu.py, with the extra fmu",
         "new_system(": "Simulink's",
     },
-    "docs/gcs.md": {"macromicro serve": TESTED + "tests/serve/gcs/test_pipython.py"},
-    "docs/guard.md": {" allowed error": "a drawing"},
+    "docs/methods.md": {" allowed error": "a drawing"},
+    "docs/from-simulink.md": {" Simulink ": "a drawing"},
     "docs/identify.md": {
+        "macromicro identify drive own.csv": DATA,
         "macromicro collect actuator": TESTED + "tests/identify/kinds/test_actuator.py",
         "macromicro identify actuator": TESTED + "tests/identify/kinds/test_actuator.py",
-        "macromicro identify drive own.csv": DATA,
-        "macromicro identify plays own.csv": DATA,
-        "macromicro identify drive decay-1.csv": TESTED + "tests/identify/kinds/test_sprung.py",
-        "macromicro identify stress": TESTED + "tests/identify/kinds/test_stress.py",
-        "macromicro identify drive DATA_EMPS.mat": "not part of the repository",
-        "macromicro run --config emps/model.toml": TESTED + "tests/identify/test_axis_settings.py",
-        "macromicro run --config arm/model.toml": TESTED + "tests/identify/test_eccentric.py",
-        "macromicro tune axis --config emps": TESTED + "tests/tuning/test_stage.py",
-        "macromicro identify hysteresis curves.csv": DATA,
-        "M dv/dt": "an equation",
-        "value     +-  95 % +-  unit": "an output",
+        "macromicro collect carriage": TESTED + "tests/identify/test_carriage.py: a minute",
+        "macromicro identify carriage": TESTED + "tests/identify/test_carriage.py: a minute",
     },
     "docs/laws.md": {
         "macromicro serve --config axis.toml": TESTED + "tests/serve/stage/test_docs_law.py",
     },
-    "docs/machines.md": {
-        "macromicro run moves.toml": TESTED + "tests/machines/test_job.py",
-        "macromicro tune axis": TESTED + "tests/tuning/test_stage.py",
-        "macromicro robust --config": TESTED + "tests/robustness/test_stage.py",
-        "macromicro serve": TESTED + "tests/serve/stage",
-        "$ nc": TESTED + "tests/serve/stage/test_served.py, such",
-        "macromicro sweep examples": TESTED + "tests/sweeps/test_command.py",
-    },
     "docs/own-machines.md": {
         "macromicro commission --rig": TESTED + "tests/commission/test_own.py",
     },
-    "docs/variants.md": {
+    "docs/validation/variants.md": {
         "macromicro robust --variants": TESTED + "tests/robustness/test_robust_command.py",
     },
     "docs/xy.md": {
         "macromicro run --config examples/machines/xy-plotter.toml --rig": TESTED
         + "tests/machines/joint/test_rigs.py",
         "macromicro tune xy": TESTED + "tests/tuning/test_joint.py",
-        "macromicro response": TESTED + "tests/machines/joint/test_each.py",
         "macromicro commission": TESTED + "tests/commission/test_plane.py",
         "macromicro robust --config": TESTED + "tests/robustness/test_stages.py",
         "macromicro serve": TESTED + "tests/serve/joint",
         "$ nc": TESTED + "tests/serve/joint/test_served.py, such",
     },
-    "docs/recording.md": {"n = double(h5read": "MATLAB", "run = load(": "MATLAB"},
-    "docs/reproduce.md": {
+    "docs/files.md": {"n = double(h5read": "MATLAB"},
+    "docs/validation/reproduce.md": {
         "macromicro reproduce --only kiln --json": TESTED + "tests/test_cli_reproduce.py",
     },
     "docs/rigs.md": {
@@ -153,19 +130,12 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro collect --rig mylab:bench": TESTED + "tests/test_docs_rigs.py",
         "macromicro run moves.toml --rig": TESTED + "tests/test_docs_rigs.py",
         "macromicro run moves.toml --config": TESTED + "tests/machines/test_on_rig.py",
-        "macromicro serve --rig": TESTED + "tests/serve/test_alone.py",
-        "macromicro doctor --rig": TESTED + "tests/test_mylab.py",
+        "macromicro serve --rig mylab": TESTED + "tests/serve/test_alone.py",
+        "macromicro doctor --rig mylab": TESTED + "tests/test_mylab.py",
         "macromicro run --rig replay:results/serve/live.h5": DATA,
         "macromicro run thesis --rig replay:": DATA,
-    },
-    "docs/files.md": {
-        "macromicro look own.csv": TESTED + "tests/commands/test_look.py",
-        "macromicro: UnreadLinesWarning: own.csv, line 4711": "an output",
-    },
-    "docs/robustness.md": {
-        "macromicro robust": "hundreds of machines: with fewer by tests/robustness",
-        "macromicro run thesis --config results/robust-thesis": "needs those hundreds",
-        'macro_settling = "0.8 s"': TESTED + "tests/robustness/test_requirements.py",
+        "macromicro doctor --rig multiq3.toml": "there is no card: tests/rig/test_comedi.py",
+        "macromicro serve --rig multiq3.toml": "there is no card: tests/rig/test_comedi.py",
     },
     "docs/serve.md": {
         "macromicro serve": TESTED + "tests/commands/test_serving.py",
@@ -180,6 +150,10 @@ CANNOT: dict[str, dict[str, str]] = {
         "import pyarrow": TESTED + "tests/sweeps/test_command.py",
         "macromicro sweep examples/sweep-gains.toml": TESTED + "tests/sweeps/test_command.py",
     },
+    "docs/troubleshooting.md": {
+        "macromicro doctor --rig mylab:bench": TESTED + "tests/test_mylab.py",
+        "macromicro latency": "misses periods on a busy computer; tests/commands/test_latency.py",
+    },
     "docs/tutorials/lab.md": {
         "macromicro serve": TESTED + "tests/commands/test_serving.py",
         "export MACROMICRO_FAULTS": TESTED + "tests/rig/test_faulty.py",
@@ -191,55 +165,38 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro identify deadzone": TESTED + "this file: a block of docs/identify.md",
     },
     "docs/tutorials/motor.md": {
-        "1  axis 25.46 mm": "an output",
-        "macromicro tune axis": TESTED + "tests/tuning/test_stage.py",
         "macromicro robust --config": TESTED + "tests/robustness/test_stage.py",
         "macromicro serve": TESTED + "tests/serve/stage",
         "macromicro commission --rig": TESTED + "tests/commission/test_command.py",
     },
-    "docs/cards.md": {
-        "macromicro doctor --rig multiq3.toml": "there is no card: tests/rig/test_comedi.py",
-        "macromicro run moves.toml --rig multiq3.toml": TESTED + "tests/rig/test_comedi.py",
-        "macromicro serve --rig multiq3.toml": "there is no card: tests/rig/test_comedi.py",
-    },
-    "docs/tuning.md": {
-        "macromicro tune": TESTED + "tests/tuning/test_documentation.py",
-        "macromicro run --config results/tune-macro": TESTED + "tests/tuning/test_documentation.py",
-        "alpha = 1 / max": "an equation",
+    "docs/validation/tuning.md": {"alpha = 1 / max": "an equation"},
+    "docs/validation/robustness.md": {
+        'macro_settling = "0.8 s"': TESTED + "tests/robustness/test_requirements.py",
     },
 }  # fmt: skip
 # What a page's TOML and CSV blocks are, in their order: files of these names.
 FILES = {
-    "docs/running.md": ("sticky.toml",),
-    "docs/beyond.md": ("both.toml",),
-    "docs/cards.md": ("multiq3.toml", "ni.toml"),
+    "docs/running.md": ("sticky.toml", "sequenced.toml", "scheduled.csv", "profiles.toml"),
+    "docs/validation/beyond.md": ("both.toml",),
+    "docs/from-simulink.md": ("loop.toml",),
     "docs/laws.md": ("mine.toml", "axis.toml"),
     "docs/machines.md": (
         "machine.toml",
-        "switches.toml",
+        "turntable.toml",
         "three.toml",
         "pick.toml",
-        "turntable.toml",
-        "endless.toml",
+        "switches.toml",
     ),
     "docs/own-machines.md": ("coil.toml", "mylab/flexure.toml"),
-    "docs/rigs.md": ("moves.toml",),
-    "docs/tutorials/motor.md": ("axis.toml",),
-    "docs/variants.md": ("draughty.toml",),
-    "docs/xy.md": ("table.toml", "slot.toml", "wave.csv", "spec.toml"),
-    "docs/programmes.md": ("sequenced.toml", "scheduled.csv", "profiles.toml", "scan.toml"),
+    "docs/rigs.md": ("moves.toml", "multiq3.toml", "ni.toml"),
+    "docs/tuning.md": ("limits.toml",),
+    "docs/tutorials/motor.md": ("axis.toml", "hobby.toml"),
+    "docs/validation/variants.md": ("draughty.toml",),
+    "docs/xy.md": ("table.toml", "slot.toml", "wave.csv"),
 }
-# Commands that a page needs before its blocks, as it says in words.
-BEFORE = {"docs/recording.md": ("run thesis --out results/thesis",)}
-BEHIND = {
-    "docs/laws.md": ("run staircase --config mine.toml --out results/mine",),
-    "docs/machines.md": (
-        "run --config turntable.toml --out results/turntable",
-        "run --config endless.toml --out results/endless",
-        "run pick.toml --config three.toml --out results/pick",
-    ),
-    "docs/programmes.md": ("run sequenced.toml", "run scheduled.csv", "run profiles.toml"),
-}
+# Commands that show that the files of a page work.
+BEHIND = {"docs/laws.md": ("run staircase --config mine.toml --out results/mine",)}
+OUTPUT = "console"  # lines that the commands above print, shortened
 
 
 class Block(NamedTuple):
@@ -297,7 +254,7 @@ def test_what_is_left_out_is_printed(page: str) -> None:
 @pytest.mark.parametrize("page", PAGES)
 def test_every_block_is_run_or_listed(page: str) -> None:
     for block in blocks(page):
-        if reason(page, block.text) or block.kind in ("python", "text", "toml", "csv"):
+        if reason(page, block.text) or block.kind in ("python", "text", OUTPUT, "toml", "csv"):
             continue
         assert block.kind == "commands", f"{page}: a block of {block.kind or 'nothing'}"
         for command in commands(block):
@@ -361,8 +318,8 @@ def python(code: str, folder: Path) -> str:
     return done.stdout
 
 
-def command(words: str, folder: Path) -> None:
-    """A command of the package, with patterns of files and ` > file` as a shell has them."""
+def command(words: str, folder: Path) -> str:
+    """What a command of the package prints, with patterns of files and ` > file` as in a shell."""
     given: list[str] = []
     words, _, kept = words.partition(" > ")
     for word in shlex.split(words):
@@ -375,6 +332,12 @@ def command(words: str, folder: Path) -> None:
     assert done.returncode == 0, f"{words}: {done.stderr}"
     if kept:
         (folder / kept).write_text(done.stdout, encoding="utf-8")
+    return done.stdout + done.stderr
+
+
+def lines(text: str) -> set[str]:
+    """Its lines, each with single spaces."""
+    return {" ".join(line.split()) for line in text.splitlines() if line.strip()}
 
 
 @pytest.mark.slow
@@ -388,9 +351,7 @@ def test_blocks_run_as_printed(page: str, tmp_path: Path) -> None:
     for name, block in zip(FILES.get(page, ()), shown, strict=True):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(block.text, encoding="utf-8")
-    for words in BEFORE.get(page, ()):
-        command(words, tmp_path)
-    said = ""
+    said, printed = "", ""
     for block in blocks(page):
         if block.kind == "python" and not reason(page, block.text):
             named = re.match(r"# ([\w/]+\.py)\n", block.text)
@@ -401,9 +362,11 @@ def test_blocks_run_as_printed(page: str, tmp_path: Path) -> None:
                 said = python(block.text, tmp_path)
         elif block.kind == "text" and not reason(page, block.text):
             assert said == block.text
+        elif block.kind == OUTPUT:
+            assert lines(block.text) <= lines(printed), lines(block.text) - lines(printed)
         elif block.kind == "commands" and not reason(page, block.text):
             for line in commands(block):
                 if not reason(page, line):
-                    command(line.removeprefix("macromicro "), tmp_path)
+                    printed += command(line.removeprefix("macromicro "), tmp_path)
     for words in BEHIND.get(page, ()):
         command(words, tmp_path)

@@ -12,6 +12,7 @@ from types import ModuleType
 import pytest
 
 from macromicro import api, programme
+from macromicro.machines import guard_words
 from macromicro.recorded import COLUMNS
 from macromicro.rig import faults
 from macromicro.rig.limits import Limits
@@ -19,27 +20,33 @@ from macromicro.schema.par import entries
 from macromicro.settings import Settings
 
 DOCS = Path(__file__).parents[1] / "docs"
+VALIDATION = DOCS / "validation"
 
 
-@pytest.fixture(scope="module")
-def maker() -> ModuleType:
-    """docs/make_bench.py as a module."""
-    spec = importlib.util.spec_from_file_location("make_bench", DOCS / "make_bench.py")
+def loaded(name: str) -> ModuleType:
+    """A maker of docs/ as a module."""
+    spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
 
 
+@pytest.fixture(scope="module")
+def maker() -> ModuleType:
+    """docs/make_bench.py as a module."""
+    return loaded("make_bench")
+
+
 def test_bench_page_is_up_to_date(maker: ModuleType) -> None:
     """Text and every default are as the code has them; `make docs` brings it up to date."""
-    page = (DOCS / "bench.md").read_text(encoding="utf-8")
-    assert page == maker.render(maker.blocks(DOCS / "bench.md"))
+    page = (VALIDATION / "bench.md").read_text(encoding="utf-8")
+    assert page == maker.render(maker.blocks(VALIDATION / "bench.md"))
 
 
 def test_bench_page_lists_every_parameter(maker: ModuleType) -> None:
     """Each parameter of bench and sensors stands under its part, with its default."""
-    page = (DOCS / "bench.md").read_text(encoding="utf-8")
+    page = (VALIDATION / "bench.md").read_text(encoding="utf-8")
     settings = Settings()
     found = [e for e in entries(settings) if e.path.startswith(("bench.", "sensors."))]
     assert len(found) > 60
@@ -51,18 +58,17 @@ def test_bench_page_lists_every_parameter(maker: ModuleType) -> None:
 
 def test_the_figures_can_be_drawn_anew() -> None:
     """docs/make_figures.py has what it imports, and its pictures are there."""
-    spec = importlib.util.spec_from_file_location("make_figures", DOCS / "make_figures.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    module = loaded("make_figures")
     assert module.PICTURE.is_file() and module.PROFILE.is_file() and module.PATH.is_file()
     assert len(module.draw_profile().axes) == 4
     assert len(module.draw_path().axes) == 1
 
 
-def test_recording_page_names_every_column() -> None:
+def test_files_page_names_every_column() -> None:
     """With its unit."""
-    rows = re.findall(r"^\| (`.*?) \| (.*?) \|", (DOCS / "recording.md").read_text(), re.MULTILINE)
+    text = (DOCS / "files.md").read_text(encoding="utf-8")
+    table = text.partition("| columns | unit |")[2].partition("\n\n")[0]
+    rows = re.findall(r"^\| (`.*?) \| (.*?) \|", table, re.MULTILINE)
     units = {"count": "counts", "1": "-"}
     named = {}
     for names, unit in rows:
@@ -72,16 +78,16 @@ def test_recording_page_names_every_column() -> None:
     assert named == {c.name: units.get(c.unit, c.unit) for c in COLUMNS}
 
 
-def test_recording_page_s_examples_run(tmp_path: Path) -> None:
+def test_files_page_s_examples_run(tmp_path: Path) -> None:
     """h5py, xarray, pandas and the package open one file."""
     pytest.importorskip("h5netcdf")
     pytest.importorskip("pandas")
     place = tmp_path / "results" / "thesis"
     place.mkdir(parents=True)
     api.run("staircase", seed=3).save(place / "recording.h5")
-    text = (DOCS / "recording.md").read_text(encoding="utf-8")
+    text = (DOCS / "files.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert len(blocks) == 4
+    assert len(blocks) == 5
     done = subprocess.run(
         [sys.executable, "-c", "\n".join(blocks)],
         cwd=tmp_path,
@@ -91,24 +97,38 @@ def test_recording_page_s_examples_run(tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
-    assert "um 3" in lines and lines[-1].endswith(" um")
+    assert "um 3" in lines and lines[-2].endswith(" um")
     assert (tmp_path / "laser.svg").exists()
 
 
-def test_guard_page_names_every_fault_and_limit() -> None:
-    """By the names that a fault message and a settings file use."""
-    text = (DOCS / "guard.md").read_text(encoding="utf-8")
-    for fault in faults.TEXTS.values():
+def test_troubleshooting_names_every_fault() -> None:
+    """By the names that a fault message uses."""
+    text = (DOCS / "troubleshooting.md").read_text(encoding="utf-8")
+    for fault in (*faults.TEXTS.values(), *guard_words.TEXTS.values()):
         assert f"| {fault.name} |" in text
+
+
+def test_settings_page_is_up_to_date() -> None:
+    """`python docs/make_settings.py` brings it up to date; it has every limit of the guard."""
+    maker = loaded("make_settings")
+    text = (DOCS / "settings.md").read_text(encoding="utf-8")
+    assert text == maker.render()
     for name in Limits._fields:
-        assert f"`{name}`" in text
+        assert f"| `{name}` |" in text
 
 
-def test_programme_page_s_examples_load(tmp_path: Path) -> None:
+def test_examples_page_is_up_to_date() -> None:
+    """Twenty commands, whose pictures are there."""
+    maker = loaded("make_examples")
+    assert (DOCS / "examples.md").read_text(encoding="utf-8") == maker.render()
+    assert len(maker.EXAMPLES) == len(list(maker.PICTURES.iterdir())) == 20
+
+
+def test_running_page_s_examples_load(tmp_path: Path) -> None:
     """The TOML and the CSV example are programmes."""
-    text = (DOCS / "programmes.md").read_text(encoding="utf-8")
+    text = (DOCS / "running.md").read_text(encoding="utf-8")
     limits = programme.Limits(0.0, 2800.0, 0.0, 3.9e-3, 14000.0)
-    toml = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0]
+    toml = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[1]
     (tmp_path / "a.toml").write_text(toml, encoding="utf-8")
     assert len(programme.load(tmp_path / "a.toml", limits).target) == 9
     rows = re.findall(r"```csv\n(.*?)```", text, re.DOTALL)[0]

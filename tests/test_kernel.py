@@ -343,7 +343,7 @@ def test_numba_still_knows_the_private_option_nrt() -> None:
 
     Where this fails after an upgrade of numba: drop the option from `kernel.compiled`, run
     `make bench`, and note the loss of speed (factor 2 in the micro tick) in
-    docs/performance.md; results do not change. Look for a public successor first.
+    docs/validation/performance.md; results do not change. Look for a public successor first.
     """
     import numba
     from numba.core.errors import NumbaError

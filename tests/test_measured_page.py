@@ -1,4 +1,4 @@
-"""docs/measured_page.py, by which the figures of docs/beyond.md are measured: what is kept."""
+"""docs/measured_page.py, which measures validation/beyond.md: what is kept."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def test_the_page_says_what_motor_and_wires_are_asked_for(
     import make_used
 
     table = make_used.told(make_used.Settings())
-    assert table in (DOCS / "beyond.md").read_text(encoding="utf-8")
+    assert table in (DOCS / "validation" / "beyond.md").read_text(encoding="utf-8")
     cells = [line.strip("|").split("|") for line in table.splitlines()[2:]]
     judged = [row for row in cells if row[1].strip() != "-"]
     assert len(judged) >= 7

@@ -44,8 +44,7 @@ class Plain:
 MACHINE = (DOCS / "own-machines.md").read_text("utf-8")
 PARTS = re.findall(r"```python\n(.*?)```", MACHINE, re.DOTALL)[0]
 COIL, SPREAD = re.findall(r"```toml\n(.*?)```", MACHINE, re.DOTALL)
-LAB = (DOCS / "own-procedures.md").read_text("utf-8")
-PROCEDURE = re.findall(r"```python\n(.*?)```", LAB, re.DOTALL)[0]
+PROCEDURE = re.findall(r"```python\n(# mylab/procedures.*?)```", MACHINE, re.DOTALL)[0]
 MOVES = '[[moves]]\nmacro = ["10 mm", "20 mm"]\nhold = "0.2 s"\n'
 SWEEP = """
 job = "macro-bench"

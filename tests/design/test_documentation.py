@@ -1,4 +1,4 @@
-"""docs/design.md: every example runs, by itself, and prints what the page says."""
+"""docs/choose.md: every example runs, by itself, and prints what the page says."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 from macromicro import design
 
-PAGE = (Path(__file__).parents[2] / "docs" / "design.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "choose.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(
     r"## (.*?)\n(?:(?!\n## ).)*?```python\n(.*?)```\n\n```text\n(.*?)```", PAGE, re.S
 )
@@ -23,7 +23,7 @@ EXAMPLES = re.findall(
 def test_example(code: str, printed: str) -> None:
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
-        exec(compile(code, "docs/design.md", "exec"), {"__name__": "example"})
+        exec(compile(code, "docs/choose.md", "exec"), {"__name__": "example"})
     assert out.getvalue() == printed
 
 

@@ -171,11 +171,11 @@ def test_micro_rows_count_while_the_stage_is_driven() -> None:
 
 @pytest.mark.parametrize(("speed", "worst"), [(0.05, 0.9), (0.1, 2.3), (0.2, 24.0)])
 def test_the_error_that_the_documentation_names(speed: float, worst: float) -> None:
-    """docs/programmes.md: over 150 mm at 0.5 m/s^2 and 5 m/s^3."""
+    """docs/running.md: over 150 mm at 0.5 m/s^2 and 5 m/s^3."""
     run = macromicro.run(follow(Trajectory.from_profile(s_curve(0.15, speed, 0.5, 5.0))))
     (found,) = macromicro.tracking(run)
     assert found.peak_error == pytest.approx(worst, rel=0.05)
-    page = Path(__file__).parents[2] / "docs" / "programmes.md"
+    page = Path(__file__).parents[2] / "docs" / "running.md"
     assert f"{worst:g} mm" in page.read_text()
 
 

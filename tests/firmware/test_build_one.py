@@ -1,4 +1,4 @@
-"""docs/build-one.md on the simulated board: every command that the page has, in its order.
+"""docs/board.md on the simulated board: every command that the page has, in its order.
 
 The programmer is a stand-in that keeps the file, and the simulated board runs that very file. All
 commands share one board; `--yes` answers what a person would be asked.
@@ -26,7 +26,7 @@ from tests.firmware.test_process import DEADLINE, simulated
 from tests.serve.scpi.client import Client
 
 pytestmark = [needs_avr, pytest.mark.timeout(1800)]
-PAGE = (ROOT / "docs" / "build-one.md").read_text("utf-8")
+PAGE = (ROOT / "docs" / "board.md").read_text("utf-8")
 COMMANDS = re.findall(r"^ {4}((?:macromicro|sha256sum|avrdude) .*)$", PAGE, re.MULTILINE)
 EXPORT, CHECK, FLASH, OPEN, WALK, MOVE, COMMISSION, RUN, SERVE = COMMANDS  # all, in this order
 DEVICE = "/dev/ttyUSB0"

@@ -1,4 +1,4 @@
-"""What a record of a drive shows that nobody spoke of: section "A drive" of docs/identify.md."""
+"""Warnings of a drive's record: "What goes wrong" of docs/identify.md."""
 
 from __future__ import annotations
 

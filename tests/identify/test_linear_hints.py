@@ -1,4 +1,4 @@
-"""What else a linear record asks for: section "Conventions" of docs/identify.md."""
+"""What else a linear record asks for: the hints of `identify linear`."""
 
 from __future__ import annotations
 

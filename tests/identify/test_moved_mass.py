@@ -45,5 +45,5 @@ def test_a_decay_in_counts_has_at_least_the_errors_of_rounding(seed: int) -> Non
     y = (np.round(x / count + zero) - zero) * count
     run = Run(np.arange(3000) * DT, np.zeros(3000), y)
     fit = sprung_drive([run], driven=False, spring=True, friction="coulomb")
-    # docs/coverage.json: over 40 such decays frequencies scatter by 23 uHz.
+    # docs/validation/coverage.json: over 40 such decays frequencies scatter by 23 uHz.
     assert 1.9e-5 < fit.derived("frequency")[1] < 2.9e-5

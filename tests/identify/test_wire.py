@@ -60,7 +60,7 @@ def levels(seed: int, n: int = 6000) -> Array:
 
 @pytest.mark.slow
 def test_two_records_foretell_others_that_were_not_fitted() -> None:
-    """The table of docs/identify.md: four pairs, eight others by each.
+    """The table of docs/validation/identification.md: four pairs, eight others by each.
 
     Where cooling follows upon a short warming the cosine law transforms anew, its inner loops do
     not close; record 15 has such, and is all that is missed by more than 2 %.

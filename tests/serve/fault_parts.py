@@ -34,7 +34,7 @@ def trusted(path: Path) -> None:
 
 
 def note(name: str, milliseconds: float, did: str, told: str) -> None:
-    """A line for the table of docs/reliability.md, where one is wanted."""
+    """A line for the table of docs/validation/reliability.md, where one is wanted."""
     if path := os.environ.get(TABLE):
         with open(path, "a", encoding="utf-8") as file:
             line = {"fault": name, "ms": milliseconds, "did": did, "told": told}

@@ -34,7 +34,7 @@ def now() -> list[Claim]:
 @pytest.mark.slow
 def test_bench_page_has_what_is_measured_now(maker: ModuleType, now: list[Claim]) -> None:
     """Each line, value and verdict; `make docs` brings it up to date."""
-    table = maker.blocks(DOCS / "bench.md")["calibration"]
+    table = maker.blocks(DOCS / "validation" / "bench.md")["calibration"]
     assert table == maker.table_of(now)
     lines = [line for line in table.splitlines() if line.startswith("| ")]
     assert len(lines) == 1 + sum(c.kind != COMPUTED for c in now)
@@ -47,10 +47,11 @@ def test_readme_has_what_is_measured_now(maker: ModuleType, now: list[Claim]) ->
 def test_reproduction_page_counts_and_names_what_differs(
     maker: ModuleType, now: list[Claim]
 ) -> None:
-    page = (DOCS / "reproduce.md").read_text(encoding="utf-8")
-    assert maker.blocks(DOCS / "reproduce.md")["count"] == maker.counted(now)
-    assert maker.blocks(DOCS / "reproduce.md")["figures"] == maker.short(now)
-    assert maker.blocks(DOCS / "reproduce.md")["bands"] == maker.bands(now)
+    page = (DOCS / "validation" / "reproduce.md").read_text(encoding="utf-8")
+    assert maker.blocks(DOCS / "validation" / "reproduce.md")["count"] == maker.counted(now)
+    assert maker.blocks(DOCS / "validation" / "reproduce.md")["figures"] == maker.short(now)
+    assert maker.blocks(DOCS / "validation" / "reproduce.md")["bands"] == maker.bands(now)
+    assert maker.blocks(DOCS / "validation" / "reproduce.md")["turned"] == maker.turned()
     for claim in now:
         assert (f"- **{claim.id}**:" in page) == (claim.verdict == DIFFERS), claim.id
 

@@ -1,4 +1,4 @@
-"""docs/tuning.md: the example's table is what the search gives now."""
+"""docs/validation/tuning.md: the example's table is what the search gives now."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from macromicro.tuning.bench import MACRO_OBJECTIVES, MICRO_OBJECTIVES
 from macromicro.tuning.request import Request, ready
 from macromicro.tuning.search import Tuning, Version
 
-PAGE = (Path(__file__).parents[2] / "docs" / "tuning.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "validation" / "tuning.md").read_text(encoding="utf-8")
 STRICT = {"saturated": 0.01}
 OPTIONS: dict[str, dict[str, float]] = {"default": {}, "`--penalty saturated=0.01`": STRICT}
 

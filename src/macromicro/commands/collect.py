@@ -18,7 +18,7 @@ def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
         typer.Argument(
             help=(
                 "An experiment that --list names, or MODULE:PROCEDURE of your "
-                "own (docs/own-procedures.md)."
+                "own (docs/own-machines.md)."
             ),
             show_default=False,
         ),

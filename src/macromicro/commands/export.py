@@ -139,7 +139,7 @@ def hex_(
 ) -> None:
     """Write the built firmware for an Arduino Uno or Nano.
 
-    No compiler is needed (docs/firmware.md).
+    No compiler is needed (docs/board.md).
     FILE.sha256 beside it holds its SHA-256 for `sha256sum --check`.
     """
     from macromicro.errors import ProblemError

@@ -51,7 +51,7 @@ def learn(  # noqa: PLR0913, PLR0917 - one for each option
 
     The trajectory is one of the micro-stage; the Hall sensor measures it, in runs that begin
     cold. The folder then holds a figure and learned.csv, the same programme with a column of
-    corrections for run and serve (docs/learning.md).
+    corrections for run and serve (docs/tuning.md).
     """
     from macromicro.commands import asking
     from macromicro.drawing.files import formats
@@ -70,7 +70,7 @@ def learn(  # noqa: PLR0913, PLR0917 - one for each option
     if not 2 <= repeats <= _MOST:
         raise InputError("--repeats", repeats, f"a whole number from 2 to {_MOST}")
     if programme.suffix != ".csv":
-        remedy = "Give a programme by time (docs/programmes.md)."
+        remedy = "Give a programme by time (docs/running.md)."
         raise ProblemError(printable(programme), "not a CSV file", remedy)
     folder = chosen(out, Path("results") / "learn", overwrite=overwrite)
     kinds = formats(figures)

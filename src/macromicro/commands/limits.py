@@ -33,7 +33,7 @@ def limits(
 
     The carriage gets full effort in one direction, then in the other; the micro-stage full heat or
     none. The computation uses the bench's own parameters. It serves to judge laws, which may not
-    read them (docs/beyond.md).
+    read them (docs/validation/beyond.md).
     """
     from macromicro.design.fine_limits import NEAR, turns
     from macromicro.design.limits import quickest

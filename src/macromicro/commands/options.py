@@ -37,8 +37,8 @@ Rig = Annotated[
     Option(
         "--rig",
         metavar="NAME",
-        help="twin (simulated), board (docs/firmware.md), MODULE:FACTORY of your own rig "
-        "(docs/rigs.md), FILE.toml of a card (docs/cards.md), or for run replay:FILE; for two axes "
+        help="twin (simulated), board (docs/board.md), MODULE:FACTORY of your own rig "
+        "(docs/rigs.md), FILE.toml of a card (docs/rigs.md), or for run replay:FILE; for two axes "
         "one each, joined by +.",
     ),
 ]
@@ -58,7 +58,7 @@ Port = Annotated[
     Option(
         "--port",
         metavar="DEVICE",
-        help="Serial port of --rig board (docs/firmware.md).",
+        help="Serial port of --rig board (docs/board.md).",
         show_default=False,
     ),
 ]

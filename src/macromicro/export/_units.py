@@ -212,7 +212,7 @@ def _board(settings: Any) -> Unit:
         Entry("spike", sensing.spike, (params.guard.limits,)),
     )
     given = {"params": params, "guard": params.guard, "rest": board.REST}
-    words = "a period of the microcontroller board (docs/firmware.md)"
+    words = "a period of the microcontroller board (docs/board.md)"
     return Unit(f"{TWO_STAGE}.board", words, entries, given, first)
 
 

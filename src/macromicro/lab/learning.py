@@ -96,7 +96,7 @@ def learn(
 def _rows(programme: Programme) -> np.ndarray:
     """The rows of the trajectory: successive ones of the micro-stage."""
     rows = np.flatnonzero(programme.stage == MICRO)
-    accepted = "Give a programme by time (CSV) with successive micro targets (docs/learning.md)."
+    accepted = "Give a programme by time (CSV) with successive micro targets (docs/tuning.md)."
     if not programme.scheduled or not dense(programme.start[rows]):
         raise ProblemError(programme.source, "no trajectory of the micro-stage", accepted)
     steps = np.diff(programme.start[rows])

@@ -81,6 +81,12 @@ class Feedback(NamedTuple):
     ] = NONE
     index_place: Annotated[float, Par("m", "where an index pulse is", _DERIVED, shown="mm")] = 0.0
 
+    def figures(self) -> dict[str, Par]:
+        return {"counts": Par("1", "counts per turn, four a line", _SHEET, positive=True)}
+
+    def of_figures(self, given: dict[str, float], where: str) -> dict[str, float]:
+        return {"lines": given["counts"] / 4.0}
+
 
 class Switches(NamedTuple):
     """Limit and home switches."""

@@ -9,6 +9,7 @@ from macromicro.machines import guarding, parts, sequence
 from macromicro.machines.parts import LOAD, MARK, MOTOR, NONE, START, STOP, TURN
 from macromicro.place import turned
 from macromicro.plant.friction import AxisFriction
+from macromicro.plant.winding import WINDING, winding
 from macromicro.schema.par import Par
 
 STOPS = "stops"
@@ -30,6 +31,12 @@ class Motor(NamedTuple):
         0.24e-3
     )
     inertia: Annotated[float, Par("kg*m^2", "inertia of the rotor", _MOTOR, lo=0.0)] = 1.4e-6
+
+    def figures(self) -> dict[str, Par]:
+        return WINDING
+
+    def of_figures(self, given: dict[str, float], where: str) -> dict[str, float]:
+        return winding(given, where)
 
 
 class Gear(NamedTuple):

@@ -26,7 +26,7 @@ AGAINST = 0.1  # of the whole way, back under full effort
 LEAP = 10.0  # times the greatest speed: guard.leap
 # Integral action per proportional action, in thermal time constants of the wire. While the
 # temperature crosses the hysteresis the position stands and the integral grows: above 3 the loop
-# hunts, below 1 it arrives late (wires of 100, 150 and 250 um, Section "wire" of docs/machines.md).
+# hunts, below 1 it arrives late (wires of 100, 150 and 250 um, the machines of examples/machines).
 INTEGRAL = 2.0
 PATIENT, SHORTEST = 2.0, 10.0  # arrival.patience: times the slowest crossing, and s at least
 

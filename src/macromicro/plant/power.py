@@ -8,6 +8,7 @@ from typing import Annotated, NamedTuple
 from macromicro.columns import Meaning
 from macromicro.kernel import kernel
 from macromicro.plant import amplifier
+from macromicro.plant.winding import WINDING, winding
 from macromicro.schema.par import Par
 
 VOLTAGE, CURRENT = "voltage", "current"
@@ -70,6 +71,12 @@ class Motor(NamedTuple):
         0.24e-3
     )
     inertia: Annotated[float, Par("kg*m^2", "inertia of the rotor", _MOTOR, lo=0.0)] = 1.4e-6
+
+    def figures(self) -> dict[str, Par]:
+        return WINDING
+
+    def of_figures(self, given: dict[str, float], where: str) -> dict[str, float]:
+        return winding(given, where)
 
 
 class Power(NamedTuple):

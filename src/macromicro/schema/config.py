@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from macromicro.errors import InputError, ProblemError
+from macromicro.schema import figures
 from macromicro.schema.keys import leaves, nearest
-from macromicro.schema.par import FOLLOWS, changed, entries, is_given, is_set
+from macromicro.schema.par import FOLLOWS, Entry, changed, entries, is_given, is_set
 from macromicro.schema.text import printable, read_toml
 
 Tree = TypeVar("Tree")
@@ -70,7 +71,7 @@ def load_overrides(path: Path, tree: Tree, machine: str = "") -> Tree:
         if not content:
             return tree
     tree = _grown(tree, content, file)
-    if not leaves(content, {e.path: e for e in entries(tree)}, f"{file}, ", _LIST):
+    if not leaves(content, _known(tree), f"{file}, ", _LIST):
         raise ProblemError(file, "the file sets no parameter", f"Set one or more ({_LIST}).")
     return overridden(tree, content, file)
 
@@ -78,11 +79,12 @@ def load_overrides(path: Path, tree: Tree, machine: str = "") -> Tree:
 def overridden(tree: Tree, table: Mapping[str, object], where: str) -> Tree:
     """A tree with the values of a table, and with what derives from them."""
     tree = _grown(tree, table, where)
-    known = {entry.path: entry for entry in entries(tree)}
-    changes = {
+    known = _known(tree)
+    read = {
         key: known[key].read(value, f"{where}, {key}")
         for key, value in leaves(dict(table), known, f"{where}, ", _LIST).items()
     }
+    changes = figures.replaced(tree, read, where)
     try:
         made: Tree = changed(tree, changes)
     except InputError as error:
@@ -97,6 +99,11 @@ def overridden(tree: Tree, table: Mapping[str, object], where: str) -> Tree:
         ) from None
     _follow(made, changes, where)
     return made
+
+
+def _known(tree: Any) -> dict[str, Entry]:
+    """Every key that a file may set."""
+    return {entry.path: entry for entry in entries(tree)} | figures.entries(tree)
 
 
 def _follow(tree: Any, changes: Mapping[str, Any], where: str) -> None:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 Recordings = dict[str, Recording]
 GROUP = "macromicro.procedures"
-FORM = "MODULE:PROCEDURE, one of your own (docs/own-procedures.md)"
+FORM = "MODULE:PROCEDURE, one of your own (docs/own-machines.md)"
 _FULL = 5.0  # V
 _STROKES_FROM = (700.0, 1120.0)  # counts
 RUN = Column("run", "1", "number of the row's run, from 1", "i2")

@@ -17,7 +17,7 @@ HEAD = 'card = "comedi"\ndevice = "/dev/comedi0"\n'
 PLACE = "subdevice = 0, channel = 0"
 
 
-PAGE = (Path(__file__).parents[3] / "docs" / "cards.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[3] / "docs" / "rigs.md").read_text(encoding="utf-8")
 
 
 def given(folder: Path, text: str) -> Path:
@@ -123,7 +123,7 @@ def test_which_card_must_be_said(tmp_path: Path, head: str, message: str) -> Non
 @pytest.mark.parametrize("k", [0, 1])
 def test_the_page_s_files_are_read(tmp_path: Path, k: int) -> None:
     (tmp_path / "hall_calibration.csv").write_text("hall_V,position_mm\n1,0\n2,2\n3,4\n")
-    shown = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
+    shown = re.findall(r"```toml\n(card = .*?)```", PAGE, re.DOTALL)
     wired = read(given(tmp_path, shown[k]), KEYS)
     assert {t.name for t in wired.outputs} >= {"motor"}
     assert wired.rest == (600.0, 0.0)[k]

@@ -11,14 +11,30 @@ from website import pages, reference
 from website.pages import ROOT
 
 PAGES = pages.names()
-FIGURES = sorted(p.name for p in (ROOT / "docs" / "figures").iterdir())
+FIGURES = sorted(p.name for p in (ROOT / "docs" / "figures").glob("*.*"))
 TEXTS = {n: (ROOT / n).read_text(encoding="utf-8") for n in PAGES if n.endswith(".md")}
+GUIDES = [n for n in TEXTS if n.startswith("docs/") and "/validation/" not in n]
 
 
 def test_the_navigation_names_every_page_once() -> None:
     listed = [name for section in pages.navigation() for name in section.pages]
     assert sorted(listed) == sorted(set(PAGES) - {pages.INDEX})
     assert {"docs/tutorials/lab.md", "docs/serve.md", "CHANGELOG.md"} <= set(listed)
+
+
+def test_the_pages_are_few_and_short() -> None:
+    """Those that explain how to do something; results of measurements are beside them."""
+    assert len(GUIDES) <= 31
+    words = sum(len(re.findall(r"[^\s|]+", TEXTS[name])) for name in GUIDES)
+    assert words <= 45_000
+
+
+@pytest.mark.parametrize("page", [*GUIDES, "README.md"])
+def test_no_paragraph_is_long(page: str) -> None:
+    """Five lines of 100 letters; an item of a list counts as a paragraph."""
+    for part in re.split(r"\n\s*\n|\n(?=\s*(?:-|\*|\d+\.) )", pages.prose(TEXTS[page])):
+        if not part.lstrip().startswith(("|", "#", "!", "<", "$$")):
+            assert len(part) <= 500, part
 
 
 @pytest.mark.parametrize("page", TEXTS)
@@ -33,7 +49,10 @@ def test_no_link_within_the_repository_is_dead(page: str) -> None:
 
 
 def test_links_and_anchors_are_found() -> None:
-    text = "# A `b` c\n\n[x [y]](a.md#b) ![p](q.png)\n\n```text\n# [no](no.md)\n```\n\n## A b c\n"
+    text = (
+        "# A `b` c\n\n    [no](no.md)\n\n[x [y]](a.md#b) ![p](q.png)\n\n"
+        "```text\n# [no](no.md)\n```\n\n## A b c\n"
+    )
     assert [tuple(link) for link in pages.links(text)] == [
         ("x [y]", "a.md#b", False),
         ("p", "q.png", True),
@@ -71,7 +90,8 @@ def test_each_paragraph_of_equations_names_a_function() -> None:
 @pytest.mark.parametrize("figure", FIGURES)
 def test_every_figure_is_in_the_gallery_with_its_script(figure: str) -> None:
     """Which make runs, and the gallery names; diagrams are drawn by hand."""
-    part = re.search(rf"\(figures/{figure}\)(?:(?!\n## ).)*", TEXTS["docs/gallery.md"], re.DOTALL)
+    gallery = TEXTS["docs/validation/gallery.md"]
+    part = re.search(rf"figures/{figure}\)(?:(?!\n## ).)*", gallery, re.DOTALL)
     assert part is not None
     if figure.endswith(".svg") and "drawn by hand" in part[0]:
         return

@@ -13,7 +13,7 @@ def test_links_have_the_names_of_the_site(tmp_path: Path) -> None:
     text = (
         "[a](serve.md#log) [r](../README.md) [e](https://example.org/x.md) ![p](figures/serve.png)"
     )
-    assert staging.rewritten("docs/client.md", text, tmp_path) == (
+    assert staging.rewritten("docs/clients.md", text, tmp_path) == (
         "[a](serve.md#log) [r](readme.md) [e](https://example.org/x.md) ![p](figures/serve.png)"
     )
     text = "[a](docs/tutorials/lab.md) ![p](docs/figures/serve.png)"
@@ -39,7 +39,7 @@ def test_code_is_linked_to_the_reference(tmp_path: Path) -> None:
 
 def test_blocks_stay_as_they_are(tmp_path: Path) -> None:
     text = "```python\na[0](x.md)\n```\n"
-    assert staging.rewritten("docs/client.md", text, tmp_path) == text
+    assert staging.rewritten("docs/clients.md", text, tmp_path) == text
 
 
 def test_every_section_and_the_reference_are_in_the_contents() -> None:

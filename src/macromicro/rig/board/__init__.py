@@ -1,1 +1,1 @@
-"""A microcontroller board that closes the loop, and its protocol (docs/firmware.md)."""
+"""A microcontroller board that closes the loop, and its protocol (docs/board.md)."""

@@ -113,7 +113,7 @@ class Link:
         try:
             who = self.ask("hello", "identity", tries=12, version=VERSION)
         except BoardError as error:
-            found = f"{error}: is it a board with this firmware, at this port? (docs/firmware.md)"
+            found = f"{error}: is it a board with this firmware, at this port? (docs/board.md)"
             raise BoardError(found) from None
         layout = parameters.layout(params)
         if (who["version"], who["firmware"], who["layout"]) != (VERSION, FIRMWARE, layout):
@@ -124,7 +124,7 @@ class Link:
                 f"{self.name}: the board's firmware is {age}: protocol {who['version']}, firmware "
                 f"{who['firmware']}, layout {who['layout']}; this package needs protocol "
                 f"{VERSION}, firmware {FIRMWARE}, layout {layout}: flash {file} "
-                "(docs/firmware.md)"
+                "(docs/board.md)"
             )
         return who
 

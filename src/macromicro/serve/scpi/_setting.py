@@ -202,7 +202,7 @@ COMMANDS = (
         "PROGram:LOAD",
         _load,
         "Load a programme into this connection's memory: one of these, or TOML text as in "
-        "docs/programmes.md.",
+        "docs/running.md.",
         (NameOrBlock("programme"),),
         access=TOKEN,
         cost=100,
