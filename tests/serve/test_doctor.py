@@ -67,7 +67,10 @@ def test_missing_and_untested_packages(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(health, "EXTRAS", {"no_such_package_here": ("magic", "wand")})
     (absent,) = health.extras()
     assert absent.state == OK
-    assert (absent.found, "'.[wand]'" in absent.remedy) == ("not installed: no magic", True)
+    assert (absent.found, "'macromicro[wand]'" in absent.remedy) == (
+        "not installed: no magic",
+        True,
+    )
 
 
 def test_the_constraints_are_those_of_this_checkout() -> None:

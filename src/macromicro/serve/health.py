@@ -23,13 +23,13 @@ from macromicro.serve.shared import Shared
 
 OK, WARN, FAIL = "ok", "warn", "fail"
 NEEDED: tuple[str, ...] = ("numpy", "numba", "scipy", "h5py", "typer")
-NEEDED += ("rich", "matplotlib", "jinja2", "pyarrow")
+NEEDED += ("rich", "matplotlib", "jinja2", "websockets")
 EXTRAS = {  # distribution: what for, and the extra of this package that brings it
     "xarray": ("recordings as xarray datasets", "xarray"),
     "h5netcdf": ("xarray datasets in netCDF files", "xarray"),
     "pandas": ("recordings as pandas tables", "pandas"),
     "distributed": ("sweeps on a dask cluster", "cluster"),
-    "websockets": ("live page in the browser", "web"),
+    "pyarrow": ("sweeps and Parquet files", "sweep"),
 }
 _OLDEST = (3, 11)
 _CLOCKS = ("tsc", "kvm-clock", "arch_sys_counter", "hyperv_clocksource_tsc_page", "xen")
