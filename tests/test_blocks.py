@@ -95,6 +95,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "from macromicro.ophyd_async": TESTED + "tests/serve/epics/test_async.py",
     },
     "docs/export.md": {
+        "macromicro export fmu two_stage.macro --for": TESTED + "tests/export/test_building.py",
         "// def step(": "a part of what is written, which tests/export compile",
         "cc -std=c99": TESTED + "tests/export/test_command.py",
         "from fmpy import": TESTED + "tests/export/test_fmu.py, with the extra fmu",
