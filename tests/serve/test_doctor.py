@@ -226,4 +226,4 @@ def test_no_shared_memory(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(os, "memfd_create", refuse)
     found = health.shared_memory()
-    assert found.state == FAIL and "memfd_create" in found.remedy
+    assert found.state == FAIL and "make room in memory" in found.remedy

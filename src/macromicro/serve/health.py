@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import macromicro
+from macromicro import portable
 from macromicro.extras import remedy
 from macromicro.kernel import cache_folder
 from macromicro.serve.shared import Shared
@@ -49,7 +50,7 @@ def shared_memory() -> Finding:
     try:
         Shared.create().close()
     except (OSError, ValueError) as error:
-        remedy = "Linux with memfd_create, and room for it in memory (ulimit -f, ulimit -v)"
+        remedy = "make room in memory (ulimit -f, ulimit -v)"
         return Finding("shared memory", FAIL, str(error), remedy)
     return Finding("shared memory", OK, "given")
 
@@ -135,7 +136,7 @@ def unwritable(folder: Path) -> str:
 
 
 def cores() -> Finding:
-    count = len(os.sched_getaffinity(0))
+    count = portable.cores()
     if count < 2:
         remedy = "expect missed periods: the loop shares its core"
         return Finding("processor", WARN, f"{count} core", remedy)
@@ -149,8 +150,8 @@ def realtime(priority: int) -> Finding:
     def attempt() -> None:
         try:
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
-        except OSError as error:
-            refused.append(error.strerror or str(error))
+        except (OSError, AttributeError) as error:
+            refused.append(getattr(error, "strerror", None) or str(error))
 
     thread = threading.Thread(target=attempt)
     thread.start()
@@ -168,7 +169,7 @@ def realtime(priority: int) -> Finding:
 
 
 def _user() -> str:
-    return os.environ.get("USER") or str(os.getuid())
+    return os.environ.get("USER") or "USER"
 
 
 def clock(system: Path = _SYS) -> Iterator[Finding]:
