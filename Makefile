@@ -28,7 +28,6 @@ run: $(VENV)/.core ## run the thesis' integrated test, and two laws side by side
 	  --out results/fast/compare --overwrite
 
 serve: $(VENV)/.core ## serve the virtual bench live: SCPI and a page, until Ctrl-C
-	@$(INSTALL) -e ".[web]"
 	$(BIN)/macromicro serve
 
 test: $(VENV)/.dev ## run the tests
@@ -194,7 +193,7 @@ $(VENV)/.made:
 
 $(VENV)/.core: pyproject.toml constraints.txt | $(VENV)/.made
 	@echo "installing macromicro and what it needs, about a minute"
-	@$(INSTALL) -e .
+	@$(INSTALL) -e ".[sweep]"
 	@touch $@
 
 # What the tests need includes what a run needs.

@@ -2,8 +2,8 @@
 
 python examples/emps.py FOLDER [DATA_EMPS.mat]
 
-A DC motor and ball screw at 1 kHz for 25 s. Without a file, the reduced copy among the
-tests' data is used. Prints parameters beside the published ones and draws the free run.
+A DC motor and ball screw at 1 kHz for 25 s. Without a file, the reduced copy in
+data/emps is used. Prints parameters beside the published ones and draws the free run.
 """
 
 import sys
@@ -14,7 +14,7 @@ import numpy as np
 from macromicro.files.reading import read
 from macromicro.identify import drive
 
-COPY = Path(__file__).parents[1] / "tests/data/emps/emps.npz"
+COPY = Path(__file__).parent / "data/emps/emps.npz"
 PUBLISHED = {"mass": 95.1089, "viscous": 203.5034, "coulomb": 20.3935, "offset": -3.1648}
 UNITS = {"mass": "kg", "viscous": "N s/m", "coulomb": "N", "offset": "N"}
 

@@ -14,7 +14,7 @@ import numpy as np
 from macromicro.hysteresis import FodTable, Preisach
 from macromicro.hysteresis.forc import read_forc
 
-COPY = Path(__file__).parents[1] / "tests/data/forc/hchb_forc"
+COPY = Path(__file__).parent / "data/forc/hchb_forc"
 
 
 def main(folder: Path, file: Path) -> None:

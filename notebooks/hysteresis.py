@@ -14,8 +14,8 @@ from macromicro.hysteresis import FodTable, Preisach
 from macromicro.hysteresis.forc import read_forc
 from macromicro.hysteresis.pictures import draw_plane
 
-folder = next(p for p in (Path.cwd(), *Path.cwd().parents) if (p / "tests" / "data").is_dir())
-curves = read_forc(folder / "tests" / "data" / "forc" / "hchb_forc").curves
+folder = next(p for p in (Path.cwd(), *Path.cwd().parents) if (p / "examples" / "data").is_dir())
+curves = read_forc(folder / "examples" / "data" / "forc" / "hchb_forc").curves
 print(len(curves), "curves,", sum(len(u) for u, _ in curves), "points")
 
 # %%

@@ -89,6 +89,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "from macromicro.ophyd_async": TESTED + "tests/serve/epics/test_async.py",
     },
     "docs/export.md": {
+        "macromicro export fmu two_stage.macro --for": TESTED + "tests/export/test_building.py",
         "// def step(": "a part of what is written, which tests/export compile",
         "cc -std=c99": TESTED + "tests/export/test_command.py",
         "from fmpy import": TESTED + "tests/export/test_fmu.py, with the extra fmu",
@@ -344,7 +345,7 @@ def lines(text: str) -> set[str]:
 @pytest.mark.parametrize("page", [p for p in PAGES if blocks(p)])
 def test_blocks_run_as_printed(page: str, tmp_path: Path) -> None:
     """Files that a page shows are there under the names it uses for them."""
-    shutil.copy(ROOT / "tests" / "data" / "forc" / "hchb_forc", tmp_path)
+    shutil.copy(ROOT / "examples/data/forc/hchb_forc", tmp_path)
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     # A page may show a file behind the command that takes it.
     shown = [b for b in blocks(page) if b.kind in ("toml", "csv") and not reason(page, b.text)]

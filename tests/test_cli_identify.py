@@ -27,7 +27,7 @@ from macromicro.schema import config
 from macromicro.settings import Settings
 from macromicro.thesis import collecting
 
-DATA = Path(__file__).parent / "data"
+DATA = Path(__file__).parents[1] / "examples/data"
 DOCS = Path(__file__).parents[1] / "docs"
 
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import builtins
 import re
+import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -51,16 +50,9 @@ def test_a_dataframe_of_a_file(tmp_path: Path) -> None:
 def test_without_the_package_the_remedy_is_said(
     package: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = builtins.__import__
-
-    def absent(name: str, *rest: Any, **named: Any) -> Any:
-        if name == package:
-            raise ImportError(name)
-        return real(name, *rest, **named)
-
     run = made()
-    monkeypatch.setattr(builtins, "__import__", absent)
-    words = rf"{package} is not installed.*checkout: .*-e '\.\[{package}\]'"
+    monkeypatch.setitem(sys.modules, package, None)
+    words = rf"needs {package}, .*pip install 'macromicro\[{package}\]'"
     with pytest.raises(MacromicroError, match=words):
         run.to_dataframe() if package == "pandas" else run.to_xarray()
 

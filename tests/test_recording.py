@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import builtins
 import os
 import random
 import signal
@@ -19,7 +18,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from macromicro.columns import Column
-from macromicro.errors import InputError, MacromicroError
+from macromicro.errors import InputError
 from macromicro.recording import Recorder, Recording, RecordingError, check_space, needed_bytes
 
 COLUMNS = (
@@ -189,20 +188,6 @@ def test_to_xarray_says_the_same(path):
     assert data["hall_voltage"].attrs == {"units": "V", "long_name": "Hall sensor"}
     assert data.attrs["seed"] == 7
     assert data.attrs["sample_time_s"] == 1e-3
-
-
-def test_without_xarray_the_remedy_is_said(monkeypatch):
-    real = builtins.__import__
-
-    def no_xarray(name, *rest, **named):
-        if name == "xarray":
-            raise ImportError(name)
-        return real(name, *rest, **named)
-
-    recording = Recording.from_arrays(COLUMNS, rows_of(0, 4), 1e-3, {})
-    monkeypatch.setattr(builtins, "__import__", no_xarray)
-    with pytest.raises(MacromicroError, match=r"checkout: .*-e '\.\[xarray\]'"):
-        recording.to_xarray()
 
 
 # --- casts ----------------------------------------------------------------------------

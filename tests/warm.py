@@ -1,5 +1,7 @@
 """Processes forked from a warm Python, which has imported and compiled what they need.
 
+Only on Linux; elsewhere each is a Python of its own.
+
 Tests of how a process begins, or of one that is killed, start a Python of their own.
 """
 
@@ -20,6 +22,7 @@ from weakref import WeakSet
 
 _CODE = "import sys; from tests.warm_server import main; main(*sys.argv[1:])"
 _PR_SET_CHILD_SUBREAPER = 36
+_FORKS = sys.platform == "linux"
 _turn = threading.Lock()  # of all servers: while one forks, this process takes orphans
 
 
@@ -87,19 +90,22 @@ class Command(subprocess.Popen[Any]):
     server = COMMANDS
     running: ClassVar[WeakSet[Command]] = WeakSet()
 
-    def _execute_child(  # type: ignore[override]
-        self, args: Any, _: Any, __: Any, ___: Any, pass_fds: Any, cwd: Any, env: Any, *rest: Any
-    ) -> None:  # fmt: skip
-        pipes, new_session = rest[3:9], rest[14]
-        ends = (pipes[0], pipes[3], pipes[5])  # -1: that of this process
-        streams = [own if end == -1 else end for own, end in enumerate(ends)]
-        try:
-            self.pid = self.server.forked(args[1:], streams, pass_fds, cwd, env, new_session)
-            self._child_created = True
-            if self.server is COMMANDS:  # loops belong to stations, which may outlive a file
-                self.running.add(self)
-        finally:
-            self._close_pipe_fds(*pipes)
+    if _FORKS:
+
+        def _execute_child(  # type: ignore[override]
+            self, args: Any, _: Any, __: Any, ___: Any, pass_fds: Any, cwd: Any, env: Any,
+            *rest: Any,
+        ) -> None:  # fmt: skip
+            pipes, new_session = rest[3:9], rest[14]
+            ends = (pipes[0], pipes[3], pipes[5])  # -1: that of this process
+            streams = [own if end == -1 else end for own, end in enumerate(ends)]
+            try:
+                self.pid = self.server.forked(args[1:], streams, pass_fds, cwd, env, new_session)
+                self._child_created = True
+                if self.server is COMMANDS:  # loops belong to stations, which may outlive a file
+                    self.running.add(self)
+            finally:
+                self._close_pipe_fds(*pipes)
 
 
 def end() -> None:
@@ -121,6 +127,8 @@ _spawned = util.spawnv_passfds
 
 def loops_are_forked() -> None:
     """Have stations of this process start their loops so."""
+    if not _FORKS:
+        return
     from macromicro.serve import _launching
 
     vars(_launching)["subprocess"] = types.SimpleNamespace(Popen=Loop, DEVNULL=subprocess.DEVNULL)
@@ -128,6 +136,8 @@ def loops_are_forked() -> None:
 
 def workers_are_forked() -> None:
     """Have `multiprocessing` start its "spawn" processes so."""
+    if not _FORKS:
+        return
 
     def started(path: Any, words: Sequence[Any], passed: Sequence[int]) -> int:
         if "--multiprocessing-fork" not in words:

@@ -16,6 +16,7 @@ from macromicro.commands.collect import collect
 from macromicro.commands.commission import commission
 from macromicro.commands.compare import compare
 from macromicro.commands.doctor import doctor
+from macromicro.commands.examples import examples
 from macromicro.commands.group import whole
 from macromicro.commands.latency import latency
 from macromicro.commands.learn import learn
@@ -241,6 +242,7 @@ app.command()(collect)
 app.command()(commission)
 app.command()(compare)
 app.command()(doctor)
+app.command()(examples)
 app.command()(latency)
 app.command()(learn)
 app.command()(limits)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from macromicro.errors import MacromicroError, ProblemError
-from macromicro.extras import remedy
+from macromicro.errors import ProblemError
+from macromicro.extras import require
 from macromicro.recording_format import FORMAT, TIME
 
 if TYPE_CHECKING:
@@ -26,10 +26,9 @@ _MAT_OWN = ("units", "meanings", "recording")
 
 def as_xarray(recording: Recording) -> xarray.Dataset:
     """A recording as a Dataset with the coordinate `t`, units as attributes."""
-    try:
-        import xarray
-    except ImportError as error:
-        raise MacromicroError(f"xarray is not installed; needed: {remedy('xarray')}") from error
+    require("to_xarray", "xarray", "xarray")
+    import xarray
+
     variables = {
         c.name: (TIME, recording[c.name], {"units": c.unit, "long_name": c.meaning})
         for c in recording.columns
@@ -41,10 +40,9 @@ def as_xarray(recording: Recording) -> xarray.Dataset:
 
 def as_dataframe(recording: Recording) -> pandas.DataFrame:
     """A recording as a DataFrame with the index `t`, in s; units in ``attrs["units"]``."""
-    try:
-        import pandas
-    except ImportError as error:
-        raise MacromicroError(f"pandas is not installed; needed: {remedy('pandas')}") from error
+    require("to_dataframe", "pandas", "pandas")
+    import pandas
+
     columns = {c.name: recording[c.name] for c in recording.columns if c.name != TIME}
     index = pandas.Index(recording[TIME], name=TIME)
     frame = pandas.DataFrame(columns, index=index)

@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
+from macromicro.errors import ProblemError
+
 
 def remedy(extra: str) -> str:
     """How to install one of the package's extras."""
-    return (
-        f"in a checkout: .venv/bin/pip install -c constraints.txt -e '.[{extra}]'; "
-        f"of a wheel: pip install 'macromicro-VERSION-py3-none-any.whl[{extra}]'"
-    )
+    return f"pip install 'macromicro[{extra}]'"
+
+
+def require(where: str, package: str, extra: str) -> None:
+    """Refuse to go on without an optional package; name the extra that brings it."""
+    try:
+        import_module(package)
+    except ImportError:
+        problem = f"needs {package}, which is not installed"
+        raise ProblemError(where, problem, f"Install it: {remedy(extra)}") from None

@@ -17,6 +17,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro import portable
 from macromicro.columns import Column
 from macromicro.errors import InputError, MacromicroError, ProblemError
 from macromicro.recording_format import (
@@ -305,7 +306,7 @@ class Recorder:
         if room is None:
             room = max(self._room, EVENT_BYTES_A_ROW * capacity)
         part = self.path.with_name(f"{self.path.name}.part")
-        fd = os.open(part, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666)
+        fd = os.open(part, portable.READ_WRITE | os.O_TRUNC, 0o666)
         try:
             places = self._layout.write(fd, capacity, room if self._has_events else None)
             if self._rows:
@@ -316,16 +317,14 @@ class Recorder:
             if self._used:
                 _copy(self._fd, self._places.events, fd, places.events, self._used)
                 write_all(fd, np.int64(self._used).tobytes(), places.event_bytes)
-            os.replace(part, self.path)
+            fd = portable.replace_open(part, self.path, fd, self._fd)
         except BaseException:
             os.close(fd)
             part.unlink(missing_ok=True)
             raise
-        old, self._fd = self._fd, fd
+        self._fd = fd
         self._capacity, self._places = capacity, places
         self._room = room if self._has_events else 0
-        if old >= 0:
-            os.close(old)
 
 
 class Behind:
@@ -399,7 +398,7 @@ def _copy(source: int, start: int, target: int, to: int, length: int) -> None:
     """Copy `length` bytes between open files."""
     done = 0
     while done < length:
-        piece = os.pread(source, min(_COPY_BYTES, length - done), start + done)
+        piece = portable.read_at(source, min(_COPY_BYTES, length - done), start + done)
         if not piece:
             raise OSError(errno.EIO, os.strerror(errno.EIO))  # someone else shortened the file
         write_all(target, piece, to + done)

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro import portable
 from macromicro.columns import Column
 from macromicro.errors import InputError, ProblemError
 
@@ -285,7 +286,7 @@ class _SteadyFile(io.RawIOBase):
         return self._position
 
     def readinto(self, buffer: Any) -> int:
-        piece = os.pread(self._fd, len(buffer), self._position)
+        piece = portable.read_at(self._fd, len(buffer), self._position)
         buffer[:] = piece.ljust(len(buffer), b"\0")
         self._position += len(buffer)
         return len(buffer)
@@ -319,5 +320,5 @@ def write_all(fd: int, data: memoryview | bytes, offset: int) -> None:
     """Write all data, which the system may take in parts."""
     rest = memoryview(data)
     while rest:
-        done = os.pwrite(fd, rest, offset)
+        done = portable.write_at(fd, rest, offset)
         rest, offset = rest[done:], offset + done

@@ -164,7 +164,7 @@ def test_a_column_that_cannot_be_read_says_where(
 def test_reversal_curves_and_what_is_no_data(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    forc = Path(__file__).parents[1] / "data" / "forc" / "hchb_forc"
+    forc = Path(__file__).parents[2] / "examples/data/forc/hchb_forc"
     assert look(str(forc)) == 0
     assert "identify hysteresis" in capsys.readouterr().out
     (tmp_path / "a.txt").write_text("only words\nand more of them\n")

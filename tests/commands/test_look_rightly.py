@@ -205,7 +205,7 @@ def test_the_command_runs_as_printed(name: str, tmp_path: Path) -> None:
 
 
 def test_curves_of_a_magnetometer(tmp_path: Path) -> None:
-    whole = Path(__file__).parents[1] / "data" / "forc" / "hchb_forc"
+    whole = Path(__file__).parents[2] / "examples/data/forc/hchb_forc"
     assert look(whole).onward.command == f"macromicro identify hysteresis {whole}"
     text = whole.read_text().split("\n\n")
     few = tmp_path / "few.frc"  # every tenth curve with its calibration

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from macromicro.control.stage_law import Sample, Target
-from macromicro.export import catalogue, files, fmu
+from macromicro.export import building, catalogue, files, fmu
 from macromicro.kernel import compiled
 from macromicro.plant import axis, bench, carriage
 from macromicro.settings import Settings
@@ -189,7 +189,8 @@ def test_the_sources_alone_make_the_same_binary(tmp_path: Path) -> None:
     with zipfile.ZipFile(place) as packed:
         packed.extractall(tmp_path)
     again = tmp_path / "sources" / f"{written.name}.so"
-    command = ["cc", *fmu.FLAGS, *fmu.sources(written), "-o", again.name, "-lm"]
+    flags = (*building.FLAGS, "-fvisibility=hidden", "-fPIC")
+    command = ["cc", *flags, *fmu.sources(written), "-o", again.name, "-lm"]
     subprocess.run(command, cwd=again.parent, check=True)
     packed_one = tmp_path / "binaries" / "linux64" / again.name
     assert again.read_bytes() == packed_one.read_bytes()

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from macromicro.errors import InputError
-from macromicro.files._layout import layouts
+from macromicro.files._layout import MISSING, layouts
 from macromicro.files._text import UnreadLinesWarning, pieces
 from macromicro.files.reading import read
 from macromicro.files.table import Table
@@ -131,6 +131,24 @@ def test_dates_and_times_are_seconds(tmp_path: Path, cells: tuple[str, ...]) -> 
     got = found.several(["when", "u"])
     np.testing.assert_allclose(np.diff(got["when"]), 0.5, atol=1e-9)
     assert got["u"].tolist() == U and found.units["when"] == "s"
+
+
+@pytest.mark.parametrize("gap", MISSING)
+@pytest.mark.parametrize("mark", [",", ";", "\t"])
+def test_a_missing_number_is_nan_wherever_it_stands(tmp_path: Path, mark: str, gap: str) -> None:
+    rows = [("t", "u", "x"), (gap, "1", "2"), ("1", gap, "3"), ("2", "5", gap), ("3", "6", "4")]
+    text = "\n".join(mark.join(row) for row in rows)
+    found = table(tmp_path, f"{text}\n\n").several(["t", "u", "x"])
+    nan = float("nan")
+    expected = [[nan, 1.0, 2.0, 3.0], [1.0, nan, 5.0, 6.0], [2.0, 3.0, nan, 4.0]]
+    np.testing.assert_array_equal(list(found.values()), expected)
+
+
+def test_rows_of_other_lengths_are_left_out_even_if_they_compensate(tmp_path: Path) -> None:
+    text = "t,u,x\n0,1.25,10\n0.2,7\n0.3,7,8,9\n0.5,-2.5,20.5\n1,3,30\n"
+    text += "2,3,30\n3,3,30\n"
+    with pytest.warns(UnreadLinesWarning, match="line 3: 2 cells instead of 3, and 1 more line"):
+        assert list(table(tmp_path, text).columns["t"]) == [0.0, 0.5, 1.0, 2.0, 3.0]
 
 
 def test_day_and_month_that_cannot_be_told_apart_are_refused(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from macromicro.hysteresis.forc import read_forc
 from ..hysteresis.relays import refined, relay_grid, relay_run
 from .record import frozen
 
-FORC = Path(__file__).parents[1] / "data" / "forc" / "hchb_forc"
+FORC = Path(__file__).parents[2] / "examples/data/forc/hchb_forc"
 
 
 def hills(alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:

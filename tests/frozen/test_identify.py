@@ -23,7 +23,7 @@ from macromicro.thesis.chapter5.actuator_fits import asymptote, linearised, uppe
 
 from .record import frozen
 
-DATA = Path(__file__).parents[1] / "data"
+DATA = Path(__file__).parents[2] / "examples/data"
 METHODS = ("least_squares", "mls", "gls", "sriv", "output_error")
 
 

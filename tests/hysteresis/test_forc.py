@@ -1,4 +1,4 @@
-"""Measured first-order reversal curves in the MicroMag format (tests/data/forc)."""
+"""Measured first-order reversal curves in the MicroMag format (examples/data/forc)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from macromicro.files.reading import is_forc
 from macromicro.hysteresis import FodTable, Preisach
 from macromicro.hysteresis.forc import CutFileWarning, ForcFile, _without_drift, read_forc
 
-DATA = Path(__file__).parents[1] / "data" / "forc" / "hchb_forc"
+DATA = Path(__file__).parents[2] / "examples/data/forc/hchb_forc"
 
 
 @pytest.fixture(scope="module")

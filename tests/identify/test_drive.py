@@ -1,7 +1,7 @@
 """drive: parameters of an axis by inverse dynamics and output error.
 
 The measured record is EMPS (A. Janot, M. Gautier, M. Brunot, 2019), reduced as
-tests/data/emps/README.md says. Published: M 95.1089 kg, Fv 203.5034 N s/m, Fc 20.3935 N,
+examples/data/emps/README.md says. Published: M 95.1089 kg, Fv 203.5034 N s/m, Fc 20.3935 N,
 offset -3.1648 N.
 """
 
@@ -17,7 +17,7 @@ from macromicro.errors import InputError
 from macromicro.identify import Axis, DataWarning, DriveFit, Filtering, drive, simulate
 from macromicro.identify.notices import ResampledWarning, SaturationWarning
 
-DATA = Path(__file__).parents[1] / "data" / "emps" / "emps.npz"
+DATA = Path(__file__).parents[2] / "examples/data/emps/emps.npz"
 
 
 @pytest.fixture(scope="module")

@@ -97,7 +97,7 @@ def test_no_workers(make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
 def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(InputError, match=r"checkout: .*-e '\.\[cluster\]'"):
+    with pytest.raises(InputError, match=r"'macromicro\[cluster\]'"):
         _cluster.connect("tcp://127.0.0.1:1", provenance())
 
 

@@ -55,7 +55,7 @@ class Victim:
     @property
     def loop(self) -> int:
         """The loop process, as the lock file names it."""
-        words = self.state.with_name(f"{self.state.name}.lock").read_text()
+        words = self.state.with_name(f"{self.state.name}.lock").read_text(encoding="utf-8")
         return int(words.rpartition(" ")[2])
 
     def command(self, port: int) -> list[str]:
@@ -97,7 +97,7 @@ class Victim:
 
     def said(self) -> str:
         """The end of its error output."""
-        return (self.folder / "stderr").read_text()[-2000:]
+        return (self.folder / "stderr").read_text(encoding="utf-8")[-2000:]
 
     def kill(self) -> float:
         """SIGKILL; the seconds until the outputs were safe. Waits for the loop process' end."""
@@ -140,14 +140,16 @@ def until(true: Callable[[], Any], patience: float = 30.0) -> Any:
 
 def _gone(number: int) -> bool:
     try:
-        state = Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0]
+        state = (
+            Path(f"/proc/{number}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0]
+        )
     except OSError:
         return True
     return state == "Z"
 
 
 def _use(number: int) -> tuple[int, int]:
-    status = Path(f"/proc/{number}/status").read_text()
+    status = Path(f"/proc/{number}/status").read_text(encoding="utf-8")
     found = re.search(r"RssAnon:\s+(\d+) kB", status)
     assert found is not None
     return 1024 * int(found[1]), len(os.listdir(f"/proc/{number}/fd"))

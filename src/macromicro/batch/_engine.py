@@ -5,13 +5,13 @@ Kernels release the interpreter's lock, so threads scale like processes and shar
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
 
+from macromicro import portable
 from macromicro.arrays import Array
 from macromicro.batch.variants import Job, Trajectories, Variants
 from macromicro.errors import InputError
@@ -34,10 +34,7 @@ def cores() -> int:
     >>> batch.cores() >= 1
     True
     """
-    try:
-        return max(1, len(os.sched_getaffinity(0)))
-    except AttributeError:  # a system without affinities
-        return max(1, os.cpu_count() or 1)
+    return portable.cores()
 
 
 def run(

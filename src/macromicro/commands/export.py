@@ -35,6 +35,15 @@ Config = Annotated[
     Path | None,
     typer.Option(metavar="FILE", help="Settings whose values are written."),
 ]
+For = Annotated[
+    str | None,
+    typer.Option(
+        "--for",
+        metavar="SYSTEMS",
+        help="Compile for these: linux,linux-arm,windows,macos (extra `cross`).",
+        show_default=False,
+    ),
+]
 
 
 @app.command("list")
@@ -70,29 +79,36 @@ def c(
             "--float", help=("Use float and 32-bit integers instead of double and 64-bit ones.")
         ),
     ] = False,
+    systems: For = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Write C99 from kernels (docs/export.md).
 
     Each NamedTuple becomes a struct, each kernel a function. The code allocates no memory and needs
-    no library but libm. In double precision it returns the same bits as the kernels.
+    no library but libm. In double precision it returns the same bits as the kernels. With --for a
+    shared library for each system is written, too.
     """
-    from macromicro.export import catalogue, files
+    from macromicro.export import building, catalogue, files
     from macromicro.runs import folder
 
+    wanted = building.systems(systems)
     written = files.written(catalogue.unit(what, config), single)
     name = written.name
     texts = {
         f"{name}.h": written.header,
         f"{name}.c": written.code,
-        "README.md": written.readme(),
     }
+    content = {file: text.encode() for file, text in texts.items()}
+    content["README.md"] = written.readme().encode()
+    if wanted:
+        content |= building.libraries(name, texts, wanted)
     place = folder.chosen(out, Path("results") / f"c-{name}", overwrite=overwrite)
-    names = tuple(texts)
+    names = tuple(content)
     folder.check(place, 2_000_000, overwrite=overwrite, names=names)
     with folder.held(place, overwrite=overwrite, names=names):
-        for file, text in texts.items():
-            (place / file).write_text(text, encoding="utf-8")
+        for file, data in content.items():
+            (place / file).parent.mkdir(exist_ok=True)
+            (place / file).write_bytes(data)
     print(f"{written.unit.title}: {', '.join(made.name for made in written.entries)}")
     print(f"results: {place}")
 
@@ -104,15 +120,16 @@ def fmu(
         Path | None, typer.Option(metavar="FILE", help="The FMU.", show_default="<WHAT>.fmu")
     ] = None,
     config: Config = None,
+    systems: For = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Write a co-simulation FMU (FMI 2.0) for Simulink or FMPy.
 
-    It is made from the exported C (docs/export.md) and contains the sources and a binary for Linux
-    x86_64, which is compiled here with cc. It needs no Python.
+    It is made from the exported C (docs/export.md) and contains the sources and a library for this
+    system, or for each system of --for. It needs no Python.
     """
     from macromicro.errors import ProblemError
-    from macromicro.export import catalogue, files
+    from macromicro.export import building, catalogue, files
     from macromicro.export import fmu as units
 
     written = files.written(catalogue.unit(what, config))
@@ -121,7 +138,8 @@ def fmu(
         raise ProblemError(
             "--out", f"{place} already exists", "Choose another file or add --overwrite."
         )
-    face = units.write(written, place)
+    wanted = building.systems(systems)
+    face = units.write(written, place, wanted)
     numbers = dict.fromkeys(("input", "output", "parameter"), 0)
     for each in face.variables:
         numbers[each.causality] = numbers.get(each.causality, 0) + 1
@@ -129,6 +147,9 @@ def fmu(
         f"{written.unit.title}: {numbers['input']} inputs, {numbers['output']} outputs, "
         f"{numbers['parameter']} tunable parameters, period {written.unit.period:g} s"
     )
+    for name in set(wanted) & set(building.UNNAMED):
+        library = f"binaries/{building.SYSTEMS[name].folder}"
+        print(f"{name}: FMI 2.0 has no folder for it; the library is in {library}, as in FMI 3.0")
     print(f"results: {place}")
 
 

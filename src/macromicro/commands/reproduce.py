@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 from collections.abc import Sequence
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from macromicro import portable
 from macromicro.commands.options import PNG, Figures, Json, Overwrite, Seed
 from macromicro.commands.signals import Signals
 
@@ -87,7 +87,7 @@ def _processes(jobs: int | None) -> int:
     from macromicro.errors import InputError
 
     if jobs is None:
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+        return portable.cores()
     if not 1 <= jobs <= MAX_JOBS:
         raise InputError("--jobs", jobs, f"a whole number from 1 to {MAX_JOBS}")
     return jobs

@@ -58,9 +58,12 @@ class Signals:
             os.write(2, f"macromicro: {self._words}\n".encode())
 
     def __enter__(self) -> Self:
-        hangup = signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN
-        for number in (signal.SIGINT, signal.SIGTERM, *([signal.SIGHUP] if hangup else [])):
-            self._before[number] = signal.signal(number, self._receive)
+        for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+            number = getattr(signal, name, None)  # Windows has no SIGHUP
+            if number is not None and (
+                name != "SIGHUP" or signal.getsignal(number) is not signal.SIG_IGN
+            ):
+                self._before[number] = signal.signal(number, self._receive)
         return self
 
     def __exit__(

@@ -42,7 +42,7 @@ def keep(folder: Path, step: Step, found: Any, dt: float, asked: dict[str, Any])
         return
     text = json.dumps({"asked": asked, "found": found._asdict()}, indent=1)
     part = place.with_suffix(".part")
-    part.write_text(text + "\n")
+    part.write_text(text + "\n", encoding="utf-8")
     os.replace(part, place)
 
 
@@ -60,7 +60,7 @@ def read(folder: Path, kind: Kind, asked: dict[str, Any]) -> dict[str, Any]:
 def _values(place: Path, step: Step, asked: dict[str, Any]) -> Any:
     where = printable(place, 300)
     try:
-        text = json.loads(place.read_text())
+        text = json.loads(place.read_text(encoding="utf-8"))
         before, values = text["asked"], text["found"]
         made = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
         result = step.result(**made)

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import hashlib
 import math
-import platform
-import shutil
-import subprocess
 import zipfile
+from collections.abc import Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 from xml.sax.saxutils import quoteattr
 
 from macromicro import __version__
 from macromicro.columns import Meaning, meaning
 from macromicro.errors import InputError, MacromicroError
-from macromicro.export import kinds
+from macromicro.export import building, kinds
 from macromicro.export._statements import Routine
 from macromicro.export._text import filled, legal, notes_of, remark
 from macromicro.export.files import Written, kind_of
@@ -24,7 +21,6 @@ from macromicro.export.kinds import REAL, TRUTH, WHOLE, Kind, Rows, Several, Str
 from macromicro.export.units import Entry
 from macromicro.units import size
 
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden")
 INPUT, OUTPUT, PARAMETER, LOCAL = "input", "output", "parameter", "local"
 NOTHING = Meaning()
 
@@ -168,15 +164,8 @@ class Interface:
         self.variables.append(Variable(name, causality, path, start, unit, told, kind is not REAL))
 
 
-def write(written: Written, out: Path) -> Interface:
-    """Write an FMU; `MacromicroError` where compiling fails."""
-    compiler = shutil.which("cc")
-    machine = (platform.system(), platform.machine())
-    if compiler is None or machine != ("Linux", "x86_64"):
-        raise MacromicroError(
-            "an FMU needs a C compiler, cc, on Linux x86_64 "
-            "(Debian, Ubuntu: apt-get install gcc libc6-dev)"
-        )
+def write(written: Written, out: Path, systems: Sequence[str] = ()) -> Interface:
+    """Write an FMU for these systems, or this one; `MacromicroError` where compiling fails."""
     face = Interface(written)
     digest = hashlib.sha256((written.header + written.code).encode()).hexdigest()[:32]
     token = f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:]}}}"
@@ -185,20 +174,11 @@ def write(written: Written, out: Path) -> Interface:
         f"{written.name}.h": written.header,
         f"{written.name}.c": written.code,
     }
-    with TemporaryDirectory() as folder:
-        for file, text in texts.items():
-            (Path(folder) / file).write_text(text, encoding="utf-8")
-        library = f"{written.name}.so"
-        command = [compiler, *FLAGS, *sources(written), "-o", library, "-lm"]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        if done.returncode:
-            raise MacromicroError(
-                f"cc failed to compile the FMU: {done.stderr.strip().splitlines()[0]}"
-            )
-        binary = (Path(folder) / library).read_bytes()
+    binaries = building.libraries(written.name, texts, systems, hidden=True)
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as packed:
         packed.writestr("modelDescription.xml", description(face, token))
-        packed.writestr(f"binaries/linux64/{library}", binary)
+        for path, binary in binaries.items():
+            packed.writestr(f"binaries/{path}", binary)
         for file, text in texts.items():
             packed.writestr(f"sources/{file}", text)
     return face

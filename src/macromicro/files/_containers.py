@@ -12,7 +12,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import ProblemError
-from macromicro.extras import remedy
+from macromicro.extras import require
 from macromicro.files.naming import BESIDE, DATES, spelled, units_in
 from macromicro.files.table import Columns, Table
 from macromicro.schema.text import printable
@@ -66,13 +66,11 @@ class Gathered:
 
     def texts(self, name: str, values: Sequence[Any]) -> None:
         """Add dates or times of day; other words are no column."""
-        import pyarrow as pa
-
         from macromicro.files._layout import TIME, kind
         from macromicro.files._times import seconds
 
         if all(kind(str(value).strip()) == TIME for value in values if value is not None):
-            self.columns[name] = seconds(pa.array(values, pa.string()), printable(name))
+            self.columns[name] = seconds(values, printable(name))
             self.dates.append(name)
 
     def table(self, where: str, accepted: str) -> Table:
@@ -189,6 +187,7 @@ def numpy_table(path: Path, where: str, accepted: str) -> Table:
 
 
 def parquet_table(path: Path, where: str, accepted: str) -> Table:
+    require(where, "pyarrow", "sweep")
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -285,10 +284,9 @@ def _unfold(found: Gathered, name: str, value: Any, depth: int) -> None:
 
 def tdms_table(path: Path, where: str, accepted: str) -> Table:
     """Channels of a LabVIEW file as "group.channel", with the times of its waveforms."""
-    try:
-        from nptdms import TdmsFile
-    except ImportError:
-        raise ProblemError(where, "npTDMS is not installed", f"Needed: {remedy('tdms')}") from None
+    require(where, "nptdms", "tdms")
+    from nptdms import TdmsFile
+
     found = Gathered()
     try:
         content = TdmsFile.read(path)

@@ -1,4 +1,4 @@
-"""Text of columns, of any size: pyarrow parses the requested columns, or a slow reader does."""
+"""Text of columns, of any size: NumPy parses the requested columns, or a slow reader does."""
 
 from __future__ import annotations
 
@@ -41,7 +41,6 @@ _SAMPLING = re.compile(r"sampl|rate|frequency|abtast", re.IGNORECASE)
 _NUMBER = r"([0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]+)?)"
 _HERTZ = re.compile(rf"{_NUMBER}\s*(k?hz)|(k?hz)\W+{_NUMBER}", re.IGNORECASE)
 _SIZE = {"hz": 1.0, "khz": 1e3}
-_EMPTY = (*MISSING, *(" " * k for k in range(1, 9)))
 _SPACES, _DOT = bytes.maketrans(b"\t\r", b"  "), bytes.maketrans(b",", b".")
 _MOST_UNREAD = 0.5  # lines or cells per row
 _X = "X_Value"  # LabVIEW's column of times
@@ -151,13 +150,8 @@ def _labview(table: Table, before: Sequence[str]) -> Table:
 
 
 def columns(path: Path, where: str, layout: Layout, names: Sequence[str]) -> dict[str, Array]:
-    """Some columns: by pyarrow, else without the lines that are no rows."""
-    import pyarrow as pa
-
-    try:
-        found = None if layout.parts else _parsed(path, layout, names)
-    except pa.ArrowInvalid:
-        found = None
+    """Some columns: by NumPy, else without the lines that are no rows."""
+    found = None if layout.parts else _parsed(path, layout, names)
     if found is None:
         found = _slow(path, where, layout, names)
     from macromicro.files._times import seconds
@@ -170,25 +164,13 @@ def columns(path: Path, where: str, layout: Layout, names: Sequence[str]) -> dic
     return {name: found[name] for name in names}
 
 
-def _parsed(path: Path, layout: Layout, names: Sequence[str]) -> dict[str, Any]:
-    """`columns` by pyarrow, block by block; times as text."""
-    import pyarrow as pa
-    from pyarrow import csv
-
-    own = [str(j) for j in range(len(layout.names))]  # names that cannot be ambiguous
-    place = {name: own[layout.names.index(name)] for name in names}
-    times = [name for name in names if layout.kinds[int(place[name])] == TIME]
-    types = {place[name]: pa.string() if name in times else pa.float64() for name in names}
-    convert = csv.ConvertOptions(
-        include_columns=list(place.values()),
-        column_types=types,
-        null_values=_EMPTY,
-        decimal_point="," if layout.comma and layout.mark == "," else ".",
-        check_utf8=False,
-    )
-    total = path.stat().st_size
-    texts: dict[str, list[Any]] = {name: [] for name in times}
+def _parsed(path: Path, layout: Layout, names: Sequence[str]) -> dict[str, Any] | None:
+    """`columns` by NumPy, block by block, times as text; None if a row is not as the others."""
+    place = {name: layout.names.index(name) for name in names}
+    times = [name for name in names if layout.kinds[place[name]] == TIME]
+    texts: dict[str, list[str]] = {name: [] for name in times}
     made = {name: np.empty(0) for name in names if name not in times}
+    total = path.stat().st_size
     rows = read = 0
     with bar(path.name, total) as shown:
 
@@ -197,25 +179,64 @@ def _parsed(path: Path, layout: Layout, names: Sequence[str]) -> dict[str, Any]:
             read = done
             shown(done)
 
-        batches = csv.open_csv(
-            pa.PythonFile(_Pieces(pieces(path, layout, so_far)), mode="r"),
-            csv.ReadOptions(column_names=own, block_size=_BLOCK),
-            csv.ParseOptions(delimiter=layout.mark),
-            convert,
-        )
-        for batch in batches:
-            until = rows + batch.num_rows
-            for k, name in enumerate(names):
-                if name in texts:
-                    texts[name].append(batch.column(k))
-                    continue
+        for piece in pieces(path, layout, so_far):
+            block = piece.rstrip(b"\r\n") + b"\n"
+            if not _even(block, layout):
+                return None
+            text = block.decode("latin-1")
+            try:
+                words = _block(text, layout.mark, [place[name] for name in texts], str)
+                values = _block(text, layout.mark, [place[name] for name in made], float)
+            except ValueError:
+                return None
+            until = rows + max(words.shape[1], values.shape[1])
+            for name, cells_of in zip(texts, words, strict=True):
+                texts[name] += cells_of.tolist()
+            for name, column in zip(made, values, strict=True):
                 if until > len(made[name]):
                     made[name] = _longer(made[name], rows, until, total / max(read, 1))
-                made[name][rows:until] = batch.column(k).to_numpy(zero_copy_only=False)
+                made[name][rows:until] = column
             rows = until
-    for values in made.values():
-        values.resize(rows, refcheck=False)  # gives the room back that was too much
-    return made | {name: pa.chunked_array(parts).combine_chunks() for name, parts in texts.items()}
+    for column in made.values():
+        column.resize(rows, refcheck=False)  # gives the room back that was too much
+    return {**made, **texts}
+
+
+def _even(block: bytes, layout: Layout) -> bool:
+    """Whether each line has a cell for each column, and no decimal comma that is quoted."""
+    if layout.comma and layout.mark == ",":
+        return False
+    codes = np.frombuffer(block, np.uint8)
+    marks = np.cumsum(codes == ord(layout.mark))[codes == ord("\n")]
+    return bool(np.all(np.diff(marks, prepend=0) == len(layout.names) - 1))
+
+
+def _block(text: str, mark: str, columns: Sequence[int], dtype: type) -> Array:
+    """Some columns of whole lines, a row for each."""
+    if not columns:
+        return np.empty((0, 0))
+
+    def parsed(text: str) -> Array:
+        return np.loadtxt(
+            io.StringIO(text),
+            dtype,
+            None,
+            mark,
+            usecols=columns,
+            unpack=True,
+            ndmin=2,
+            quotechar='"',
+        )
+
+    if not text.strip():
+        return np.empty((len(columns), 0))
+    try:
+        return parsed(text)
+    except ValueError:
+        words = "|".join(re.escape(word) for word in MISSING if word)
+        optional = "" if mark == BLANKS else "?"
+        gap = rf"(?<![^{mark}\n]) *(?:{words}){optional} *(?=[{mark}\r\n])"
+        return parsed(re.sub(gap, "nan", text))
 
 
 def _longer(values: Array, used: int, needed: int, part: float) -> Array:
@@ -223,26 +244,6 @@ def _longer(values: Array, used: int, needed: int, part: float) -> Array:
     new = np.empty(int(needed * min(max(1.1 * part, 1.3), 1e3)) + 1000)
     new[:used] = values[:used]
     return new
-
-
-class _Pieces(io.RawIOBase):
-    """A file of the pieces that an iterator gives."""
-
-    def __init__(self, source: Iterator[bytes]) -> None:
-        self._source, self._rest = source, memoryview(b"")
-
-    def readable(self) -> bool:
-        return True
-
-    def readinto(self, buffer: Any) -> int:
-        while not self._rest:
-            piece = next(self._source, None)
-            if piece is None:
-                return 0
-            self._rest = memoryview(piece)
-        size = min(len(buffer), len(self._rest))
-        buffer[:size], self._rest = self._rest[:size], self._rest[size:]
-        return size
 
 
 def pieces(
@@ -319,10 +320,8 @@ def _slow(path: Path, where: str, layout: Layout, names: Sequence[str]) -> dict[
                 wrong.setdefault(name, []).append((k, printable(cell, 40)))
             values.append(value)
     _judge(where, rows, unread, wrong)
-    import pyarrow as pa
-
     return {
-        name: pa.array(values, pa.string()) if kinds[name] == TIME else np.array(values, float)
+        name: values if kinds[name] == TIME else np.array(values, float)
         for name, values in found.items()
     }
 

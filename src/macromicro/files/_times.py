@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+import re
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -10,57 +11,47 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError, ProblemError
 
 _DAY = 86400.0
-_PARTS = (
+_PARTS = re.compile(
     r"^\s*(?:(?P<a>\d+)[-/.](?P<b>\d+)[-/.](?P<c>\d+))?[T ]*"
     r"(?:(?P<h>\d+):(?P<m>\d+)(?::(?P<s>\d+(?:[.,]\d+)?))?)?\s*(?P<p>[AaPp][Mm])?"
     r"(?:Z|(?P<z>[+-])(?P<zh>\d\d):?(?P<zm>\d\d))?\s*$"
 )
 
 
-def seconds(texts: Any, where: str) -> Array:
+def seconds(texts: Sequence[str | None], where: str) -> Array:
     """Seconds since midnight before the first time."""
     # Without dates, a time of day that falls by more than half a day begins the next day.
-    import pyarrow as pa
-    import pyarrow.compute as pc
-
-    found = pc.extract_regex(texts, _PARTS)
-    empty = pc.fill_null(pc.equal(pc.utf8_trim_whitespace(texts), ""), True)
-    bad = pc.and_(pc.is_null(found), pc.invert(empty)).to_numpy(zero_copy_only=False)
-    if bad.any():
-        row = int(bad.argmax())
-        accepted = "a date or a time of day, as 2024-03-01 12:00:00.5 or 12:00:00"
-        raise InputError(f"{where}, row {row + 1}", texts[row].as_py(), accepted)
-
-    def part(name: str) -> Array:
-        text = pc.replace_substring(pc.struct_field(found, name), ",", ".")
-        full = pc.if_else(pc.equal(text, ""), pa.scalar(None, pa.string()), text)
-        return np.asarray(
-            pc.cast(full, pa.float64()).to_numpy(zero_copy_only=False), dtype=np.float64
-        )
-
-    hours, minutes, rest = (part(name) for name in "hms")
-    noon = pc.utf8_upper(pc.fill_null(pc.struct_field(found, "p"), ""))
-    afternoon = pc.fill_null(pc.equal(noon, "PM"), False).to_numpy(zero_copy_only=False)
-    morning = pc.fill_null(pc.equal(noon, "AM"), False).to_numpy(zero_copy_only=False)
-    hours = np.where(afternoon | morning, hours % 12.0 + 12.0 * afternoon, hours)
-    east = _filled(part("zh")) * 3600.0 + _filled(part("zm")) * 60.0
-    west = pc.fill_null(pc.equal(pc.struct_field(found, "z"), "-"), False)
-    zone = np.where(west.to_numpy(zero_copy_only=False), -east, east)
-    hidden = empty.to_numpy(zero_copy_only=False)
-    of_day = 3600.0 * _filled(hours) + 60.0 * _filled(minutes) + _filled(rest)
-    a, b, c = (part(name) for name in "abc")
-    if np.isnan(a[~hidden]).all():
+    hidden = np.array([not (text or "").strip() for text in texts])
+    of_day, zone, dates = (
+        np.zeros(len(texts)),
+        np.zeros(len(texts)),
+        np.full((3, len(texts)), np.nan),
+    )
+    for row, text in enumerate(texts):
+        if hidden[row]:
+            continue
+        found = _PARTS.match(text or "")
+        if not found:
+            accepted = "a date or a time of day, as 2024-03-01 12:00:00.5 or 12:00:00"
+            raise InputError(f"{where}, row {row + 1}", text, accepted)
+        a, b, c, h, m, s, noon, sign, zone_h, zone_m = found.groups()
+        hours = float(h or 0.0)
+        if noon:
+            hours = hours % 12.0 + 12.0 * (noon.upper() == "PM")
+        of_day[row] = 3600.0 * hours + 60.0 * float(m or 0.0) + float((s or "0").replace(",", "."))
+        if sign:
+            east = 3600.0 * float(zone_h) + 60.0 * float(zone_m)
+            zone[row] = -east if sign == "-" else east
+        if a:
+            dates[:, row] = float(a), float(b), float(c)
+    if np.isnan(dates[0]).all():
         later = np.cumsum(np.r_[0.0, np.diff(of_day) < -0.5 * _DAY])
         days = np.asarray(later, dtype=np.float64)
     else:
-        days = _days(a, b, c, where)
+        days = _days(dates[0], dates[1], dates[2], where)
     days = np.where(hidden, np.nan, days)
     first = days[np.isfinite(days)]
     return (days - (first[0] if len(first) else 0.0)) * _DAY + of_day - zone
-
-
-def _filled(values: Array) -> Array:
-    return np.where(np.isnan(values), 0.0, values)
 
 
 def _days(a: Array, b: Array, c: Array, where: str) -> Array:

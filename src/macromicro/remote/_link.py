@@ -7,11 +7,8 @@ import contextlib
 import json
 import struct
 import time
-from importlib.util import find_spec
 from typing import Any
 
-from macromicro.errors import MacromicroError
-from macromicro.extras import remedy
 from macromicro.remote.failures import ConnectionLost, RequestRefused, StopNotConfirmed
 from macromicro.serve import unconfirmed
 
@@ -46,9 +43,6 @@ class Link:
 
     async def open(self) -> None:
         """Connect and say hello."""
-        if find_spec("websockets") is None:
-            need = "the client needs the package websockets"
-            raise MacromicroError(f"{need}; {remedy('web')}")
         from websockets.asyncio.client import connect
         from websockets.exceptions import InvalidStatus, WebSocketException
 

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro import portable
 from macromicro.control import calibration
 from macromicro.errors import InputError
 from macromicro.plant import bench, carriage
@@ -131,7 +132,7 @@ def board(path: str | os.PathLike[str] | None = None) -> NDArray[np.float64]:
     if path is None:
         return np.zeros(CELLS)
     size = 8 * CELLS
-    fd = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    fd = os.open(path, portable.READ_WRITE, 0o600)
     try:
         if os.fstat(fd).st_size != size:
             os.ftruncate(fd, size)

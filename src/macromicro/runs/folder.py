@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import atexit
 import contextlib
-import fcntl
 import itertools
 import os
 import shutil
 import tempfile
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from macromicro import portable
 from macromicro.columns import Column
 from macromicro.drawing import files
 from macromicro.errors import MacromicroError, ProblemError
@@ -186,7 +187,7 @@ def held(place: Path, *, overwrite: bool, names: Sequence[str] = FILES) -> Itera
     """
     where = f"--out {printable(place, 300)}"
     _make(place)
-    file = os.open(place, os.O_RDONLY)
+    file = _opened(place)
     try:
         _lock(file, where)
         check_content(place, where, overwrite, names)
@@ -194,6 +195,14 @@ def held(place: Path, *, overwrite: bool, names: Sequence[str] = FILES) -> Itera
     finally:
         tidy()
         os.close(file)
+
+
+def _opened(place: Path) -> int:
+    """A descriptor to lock a folder by; Windows opens no folders, so a file stands for it."""
+    if os.name != "nt":
+        return os.open(place, os.O_RDONLY)
+    name = f"macromicro-{zlib.crc32(str(place.resolve()).encode()):08x}.lock"
+    return os.open(Path(tempfile.gettempdir()) / name, portable.READ_WRITE)
 
 
 def tidy() -> None:
@@ -208,7 +217,7 @@ atexit.register(tidy)  # what was chosen, and then refused
 
 def _lock(file: int, where: str) -> None:
     try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        portable.lock(file)
     except BlockingIOError:
         raise ProblemError(where, f"in use by {holder(file)}", ACCEPTED) from None
     except OSError:

@@ -10,6 +10,7 @@ import time
 from typing import Any, NamedTuple
 
 from macromicro.errors import InputError, MacromicroError, ProblemError
+from macromicro.portable import READ_WRITE
 from macromicro.serve import link
 from macromicro.serve.loop_spec import Spec
 from macromicro.serve.shared import Shared
@@ -30,16 +31,21 @@ class Child(NamedTuple):
 def launch(spec: Spec, shared: Shared, lock_fd: int) -> Child:
     """Start the loop process, which inherits the lock; returns shortly before its first period."""
     ours, theirs = link.pair()
-    fds = (theirs.fileno(), shared.fd, lock_fd)
     paths = [p or os.getcwd() for p in sys.path]
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
+    start = [sys.executable, "-P", "-c", _CODE]
     try:
-        process = subprocess.Popen(
-            [sys.executable, "-P", "-c", _CODE, *map(str, fds)],
-            pass_fds=fds,
-            stdin=subprocess.DEVNULL,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
-            start_new_session=True,
-        )
+        if os.name == "nt":
+            process = _given(start, theirs, shared, env)
+        else:
+            fds = (theirs.fileno(), shared.fd, lock_fd)
+            process = subprocess.Popen(
+                [*start, *map(str, fds)],
+                pass_fds=fds,
+                stdin=subprocess.DEVNULL,
+                env=env,
+                start_new_session=True,
+            )
     finally:
         theirs.close()
     try:
@@ -50,6 +56,30 @@ def launch(spec: Spec, shared: Shared, lock_fd: int) -> Child:
         process.wait()
         ours.close()
         raise
+
+
+def _given(
+    start: list[str], theirs: socket.socket, shared: Shared, env: dict[str, str]
+) -> subprocess.Popen[bytes]:
+    """Start it on Windows, which passes sockets by a text made for that process."""
+    group = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)  # Ctrl-C does not reach it
+    process = subprocess.Popen(
+        [*start, shared.path], stdin=subprocess.PIPE, env=env, creationflags=group
+    )
+    assert process.stdin is not None
+    process.stdin.write(theirs.share(process.pid))  # type: ignore[attr-defined]
+    process.stdin.close()
+    return process
+
+
+def taken(arguments: list[str]) -> tuple[socket.socket, Shared]:
+    """The loop's end of the link and the memory, in the started process."""
+    if len(arguments) == 1:
+        text = sys.stdin.buffer.read()
+        end = socket.fromshare(text)  # type: ignore[attr-defined]
+        return end, Shared(os.open(arguments[0], READ_WRITE))
+    ends, memory, _lock = map(int, arguments)
+    return socket.socket(fileno=ends), Shared(memory)
 
 
 def _greeting(process: subprocess.Popen[bytes], ours: socket.socket) -> tuple[Any, Any]:

@@ -128,10 +128,12 @@ def prepare(settings: ServeSettings) -> Privileges:
     words = []
     try:
         ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
-    except (OSError, AttributeError):
+    except (OSError, AttributeError, TypeError):  # other systems have no such call
         words.append("timer slack unchanged")
     realtime = False
-    if settings.realtime != OFF:
+    if settings.realtime != OFF and not hasattr(os, "sched_setscheduler"):
+        words.append("soft timing: this system grants no real-time priority")
+    elif settings.realtime != OFF:
         try:
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(settings.priority))
             realtime = True

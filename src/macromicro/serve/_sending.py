@@ -132,7 +132,7 @@ class Sender:
             if isinstance(request, m.Stop | m.LinkLost):
                 self._stops += 1
             try:
-                self._child.end.send(data, link.DONT_WAIT)
+                link.offer(self._child.end, data)
             except BlockingIOError:
                 return SILENT
             except OSError:

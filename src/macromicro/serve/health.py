@@ -17,19 +17,20 @@ from pathlib import Path
 from typing import NamedTuple
 
 import macromicro
+from macromicro import portable
 from macromicro.extras import remedy
 from macromicro.kernel import cache_folder
 from macromicro.serve.shared import Shared
 
 OK, WARN, FAIL = "ok", "warn", "fail"
 NEEDED: tuple[str, ...] = ("numpy", "numba", "scipy", "h5py", "typer")
-NEEDED += ("rich", "matplotlib", "jinja2", "pyarrow")
+NEEDED += ("rich", "matplotlib", "jinja2", "websockets")
 EXTRAS = {  # distribution: what for, and the extra of this package that brings it
     "xarray": ("recordings as xarray datasets", "xarray"),
     "h5netcdf": ("xarray datasets in netCDF files", "xarray"),
     "pandas": ("recordings as pandas tables", "pandas"),
     "distributed": ("sweeps on a dask cluster", "cluster"),
-    "websockets": ("live page in the browser", "web"),
+    "pyarrow": ("sweeps and Parquet files", "sweep"),
 }
 _OLDEST = (3, 11)
 _CLOCKS = ("tsc", "kvm-clock", "arch_sys_counter", "hyperv_clocksource_tsc_page", "xen")
@@ -49,7 +50,7 @@ def shared_memory() -> Finding:
     try:
         Shared.create().close()
     except (OSError, ValueError) as error:
-        remedy = "Linux with memfd_create, and room for it in memory (ulimit -f, ulimit -v)"
+        remedy = "make room in memory (ulimit -f, ulimit -v)"
         return Finding("shared memory", FAIL, str(error), remedy)
     return Finding("shared memory", OK, "given")
 
@@ -135,7 +136,7 @@ def unwritable(folder: Path) -> str:
 
 
 def cores() -> Finding:
-    count = len(os.sched_getaffinity(0))
+    count = portable.cores()
     if count < 2:
         remedy = "expect missed periods: the loop shares its core"
         return Finding("processor", WARN, f"{count} core", remedy)
@@ -149,8 +150,8 @@ def realtime(priority: int) -> Finding:
     def attempt() -> None:
         try:
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
-        except OSError as error:
-            refused.append(error.strerror or str(error))
+        except (OSError, AttributeError) as error:
+            refused.append(getattr(error, "strerror", None) or str(error))
 
     thread = threading.Thread(target=attempt)
     thread.start()
@@ -168,7 +169,7 @@ def realtime(priority: int) -> Finding:
 
 
 def _user() -> str:
-    return os.environ.get("USER") or str(os.getuid())
+    return os.environ.get("USER") or "USER"
 
 
 def clock(system: Path = _SYS) -> Iterator[Finding]:

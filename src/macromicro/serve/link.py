@@ -5,35 +5,57 @@ from __future__ import annotations
 import contextlib
 import pickle
 import socket
+import struct
 from collections import deque
 from typing import Any
 
 LARGEST = 150_000  # bytes; what a socket's buffer takes at once
 
-DONT_WAIT = socket.MSG_DONTWAIT
+_LENGTH = struct.Struct("<I")  # before each message
+_DONT_WAIT = getattr(socket, "MSG_DONTWAIT", 0)
+_PIECE = 1 << 16
 
 
 def pair() -> tuple[socket.socket, socket.socket]:
-    """Both ends of a packet socket; an empty packet means that the other process has ended."""
-    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    """Both ends of a stream; its end means that the other process has ended."""
+    ours, theirs = socket.socketpair()
     for end in (ours, theirs):
         end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4 * LARGEST)
     return ours, theirs
 
 
 def packed(message: Any) -> bytes:
-    return pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
+    data = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
+    return _LENGTH.pack(len(data)) + data
+
+
+def offer(end: socket.socket, data: bytes) -> None:
+    """Send a packed message; BlockingIOError if the other process has not read earlier ones."""
+    sent = end.send(data, _DONT_WAIT)
+    end.sendall(data[sent:])
 
 
 def receive(end: socket.socket) -> Any:
     """Wait for a message; EOFError when the other process has ended."""
+    (length,) = _LENGTH.unpack(_exactly(end, _LENGTH.size))
+    return pickle.loads(_exactly(end, length))
+
+
+def _exactly(end: socket.socket, size: int) -> bytes:
+    found = b""
+    while len(found) < size:
+        found += _piece(end, size - len(found))
+    return found
+
+
+def _piece(end: socket.socket, most: int) -> bytes:
     try:
-        data = end.recv(4 * LARGEST)
-    except ConnectionResetError:
+        data = end.recv(most)
+    except ConnectionError:
         data = b""
     if not data:
         raise EOFError
-    return pickle.loads(data)
+    return data
 
 
 class Outbox:
@@ -43,6 +65,7 @@ class Outbox:
         end.setblocking(False)
         self._end = end
         self._waiting: deque[bytes] = deque()
+        self._arrived = b""
 
     def send(self, message: Any) -> None:
         self._waiting.append(packed(message))
@@ -52,24 +75,40 @@ class Outbox:
         """Send as much as the socket takes."""
         while self._waiting:
             try:
-                self._end.send(self._waiting[0])
+                sent = self._end.send(self._waiting[0])
             except BlockingIOError:
                 return
             except OSError:  # nobody listens any more: the heartbeat will notice
                 self._waiting.clear()
                 return
-            self._waiting.popleft()
+            if sent < len(self._waiting[0]):
+                self._waiting[0] = self._waiting[0][sent:]
+            else:
+                self._waiting.popleft()
 
     def end(self) -> None:
         """Receive no more: unread messages at exit would reset the link, losing the last ones."""
         with contextlib.suppress(OSError):
             self._end.shutdown(socket.SHUT_RD)
-        while self.receive() is not None:
-            pass
+        with contextlib.suppress(BlockingIOError, EOFError):
+            while True:
+                _piece(self._end, _PIECE)
 
     def receive(self) -> Any:
         """A message that is there already, or None."""
-        try:
-            return receive(self._end)
-        except (BlockingIOError, EOFError):
+        while (message := self._whole()) is None:
+            try:
+                self._arrived += _piece(self._end, _PIECE)
+            except (BlockingIOError, EOFError):
+                return None
+        return pickle.loads(message)
+
+    def _whole(self) -> bytes | None:
+        """The first message, if all of it has arrived."""
+        if len(self._arrived) < _LENGTH.size:
             return None
+        end = _LENGTH.size + _LENGTH.unpack_from(self._arrived)[0]
+        if len(self._arrived) < end:
+            return None
+        message, self._arrived = self._arrived[_LENGTH.size : end], self._arrived[end:]
+        return message

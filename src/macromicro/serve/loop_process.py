@@ -13,7 +13,6 @@ import importlib
 import math
 import os
 import signal
-import socket
 import sys
 import traceback
 from collections.abc import Callable
@@ -33,6 +32,7 @@ from macromicro.rig.session import BENCH, Session
 from macromicro.rig.twin import CompiledTwin, Twin, VirtualClock
 from macromicro.schema.text import printable
 from macromicro.serve import _pacing, faults
+from macromicro.serve._launching import taken
 from macromicro.serve._machine import Guard, Machine
 from macromicro.serve._warming import warm
 from macromicro.serve.joint.settings import JointSettings
@@ -47,7 +47,6 @@ from macromicro.serve.ticking import ORPHANED, Loop
 from macromicro.types import Sample
 
 _PR_SET_PDEATHSIG = 1
-_DEATH = signal.SIGUSR2
 FRAMES = 8  # innermost ones, of a traceback in the log
 
 
@@ -102,13 +101,11 @@ class Opened(NamedTuple):
 
 
 def main() -> None:
-    """Run the loop process; arguments: descriptors of socket, memory and lock."""
-    ends, memory, _lock = (int(text) for text in sys.argv[1:4])
+    """Run the loop process; the arguments are those of `_launching`."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    end = socket.socket(fileno=ends)
+    end, shared = taken(sys.argv[1:])
     spec: Spec = receive(end)
     outbox = Outbox(end)
-    shared = Shared(memory)
     try:
         opened = open_machine(spec)
         machine = opened.machine()
@@ -260,8 +257,11 @@ def _inside_rig(error: Exception) -> bool:
 def _die_with(parent: int, loop: Loop, patience: float) -> None:
     """Have the kernel signal the death of the serving process.
 
-    The signal reports the death of the parent's thread, so only a changed parent counts.
+    The signal reports the death of the parent's thread, so only a changed parent counts. On systems
+    without it the missing heartbeat shows it, later.
     """
+    if not hasattr(signal, "SIGUSR2"):
+        return
 
     def dying(number: int, frame: FrameType | None) -> None:
         if os.getppid() != parent:
@@ -273,8 +273,8 @@ def _die_with(parent: int, loop: Loop, patience: float) -> None:
         signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGTERM))
         signal.setitimer(signal.ITIMER_REAL, patience)
 
-    signal.signal(_DEATH, dying)
-    with contextlib.suppress(OSError, AttributeError):  # without it the heartbeat shows it, later
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(_DEATH), 0, 0, 0)
+    signal.signal(signal.SIGUSR2, dying)
+    with contextlib.suppress(OSError, AttributeError):
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(signal.SIGUSR2), 0, 0, 0)
     if os.getppid() != parent:
         orphaned()

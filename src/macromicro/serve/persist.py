@@ -7,7 +7,6 @@ leaves a file that the next start does not trust.
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import json
 import math
 import os
@@ -16,6 +15,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from macromicro import portable
 from macromicro.errors import MacromicroError
 from macromicro.schema.text import printable
 
@@ -80,11 +80,12 @@ def save(path: Path, kept: Kept) -> None:
         file.flush()
         os.fsync(file.fileno())
     os.replace(part, path)
-    folder = os.open(path.parent, os.O_RDONLY)
-    try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)
+    if hasattr(os, "O_DIRECTORY"):  # Windows opens no folders
+        folder = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
 
 
 def load(path: Path) -> Kept | str:
@@ -180,16 +181,16 @@ class Lock:
         """Take the lock, or raise an error that names the process holding it."""
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            fd = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+            fd = os.open(self.path, portable.READ_WRITE, 0o644)
         except OSError as error:
             raise MacromicroError(
                 f"{self.path}: the position cannot be saved there: {error.strerror}; make the "
                 "folder writable, or name another state file"
             ) from None
         try:
-            fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            portable.lock(fd)
         except OSError:
-            text = os.pread(fd, 200, 0).decode("utf-8", "replace")
+            text = portable.read_at(fd, 200, 0).decode("utf-8", "replace")
             os.close(fd)
             raise MacromicroError(
                 f"this machine is already being served by {printable(text.strip(), 80)} "
@@ -202,7 +203,7 @@ class Lock:
     def write(self, text: str) -> None:
         """Name the holder, for the message to others."""
         os.ftruncate(self.fd, 0)
-        os.pwrite(self.fd, text.encode(), 0)
+        portable.write_at(self.fd, text.encode(), 0)
 
     def drop(self) -> None:
         if self.fd >= 0:

@@ -1,4 +1,4 @@
-"""Anonymous memory (memfd) shared by the serving and the loop process: flags, status, telemetry.
+"""Memory shared by the serving and the loop process: flags, status, telemetry.
 
 Each 64-bit cell has one writer. A row of the ring is complete before the count that makes it
 visible, which x86-64's store order guarantees. Times are monotonic ns.
@@ -6,9 +6,11 @@ visible, which x86-64's store order guarantees. Times are monotonic ns.
 
 from __future__ import annotations
 
+import contextlib
 import math
 import mmap
 import os
+import tempfile
 import time
 from collections.abc import Sequence
 from functools import cache
@@ -158,6 +160,7 @@ class Shared:
 
     def __init__(self, fd: int, rows: int = ROWS) -> None:
         self.fd = fd
+        self.path = ""
         self.rows = rows
         status = len(Status._fields)
         size = 8 * (2 * _CELLS + 2 * BINS + len(COLUMNS) * rows)
@@ -177,13 +180,25 @@ class Shared:
 
     @classmethod
     def create(cls, rows: int = ROWS) -> Shared:
-        return cls(os.memfd_create("macromicro"), rows)
+        """Anonymous memory, or a temporary file on systems without it."""
+        if hasattr(os, "memfd_create"):
+            return cls(os.memfd_create("macromicro"), rows)
+        fd, path = tempfile.mkstemp(prefix="macromicro-")
+        shared = cls(fd, rows)
+        if os.name == "nt":  # no process inherits the file: it is opened by its name
+            shared.path = path
+        else:
+            os.unlink(path)
+        return shared
 
     def close(self) -> None:
         """Close the descriptor; the mapping lives as long as its arrays."""
         if self.fd >= 0:
             os.close(self.fd)
             self.fd = -1
+        if self.path:
+            with contextlib.suppress(OSError):  # the other process still has it
+                os.unlink(self.path)
 
     def put(self, row: Sequence[float]) -> None:
         cells = self._turns

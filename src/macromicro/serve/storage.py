@@ -6,6 +6,7 @@ import os
 import stat
 from pathlib import Path
 
+from macromicro import portable
 from macromicro.errors import InputError, ProblemError
 from macromicro.recorder import check_space
 from macromicro.recording_format import needed_bytes
@@ -25,7 +26,7 @@ def check_state(path: Path, option: str = "--state") -> None:
         if found:
             raise ProblemError(where, f"this is {found}", _FILE)
         for each in (path.with_name(f"{path.name}.lock"), *([path] if path.exists() else [])):
-            os.close(os.open(each, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644))
+            os.close(os.open(each, portable.READ_WRITE, 0o644))
         if not os.access(path.parent, os.W_OK | os.X_OK):  # the file is replaced as a whole
             raise ProblemError(where, "its folder is not writable", _FILE)
     except OSError as error:

@@ -8,7 +8,7 @@ import re
 from typing import TYPE_CHECKING
 
 from macromicro.errors import ProblemError
-from macromicro.extras import remedy
+from macromicro.extras import require
 from macromicro.schema.text import printable
 from macromicro.sweeps._provenance import Provenance, running
 
@@ -22,11 +22,9 @@ _WORKERS = 20.0  # s to wait for a first worker
 
 
 def connect(address: str, ours: Provenance) -> Client:
-    try:
-        from distributed import Client
-    except ImportError:
-        missing = "dask.distributed is not installed"
-        raise ProblemError("--scheduler", missing, f"Install it {remedy('cluster')}") from None
+    require("--scheduler", "distributed", "cluster")
+    from distributed import Client
+
     where = f"--scheduler {printable(address, 200)}"
     if not re.fullmatch(_ADDRESS, address):
         raise ProblemError(where, "not an address", _ACCEPTED)

@@ -17,7 +17,7 @@ from macromicro.threads import one_for_blas
 T = TypeVar("T")
 
 # A terminal sends these to the whole group; only the parent acts on them.
-_OF_THE_GROUP = {signal.SIGINT, signal.SIGHUP}
+_OF_THE_GROUP = {signal.SIGINT, getattr(signal, "SIGHUP", signal.SIGINT)}
 
 
 @contextmanager
@@ -36,6 +36,8 @@ def processes(count: int) -> Iterator[ProcessPoolExecutor]:
 
 def submit(pool: Executor, function: Callable[..., T], *arguments: Any) -> Future[T]:
     """Submit a call; a worker that this starts ignores the signals of a terminal."""
+    if not hasattr(signal, "pthread_sigmask"):
+        return pool.submit(function, *arguments)
     before = signal.pthread_sigmask(signal.SIG_BLOCK, _OF_THE_GROUP)
     try:
         return pool.submit(function, *arguments)

@@ -13,7 +13,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.drawing import files
 from macromicro.errors import ProblemError
-from macromicro.extras import remedy
+from macromicro.extras import require
 from macromicro.schema.par import NO_UNIT
 from macromicro.schema.text import printable
 from macromicro.units import convert
@@ -27,16 +27,6 @@ NAME = "sweep"  # of the figure
 FIGURES = files.names([NAME])
 METRICS = 4  # the first ones are read
 MAX_CELLS = 20_000_000
-
-
-def require() -> None:
-    """Refuse to go on without pyarrow."""
-    try:
-        import pyarrow.parquet  # noqa: F401
-    except ImportError:
-        raise ProblemError(
-            "results", "pyarrow is not installed", f"Install it {remedy('sweep')}"
-        ) from None
 
 
 class Range(NamedTuple):
@@ -129,7 +119,7 @@ class Results(NamedTuple):
 
 def load(folder: str | Path) -> Results:
     """The parameters and the first metrics of a finished sweep, in the units that people read."""
-    require()
+    require("a sweep", "pyarrow", "sweep")
     import pyarrow as pa
     import pyarrow.parquet as pq
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from macromicro.batch import cores
 from macromicro.errors import InputError, ProblemError
+from macromicro.extras import require
 from macromicro.runs import folder as runs
 from macromicro.sweeps import _cluster, results
 from macromicro.sweeps._evaluate import (
@@ -84,7 +85,7 @@ def check(request: Request) -> Ready:
     workers = cores() if request.workers is None else request.workers
     if not 1 <= workers <= MAX_WORKERS:
         raise InputError("--workers", workers, f"a whole number from 1 to {MAX_WORKERS}")
-    results.require()
+    require("a sweep", "pyarrow", "sweep")
     spec, text = load(request.spec, factory(request.factory), request.law)
     job = factory(request.factory)(spec.job, **dict(spec.options))
     usual = Path("results") / request.spec.stem

@@ -7,11 +7,10 @@ import contextlib
 import logging
 import os
 import re
-from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from macromicro.errors import InputError, MacromicroError
-from macromicro.extras import remedy
+from macromicro.errors import InputError
+from macromicro.extras import require
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.guesses import Token
 from macromicro.serve.hosts import HOST, guarded
@@ -42,8 +41,7 @@ class EpicsServer(Threaded):
     """
 
     def __init__(self, station: Station, prefix: str, token: Token | None = None) -> None:
-        if find_spec("caproto") is None:
-            raise MacromicroError(f"EPICS needs the package caproto; {remedy('epics')}")
+        require("--epics", "caproto", "epics")
         self.prefix = checked(prefix)
         self._interfaces = os.environ.get(INTERFACES, "").split() or [HOST]
         token = token or Token(None)

@@ -9,8 +9,6 @@ from pathlib import Path
 from threading import Thread
 from typing import TYPE_CHECKING, Any
 
-from macromicro.errors import MacromicroError
-from macromicro.extras import remedy
 from macromicro.serve.door._monitor import prepare
 from macromicro.serve.guesses import Guesses, Token
 from macromicro.serve.hosts import HOST, guarded, is_loopback, url
@@ -46,14 +44,8 @@ class WebServer(Threaded):
         table: FodTable | None = None,
         bounds: Bounds | None = None,
     ) -> None:
-        try:
-            from macromicro.serve.web._http import Gate
-        except ModuleNotFoundError as error:
-            if error.name != "websockets":
-                raise
-            raise MacromicroError(
-                f"the page needs the package websockets; {remedy('web')}"
-            ) from None
+        from macromicro.serve.web._http import Gate
+
         self._bounds = bounds or Bounds()
         if not isinstance(token, Token):
             guarded(host, token)
