@@ -34,8 +34,8 @@ serve: $(VENV)/.core ## serve the virtual bench live: SCPI and a page, until Ctr
 test: $(VENV)/.dev ## run the tests
 	$(PYTEST) -n $(WORKERS) -m "not slow"
 
-test-docs: $(VENV)/.dev ## run every code block of README and docs, and the notebooks
-	$(PYTEST) -n $(WORKERS) -m slow tests/test_blocks.py tests/tools/website
+test-docs: $(VENV)/.dev ## run every code block of README and docs, the examples and the notebooks
+	$(PYTEST) -n $(WORKERS) -m slow tests/test_blocks.py tests/test_readme.py tests/test_examples.py tests/tools/website
 
 test-slow: $(VENV)/.dev ## run the slow tests alone
 	$(PYTEST) -m slow
