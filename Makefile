@@ -33,8 +33,8 @@ serve: $(VENV)/.core ## serve the virtual bench live: SCPI and a page, until Ctr
 test: $(VENV)/.dev ## run the tests
 	$(PYTEST) -n $(WORKERS) -m "not slow"
 
-test-docs: $(VENV)/.dev ## run every code block of README and docs, and the notebooks
-	$(PYTEST) -n $(WORKERS) -m slow tests/test_blocks.py tests/tools/website
+test-docs: $(VENV)/.dev ## run every code block of README and docs, the examples and the notebooks
+	$(PYTEST) -n $(WORKERS) -m slow tests/test_blocks.py tests/test_readme.py tests/test_examples.py tests/tools/website
 
 test-slow: $(VENV)/.dev ## run the slow tests alone
 	$(PYTEST) -m slow
@@ -127,21 +127,23 @@ bench-identify: $(VENV)/.core ## long files; do the errors that identify prints 
 	$(BIN)/python benchmarks/intervals.py
 	$(BIN)/python docs/make_coverage.py
 
-MEASURED := beyond beyond_micro beyond_both beyond_variants bench used actuator figures commissioning examples
+# Those of the variants also identify a bench of each stage.
+QUICK := "docs/make_beyond_variants.py --quick --kind macro" \
+  "docs/make_beyond_variants.py --quick --kind micro" \
+  "benchmarks/bench.py --quick" "benchmarks/peers/compare.py --quick" \
+  "benchmarks/reading.py 20000" "benchmarks/intervals.py --quick" \
+  $(patsubst %,"docs/make_%.py --quick", \
+    beyond beyond_micro beyond_both bench used actuator figures commissioning examples calibrate)
 quick: $(VENV)/.dev ## run every maker of figures for a moment, to see that it still runs
-	$(BIN)/python benchmarks/bench.py --quick
-	$(BIN)/python benchmarks/peers/compare.py --quick
-	$(BIN)/python benchmarks/reading.py 20000
-	$(BIN)/python benchmarks/intervals.py --quick
-	@for maker in $(MEASURED); do \
-	  echo "docs/make_$$maker.py --quick"; $(BIN)/python docs/make_$$maker.py --quick || exit 1; done
+	@printf '%s\n' $(QUICK) | xargs -P $(WORKERS) -I{} \
+	  sh -c 'echo "{}"; $(BIN)/python {} || { echo "failed: {}"; exit 1; }'
 	@if command -v chromium >/dev/null; then $(BIN)/python docs/make_screenshots.py --quick; fi
 
 mutants: $(VENV)/.dev ## do the tests notice a wrong sign, term, latch? MUTATED="rig/guard.py control/live"
 	$(BIN)/python tools/mutants $(MUTATED) --jobs 2
 
-matrix: $(VENV)/.core ## every fault in every mode of every kind of machine, judged by truth
-	PYTHONPATH=tools $(BIN)/python -m faultmatrix --out $(MATRIX)
+matrix: $(VENV)/.core ## every fault in every mode of each kind of machine, judged by truth; FAULTS=--quick: some
+	PYTHONPATH=tools $(BIN)/python -m faultmatrix --workers $(WORKERS) --out $(MATRIX) $(FAULTS)
 
 soak: $(VENV)/.core ## serve under random commands and faults for MINUTES=60; KIND=slide SOAK=
 	PYTHONPATH=tools $(BIN)/python -m soak --kind $(KIND) --minutes $(MINUTES) --out $(SOAK)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from figures import some
+
 from macromicro.tuning.request import Request, ready
 
 EVALUATIONS = 300
@@ -18,7 +20,7 @@ def lines(timed: Any, line: Any) -> list[Any]:
     """The figures as lines of the benchmark's table: `timed` and `line` as in bench.py."""
     found = []
     for name, target, request in ROWS:
-        asked = ready(request._replace(evaluations=EVALUATIONS))
+        asked = ready(request._replace(evaluations=some(EVALUATIONS)))
         seconds = timed(asked.search, 5)
         runs, benches = asked.search().evaluations, asked.budget.machines
         remark = f"{runs} evaluations" + (f" of {benches} benches" if benches > 1 else "")

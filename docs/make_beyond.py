@@ -85,7 +85,7 @@ def under(settings: Settings, law: str, gains: dict[str, float]) -> Settings:
 def moved(settings: Settings, folder: Path) -> list[dict[str, float]]:
     """Every move of `PLACES`, judged."""
     pitch = settings.sensors.encoder.pitch
-    places = ", ".join(f'"{x} mm"' for x in PLACES)
+    places = ", ".join(f'"{x} mm"' for x in measured_page.few(PLACES))
     path = folder / "moves.toml"
     path.write_text(f'[[moves]]\nmacro = [{places}]\nhold = "0.6 s"\n')
     run = api.run(path, settings=changed(settings, {"controller.sequence.wait": 0.6}))
@@ -119,7 +119,7 @@ def tracked(settings: Settings, folder: Path) -> list[float]:
     pitch, found = settings.sensors.encoder.pitch, []
     t = np.arange(0.0, 5.0, 1e-3)
     on = np.maximum(t - 1.5, 0.0)
-    ways = [100.0 - a * np.cos(2.0 * np.pi * f * on) for a, f in SINES]
+    ways = [100.0 - a * np.cos(2.0 * np.pi * f * on) for a, f in measured_page.few(SINES)]
     for x in (*ways, 60.0 + RAMP * on):
         path = folder / "way.csv"
         rows = [f"{a:.4f},{b:.6f}" for a, b in zip(t, x, strict=True)]

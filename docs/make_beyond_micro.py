@@ -102,7 +102,7 @@ def moved(
     at = [c.name for c in rows].index("true_micro")
     run, random, found, before = rolled.run, noise_source(1), [], 0.0
     n = round(hold / PERIOD)
-    for goal in ways:
+    for goal in measured_page.few(tuple(ways)):
         least = limited(rolled.plant, run.bench, goal)
         noise, out = random.standard_normal((n, NOISES)), np.empty((len(rows), n))
         run, written = advance(*rolled[:4], run, noise, out, PERIOD)
@@ -164,14 +164,14 @@ def off(programme: Programme, settings: Settings, seed: int = 2) -> float:
 
 def tracked(settings: Settings, folder: Path) -> list[float]:
     """What each of `SINES` is off by, um."""
-    return [off(sine(a, f, settings, folder), settings) for a, f in SINES]
+    return [off(sine(a, f, settings, folder), settings) for a, f in measured_page.few(SINES)]
 
 
 def learned(settings: Settings, folder: Path) -> list[float]:
     """The same after `macromicro learn`; the runs that it is judged by were not learned from."""
     limits = travel.limits(settings.travel, settings.sensors.encoder.pitch)
     found = []
-    for a, f in SINES:
+    for a, f in measured_page.few(SINES):
 
         def run(what: Programme, k: int) -> Recording:
             return programmed.record(what, settings, seed=k).recording

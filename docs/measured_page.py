@@ -5,13 +5,20 @@ from __future__ import annotations
 import argparse
 import json
 import re
+import sys
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 Found = dict[str, Any]
+T = TypeVar("T")
 RAW = Path(__file__).parents[1] / "results" / "beyond"  # what was measured, bench by bench
+
+
+def few(every: tuple[T, ...]) -> tuple[T, ...]:
+    """All of them, or the first alone in a quick run."""
+    return every[:1] if "--quick" in sys.argv else every
 
 
 def short(found: Any) -> Any:
@@ -45,7 +52,7 @@ def parsed(about: str | None, given: list[str] | None = None) -> argparse.Namesp
         "--seed", type=int, help="draw other benches: tables are printed, no page is written"
     )
     parser.add_argument(
-        "--quick", action="store_true", help="the first bench alone; nothing is written"
+        "--quick", action="store_true", help="the last bench alone, shortly; nothing is written"
     )
     return parser.parse_args(given)
 
@@ -53,6 +60,16 @@ def parsed(about: str | None, given: list[str] | None = None) -> argparse.Namesp
 def seed(chosen: argparse.Namespace, published: int) -> int:
     """Of the benches to draw."""
     return published if chosen.seed is None else int(chosen.seed)
+
+
+def asked(jobs: list[Any], chosen: argparse.Namespace) -> list[Any]:
+    """Those of the kind and of the benches that the command line names."""
+    return [
+        job
+        for job in jobs
+        if (chosen.kind is None or job[0] == chosen.kind)
+        and (chosen.only is None or job[1] in chosen.only)
+    ]
 
 
 def named(bench: Found) -> tuple[Any, ...]:
@@ -93,7 +110,7 @@ def main(
     chosen = parsed(about, given)
     if chosen.quick:
         chosen.benches = 0
-        print(json.dumps(short(one(jobs(chosen)[0]))))
+        print(json.dumps(short(one(asked(jobs(chosen), chosen)[-1]))))
         return
     if chosen.seed is not None:
         results = Path(chosen.scratch) / f"{results.stem}-seed-{chosen.seed}.json"
@@ -104,14 +121,8 @@ def main(
         kept = read(results)
     found: list[Found] = []
     if not chosen.page:
-        wanted = [
-            job
-            for job in jobs(chosen)
-            if (chosen.kind is None or job[0] == chosen.kind)
-            and (chosen.only is None or job[1] in chosen.only)
-        ]
         with ProcessPoolExecutor(chosen.workers) as pool:
-            for each in pool.map(one, wanted):
+            for each in pool.map(one, asked(jobs(chosen), chosen)):
                 found.append(short(each))
                 results.write_text(json.dumps(merged(kept, found)) + "\n", encoding="utf-8")
     every = merged(kept, found)

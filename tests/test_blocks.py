@@ -20,6 +20,9 @@ from typing import NamedTuple
 
 import pytest
 
+import tests.command
+from tests import warm
+
 ROOT = Path(__file__).parents[1]
 PAGES = ("README.md", "CONTRIBUTING.md", "ARCHITECTURE.md",
          *sorted(p.relative_to(ROOT).as_posix() for p in (ROOT / "docs").rglob("*.md")
@@ -277,7 +280,7 @@ def serving(folder: Path) -> Iterator[dict[str, str]]:
     (folder / "live.toml").write_text(
         "[serve]\nmiss_share = 1.0\nloop_timeout = '5 s'\nparent_timeout = '5 s'\n"
     )
-    process = subprocess.Popen(
+    process = warm.Command(
         [sys.executable, "-m", "macromicro", "serve", "--scpi", "0", "--web", "0", "--gcs", "0",
          "--config", "live.toml"],
         cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
@@ -303,10 +306,13 @@ def python(code: str, folder: Path) -> str:
     """What a block of Python prints; blocks that name a server get one."""
 
     def run(code: str) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            [sys.executable, "-c", code], cwd=folder, env={**os.environ, "MPLBACKEND": "Agg"},
-            capture_output=True, text=True, timeout=300, check=False,
+        line = [sys.executable, "-c", code]
+        process = warm.Command(
+            line, cwd=folder, env={**os.environ, "MPLBACKEND": "Agg"}, text=True,
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         )  # fmt: skip
+        out, error = process.communicate(timeout=300)
+        return subprocess.CompletedProcess(line, process.returncode, out, error)
 
     if any(named in code for named, _ in PORTS.values()):
         with serving(folder) as ports:
@@ -326,10 +332,7 @@ def command(words: str, folder: Path) -> str:
     for word in shlex.split(words):
         paths = sorted(str(p.relative_to(folder)) for p in folder.glob(word)) if "*" in word else []
         given += paths or [word]
-    done = subprocess.run(
-        [sys.executable, "-m", "macromicro", *given],
-        cwd=folder, capture_output=True, text=True, timeout=600, check=False,
-    )  # fmt: skip
+    done = tests.command.command(*given, cwd=folder)
     assert done.returncode == 0, f"{words}: {done.stderr}"
     if kept:
         (folder / kept).write_text(done.stdout, encoding="utf-8")

@@ -143,6 +143,7 @@ def test_emps_from_a_mat_file(macromicro: Macromicro, tmp_path: Path) -> None:
     assert "gtau in the file" in content["remarks"]["gain"]
 
 
+@pytest.mark.slow
 def test_the_twin_s_drive_gives_settings_that_run(
     macromicro: Macromicro, lab: Path, tmp_path: Path
 ) -> None:
@@ -197,6 +198,7 @@ def test_macro_stage_as_section_4_2_5(macromicro: Macromicro, lab: Path, tmp_pat
     assert "already gives uninterrupted motion" in done.err
 
 
+@pytest.mark.slow
 def test_dead_zone_goes_into_the_controller(
     macromicro: Macromicro, lab: Path, tmp_path: Path
 ) -> None:

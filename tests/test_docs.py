@@ -78,6 +78,7 @@ def test_files_page_names_every_column() -> None:
     assert named == {c.name: units.get(c.unit, c.unit) for c in COLUMNS}
 
 
+@pytest.mark.slow
 def test_files_page_s_examples_run(tmp_path: Path) -> None:
     """h5py, xarray, pandas and the package open one file."""
     pytest.importorskip("h5netcdf")

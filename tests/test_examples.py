@@ -25,6 +25,7 @@ def lines(
     return capfd.readouterr().out.splitlines()
 
 
+@pytest.mark.slow
 def test_emps(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -40,6 +41,7 @@ def test_emps(
     assert float(chosen.split()[-3]) < 3.42
 
 
+@pytest.mark.slow
 def test_forc(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -51,6 +53,7 @@ def test_forc(
     assert float(landed.split(": ")[1].split()[0]) < 1e-9
 
 
+@pytest.mark.slow
 def test_own_csv(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -190,6 +190,7 @@ def test_a_procedure_on_ones_own_rig(lab: Path) -> None:
     assert refused.returncode == 2 and "such as pushes" in refused.stderr
 
 
+@pytest.mark.slow
 def test_a_machine_with_parts_of_ones_own(lab: Path) -> None:
     """Compiled, with its own table of what is not known."""
     found = json.loads(command(lab, "doctor", "--machine", FLEXURE, "--json").stdout)
@@ -234,6 +235,7 @@ def test_studies_of_a_machine_of_ones_own(lab: Path) -> None:
     assert table["missed"].to_pylist() == [0.0, 0.0] and len(set(table["effort"].to_pylist())) == 2
 
 
+@pytest.mark.slow
 def test_a_law_of_ones_own_on_a_machine_of_one_stage(lab: Path) -> None:
     """Compiled and in plain Python, on the package's axis and on one's own machine."""
     (lab / "axis.toml").write_text(

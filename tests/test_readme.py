@@ -20,6 +20,7 @@ def python_blocks(text: str) -> list[str]:
     return re.findall(r"```python\n(.*?)```", text, re.DOTALL)
 
 
+@pytest.mark.slow
 def test_example_runs_as_printed(tmp_path: Path) -> None:
     """Eleven lines that print every move of the integrated test and draw it."""
     code = python_blocks(README)[0]

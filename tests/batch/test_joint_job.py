@@ -64,6 +64,7 @@ def test_what_one_axis_cannot_do_is_an_impossible_variant(short: str) -> None:
     assert laws(job) == () and {"x.hidden.bits", "y.controller.position"} & set(parameters(job))
 
 
+@pytest.mark.slow
 def test_a_sweep_over_both_axes_by_processes_gives_a_table(
     short: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

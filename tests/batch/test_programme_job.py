@@ -87,6 +87,7 @@ def test_a_run_that_the_guard_stops(short: str) -> None:
     assert math.isnan(by_name["macro_settling"]) and math.isnan(by_name["vibration"])
 
 
+@pytest.mark.slow
 def test_a_variant_with_another_hall_sensor_is_calibrated(short: str) -> None:
     """By the shipped table it would miss its targets by more than 20 um."""
     job = ProgrammeJob(programme=short)

@@ -73,6 +73,7 @@ sys.exit(status)
 """
 
 
+@pytest.mark.slow
 def test_an_interrupted_search_keeps_its_best(tmp_path: Path) -> None:
     """Two kilograms, 1 N of friction, and Ctrl-C at the fifth simulation of the first search."""
     n, dt = 4000, 1e-3

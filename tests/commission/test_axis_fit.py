@@ -141,6 +141,7 @@ def test_friction_along_the_travel_is_felt_where_it_is() -> None:
     assert late[-1] < -1e-4
 
 
+@pytest.mark.slow
 def test_the_speed_that_bristles_take_costs_nothing() -> None:
     """Strokes that begin later and slower than rest have the same model."""
     rig = Virtual(PLAIN)

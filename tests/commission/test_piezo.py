@@ -41,6 +41,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Done:
     return found, place, options, out, said
 
 
+@pytest.mark.slow
 def test_it_finds_the_stage_and_verifies_it(done: Done) -> None:
     found, place, _, _, _ = done
     tree = stage("piezo-800um.toml")[2]
@@ -59,6 +60,7 @@ def test_it_finds_the_stage_and_verifies_it(done: Done) -> None:
     assert found.work[piezo.GAIN].sign == -1.0
 
 
+@pytest.mark.slow
 def test_its_loop_is_robust_on_what_it_may_be_as_well(done: Done) -> None:
     found = done[0]
     assert found.margins.doubts == ()
@@ -67,6 +69,7 @@ def test_its_loop_is_robust_on_what_it_may_be_as_well(done: Done) -> None:
     assert 30.0 < 0.9 * float(value) < float(least.removeprefix(">= ")) <= float(value) < 90.0
 
 
+@pytest.mark.slow
 def test_every_step_says_how_far_and_how_hard(done: Done) -> None:
     said = done[4]
     assert len(said) == 5
@@ -77,6 +80,7 @@ def test_every_step_says_how_far_and_how_hard(done: Done) -> None:
     assert "7 moves" in said[4]
 
 
+@pytest.mark.slow
 def test_the_file_runs_and_the_page_shows_it(done: Done) -> None:
     found, place, _, out, _ = done
     kind, tree = machine.load(out / report.MACHINE)
@@ -93,6 +97,7 @@ def test_the_file_runs_and_the_page_shows_it(done: Done) -> None:
     )
 
 
+@pytest.mark.slow
 def test_what_was_kept_is_enough_for_the_model(done: Done) -> None:
     found, place, options, out, _ = done
     kept = _store.read(out, place.kind, place.asked(options))

@@ -157,7 +157,8 @@ def test_a_torque_is_gravity_s_where_sine_and_cosine_explain_it() -> None:
     assert _gravity.significant(at[:3], np.sin(at[:3]), 1.0) is None
 
 
-@pytest.mark.parametrize("sign", [pytest.param(1.0, marks=pytest.mark.slow), -1.0])
+@pytest.mark.slow
+@pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_an_eccentric_load_is_commissioned(sign: float, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(_exciting, "STROKES", 4)
     angle = 70.0 * DEG

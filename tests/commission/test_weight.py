@@ -76,6 +76,7 @@ def test_efforts_above_a_hold_stay_within_the_largest() -> None:
     assert rig.effort == 3.0
 
 
+@pytest.mark.slow
 def test_an_axis_with_a_weight_is_commissioned(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(_exciting, "STROKES", 4)
     rig = Virtual(HEAVY, dt=2e-3, late=1, ripple=0.02, sign=-1.0)

@@ -44,6 +44,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Done:
     return found, place, options, out, said
 
 
+@pytest.mark.slow
 def test_it_finds_the_wire_and_verifies_it(done: Done) -> None:
     found, place, _, _, _ = done
     tree = stage("wire-100um.toml")[2]
@@ -59,6 +60,7 @@ def test_it_finds_the_wire_and_verifies_it(done: Done) -> None:
     assert 30.0 < 0.9 * float(value) < float(least.removeprefix(">= ")) <= float(value) < 90.0
 
 
+@pytest.mark.slow
 def test_every_step_says_how_far_and_how_hard(done: Done) -> None:
     said = done[4]
     assert len(said) == 5
@@ -69,6 +71,7 @@ def test_every_step_says_how_far_and_how_hard(done: Done) -> None:
     assert "7 moves" in said[4]
 
 
+@pytest.mark.slow
 def test_the_file_runs_and_says_what_was_found(done: Done, monkeypatch: pytest.MonkeyPatch) -> None:
     found, place, _, out, _ = done
     kind, tree = machine.load(out / report.MACHINE)
@@ -270,6 +273,7 @@ def test_what_does_not_contract_is_said(way: float, words: str) -> None:
         _wire_drives.warmth(Work(Dead(), options))  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_first_order_curves_of_the_wire(done: Done) -> None:
     found = done[0]
     dt, heat = found.work.stand.dt, found.model.heat
@@ -285,6 +289,7 @@ def test_first_order_curves_of_the_wire(done: Done) -> None:
     assert 0.0 < _wire_fit.spread(seen) < 0.05 * width
 
 
+@pytest.mark.slow
 def test_the_heat_along_curves_is_that_of_the_model_and_a_draught_is_seen(done: Done) -> None:
     # Of a wire that is the model, the heat is the effort wherever it stands long enough.
     one = record(PLAIN, [(4.6, 100.0), (3.0, 100.0), (4.9, 100.0), (0.5, 100.0)])

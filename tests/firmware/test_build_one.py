@@ -90,6 +90,7 @@ def maker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Maker]:
         yield Maker(folder, port)
 
 
+@pytest.mark.slow
 def test_the_flashed_board_answers_the_doctor(maker: Maker) -> None:
     assert f"-P {DEVICE}" in FLASH and "-p atmega328p" in FLASH
     found = maker.findings(OPEN)

@@ -26,8 +26,8 @@ def _tried(seed: int, periods: int, tmp_path: Path) -> str:
     return page.read_text()
 
 
-def test_ten_seconds_of_random_orders(tmp_path: Path) -> None:
-    text = _tried(5, 10_000, tmp_path)
+def test_four_seconds_of_random_orders(tmp_path: Path) -> None:
+    text = _tried(5, 4_000, tmp_path)
     assert text.startswith("before") and text.endswith("behind\n") and "old" not in text
     assert "| unsafe outputs | 0 |" in text
 

@@ -28,6 +28,7 @@ def steps(low: float, high: float, number: int = 50) -> Array:
     return np.repeat(np.random.default_rng(0).uniform(low, high, number), 400)
 
 
+@pytest.mark.slow
 def test_reverse_motion_in_the_tail_alone_hides_no_friction() -> None:
     """What is fitted sees it too: Stribeck friction is found, not a viscous slope."""
     u = steps(30.0, 90.0, 100)

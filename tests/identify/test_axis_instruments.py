@@ -129,6 +129,7 @@ def cogged(phase: float) -> Run:
     return Run(np.arange(len(u)) * DT, u, x)
 
 
+@pytest.mark.slow
 def test_a_force_that_repeats_is_named_and_within_the_errors_of_both() -> None:
     off: dict[str, list[Array]] = {"inverse": [], "refined": []}
     for phase in 2.0 * np.pi * np.arange(6) / 6.0:

@@ -44,6 +44,7 @@ def test_inverse_dynamics_gives_the_published_parameters(four: DriveFit) -> None
     assert four.inverse.percent < 4.2  # 4.1 % elsewhere
 
 
+@pytest.mark.slow
 def test_published_viscous_friction_takes_the_voltage_for_that_of_its_instant(emps: Any) -> None:
     """Those who published it paired a sample's voltage with the speed at the same time. Positions
     of half a sample earlier undo the hold, and give their figure."""
@@ -114,6 +115,7 @@ def test_noise_in_the_force_does_not_buy_a_richer_structure() -> None:
     assert chosen.count("coulomb") >= 9
 
 
+@pytest.mark.slow
 def test_stribeck_friction_is_found_where_there_is_some() -> None:
     """Slow motion around the Stribeck speed; breakaway 15 N over 12 N sliding."""
     true = TRUE._replace(stribeck=6.0, stribeck_speed=0.2)
@@ -184,6 +186,7 @@ def test_uneven_time_is_interpolated_and_said() -> None:
     np.testing.assert_allclose(fit.refined.values, [4.0, 25.0, 12.0, 2.0], rtol=0.02)
 
 
+@pytest.mark.slow
 def test_implausible_friction_is_said(emps: Any) -> None:
     """Asked for Stribeck friction that EMPS does not have: the warning names the values."""
     t, u, x, gain = emps

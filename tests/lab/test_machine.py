@@ -240,6 +240,7 @@ def test_approach_gives_up_where_the_encoder_does_not_answer() -> None:
         approach(fixture, session, 500.0)
 
 
+@pytest.mark.slow
 def test_approach_takes_gains_and_pitch_of_the_settings() -> None:
     """On an encoder of 1 um the thesis' gains, in V per count, are 71 times too high."""
     changes = {"controller.macro_law": "terminal", "sensors.encoder.pitch": "1 um"}

@@ -144,6 +144,7 @@ def test_a_trajectory_is_followed_by_all_from_its_first_point(three, tmp_path):
             planned(three, tmp_path, text.replace("t_s,x_mm,y_mm,z_um", wrong), "w.csv")
 
 
+@pytest.mark.slow
 def test_it_runs_and_each_move_waits_for_every_stage(three, tmp_path, monkeypatch, capsys):
     words = ["run", file(tmp_path, PROGRAMME, "p.toml"), "--config", EXAMPLE]
     words += ["--out", tmp_path / "out", "--json"]

@@ -76,6 +76,7 @@ def test_a_record_has_a_column_for_each_line_that_there_is(
     assert [name for name in columns(changes) if name in LINES] == found
 
 
+@pytest.mark.slow
 def test_with_all_lines_it_makes_the_same_moves_compiled_interpreted_and_on_a_rig() -> None:
     plain, tree = made({})
     full, wired = made(ALL)
@@ -146,6 +147,7 @@ def test_what_runs_away_is_caught_by_the_limit_switch(sign: float, fault: int) -
     assert runs.record(bare, tree, programme).outcome.watch.fault not in (LIMIT_LOW, LIMIT_HIGH)
 
 
+@pytest.mark.slow
 def test_the_heat_of_the_current_trips_the_drive() -> None:
     changes = {"amplifier.fault": "line", "amplifier.continuous": "1.5 A"}
     found, tree = made({**changes, "amplifier.peak_time": "0.05 s"})

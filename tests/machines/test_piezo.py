@@ -159,6 +159,7 @@ def test_a_stage_that_is_off_its_sheet_arrives_too(changes):
     assert np.max(np.abs(recording["true_position"][late] - 0.01)) < 20e-6
 
 
+@pytest.mark.slow
 def test_an_identified_loop_is_nearer_than_the_printed_one():
     """The person's way: drive it, fit the loop to readings, write it into the settings."""
     corners = [0.0, 110.0, -15.0, 110.0, 20.0, 90.0, 0.0]

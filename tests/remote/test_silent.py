@@ -201,6 +201,7 @@ def test_a_loop_that_does_not_answer_an_emergency_stop_is_told(
     assert str(refusal.value) == words
 
 
+@pytest.mark.slow
 def test_asyncio_keeps_its_limits_too(cable: Cable) -> None:
     async def main() -> float:
         stage = AsyncMachine(*cable.address, token="sesame", timeout=TIMEOUT)

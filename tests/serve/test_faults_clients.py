@@ -135,7 +135,7 @@ def pestering(client: Client, chunk: Callable[[], bytes]) -> Iterator[Callable[[
         thread.join()
 
 
-@pytest.mark.parametrize("what", ["flood", "garbage"])
+@pytest.mark.parametrize("what", ["flood", pytest.param("garbage", marks=pytest.mark.slow)])
 def test_a_pest_holds_up_nobody(what: str, served: Served) -> None:
     client, pest = served.client(control=True), served.client()
     random_bytes = random.Random(1)

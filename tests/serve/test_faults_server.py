@@ -89,6 +89,7 @@ def gone(number: int) -> bool:
     return state == "Z"
 
 
+@pytest.mark.slow
 def test_a_server_killed_on_the_way_and_started_again(
     command: Callable[..., Command], tmp_path: Path
 ) -> None:
@@ -212,6 +213,7 @@ def test_two_busy_processes_beside_the_loop(scene: Callable[..., Scene]) -> None
     note("loop starved", late, f"{end.outcome}; {lost} periods missed", "fault where too many")
 
 
+@pytest.mark.slow
 def test_the_computers_clock_may_be_set(
     scene: Callable[..., Scene], monkeypatch: pytest.MonkeyPatch
 ) -> None:

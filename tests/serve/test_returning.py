@@ -91,6 +91,7 @@ def test_no_place_is_kept_behind_a_rig_that_failed(
     assert not machine.snapshot().trusted
 
 
+@pytest.mark.slow
 def test_a_rig_that_fails_each_time_is_tried_less_often(
     station: Make, log: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

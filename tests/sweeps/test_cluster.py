@@ -59,6 +59,7 @@ def test_a_defect_of_the_job_ends_it(make: Make, tmp_path: Path, address: str) -
     assert (out / "parts").is_dir()
 
 
+@pytest.mark.slow
 def test_a_lost_scheduler_ends_it(make: Make, tmp_path: Path) -> None:
     spec, out = make(200, delay=0.02), tmp_path / "out"
     with cluster(1) as made:

@@ -38,6 +38,7 @@ def test_the_spec_of_the_page_loads(tmp_path: Path) -> None:
     assert spec.variants == 300 and spec.metrics == ("settling_time",)
 
 
+@pytest.mark.slow
 def test_an_example_gives_what_the_job_gives(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

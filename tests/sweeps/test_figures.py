@@ -114,6 +114,7 @@ def test_nothing_varies(tmp_path: Path) -> None:
     assert figures.save(out) == [] and not (out / "sweep.svg").exists()
 
 
+@pytest.mark.slow
 def test_saved_are_the_formats_asked_for(tmp_path: Path) -> None:
     out = run(tmp_path, HEAD + "gain = [1, 2]\n")
     for kinds in (("png", "svg"), ("pdf",)):

@@ -23,6 +23,7 @@ def lab(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_it_gives_the_figures_of_single_runs(lab: Path) -> None:
     machine, settings = compositions.load(lab / "machine.toml")
     job = batch.job(str(lab / "machine.toml"), programme=str(lab / "moves.toml"))

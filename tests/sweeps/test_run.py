@@ -109,6 +109,7 @@ def test_a_defect_of_the_job_is_told_with_its_variants(make: Make, tmp_path: Pat
         swept(make(40, worst=2.0), tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_a_script_that_workers_cannot_import(make: Make, tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text(
@@ -164,16 +165,16 @@ def test_a_stop_while_the_results_are_written(make: Make, tmp_path: Path) -> Non
 def test_a_killed_run_is_resumed(make: Make, tmp_path: Path, everything: bool) -> None:
     """Its workers end with it, and it leaves no lock."""
     log, out = tmp_path / "log", tmp_path / "out"
-    spec = make(120, log=str(log), delay=0.02)
+    spec = make(60, log=str(log), delay=0.02)
     process = started(spec, out)
     wait_for(out, 6)
     os.killpg(process.pid, signal.SIGKILL) if everything else process.kill()
     process.communicate(timeout=10)  # its pipes close when the last worker has ended
     kept = finished(out)
-    assert 6 <= len(kept) < 120
+    assert 6 <= len(kept) < 60
     log.unlink()
     assert swept(spec, out, resume=True).before == len(kept)
-    assert sorted([*evaluated(log), *kept]) == list(range(120))
+    assert sorted([*evaluated(log), *kept]) == list(range(60))
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -195,7 +196,7 @@ def test_a_signal_keeps_what_is_finished_and_says_how_to_go_on(
 
 
 def test_two_runs_in_one_folder(make: Make, tmp_path: Path) -> None:
-    spec, out = make(200, delay=0.02), tmp_path / "out"
+    spec, out = make(80, delay=0.02), tmp_path / "out"
     process = started(spec, out)
     wait_for(out, 2)
     for how in ({"resume": True}, {"overwrite": True}):

@@ -44,6 +44,7 @@ def test_matched_axes_have_the_lower_position_gain():
     assert not subject.further(tree.with_("y.law", "tests.control.own_laws:sliding"))
 
 
+@pytest.mark.slow
 def test_a_search_never_ends_worse_than_it_began():
     heard = []
     subject = Joint(XY_MACHINE, DEFAULT, PLAN)

@@ -141,6 +141,7 @@ def test_the_command_writes_settings_that_run(tmp_path, monkeypatch, capsys):
     assert "Leave the stage out" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_result_that_is_not_better_is_not_suggested(tmp_path, monkeypatch, capsys):
     """A hundred designs hold a better one than the sheets' gains; the start alone does not."""
     (tmp_path / "m.toml").write_text('machine = "axis"\n')

@@ -10,7 +10,8 @@ from faultmatrix.cells import MICRO, MODES, Cell, Trial, healthy, planned, worst
 from faultmatrix.subjects import made
 from macromicro.rig import faulty
 
-QUICK = ("encoder-frozen", "encoder-silent", "encoder-jump", "encoder-dither", "motor-dead")
+# What a quick matrix tries: this fault in every mode, and in this mode every fault of these kinds.
+QUICK_FAULT, QUICK_MODE, QUICK_KINDS = "encoder-jump", "moving", ("slide-switches", "two-stage")
 # Their time is the loop's and this computer's: `soak` tries them.
 _ELSE = tuple(
     n for n, f in faulty.FAULTS.items() if f.later or f.clock or f.stall or f.raises or f.hangs
@@ -28,14 +29,15 @@ def filled(
     """The cells of a kind, in the order of the tables; the same for the same settings."""
     subject = made(kind, folder / kind)
     plan = planned(subject, homed(subject))
-    wanted = only or (QUICK if quick else tuple(faulty.NAMES))
-    faults = [name for name in plan.faults if name in wanted and (only or name not in _ELSE)]
     found = []
     for mode in modes:
         if mode == "homing" and plan.absolute:
             continue
         whole = healthy(plan, mode)
-        for fault in faults:
+        wanted = only or [name for name in faulty.NAMES if name not in _ELSE]
+        if quick and not only and not (mode == QUICK_MODE and kind in QUICK_KINDS):
+            wanted = [QUICK_FAULT]
+        for fault in [name for name in plan.faults if name in wanted]:
             found.append(worst(
                 Trial(plan, fault, mode, share, whole).run()
                 for share in moments(fault, mode, quick)

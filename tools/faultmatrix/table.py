@@ -28,13 +28,15 @@ def section(cells: Sequence[Cell]) -> str:
         lines += ["| fault | " + " | ".join(modes) + " |", "|---" * (len(modes) + 1) + "|"]
         by_place = {(cell.fault, cell.mode): cell for cell in mine}
         for fault in dict.fromkeys(cell.fault for cell in mine):
-            row = [_words(by_place[fault, mode]) for mode in modes]
+            row = [_words(by_place.get((fault, mode))) for mode in modes]
             lines.append(f"| `{fault}` | " + " | ".join(row) + " |")
         lines.append("")
     return "\n".join(lines) + END + "\n"
 
 
-def _words(cell: Cell) -> str:
+def _words(cell: Cell | None) -> str:
+    if cell is None:  # not tried by a quick matrix
+        return ""
     words = cell.words.replace("|", "/")
     return f"**{words}**" if cell.verdict in BAD else words
 

@@ -39,6 +39,7 @@ def test_each_is_a_machine_of_one_stage_with_what_it_carries(file: Path, tmp_pat
         compositions.each(tmp_path / "turns.toml")
 
 
+@pytest.mark.slow
 def test_response_and_collect_make_a_folder_of_each(file: Path, tmp_path: Path) -> None:
     place = tmp_path / "b"
     words = ["response", "--config", str(file), "--count", "2", "--low", "20", "--high", "80"]

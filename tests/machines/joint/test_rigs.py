@@ -159,6 +159,7 @@ enable_time = "150 ms"
 """
 
 
+@pytest.mark.slow
 def test_drives_with_an_enable_line_are_on_before_the_programme(
     lab: Path, called: Callable[..., int]
 ) -> None:

@@ -122,6 +122,7 @@ def test_a_move_that_is_stopped_has_failed_and_the_next_one_has_not(
     assert status.success and motor.user_readback.alarm_severity == 0 and get("failure") == ""
 
 
+@pytest.mark.slow
 def test_a_new_target_replaces_the_one_under_way(ready: None, motor: Any) -> None:
     seen: list[int] = []
     motor.motor_done_move.subscribe(lambda value, **_: seen.append(value), run=False)
@@ -157,6 +158,7 @@ def test_pyepics_moves_waits_and_sees_failures(ready: None) -> None:
     assert motor.move(26.0, wait=True, timeout=60.0) == 0
 
 
+@pytest.mark.slow
 def test_both_stages_have_records_of_their_own(ready: None) -> None:
     put("whole", 30.0)
     put("micro", 0.5)
@@ -191,6 +193,7 @@ def test_writes_to_what_only_tells_are_refused(ready: None, field: str) -> None:
     pv.disconnect()
 
 
+@pytest.mark.slow
 def test_a_pause_lets_a_move_go_on_later(ready: None) -> None:
     put("whole", 20.0)
     epics.caput(f"{PREFIX}:whole", 150.0)
@@ -210,6 +213,7 @@ def test_a_pause_lets_a_move_go_on_later(ready: None) -> None:
     assert get("whole.RBV") == pytest.approx(25.0, abs=0.02) and get("whole.SPMG") == 3
 
 
+@pytest.mark.slow
 def test_a_jog_by_channel_access(ready: None) -> None:
     put("whole", 20.0)
     epics.caput(f"{PREFIX}:whole.JOGF", 1)

@@ -15,6 +15,7 @@ from caproto import AccessRights, ChannelType, Forbidden
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from fake_station import FakeStation
+from virtual_time import run
 
 from macromicro.control.live import messages as m
 from macromicro.serve._instrument import Instrument
@@ -65,7 +66,7 @@ def test_a_record_waits_for_another_one_s_move() -> None:
         await second
         assert (value(found, "micro.DMOV"), value(found, "micro.LVIO")) == (1, 0)
 
-    asyncio.run(main())
+    run(main())
 
 
 @pytest.mark.parametrize("stop", ["whole.STOP", "micro.STOP", "stop", "emergency"])
@@ -84,7 +85,7 @@ def test_a_stop_leaves_nothing_that_waits_to_begin(stop: str) -> None:
             assert [value(found, f"{name}.{f}") for f in ("DMOV", "LVIO", "STOP")] == [1, 1, 0]
             assert found[f"P:{name}"].alarm.severity == 2
 
-    asyncio.run(main())
+    run(main())
 
 
 class Two(FakeStation):
@@ -114,7 +115,7 @@ def test_axes_that_are_set_together_move_at_once() -> None:
         await asyncio.gather(moves[1], late)
         assert [value(found, f"{axis}.LVIO") for axis in m.AXES] == [0, 0]
 
-    asyncio.run(main())
+    run(main())
 
 
 def test_both_have_failed_where_their_move_has() -> None:
@@ -129,7 +130,7 @@ def test_both_have_failed_where_their_move_has() -> None:
             assert [value(found, f"{axis}.{f}") for f in ("DMOV", "LVIO")] == [1, 1]
             assert found[f"P:{axis}"].alarm.severity == 2
 
-    asyncio.run(main())
+    run(main())
 
 
 def test_a_stop_ends_what_is_being_gathered_and_nothing_that_follows() -> None:
@@ -148,7 +149,7 @@ def test_a_stop_ends_what_is_being_gathered_and_nothing_that_follows() -> None:
         await after
         assert value(found, "y.LVIO") == 0
 
-    asyncio.run(main())
+    run(main())
 
 
 def test_the_next_move_clears_what_a_failed_one_left() -> None:
@@ -166,7 +167,7 @@ def test_the_next_move_clears_what_a_failed_one_left() -> None:
             assert found["P:whole"].alarm.severity == 2 * left
             assert value(found, "failure") == ("it ended as stalled" if left else "")
 
-    asyncio.run(main())
+    run(main())
 
 
 def test_a_refused_move_begins_and_ends_as_a_failed_one() -> None:
@@ -178,7 +179,7 @@ def test_a_refused_move_begins_and_ends_as_a_failed_one() -> None:
         assert (value(found, "whole.DMOV"), value(found, "whole.LVIO")) == (1, 1)
         assert "another holds control" in value(found, "failure") and not fake.requests
 
-    asyncio.run(main())
+    run(main())
 
 
 # The modes of SPMG, as the motor record's documentation has them.
@@ -222,7 +223,7 @@ def test_a_value_put_while_stopped_or_paused_waits_for_go(mode: str, field: str)
         await goes
         assert value(found, "whole.VAL") == pytest.approx(target)
 
-    asyncio.run(main())
+    run(main())
 
 
 @pytest.mark.parametrize("mode", ["Stop", "Pause"])
@@ -246,7 +247,7 @@ def test_stop_ends_a_move_and_pause_lets_go_resume_it(mode: str) -> None:
         looks.cancel()
         assert targets(fake) == [0.05] * (1 if mode == "Stop" else 2)
 
-    asyncio.run(main())
+    run(main())
 
 
 async def looking(found: dict[str, Any]) -> None:
@@ -275,7 +276,7 @@ def test_move_is_one_move_and_pauses_again() -> None:
         fake.end("done")
         await moves
 
-    asyncio.run(main())
+    run(main())
 
 
 @pytest.mark.parametrize("stop", ["whole.STOP", "stop", "emergency"])
@@ -289,7 +290,7 @@ def test_what_was_paused_is_forgotten_by_a_stop(stop: str) -> None:
         await put(found, "whole.SPMG", "Go")
         assert targets(fake) == []
 
-    asyncio.run(main())
+    run(main())
 
 
 @pytest.mark.parametrize("mode", ["Stop", "Pause"])
@@ -304,7 +305,7 @@ def test_nothing_homes_or_jogs_while_stopped_or_paused(mode: str, field: str) ->
         assert not [r for r in fake.requests if isinstance(r, m.Home | m.Jog)]
         assert value(found, f"whole.{field}") == 0
 
-    asyncio.run(main())
+    run(main())
 
 
 @pytest.mark.parametrize(("field", "sign"), [("JOGF", 1.0), ("JOGR", -1.0)])
@@ -324,7 +325,7 @@ def test_a_jog_goes_on_as_long_as_its_field_is_1(field: str, sign: float) -> Non
             assert value(found, f"whole.{name}") == wanted
         assert value(found, "whole.TDIR") == int(sign > 0.0)
 
-    asyncio.run(main())
+    run(main())
 
 
 def test_a_jog_that_is_let_go_before_it_has_begun_ends() -> None:
@@ -337,7 +338,7 @@ def test_a_jog_that_is_let_go_before_it_has_begun_ends() -> None:
         await jog
         assert not fake.motion
 
-    asyncio.run(main())
+    run(main())
 
 
 @pytest.mark.parametrize("field", ["RBV", "DRBV", "DMOV", "MOVN", "MSTA", "HLS", "TDIR", "VELO"])
@@ -346,7 +347,7 @@ def test_fields_that_only_tell_are_not_written(field: str) -> None:
     made = found[f"P:whole.{field}"]
     assert made.check_access("host", "user") == AccessRights.READ
     with pytest.raises(Forbidden):  # nor by one that does not look at its rights
-        asyncio.run(made.auth_write("host", "user", [7], ChannelType.LONG, None))
+        run(made.auth_write("host", "user", [7], ChannelType.LONG, None))
 
 
 @pytest.mark.parametrize("given", [0.0, -1.0, float("nan")])
@@ -354,7 +355,7 @@ def test_fields_that_only_tell_are_not_written(field: str) -> None:
 def test_steps_and_speeds_are_above_0(field: str, given: float) -> None:
     found = channels(FakeStation())
     with pytest.raises(MoveError, match="above 0"):
-        asyncio.run(put(found, f"whole.{field}", given))
+        run(put(found, f"whole.{field}", given))
 
 
 def test_msta_says_what_the_machine_does() -> None:
@@ -370,7 +371,7 @@ def test_msta_says_what_the_machine_does() -> None:
         status = value(found, "whole.MSTA")
         assert not status & done and status & moving and not status & homed
 
-    asyncio.run(main())
+    run(main())
 
 
 # Circuits that close.
@@ -399,7 +400,7 @@ def test_a_client_that_is_gone_loses_control_and_its_motion() -> None:
         await asyncio.create_task(by(OTHER, found, "disable", 1))
         assert fake.holder == "epics"
 
-    asyncio.run(main())
+    run(main())
 
 
 def test_whose_motion_it_is_not_takes_nothing_from_others_by_going() -> None:
@@ -417,7 +418,7 @@ def test_whose_motion_it_is_not_takes_nothing_from_others_by_going() -> None:
         await served.left(ONE)  # the last one that ordered anything
         assert fake.holder == ""
 
-    asyncio.run(main())
+    run(main())
 
 
 def test_the_motion_of_one_that_is_gone_ends_though_another_one_is_there() -> None:
@@ -431,4 +432,4 @@ def test_the_motion_of_one_that_is_gone_ends_though_another_one_is_there() -> No
         await move
         assert fake.ended[1].outcome == "lost"
 
-    asyncio.run(main())
+    run(main())

@@ -195,6 +195,7 @@ def test_they_are_served_like_the_simulated_pair(lab: Lab) -> None:
     assert lab.noted(LEFT) == (1.0, 1.0) and min(lab.noted(STOPS)) > 0.0
 
 
+@pytest.mark.slow
 def test_a_fault_of_one_takes_the_effort_off_both(
     lab: Lab, station: Callable[..., Station]
 ) -> None:
@@ -239,6 +240,7 @@ def test_one_that_cannot_be_stopped_leaves_the_other_stopped(
     assert fault is not None and f"{lab.module}:{(x, y)[1 - free]}: a fresh" in fault.evidence
 
 
+@pytest.mark.slow
 def test_one_that_hangs_stops_both(lab: Lab, station: Callable[..., Station]) -> None:
     """The loop's process is ended, and leaves both on its way."""
     there = station(lab.rigs(y="y_hangs"))

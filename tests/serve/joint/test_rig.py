@@ -60,6 +60,7 @@ def test_time_passes_for_both_at_once_whether_they_are_led_or_not() -> None:
     assert all(twin._outputs.motor == 0.0 for twin in bed.twins)
 
 
+@pytest.mark.slow
 def test_lines_are_read_guarded_and_homed_on(tmp_path: Path) -> None:
     (tmp_path / "lined.toml").write_text(LINED)
     bed = Bed(tmp_path / "lined.toml", known=False, real=True)

@@ -84,6 +84,7 @@ def test_two_axes_home_move_jog_and_run_programmes(tmp_path: Path) -> None:
         assert client.ask("ENAB?") == "0" and float(client.ask("POS:Y?").split(",")[3]) == 0.0
 
 
+@pytest.mark.slow
 def test_a_recording_and_the_position_file_have_both_axes(tmp_path: Path) -> None:
     with served(tmp_path, TEXT) as client:
         page = Page(int(client.page.rstrip("/").rpartition(":")[2]), {})

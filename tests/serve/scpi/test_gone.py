@@ -83,6 +83,7 @@ def test_a_patient_client_that_is_far_ahead_stays(strict) -> None:
         client.close()
 
 
+@pytest.mark.slow
 def test_a_flood_of_stops_is_few_and_ends_with_its_client(server, station) -> None:
     pests = [Client(server.address) for _ in range(4)]
     for pest in pests:

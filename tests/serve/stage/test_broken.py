@@ -109,7 +109,7 @@ def test_a_slow_jog_without_encoder_ends_soon(name: str) -> None:
     assert abs(bed.moved - start) < 0.3 * (bed.tree.load.stop_high - bed.tree.load.stop_low)
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("sign", [pytest.param(1.0, marks=pytest.mark.slow), -1.0])
 def test_a_stop_behind_a_dead_encoder_does_not_drive_the_carriage_on(sign: float) -> None:
     """Held at a reading that stood, it ran on by up to 73 mm."""
     bed = ready("printer")
@@ -176,7 +176,14 @@ def test_a_silent_encoder_ends_trust_in_every_mode(mode: str) -> None:
         assert bed.fault is not None and bed.fault.name == "encoder silent" and not bed.trusted
 
 
-@pytest.mark.parametrize("name", ["printer", "servo", "disc", "stage", "emps"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "printer", "servo", "disc",
+        pytest.param("stage", marks=pytest.mark.slow),
+        pytest.param("emps", marks=pytest.mark.slow),
+    ],
+)  # fmt: skip
 def test_a_count_of_dither_keeps_no_axis_from_its_stop(name: str) -> None:
     """And it finds it where it finds it without."""
     bed = Broken(MACHINES / f"{name}.toml")

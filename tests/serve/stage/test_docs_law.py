@@ -35,6 +35,7 @@ def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_the_page_s_law_homes_and_moves_an_axis(lab: Path) -> None:
     file = lab / "axis.toml"
     file.write_text('machine = "axis"\nlaw = "mylab.served:sliding_mode"\n', encoding="utf-8")

@@ -22,6 +22,7 @@ def bed(folder: Path, text: str) -> Bed:
     return Bed(file)
 
 
+@pytest.mark.slow
 def test_it_moves_turn_after_turn_without_a_homing(tmp_path: Path) -> None:
     one = bed(tmp_path, START)
     assert not one.machine.searches
@@ -33,6 +34,7 @@ def test_it_moves_turn_after_turn_without_a_homing(tmp_path: Path) -> None:
     assert isinstance(one.ask(m.MoveTo(21.0 * TURN)), Refused)
 
 
+@pytest.mark.slow
 def test_a_mark_names_its_place_and_it_stays_there(tmp_path: Path) -> None:
     one = bed(tmp_path, MARK)
     assert isinstance(one.ask(m.Enable()), Accepted)

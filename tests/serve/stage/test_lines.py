@@ -77,9 +77,9 @@ def test_it_homes_by_each_way(tmp_path: Path, on: str, home: str, pulse: str, of
     ("on", "home", "pulse", "off"),
     [
         ("limit", "below", "turn", 5e-4),
-        ("home", "cam", "turn", 5e-4),
-        ("home+index", "cam", "turn", 0.0),
-        ("index", "below", "mark", 0.0),
+        pytest.param("home", "cam", "turn", 5e-4, marks=pytest.mark.slow),
+        pytest.param("home+index", "cam", "turn", 0.0, marks=pytest.mark.slow),
+        pytest.param("index", "below", "mark", 0.0, marks=pytest.mark.slow),
     ],
 )
 def test_one_that_turns_homes_by_each_way(
@@ -98,6 +98,7 @@ def test_one_that_turns_homes_by_each_way(
     assert (bed.line("limit_low"), bed.line("limit_high")) == (0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_a_jog_into_the_limit_switch_of_one_that_turns_is_a_fault_too(tmp_path: Path) -> None:
     bed = Bed(written(tmp_path, "limit+index", machine="rotary"))
     bed.ask(m.Enable())

@@ -126,6 +126,7 @@ def test_an_axis_homes_and_moves(screw: Served) -> None:
     screw.send(f"SPE:MACR {fast} MM/S")
 
 
+@pytest.mark.slow
 def test_an_axis_that_turns_is_led_in_degrees(tmp_path: Path) -> None:
     with served(tmp_path, 'machine = "rotary"\n[load]\ninertia = "0.012 kg*m^2"\n') as client:
         assert client.ask("SYST:LOCK:REQ?;:ENAB;:HOME;*OPC?") == "1;1"
@@ -237,6 +238,7 @@ def test_a_piezo_stage_knows_its_place(piezo: Served) -> None:
     assert piezo.ask("DIS;:SYST:LOCK:REL;:ENAB?") == "0"
 
 
+@pytest.mark.slow
 def test_the_guard_of_the_machine_switches_off_and_says_why(tmp_path: Path) -> None:
     text = example("piezo-100um") + '\n[guard]\nerror = "0.5 um"\n'
     with served(tmp_path, text) as client:

@@ -42,7 +42,13 @@ LAMPS = "return [...document.querySelectorAll('#lines .badge')].map(e => e.textC
 
 @pytest.fixture(scope="module")
 def plotter(driver: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    folder = tmp_path_factory.mktemp("plotter")
+    with opened(driver, FILE, tmp_path_factory.mktemp("plotter")) as page:
+        yield page
+
+
+@pytest.fixture(scope="module")
+def equipped(driver: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    folder = tmp_path_factory.mktemp("equipped")
     file = folder / FILE.name
     file.write_text(FILE.read_text(encoding="utf-8").replace(*DRIVE) + LINES, encoding="utf-8")
     with opened(driver, file, folder) as page:
@@ -89,9 +95,9 @@ def test_both_axes_are_homed_and_moved_to_a_point_from_the_page(plotter: Page) -
     assert [entry["message"] for entry in page.driver.get_log("browser")] == []
 
 
-def test_switches_and_lines_of_both_axes_are_shown(plotter: Page) -> None:
-    page = plotter
-    page.station.emergency()
+@pytest.mark.slow
+def test_switches_and_lines_of_both_axes_are_shown(equipped: Page) -> None:
+    page = equipped
     until(lambda: page.run(LAMPS)[3:] == ["y drive off", "y enable line off"])
     first = page.run(LAMPS)
     assert first[:2] == ["x lower limit free", "x upper limit free"]

@@ -39,10 +39,10 @@ def changes(page: Page) -> int:
 @pytest.mark.parametrize(
     ("how", "size"),
     [
-        ("#stop", DESK),
         ("#stop", PHONE),
         ("#emergency", DESK),
-        ("#emergency", PHONE),
+        pytest.param("#stop", DESK, marks=pytest.mark.slow),
+        pytest.param("#emergency", PHONE, marks=pytest.mark.slow),
         (" ", DESK),  # a key's way does not go by the size
         ("\ue00c", DESK),
     ],
@@ -104,6 +104,7 @@ def test_the_dialog_lies_above_the_footer_and_within_the_screen(ready: Page) -> 
         ready.click("#cancel")
 
 
+@pytest.mark.slow
 def test_numbers_are_compared_as_numbers(ready: Page) -> None:
     now = value(ready)
     for same in (f"{now:.3f}", f"{now:.2f}".replace(".", ","), f" {now}", f"{now:e}"):

@@ -169,6 +169,7 @@ def test_a_step_below_a_count_is_refused_in_words(ready: Page) -> None:
     assert ready.station.snapshot().motion == 0
 
 
+@pytest.mark.slow
 def test_points_are_taught_visited_and_saved(in_mm: Page, tmp_path: Path) -> None:
     page = in_mm
     motion = page.move(page.station.snapshot().position_m * 1e3 + 1.0)

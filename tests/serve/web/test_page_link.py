@@ -71,7 +71,7 @@ def test_a_page_that_is_open_elsewhere_stops_the_machine(
     assert ready.text("#link") == "connected"
 
 
-@pytest.mark.parametrize("size", [DESK, PHONE])
+@pytest.mark.parametrize("size", [pytest.param(DESK, marks=pytest.mark.slow), PHONE])
 def test_stops_without_a_server_name_the_machines_own_switch(
     page: Page, profile: Path, size: tuple[int, int]
 ) -> None:

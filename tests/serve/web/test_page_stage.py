@@ -141,6 +141,7 @@ def axis(driver: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page
         yield page
 
 
+@pytest.mark.slow
 def test_switches_and_lines_of_the_drive_are_shown(axis: Page) -> None:
     page = axis
     lamps = "return [...document.querySelectorAll('#lines .badge')].map(e => e.textContent)"
@@ -176,6 +177,7 @@ return ink > 20;
 """
 
 
+@pytest.mark.slow
 def test_a_column_of_a_law_is_plotted_with_its_words_and_unit(axis: Page) -> None:
     page = axis
     until(lambda: any(words.startswith("Law: ") for words in page.run(PLOTS)))
@@ -189,6 +191,7 @@ def test_a_column_of_a_law_is_plotted_with_its_words_and_unit(axis: Page) -> Non
     until(lambda: page.run(DRAWN))
 
 
+@pytest.mark.slow
 def test_the_plots_go_by_the_loops_own_period(axis: Page) -> None:
     page = axis
     # One look: the page begins another ring whenever its width or what is plotted changes.

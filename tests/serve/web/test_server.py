@@ -342,6 +342,7 @@ def _counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return made
 
 
+@pytest.mark.slow
 def test_for_a_slow_reader_nothing_piles_up(
     serve: Serve, fake: Station, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -45,6 +45,7 @@ def test_settled_time(claims: dict[str, Claim], name: str, low: float, high: flo
     assert low <= measured <= high
 
 
+@pytest.mark.slow
 def test_rig_gives_what_the_compiled_run_gives() -> None:
     """The same law drives the twin sample by sample: the same counts."""
     fast = cycle_runs.collect(runs=1, cycles=2, room_std=0.0, rest_s=0.0)
