@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from macromicro.remote.asynchronous import AsyncMachine as AsyncMachine
     from macromicro.remote.machine import connect as connect
     from macromicro.settings import Settings as Settings
+    from macromicro.studies import calibrate as calibrate
     from macromicro.studies import robust as robust
     from macromicro.studies import sweep as sweep
     from macromicro.studies import tune as tune
@@ -36,6 +37,7 @@ _HOMES = {
     "motion": "",
     "moves": "api",
     "overlay": "traces",
+    "calibrate": "studies",
     "robust": "studies",
     "run": "api",
     "sweep": "studies",

@@ -1,4 +1,4 @@
-"""Studies of many runs from Python, for any machine: tune, robust, sweep."""
+"""Studies of many runs from Python, for any machine: calibrate, tune, robust, sweep."""
 
 from __future__ import annotations
 
@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from macromicro.api import PathLike
 from macromicro.arrays import Array
+from macromicro.calibration import procedure
+from macromicro.calibration import request as calibration_request
+from macromicro.calibration.procedure import Calibration
 from macromicro.robustness import request as robust_request
 from macromicro.robustness import study
 from macromicro.robustness.statistics import Share
@@ -251,3 +254,50 @@ def sweep(
 
 def _path(what: PathLike | None) -> Path | None:
     return None if what is None else Path(os.fspath(what))
+
+
+def calibrate(
+    what: PathLike,
+    *,
+    reference: str = "",
+    positions: int = 40,
+    runs: int = 5,
+    cogging: bool = False,
+    seed: int = 0,
+    settings: Any = None,
+) -> Calibration:
+    """Measure a machine's errors along its travel and correct them, and write no file.
+
+    Parameters
+    ----------
+    what : PathLike
+        Settings file of the machine.
+    reference : str, optional
+        Simulated instrument: "laser", "scale", "camera", "capacitive", "dial", or
+        "autocollimator" for angles; default: "laser" or "autocollimator".
+    positions : int, optional
+        Positions along each axis.
+    runs : int, optional
+        Runs in both directions.
+    cogging : bool, optional
+        Whether efforts along the travel are learned as well, by slow passes.
+    seed : int, optional
+        Seed of positions and noise.
+    settings : Any, optional
+        Settings of the machine; default: those of its file.
+
+    Returns
+    -------
+    Calibration
+        `settings` with the corrections, and for each stage what was found and the figures of
+        ISO 230-2 before and after (`axes`), in m or rad.
+
+    Raises
+    ------
+    InputError
+        An argument or the settings are not accepted.
+    """
+    request = calibration_request.ready(
+        _path(what), reference, positions, runs, (), seed, cogging=cogging
+    )
+    return procedure.calibrate(request if settings is None else request._replace(settings=settings))

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TextIO
+from typing import NamedTuple, TextIO
 
 import numpy as np
 
@@ -66,32 +66,50 @@ def write_list(path: Path, request: Request, *, overwrite: bool) -> None:
 
 
 def read(path: Path, request: Request) -> Readings:
-    """Readings in a CSV file."""
+    """Readings in a CSV file, of one stage or of two axes in a plane."""
+    if isinstance(request.machine, Machine):
+        return _of_one(path, request)
+    return _of_plane(path, request)
+
+
+def _units(names: list[str], known: Sequence[str], place: Place, where: str) -> dict[str, Column]:
+    """The columns of some quantities, with their scales: ``position_mm``, ``x_error_um``."""
+    units = {}
+    for name in names:
+        quantity, _, unit = name.rpartition("_")
+        if quantity in known:
+            scale = parsed(f"1 {unit}", place.base, f"{where}, {name}", place.unit)
+            units[quantity] = Column(name, scale)
+    return units
+
+
+class Column(NamedTuple):
+    name: str
+    scale: float
+
+    def of(self, row: csv_rows.Row) -> float:
+        return self.scale * csv_rows.number(row.cells[self.name], f"{row.where}, {self.name}")
+
+
+def _of_one(path: Path, request: Request) -> Readings:
     place, file = _alone(request), printable(path, 300)
-    units: dict[str, tuple[str, float]] = {}
+    units: dict[str, Column] = {}
 
     def header(names: list[str], where: str) -> None:
-        for name in names:
-            quantity, _, unit = name.partition("_")
-            if quantity in ("position", "reference", "error"):
-                scale = parsed(f"1 {unit}", place.base, f"{where}, {name}", place.unit)
-                units[quantity] = (name, scale)
+        units.update(_units(names, ("position", "reference", "error"), place, where))
         if "position" not in units or "direction" not in names or len(units) < 2:
             raise InputError(where, printable(", ".join(names)), _ACCEPTED)
 
     rows: list[tuple[float, ...]] = []
     for row in csv_rows.table(read_text(path, "readings (.csv)"), file, header, _ACCEPTED):
         what = "reference" if "reference" in units else "error"
-        name, scale = units[what]
-        if not row.cells[name]:
+        if not row.cells[units[what].name]:
             continue
         way = WAYS.get(row.cells["direction"].lower())
         if way is None:
             found = printable(row.cells["direction"])
             raise InputError(f"{row.where}, direction", found, "up or down")
-        column, factor = units["position"]
-        target = factor * csv_rows.number(row.cells[column], f"{row.where}, {column}")
-        value = scale * csv_rows.number(row.cells[name], f"{row.where}, {name}")
+        target, value = units["position"].of(row), units[what].of(row)
         degrees = row.cells.get("temperature_degC", "")
         rows.append(
             (
@@ -103,6 +121,33 @@ def read(path: Path, request: Request) -> Readings:
             )
         )
     return _readings(rows, file)
+
+
+def _of_plane(path: Path, request: Request) -> Readings:
+    """Errors of both axes over a grid, such as a camera's; they have no direction."""
+    file, names = printable(path, 300), composite.names(request.machine)
+    place = composite.places(request.machine)[0]
+    wanted = (*names, *(f"{name}_error" for name in names))
+    accepted = f"columns {', '.join(f'{each}_{place.unit}' for each in wanted)}"
+    units: dict[str, Column] = {}
+
+    def header(columns: list[str], where: str) -> None:
+        units.update(_units(columns, wanted, place, where))
+        if len(units) < len(wanted):
+            raise InputError(where, printable(", ".join(columns)), accepted)
+
+    table = csv_rows.table(read_text(path, "readings (.csv)"), file, header, accepted)
+    rows = np.array([[units[each].of(row) for each in wanted] for row in table])
+    if len(rows) < LEAST:
+        raise ProblemError(file, f"{len(rows)} readings", f"Give {LEAST} or more over both axes.")
+    both = np.concatenate([rows, rows])  # for either direction
+    count = len(names)
+    target, way = both[:, :count], np.repeat([1.0, -1.0], len(rows))
+    flank = np.repeat(0.5 + 0.5 * way[:, None], count, axis=1)
+    return Readings(
+        np.ones(len(both)), way, np.zeros(len(both)), target, target, target, flank,
+        target + both[:, count:], np.full(len(both), math.nan),
+    )  # fmt: skip
 
 
 def _readings(rows: list[tuple[float, ...]], where: str) -> Readings:

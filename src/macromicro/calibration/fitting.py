@@ -27,7 +27,7 @@ class Estimate(NamedTuple):
     name: str
     value: float
     half: float
-    unit: str  # of a slide: "m", "1/K"
+    unit: str  # of a slide: "m", "rad", "1/K"
 
 
 class Model(NamedTuple):
@@ -227,7 +227,7 @@ def fit(data: Data, periods: list[float], other: str = "") -> Fit:
     return Fit(
         model,
         {k: _rounded(v) for k, v in _changes(data, model, columns, found, other).items()},
-        _estimates(model, columns, found, errors, free),
+        _estimates(data, model, columns, found, errors, free),
         residual,
         left,
         left + _of_part(columns, found, "gap"),
@@ -297,7 +297,7 @@ def _changes(
 
 
 def _estimates(
-    model: Model, columns: _Columns, found: Array, errors: Array, free: int
+    data: Data, model: Model, columns: _Columns, found: Array, errors: Array, free: int
 ) -> list[Estimate]:
     factor = float(stats.t.ppf(0.975, min(free, 1000)))
     rows = []
@@ -315,7 +315,9 @@ def _estimates(
         rows.append(Estimate("expansion", float(found[k]), factor * float(errors[k]), "1/K"))
     if "across" in columns.parts and model.across == 2:
         k = columns.parts["across"].start
-        rows.append(Estimate("across", float(found[k]), factor * float(errors[k]), "m"))
+        across = 1.0 / (data.other_span[1] - data.other_span[0])
+        half = factor * across * float(errors[k])
+        rows.append(Estimate("squareness", across * float(found[k]), half, "rad"))
     return rows
 
 

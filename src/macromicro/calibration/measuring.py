@@ -219,7 +219,12 @@ def _performed(
     starts = targets.names(machine)
     names = [column.name for column in runs.columns(machine)]
     rows = {name: k for k, name in enumerate(names)}
-    warm = [f"{start}temperature" for start in starts if f"{start}temperature" in rows]
+    kinds = composite.stages(machine).kinds
+    warm = [
+        f"{start}temperature"
+        for start, kind in zip(starts, kinds, strict=True)
+        if "temperature" in kind.lines
+    ]
     measured = [f"{s}{name}" for name in ("position", "reading", "flank") for s in starts]
     # Without a sensor of temperature, a column of no meaning stands in and is made NaN below.
     sink = Rests(rows, composite.period(machine, settings), [*measured, *true, *(warm or ["t"])])

@@ -34,9 +34,10 @@ INSTRUMENTS: Mapping[str, Instrument] = {
     "laser": Instrument("laser interferometer", 0.1e-6, 0.2e-6),
     "scale": Instrument("glass scale", 0.2e-6, 0.05e-6, 0.1e-6),
     "camera": Instrument("camera over a grid plate", 0.5e-6, 0.1e-6),
+    "capacitive": Instrument("capacitive sensor", 0.5e-9, 0.2e-9),
     "dial": Instrument("dial gauge", 1e-6, 0.5e-6, 1e-6),
     "autocollimator": Instrument(
         "autocollimator", math.radians(0.1 / 3600.0), math.radians(0.05 / 3600.0)
     ),
 }
-LENGTHS, ANGLES = ("laser", "scale", "camera", "dial"), ("autocollimator",)
+LENGTHS, ANGLES = ("laser", "scale", "camera", "capacitive", "dial"), ("autocollimator",)

@@ -29,11 +29,18 @@ class Gauge(NamedTuple):
     pitch: Annotated[
         float, Par("m", "smallest step of the reading", _SHEET, shown="nm", positive=True)
     ] = 0.1e-9
+    linearity: Annotated[
+        float,
+        Par("1", "greatest bow of the reading, as a share of the range", _SHEET, lo=-0.1, hi=0.1),
+    ] = 0.0
 
 
 @kernel
 def reading(p: Gauge, x: float, draw: float) -> float:
-    """Noise added, limited to the range, rounded to a step."""
+    """Bow and noise added, limited to the range, rounded to a step."""
+    if p.linearity != 0.0:
+        share = (x - p.low) / (p.high - p.low)
+        x += p.linearity * (p.high - p.low) * 4.0 * share * (1.0 - share)
     shown = min(max(x + p.noise * draw, p.low), p.high)
     return math.floor(shown / p.pitch + 0.5) * p.pitch
 
