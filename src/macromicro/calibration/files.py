@@ -87,12 +87,11 @@ def _shown(unit: str, place: Place) -> tuple[float, str]:
 
 def text(found: Calibration) -> str:
     """What the terminal shows."""
-    lines = [f"{'':<28}{'before':>10}{'after':>10}"]
+    lines = [f"{'':<46}{'before':>9}{'after':>9}"]
     for row in rows(found):
         name = f"{row.axis} {row.symbol}".strip()
-        before = "" if row.before is None else f"{row.before:10.3g}"
-        head = f"{name:<4} {row.meaning}"
-        lines.append(f"{head:<38}{before:>10}{row.after:10.3g} {row.unit}")
+        before = "" if row.before is None else f"{row.before:.3g}"
+        lines.append(f"{name:<6}{row.meaning:<40}{before:>9}{row.after:9.3g} {row.unit}")
     lines += [
         f"{f'{line.axis} {line.name}'.strip()}: {line.value:.4g} ± {line.half:.2g} {line.unit}"
         for line in errors(found)

@@ -53,7 +53,8 @@ def ready(
         for fixture in source:
             fixture.need("a calibration", CHANNEL)
     instrument = references.INSTRUMENTS[_named(reference, place)]
-    return Request(machine, settings, instrument, positions, runs, seed, lengths, cogging, source)
+    what = (machine, settings, instrument, positions, runs, seed, lengths, cogging)
+    return Request(*what, rigs=source)
 
 
 def _named(name: str, place: Place) -> str:

@@ -1,0 +1,62 @@
+"""A calibration on a user's rig that has a reference beside its encoder."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from tests.command import command
+
+MACHINE = """machine = "axis"
+[drive]
+kind = "screw"
+error = "20 um"
+error_period = "5 mm"
+[friction]
+coulomb = "5 N"
+[encoder]
+at = "motor"
+lines = 1000
+[load]
+stop_high = "45 mm"
+"""
+RIG = """
+from pathlib import Path
+
+from macromicro.machines import machine, rig
+
+FILE = Path({file!r})
+
+
+class Bench(rig.Twin):
+    def read(self):
+        true = self._kind.show(self.params, self.state).position
+        return super().read()._replace(laser=true)
+
+
+def bench(seed):
+    own, tree = machine.load(FILE)
+    made = Bench(own.kind, tree, seed)
+    made.channels = (*made.channels, "laser")
+    return made
+
+
+def bare(seed):
+    own, tree = machine.load(FILE)
+    return rig.Twin(own.kind, tree, seed)
+"""
+
+
+def test_it_measures_against_the_rigs_own_reference(tmp_path: Path) -> None:
+    file = tmp_path / "axis.toml"
+    file.write_text(MACHINE, encoding="utf-8")
+    (tmp_path / "lab.py").write_text(RIG.format(file=str(file)), encoding="utf-8")
+    words = ("calibrate", "--config", file, "--positions", "9", "--runs", "2")
+    done = command(*words, "--rig", "lab:bench", cwd=tmp_path)
+    assert done.returncode == 2 and "--yes" in done.stderr and "between -4 mm and 44 mm" in done.stderr
+    done = command(*words, "--rig", "lab:bare", "--yes", cwd=tmp_path)
+    assert done.returncode == 2 and "laser" in done.stderr
+    done = command(*words, "--rig", "lab:bench", "--yes", "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    rows = {row["symbol"]: row for row in json.loads(done.stdout)["table"]}
+    assert rows["A"]["before"] > 20.0 and rows["A"]["after"] < 0.4 * rows["A"]["before"]
