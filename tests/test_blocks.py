@@ -100,7 +100,6 @@ CANNOT: dict[str, dict[str, str]] = {
         "new_system(": "Simulink's",
     },
     "docs/methods.md": {" allowed error": "a drawing"},
-    "docs/from-simulink.md": {" Simulink ": "a drawing"},
     "docs/identify.md": {
         "macromicro identify drive own.csv": DATA,
         "macromicro collect actuator": TESTED + "tests/identify/kinds/test_actuator.py",

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import importlib.util
 import re
-import subprocess
-import sys
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
-from macromicro import api, programme
+from macromicro import programme
 from macromicro.machines import guard_words
 from macromicro.recorded import COLUMNS
 from macromicro.rig import faults
@@ -76,30 +74,6 @@ def test_files_page_names_every_column() -> None:
         several = unit.split(", ") * (len(each) if ", " not in unit else 1)
         named.update(zip(each, several, strict=True))
     assert named == {c.name: units.get(c.unit, c.unit) for c in COLUMNS}
-
-
-@pytest.mark.slow
-def test_files_page_s_examples_run(tmp_path: Path) -> None:
-    """h5py, xarray, pandas and the package open one file."""
-    pytest.importorskip("h5netcdf")
-    pytest.importorskip("pandas")
-    place = tmp_path / "results" / "thesis"
-    place.mkdir(parents=True)
-    api.run("staircase", seed=3).save(place / "recording.h5")
-    text = (DOCS / "files.md").read_text(encoding="utf-8")
-    blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert len(blocks) == 5
-    done = subprocess.run(
-        [sys.executable, "-c", "\n".join(blocks)],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    lines = done.stdout.splitlines()
-    assert "um 3" in lines and lines[-2].endswith(" um")
-    assert (tmp_path / "laser.svg").exists()
 
 
 def test_troubleshooting_names_every_fault() -> None:
