@@ -32,6 +32,8 @@ def main() -> int:
     parser.add_argument("--lax", action="store_true", help="warn only")
     given = parser.parse_args()
     status = build(given.out, not given.lax)
+    twin = [sys.executable, str(ROOT / "docs/make_twin.py"), str(given.out / staging.TWIN)]
+    status = status or subprocess.run(twin, check=False).returncode
     for line in (found := offline.fetched(given.out)):
         print(line)
     print(given.out / "index.html")

@@ -11,6 +11,7 @@ from pathlib import Path
 from website import notebooks, pages, reference
 from website.pages import BESIDE, INDEX, ROOT
 
+TWIN = "twin.html"  # the machine as WebAssembly, which docs/make_twin.py makes beside the pages
 FILES = "files"  # the folder of files that pages link and that are no pages
 _TARGET = re.compile(r"\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
 _FENCED = re.compile(r"(^```.*?^```$)", re.DOTALL | re.MULTILINE)
@@ -68,7 +69,8 @@ def contents() -> str:
         listed = "\n".join(f"/{staged(name).removesuffix('.md')}" for name in section.pages)
         text += f"\n```{{toctree}}\n:hidden:\n:caption: {section.title}\n\n{listed}\n```\n"
     names = "\n".join(f"/reference/{page.name}" for page in reference.PAGES)
-    return f"{text}\n```{{toctree}}\n:hidden:\n:caption: Python\n\n{names}\n```\n"
+    first = f'\n<p><a href="{TWIN}">The two-stage machine, simulated in your browser</a></p>\n'
+    return f"{first}{text}\n```{{toctree}}\n:hidden:\n:caption: Python\n\n{names}\n```\n"
 
 
 def stage(into: Path) -> None:
