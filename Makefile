@@ -105,7 +105,7 @@ trial: firmware ## random orders and injuries before the simulated board for MIN
 lint: $(VENV)/.dev ## check format, style, types and the layers
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
-	@printf '%s\n' mypy lint-imports | xargs -P 2 -I{} $(BIN)/{}
+	@printf '%s\n' mypy lint-imports | xargs -P 2 -I{} sh -c '$(BIN)/{}'
 
 format: $(VENV)/.dev ## format the code and sort its imports
 	$(BIN)/ruff check --fix-only --quiet .
