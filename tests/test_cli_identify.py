@@ -91,6 +91,7 @@ OWN = Axis(mass=1.2, viscous=14.0, coulomb=3.0, offset=0.4)
 # --- drive
 
 
+@pytest.mark.slow
 def test_own_csv_without_out_is_printed_and_nothing_is_written(
     macromicro: Macromicro, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -119,6 +120,7 @@ def test_json_is_all_that_stdout_gets(macromicro: Macromicro, tmp_path: Path) ->
     assert content["warnings"] == []
 
 
+@pytest.mark.slow
 def test_emps_from_a_mat_file(macromicro: Macromicro, tmp_path: Path) -> None:
     """Published (Janot et al. 2019): 95.1089 kg, 203.5034 N s/m, 20.3935 N."""
     from scipy.io import savemat

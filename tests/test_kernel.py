@@ -376,7 +376,7 @@ def test_two_processes_that_start_at_once_share_the_cache(copy: Path, tmp_path: 
     assert used == run(WHERE, copy, MACROMICRO_CACHE=str(cache))
 
 
-@pytest.mark.parametrize("obstacle", ["a file", "read-only"])
+@pytest.mark.parametrize("obstacle", [pytest.param("a file", marks=pytest.mark.slow), "read-only"])
 def test_no_place_for_a_cache_costs_only_time(copy: Path, tmp_path: Path, obstacle: str) -> None:
     cache = tmp_path / "cache"
     if obstacle == "a file":

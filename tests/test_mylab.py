@@ -174,6 +174,7 @@ def test_a_compiled_law_on_the_bench(lab: Path) -> None:
     assert SLIDING in done.stdout
 
 
+@pytest.mark.slow
 def test_a_procedure_on_ones_own_rig(lab: Path) -> None:
     """It moves beyond 1 V there, so every push does."""
     done = command(lab, "collect", "mylab.procedures:pushes", "--rig", "mylab:bench", "--out", "p")

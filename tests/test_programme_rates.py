@@ -23,6 +23,10 @@ from macromicro.types import Sample
 from tests.control.own_laws import HERE, Memory
 
 PER_METRE = 14_000.0
+STEPS = (
+    supervisor.step,
+    pytest.param(kernel.compiled(supervisor.step), marks=pytest.mark.slow),
+)
 
 
 @given(st.floats(0.02, 0.15), st.floats(0.05, 0.3), st.floats(0.5, 3.0))
@@ -119,7 +123,7 @@ def test_turns_are_of_trajectories_alone_and_a_rest_turns_in_its_middle() -> Non
     assert np.all(np.isinf(until[26:]))
 
 
-@pytest.mark.parametrize("step", [supervisor.step, kernel.compiled(supervisor.step)])
+@pytest.mark.parametrize("step", STEPS)
 def test_the_supervisor_tells_the_micro_law_when_its_trajectory_turns(step: Any) -> None:
     control = Control()._with("micro_law", f"{HERE}:foreseeing", "a test")
     p = prepare(control)
@@ -143,7 +147,7 @@ def plan(velocity: Any, acceleration: Any) -> Plan:
     return made._replace(velocity=np.array(velocity), acceleration=np.array(acceleration))
 
 
-@pytest.mark.parametrize("step", [supervisor.step, kernel.compiled(supervisor.step)])
+@pytest.mark.parametrize("step", STEPS)
 def test_the_supervisor_gives_them_to_the_macro_law(step: Any) -> None:
     """To one of another package, which looks at them; it takes m."""
     control = Control().joined(f"{HERE}:sliding", "a test")

@@ -109,6 +109,7 @@ def test_machines_that_differ_from_the_two_stage_one(lab: Path) -> None:
     assert counts == sorted(counts) and counts[-1] > 10
 
 
+@pytest.mark.slow
 def test_a_sweep_of_any_machine_is_a_table(lab: Path) -> None:
     table = macromicro.sweep("sweep.toml", "out", workers=1)
     assert table.column("x.friction.coulomb").to_pylist() == [2.0, 3.0]

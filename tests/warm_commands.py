@@ -41,5 +41,5 @@ def _warmed() -> None:
             app([*words, "--out", str(Path(folder, "out")), "--overwrite"], standalone_mode=False)
 
 
-_warmed()
-importlib.import_module("tests.warm_loops")
+with importlib.import_module("tests.warm_loops").compiling():
+    _warmed()

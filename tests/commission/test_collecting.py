@@ -157,6 +157,7 @@ def contraction() -> Iterator[Recording]:
         yield collecting.find("", mine.machine).collect(mine, lambda: False)
 
 
+@pytest.mark.slow
 def test_curves_of_a_wire_are_those_of_its_sheet(contraction: Recording, tmp_path: Path) -> None:
     """Its way, its loop from the sheet's temperatures, and a table that repeats its own curves."""
     tree = given("wire").tree
@@ -199,6 +200,7 @@ def test_each_curve_turns_elsewhere_and_comes_back_to_the_top(contraction: Recor
     assert slow * tau < 0.05 * (u.max() - turns[0])
 
 
+@pytest.mark.slow
 def test_a_rig_of_a_wire_gives_its_curves_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """The same efforts, given period by period; who interrupts it ends it."""
     monkeypatch.setattr(collecting, "SLOW", 0.5)

@@ -190,6 +190,7 @@ def test_a_stiff_axis_has_no_mode_and_a_weak_one_is_found() -> None:
     assert weak.shape.held == pytest.approx(0.93 * 120.0, rel=0.01)
 
 
+@pytest.mark.slow
 def test_an_antiresonance_at_the_resonance_is_no_mode() -> None:
     """Such a pair takes itself away: it would slow the gains down for nothing."""
     said = [

@@ -190,6 +190,7 @@ def place() -> Place:
     return Place("a disc", lambda seed: rig(2.5, 1.2), 2e-3, PITCH, 8.0, False, rotary.KIND)
 
 
+@pytest.mark.slow
 def test_it_is_resumed_with_its_load_found_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -192,7 +192,7 @@ def rose_and_fell(p: Heat, dt: float) -> Record:
     return Record(t, u, wire_model.simulated(p, Record(t, u, np.zeros_like(u))))
 
 
-@pytest.mark.parametrize("tau", [0.3, 4.2])
+@pytest.mark.parametrize("tau", [0.3, pytest.param(4.2, marks=pytest.mark.slow)])
 def test_a_wire_is_found_again(tau: float) -> None:
     dt = 0.02
     p = PLAIN._replace(tau=tau, slow=10.0 * tau, latent=2.0 * tau)

@@ -81,6 +81,7 @@ def braked(seed: int, eccentric: bool = False) -> tuple[list[Rows], Axis]:
     return [differences(run, u, 80.0, 10, eccentric=eccentric)], axis
 
 
+@pytest.mark.slow
 def test_friction_that_drops_is_told_with_errors_that_hold() -> None:
     """Of 24 records, mass, viscous and Coulomb friction and offset are within 1.96 standard errors
     in 21 or more; the drop and its speed, which go together and are not linear, in 80 %. By speeds

@@ -128,6 +128,7 @@ def test_stribeck_friction_is_found_where_there_is_some() -> None:
     assert fit.axis.coulomb == pytest.approx(12.0, rel=0.05)
 
 
+@pytest.mark.slow
 def test_asymmetric_viscous_friction_is_found() -> None:
     true = TRUE._replace(asymmetry=-6.0)
     u = excitation(4, 5000)

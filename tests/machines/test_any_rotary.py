@@ -57,6 +57,7 @@ def drawn(rng):
     return changes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_nearly_all_that_are_not_refused_arrive_at_every_target(seed):
     rng = np.random.default_rng(seed)

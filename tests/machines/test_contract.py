@@ -17,6 +17,7 @@ KIND = FLEXURE.kind
 _forward = KIND.advance
 
 
+@pytest.mark.slow
 def test_the_machine_of_the_page_keeps_everything() -> None:
     found = list(contract.check(FLEXURE))
     assert contract.broken(FLEXURE) == []

@@ -39,6 +39,7 @@ def test_nothing_ends_its_way_but_what_is_watched():
     assert DEFAULT.with_({"load.ends": "none"}).with_({"load.ends": "stops"}) == DEFAULT
 
 
+@pytest.mark.slow
 def test_its_place_counts_on_and_the_pulse_comes_each_turn(tmp_path):
     path = tmp_path / "far.toml"
     path.write_text('[[moves]]\nmacro = ["10 turn", "-3.25 turn"]\nhold = "4 s"\n', "utf-8")

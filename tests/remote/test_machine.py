@@ -297,6 +297,7 @@ def test_a_loop_that_ends_fails_what_waits(client: Make, fake: Station) -> None:
     assert isinstance(found[0], RequestRefused) and "loop process has ended" in found[0].reason
 
 
+@pytest.mark.slow
 def test_a_motion_that_never_was_is_not_waited_for(client: Make, fake: Station) -> None:
     stage = client()
     with pytest.raises(RequestRefused, match="no motion 77"):

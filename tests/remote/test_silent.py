@@ -137,6 +137,7 @@ def test_every_call_ends_in_time(tmp_path: Path) -> None:
         assert "the server does not respond" in str(error), name
 
 
+@pytest.mark.slow
 def test_a_move_that_is_waited_for_ends_with_the_server(cable: Cable, fake: Station) -> None:
     """As long as the server lives its end is waited for, longer than the timeout."""
     stage = machine(cable)
@@ -152,6 +153,7 @@ def test_a_move_that_is_waited_for_ends_with_the_server(cable: Cable, fake: Stat
     assert isinstance(error, StopNotConfirmed)  # of the motion that this client began
 
 
+@pytest.mark.slow
 def test_the_end_of_a_with_block_does_not_hang(cable: Cable) -> None:
     def block(*, moves: bool) -> None:
         with machine(cable) as stage:

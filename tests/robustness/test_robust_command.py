@@ -155,6 +155,7 @@ def test_worst_files_hold_the_sample(
         assert tree.bench.bias.platform == 0.021
 
 
+@pytest.mark.slow
 def test_a_second_study_needs_overwrite_and_cleans_up(
     done: tuple[Path, subprocess.CompletedProcess[str]], tmp_path: Path
 ) -> None:

@@ -138,6 +138,7 @@ def test_a_server_killed_on_the_way_and_started_again(
     note("server killed", took, "0 V, the loop process ends", "at the next start: home first")
 
 
+@pytest.mark.slow
 def test_a_port_in_use(command: Callable[..., Command], tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]

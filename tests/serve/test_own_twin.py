@@ -35,6 +35,7 @@ def children() -> set[int]:
     return {int(pid) for task in tasks for pid in (task / "children").read_text().split()}
 
 
+@pytest.mark.slow
 def test_a_computer_that_stands_for_a_second_stops_no_move(tmp_path: Path) -> None:
     file = tmp_path / "own.toml"
     file.write_text(TEXT, encoding="utf-8")

@@ -104,7 +104,12 @@ def test_an_emergency_stop_is_measured(running: Running) -> None:
 
 
 @pytest.mark.parametrize(
-    ("gone", "action"), [("silent", "stop"), ("disconnected", "stop"), ("disconnected", "hold")]
+    ("gone", "action"),
+    [
+        pytest.param("silent", "stop", marks=pytest.mark.slow),
+        ("disconnected", "stop"),
+        ("disconnected", "hold"),
+    ],
 )
 def test_a_lost_client_is_acted_upon_as_configured(action: str, gone: str, station: Make) -> None:
     machine = station(client_timeout=1.5 if gone == "silent" else 60.0, lost_client=action)

@@ -161,7 +161,11 @@ def test_a_stop_while_the_results_are_written(make: Make, tmp_path: Path) -> Non
     assert swept(spec, out, resume=True).before == 20
 
 
-@pytest.mark.parametrize("everything", [True, False], ids=["all processes", "the parent"])
+@pytest.mark.parametrize(
+    "everything",
+    [pytest.param(True, marks=pytest.mark.slow), False],
+    ids=["all processes", "the parent"],
+)
 def test_a_killed_run_is_resumed(make: Make, tmp_path: Path, everything: bool) -> None:
     """Its workers end with it, and it leaves no lock."""
     log, out = tmp_path / "log", tmp_path / "out"
@@ -177,7 +181,9 @@ def test_a_killed_run_is_resumed(make: Make, tmp_path: Path, everything: bool) -
     assert sorted([*evaluated(log), *kept]) == list(range(60))
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)]
+)
 def test_a_signal_keeps_what_is_finished_and_says_how_to_go_on(
     make: Make, tmp_path: Path, number: signal.Signals
 ) -> None:

@@ -20,6 +20,7 @@ def run() -> np.ndarray:
     return fire(np.r_[np.ones(60000), np.zeros(160000)])
 
 
+@pytest.mark.slow
 def test_reaches_115_degrees_and_cools_again(run: np.ndarray) -> None:
     """Section 5.2.1: the temperature range of the first-order descending curves."""
     wires = run[2]

@@ -104,11 +104,12 @@ def test_cells(fault: str, mode: str, verdict: str, slide: Plan) -> None:
 @pytest.mark.parametrize(
     "kind",
     [
-        "turn", "two-stage",
+        "turn",
+        pytest.param("two-stage", marks=pytest.mark.slow),
         pytest.param("piezo", marks=pytest.mark.slow),
         pytest.param("two-axes", marks=pytest.mark.slow),
     ],
-)  # fmt: skip
+)
 def test_every_kind_has_a_verdict(kind: str, tmp_path: Path) -> None:
     cells = filled(kind, tmp_path, quick=True, only=("motor-dead",), modes=("disabled", "moving"))
     assert [cell.verdict for cell in cells] == [UNSEEN, SAFE_]

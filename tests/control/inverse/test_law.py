@@ -28,6 +28,7 @@ def arrived(places: np.ndarray, goal: float, near: float) -> float:
     return (int(away[-1]) + 1) * DT if len(away) else 0.0
 
 
+@pytest.mark.slow
 def test_it_keeps_the_contract_of_laws() -> None:
     assert contract.broken(INVERSE) == []
 

@@ -68,6 +68,7 @@ def test_an_input_counted_the_other_way_round_is_named(tmp_path: Path, spring: f
     assert found["mass"] == pytest.approx(0.1, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_hanging_arm_asks_for_eccentric(tmp_path: Path) -> None:
     """0.02 kg m^2 on a pendulum of 1.2 N m: gravity is most of the torque."""
     n, dt = 3000, 5e-3

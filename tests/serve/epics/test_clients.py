@@ -78,6 +78,7 @@ def test_a_disabled_machine_fails_a_move(motor: Any) -> None:
     assert get("trusted") == 1 and get("mode") == "ready"
 
 
+@pytest.mark.slow
 def test_the_news_of_an_end_come_before_its_put_is_answered(ready: None) -> None:
     """Else the end of a homing is taken for that of the move behind it."""
     seen: list[int] = []

@@ -172,6 +172,7 @@ def until(what: Callable[[], object], longest: float = 20.0) -> None:
         time.sleep(0.02)
 
 
+@pytest.mark.slow
 def test_they_are_served_like_the_simulated_pair(lab: Lab) -> None:
     with served(lab.folder, TEXT, "--rig", lab.rigs()) as client:
         assert "loop: 1000 Hz" in client.said

@@ -47,7 +47,7 @@ def test_the_end_is_noticed_behind_what_is_not_read(server, station, how) -> Non
     assert station.ended[1].outcome == "lost"
 
 
-@pytest.mark.parametrize("how", ["close", "reset"])
+@pytest.mark.parametrize("how", [pytest.param("close", marks=pytest.mark.slow), "reset"])
 def test_the_end_is_noticed_behind_a_full_socket(station, how) -> None:
     """Its end waits in the client's own system, behind what nobody takes."""
     with Server(giving_up(station, 4.0), port=0) as server:

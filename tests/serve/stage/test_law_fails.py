@@ -103,7 +103,7 @@ def ended(station: Station, folder: Path) -> faults.Trouble:
 @pytest.mark.parametrize(
     ("text", "rig"),
     [
-        (ONE, "{0}:bench"),
+        pytest.param(ONE, "{0}:bench", marks=pytest.mark.slow),
         (ONE, "twin"),
         pytest.param(TWO, "{0}:x+{0}:y", marks=pytest.mark.slow),
         pytest.param(TWO, "twin", marks=pytest.mark.slow),

@@ -170,6 +170,7 @@ def block(text: str) -> str:
     return f"#{len(str(len(text)))}{len(text)}{text}"
 
 
+@pytest.mark.slow
 def test_programmes_run_live_and_gains_change(screw: Served) -> None:
     assert screw.ask("SYST:LOCK:REQ?;:ENAB;:HOME;*OPC?") == "1;1"
     screw.ask("SYST:ERR:ALL?")  # it may be enabled already

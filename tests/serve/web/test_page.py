@@ -117,7 +117,7 @@ def test_a_reload_loses_nothing(ready: Page) -> None:
     assert float(ready.text("#position").split()[0]) == pytest.approx(seen, abs=0.05)
 
 
-@pytest.mark.parametrize("size", [DESK, PHONE])
+@pytest.mark.parametrize("size", [DESK, pytest.param(PHONE, marks=pytest.mark.slow)])
 def test_nothing_moves_under_the_finger(ready: Page, size: tuple[int, int]) -> None:
     """Alarms, replies and states change; what can be pressed stays where it is."""
     ready.shape(size, "light")

@@ -121,6 +121,7 @@ def test_what_makes_no_sense_in_a_mode_looks_so(ready: Page) -> None:
     assert off(ready, ".step-button") and off(ready, ".jog-button") and off(ready, "#run")
 
 
+@pytest.mark.slow
 def test_lengths_are_in_one_unit(in_mm: Page) -> None:
     page = in_mm
     motion = page.move(page.station.snapshot().position_m * 1e3 + 1.0)

@@ -46,7 +46,7 @@ def test_a_page_that_is_open_elsewhere_says_so(ready: Page, tabs: tuple[str, str
     until(lambda: "another tab" in ready.text("#alarm-list"))
 
 
-@pytest.mark.parametrize("how", ["#stop", "#emergency"])
+@pytest.mark.parametrize("how", [pytest.param("#stop", marks=pytest.mark.slow), "#emergency"])
 def test_a_page_that_is_open_elsewhere_stops_the_machine(
     ready: Page, tabs: tuple[str, str], how: str
 ) -> None:

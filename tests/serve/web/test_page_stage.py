@@ -42,6 +42,7 @@ def test_a_piezo_stage_is_moved_in_micrometres(piezo: Page) -> None:
     assert len(piezo.text("#position").split()[0].partition(".")[2]) == 3  # a count is 3.2 nm
 
 
+@pytest.mark.slow
 def test_points_become_a_programme_that_is_uploaded_and_run(piezo: Page, tmp_path: Path) -> None:
     piezo.take()
     station = piezo.station
