@@ -24,7 +24,7 @@ import tests.command
 from tests import warm
 
 ROOT = Path(__file__).parents[1]
-PAGES = ("README.md", "CONTRIBUTING.md", "ARCHITECTURE.md",
+PAGES = ("README.md", "CONTRIBUTING.md", "ARCHITECTURE.md", "deploy/README.md",
          *sorted(p.relative_to(ROOT).as_posix() for p in (ROOT / "docs").rglob("*.md")
                  if ".template." not in p.name))  # fmt: skip
 
@@ -78,7 +78,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro commission --config table.toml": TESTED
         + "tests/commission/test_plane.py: some minutes",
     },
-    "docs/deploy.md": {
+    "deploy/README.md": {
         "make dist": TESTED + "tests/test_dist.py",
         "python3 -m venv": "installs",
         "macromicro --install-completion": "changes the shell; tests/commands/test_completion.py",

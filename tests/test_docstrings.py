@@ -29,6 +29,7 @@ VALUES = ("property", "cached_property", "overload", "setter")
 SHARED = ("_method",)
 # Functions and classes without an example, by where they are defined, and why.
 WITHOUT = {
+    "macromicro.studies.calibrate": "runs a machine",
     "macromicro.api.run": "compiles the bench",
     "macromicro.batch.variants.Metric": "shown by `batch.job`",
     "macromicro.batch.variants.Trajectories": "shown by `batch.trajectories`",
