@@ -16,7 +16,7 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "examples.md"
 PICTURES = ROOT / "docs" / "figures" / "examples"
-CURVES = ROOT / "tests" / "data" / "forc" / "hchb_forc"
+CURVES = ROOT / "examples" / "data" / "forc" / "hchb_forc"
 HEAD = """\
 # Examples
 
