@@ -127,7 +127,7 @@ EXAMPLES = (
     ),
     Example(
         "A Preisach density",
-        "First-order reversal curves of nanowires (`tests/data/forc` of the repository).",
+        "First-order reversal curves of nanowires (`examples/data/forc`).",
         ("identify hysteresis hchb_forc --out results/forc",),
         "forc/density.png",
     ),
