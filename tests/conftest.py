@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 from collections.abc import Iterator
 from typing import Any
@@ -80,6 +81,17 @@ def _admitted_by_one_file() -> Iterator[None]:
             for made in list(vars(module).values()):
                 if hasattr(made, "cache_clear"):
                     made.cache_clear()
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection() -> None:
+    """Thousands of tests stay until the end: the garbage collector leaves them alone."""
+    gc.disable()
+
+
+def pytest_collection_finish() -> None:
+    gc.freeze()
+    gc.enable()
 
 
 class _Names:

@@ -24,6 +24,7 @@ from tests.export.bound import Bound, arrays, bits, built, strict
 
 BUILT = TemporaryDirectory(prefix="macromicro-")  # gone with this process
 UNITS = tuple(catalogue.every())
+PARTS = 16  # of all functions, which take seconds to find: too long for the collection of tests
 RAISED = (ZeroDivisionError, OverflowError, ValueError, IndexError)
 
 
@@ -156,10 +157,15 @@ def examples(unit: Any) -> dict[Any, Any]:
     return found
 
 
-@pytest.mark.parametrize("function", functions())
-def test_a_function_in_c_gives_the_bits_of_its_kernel(
-    function: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.parametrize("part", range(PARTS))
+def test_functions_in_c_give_the_bits_of_their_kernels(part: int) -> None:
+    for function in list(functions())[part::PARTS]:
+        with pytest.MonkeyPatch.context() as patch:
+            compared(function, patch)
+
+
+def compared(function: str, patch: pytest.MonkeyPatch) -> None:
+    """Twenty calls of a function in C with those of its kernel."""
     name, place = functions()[function]
     unit, written, library = made(name)
     routine = written.routines[place]
@@ -167,7 +173,7 @@ def test_a_function_in_c_gives_the_bits_of_its_kernel(
     bound = Bound(written.program)
     odd = 0.3 if sum(map(numbers, routine.parameters.values())) < MANY else 0.02
     for rounded in ("floor", "ceil"):
-        monkeypatch.setattr(math, rounded, within(getattr(math, rounded)))
+        patch.setattr(math, rounded, within(getattr(math, rounded)))
     random, tried = Random(1), 0
     for _ in range(200):
         values = {n: drawn(k, known.get(k), random, odd) for n, k in routine.parameters.items()}
@@ -180,13 +186,13 @@ def test_a_function_in_c_gives_the_bits_of_its_kernel(
             continue
         found = bound.call(library, routine, before)
         bound.alive.clear()
-        assert bits(found) == bits(expected)
+        assert bits(found) == bits(expected), function
         for a, b in zip(arrays(tuple(mine.values())), arrays(tuple(before.values())), strict=True):
-            assert np.array_equal(a, b, equal_nan=True)
+            assert np.array_equal(a, b, equal_nan=True), function
         tried += 1
         if tried == 20:
             return
-    assert tried
+    assert tried, function
 
 
 def test_kernels_without_a_unit_are_among_them() -> None:
