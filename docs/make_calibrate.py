@@ -19,10 +19,11 @@ from typing import Any, NamedTuple
 import measured_page
 import numpy as np
 
-from macromicro.calibration import measuring, procedure, targets
+from macromicro.calibration import checking, efforts, measuring, procedure, targets
 from macromicro.calibration.procedure import Calibration, Request
 from macromicro.calibration.references import INSTRUMENTS, Instrument
 from macromicro.machines import composite, compositions, programmes, runs
+from macromicro.machines.machine import Machine
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "validation" / "calibrate.md"
@@ -148,7 +149,12 @@ def contour(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
 def ripple(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
     """RMS deviation of the speed of slow passes, before and after."""
     (each,) = found.ripple
-    return {"before": each.before, "after": each.after, "half": math.nan, "inside": math.nan}
+    machine, settings = procedure.uncorrected(found.request.machine, found.request.settings)
+    smooth = bench._replace(drive=bench.drive._replace(cogging=0.0))
+    assert isinstance(machine, Machine)
+    least = efforts.passes(machine, settings, seed, smooth).ripple
+    judged = {"before": each.before, "after": each.after, "least": least}
+    return judged | {"half": math.nan, "inside": math.nan}
 
 
 def reversal(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
@@ -196,21 +202,61 @@ ROWS = (
 def calibrated(name: str, k: int) -> dict[str, Any]:
     """One machine of a row: the first as its file says, the others drawn."""
     row = next(each for each in ROWS if each.name == name)
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder, f"{name}.toml")
-        file.write_text(row.text, encoding="utf-8")
-        machine, settings = compositions.load(file)
-    random = np.random.default_rng([30, k, *name.encode()])
-    bench = settings
-    for path in row.drawn if k else ():
-        value = measured_value(settings, path) * random.uniform(0.8, 1.2)
-        bench = replaced(bench, path, value)
+    machine, settings, bench = drawn(row, k)
     request = Request(
         machine, settings, INSTRUMENTS[row.reference], seed=k, bench=bench,
         cogging=row.judge is ripple,
     )  # fmt: skip
     found = procedure.calibrate(request)
     return {"row": name, "bench": k, **row.judge(found, bench, k)}
+
+
+def drawn(row: Row, k: int) -> tuple[Any, Any, Any]:
+    """A machine, its settings, and those of the simulated machine."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, f"{row.name}.toml")
+        file.write_text(row.text, encoding="utf-8")
+        machine, settings = compositions.load(file)
+    random = np.random.default_rng([30, k, *row.name.encode()])
+    bench = settings
+    for path in row.drawn if k else ():
+        value = measured_value(settings, path) * random.uniform(0.8, 1.2)
+        bench = replaced(bench, path, value)
+    return machine, settings, bench
+
+
+def noticed(k: int) -> dict[str, Any]:
+    """Whether `--check` finds a calibration right that is, and wrong one of three ways."""
+    row = next(each for each in ROWS if each.name == "backlash")
+    machine, settings, bench = drawn(row, k)
+    request = Request(machine, settings, INSTRUMENTS[row.reference], seed=k, bench=bench)
+    found = procedure.calibrate(request)
+    asked = request._replace(settings=found.settings, seed=k + 300)
+    drive = bench.drive
+    correction = found.settings.correction
+    turn = 2.0 * math.pi * 1e-3 / correction.period  # the zero is 1 mm off
+    a, b, *rest = correction.waves
+    waves = (
+        a * math.cos(turn) - b * math.sin(turn),
+        a * math.sin(turn) + b * math.cos(turn),
+        *rest,
+    )
+    shifted = found.settings._replace(correction=correction._replace(waves=waves))
+    wrong = {
+        "another stage": asked._replace(bench=drawn(row, k + 50)[2]),
+        "a shifted zero": asked._replace(settings=shifted),
+        "a worn screw": asked._replace(
+            bench=bench._replace(drive=drive._replace(backlash=1.5 * drive.backlash))
+        ),
+    }
+    way, other = list(wrong.items())[k % 3]
+    holds = checking.check(asked).axes[0].holds
+    return {
+        "bench": k,
+        "right": holds,
+        "way": way,
+        "found": not checking.check(other).axes[0].holds,
+    }
 
 
 def measured_value(tree: Any, path: str) -> float:
@@ -247,6 +293,13 @@ def table(found: list[dict[str, Any]]) -> str:
             "" if np.isnan(inside).all() else f"{100 * np.nanmean(inside):.0f} %",
         ]
         lines.append(f"| {' | '.join(cells)} |")
+    least = np.array([each["least"] for each in found if "least" in each])
+    if least.size:
+        lines += [
+            "",
+            f"Without any cogging the same passes ripple by {1e6 * np.median(least):.3g} um/s "
+            f"(median; 95 %: {1e6 * np.quantile(least, 0.95):.3g}): what is left is friction.",
+        ]
     held: dict[str, list[float]] = {}
     for each in found:
         for key, value in each.items():
@@ -254,6 +307,19 @@ def table(found: list[dict[str, Any]]) -> str:
                 held.setdefault(key.removeprefix("holds "), []).append(value)
     lines += ["", "| printed interval | holds the truth |", "|---|---|"]
     lines += [f"| {name} | {sum(v):.0f} of {len(v)} |" for name, v in sorted(held.items())]
+    return "\n".join(lines) + "\n"
+
+
+def told(checks: list[dict[str, Any]]) -> str:
+    """How many right and wrong calibrations `--check` tells apart."""
+    if not checks:
+        return ""
+    lines = ["", "| `--check` of | result |", "|---|---|"]
+    right = sum(each["right"] for each in checks)
+    lines.append(f"| the machine that was calibrated | {right} of {len(checks)} hold |")
+    for way in sorted({each["way"] for each in checks}):
+        own = [each["found"] for each in checks if each["way"] == way]
+        lines.append(f"| {way} | {sum(own)} of {len(own)} are noticed |")
     return "\n".join(lines) + "\n"
 
 
@@ -271,7 +337,8 @@ def main() -> None:
     jobs = [(name, k) for name in names for k in range(chosen.benches)]
     with ProcessPoolExecutor(chosen.workers) as pool:
         found = list(pool.map(calibrated, *zip(*jobs, strict=True)))
-    made = table(found)
+        checks = list(pool.map(noticed, range(chosen.benches))) if chosen.row is None else []
+    made = table(found) + told(checks)
     print(made)
     if chosen.row is None:
         measured_page.put(PAGE, "calibrations", made)
