@@ -180,6 +180,23 @@ def test_slow_passes_learn_the_cogging(tmp_path: Path) -> None:
     assert math.hypot(*correction.effort_waves[:2]) == pytest.approx(4.0 / 20.0, rel=0.05)
 
 
+def test_the_own_sensor_shows_the_backlash_where_friction_does(tmp_path: Path) -> None:
+    lying, hanging = tmp_path / "lying.toml", tmp_path / "hanging.toml"
+    lying.write_text(LYING, encoding="utf-8")
+    hanging.write_text(SCREW, encoding="utf-8")
+    words = ("--reference", "none", "--json")
+    done = run("--config", lying, *words, "--out", "a", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    wound_up = 2.0 * (8.0 + 2.0) / (4.0 * (2.0 * math.pi * 180.0) ** 2)  # by friction, m
+    assert found["backlash"] == pytest.approx(50.0 + 1e6 * wound_up, abs=3.0)
+    assert "down = [" in (tmp_path / "a" / "calibration.toml").read_text("utf-8")
+    done = run("--config", hanging, *words, "--out", "b", cwd=tmp_path)
+    assert done.returncode == 0
+    found = json.loads(done.stdout)
+    assert found["backlash"] is None and "takes a reference" in found["remarks"][0]
+
+
 def test_the_two_stage_machine_has_tables_of_its_own(tmp_path: Path) -> None:
     done = run(cwd=tmp_path)
     assert done.returncode == 2 and "identify hall" in done.stderr

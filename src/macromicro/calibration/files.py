@@ -14,6 +14,7 @@ import numpy as np
 import macromicro
 from macromicro.calibration import _pictures, iso
 from macromicro.calibration.measuring import Readings
+from macromicro.calibration.own_sensor import Own
 from macromicro.calibration.procedure import Axis, Calibration
 from macromicro.drawing import files as drawings
 from macromicro.drawing.page import filled, saved
@@ -96,11 +97,7 @@ def text(found: Calibration) -> str:
         f"{f'{line.axis} {line.name}'.strip()}: {line.value:.4g} ± {line.half:.2g} {line.unit}"
         for line in errors(found)
     ]
-    lines += [
-        f"speed ripple of a slow pass: {each.before * place.per:.3g} before, "
-        f"{each.after * place.per:.3g} {place.unit}/s after"
-        for each, (_, place) in zip(found.ripple, _each(found), strict=False)
-    ]
+    lines += _ripples(found, composite.places(found.request.machine)[0])
     return "\n".join([*lines, *found.remarks])
 
 
@@ -126,12 +123,12 @@ def write(out: Path, found: Calibration, kinds: Iterable[str] = drawings.DEFAULT
         write_text(place / PAGE, page)
 
 
-def corrections(found: Calibration) -> str:
+def corrections(found: Calibration | Own) -> str:
     """What a machine's file includes."""
     machine = found.request.machine
     heads = [
         f"# Calibration of {machine.title}, {date.today().isoformat()}, macromicro "
-        f"{macromicro.__version__}; reference: {found.request.reference.title}.",
+        f"{macromicro.__version__}; reference: {_reference(found)}.",
         f'# A settings file takes it by: include = "{CORRECTIONS}"',
         *(f"# {printable(remark, 300)}" for remark in found.remarks),
     ]
@@ -145,6 +142,10 @@ def corrections(found: Calibration) -> str:
     return "\n".join(heads) + "\n\n" + "\n".join(parts)
 
 
+def _reference(found: Calibration | Own) -> str:
+    return "none" if isinstance(found, Own) else found.request.reference.title
+
+
 def _changed(own: Any, path: str, name: str) -> str:
     """A set of the settings as TOML, without what is as by default."""
     correction = getattr(own, name)
@@ -154,6 +155,45 @@ def _changed(own: Any, path: str, name: str) -> str:
         if entry.value != getattr(plain_one, entry.path):
             lines.append(f"{entry.path} = {entry.text}  # {entry.par.meaning}")
     return "\n".join(lines) + "\n"
+
+
+def write_own(out: Path, found: Own) -> None:
+    """Write what was measured without a reference."""
+    with folder.staged(out, remove=FILES) as place:
+        write_text(place / CORRECTIONS, corrections(found))
+        write_text(place / SETTINGS, as_toml(found.request.machine, found.settings))
+        write_text(place / NUMBERS, own_json(found) + "\n")
+
+
+def own_text(found: Own) -> str:
+    place = composite.places(found.request.machine)[0]
+    lines = []
+    if found.backlash is not None:
+        value, half = (place.fines * each for each in found.backlash)
+        lines.append(f"backlash and wind-up: {value:.4g} ± {half:.2g} {place.fine}")
+    return "\n".join([*lines, *_ripples(found, place), *found.remarks])
+
+
+def own_json(found: Own) -> str:
+    place, gap = composite.places(found.request.machine)[0], found.backlash
+    content = {
+        "version": macromicro.__version__,
+        "machine": found.request.machine.name,
+        "unit": place.fine,
+        "backlash": None if gap is None else place.fines * gap.value,
+        "half_width_95": None if gap is None else place.fines * gap.half,
+        "ripple": [each._asdict() for each in found.ripple],
+        "remarks": found.remarks,
+    }
+    return json.dumps(plain(content, spelled=True), indent=2, allow_nan=False)
+
+
+def _ripples(found: Calibration | Own, place: Place) -> list[str]:
+    return [
+        f"speed ripple of a slow pass: {each.before * place.per:.3g} before, "
+        f"{each.after * place.per:.3g} {place.unit}/s after"
+        for each in found.ripple
+    ]
 
 
 def as_json(found: Calibration) -> str:

@@ -109,8 +109,13 @@ def from_readings(request: Request, given: Readings) -> Calibration:
 
 
 def with_efforts(found: Calibration) -> Calibration:
-    """A calibration that also knows the efforts along the travel, from slow passes."""
-    request, settings = found.request, found.settings
+    """A calibration that also knows the efforts along the travel."""
+    settings, ripple, remarks = learned_efforts(found.request, found.settings)
+    return found._replace(settings=settings, remarks=(*found.remarks, *remarks), ripple=(ripple,))
+
+
+def learned_efforts(request: Request, settings: Any) -> tuple[Any, Ripple, tuple[str, ...]]:
+    """Settings that know the efforts along the travel, from slow passes."""
     if not isinstance(request.machine, Machine):
         raise ProblemError("--cogging", "only for a machine of one stage", "Leave it out.")
     made, own = measuring.ready(request.machine, settings)
@@ -121,17 +126,11 @@ def with_efforts(found: Calibration) -> Calibration:
         if k + 1 < _PASSES:
             changes = efforts.fit(seen[-1], correction.low, correction.high, drive_periods(own))
             _, learned = corrected(made, own, {"": correction._replace(**changes)})
-    before, *_, after = seen
-    remarks = found.remarks
-    if after.ripple >= before.ripple:
-        learned = settings
-        remarks = (
-            *remarks,
-            "no effort repeats along the travel: nothing to learn from slow passes",
-        )
-    return found._replace(
-        settings=learned, remarks=remarks, ripple=(Ripple("", before.ripple, after.ripple),)
-    )
+    ripple = Ripple("", seen[0].ripple, seen[-1].ripple)
+    if ripple.after < ripple.before:
+        return learned, ripple, ()
+    words = "no effort repeats along the travel: nothing to learn from slow passes"
+    return settings, ripple, (words,)
 
 
 def intent(request: Request) -> str:

@@ -17,6 +17,7 @@ from macromicro.schema.text import printable
 from macromicro.units import quantity
 
 MOST_POSITIONS, MOST_RUNS = 1000, 50
+NONE = "none"  # in place of a reference: what the stage's own sensor shows
 CHANNEL = "laser"  # of a rig: its reference, m
 
 
@@ -52,7 +53,7 @@ def ready(
     if source is not None:
         for fixture in source:
             fixture.need("a calibration", CHANNEL)
-    instrument = references.INSTRUMENTS[_named(reference, place)]
+    instrument = references.INSTRUMENTS[_named("" if reference == NONE else reference, place)]
     what = (machine, settings, instrument, positions, runs, seed, lengths, cogging)
     return Request(*what, rigs=source)
 
@@ -63,5 +64,6 @@ def _named(name: str, place: Place) -> str:
     if not name:
         return fitting[0]
     if name not in fitting:
-        raise InputError("--reference", printable(name), f"{keys.nearest(name, fitting)}")
+        accepted = keys.nearest(name, (*fitting, NONE))
+        raise InputError("--reference", printable(name), accepted)
     return name

@@ -33,7 +33,8 @@ def calibrate(  # noqa: PLR0913, PLR0917 - a parameter for each option
         str,
         typer.Option(
             metavar="NAME",
-            help="Simulated instrument: laser, scale, camera, dial; autocollimator for angles.",
+            help="Simulated instrument: laser, scale, camera, capacitive, dial; autocollimator "
+            "for angles; none for what the own sensor shows.",
             show_default="laser, or autocollimator",
         ),
     ] = "",
@@ -95,7 +96,7 @@ def calibrate(  # noqa: PLR0913, PLR0917 - a parameter for each option
     """
     from macromicro.calibration import by_hand as hand
     from macromicro.calibration import files, procedure
-    from macromicro.calibration.request import ready
+    from macromicro.calibration.request import NONE, ready
     from macromicro.commands.asking import agreed
     from macromicro.drawing.files import formats
     from macromicro.runs import folder
@@ -113,6 +114,9 @@ def calibrate(  # noqa: PLR0913, PLR0917 - a parameter for each option
         return
     if check:
         _check(request, as_json)
+        return
+    if reference == NONE:
+        _own(request, out, overwrite, as_json)
         return
     place = folder.chosen(out, OUT, overwrite=overwrite)
     folder.check(place, files.BYTES, overwrite=overwrite, names=files.FILES)
@@ -152,6 +156,20 @@ def _calibrate(
     print(files.text(found))
     print(f"page: {place / files.PAGE}")
     print(f'try: include = "{place / files.CORRECTIONS}" in the machine\'s file')
+
+
+def _own(request: Request, out: Path | None, overwrite: bool, as_json: bool) -> None:
+    from macromicro.calibration import files, own_sensor
+    from macromicro.runs import folder
+
+    place = folder.chosen(out, OUT, overwrite=overwrite)
+    folder.check(place, files.BYTES, overwrite=overwrite, names=files.FILES)
+    with Signals(), folder.held(place, overwrite=overwrite, names=files.FILES):
+        found = own_sensor.measure(request)
+        files.write_own(place, found)
+    print(files.own_json(found) if as_json else files.own_text(found))
+    if not as_json:
+        print(f'try: include = "{place / files.CORRECTIONS}" in the machine\'s file')
 
 
 def _check(request: Request, as_json: bool) -> None:
