@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, TypeVar, cast
+from functools import cache
+from typing import Annotated, Any, NamedTuple, TypeVar, cast
 
 from macromicro.control import outside
 from macromicro.control.correction import Correction, NoCorrection
@@ -77,6 +78,38 @@ def with_correction(tree: Any, table: Mapping[str, object]) -> Any:
 def is_corrected(tree: Any) -> bool:
     """Whether a calibration corrects a stage."""
     return isinstance(getattr(tree, CORRECTION, None), Correction)
+
+
+class Switched(NamedTuple):
+    """What of a correction can be changed live."""
+
+    on: Annotated[
+        int, Par("", "1: correct; 0: leave readings as they are", "choice", lo=0, hi=1)
+    ] = 1
+
+
+@cache
+def _live(kind: Any) -> Any:
+    return extended(kind, {CORRECTION: (Switched, Switched())}, next(iter(kind.__annotations__)))
+
+
+def live_gains(tree: Any) -> Any:
+    """The gains of a stage's law, and of a corrected stage whether it is corrected."""
+    found = gains(tree)
+    if not is_corrected(tree):
+        return found
+    kind: Any = type(found)
+    return _live(kind)(Switched(tree.correction.on), *found)
+
+
+def with_live_gains(tree: Any, found: Any) -> Any:
+    """A stage's settings with other `live_gains`."""
+    if not is_corrected(tree):
+        return tree._replace(**{gains_set(tree): found})
+    switched, *own = found
+    changed = {gains_set(tree): type(gains(tree))(*own)}
+    correction = tree.correction._replace(on=switched.on)
+    return tree._replace(**changed, **{CORRECTION: correction})
 
 
 @turned

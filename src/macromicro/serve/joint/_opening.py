@@ -122,8 +122,8 @@ def paired(settings: JointSettings, rig: Simulated | Real) -> Pair:
     for k, ((_, axis), own) in enumerate(zip(settings.machine.stages, of(tree), strict=True)):
         lead = guide.guide(axis, own, switched=ENABLE in rig.kinds[k].lines)
 
-        def take(gains: object, k: int = k) -> None:
-            rig.control.take(gains, k)
+        def take(tree: object, k: int = k) -> None:
+            rig.control.take(tree, k)
 
         led = live.Led(guide.parameters(axis, own), lead, settings.period, own, take)
         led.lines = lambda k=k: rig.lines[k]  # type: ignore[misc]

@@ -13,7 +13,7 @@ from macromicro.machines.joint.machine import XY_MACHINE
 from macromicro.machines.joint.settings import AXES, DEFAULT, of
 from macromicro.machines.machine import JOINT, as_toml
 from macromicro.machines.period import law_columns
-from macromicro.machines.tree import gains, gains_set
+from macromicro.machines.tree import live_gains, with_live_gains
 from macromicro.rig import limits
 from macromicro.rig.limits import Limits
 from macromicro.rig.opening import TWIN
@@ -53,7 +53,7 @@ class JointSettings(NamedTuple):
 
     @property
     def controller(self) -> Gains:
-        return Gains(*map(gains, of(self.tree)))
+        return Gains(*map(live_gains, of(self.tree)))
 
     @property
     def names(self) -> dict[str, str]:
@@ -97,7 +97,7 @@ class JointSettings(NamedTuple):
 
     def as_toml(self, control: Any, limits: SoftLimits) -> str:
         own = zip(AXES, of(self.tree), control, strict=True)
-        made = {name: tree._replace(**{gains_set(tree): law}) for name, tree, law in own}
+        made = {name: with_live_gains(tree, law) for name, tree, law in own}
         return as_toml(XY_MACHINE, self.tree._replace(**made))
 
 

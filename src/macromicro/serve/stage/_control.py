@@ -135,7 +135,7 @@ class Control:
     def __init__(self, machine: AnyMachine, tree: Any, stages: Stages | None = None) -> None:
         simulated = composite.stages(machine)
         self.stages = simulated if stages is None else stages
-        self._trees = machine.trees(tree)
+        self._trees = list(machine.trees(tree))
         kinds = self.kinds = self.stages.kinds
         count = range(len(kinds))
         number = self.number = pace.periods(self._trees[0])
@@ -207,9 +207,9 @@ class Control:
                 origin = course.origin if own.correction.on else math.nan
                 self._tables[k] = self._tables[k]._replace(origin=origin)
 
-    def take(self, gains: Any, stage: int = 0) -> None:
-        """Change a law's gains from the next period on; it keeps its memory."""
-        self._gains[stage] = gains
+    def take(self, tree: Any, stage: int = 0) -> None:
+        """Take a stage's settings from the next period on; its law keeps its memory."""
+        self._trees[stage], self._gains[stage] = tree, gains(tree)
 
     def renew(self) -> None:
         self.watches = [guarding.cleared(watch) for watch in self.watches]

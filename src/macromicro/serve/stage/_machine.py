@@ -180,16 +180,16 @@ class Led(Live):
         if isinstance(found, Refused):
             return found, ()
         self._tree, done = found
-        self._take(trees.gains(self._tree))
+        self._take(self._tree)
         return Accepted(0, done), (gains.told(self._s, done),)
 
     def _retuned(self, request: m.SetGains) -> tuple[Any, tuple[m.Change, ...]] | Refused:
         """The settings with new gains, and the differences."""
         refused = gains.waits(self._p, self._s)
-        found = refused or gains.taken(trees.gains(self._tree), request.changes)
+        found = refused or gains.taken(trees.live_gains(self._tree), request.changes)
         if isinstance(found, Refused):
             return found
-        tree = self._tree._replace(**{trees.gains_set(self._tree): found[0]})
+        tree = trees.with_live_gains(self._tree, found[0])
         return gains.unfit(tree) or (tree, found[1])
 
     def _pace(self, request: m.SetSpeed) -> tuple[Reply, tuple[Notice, ...]]:

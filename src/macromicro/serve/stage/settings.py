@@ -12,7 +12,7 @@ from macromicro.machines import composite, pace
 from macromicro.machines import machine as machines
 from macromicro.machines.machine import Machine, as_toml
 from macromicro.machines.period import law_columns
-from macromicro.machines.tree import gains, gains_set, joined
+from macromicro.machines.tree import joined, live_gains, with_live_gains
 from macromicro.rig import limits
 from macromicro.rig.limits import Limits
 from macromicro.schema import config
@@ -49,7 +49,7 @@ class StageSettings(NamedTuple):
 
     @property
     def controller(self) -> Any:
-        return gains(self.tree)
+        return live_gains(self.tree)
 
     @property
     def names(self) -> dict[str, str]:
@@ -92,8 +92,8 @@ class StageSettings(NamedTuple):
     def as_toml(self, control: Any, limits: SoftLimits) -> str:
         """A file for `--config` with the machine's settings and the soft limits in force."""
         travel = self.tree.travel._replace(low=limits.whole_low, high=limits.whole_high)
-        changed = {gains_set(self.tree): control, "travel": travel}
-        return as_toml(self.machine, self.tree._replace(**changed))
+        tree = with_live_gains(self.tree, control)
+        return as_toml(self.machine, tree._replace(travel=travel))
 
 
 _NOT_OF_POSITION = ("law", "controller", "own", "motion", "arrival", "guard")
