@@ -348,3 +348,5 @@ def _show(found: Commissioned, place: Place, out: Path) -> None:
     there = arrived(found.verified.moves)
     print(f"verification: {there} of {found.verified.asked} moves arrived")
     print(f"page: {out / report.PAGE}\nmachine: {out / report.MACHINE}")
+    if found.verified.met:
+        print(f"with a reference: macromicro calibrate --config {out / report.MACHINE}")

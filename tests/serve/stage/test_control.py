@@ -296,7 +296,8 @@ def test_a_law_takes_other_gains_and_keeps_its_memory(monkeypatch: pytest.Monkey
     made = Watched(monkeypatch, Gains())
     control = made.control()
     control.run(COURSE, "params", "state", SEEN, NOISE)
-    control.take(control.every._trees[0]._replace(controller=Gains(1.5)))
+    tree = vars(control.every._trees[0]) | {"controller": Gains(1.5)}
+    control.take(SimpleNamespace(**tree))
     control.run(COURSE, "params", "state", SEEN, NOISE)
     assert [loop.gains for _, loop, *_ in made.loops] == [Gains(3.0), Gains(1.5)]
     assert made.begun == 1 and made.loops[1][2].parts[0].memory[-1] == "later"
