@@ -20,7 +20,7 @@ settings.register_profile("macromicro", deadline=None, max_examples=25)
 settings.load_profile("macromicro")
 
 
-_SHARING = ("tests/report/", "tests/thesis/")
+_SHARING = ("tests/report/", "tests/serve/web/test_page", "tests/thesis/")
 _APART = ("tests/test_blocks.py",)  # each page by itself
 
 

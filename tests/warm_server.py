@@ -113,6 +113,8 @@ def _run(words: list[str]) -> None:
         from macromicro.__main__ import main as command
 
         sys.exit(command())
+    if "-P" not in words:
+        sys.path.insert(0, "")
     code = words.index("-c") + 1
     sys.argv = ["-c", *words[code + 1 :]]
     exec(words[code], {"__name__": "__main__"})

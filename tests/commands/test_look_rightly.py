@@ -204,6 +204,7 @@ def test_the_command_runs_as_printed(name: str, tmp_path: Path) -> None:
     assert runs(found.command) == 0
 
 
+@pytest.mark.slow
 def test_curves_of_a_magnetometer(tmp_path: Path) -> None:
     whole = Path(__file__).parents[2] / "examples/data/forc/hchb_forc"
     assert look(whole).onward.command == f"macromicro identify hysteresis {whole}"

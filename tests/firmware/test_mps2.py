@@ -71,6 +71,7 @@ def test_a_reset_in_motion_stops_and_the_estimated_heat_stays() -> None:
             rig.link.ask("begin", "done", parameters=1)
 
 
+@pytest.mark.slow
 def test_a_cut_line_of_the_encoder_is_found_by_the_boards_guard() -> None:
     with arm() as (rig, wire):
         _drive(rig, PUSH, 50)
