@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from macromicro.serve import health, preflight
+from macromicro.serve import health, preflight, warming
 from macromicro.serve.health import FAIL, OK, WARN, Finding
 from macromicro.serve.persist import Lock
 from tests.command import command as macromicro
@@ -77,17 +77,19 @@ def test_the_constraints_are_those_of_this_checkout() -> None:
     assert health.constraints()["numpy"].count(".") == 2
 
 
-@pytest.mark.parametrize(("names", "state"), [((), WARN), (("measure",), WARN), (None, OK)])
+@pytest.mark.parametrize(("names", "state"), [((), WARN), (("twin._bench",), WARN), (None, OK)])
 def test_a_cold_cache_is_told(
     names: Any, state: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(health, "cache_folder", lambda: tmp_path)
-    for name in ("measure", "advance") if names is None else names:
-        (tmp_path / f"bench.{name}-12.py311.nbi").touch()
+    monkeypatch.setattr(warming, "cache_folder", lambda: tmp_path)
+    every = ("twin._bench", "guarded._guard", "surveying._survey")
+    for name in every if names is None else names:
+        (tmp_path / f"{name}-12.py311.nbi").touch()
     found = health.compiler_cache()
     assert found.state == state
     assert ("empty" in found.found) == (names == ())  # other kernels are there
-    assert ("1 kernels, none of the live bench" in found.found) == (names == ("measure",))
+    assert ("1 kernels, none of the live bench" in found.found) == (names == ("twin._bench",))
 
 
 def test_real_time_priority_refused(monkeypatch: pytest.MonkeyPatch) -> None:

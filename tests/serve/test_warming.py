@@ -11,11 +11,11 @@ from macromicro import hall_table
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import STAGES
 from macromicro.rig import guard
-from macromicro.serve import choosing, live, loop_process
-from macromicro.serve._warming import warm
+from macromicro.serve import choosing, health, live, loop_process, warming
 from macromicro.serve.loop_spec import LIVE, Spec
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.stage._machine import Led
+from macromicro.serve.warming import warm
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "machines"
 
@@ -85,3 +85,20 @@ def test_a_machine_of_one_stage_moves_jogs_and_homes(
     assert {(m.DISABLED, ""), (m.READY, ""), (m.STOPPED, "jog macro"), (m.STOPPED, "")} <= found
     assert m.FAULT not in {mode for mode, _ in driven}
     assert len(driven) < 2000
+
+
+def test_a_warm_machine_is_known_as_compiled() -> None:
+    rehearsed(STAGES)
+    assert warming.is_compiled()
+    assert health.compiler_cache().state == health.OK
+
+
+@pytest.mark.slow
+def test_another_process_compiles_all_but_the_bench(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MACROMICRO_CACHE", str(tmp_path))
+    with warming.others_beside():
+        assert not warming.is_compiled()
+    made = {place.name.partition("-")[0] for place in tmp_path.rglob("*.nbi")}
+    assert made == {"guarded._guard", "surveying._survey"}

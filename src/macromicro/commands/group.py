@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from typer import BadParameter
@@ -26,6 +28,22 @@ def tell(controller: Control) -> None:
 def announce_compiling(is_compiled: bool) -> None:
     if not is_compiled:
         print("compiling the machine, once, about 10 s", file=sys.stderr, flush=True)
+
+
+@contextmanager
+def compiling(is_compiled: bool) -> Iterator[None]:
+    """Announce that the block compiles, and count the kernels in a terminal."""
+    announce_compiling(is_compiled)
+    if is_compiled or not sys.stderr.isatty():
+        yield
+        return
+    from macromicro import kernel
+    from macromicro.drawing.console import progress_bar
+
+    with progress_bar("{task.completed:.0f} kernels") as bar:
+        task = bar.add_task("compiled", total=None)
+        with kernel.counting(lambda count: bar.update(task, completed=count)):
+            yield
 
 
 class Group(TyperGroup):

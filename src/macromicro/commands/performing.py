@@ -10,7 +10,7 @@ from typing import Any
 
 import typer
 
-from macromicro.commands.group import announce_compiling, tell
+from macromicro.commands.group import compiling, tell
 from macromicro.commands.signals import Signals
 
 
@@ -27,8 +27,8 @@ def bench(request: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals) 
     def prepare() -> None:
         tell(job.settings.controller)
         if job.source is None:
-            announce_compiling(simulate.is_compiled())
-            simulate.compile_bench(job.settings, job.programme, job.request.fan)
+            with compiling(simulate.is_compiled()):
+                simulate.compile_bench(job.settings, job.programme, job.request.fan)
         if job.recalibrate:
             print("another Hall sensor: calibrating it on this bench first", file=sys.stderr)
 
@@ -50,8 +50,8 @@ def machine(request: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals
 
     def prepare() -> None:
         if job.source is None:  # on a rig the same period runs interpreted
-            announce_compiling(runs.is_compiled())
-            runs.compile_machine(job.machine, job.settings, job.plan)
+            with compiling(runs.is_compiled()):
+                runs.compile_machine(job.machine, job.settings, job.plan)
 
     _run(jobs.execute, job, prepare, as_json, signals)
 

@@ -128,9 +128,12 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
         storage.make_folder(record, round(chosen.serve.recorder_capacity / chosen.period))
     with Log(log), Signals() as signals:
         signals.later(_EARLY)
-        print(f"starting {rig}; the first time it compiles, about 15 s", file=sys.stderr)
+        from macromicro.serve import warming
         from macromicro.serve.station import Station
 
+        known = isinstance(chosen.controller, Control) and warming.is_compiled()
+        once = "" if known else "; the first time it compiles, about 10 s"
+        print(f"starting {rig}{once}", file=sys.stderr)
         with Station(rig, seed=seed, settings=chosen, state=state) as station:
             signals.later()
             if not signals.received:

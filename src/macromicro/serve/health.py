@@ -21,6 +21,7 @@ from macromicro import portable
 from macromicro.extras import remedy
 from macromicro.kernel import cache_folder
 from macromicro.serve.shared import Shared
+from macromicro.serve.warming import is_compiled
 
 OK, WARN, FAIL = "ok", "warn", "fail"
 NEEDED: tuple[str, ...] = ("numpy", "numba", "scipy", "h5py", "typer")
@@ -112,8 +113,7 @@ def compiler_cache() -> Finding:
     refusal = unwritable(folder)
     if refusal:
         return Finding(what, FAIL, f"{folder}: {refusal}", remedy)
-    kernels = [next(folder.rglob(f"bench.{k}-*.nbi"), None) for k in ("measure", "advance")]
-    if None in kernels:
+    if not is_compiled():
         others = sum(1 for _ in folder.rglob("*.nbi"))
         found = f"{others} kernels, none of the live bench" if others else "empty"
         remedy = "the first `macromicro serve` compiles once, for about 10 s"

@@ -34,7 +34,6 @@ from macromicro.schema.text import printable
 from macromicro.serve import _pacing, faults
 from macromicro.serve._launching import taken
 from macromicro.serve._machine import Guard, Machine
-from macromicro.serve._warming import warm
 from macromicro.serve.joint.settings import JointSettings
 from macromicro.serve.link import Outbox, receive
 from macromicro.serve.live import Live
@@ -44,6 +43,7 @@ from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import Shared
 from macromicro.serve.stage.settings import StageSettings
 from macromicro.serve.ticking import ORPHANED, Loop
+from macromicro.serve.warming import others_beside, warm
 from macromicro.types import Sample
 
 _PR_SET_PDEATHSIG = 1
@@ -142,7 +142,8 @@ def open_machine(spec: Spec) -> Drivable:
     maker, _, function = spec.machine.partition(":")
     make = getattr(importlib.import_module(maker), function)
     if spec.rig == TWIN:
-        rig = twin(settings, spec.seed, spec.kept)
+        with others_beside():
+            rig = twin(settings, spec.seed, spec.kept)
         table = hall_table.of_bench(settings)
         return Opened(rig, guard.prepare(settings.guard, table), table, False, True, settings, make)
     fixture = open_rig(spec.rig, spec.seed, limits=settings.guard, gains=settings.controller)

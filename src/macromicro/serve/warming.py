@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from macromicro.control.live.messages import (
@@ -22,10 +26,11 @@ from macromicro.control.live.messages import (
     Stop,
 )
 from macromicro.control.live.parameters import Live
+from macromicro.kernel import cache_folder
 from macromicro.plant import bench
 from macromicro.rig.guard import Guard
 from macromicro.rig.guarded import CompiledGuarded
-from macromicro.rig.twin import CompiledTwin
+from macromicro.rig.twin import CompiledTwin, Twin
 from macromicro.serve._machine import Machine
 from macromicro.serve.link import Outbox, pair
 from macromicro.serve.persist import Restored
@@ -33,6 +38,7 @@ from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import Shared
 from macromicro.serve.ticking import Loop
 
+_KERNELS = ("twin._bench", "guarded._guard", "surveying._survey")
 _REST = 200  # periods within which a motion is braked, and the carriage seen to stand
 _ARRIVAL = 400  # periods within which a short move of the carriage is on target and settling
 
@@ -64,10 +70,62 @@ def requests(live: Live) -> tuple[tuple[Any, int], ...]:
     )
 
 
+def is_compiled() -> bool:
+    """Whether the compiler's cache seems to hold the live two-stage machine."""
+    folder = cache_folder()
+    return all(any(folder.rglob(f"{name}-*.nbi")) for name in _KERNELS)
+
+
+@contextmanager
+def others_beside() -> Iterator[None]:
+    """While the block compiles the bench, another process compiles the other kernels."""
+    if is_compiled():
+        yield
+        return
+    paths = os.pathsep.join(p or os.getcwd() for p in sys.path)
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-c", "from macromicro.serve.warming import others; others()"],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        env={**os.environ, "PYTHONPATH": paths},
+    )
+    try:
+        yield
+    except BaseException:
+        process.kill()
+        raise
+    finally:  # it may have failed: then they are compiled here
+        process.wait()
+
+
+def others() -> None:
+    """Compile guard and survey, on a bench that is not compiled."""
+    from macromicro import hall_table
+    from macromicro.rig import guard
+    from macromicro.serve import live
+
+    spec = LiveSettings()
+    table = hall_table.of_bench(spec)
+    twin = Twin(bench.prepare(spec.bench, spec.sensors), 0)
+    limits = guard.prepare(spec.guard, table)
+    _drive(twin, lambda: live.make(spec, table), limits, spec, ((Stop(), 2),))
+
+
 def warm(make: Callable[[], Machine], limits: Guard, settings: LiveSettings) -> None:
     """Drive a similar machine on a virtual bench through the same loop, as fast as possible."""
     plain = LiveSettings()
     twin = CompiledTwin(bench.prepare(plain.bench, plain.sensors), 0)
+    _drive(twin, make, limits, settings, requests(settings.live))
+
+
+def _drive(
+    twin: Twin,
+    make: Callable[[], Machine],
+    limits: Guard,
+    settings: LiveSettings,
+    asked: tuple[tuple[Any, int], ...],
+) -> None:
     shared = Shared.create(256)
     ours, theirs = pair()
     try:
@@ -76,9 +134,9 @@ def warm(make: Callable[[], Machine], limits: Guard, settings: LiveSettings) -> 
         loop = Loop(rig, machine, shared, Outbox(theirs), settings.serve, settings.period, False)
         with rig:
             machine.begin(rig.read(), Restored(True, 0.0, "warming"))
-            loop.rehearse(requests(settings.live))
+            loop.rehearse(asked)
             machine.begin(rig.read(), Restored(False, math.nan, "warming"))
-            loop.rehearse(requests(settings.live))
+            loop.rehearse(asked)
     finally:
         ours.close()
         theirs.close()
