@@ -172,7 +172,7 @@ def claims(runs: IntegratedRuns | None = None) -> list[Claim]:
         [
             ("I1", lambda: _sequence(turns(seen.warm, seen.single))),
             ("I2", lambda: _vibration(seen)),
-            ("I3", lambda: warming(seen)),
+            ("I3", lambda: _warming(seen)),
             ("I4", lambda: _cooling(seen)),
             ("I6", lambda: _bandwidth(seen)),
         ]
@@ -219,7 +219,7 @@ def _vibration(runs: IntegratedRuns) -> Claim:
     )
 
 
-def warming(runs: IntegratedRuns) -> Claim:
+def _warming(runs: IntegratedRuns) -> Claim:
     recording = runs.warm
     whole("the ten cycles", recording)
     bias = cycled(runs, recording)
