@@ -17,6 +17,7 @@ ACROSS = (2, 3, 5)
 BETTER = 0.97  # a larger model must predict the held-out positions so much better
 FOLDS = 6
 WARMER = 0.5  # K; a smaller change of temperature shows no growth
+BLOCKS = 6  # of time at least, in each of which the reference may be off by as much
 DRIFT = 60.0  # s between the corners of the reference's drift
 FREQUENCIES = 4  # of a spectrum, for each resolved one
 
@@ -250,17 +251,27 @@ def _rounded(value: Any) -> Any:
 
 
 def _errors(data: Data, matrix: Array, left: Array) -> Array:
-    """Standard errors, the larger of two: what is left is alike at one position, or it is noise."""
-    groups = [np.flatnonzero(data.target == place) for place in np.unique(data.target)]
+    """Standard errors, the largest of three.
+
+    What is left is alike at one position, or for some time (the reference drifts), or it is noise.
+    """
     bread = np.linalg.pinv(matrix.T @ matrix)
-    meat = np.zeros_like(bread)
-    for rows in groups:
+    places = np.searchsorted(np.unique(data.target), data.target)
+    blocks = max(round(float(data.t[-1]) / DRIFT), BLOCKS)
+    times = np.arange(len(left)) * blocks // len(left)
+    alike = [_by_groups(bread, matrix, left, groups) for groups in (places, times)]
+    apart = np.diag(bread) * np.sum(left**2) / max(len(left) - matrix.shape[1], 1)
+    return np.asarray(np.sqrt(np.maximum.reduce([*alike, apart])))
+
+
+def _by_groups(bread: Array, matrix: Array, left: Array, groups: Array) -> Array:
+    """Variances by clusters."""
+    meat, count = np.zeros_like(bread), int(groups.max()) + 1
+    for group in range(count):
+        rows = groups == group
         score = matrix[rows].T @ left[rows]
         meat += np.outer(score, score)
-    count = len(groups)
-    alike = np.diag(bread @ meat @ bread) * count / max(count - 1, 1)
-    apart = np.diag(bread) * np.sum(left**2) / max(len(left) - matrix.shape[1], 1)
-    return np.asarray(np.sqrt(np.maximum(alike, apart)))
+    return np.asarray(np.diag(bread @ meat @ bread) * count / max(count - 1, 1))
 
 
 def _changes(
