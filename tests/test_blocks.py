@@ -87,7 +87,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "podman run": "needs podman",
     },
     "docs/clients.md": {
-        ".venv/bin/pip install": "installs",
+        "pip install": "installs",
         "macromicro serve --epics": TESTED + "tests/serve/epics",
         "macromicro serve --gcs": TESTED + "tests/serve/gcs/test_pipython.py",
         "from macromicro.ophyd_async": TESTED + "tests/serve/epics/test_async.py",
@@ -148,7 +148,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "python -m macromicro.rig.faulty": TESTED + "tests/rig/test_faulty.py",
     },
     "docs/sweep.md": {
-        ".venv/bin/pip install": "installs",
+        "pip install": "installs",
         "macromicro sweep SPEC.toml": DATA,
         'job = "macro-bench"': TESTED + "tests/sweeps/test_command.py",
         "import pyarrow": TESTED + "tests/sweeps/test_command.py",
