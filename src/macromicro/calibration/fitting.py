@@ -255,7 +255,7 @@ def _errors(data: Data, matrix: Array, left: Array) -> Array:
 
     What is left is alike at one position, or for some time (the reference drifts), or it is noise.
     """
-    bread = np.linalg.pinv(matrix.T @ matrix)
+    bread: Array = np.linalg.pinv(matrix.T @ matrix)
     places = np.searchsorted(np.unique(data.target), data.target)
     blocks = max(round(float(data.t[-1]) / DRIFT), BLOCKS)
     times = np.arange(len(left)) * blocks // len(left)
@@ -264,7 +264,7 @@ def _errors(data: Data, matrix: Array, left: Array) -> Array:
     return np.asarray(np.sqrt(np.maximum.reduce([*alike, apart])))
 
 
-def _by_groups(bread: Array, matrix: Array, left: Array, groups: Array) -> Array:
+def _by_groups(bread: Array, matrix: Array, left: Array, groups: Any) -> Array:
     """Variances by clusters."""
     meat, count = np.zeros_like(bread), int(groups.max()) + 1
     for group in range(count):
