@@ -255,7 +255,7 @@ def _errors(data: Data, matrix: Array, left: Array) -> Array:
 
     What is left is alike at one position, or for some time (the reference drifts), or it is noise.
     """
-    bread: Array = np.linalg.pinv(matrix.T @ matrix)
+    bread = np.asarray(np.linalg.pinv(matrix.T @ matrix), dtype=np.float64)
     places = np.searchsorted(np.unique(data.target), data.target)
     blocks = max(round(float(data.t[-1]) / DRIFT), BLOCKS)
     times = np.arange(len(left)) * blocks // len(left)
