@@ -72,7 +72,9 @@ def test_a_turn_that_is_passed_is_named(
     jumps = int((np.abs(np.diff(values)) > 0.5 * turn).sum())
     found = wrapped(values, unit)
     ends = np.abs(np.diff(values))[[*range(8), *range(-8, 0)]].max() > 0.5 * turn
-    assert (not found and (ends or jumps == 0)) or found[0].startswith(f"wraps {jumps} time")
+    # A steady step that divides the turn may never come near both of its ends.
+    unsure = ends or jumps == 0 or np.ptp(values) < 0.98 * turn
+    assert (not found and unsure) or found[0].startswith(f"wraps {jumps} time")
     assert not found or f" at {turn:g}," in found[0]
 
 

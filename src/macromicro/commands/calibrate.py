@@ -89,7 +89,7 @@ def calibrate(  # noqa: PLR0913, PLR0917 - a parameter for each option
     figures: Figures = PNG,
     as_json: Json = False,
 ) -> None:
-    """Measure a stage's errors along its travel, correct them and verify that.
+    """Measure a stage's errors, correct them and verify that.
 
     The corrections are written as calibration.toml, which the machine's file includes
     (docs/calibrate.md).
