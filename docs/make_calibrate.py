@@ -92,7 +92,7 @@ def at_rest(found: Calibration, bench: Any, seed: int) -> dict[str, float]:
     before = procedure.verify(off, before_settings, judged)
     made, after_settings = measuring.ready(machine, found.settings)
     after = procedure.verify(made, after_settings, judged)
-    widths = np.array([axis.half_width for axis in found.axes])
+    widths = np.array([axis.correction.half_width for axis in found.axes])
     return {
         "before": float(np.quantile(np.abs(before.deviation), 0.95)),
         "after": float(np.quantile(np.abs(after.deviation), 0.95)),

@@ -37,7 +37,7 @@ def data(seed: int, noise: float = 0.1e-6, drift: float = 0.0) -> fitting.Data:
     off = 8e-6 * np.sin(2.0 * math.pi * x / 4e-3) - 20e-6 * (flank - 0.5) + 3e-4 * (x - 0.05)
     off += 10e-6 * np.sin(15.0 * x) + drift * t + noise * random.standard_normal(len(x))
     nothing = np.full(len(x), np.nan)
-    return fitting.Data(0.0, 0.2, x, off, flank, t, nothing, None, (0.0, 1.0), x, 0.0)
+    return fitting.Data(0.0, 0.2, x, off, flank, t, nothing, None, (0.0, 1.0), x)
 
 
 def test_what_a_screw_does_is_found_whatever_the_reference_drifts() -> None:

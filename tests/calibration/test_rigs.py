@@ -19,6 +19,9 @@ at = "motor"
 lines = 1000
 [load]
 stop_high = "45 mm"
+[climate]
+start = "23 degC"
+sensor = 1
 """
 RIG = """
 from pathlib import Path
@@ -59,5 +62,7 @@ def test_it_measures_against_the_rigs_own_reference(tmp_path: Path) -> None:
     assert done.returncode == 2 and "laser" in done.stderr
     done = command(*words, "--rig", "lab:bench", "--yes", "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
+    (made,) = tmp_path.glob("results/calibrate/calibration.toml")
+    assert 'temperature = "23 degC"' in made.read_text("utf-8")
     rows = {row["symbol"]: row for row in json.loads(done.stdout)["table"]}
     assert rows["A"]["before"] > 20.0 and rows["A"]["after"] < 0.4 * rows["A"]["before"]

@@ -174,11 +174,11 @@ def asked(request: Request, answers: Iterable[str], shown: TextIO) -> Readings:
     )
     for run, way, target in zip(found.run, found.direction, found.target[:, 0], strict=True):
         side = "below" if way > 0.0 else "above"
-        told = f"{place.per * target:.4f} {place.unit} from {side}"
+        where = f"{place.per * target:.4f} {place.unit} from {side}"
         if run == 0:
-            print(f"go to {told}; no reading here", file=shown)
+            print(f"go to {where}; no reading here", file=shown)
             continue
-        value = _answer(lines, told, place, shown)
+        value = _answer(lines, where, place, shown)
         if value is None:
             break
         if not math.isnan(value):
@@ -186,10 +186,10 @@ def asked(request: Request, answers: Iterable[str], shown: TextIO) -> Readings:
     return _readings(rows, "--by-hand")
 
 
-def _answer(lines: Iterable[str], told: str, place: Place, shown: TextIO) -> float | None:
+def _answer(lines: Iterable[str], where: str, place: Place, shown: TextIO) -> float | None:
     """A number; NaN for a position that is left out, None at the end."""
     while True:
-        print(f"{told}: ", end="", file=shown, flush=True)
+        print(f"{where}: ", end="", file=shown, flush=True)
         line = next(iter(lines), "q").strip()
         if line.lower() == "q":
             return None

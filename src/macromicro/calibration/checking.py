@@ -14,7 +14,7 @@ from macromicro.errors import ProblemError
 from macromicro.machines import composite, tree
 from macromicro.place import Place
 
-CHANCE = 0.01  # that a calibration which holds is told not to
+CHANCE = 0.01  # of reporting that a calibration no longer holds which does
 
 
 class Axis(NamedTuple):

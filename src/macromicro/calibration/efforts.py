@@ -12,9 +12,7 @@ from macromicro.calibration import fitting, targets
 from macromicro.errors import MacromicroError
 from macromicro.machines import planning, runs
 from macromicro.machines.machine import Machine
-from macromicro.machines.planning import Way
-from macromicro.machines.sequence import MOVING, Plan
-from macromicro.motion import s_curve
+from macromicro.machines.sequence import MOVING
 from macromicro.place import of as place_of
 
 SPEED = 0.01  # of the greatest; at most 5 mm/s, or 5 deg/s of a stage that turns
@@ -34,24 +32,28 @@ class Passes(NamedTuple):
     ripple: float  # RMS deviation of the speed from the set point's, m/s
 
 
+def slow(settings: Any) -> float:
+    """Speed of a pass, m/s."""
+    return float(min(SPEED * settings.motion.velocity, SLOWEST[int(place_of(settings).turns)]))
+
+
 def passes(machine: Machine, settings: Any, seed: int = 0, bench: Any = None) -> Passes:
     """Go slowly up and down, and record efforts and the own sensor's readings."""
     low, high = targets.span(settings)
     place = place_of(settings)
-    speed = min(SPEED * settings.motion.velocity, SLOWEST[int(place.turns)])
+    speed = slow(settings)
     high = min(high, low + speed * LONGEST)
-    plan = _planned(settings, low, high, speed)
-    names = [column.name for column in runs.columns(machine)]
-    blocks = runs.Blocks()
-    outcome = runs.perform(machine, settings, plan, blocks, seed=seed, bench=bench)
-    if outcome.fault is not None:
-        raise MacromicroError(f"the slow passes were ended: {outcome.fault.text}")
-    rows = np.concatenate(blocks.blocks, axis=1)
+    fast = settings.motion.velocity
+    ends = ((low, fast), (high, speed), (low, speed))
+    plan = planning.stops(ends, targets.HOLD, settings, "the slow passes")
+    done = runs.record(machine, settings, plan, seed=seed, warn=False, bench=bench)
+    if done.outcome.fault is not None:
+        raise MacromicroError(f"the slow passes were ended: {done.outcome.fault.text}")
     wanted = ("move", "phase", "reading", "effort", "target_speed", "t")
-    move, phase, reading, effort, wish, t = (rows[names.index(name)] for name in wanted)
+    move, phase, reading, effort, wish, t = (done.recording[name] for name in wanted)
     steady = (phase == MOVING) & (move > 0) & (np.abs(wish) > 0.99 * speed * place.per)
     x = reading / place.per
-    # Speed over a tenth of a second, or what the sensor resolves.
+    # Speed over 20 ms, or over 20 counts of the sensor.
     dt = float(settings.timing.period)
     span = max(round(max(0.02, 20.0 * settings.encoder.pitch / speed) / dt), 1)
     moved = np.full(len(x), np.nan)
@@ -61,16 +63,6 @@ def passes(machine: Machine, settings: Any, seed: int = 0, bench: Any = None) ->
     off = np.abs(moved[inside]) - speed
     way = np.sign(wish)
     return Passes(x[steady], effort[steady], way[steady], float(np.sqrt(np.mean(off**2))))
-
-
-def _planned(settings: Any, low: float, high: float, speed: float) -> Plan:
-    most, ways, before = settings.motion, [], 0.0
-    for target, limit in ((low, most.velocity), (high, speed), (low, speed)):
-        profile = s_curve(target - before, limit, most.acceleration, most.jerk, start=before)
-        pieces = np.array(profile.segments).reshape(-1, 5)
-        ways.append(Way(math.nan, target, targets.HOLD, pieces))
-        before = target
-    return planning.joined(ways, math.nan)
 
 
 def fit(found: Passes, low: float, high: float, periods: list[float]) -> dict[str, Any]:
@@ -123,12 +115,7 @@ def _strongest(x: Array, left: Array, periods: list[float]) -> float:
     cycles = [length / period for period in periods if 0.0 < period < length]
     cycles += np.arange(2.0, CYCLES, 1.0 / fitting.FREQUENCIES).tolist()
 
-    def gained(number: float) -> float:
-        own = fitting.waves(length / number, x, 1)
-        return float(np.sum((own @ np.linalg.lstsq(own, left, rcond=None)[0]) ** 2))
-
-    best = max(cycles, key=gained)
-    return fitting.refined(x, left, length, best)
+    return fitting.strongest(x, left, length, np.array(cycles))
 
 
 def _held_out(x: Array, matrix: Array, wanted: Array) -> float:

@@ -23,7 +23,6 @@ from macromicro.machines.machine import as_toml
 from macromicro.place import Place
 from macromicro.runs import folder
 from macromicro.schema import config
-from macromicro.schema.par import entries
 from macromicro.schema.text import plain, printable, write_text
 
 PAGE, CORRECTIONS, SETTINGS = "calibration.html", "calibration.toml", "calibrated.toml"
@@ -52,7 +51,7 @@ def rows(found: Calibration) -> list[Row]:
             symbol = iso.SYMBOLS.get(name, name)
             values = (place.fines * before[name], place.fines * after[name])
             made.append(Row(axis.name, symbol, meaning, *values, place.fine))
-        half = place.fines * axis.half_width
+        half = place.fines * axis.correction.half_width
         made.append(Row(axis.name, "±", "95 % of positions are within", None, half, place.fine))
     return made
 
@@ -135,7 +134,8 @@ def corrections(found: Calibration | Own) -> str:
     parts = []
     for name, own in zip(composite.names(machine), machine.trees(found.settings), strict=True):
         start = f"{name}." if name else ""
-        parts.append(_changed(own, f"{start}{tree.CORRECTION}", tree.CORRECTION))
+        found_here = config.changed_toml(own.correction, type(own.correction)())
+        parts.append(f"[{start}{tree.CORRECTION}]\n{found_here}")
         if hasattr(tree.gains(own), "rest"):
             rest = f"{start}{tree.gains_set(own)}.rest"
             parts.append(config.as_toml(found.settings, rest))
@@ -144,17 +144,6 @@ def corrections(found: Calibration | Own) -> str:
 
 def _reference(found: Calibration | Own) -> str:
     return "none" if isinstance(found, Own) else found.request.reference.title
-
-
-def _changed(own: Any, path: str, name: str) -> str:
-    """A set of the settings as TOML, without what is as by default."""
-    correction = getattr(own, name)
-    lines = [f"[{path}]"]
-    plain_one = type(correction)()
-    for entry in entries(correction):
-        if entry.value != getattr(plain_one, entry.path):
-            lines.append(f"{entry.path} = {entry.text}  # {entry.par.meaning}")
-    return "\n".join(lines) + "\n"
 
 
 def write_own(out: Path, found: Own) -> None:

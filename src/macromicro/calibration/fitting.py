@@ -11,6 +11,7 @@ from scipy import stats
 
 from macromicro.arrays import Array
 from macromicro.calibration.measuring import Readings
+from macromicro.control.correction import Correction
 
 SIZES = (2, 3, 5, 9, 17, 33, 65)  # values of a table
 ACROSS = (2, 3, 5)
@@ -35,7 +36,7 @@ class Model(NamedTuple):
     """What a fit consists of."""
 
     size: int  # values of the table of the mean of both flanks
-    gap: int  # values of the table of their difference; 0: they are one
+    gap: int  # values of the table of their difference; 1: it is the same everywhere
     period: float  # of a deviation that repeats, m; 0: none
     across: int  # values of the table over the other axis; 0: none
     warm: bool
@@ -43,7 +44,7 @@ class Model(NamedTuple):
 
 class Fit(NamedTuple):
     model: Model
-    changes: dict[str, Any]  # fields of the correction
+    correction: Correction
     estimates: list[Estimate]
     residual: float  # standard deviation of what is left, m
     left: Array  # what is left of each reading, m
@@ -99,19 +100,11 @@ class Data(NamedTuple):
     other: Array | None  # readings of the other axis
     other_span: tuple[float, float]
     target: Array
-    fixed: float  # place where growth begins
 
 
 def _columns(data: Data, model: Model) -> _Columns:
     parts: dict[str, Array] = {"table": basis(data.low, data.high, model.size, data.x)}
-    if model.gap:
-        share = (data.flank - 0.5)[:, None]
-        inner = (
-            np.ones((len(data.x), 1))
-            if model.gap == 1
-            else basis(data.low, data.high, model.gap, data.x)
-        )
-        parts["gap"] = share * inner
+    parts["gap"] = (data.flank - 0.5)[:, None] * _gap(data, model, data.x)
     if model.period > 0.0:
         parts["waves"] = waves(model.period, data.x)
     if model.across and data.other is not None:
@@ -119,11 +112,16 @@ def _columns(data: Data, model: Model) -> _Columns:
         parts["across"] = whole[:, 1:]  # its first value is 0: the table has the constant
     if model.warm:
         degrees = data.temperature - data.temperature.mean()
-        parts["growth"] = (degrees * (data.x - data.fixed))[:, None]
+        parts["growth"] = (degrees * data.x)[:, None]  # from the place 0
     parts["drift"] = _drift(data.t)
     edges = np.cumsum([0, *(part.shape[1] for part in parts.values())]).tolist()
     spans = {name: slice(*edge) for name, edge in zip(parts, pairwise(edges), strict=True)}
     return _Columns(np.concatenate(list(parts.values()), axis=1), spans)
+
+
+def _gap(data: Data, model: Model, x: Array) -> Array:
+    """What each value of the flanks' difference adds at some places."""
+    return np.ones((len(x), 1)) if model.gap == 1 else basis(data.low, data.high, model.gap, x)
 
 
 def _drift(t: Array) -> Array:
@@ -195,15 +193,21 @@ def _spectrum(data: Data, model: Model) -> list[float]:
     left = data.deviation - columns.matrix @ solved(columns.matrix, data.deviation)
     length, places = data.high - data.low, len(np.unique(data.target))
     cycles = np.arange(2.0 * FREQUENCIES, 2.0 * places * FREQUENCIES) / FREQUENCIES
-    gained = []
-    for number in cycles:
-        own = waves(length / number, data.x, 1)
+    return [strongest(data.x, left, length, cycles)]
+
+
+def strongest(x: Array, left: Array, length: float, cycles: Array) -> float:
+    """The period that explains most, of those that go so many times into a length."""
+
+    def gained(number: float) -> float:
+        own = waves(length / number, x, 1)
         found, *_ = np.linalg.lstsq(own, left, rcond=None)
-        gained.append(float(np.sum((own @ found) ** 2)))
-    return [refined(data.x, left, length, float(cycles[int(np.argmax(gained))]))]
+        return float(np.sum((own @ found) ** 2))
+
+    return _refined(x, left, length, max(cycles.tolist(), key=gained))
 
 
-def refined(x: Array, left: Array, length: float, cycles: float) -> float:
+def _refined(x: Array, left: Array, length: float, cycles: float) -> float:
     from scipy.optimize import minimize_scalar
 
     def lost(number: float) -> float:
@@ -225,22 +229,15 @@ def fit(data: Data, periods: list[float], other: str = "") -> Fit:
     free = max(len(left) - columns.matrix.shape[1], 1)
     residual = float(math.sqrt(np.sum(left**2) / free))
     errors = _errors(data, columns.matrix, left)
+    changes = _changes(data, model, columns, found, other)
     return Fit(
         model,
-        {k: _rounded(v) for k, v in _changes(data, model, columns, found, other).items()},
+        Correction(**{name: _rounded(value) for name, value in changes.items()}),
         _estimates(data, model, columns, found, errors, free),
         residual,
         left,
-        left + _of_part(columns, found, "gap"),
+        left + columns.matrix[:, columns.parts["gap"]] @ found[columns.parts["gap"]],
     )
-
-
-def _of_part(columns: _Columns, found: Array, name: str) -> Array:
-    """What one part of a fit adds at each reading."""
-    if name not in columns.parts:
-        return np.zeros(len(columns.matrix))
-    part = columns.parts[name]
-    return np.asarray(columns.matrix[:, part] @ found[part])
 
 
 def _rounded(value: Any) -> Any:
@@ -278,13 +275,8 @@ def _changes(
     data: Data, model: Model, columns: _Columns, found: Array, other: str
 ) -> dict[str, Any]:
     middle = found[columns.parts["table"]]
-    gap = np.zeros(model.size)
-    if model.gap:
-        own = found[columns.parts["gap"]]
-        places = np.linspace(data.low, data.high, model.size)
-        gap = np.full(model.size, own[0])
-        if model.gap > 1:
-            gap = basis(data.low, data.high, model.gap, places) @ own
+    places = np.linspace(data.low, data.high, model.size)
+    gap = _gap(data, model, places) @ found[columns.parts["gap"]]
     made: dict[str, Any] = {
         "low": data.low,
         "high": data.high,
@@ -299,7 +291,6 @@ def _changes(
         made |= {"other": other, "across_low": low, "across_high": high, "across": values}
     if model.warm:
         made["expansion"] = float(found[columns.parts["growth"]][0])
-        made["fixed"] = data.fixed
     if np.isfinite(data.temperature).all():
         made["temperature"] = float(data.temperature.mean())
         low, high = float(data.temperature.min()), float(data.temperature.max())
@@ -346,5 +337,4 @@ def data_of(readings: Readings, stage: int, span: tuple[float, float], other: in
         readings.reading[:, other] if other >= 0 else None,
         other_span,
         readings.target[:, stage],
-        0.0,
     )

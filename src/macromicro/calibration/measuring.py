@@ -11,10 +11,12 @@ from macromicro.arrays import Array
 from macromicro.calibration import targets
 from macromicro.calibration.references import Instrument
 from macromicro.calibration.targets import Visits
+from macromicro.columns import Column
 from macromicro.errors import MacromicroError
-from macromicro.machines import composite, on_rig, planning, runs, tree
+from macromicro.machines import composite, on_rig, open_rig, planning, runs, tree
 from macromicro.machines.composite import AnyMachine
 from macromicro.machines.sequence import HOLDING
+from macromicro.machines.stage import Kind
 from macromicro.rig.session import Fixture
 
 Progress = Callable[[int, int], None]
@@ -75,14 +77,9 @@ class Rests:
 
 def ready(machine: AnyMachine, settings: Any) -> tuple[AnyMachine, Any]:
     """The machine with a correction of nothing where it has none, so that it shows its readings."""
-    if isinstance(machine, composite.Composite):
-        changed = {
-            name: tree.with_correction(own, {tree.CORRECTION: {}})
-            for (name, _), own in zip(machine.stages, machine.trees(settings), strict=True)
-        }
-        settings = settings._replace(**changed)
-    else:
-        settings = tree.with_correction(settings, {tree.CORRECTION: {}})
+    empty: dict[str, object] = {tree.CORRECTION: {}}
+    trees = [tree.with_correction(own, empty) for own in machine.trees(settings)]
+    settings = composite.with_trees(machine, settings, trees)
     return composite.under(machine, settings), settings
 
 
@@ -97,50 +94,37 @@ def measure(
     progress: Progress | None = None,
 ) -> Readings:
     """Go to each position on the simulated machine and read sensor and reference there."""
-    plan = targets.planned(machine, settings, visits)
-    starts = targets.names(machine)
     plane = isinstance(machine, composite.Composite) and machine.has_plane
+    starts = targets.names(machine)
     true = ["true_x", "true_y"] if plane else [f"{start}true_position" for start in starts]
-    rests = _performed(machine, settings, plan, true, bench=bench, seed=seed, progress=progress)
-    keep = np.flatnonzero(visits.run > 0)
-    missing = [k for k in keep.tolist() if k not in rests]
-    if missing:
-        raise MacromicroError(f"the calibration ended before position {missing[0] + 1}")
-    rows = np.array([rests[k] for k in keep.tolist()])
+    kinds = composite.stages(machine).kinds
+    plan = targets.planned(machine, settings, visits)
+    sink = _sink(machine, settings, kinds, runs.columns(machine), true)
+    report = _reported(plan, progress)
+    outcome = runs.perform(machine, settings, plan, sink, seed=seed, progress=report, bench=bench)
+    rests = _rests(sink, outcome, visits)
     scale = np.array([place.per for place in composite.places(machine)])
-    count = len(starts)
-    t, own = rows[:, 0], rows[:, 1:]
     random = np.random.default_rng([seed, 230])
-    seen = reference.read(t, own[:, 3 * count : 4 * count] / scale, random)
-    return Readings(
-        visits.run[keep],
-        visits.direction[keep],
-        t,
-        visits.target[keep],
-        own[:, :count] / scale,
-        own[:, count : 2 * count] / scale,
-        own[:, 2 * count : 3 * count],
-        seen,
-        own[:, 4 * count],
-    )
+    seen = reference.read(rests[:, 0], rests[:, -len(starts) :] / scale, random)
+    return _readings(machine, kinds, visits, rests, seen)
 
 
-class Noted:
-    """A rig whose reference is noted beside what its stage shows."""
+class Noting:
+    """A rig that notes its reference beside what its stage shows."""
 
     def __init__(self, rig: Any) -> None:
         self._rig = rig
-        self.noted: list[tuple[float, float]] = []  # time (s) and reference (m)
+        self.notes: list[tuple[float, float]] = []  # time (s) and reference (m)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._rig, name)
 
     def read(self) -> Any:
         sample = self._rig.read()
-        self.noted.append((sample.t, sample.laser))
+        self.notes.append((sample.t, sample.laser))
         return sample
 
-    def __enter__(self) -> Noted:
+    def __enter__(self) -> Noting:
         self._rig.__enter__()
         return self
 
@@ -158,87 +142,86 @@ def on_rigs(
     progress: Progress | None = None,
 ) -> Readings:
     """Go to each position on rigs that have a reference beside their encoder."""
-    plan, starts = targets.planned(machine, settings, visits), targets.names(machine)
-    rigs = [Noted(fixture.open(seed + k)) for k, fixture in enumerate(fixtures)]
+    rigs = [Noting(fixture.open(seed + k)) for k, fixture in enumerate(fixtures)]
     group = on_rig.Rigs(rigs)
-    names = [column.name for column in runs.columns(machine, group.members)]
-    rows = {name: k for k, name in enumerate(names)}
-    measured = [f"{s}{name}" for name in ("position", "reading", "flank") for s in starts]
-    sink = Rests(rows, composite.period(machine, settings), measured)
-    count = len(planning.each(plan)[0].target)
-
-    def reached(_: float, move: int) -> None:
-        if progress is not None:
-            progress(max(move, 0), count)
-
-    rests = [fixture.rest for fixture in fixtures]
-    outcome = on_rig.perform(machine, settings, plan, sink, group, rests, reached)
-    if outcome.fault is not None:
-        raise MacromicroError(f"the calibration was ended: {outcome.fault.text}")
-    found = sink.close()
-    keep = np.flatnonzero(visits.run > 0)
-    own = np.array([found[k] for k in keep.tolist()])
-    scale, width = np.array([place.per for place in composite.places(machine)]), len(starts)
-    references = np.stack(
-        [_at_rest(np.array(rig.noted), own[:, 0], sink.last) for rig in rigs], axis=1
-    )
-    return Readings(
-        visits.run[keep],
-        visits.direction[keep],
-        own[:, 0],
-        visits.target[keep],
-        own[:, 1 : 1 + width] / scale,
-        own[:, 1 + width : 1 + 2 * width] / scale,
-        own[:, 1 + 2 * width : 1 + 3 * width],
-        references,
-        np.full(len(own), np.nan),
-    )
+    kinds = open_rig.stages(composite.stages(machine), group.members).kinds
+    plan = targets.planned(machine, settings, visits)
+    sink = _sink(machine, settings, kinds, runs.columns(machine, group.members), [])
+    idle = [fixture.rest for fixture in fixtures]
+    report = _reported(plan, progress)
+    outcome = on_rig.perform(machine, settings, plan, sink, group, idle, report)
+    rests = _rests(sink, outcome, visits)
+    seen = [_at_rest(np.array(rig.notes), rests[:, 0], sink.last) for rig in rigs]
+    return _readings(machine, kinds, visits, rests, np.stack(seen, axis=1))
 
 
-def _at_rest(noted: Array, t: Array, last: float) -> Array:
+def _at_rest(notes: Array, t: Array, last: float) -> Array:
     """Means of a reference about some times of the run, whose last time is `last`."""
-    begun = noted[-1, 0] - last
+    begun = notes[-1, 0] - last
     half = 0.5 * targets.REST
     means = []
     for now in t + begun:
-        near = np.abs(noted[:, 0] - now) <= half
-        means.append(float(np.nanmean(noted[near, 1])))
+        near = np.abs(notes[:, 0] - now) <= half
+        means.append(float(np.nanmean(notes[near, 1])))
     return np.array(means)
 
 
-def _performed(
+SHOWN = ("position", "reading", "flank")  # of each stage, in the order of a sink's columns
+
+
+def _warm(machine: AnyMachine, kinds: Sequence[Kind]) -> list[str]:
+    """The columns of the stages' temperature sensors."""
+    each = zip(targets.names(machine), kinds, strict=True)
+    return [f"{start}temperature" for start, kind in each if "temperature" in kind.lines]
+
+
+def _sink(
     machine: AnyMachine,
     settings: Any,
-    plan: planning.Planned,
-    true: Sequence[str],
-    *,
-    bench: Any,
-    seed: int,
-    progress: Progress | None,
-) -> dict[int, Array]:
-    starts = targets.names(machine)
-    names = [column.name for column in runs.columns(machine)]
-    rows = {name: k for k, name in enumerate(names)}
-    kinds = composite.stages(machine).kinds
-    warm = [
-        f"{start}temperature"
-        for start, kind in zip(starts, kinds, strict=True)
-        if "temperature" in kind.lines
-    ]
-    measured = [f"{s}{name}" for name in ("position", "reading", "flank") for s in starts]
-    # Without a sensor of temperature, a column of no meaning stands in and is made NaN below.
-    sink = Rests(rows, composite.period(machine, settings), [*measured, *true, *(warm or ["t"])])
+    kinds: Sequence[Kind],
+    columns: Sequence[Column],
+    more: Sequence[str],
+) -> Rests:
+    """Keeps what the stages show, then their temperatures, then other columns."""
+    rows = {column.name: k for k, column in enumerate(columns)}
+    shown = [f"{start}{name}" for name in SHOWN for start in targets.names(machine)]
+    kept = [*shown, *_warm(machine, kinds), *more]
+    return Rests(rows, composite.period(machine, settings), kept)
+
+
+def _reported(plan: planning.Planned, progress: Progress | None) -> Callable[[float, int], None]:
     count = len(planning.each(plan)[0].target)
 
     def reached(_: float, move: int) -> None:
         if progress is not None:
             progress(max(move, 0), count)
 
-    outcome = runs.perform(machine, settings, plan, sink, seed=seed, progress=reached, bench=bench)
+    return reached
+
+
+def _rests(sink: Rests, outcome: runs.Outcome, visits: Visits) -> Array:
+    """The rests at the positions that count: a row each."""
     if outcome.fault is not None:
         raise MacromicroError(f"the calibration was ended: {outcome.fault.text}")
-    found = sink.close()
-    if not warm:
-        for row in found.values():
-            row[-1] = np.nan
-    return found
+    found, keep = sink.close(), np.flatnonzero(visits.run > 0).tolist()
+    missing = [k for k in keep if k not in found]
+    if missing:
+        raise MacromicroError(f"the calibration ended before position {missing[0] + 1}")
+    return np.array([found[k] for k in keep])
+
+
+def _readings(
+    machine: AnyMachine, kinds: Sequence[Kind], visits: Visits, rests: Array, reference: Array
+) -> Readings:
+    keep = visits.run > 0
+    scale = np.array([place.per for place in composite.places(machine)])
+    count = len(scale)
+    position, reading, flank = (
+        rests[:, 1 + k * count : 1 + (k + 1) * count] for k in range(len(SHOWN))
+    )
+    nothing = np.full(len(rests), np.nan)
+    degrees = rests[:, 1 + len(SHOWN) * count] if _warm(machine, kinds) else nothing
+    return Readings(
+        visits.run[keep], visits.direction[keep], rests[:, 0], visits.target[keep],
+        position / scale, reading / scale, flank, reference, degrees,
+    )  # fmt: skip

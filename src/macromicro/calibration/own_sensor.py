@@ -15,9 +15,7 @@ from macromicro.control.correction import Correction
 from macromicro.errors import MacromicroError, ProblemError
 from macromicro.machines import planning, runs
 from macromicro.machines.machine import Machine
-from macromicro.machines.planning import Way
-from macromicro.machines.sequence import MOVING, Plan
-from macromicro.motion import s_curve
+from macromicro.machines.sequence import MOVING
 from macromicro.place import of as place_of
 
 REVERSALS = 8
@@ -61,7 +59,7 @@ def measure(request: Request) -> Own:
     else:
         half = 0.5 * found.value
         changes |= {"up": (-half, -half), "down": (half, half)}
-    _, settings = procedure.corrected(machine, settings, {"": Correction(**changes)})
+    _, settings = procedure.corrected(machine, settings, [Correction(**changes)])
     made = Own(request, settings, found, (), tuple(remarks))
     return with_cogging(made) if request.cogging else made
 
@@ -76,19 +74,17 @@ def backlash(machine: Machine, settings: Any, request: Request) -> Backlash | No
     pitch, span = float(settings.encoder.pitch), targets.span(settings)
     way = max(WAY * pitch, FARTHEST * (span[1] - span[0]))
     place = place_of(settings)
-    speed = SLOWER * min(
-        efforts.SPEED * settings.motion.velocity, efforts.SLOWEST[int(place.turns)]
-    )
-    plan = _reversals(settings, span, way, speed)
-    names = [column.name for column in runs.columns(machine)]
-    blocks = runs.Blocks()
-    outcome = runs.perform(machine, settings, plan, blocks, seed=request.seed, bench=request.bench)
-    if outcome.fault is not None:
-        raise MacromicroError(f"the reversals were ended: {outcome.fault.text}")
-    rows = np.concatenate(blocks.blocks, axis=1)
-    move, phase, reading, effort = (
-        rows[names.index(name)] for name in ("move", "phase", "reading", "effort")
-    )
+    speed, fast = SLOWER * efforts.slow(settings), settings.motion.velocity
+    ends: list[tuple[float, float]] = []
+    for begin in np.linspace(span[0] + way, span[1] - 2.0 * way, REVERSALS).tolist():
+        ends += [(begin, fast), (begin + way, speed), (begin, speed)]
+    plan = planning.stops(ends, targets.HOLD, settings, "the reversals")
+    how: dict[str, Any] = {"seed": request.seed, "warn": False, "bench": request.bench}
+    done = runs.record(machine, settings, plan, **how)
+    if done.outcome.fault is not None:
+        raise MacromicroError(f"the reversals were ended: {done.outcome.fault.text}")
+    wanted = ("move", "phase", "reading", "effort")
+    move, phase, reading, effort = (done.recording[name] for name in wanted)
     gaps = []
     for k in range(REVERSALS):
         own = (move == 3 * k + 2) & (phase == MOVING)
@@ -102,18 +98,6 @@ def backlash(machine: Machine, settings: Any, request: Request) -> Backlash | No
         return None
     half = float(stats.t.ppf(0.975, len(gaps) - 1)) * spread / math.sqrt(len(gaps))
     return Backlash(mean, half + 0.5 * pitch)
-
-
-def _reversals(settings: Any, span: tuple[float, float], way: float, speed: float) -> Plan:
-    """To each place quickly, up slowly, then down slowly: the efforts of the last are looked at."""
-    most, ways, before = settings.motion, [], 0.0
-    for place in np.linspace(span[0] + way, span[1] - 2.0 * way, REVERSALS).tolist():
-        for target, limit in ((place, most.velocity), (place + way, speed), (place, speed)):
-            profile = s_curve(target - before, limit, most.acceleration, most.jerk, start=before)
-            pieces = np.array(profile.segments).reshape(-1, 5)
-            ways.append(Way(math.nan, target, targets.HOLD, pieces))
-            before = target
-    return planning.joined(ways, math.nan)
 
 
 def _free_way(gone: Array, effort: Array, way: float) -> float | None:

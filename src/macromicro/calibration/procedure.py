@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import date
 from typing import Any, NamedTuple
 
@@ -23,7 +23,7 @@ from macromicro.machines.composite import AnyMachine, Composite
 from macromicro.machines.machine import Machine
 from macromicro.rig.session import Fixture
 
-POSITIONS, GRID, CHECKED = 40, 9, 17  # along an axis; a side of a grid; of a verification
+POSITIONS, CHECKED = 40, 17  # along an axis; of a verification
 CHECK_RUNS = 3
 PATIENCE = 1.0  # s in which a law must overcome friction at the least error that it corrects
 COUNT = 0.6  # counts; one of them always lies so near a set point
@@ -56,13 +56,11 @@ class Axis(NamedTuple):
     correction: Any
     before: iso.Means
     after: iso.Means
-    half_width: float  # m; 95 % of positions are within it
 
 
 class Ripple(NamedTuple):
     """RMS deviation of the speed of a slow pass, before and after."""
 
-    axis: str
     before: float  # m/s
     after: float
 
@@ -87,8 +85,7 @@ def calibrate(request: Request, tell: Tell = lambda title: None) -> Calibration:
     machine, settings = pushing(machine, settings, before, request.periods)
     measured = _measured(machine, settings, visits, request, 500, tell("backlash taken up"))
     fits = fitted(machine, settings, measured, request.periods)
-    changes = {name: Correction(**fit.changes) for name, fit in fits.items()}
-    machine, settings = corrected(machine, settings, changes)
+    machine, settings = corrected(machine, settings, [f.correction for f in fits.values()])
     verified = verify(machine, settings, request, tell("verifying"))
     found = judged(request, machine, settings, fits, (before, measured, verified))
     return with_efforts(found) if request.cogging else found
@@ -98,11 +95,9 @@ def from_readings(request: Request, given: Readings) -> Calibration:
     """A calibration from readings of another instrument, which no run has verified."""
     machine, settings = uncorrected(request.machine, request.settings)
     fits = fitted(machine, settings, given, request.periods)
-    _, settings = corrected(
-        machine, settings, {name: Correction(**fit.changes) for name, fit in fits.items()}
-    )
-    left = {name: fit.left[:, None] for name, fit in fits.items()}
-    after = given._replace(reference=given.target + np.concatenate(list(left.values()), axis=1))
+    _, settings = corrected(machine, settings, [f.correction for f in fits.values()])
+    left = np.stack([fit.left for fit in fits.values()], axis=1)
+    after = given._replace(reference=given.target + left)
     found = judged(request, machine, settings, fits, (given, given, after))
     words = 'not verified: "after" is what the correction leaves of the same readings'
     return found._replace(remarks=(*found.remarks, words))
@@ -125,8 +120,8 @@ def learned_efforts(request: Request, settings: Any) -> tuple[Any, Ripple, tuple
         seen.append(efforts.passes(made, learned, request.seed + k, request.bench))
         if k + 1 < _PASSES:
             changes = efforts.fit(seen[-1], correction.low, correction.high, drive_periods(own))
-            _, learned = corrected(made, own, {"": correction._replace(**changes)})
-    ripple = Ripple("", seen[0].ripple, seen[-1].ripple)
+            _, learned = corrected(made, own, [correction._replace(**changes)])
+    ripple = Ripple(seen[0].ripple, seen[-1].ripple)
     if ripple.after < ripple.before:
         return learned, ripple, ()
     words = "no effort repeats along the travel: nothing to learn from slow passes"
@@ -143,7 +138,7 @@ def intent(request: Request) -> str:
         low, high = place.told(own.travel.low), place.told(own.travel.high)
         ways.append(f"{f'axis {name}: ' if name else ''}between {low} and {high}")
     return (
-        f"calibration: {request.positions} positions, {request.runs} runs up and down, thrice; "
+        f"calibration: {request.positions} positions, {request.runs} runs up and down, 3 times; "
         f"{'; '.join(ways)}"
     )
 
@@ -156,29 +151,18 @@ def pushing(
     Where a load comes to rest within the backlash is chance. The scatter of that shows how far the
     drive must push at least.
     """
-    changes = {}
-    for name, own in zip(composite.names(machine), machine.trees(settings), strict=True):
-        load = correcting.load(own)
-        fit = fitted(machine, settings, before, periods)[name]
-        half = _FARTHER * float(np.max(np.abs(fit.apart)))
-        if math.isinf(load.coast) or abs(load.weight) >= load.coast:
-            half = 0.0
-        changes[name] = Correction(up=(-half, -half), down=(half, half))
-    return corrected(machine, finer(machine, settings), changes)
-
-
-def finer(machine: AnyMachine, settings: Any) -> Any:
-    """Settings whose laws correct errors at rest down to about one count of the sensor."""
-    if isinstance(machine, Machine):
-        return _finer(settings)
-    changed = {
-        name: _finer(own)
-        for (name, _), own in zip(machine.stages, machine.trees(settings), strict=True)
-    }
-    return settings._replace(**changed)
+    fits, provisional = fitted(machine, settings, before, periods), []
+    for fit, own in zip(fits.values(), machine.trees(settings), strict=True):
+        farthest = float(np.max(np.abs(fit.apart))) if correcting.load(own).runs_ahead else 0.0
+        half = _FARTHER * farthest
+        provisional.append(Correction(up=(-half, -half), down=(half, half)))
+    finer = [_finer(own) for own in machine.trees(settings)]
+    settings = composite.with_trees(machine, settings, finer)
+    return corrected(machine, settings, provisional)
 
 
 def _finer(own: Any) -> Any:
+    """Settings whose law corrects errors at rest down to about one count of the sensor."""
     gains, fine = tree.gains(own), COUNT * float(own.encoder.pitch)
     if not isinstance(gains, Cascade) or not gains.rest > fine:
         return own
@@ -226,7 +210,7 @@ def judged(
     readings: tuple[Readings, Readings, Readings],
 ) -> Calibration:
     """A calibration with its figures and the half widths of its positions."""
-    axes, changes = [], {}
+    axes: list[Axis] = []
     first, _, verified = readings
     for k, name in enumerate(composite.names(machine)):
         before, after = (
@@ -235,9 +219,8 @@ def judged(
         half = half_width(verified.deviation[:, k])
         made = date.today().isoformat()
         own = machine.trees(settings)[k].correction._replace(half_width=half, made=made)
-        changes[name] = own
-        axes.append(Axis(name, fits[name], own, before, after, half))
-    _, settings = corrected(machine, settings, changes)
+        axes.append(Axis(name, fits[name], own, before, after))
+    _, settings = corrected(machine, settings, [axis.correction for axis in axes])
     return Calibration(request, settings, tuple(axes), *readings, tuple(remarks(axes)))
 
 
@@ -265,24 +248,16 @@ def remarks(axes: list[Axis]) -> list[str]:
 
 def uncorrected(machine: AnyMachine, settings: Any) -> tuple[AnyMachine, Any]:
     """The machine with corrections of nothing."""
-    machine, settings = measuring.ready(machine, settings)
-    nothing = {name: Correction() for name in composite.names(machine)}
-    return corrected(machine, settings, nothing)
+    return corrected(machine, settings, [Correction() for _ in composite.names(machine)])
 
 
 def corrected(
-    machine: AnyMachine, settings: Any, corrections: dict[str, Any]
+    machine: AnyMachine, settings: Any, corrections: Sequence[Any]
 ) -> tuple[AnyMachine, Any]:
-    """The machine with a correction of each of these stages."""
+    """The machine with a correction of each stage."""
     machine, settings = measuring.ready(machine, settings)
-    if isinstance(machine, Machine):
-        return machine, _with(settings, corrections[""])
-    changed = {
-        name: _with(own, corrections[name])
-        for (name, _), own in zip(machine.stages, machine.trees(settings), strict=True)
-        if name in corrections
-    }
-    return machine, settings._replace(**changed)
+    each = zip(machine.trees(settings), corrections, strict=True)
+    return machine, composite.with_trees(machine, settings, [_with(*pair) for pair in each])
 
 
 def _with(settings: Any, correction: Any) -> Any:
@@ -319,7 +294,8 @@ def fitted(
         wanted = [*drive_periods(own), *periods]
         fit = fitting.fit(data, wanted, names[other] if plane else "")
         short = readings.direction * (readings.target[:, k] - readings.position[:, k])
-        found[name] = fit._replace(changes=fit.changes | {"stop": round(float(short.mean()), 9)})
+        stop = round(float(short.mean()), 9)
+        found[name] = fit._replace(correction=fit.correction._replace(stop=stop))
     return found
 
 

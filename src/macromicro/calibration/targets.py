@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -12,8 +11,7 @@ from macromicro.arrays import Array
 from macromicro.machines import composite, moves, planning
 from macromicro.machines.composite import AnyMachine, Composite
 from macromicro.machines.moves import Course, Move
-from macromicro.machines.planning import Planned, Way
-from macromicro.motion import s_curve
+from macromicro.machines.planning import Planned
 
 RUNS = 5  # in both directions, as ISO 230-2 has it
 MARGIN = 0.02  # of the travel at either end, for the approaches from outside
@@ -77,16 +75,8 @@ def planned(machine: AnyMachine, settings: Any, visits: Visits) -> Planned:
         legs = tuple(Move("line", tuple(row), HOLD) for row in visits.target.tolist())
         course = moves.ordered(machine, Course("calibration", legs, "the calibration"))
         return moves.plan(machine, settings, course)
-    most, before, ways = settings.motion, 0.0, []
-    for target in visits.target[:, 0].tolist():
-        profile = s_curve(
-            target - before, most.velocity, most.acceleration, most.jerk, start=before
-        )
-        pieces = np.array(profile.segments).reshape(-1, 5)
-        ways.append(Way(math.nan, target, HOLD, pieces))
-        before = target
-    planning.check(ways, settings, "the calibration")
-    return planning.joined(ways, math.nan)
+    ends = [(target, settings.motion.velocity) for target in visits.target[:, 0].tolist()]
+    return planning.stops(ends, HOLD, settings, "the calibration")
 
 
 def names(machine: AnyMachine) -> tuple[str, ...]:

@@ -115,11 +115,12 @@ def calibrate(  # noqa: PLR0913, PLR0917 - a parameter for each option
     if check:
         _check(request, as_json)
         return
-    if reference == NONE:
-        _own(request, out, overwrite, as_json)
-        return
     place = folder.chosen(out, OUT, overwrite=overwrite)
     folder.check(place, files.BYTES, overwrite=overwrite, names=files.FILES)
+    if reference == NONE:
+        with Signals(), folder.held(place, overwrite=overwrite, names=files.FILES):
+            _own(request, place, as_json)
+        return
     given = hand.asked(request, sys.stdin, sys.stderr) if by_hand else None
     if readings is not None:
         given = hand.read(readings, request)
@@ -158,18 +159,16 @@ def _calibrate(
     print(f'try: include = "{place / files.CORRECTIONS}" in the machine\'s file')
 
 
-def _own(request: Request, out: Path | None, overwrite: bool, as_json: bool) -> None:
+def _own(request: Request, place: Path, as_json: bool) -> None:
     from macromicro.calibration import files, own_sensor
-    from macromicro.runs import folder
 
-    place = folder.chosen(out, OUT, overwrite=overwrite)
-    folder.check(place, files.BYTES, overwrite=overwrite, names=files.FILES)
-    with Signals(), folder.held(place, overwrite=overwrite, names=files.FILES):
-        found = own_sensor.measure(request)
-        files.write_own(place, found)
-    print(files.own_json(found) if as_json else files.own_text(found))
-    if not as_json:
-        print(f'try: include = "{place / files.CORRECTIONS}" in the machine\'s file')
+    found = own_sensor.measure(request)
+    files.write_own(place, found)
+    if as_json:
+        print(files.own_json(found))
+        return
+    print(files.own_text(found))
+    print(f'try: include = "{place / files.CORRECTIONS}" in the machine\'s file')
 
 
 def _check(request: Request, as_json: bool) -> None:

@@ -156,7 +156,12 @@ class Tables(NamedTuple):
     effort_period: Annotated[float, Meaning("of the effort that repeats", "m")]
     effort_waves: Annotated[Array, Meaning("its sines and cosines", "V")]
     slow: Annotated[float, Meaning("a slower set point has no direction", "m/s")]
-    coast: Annotated[float, Meaning("deceleration of the load by its friction alone", "m/s^2")]
+    coast: Annotated[
+        float,
+        Meaning(
+            "deceleration of the load by its friction; infinite: it stays on its flank", "m/s^2"
+        ),
+    ]
     weight: Annotated[float, Meaning("acceleration by gravity, towards lower places", "m/s^2")]
     acceleration: Annotated[float, Meaning("of the drive across its backlash", "m/s^2")]
     least: Annotated[
@@ -202,6 +207,11 @@ class Load(NamedTuple):
     pitch: float = 0.0  # of the sensor, m
     friction: float = 0.0  # effort that the law adds against friction, V
 
+    @property
+    def runs_ahead(self) -> bool:
+        """Whether a load can leave its flank: it rubs, and no weight keeps it there."""
+        return math.isfinite(self.coast) and abs(self.weight) < self.coast
+
 
 def tables(correction: Any, load: Load, stages: Sequence[str] = ()) -> Tables:
     """A correction for the kernels; `stages` are the names of all stages of the machine."""
@@ -227,7 +237,7 @@ def tables(correction: Any, load: Load, stages: Sequence[str] = ()) -> Tables:
         p.effort_period,
         np.array(p.effort_waves),
         _SLOW * load.velocity,
-        load.coast,
+        load.coast if load.runs_ahead else math.inf,
         load.weight,
         load.acceleration,
         _SETTLED / load.frequency if load.frequency > 0.0 else 0.0,
@@ -354,7 +364,7 @@ def position(
 @kernel
 def _braked(p: Tables, target: Target, moves: float) -> bool:
     """Whether a set point brakes a load harder than its friction: it then runs ahead."""
-    if math.isinf(p.coast) or abs(p.weight) >= p.coast:  # the weight keeps it on one flank
+    if math.isinf(p.coast):
         return False
     return (target.acceleration + p.weight) * moves + p.coast < 0.0
 

@@ -98,10 +98,7 @@ def _stage_lines(machine: Any, settings: Any) -> Unit:
 def _stage_correction(machine: Any, settings: Any) -> Unit:
     """Positions at readings, and readings at set points; the law goes on in readings."""
     tables, flank = correcting.tables(settings), correction.Flank()
-    alone, degrees = (
-        Rows(REAL, (1,)),
-        20.0,
-    )  # the readings and set points of all stages: of this one
+    alone, degrees = Rows(REAL, (1,)), 20.0  # readings and set points of this stage alone
     entries = (
         Entry("position", correction.position, (tables, flank, 0.0, alone, degrees, 0.0)),
         Entry("aimed", correction.aimed, (tables, flank, _TO, alone, alone, degrees, 0.0)),

@@ -106,6 +106,13 @@ def under(machine: AnyMachine, settings: Any) -> Any:
     return machine._replace(stages=stages)
 
 
+def with_trees(machine: AnyMachine, settings: Any, trees: Sequence[Any]) -> Any:
+    """The settings of a machine with others of each stage."""
+    if isinstance(machine, Machine):
+        return trees[0]
+    return settings._replace(**dict(zip(names(machine), trees, strict=True)))
+
+
 def stages(machine: AnyMachine) -> Stages:
     """The stages as one control period takes them."""
     kinds = tuple(one.kind for _, one in machine.stages)

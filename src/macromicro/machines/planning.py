@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -104,6 +104,18 @@ def _ways(programme: Programme, place: Array, tree: Any, where: str, before: flo
             row += 1
         before = ways[-1].target
     return ways
+
+
+def stops(ends: Iterable[tuple[float, float]], hold: float, tree: Any, where: str) -> Plan:
+    """From 0 m to each end, at a speed at most (m, m/s), with a hold there (s)."""
+    most, ways, before = tree.motion, [], 0.0
+    for target, speed in ends:
+        profile = s_curve(target - before, speed, most.acceleration, most.jerk, start=before)
+        pieces = np.array(profile.segments).reshape(-1, 5)
+        ways.append(Way(math.nan, target, hold, pieces))
+        before = target
+    check(ways, tree, where)
+    return joined(ways, math.nan)
 
 
 def _profile(span: Span, programme: Programme, place: Array) -> Way:

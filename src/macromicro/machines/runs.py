@@ -219,6 +219,7 @@ def record(
     title: str = "",
     seed: int = 0,
     warn: bool = True,
+    bench: Any = None,
 ) -> Done:
     """`perform`, in memory."""
     if isinstance(programme, Programme):
@@ -227,7 +228,7 @@ def record(
     else:
         planned = programme
     blocks, there = Blocks(), columns(machine, on)
-    outcome = perform(machine, settings, planned, blocks, on=on, seed=seed)
+    outcome = perform(machine, settings, planned, blocks, on=on, seed=seed, bench=bench)
     return recorded(machine, settings, planned, blocks, there, outcome, title, seed, warn=warn)
 
 

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Change, Event
 from macromicro.serve.persist import Restored
-from macromicro.serve.stage import guide, settings
-from macromicro.serve.stage._machine import Led
-from macromicro.serve.stage.rig import Simulated
+from macromicro.serve.stage import settings
+
+from .bed import Bed
 
 SCREW = Path(__file__).parents[3] / "examples" / "machines" / "screw.toml"
 CORRECTION = """
@@ -35,34 +34,15 @@ time = "2 s"
 """
 
 
-class Machine:
-    """The screw under the live machine, its place known."""
+class Known(Bed):
+    """A stage whose place is known from the start, switched on."""
 
     def __init__(self, file: Path) -> None:
-        found = settings.load(file)
-        assert found is not None
-        self.settings, tree = found, found.tree
-        self.rig = Simulated(found.machine, tree, (found.live.pitch,), 0)
-        lead = guide.guide(found.machine, tree)
-        how = (guide.parameters(found.machine, tree), lead, 1e-3, tree, self.rig.control.take)
-        self.led = Led(*how)
-        self.led.degrees = lambda: self.rig.lines[0].temperature
-        self.rig.source = lambda: (self.led.course,)
-        self.led.begin(self.rig.read(), Restored(True, 0.0, "known"))
-        self.notices: list[Any] = []
+        super().__init__(file)
+        self.machine.begin(self.led.read(), Restored(True, 0.0, "known"))
         self.run(2)
         assert self.ask(m.Enable()) == Accepted(0)
         self.run(2)
-
-    def run(self, periods: int) -> None:
-        for _ in range(periods):
-            self.notices += self.led.step(self.rig.read(), 1e-3)[2]
-            self.rig.clock.wait(1e-3)
-
-    def ask(self, request: Any) -> m.Reply:
-        reply, notices = self.led.accept(request)
-        self.notices += notices
-        return reply
 
     @property
     def true(self) -> float:
@@ -73,30 +53,32 @@ class Machine:
 def test_it_is_truly_where_it_says_until_it_is_switched_off(tmp_path: Path) -> None:
     file = tmp_path / "screw.toml"
     file.write_text(SCREW.read_text(encoding="utf-8") + CORRECTION, encoding="utf-8")
-    stage = Machine(file)
+    stage = Known(file)
     assert isinstance(stage.ask(m.MoveTo(0.0412)), Accepted)
     stage.run(800)
     assert stage.true == pytest.approx(0.0412, abs=2.5e-6)
-    assert stage.led.view().position == pytest.approx(0.0412, abs=2e-6)
+    assert stage.machine.view().position == pytest.approx(0.0412, abs=2e-6)
 
     # Warmer than the calibration: it says so, once, and its half width grows.
     stage.run(2000)
     told = [n for n in stage.notices if isinstance(n, Event) and n.kind == "temperature"]
     assert len(told) == 1 and told[0].evidence["degC"] > 21.0
-    assert stage.led.view().uncertainty > 1.4e-6 + 1e-6
+    assert stage.machine.view().uncertainty > 1.4e-6 + 1e-6
 
     off = m.SetGains((("correction.on", 0),))
     assert stage.ask(off) == Accepted(0, (Change("correction.on", 1, 0),))
     stage.run(800)
     assert abs(stage.true - 0.0412) > 5e-6  # what the encoder cannot see is back
-    assert stage.led.view().position == pytest.approx(0.0412, abs=4e-6)
-    assert stage.led.view().uncertainty == pytest.approx(0.5 * stage.settings.live.pitch)
+    assert stage.machine.view().position == pytest.approx(0.0412, abs=4e-6)
+    assert stage.machine.view().uncertainty == pytest.approx(0.5 * stage.pitch)
     assert stage.ask(m.SetGains((("correction.on", 1), ("position", 80.0))))
     stage.run(800)
     assert stage.true == pytest.approx(0.0412, abs=2.5e-6)
-    assert "on = 1" in stage.settings.as_toml(stage.settings.controller, stage.led.view().limits)
+    served = settings.load(file)
+    assert served is not None
+    assert "on = 1" in served.as_toml(served.controller, stage.machine.view().limits)
 
 
 def test_a_setting_that_is_not_there_is_refused() -> None:
-    stage = Machine(SCREW)
+    stage = Known(SCREW)
     assert not isinstance(stage.ask(m.SetGains((("correction.on", 0),))), Accepted)
