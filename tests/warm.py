@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import json
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -49,6 +50,7 @@ class Server:
             "environment": dict(os.environ if environment is None else environment),
             "descriptors": [0, 1, 2, *passed],
             "session": session,
+            "blocked": sorted(signal.pthread_sigmask(signal.SIG_BLOCK, ())),  # as a child would
         }
         with _turn:
             if self._owner != os.getpid():  # a fork of its owner needs one of its own

@@ -25,6 +25,7 @@ _ABOVE = 500  # no process asks for a descriptor with so high a number
 
 def main(preloaded: str, end: str) -> None:
     """Import a module, then fork until the other end is closed."""
+    signal.pthread_sigmask(signal.SIG_SETMASK, ())  # the first who asks may block some
     threads.one_for_blas()  # before numpy is imported
     importlib.import_module(preloaded)
     _serve(socket.socket(fileno=int(end)))
@@ -68,6 +69,7 @@ def _forked(request: dict[str, Any], descriptors: list[int], end: socket.socket)
 def _program(request: dict[str, Any], descriptors: list[int]) -> None:
     """Run what `python WORDS` would run, and end as it would."""
     words = request["words"]
+    signal.pthread_sigmask(signal.SIG_SETMASK, request["blocked"])
     if "-m" in words:
         _server_of_its_own(descriptors)
     if request["session"]:
