@@ -156,7 +156,7 @@ CANNOT: dict[str, dict[str, str]] = {
     },
     "docs/troubleshooting.md": {
         "macromicro doctor --rig mylab:bench": TESTED + "tests/test_mylab.py",
-        "macromicro latency": "misses periods on a busy computer; tests/commands/test_latency.py",
+        "macromicro doctor --seconds": "needs a quiet computer; tests/commands/test_timing.py",
     },
     "docs/tutorials/lab.md": {
         "macromicro serve": TESTED + "tests/commands/test_serving.py",

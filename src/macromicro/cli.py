@@ -18,7 +18,6 @@ from macromicro.commands.compare import compare
 from macromicro.commands.doctor import doctor
 from macromicro.commands.examples import examples
 from macromicro.commands.group import whole
-from macromicro.commands.latency import latency
 from macromicro.commands.learn import learn
 from macromicro.commands.limits import limits
 from macromicro.commands.look import look
@@ -243,7 +242,6 @@ app.command()(commission)
 app.command()(compare)
 app.command()(doctor)
 app.command()(examples)
-app.command()(latency)
 app.command()(learn)
 app.command()(limits)
 app.command()(look)

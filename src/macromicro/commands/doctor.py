@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -85,19 +85,39 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
             show_default=False,
         ),
     ] = None,
+    seconds: Annotated[
+        float | None,
+        typer.Option(
+            metavar="S",
+            min=0.5,
+            max=86400.0,
+            help=(
+                "Only measure how well this computer keeps the loop's period, for so long, on the "
+                "simulated machine."
+            ),
+            show_default=False,
+        ),
+    ] = None,
+    figure: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="With --seconds: draw the histograms (.png, .pdf or .svg).",
+            show_default=False,
+        ),
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print only JSON.")] = False,
 ) -> None:
     """Check whether this computer has what `macromicro serve` needs.
 
     The options are those of `serve`. Each problem is printed with its remedy.
-    --law checks a control law of your own, --machine a machine, and --open, --move or --walk a rig;
-    nothing else is checked then.
+    --law checks a control law of your own, --machine a machine, --open, --move or --walk a rig, and
+    --seconds the timing of the loop; nothing else is checked then.
     The exit status is 1 if a check fails. Warnings do not count.
     """
     from json import dumps
 
-    from macromicro.commands import _checking, _walking
-    from macromicro.errors import ProblemError
+    from macromicro.commands import _checking, _timing, _walking
     from macromicro.rig.board.named import joined
     from macromicro.serve import health, persist, preflight
     from macromicro.serve.choosing import load
@@ -105,14 +125,14 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
     checks = {
         "--machine": machine is not None,
         "--law": law is not None,
+        "--seconds": seconds is not None,
         "--walk": walk,
         "--open or --move": (look or move is not None) and not walk,
     }
-    several = [option for option, given in checks.items() if given]
-    if len(several) > 1:
-        raise ProblemError(several[0], f"not together with {several[1]}", "Check one at a time.")
-    if heat is not None and not walk:
-        raise ProblemError("--heat", "only with --walk")
+    _one_of(checks, {"--heat": ("--walk", heat), "--figure": ("--seconds", figure)})
+    if seconds is not None:
+        _timing.measured(config, seconds, figure, as_json=json)
+        return
     numbers = [each for each in port or () if each.isdigit()]
     devices = [each for each in port or () if not each.isdigit()]
     rig = joined(rig, devices[0] if devices else None, None, None)
@@ -141,6 +161,18 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
         print(dumps([each._asdict() for each in found], indent=2))
     if health.worst(found) == health.FAIL:
         raise typer.Exit(1)
+
+
+def _one_of(checks: Mapping[str, bool], belonging: Mapping[str, tuple[str, object]]) -> None:
+    """Refuse checks that exclude each other, and options without the check they belong to."""
+    from macromicro.errors import ProblemError
+
+    several = [option for option, given in checks.items() if given]
+    if len(several) > 1:
+        raise ProblemError(several[0], f"not together with {several[1]}", "Check one at a time.")
+    for option, (check, given) in belonging.items():
+        if given is not None and not checks[check]:
+            raise ProblemError(option, f"only with {check}")
 
 
 def _each(rig: str, look: Callable[[str], Iterator[Finding]]) -> Iterator[Finding]:

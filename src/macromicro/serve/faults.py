@@ -30,8 +30,8 @@ def late(share: float, limit: float, time: float) -> Trouble:
         "Too many control periods were missed.",
         f"{share:.1%} of the last periods missed, allowed {limit:.1%}, at {time:.3f} s; "
         f"{SWITCHED_OFF}",
-        "Close other programs, give the loop a core and real-time priority (`macromicro doctor`, "
-        "`macromicro latency`); serve.miss_share and serve.miss_window set the limit.",
+        "Close other programs, give the loop a core and real-time priority (`macromicro doctor "
+        "--seconds 10` measures it); serve.miss_share and serve.miss_window set the limit.",
     )
 
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 import importlib.util
 import os
 import platform
-import shutil
 import sys
 import tempfile
 import threading
 import time
 import webbrowser
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import NamedTuple
@@ -204,16 +203,6 @@ def browser() -> Finding:
         return Finding("browser", OK, f"{found}, display {screen}")
     missing = "no display" if found else "no browser" if screen else "no display, no browser"
     return Finding("browser", WARN, missing, "open the page from another computer, by ssh -L")
-
-
-def cyclictest(which: Callable[[str], str | None] = shutil.which) -> Finding:
-    found = which("cyclictest")
-    if found:
-        return Finding("cyclictest", OK, found)
-    return Finding("cyclictest", OK, "absent", HOW_CYCLICTEST)
-
-
-HOW_CYCLICTEST = "only to compare: install the package rt-tests (apt install rt-tests)"
 
 
 def worst(all_findings: Sequence[Finding]) -> str:

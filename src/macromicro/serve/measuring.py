@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import re
-import shutil
-import subprocess
 import tempfile
 import time
 from collections.abc import Callable
@@ -17,7 +14,6 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.control.live import messages as m
-from macromicro.nominal import PERIOD
 from macromicro.serve.choosing import AnySettings
 from macromicro.serve.joint.settings import JointSettings
 from macromicro.serve.settings import LiveSettings
@@ -30,7 +26,6 @@ _LOOK_S = 0.1
 _PLACES_M = (20.4e-3, 20.9e-3, 40.3e-3, 22.0e-3)
 _SHARES = (0.1, 0.12, 0.3, 0.15)  # of the travel of another machine
 _US = 1e6
-_CYCLIC = re.compile(r"Min:\s*(\d+).*Avg:\s*(\d+).*Max:\s*(\d+)")
 
 
 class Latency(NamedTuple):
@@ -44,15 +39,6 @@ class Latency(NamedTuple):
     emergency: float  # from an emergency stop to safe outputs
     realtime: str
     fault: Trouble | None
-
-
-class Cyclic(NamedTuple):
-    """Results of cyclictest and its command line."""
-
-    least: float
-    mean: float
-    most: float
-    command: str
 
 
 def moves(settings: AnySettings) -> tuple[m.Request, ...]:
@@ -125,27 +111,3 @@ def quantiles(times: Array) -> list[float]:
         return [math.nan] * (len(SHARES) + 1)
     found = np.quantile(times, SHARES, method="higher")
     return [*(float(x) for x in found), float(times.max())]
-
-
-def cyclictest(
-    seconds: float, priority: int, realtime: bool, period: float = PERIOD
-) -> Cyclic | str:
-    """Wake-up latency by cyclictest at the loop's period and priority, or why not."""
-    program = shutil.which("cyclictest")
-    if program is None:
-        return "cyclictest is not installed (apt install rt-tests)"
-    policy = ["-p", str(priority)] if realtime else ["--policy=other"]
-    whole = max(round(seconds), 1)
-    command = [program, "-q", "-i", str(round(period * _US)), "-D", str(whole), *policy]
-    try:
-        done = subprocess.run(
-            command, capture_output=True, text=True, timeout=whole + 30, check=False
-        )
-    except (OSError, subprocess.TimeoutExpired) as error:
-        return f"cyclictest failed: {error}"
-    found = _CYCLIC.search(done.stdout)
-    if done.returncode or found is None:
-        words = (done.stderr or done.stdout).strip().splitlines()
-        return f"cyclictest failed: {words[-1] if words else f'status {done.returncode}'}"
-    least, mean, most = (int(text) / _US for text in found.groups())
-    return Cyclic(least, mean, most, " ".join(command))

@@ -52,7 +52,6 @@ def findings(asked: Asked, settings: ServeSettings) -> Iterator[Finding]:
     for port, what in asked.ports.items():
         yield free_port(port, what, asked.host)
     yield health.browser()
-    yield health.cyclictest()
 
 
 def rig(name: str) -> Finding:

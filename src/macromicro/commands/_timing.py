@@ -1,4 +1,4 @@
-"""``macromicro latency``: how well this computer keeps the loop's period."""
+"""``macromicro doctor --seconds``: how well this computer keeps the loop's period."""
 
 from __future__ import annotations
 
@@ -7,44 +7,24 @@ import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from macromicro.commands.group import announce_compiling
-from macromicro.commands.options import Config, Json
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from macromicro.serve.choosing import AnySettings
-    from macromicro.serve.measuring import Cyclic, Latency
+    from macromicro.serve.measuring import Latency
 
 PICTURES = (".png", ".pdf", ".svg")
 
 
-def latency(
-    seconds: Annotated[
-        float, typer.Option(metavar="S", min=0.5, max=86400.0, help="Duration of the measurement.")
-    ] = 10.0,
-    config: Config = None,
-    as_json: Json = False,
-    figure: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Draw the histograms (.png, .pdf or .svg).", show_default=False
-        ),
-    ] = None,
-    cyclictest: Annotated[
-        bool, typer.Option("--cyclictest/--no-cyclictest", help="Compare with cyclictest.")
-    ] = True,
-) -> None:
-    """Measure the live loop's wake-up latency and missed periods.
-
-    It runs the simulated machine and also measures the computing time.
-    The exit status is 1 if the machine stopped because of missed periods.
-    """
+def measured(config: Path | None, seconds: float, figure: Path | None, *, as_json: bool) -> None:
+    """Run the simulated machine for some seconds and print how punctual its loop was."""
     from json import dumps
 
     from macromicro.drawing.bar import progress
@@ -57,7 +37,7 @@ def latency(
     with Signals() as signals:
         announce_compiling(health.compiler_cache().state == health.OK)
         signals.later()
-        with progress("latency", "s") as pace:
+        with progress("timing", "s") as pace:
             pace.begin(round(seconds))
 
             def go_on(done: float) -> bool:
@@ -65,18 +45,10 @@ def latency(
                 return not signals.received
 
             got = measuring.measure(settings, seconds, go_on)
-        other: Cyclic | str = "not asked for"
-        if cyclictest and signals.received:
-            other = "interrupted before it"
-        elif cyclictest:
-            rt = "SCHED_FIFO" in got.realtime
-            other = measuring.cyclictest(
-                min(seconds, 10.0), settings.serve.priority, rt, settings.period
-            )
     if as_json:
-        print(dumps(_as_json(got, other, settings), indent=2))
+        print(dumps(_as_json(got, settings), indent=2))
     else:
-        print(*table(got, other, settings), sep="\n")
+        print(*table(got, settings), sep="\n")
     if figure is not None:
         from macromicro.drawing import files
 
@@ -111,20 +83,13 @@ def _check_figure(file: Path) -> None:
         raise ProblemError(where, error.strerror or str(error), remedy) from None
 
 
-def table(got: Latency, other: Cyclic | str, settings: AnySettings) -> Iterator[str]:
+def table(got: Latency, settings: AnySettings) -> Iterator[str]:
     from macromicro.serve.measuring import SHARES, quantiles
 
     heads = [f"{100 * share:g} %" for share in SHARES]
     yield f"{'[us]':22}" + "".join(f"{head:>9}" for head in [*heads, "greatest"])
     for name, times in (("late at wake-up", got.late), ("work in a period", got.work)):
         yield f"{name:22}" + "".join(f"{1e6 * x:9.0f}" for x in quantiles(times))
-    if not isinstance(other, str):
-        yield (
-            f"{'cyclictest':22}mean {1e6 * other.mean:.0f}, greatest {1e6 * other.most:.0f} "
-            f"({other.command})"
-        )
-    else:
-        yield f"{'cyclictest':22}{other}"
     window = settings.serve.miss_window
     yield (
         f"missed periods: {got.missed} of {got.periods}; at most {got.share:.2%} in {window:g} s, "
@@ -134,7 +99,7 @@ def table(got: Latency, other: Cyclic | str, settings: AnySettings) -> Iterator[
     yield f"loop: {got.realtime}"
 
 
-def _as_json(got: Latency, other: Cyclic | str, settings: AnySettings) -> dict[str, Any]:
+def _as_json(got: Latency, settings: AnySettings) -> dict[str, Any]:
     import numpy as np
 
     from macromicro.serve.measuring import SHARES, quantiles
@@ -158,7 +123,6 @@ def _as_json(got: Latency, other: Cyclic | str, settings: AnySettings) -> dict[s
         "emergency_stop_s": _number(got.emergency),
         "loop": got.realtime,
         "fault": got.fault.message if got.fault is not None else None,
-        "cyclictest": other if isinstance(other, str) else other._asdict(),
     }
 
 

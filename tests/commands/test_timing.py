@@ -1,10 +1,9 @@
-"""macromicro latency: the loop on the twin, measured by its own telemetry."""
+"""macromicro doctor --seconds: the loop on the twin, measured by its own telemetry."""
 
 from __future__ import annotations
 
 import json
 import math
-import shutil
 import signal
 import subprocess
 import sys
@@ -13,16 +12,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from macromicro.commands.latency import _as_json, _edges, table
+from macromicro.commands._timing import _as_json, _edges, table
 from macromicro.control.live import messages as m
 from macromicro.serve import choosing, measuring
 from macromicro.serve.faults import late
-from macromicro.serve.measuring import Cyclic, Latency
+from macromicro.serve.measuring import Latency
 from macromicro.serve.settings import LiveSettings
 from tests.command import command
 from tests.warm import Command
 
-RUN = (sys.executable, "-m", "macromicro", "latency", "--no-cyclictest")
+RUN = (sys.executable, "-m", "macromicro", "doctor", "--seconds")
 GOT = Latency(
     np.linspace(1e-6, 100e-6, 100), np.full(100, 80e-6), 101, 1, 0.05, 7e-4, "as it is", None
 )
@@ -37,7 +36,7 @@ def config(folder: Path) -> str:
 def test_the_numbers_are_of_every_period(tmp_path: Path) -> None:
     picture, options = tmp_path / "latency.png", ("--seconds", "1.5", "--json")
     told = ("--figure", picture, "--config", config(tmp_path))
-    done = command(*RUN[3:], *options, *told, cwd=tmp_path)
+    done = command("doctor", *options, *told, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     computed = found["periods"] - found["missed"]
@@ -45,31 +44,30 @@ def test_the_numbers_are_of_every_period(tmp_path: Path) -> None:
         assert computed - 100 < sum(found[name]["histogram"]["counts"]) <= computed
         assert 0.0 < found[name]["p50_s"] <= found[name]["p99_s"] <= found[name]["greatest_s"]
     assert found["emergency_stop_s"] > 0.0
-    assert found["cyclictest"] == "not asked for"
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 def test_ctrl_c_gives_what_was_measured_until_then(tmp_path: Path) -> None:
     process = Command(
-        [*RUN[:-1], "--seconds", "600", "--config", config(tmp_path)],
+        [*RUN, "600", "--config", config(tmp_path)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
     )
     assert process.stderr is not None
     line = process.stderr.readline()
-    while "latency: 600 s" not in line and line:
+    while "timing: 600 s" not in line and line:
         line = process.stderr.readline()
     process.send_signal(signal.SIGINT)
     out, error = process.communicate(timeout=60)
     assert process.returncode == 130
     assert "interrupted" in error
     assert "late at wake-up" in out
-    assert f"{'cyclictest':22}interrupted before it" in out
 
 
 def test_files_that_cannot_be_made_are_refused_before_anything_runs(tmp_path: Path) -> None:
-    done = command(*RUN[3:], "--figure", tmp_path / "none" / "x.png", cwd=tmp_path)
+    picture = tmp_path / "none" / "x.png"
+    done = command("doctor", "--seconds", "1", "--figure", picture, cwd=tmp_path)
     assert done.returncode == 2
     assert not (tmp_path / "none").exists()
 
@@ -86,18 +84,17 @@ def test_files_that_cannot_be_made_are_refused_before_anything_runs(tmp_path: Pa
 def test_results_that_could_not_be_written_are_refused_before_measuring(
     option: str, file: str, found: str, tmp_path: Path
 ) -> None:
-    done = command(*RUN[3:], option, file, cwd=tmp_path)
+    done = command("doctor", "--seconds", "1", option, file, cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith(f"macromicro: {option} {file}: ") and found in done.stderr
     assert not list(tmp_path.iterdir())
 
 
 def test_the_table_and_the_json_say_the_same() -> None:
-    lines = list(table(GOT, Cyclic(1e-6, 3e-6, 42e-6, "cyclictest -q"), LiveSettings()))
+    lines = list(table(GOT, LiveSettings()))
     assert lines[1].split()[-1] == "100"
-    assert "greatest 42 (cyclictest -q)" in lines[3]
     assert "missed periods: 1 of 101; at most 5.00% in 1 s, allowed 10%" in lines
-    found = _as_json(GOT._replace(emergency=math.nan), "absent", LiveSettings())
+    found = _as_json(GOT._replace(emergency=math.nan), LiveSettings())
     assert found["late"]["greatest_s"] == pytest.approx(100e-6)
     assert found["emergency_stop_s"] is None
     assert sum(found["work"]["histogram"]["counts"]) == 100
@@ -107,8 +104,8 @@ def test_the_table_and_the_json_say_the_same() -> None:
 def test_a_run_without_a_single_period() -> None:
     empty = np.empty(0)
     none = GOT._replace(late=empty, work=empty, fault=late(0.5, 0.1, 0.0))
-    assert "nan" in list(table(none, "absent", LiveSettings()))[1]
-    found = _as_json(none, "absent", LiveSettings())
+    assert "nan" in list(table(none, LiveSettings()))[1]
+    found = _as_json(none, LiveSettings())
     assert found["late"]["p50_s"] is None
     assert "missed" in found["fault"]
 
@@ -117,47 +114,6 @@ def test_a_run_without_a_single_period() -> None:
 def test_every_value_is_in_a_bin(most: float) -> None:
     values = np.array([0.0, 1e-7, most])
     assert np.histogram(values, bins=_edges(values))[0].sum() == 3
-
-
-def fake_cyclictest(folder: Path, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = folder / "cyclictest"
-    path.write_text(f"#!/bin/sh\n{text}\n")
-    path.chmod(0o755)
-    monkeypatch.setenv("PATH", str(folder), prepend=":")
-
-
-def test_cyclictest_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    line = "T: 0 ( 2471) P:50 I:1000 C:  10000 Min:      2 Act:    3 Avg:    4 Max:      87"
-    fake_cyclictest(tmp_path, f"echo '{line}'", monkeypatch)
-    found = measuring.cyclictest(2.4, 33, True)
-    assert isinstance(found, Cyclic)
-    assert found[:3] == (2e-6, 4e-6, 87e-6)
-    assert found.command.endswith("-q -i 1000 -D 2 -p 33")
-    slower = measuring.cyclictest(2.4, 33, True, 2.5e-3)
-    assert isinstance(slower, Cyclic) and "-i 2500 " in slower.command
-    other = measuring.cyclictest(2.4, 33, False)
-    assert isinstance(other, Cyclic)
-    assert "--policy=other" in other.command
-
-
-@pytest.mark.skipif(shutil.which("cyclictest") is None, reason="cyclictest is not installed")
-def test_the_real_cyclictest_is_read() -> None:
-    found = measuring.cyclictest(1.0, 50, False)
-    assert isinstance(found, Cyclic)
-    assert 0.0 <= found.least <= found.mean <= found.most < 1.0
-
-
-def test_cyclictest_that_fails_or_is_not_there(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    fake_cyclictest(tmp_path, "echo 'Unable to change scheduling policy!' >&2; exit 1", monkeypatch)
-    found = measuring.cyclictest(1.0, 33, True)
-    assert isinstance(found, str)
-    assert "Unable to change" in found
-    monkeypatch.setenv("PATH", str(tmp_path / "none"))
-    absent = measuring.cyclictest(1.0, 33, True)
-    assert isinstance(absent, str)
-    assert "apt install rt-tests" in absent
 
 
 def test_a_machine_of_a_file_is_moved_within_its_travel() -> None:
