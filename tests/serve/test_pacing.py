@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import os
+import subprocess
+import sys
 from typing import Any
 
 import numpy as np
@@ -150,20 +152,42 @@ def test_what_is_permitted_is_asked_for_this_process(monkeypatch: pytest.MonkeyP
     asked: list[Any] = []
 
     class Library:
-        def __init__(self, name: None) -> None: ...
+        def __init__(self, name: None, *, use_errno: bool = False) -> None: ...
 
         def prctl(self, *values: int) -> None:
             asked.append(values)
+
+        def mlockall(self, flags: int) -> int:
+            asked.append(flags)
+            return 0
 
     monkeypatch.setattr(_pacing.ctypes, "CDLL", Library)
     for name in ("sched_setscheduler", "sched_setaffinity"):
         monkeypatch.setattr(_pacing.os, name, lambda *values: asked.append(values))
     got = _pacing.prepare(ServeSettings(core=0, priority=7))
     assert (got.realtime, got.core) == (True, 0)
-    timer, (process, policy, wanted), affinity = asked
+    timer, (process, policy, wanted), affinity, locked = asked
     assert timer == (29, 1, 0, 0, 0)  # PR_SET_TIMERSLACK of linux/prctl.h
     assert (process, policy, wanted.sched_priority) == (0, os.SCHED_FIFO, 7)
     assert affinity == (0, {0})
+    assert locked == 1 | 2 | 4  # MCL_CURRENT, MCL_FUTURE, MCL_ONFAULT of sys/mman.h
+    assert got.words.endswith("memory locked")
+
+
+def test_memory_that_may_not_be_locked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a process of its own, with a limit below what Python takes."""
+    text = (
+        "import os, resource\n"
+        "from macromicro.serve import _pacing\n"
+        "os.sched_setscheduler = lambda *_: None\n"
+        "resource.setrlimit(resource.RLIMIT_MEMLOCK, (4096, 4096))\n"
+        "os.setegid(65534); os.seteuid(65534)\n"
+        "print(_pacing.prepare(_pacing.ServeSettings()).words)\n"
+    )
+    if os.geteuid() != 0:
+        text = text.replace("os.setegid(65534); os.seteuid(65534)\n", "")
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
+    assert "memory not locked (" in done.stdout and "ulimit -l" in done.stdout
 
 
 @pytest.mark.parametrize("error", [OSError("odd"), AttributeError("odd")])

@@ -17,6 +17,7 @@ from macromicro.serve.shared import BIN_S, BINS
 Counts = NDArray[np.int64]
 
 _PR_SET_TIMERSLACK = 29
+_MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
 _NEAR = 1e-3  # of a period: how exactly a machine's time is told
 
 
@@ -124,7 +125,7 @@ class Privileges(NamedTuple):
 
 
 def prepare(settings: ServeSettings) -> Privileges:
-    """Request timely wake-ups (SCHED_FIFO, one core, timer slack); reports what is refused."""
+    """Request timely wake-ups (real-time priority, a core, locked memory); reports refusals."""
     words = []
     try:
         ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
@@ -152,4 +153,18 @@ def prepare(settings: ServeSettings) -> Privileges:
         except (OSError, AttributeError) as error:
             reason = getattr(error, "strerror", None) or str(error)
             words.append(f"not bound to core {settings.core} ({reason})")
+    words += _lock_memory() if realtime else []
     return Privileges(realtime, core, ", ".join(words))
+
+
+def _lock_memory() -> list[str]:
+    """Keep what the process has touched in memory: a page fetched from disk costs a period."""
+    try:
+        libc = ctypes.CDLL(None, use_errno=True)
+        refused = libc.mlockall(_MCL_CURRENT | _MCL_FUTURE | _MCL_ONFAULT) != 0
+    except (OSError, AttributeError, TypeError):  # other systems have no such call
+        return ["memory not locked"]
+    if not refused:
+        return ["memory locked"]
+    reason = os.strerror(ctypes.get_errno())
+    return [f"memory not locked ({reason}; `ulimit -l`)"]

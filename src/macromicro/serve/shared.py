@@ -1,7 +1,7 @@
 """Memory shared by the serving and the loop process: flags, status, telemetry.
 
 Each 64-bit cell has one writer. A row of the ring is complete before the count that makes it
-visible, which x86-64's store order guarantees. Times are monotonic ns.
+visible, also on processors that reorder memory accesses (`fence`). Times are monotonic ns.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import math
 import mmap
 import os
 import tempfile
+import threading
 import time
 from collections.abc import Sequence
 from functools import cache
@@ -155,6 +156,21 @@ class Status(NamedTuple):
 _STATUS = packed(len(Status._fields))
 
 
+_turn = threading.Lock()
+
+
+def fence() -> None:
+    """Memory accesses before this call come before those after it, as another process sees them.
+
+    x86-64 keeps their order anyway, ARM does not. What is before a release of a lock stays before
+    it, and what is after an acquisition stays after it.
+    """
+    with _turn:
+        pass
+    with _turn:
+        pass
+
+
 class Shared:
     """The shared memory, mapped from `fd`: cells, ring of telemetry and timing histograms."""
 
@@ -206,18 +222,22 @@ class Shared:
         form = _SHORT if len(row) == _SHARED else _ROW
         form.pack_into(self._rows, written % self.rows * _ROW.size, *row)
         cells[ALIVE] = time.monotonic_ns()
+        fence()
         cells[WRITTEN] = written + 1
 
     def set_status(self, status: Sequence[float]) -> None:
         self.cells[STATUS_TURN] += 1
+        fence()
         _STATUS.pack_into(self._told, 0, *status)
+        fence()
         self.cells[STATUS_TURN] += 1
 
     def show(self, row: Sequence[float], status: Sequence[float]) -> None:
         """Append a row and replace the status together (loop process only)."""
         self._turns[STATUS_TURN] += 1
-        self.put(row)
+        self.put(row)  # with a fence
         _STATUS.pack_into(self._told, 0, *status)
+        fence()
         self._turns[STATUS_TURN] += 1
 
     def now(self) -> tuple[int, NDArray[np.float64], Status] | None:
@@ -231,7 +251,9 @@ class Shared:
     def _steady(self) -> tuple[int, NDArray[np.float64] | None, Status]:
         for _ in range(_LOOKS):
             turn = int(self.cells[STATUS_TURN])
+            fence()
             written, row, values = int(self.cells[WRITTEN]), self.last(), self._status.tolist()
+            fence()
             if turn % 2 == 0 and turn == int(self.cells[STATUS_TURN]):
                 break
             time.sleep(_LOOK_S)
@@ -243,7 +265,9 @@ class Shared:
         margin = min(self.rows // 4, 1000)
         first = max(count, written - self.rows + margin)
         while True:
+            fence()
             block = self._block(first, written)
+            fence()
             oldest = int(self.cells[WRITTEN]) - self.rows + 1
             if first >= oldest or first >= written:
                 return first - count, written, block
