@@ -13,8 +13,9 @@ from macromicro.rig.board.framing import Stream
 from macromicro.rig.board.protocol import BAUD, FIRMWARE, REFUSALS, VERSION, Frame
 
 GREETING = 0.25  # s between hellos, until the board answers; a bootloader takes a second or two
-ANSWER = 0.5  # s until a request is made again
-TRIES = 8
+ANSWER, TRIES = 0.5, 8  # s until a request is made again, and how often
+IN_MOTION, TRIES_IN_MOTION = 0.05, 8  # the same while a control loop waits
+FIRST_SAMPLE, NEXT_SAMPLE = 5.0, 0.4  # s to wait for it
 _UNO = "atmega328p"
 _WORDS = {
     "version": "it speaks another version of the protocol",
@@ -59,8 +60,8 @@ def opened(device: str) -> Port:
 class Link:
     """Frames to and from a board."""
 
-    def __init__(self, port: Port, name: str, patience: float = 5.0) -> None:
-        self.port, self.name, self.patience = port, name, patience
+    def __init__(self, port: Port, name: str) -> None:
+        self.port, self.name = port, name
         self.trips: list[float] = []  # how long the last answers took, s
         self._stream, self._sequence = Stream(), 0
         self._samples: list[Frame] = []
@@ -87,13 +88,19 @@ class Link:
         frames = (protocol.heard(body) for body in self._stream.take(data))
         return [frame for frame in frames if frame is not None]
 
-    def ask(self, name: str, answer: str, tries: int = TRIES, **values: float) -> dict[str, Any]:
-        """Send a request until it is answered."""
+    def urge(self, name: str, answer: str, **values: float) -> dict[str, Any]:
+        """Send a request for which a control loop waits, until it is answered: 0.4 s at most."""
+        return self.ask(name, answer, TRIES_IN_MOTION, IN_MOTION, **values)
+
+    def ask(
+        self, name: str, answer: str, tries: int = TRIES, again: float = ANSWER, **values: float
+    ) -> dict[str, Any]:
+        """Send a request until it is answered; repeat it after `again` s."""
         own = protocol.HOST[name].id
         for _ in range(tries):
             self.tell(name, **values)
             began = time.monotonic()
-            while (left := began + ANSWER - time.monotonic()) > 0.0:
+            while (left := began + again - time.monotonic()) > 0.0:
                 others: list[Frame] = []
                 for frame in self._come(left):
                     (self._samples if frame.name == "sample" else others).append(frame)
@@ -105,7 +112,7 @@ class Link:
                     if frame.name == answer and _fits(name, own, frame, values):
                         self.trips.append(time.monotonic() - began)
                         return dict(frame.values)
-        waited = tries * ANSWER
+        waited = tries * again
         raise BoardError(f"{self.name}: no answer to {name} within {waited:g} s")
 
     def greet(self, params: Board) -> dict[str, Any]:
@@ -137,18 +144,19 @@ class Link:
                 found = f"{name} was written as {value:g} and read back as {stored:g}"
                 raise BoardError(f"{self.name}: {found}")
 
-    def sample(self, *, newest: bool = False) -> Frame:
+    def sample(self, patience: float) -> Frame:
+        """The newest sample, once there is one."""
         began = time.monotonic()
         while not self._samples:
-            left = began + self.patience - time.monotonic()
+            left = began + patience - time.monotonic()
             if left <= 0.0:
-                raise BoardError(f"{self.name}: no sample for {self.patience:g} s")
+                raise BoardError(f"{self.name}: no sample for {patience:g} s")
             self._samples += [f for f in self._come(min(left, 1.0)) if f.name == "sample"]
-        if newest:
-            if self.port.in_waiting:
-                self._samples += [f for f in self._come(0.0) if f.name == "sample"]
-            del self._samples[:-1]
-        return self._samples.pop(0)
+        if self.port.in_waiting:
+            self._samples += [f for f in self._come(0.0) if f.name == "sample"]
+        newest = self._samples[-1]
+        self._samples.clear()
+        return newest
 
     def forget(self) -> None:
         """Drop samples that came before the last answer."""

@@ -103,7 +103,8 @@ class BoardRig:
         """Take the next sample, after a heartbeat."""
         if not self._answered:
             self._board.tell("keep", sample=self._number)
-        self._last = self._board.sample(newest=True)
+        first = self._last is None
+        self._last = self._board.sample(_link.FIRST_SAMPLE if first else _link.NEXT_SAMPLE)
         if self._before is not None:
             self._pause += max(int(self._last.values["time"]) - self._before - 1, 0)
             self._before = None
@@ -202,7 +203,7 @@ class BoardRig:
 
     def _begin(self) -> None:
         crc = framing.crc16(parameters.words(self._params))
-        self._board.ask("begin", "done", parameters=crc)
+        self._board.urge("begin", "done", parameters=crc)
         self._board.forget()  # they may show the fault that it has cleared
         self._driving = True
         if self._last is not None:
@@ -213,7 +214,7 @@ class BoardRig:
         if self.link is None:
             return
         self._driving = self._switched = False
-        self.link.ask("stop", "done")
+        self.link.urge("stop", "done")
 
     def __enter__(self) -> Self:
         self.link = Link(self._open_port(self.device), self.device)
