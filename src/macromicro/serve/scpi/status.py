@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from macromicro.machines import guard_words
 from macromicro.rig import codes
+from macromicro.serve import faults
 from macromicro.serve.snapshot import Snapshot
 
 ERRORS, QUESTIONABLE, MESSAGE, EVENT, MASTER, OPERATION = 4, 8, 16, 32, 64, 128
@@ -17,11 +19,11 @@ OPERATION_BITS = {
     13: "enabled",
 }
 QUESTIONABLE_BITS = {
-    2: "time: too many control periods were missed (fault)",
-    4: "temperature: actuator too hot, or heated without motion (fault)",
+    2: "time: too many control periods were missed, or the rig's clock is wrong (fault)",
+    4: "temperature: actuator too hot, heated without motion or for too long (fault)",
     8: "calibration: the position is not trusted; home",
-    9: "macro-stage: following error, stuck, encoder silent or against the laser (fault)",
-    10: "micro-stage: following error, Hall sensor silent, frozen or off the scale (fault)",
+    9: "macro-stage, or a stage of another machine: its motion, sensor, switches or drive (fault)",
+    10: "micro-stage: its motion or its Hall sensor (fault)",
     11: "a fault is latched; FAULt? describes it",
     12: "the loop process does not run, or has reported nothing for a second",
 }
@@ -33,20 +35,33 @@ _MODES = {
     "holding": 1 << 11,
 }
 OFF = ("off", "disabled", "fault")
-_LATE, _LOST_COUNTS = 100, 104  # serve.faults
+_TIME, _TEMPERATURE, _STAGE, _MICRO = 2, 4, 9, 10
 _FAULTS = {
-    codes.MACRO_LOST: 9,
-    codes.ENCODER_SILENT: 9,
-    codes.STUCK: 9,
-    _LOST_COUNTS: 9,
-    codes.MICRO_LOST: 10,
-    codes.HALL_SILENT: 10,
-    codes.HALL_FROZEN: 10,
-    codes.HALL_RANGE: 10,
-    codes.TOO_HOT: 4,
-    codes.NO_MOTION: 4,
-    _LATE: 2,
+    codes.MACRO_LOST: _STAGE,
+    codes.ENCODER_SILENT: _STAGE,
+    codes.ENCODER_JUMP: _STAGE,
+    codes.ENCODER_AGAINST: _STAGE,
+    codes.STUCK: _STAGE,
+    faults.LOST_COUNTS: _STAGE,
+    codes.MICRO_LOST: _MICRO,
+    codes.HALL_SILENT: _MICRO,
+    codes.HALL_FROZEN: _MICRO,
+    codes.HALL_RANGE: _MICRO,
+    codes.HALL_NOISY: _MICRO,
+    codes.TOO_HOT: _TEMPERATURE,
+    codes.NO_MOTION: _TEMPERATURE,
+    codes.CLOCK: _TIME,
+    codes.CLOCK_STANDS: _TIME,
+    faults.LATE: _TIME,
 }
+_OTHERS = {guard_words.HOT: _TEMPERATURE, guard_words.CLOCK: _TIME, guard_words.ILLEGAL: None}
+
+
+def bit_of(code: int) -> int | None:
+    """The bit of a fault beside that of every fault."""
+    if code < faults.STAGE:
+        return _FAULTS.get(code)
+    return _OTHERS.get(code % 100, _STAGE)
 
 
 def of_mode(mode: str) -> int:
@@ -62,8 +77,8 @@ def questionable(now: Snapshot) -> int:
     bits = 0 if now.trusted else 1 << 8
     if now.fault is not None:
         bits |= 1 << 11
-        if now.fault.code in _FAULTS:
-            bits |= 1 << _FAULTS[now.fault.code]
+        bit = bit_of(now.fault.code)
+        bits |= 0 if bit is None else 1 << bit
     if not now.running or not now.age_s <= 1.0:
         bits |= 1 << 12
     return bits
