@@ -40,6 +40,18 @@ static void put(uint32_t value, char end)
     UDR0 = end;
 }
 
+#ifdef EFFORTS
+static void show(float effort) /* V, as whole microvolts */
+{
+    const int32_t whole = lrintf(1e6f * effort);
+    if (whole < 0) {
+        loop_until_bit_is_set(UCSR0A, UDRE0);
+        UDR0 = '-';
+    }
+    put(labs(whole), '\n');
+}
+#endif
+
 extern uint8_t _end;
 
 int main(void)
@@ -64,6 +76,9 @@ int main(void)
         lost += !isfinite(effort);
         sum += spent;
         most = spent > most ? spent : most;
+#ifdef EFFORTS
+        show(effort);
+#endif
     }
     (void)effort;
     const uint8_t *p = &_end;

@@ -9,6 +9,7 @@ the same core with 128 KiB of flash and 16 KiB of RAM. Cycles are the same on bo
 
 from __future__ import annotations
 
+import math
 import re
 import shutil
 import subprocess
@@ -22,6 +23,10 @@ from figures import few
 
 from macromicro import api
 from macromicro.arrays import Array
+from macromicro.control import correction
+from macromicro.control.stage_law import Sample, Target
+from macromicro.machines import correcting, machine
+from macromicro.machines.tree import gains
 from macromicro.settings import Settings
 
 HERE = Path(__file__).resolve().parent
@@ -100,6 +105,44 @@ LAWS = {
 }
 
 
+# The law of a calibrated axis goes on in readings; each unit is a translation unit of its own.
+CORRECTED = "axis.law, corrected"
+_SHIM = """
+#include <math.h>
+#include "axis_correction.h"
+static CorrectionFlank flank;
+static StageLawTarget target;
+void begin(void) { axis_correction_begin(&flank); }
+float reading_at(float place, float t)
+{
+    const StageLawTarget wanted = {place, 0.0f, 0.0f, INFINITY};
+    const float alone[] = {place}, still[] = {0.0f};
+    const AxisCorrectionAimedOut out = axis_correction_aimed(
+        &axis_correction_tables, &flank, &wanted, alone, still, 20.0f, t);
+    flank = out.flank;
+    target = out.target;
+    return target.position;
+}
+float push_at(float reading, float t)
+{
+    return axis_correction_effort(&axis_correction_tables, &flank, &target, reading, t);
+}
+"""
+_CALLS = """
+#include "axis_law.h"
+#define EFFORTS
+void begin(void);
+float reading_at(float place, float t), push_at(float reading, float t);
+#define START(x) begin(); const StageLawSample begun = {0.0f, (x)}; \\
+    CascadeMemory state = axis_law_start(&axis_law_gains, &begun)
+#define STEP(a, x, t) do { \\
+    const StageLawTarget wanted = {reading_at((a), (t)), 0.0f, 0.0f, INFINITY}; \\
+    const StageLawSample sample = {(t), (x)}; \\
+    const AxisLawStepOut out = axis_law_step(&axis_law_gains, &state, &wanted, &sample, 0.001f); \\
+    state = out.memory; effort = out.effort + push_at((x), (t)); } while (0)
+"""
+
+
 class Found(NamedTuple):
     """Cycles, and bytes of the law alone: what they are above a programme without it."""
 
@@ -134,8 +177,7 @@ def readings(law: Law) -> tuple[Array, Array, float]:
     return run["micro_reference"][part] * nm, run["hall_position"][part] * nm, 1e-9
 
 
-def _replay(law: Law) -> str:
-    aims, places, size = readings(law)
+def _replay(aims: Array, places: Array, size: float) -> str:
     columns = "\n".join(
         f"static const int32_t {name}[PERIODS] PROGMEM = {{{', '.join(map(str, whole))}}};"
         for name, values in (("aims", aims), ("places", places))
@@ -174,37 +216,92 @@ def measure(name: str) -> Found:
     with TemporaryDirectory() as made:
         folder = Path(made)
         api_name = f"two_stage.{name}"
-        command = ["-m", "macromicro", "export", "c", api_name, "--float", "--out", made]
-        subprocess.run(
-            [sys.executable, *command, "--overwrite"], check=True, capture_output=True, timeout=300
-        )
+        _command("export", "c", api_name, "--float", "--out", made)
         unit = f"two_stage_{name.replace('-', '_')}"
         (folder / "error.c").write_text(ERROR, encoding="utf-8")
         sources = [folder / f"{unit}.c", folder / "error.c"]
-        replay = _replay(law)
+        replay = _replay(*readings(law))
         whole = f'#include "{unit}.h"\n{replay}#define START(x) {law.start}\n'
         whole += f"#define STEP(a, x, t) do {{ {law.step} }} while (0)\n"
-        empty = f"{replay}#define START(x) (void)(x)\n"
-        empty += "#define STEP(a, x, t) effort = (a) - (x) + (t)\n"
-        for mcu in MCUS:
-            bare = _built(folder, mcu, [], empty)
-            assert bare is not None
-            base, spent = _size(bare), _ran(bare, mcu)
-            elf = _built(folder, mcu, sources, whole)
-            if elf is None:
-                continue
-            size = _size(elf)
-            mean, most, stack = _ran(elf, mcu)
-            # A processor whose stack ran into its variables counts nothing that is true.
-            if size[1] + stack <= (2048 if mcu == MCUS[0] else 16384) - 16:
-                none, _, own = spent
-                ram = size[1] - base[1]
-                return Found(mcu, mean - none, most - none, size[0] - base[0], ram, stack - own)
+        return _smallest(name, folder, sources, whole, replay)[0]
+
+
+def _smallest(
+    name: str, folder: Path, sources: list[Path], whole: str, replay: str
+) -> tuple[Found, list[str]]:
+    """Figures of the smallest of `MCUS` that has room for a programme, and what it told."""
+    empty = f"{replay}#define START(x) (void)(x)\n"
+    empty += "#define STEP(a, x, t) effort = (a) - (x) + (t)\n"
+    for mcu in MCUS:
+        bare = _built(folder, mcu, [], empty)
+        assert bare is not None
+        base, (none, _, own), _ = _size(bare), *_ran(bare, mcu)
+        elf = _built(folder, mcu, sources, whole)
+        if elf is None:
+            continue
+        size = _size(elf)
+        (mean, most, stack), told = _ran(elf, mcu)
+        # A processor whose stack ran into its variables counts nothing that is true.
+        if size[1] + stack <= (2048 if mcu == MCUS[0] else 16384) - 16:
+            ram = size[1] - base[1]
+            return Found(mcu, mean - none, most - none, size[0] - base[0], ram, stack - own), told
     raise RuntimeError(f"{name} fits none of {', '.join(MCUS)}")
 
 
-def _ran(elf: Path, mcu: str) -> tuple[int, int, int]:
-    """Mean and most cycles of a period, and bytes of stack."""
+class Replay(NamedTuple):
+    """The law of a calibrated axis over the set points and readings of its own run."""
+
+    found: Found
+    efforts: Array  # V, of each period on the AVR
+    expected: Array  # the same by Python
+
+
+def corrected() -> Replay:
+    """The law and the correction of a stage that was calibrated with a dial, in one programme."""
+    examples = HERE.parent / "examples"
+    with TemporaryDirectory() as made:
+        folder, dial = Path(made), Path(made) / "dial"
+        readings = examples / "calibration" / "dial.csv"
+        screw = examples / "machines" / "screw.toml"
+        _command("calibrate", "--config", screw, "--readings", readings, "--out", dial)
+        settings = dial / "calibrated.toml"
+        for unit in ("axis.law", "axis.correction"):
+            _command("export", "c", unit, "--float", "--config", settings, "--out", made)
+        one, tree = machine.load(settings)
+        run = api.run(settings)
+        aims, places = (1e6 * run[name][:PERIODS] for name in ("target", "reading"))  # nm
+        (folder / "shim.c").write_text(_SHIM, encoding="utf-8")
+        sources = [folder / name for name in ("axis_law.c", "axis_correction.c", "shim.c")]
+        replay = _replay(aims, places, 1e-9)
+        found, told = _smallest(CORRECTED, folder, sources, _CALLS + replay, replay)
+    expected = _expected(one, tree, np.rint(aims) * 1e-9, np.rint(places) * 1e-9)
+    return Replay(found, np.array(told, float) * 1e-6, expected)
+
+
+def _command(*words: object) -> None:
+    command = [sys.executable, "-m", "macromicro", *map(str, words), "--overwrite"]
+    subprocess.run(command, check=True, capture_output=True, timeout=300)
+
+
+def _expected(one: Any, tree: Any, aims: Array, places: Array) -> Array:
+    """The efforts by the kernels, interpreted."""
+    tables, flank, efforts = correcting.tables(tree), correction.Flank(), []
+    law, gained = one.law, gains(tree)
+    memory = law.start(gained, Sample(0.0, places[0]))
+    for k, (aim, place) in enumerate(zip(aims, places, strict=True)):
+        t = k * 1e-3
+        flank, target = correction.aimed(
+            tables, flank, Target(aim, 0.0, 0.0, math.inf), (aim,), (0.0,), 20.0, t
+        )
+        push = correction.effort(tables, flank, target, place, t)
+        still = Target(target.position, 0.0, 0.0, math.inf)
+        memory, effort = law.step(gained, memory, still, Sample(t, place), 1e-3)
+        efforts.append(effort + push)
+    return np.array(efforts)
+
+
+def _ran(elf: Path, mcu: str) -> tuple[tuple[int, int, int], list[str]]:
+    """Mean and most cycles of a period, bytes of stack; and efforts in microvolts, if told."""
     command = ["simavr", "-m", mcu, "-f", str(int(CLOCK)), str(elf)]
     done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=300)
     told = re.search(r"(\d+) (\d+) (\d+) (\d+)", done.stdout + done.stderr)
@@ -212,7 +309,8 @@ def _ran(elf: Path, mcu: str) -> tuple[int, int, int]:
         raise RuntimeError(f"simavr: {done.stdout}{done.stderr}")
     if int(told[4]):
         raise RuntimeError(f"{elf.stem}: {told[4]} periods without a finite effort")
-    return int(told[1]), int(told[2]), int(told[3])
+    efforts = re.findall(r"\x1b\[32m(-?\d+)\.\n", done.stdout + done.stderr)
+    return (int(told[1]), int(told[2]), int(told[3])), efforts
 
 
 def lines(line: Any) -> list[Any]:
@@ -221,8 +319,8 @@ def lines(line: Any) -> list[Any]:
     if lack:
         return [line("cycles on an AVR", "", None, "cycles", f"not measured, {lack}")]
     found = []
-    for name in list(LAWS)[: few(len(LAWS))]:
-        one = measure(name)
+    for name in [*LAWS, CORRECTED][: few(len(LAWS) + 1)]:
+        one = corrected().found if name == CORRECTED else measure(name)
         note = f"at most {one.most} ({1e3 * one.most / CLOCK:.2f} ms at 16 MHz), {one.flash} B "
         note += f"flash, {one.ram} B RAM and {one.stack} B stack, {one.mcu}"
         found.append(line(f"export {name}, float", "", float(one.mean), "cycles", note))
@@ -235,3 +333,4 @@ if __name__ == "__main__":
         sys.exit(lack)
     for name in LAWS:
         print(name, measure(name), flush=True)
+    print(CORRECTED, corrected().found)

@@ -49,8 +49,8 @@ def rows(found: Calibration) -> list[Row]:
         before, after = (iso.figures(m)._asdict() for m in (axis.before, axis.after))
         for name, meaning in iso.MEANINGS.items():
             symbol = iso.SYMBOLS.get(name, name)
-            values = (place.fines * before[name], place.fines * after[name])
-            made.append(Row(axis.name, symbol, meaning, *values, place.fine))
+            was, now = (_rounded(place.fines * one[name]) for one in (before, after))
+            made.append(Row(axis.name, symbol, meaning, was, now, place.fine))
         half = place.fines * axis.correction.half_width
         made.append(Row(axis.name, "±", "95 % of positions are within", None, half, place.fine))
     return made
@@ -79,6 +79,11 @@ def errors(found: Calibration) -> list[Line]:
     return made
 
 
+def _rounded(value: float) -> float:
+    """Without the remains of an arithmetic that ends at 0."""
+    return round(value, 4) + 0.0  # no -0
+
+
 def _shown(unit: str, place: Place) -> tuple[float, str]:
     if unit == "m":
         return place.fines, place.fine
@@ -91,7 +96,8 @@ def text(found: Calibration) -> str:
     for row in rows(found):
         name = f"{row.axis} {row.symbol}".strip()
         before = "" if row.before is None else f"{row.before:.3g}"
-        lines.append(f"{name:<6}{row.meaning:<40}{before:>9}{row.after:9.3g} {row.unit}")
+        name += " " * (6 - len(name) + name.count("\u0304"))  # a macron takes no room
+        lines.append(f"{name}{row.meaning:<40}{before:>9}{row.after:9.3g} {row.unit}")
     lines += [
         f"{f'{line.axis} {line.name}'.strip()}: {line.value:.4g} ± {line.half:.2g} {line.unit}"
         for line in errors(found)

@@ -21,7 +21,7 @@ from macromicro.schema.par import Par
 
 _MEASURED = "measured by `macromicro calibrate`"
 STEEPEST = 0.2  # greatest slope of a deviation: with it, the inverse converges
-_ROUNDS = 5  # of the inverse: the remaining error is below STEEPEST**5 of the deviation
+_ROUNDS = 2  # of Newton's method for the inverse, behind a first guess
 # A quintic from rest to rest over a distance d in a time T has a greatest acceleration of
 # 10 / sqrt(3) d / T^2.
 _QUINTIC = 10.0 / math.sqrt(3.0)
@@ -434,9 +434,10 @@ def aimed(
         wanted -= beside
         velocity -= beside_slope * others
         acceleration -= beside_bend * others * others
-    r = wanted
+    r = wanted - deviation(p, wanted, share, degrees)[0]
     for _ in range(_ROUNDS):
-        r = wanted - deviation(p, r, share, degrees)[0]
+        value, slope, _, _ = deviation(p, r, share, degrees)
+        r -= (r + value - wanted) / (1.0 + slope)
     _, slope, bend, gap = deviation(p, r, share, degrees)
     way, more = (s.aimed - s.begun) * gap, s.wanted - s.off
     v = (velocity - way * speed) / (1.0 + slope)
