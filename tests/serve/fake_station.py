@@ -19,7 +19,7 @@ from macromicro.serve.shared import NAMES
 from macromicro.serve.snapshot import Pace, RecordingState, Snapshot, Trouble
 
 MOTIONS = (m.Home, m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, m.MoveMacroBy,
-           m.MoveMicroBy, *m.AXES_MOVES, m.Jog,
+           m.MoveMicroBy, *m.AXES_MOVES, m.Jog, m.Follow,
            m.Programme)  # fmt: skip
 
 
@@ -33,6 +33,8 @@ class FakeStation:
         self.lock = threading.RLock()
         self.requests: list[Any] = []
         self.emergencies = 0
+        self.renewed: list[str] = []
+        self.points: list[tuple[Any, float]] = []
         self.connected: list[str] = []
         self.gone: list[str] = []
         self.beats: list[str] = []
@@ -86,6 +88,18 @@ class FakeStation:
 
     def heartbeat(self, client: str) -> None:
         self.beats.append(client)
+
+    def renew(self, client: str) -> None:
+        self.renewed.append(client)
+
+    def streams(self, client: str) -> bool:
+        return bool(self.motion) and isinstance(self.requests[-1], m.Follow)
+
+    def point(self, client: str, point: Any, stamp: float = math.nan) -> m.Refused | None:
+        if not self.streams(client):
+            return m.Refused("no set points are followed", "begin with follow")
+        self.points.append((point, stamp))
+        return None
 
     @property
     def stops(self) -> tuple[int, int]:

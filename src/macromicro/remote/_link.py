@@ -120,6 +120,10 @@ class Link:
             raise RequestRefused(found["reason"], found["remedy"], beyond=beyond)
         return found
 
+    async def tell(self, message: dict[str, Any]) -> None:
+        """Send a message that has no reply."""
+        await self._send(message)
+
     async def next_frame(self) -> bytes:
         """Wait for the oldest frame that was not taken."""
         while self.frames.empty():

@@ -14,6 +14,7 @@ from macromicro.remote._link import CONFIRM_S, Link
 from macromicro.remote._state import State, Traces, Window, read_state
 from macromicro.remote._verbs import Verbs
 from macromicro.remote.failures import MotionFailed, RequestError, RequestRefused
+from macromicro.remote.following import AsyncStream
 from macromicro.schema.text import read_text
 from macromicro.serve.hosts import HOST, WEB_PORT, url
 from macromicro.serve.requests import KINDS
@@ -251,6 +252,25 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
         self._recording = ""
         return rows
 
+    def follow(self, stage: str = "", *, hold: float = 0.1) -> AsyncStream:
+        """Stream set points for the machine to follow within its limits.
+
+        Parameters
+        ----------
+        stage : str, optional
+            What follows; by default the only stage, the macro-stage, or all axes.
+        hold : float, optional
+            Longest time without a set point, s, 0.01 to 1: the machine comes to rest after it,
+            and the motion ends as "lost".
+
+        Returns
+        -------
+        AsyncStream
+            An asynchronous context manager with `put`; at its end the machine rests at the last
+            set point.
+        """
+        return AsyncStream(self, stage, hold)
+
     # What the verbs need
 
     def forget(self, motion: AsyncMotion) -> None:
@@ -287,7 +307,7 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
         fields = _orders.order(name, given, self.place)
         if KINDS[name].replaces:
             fields["replace"] = replace
-        jog = name == "jog" and given[1] != 0.0
+        jog = name == "jog" and given[1] != 0.0 and len(given) == 2  # else its caller renews it
         words = KINDS[name].words(given, self.place) if KINDS[name].motion else name
         return await self._begin(name, fields, words, wait=wait, jog=jog)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import threading
-from collections.abc import Coroutine, Iterator, Mapping
+from collections.abc import Callable, Coroutine, Iterator, Mapping
 from typing import Any, Self, TypeVar
 
 from macromicro.place import Place
@@ -13,6 +13,7 @@ from macromicro.remote._state import State, Traces
 from macromicro.remote._verbs import Verbs
 from macromicro.remote.asynchronous import AsyncMachine, AsyncMotion
 from macromicro.remote.failures import ConnectionLost
+from macromicro.remote.following import AsyncStream, Stream
 from macromicro.serve.hosts import HOST, WEB_PORT
 
 T = TypeVar("T")
@@ -153,6 +154,24 @@ class Machine(Verbs[Motion, None]):
         """
         return self.run(self._inner.save_recording(path))
 
+    def follow(self, stage: str = "", *, hold: float = 0.1) -> Stream:
+        """Stream set points for the machine to follow within its limits.
+
+        Parameters
+        ----------
+        stage : str, optional
+            What follows; by default the only stage, the macro-stage, or all axes.
+        hold : float, optional
+            Longest time without a set point, s, 0.01 to 1: the machine comes to rest after it,
+            and the motion ends as "lost".
+
+        Returns
+        -------
+        Stream
+            A context manager with `put`; at its end the machine rests at the last set point.
+        """
+        return Stream(self, AsyncStream(self._inner, stage, hold))
+
     def close(self) -> None:
         """Stop what this client moves, wait for rest, give control back, disconnect. Does nothing
         where that was done.
@@ -201,6 +220,18 @@ class Machine(Verbs[Motion, None]):
         except BaseException:
             future.cancel()
             raise
+
+    def soon(self, what: Callable[..., Any], *given: Any) -> None:
+        """Call something in the thread of the connection, without waiting for it.
+
+        Parameters
+        ----------
+        what : Callable[..., Any]
+            What to call.
+        *given : Any
+            Its arguments.
+        """
+        self._loop.call_soon_threadsafe(what, *given)
 
     def _end(self) -> None:
         self._loop.call_soon_threadsafe(self._loop.stop)

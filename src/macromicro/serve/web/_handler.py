@@ -103,11 +103,12 @@ class OrderHandler:
             request: m.Request = m.Programme(session.upload.plan)
         else:
             request = await context.dispatcher.run(session, context.orders.request, order)
+        if isinstance(request, m.Jog) and "hold" not in order:
+            request = request._replace(hold=context.bounds.jog)
         reply = await context.dispatcher.run(session, session.request, request, entry)
         if isinstance(reply, Accepted):
             if isinstance(request, m.Jog):
-                until = time.monotonic() + context.bounds.jog
-                session.jog = (request.stage, until) if request.speed != 0.0 else None
+                session.jog = request.stage if request.speed != 0.0 else ""
             if isinstance(request, m.SetGains):
                 await self._in_force(request)
         return reply

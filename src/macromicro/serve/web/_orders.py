@@ -16,7 +16,7 @@ from macromicro.schema.par import entries, finite
 from macromicro.serve import telling
 from macromicro.serve._instrument import Instrument
 from macromicro.serve._programmes import Planned
-from macromicro.serve.requests import KINDS, STOPS, Field, RequestType
+from macromicro.serve.requests import KINDS, POINTS, STOPS, Field, RequestType
 from macromicro.units import size
 
 
@@ -90,6 +90,7 @@ def _keys(kind: RequestType) -> tuple[str, ...]:
 # Of every order that may be refused: a stop, an emergency stop and signs of life never are.
 KEYS: dict[str, tuple[str, ...]] = {
     **{name: _keys(kind) for name, kind in KINDS.items() if kind.access != STOPS},
+    **{name: (*_keys(kind), "time") for name, kind in POINTS.items()},
     "gains": ("changes",),
     "limits": ("values",),
     "programme": ("name", "uploaded"),
@@ -139,6 +140,12 @@ class Orders:
         if what in self._own:
             return self._own[what](order)
         return _read(KINDS[what], order, self._instrument.place)
+
+    def point(self, order: dict[str, Any]) -> tuple[m.SetPoint | m.SetPoints, float]:
+        """A streamed set point, and its time on the client's clock [s] or NaN."""
+        kind, place = POINTS[order["do"]], self._instrument.place
+        values = [_value_of(field, order, place) for field in kind.fields]
+        return kind.message(*values), number(order, "time") if "time" in order else math.nan
 
     def _shipped(self, order: dict[str, Any]) -> m.Request:
         name, known = text(order, "name"), self._instrument.programmes()
@@ -196,6 +203,8 @@ def _read(kind: RequestType, order: dict[str, Any], place: Place) -> m.Request:
 
 
 def _value_of(field: Field, order: dict[str, Any], place: Place) -> float | bool | str:
+    if field.default is not None and field.key not in order:
+        return field.default
     if field.choices:
         return text(order, field.key)
     if field.unit == "m":
