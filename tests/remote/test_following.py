@@ -55,7 +55,7 @@ def test_points_go_out_with_their_units_and_times(
         with pytest.raises(InputError):
             stream.put(math.nan)
         fake.end("lost")
-        until(lambda: stream._inner._tasks[0].done())
+        until(stream._inner._tasks[0].done)
         stream.put(2e-3)
     assert [p for p, _ in fake.points] == [m.SetPoint(pytest.approx(1.5e-3), pytest.approx(2e-5)),
                                            m.SetPoint(1e-3, 0.0)]  # fmt: skip
