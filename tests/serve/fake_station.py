@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from macromicro.control.live import _bounds, parameters, state
 from macromicro.control.live import messages as m
 from macromicro.errors import MacromicroError
 from macromicro.serve import requests
+from macromicro.serve._captures import Captures
 from macromicro.serve._trail import Trail
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import NAMES
@@ -46,6 +48,8 @@ class FakeStation:
         self.ended: dict[int, m.Finished] = {}
         self.told: list[m.Event] = []
         self.fault: Trouble | None = None
+        self.loop = SimpleNamespace(shared=None, channels=(), running=True, ledger=self)
+        self.captures = Captures(self.loop, self.settings)  # type: ignore[arg-type]
         self.recording = RecordingState(False, "", 0, 0, "")
         self.trusted = True
         self.target = math.nan
@@ -96,6 +100,8 @@ class FakeStation:
         return bool(self.motion) and isinstance(self.requests[-1], m.Follow)
 
     def point(self, client: str, point: Any, stamp: float = math.nan) -> m.Refused | None:
+        if self.holder != client:
+            return m.Refused("this client does not hold control", "acquire control first")
         if not self.streams(client):
             return m.Refused("no set points are followed", "begin with follow")
         self.points.append((point, stamp))

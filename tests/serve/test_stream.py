@@ -21,10 +21,11 @@ class Shown:
     def __init__(self) -> None:
         self.points: list[tuple[Any, int]] = []
 
-    def point(self, point: Any, at: int, motion: int) -> bool:
-        if motion == 3:
-            self.points.append((point, at))
+    def under_way(self, motion: int) -> bool:
         return motion == 3
+
+    def point(self, point: Any, at: int) -> None:
+        self.points.append((point, at))
 
 
 @pytest.fixture
@@ -97,3 +98,13 @@ def test_the_loop_hands_on_the_newest_point_once() -> None:
         ((2.0, 0.5),), ((2.0, 0.5),), "renewed",
     ]  # fmt: skip
     assert all(each == "renewed" or each[1] > 0.0 for each in heard)
+
+
+def test_a_clock_that_makes_no_sense_does_no_harm(now: list[float]) -> None:
+    shown, stream = Shown(), Stream(3)
+    for stamp in (math.inf, -math.inf, 1e300):
+        refused = stream.take(shown, m.SetPoint(0.1), stamp)
+        assert refused is not None and refused.beyond
+    assert stream.take(shown, m.SetPoint(0.1), -1e12) is None
+    assert stream.take(shown, m.SetPoint(0.1), 1e12) is None
+    assert [at for _, at in shown.points] == [100 * 10**9] * 2

@@ -101,6 +101,10 @@ class Verbs(ABC, Generic[Begun, Told]):
         values = (stage, speed) if hold is None else (stage, speed, hold)
         return self._motion("jog", values, wait=False)
 
+    def end_follow(self) -> Told:
+        """Rest on the last set point; the motion that `follow` began ends as "done"."""
+        return self._order("end follow")
+
     def set_speed(self, stage: str, speed: Quantity) -> Told:
         """Set the maximum speed of moves of a stage, from the next one on."""
         return self._order("set speed", (stage, speed))

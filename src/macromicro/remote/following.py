@@ -14,7 +14,7 @@ from macromicro.remote.failures import RequestError, RequestRefused
 
 if TYPE_CHECKING:
     from macromicro.remote.asynchronous import AsyncMachine, AsyncMotion
-    from macromicro.remote.machine import Machine
+    from macromicro.remote.machine import Machine, Motion
 
 Values = float | str | tuple[float | str, ...]
 
@@ -152,6 +152,13 @@ class Stream:
 
     def __init__(self, machine: Machine, inner: AsyncStream) -> None:
         self._machine, self._inner = machine, inner
+
+    @property
+    def motion(self) -> Motion:
+        """The motion that follows; its `wait` tells how it has ended."""
+        from macromicro.remote.machine import Motion
+
+        return Motion(self._machine, self._inner.motion)
 
     def __enter__(self) -> Self:
         self._machine.run(self._inner.__aenter__())

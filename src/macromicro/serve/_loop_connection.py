@@ -181,12 +181,10 @@ class LoopConnection:
         if self.shared is not None:
             self.shared.cells[RENEWED] += 1
 
-    def point(self, point: Point, at: int, motion: int) -> bool:
-        """Show the loop a streamed set point, if this motion is under way."""
-        if self.shared is None or not self.under_way(motion):
-            return False
-        self.shared.set_point(point, at)
-        return True
+    def point(self, point: Point, at: int) -> None:
+        """Show the loop a streamed set point."""
+        if self.shared is not None:
+            self.shared.set_point(point, at)
 
     def under_way(self, motion: int) -> bool:
         """Whether this motion is under way."""

@@ -12,11 +12,14 @@ from macromicro.control.live.messages import Refused
 from macromicro.serve._machine import Point
 from macromicro.serve.requests import place
 
+LATEST, OLDEST = 1e12, 10.0  # s: of a client's clock; age of a set point that was delayed
 DRIFT = 2e-4  # by which two clocks may differ in rate
 
 
 class Shows(Protocol):
-    def point(self, point: Point, at: int, motion: int) -> bool: ...
+    def under_way(self, motion: int) -> bool: ...
+
+    def point(self, point: Point, at: int) -> None: ...
 
 
 class Stream:
@@ -37,11 +40,17 @@ class Stream:
         if len(found) != self._stages:
             reason = f"a set point of {len(found)} stages, where {self._stages} follow"
             return Refused(reason, "give the positions of those that follow")
+        if not loop.under_way(self.motion):
+            return NOT_FOLLOWING
         now = at = time.monotonic()
+        if abs(stamp) > LATEST:
+            return Refused("the time of a set point is no time", f"up to {LATEST:g} s", True)
         if math.isfinite(stamp):
             if stamp <= self._stamp:
                 return None
             self._ahead += DRIFT * (now - self._last)
             self._ahead = min(self._ahead, now - stamp)
-            self._stamp, self._last, at = stamp, now, stamp + self._ahead
-        return None if loop.point(found, round(at * 1e9), self.motion) else NOT_FOLLOWING
+            self._stamp, self._last = stamp, now
+            at = min(max(stamp + self._ahead, now - OLDEST), now)
+        loop.point(found, round(at * 1e9))
+        return None

@@ -111,6 +111,7 @@ class Station(Observed):
         """Remove the client; a holder of control counts as lost."""
         if client in self._holders.clients:
             self.trail.client("client", client, "disconnected")
+        self.captures.end(client)
         with self._connection.turn:
             if self._holders.disconnect(client):
                 self._lost(client, "disconnected")
@@ -230,12 +231,13 @@ class Station(Observed):
     # What goes on by itself
 
     def _mind(self) -> None:
-        """Look after lost clients and the position file."""
+        """Look after lost clients, captures and the position file."""
         while not self._ended.wait(0.05):
             with self._connection.turn:
                 lost = self._holders.lost()
                 if lost:
                     self._lost(lost, f"silent for {self._serve.client_timeout:g} s")
+            self.captures.look()
             self._guarded(self._connection.keep)
         self._guarded(self._connection.keep)
 

@@ -166,7 +166,7 @@ class PageConnection:
         elif what == "keep":
             if session.jog:
                 session.station.renew(session.name)
-        elif what in POINTS:
+        elif isinstance(what, str) and what in POINTS:
             self._point(order, session)
         elif (refused := surplus(order)) is not None:
             self._later(self._reply(order, refused))
