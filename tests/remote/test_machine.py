@@ -56,8 +56,8 @@ def test_every_request_of_the_table_is_a_verb() -> None:
         ("move_point_by", ("1 mm", -0.002), m.MovePointBy(0.001, -0.002)),
         ("move_axis_by", ("y", "-4 mm"), m.MoveAxisBy("y", -0.004)),
         ("home", (), m.Home()),
-        ("jog", ("macro", "5 mm/s"), m.Jog("macro", 0.005)),
-        ("jog", ("micro", -0.001), m.Jog("micro", -0.001)),
+        ("jog", ("macro", "5 mm/s"), m.Jog("macro", 0.005, 0.4)),  # as long as the client lives
+        ("jog", ("micro", -0.001), m.Jog("micro", -0.001, 0.4)),
     ],
 )
 def test_what_moves_goes_out_in_base_units(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,13 +14,14 @@ from macromicro.control.live import _bounds, parameters, state
 from macromicro.control.live import messages as m
 from macromicro.errors import MacromicroError
 from macromicro.serve import requests
+from macromicro.serve._captures import Captures
 from macromicro.serve._trail import Trail
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import NAMES
 from macromicro.serve.snapshot import Pace, RecordingState, Snapshot, Trouble
 
 MOTIONS = (m.Home, m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, m.MoveMacroBy,
-           m.MoveMicroBy, *m.AXES_MOVES, m.Jog,
+           m.MoveMicroBy, *m.AXES_MOVES, m.Jog, m.Follow,
            m.Programme)  # fmt: skip
 
 
@@ -33,6 +35,8 @@ class FakeStation:
         self.lock = threading.RLock()
         self.requests: list[Any] = []
         self.emergencies = 0
+        self.renewed: list[str] = []
+        self.points: list[tuple[Any, float]] = []
         self.connected: list[str] = []
         self.gone: list[str] = []
         self.beats: list[str] = []
@@ -44,6 +48,8 @@ class FakeStation:
         self.ended: dict[int, m.Finished] = {}
         self.told: list[m.Event] = []
         self.fault: Trouble | None = None
+        self.loop = SimpleNamespace(shared=None, channels=(), running=True, ledger=self)
+        self.captures = Captures(self.loop, self.settings)  # type: ignore[arg-type]
         self.recording = RecordingState(False, "", 0, 0, "")
         self.trusted = True
         self.target = math.nan
@@ -86,6 +92,20 @@ class FakeStation:
 
     def heartbeat(self, client: str) -> None:
         self.beats.append(client)
+
+    def renew(self, client: str) -> None:
+        self.renewed.append(client)
+
+    def streams(self, client: str) -> bool:
+        return bool(self.motion) and isinstance(self.requests[-1], m.Follow)
+
+    def point(self, client: str, point: Any, stamp: float = math.nan) -> m.Refused | None:
+        if self.holder != client:
+            return m.Refused("this client does not hold control", "acquire control first")
+        if not self.streams(client):
+            return m.Refused("no set points are followed", "begin with follow")
+        self.points.append((point, stamp))
+        return None
 
     @property
     def stops(self) -> tuple[int, int]:

@@ -120,6 +120,10 @@ class Link:
             raise RequestRefused(found["reason"], found["remedy"], beyond=beyond)
         return found
 
+    async def tell(self, message: dict[str, Any]) -> None:
+        """Send a message that has no reply."""
+        await self._send(message)
+
     async def next_frame(self) -> bytes:
         """Wait for the oldest frame that was not taken."""
         while self.frames.empty():
@@ -128,16 +132,13 @@ class Link:
             await asyncio.sleep(FRAME_S)
         return self.frames.get_nowait()
 
-    async def piece(self, name: str, offset: int) -> tuple[bytes, int]:
-        """Fetch a piece of a recording."""
-        number = self._number + 1
-        try:
-            await self.order("download", name=name, offset=offset)
-            return self._pieces[number][_PIECE.size :], int(
-                _PIECE.unpack_from(self._pieces[number])[4]
-            )
-        finally:
-            self._pieces.pop(number, None)
+    async def pieced(self, do: str, **fields: Any) -> tuple[dict[str, Any], bytes, int]:
+        """Send an order whose reply may bring data: the reply, they, and the size of the whole."""
+        found = await self.order(do, **fields)
+        piece = self._pieces.pop(found["reply"], b"")
+        if not piece:
+            return found, b"", 0
+        return found, piece[_PIECE.size :], int(_PIECE.unpack_from(piece)[4])
 
     async def close(self) -> None:
         for task in self._tasks:

@@ -7,7 +7,7 @@ from typing import Any
 from macromicro.errors import InputError
 from macromicro.place import LENGTH, PLACES, Place
 from macromicro.schema.par import finite
-from macromicro.serve.requests import KINDS, Field
+from macromicro.serve.requests import KINDS, POINTS, Field
 from macromicro.units import quantity, remedy
 
 
@@ -20,7 +20,7 @@ def checked(name: str, values: tuple[Any, ...], place: Place) -> tuple[Any, ...]
     """The values of a request in base units."""
     return tuple(
         _value(f"{name}, {field.name}", field, value, place)
-        for field, value in zip(KINDS[name].fields, values, strict=False)
+        for field, value in zip((KINDS | POINTS)[name].fields, values, strict=False)
     )
 
 
@@ -42,6 +42,6 @@ def _value(where: str, field: Field, value: Any, place: Place) -> Any:
 
 
 def order(name: str, values: tuple[Any, ...], place: Place) -> dict[str, Any]:
-    fields = KINDS[name].fields if values else ()
+    fields = (KINDS | POINTS)[name].fields if values else ()
     found = {field.key: value for field, value in zip(fields, values, strict=False)}
     return found | ({"unit": place.base} if any(f.unit == "m" for f in fields) else {})

@@ -92,9 +92,18 @@ class Verbs(ABC, Generic[Begun, Told]):
         """Find the home position; the position is trusted afterwards."""
         return self._motion("home", wait=wait)
 
-    def jog(self, stage: str, speed: Quantity) -> Begun:
-        """Move one stage at a speed until the next jog or a soft limit; 0 stops it."""
-        return self._motion("jog", (stage, speed), wait=False)
+    def jog(self, stage: str, speed: Quantity, *, hold: Quantity | None = None) -> Begun:
+        """Move one stage at a speed until the next jog or a soft limit; 0 stops it.
+
+        This client keeps it going as long as it lives. With `hold`, s, the caller does: the jog
+        ends as "lost" unless it is called again within that time.
+        """
+        values = (stage, speed) if hold is None else (stage, speed, hold)
+        return self._motion("jog", values, wait=False)
+
+    def end_follow(self) -> Told:
+        """Rest on the last set point; the motion that `follow` began ends as "done"."""
+        return self._order("end follow")
 
     def set_speed(self, stage: str, speed: Quantity) -> Told:
         """Set the maximum speed of moves of a stage, from the next one on."""

@@ -3,18 +3,21 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import os
-from collections.abc import AsyncIterator, Coroutine, Mapping
+from collections.abc import AsyncIterator, Coroutine, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
 from macromicro.errors import InputError
 from macromicro.place import LENGTH
-from macromicro.remote import _orders
+from macromicro.remote import _orders, capturing
 from macromicro.remote._link import CONFIRM_S, Link
 from macromicro.remote._state import State, Traces, Window, read_state
 from macromicro.remote._verbs import Verbs
+from macromicro.remote.capturing import AsyncCapture
 from macromicro.remote.failures import MotionFailed, RequestError, RequestRefused
+from macromicro.remote.following import AsyncStream
 from macromicro.schema.text import read_text
+from macromicro.serve.capturing import NOW, Trigger
 from macromicro.serve.hosts import HOST, WEB_PORT, url
 from macromicro.serve.requests import KINDS
 from macromicro.serve.web.bins import HEADER
@@ -246,10 +249,69 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
         with Path(path).open("wb") as file:
             size = 1
             while file.tell() < size:
-                data, size = await self.link.piece(self._recording, file.tell())
+                _, data, size = await self.link.pieced(
+                    "download", name=self._recording, offset=file.tell()
+                )
                 file.write(data)
         self._recording = ""
         return rows
+
+    def follow(self, stage: str = "", *, hold: float = 0.1) -> AsyncStream:
+        """Stream set points for the machine to follow within its limits.
+
+        Parameters
+        ----------
+        stage : str, optional
+            What follows; by default the only stage, the macro-stage, or all axes.
+        hold : float, optional
+            Longest time without a set point, s, 0.01 to 1: the machine comes to rest after it,
+            and the motion ends as "lost".
+
+        Returns
+        -------
+        AsyncStream
+            An asynchronous context manager with `put`; at its end the machine rests at the last
+            set point.
+        """
+        return AsyncStream(self, stage, hold)
+
+    async def capture(
+        self,
+        signals: str | Sequence[str],
+        trigger: str | Trigger = NOW,
+        *,
+        before: float = 0.0,
+        after: float = 1.0,
+        repeat: bool = False,
+    ) -> AsyncCapture:
+        """Capture signals around an event, at the loop's rate.
+
+        Parameters
+        ----------
+        signals : str | Sequence[str]
+            Names of telemetry columns, at most 8; `about["signals"]` lists them with their units.
+        trigger : str | Trigger, optional
+            "now"; "begin" or "end" of a motion; "fault"; "limit", a limit switch or the end of a
+            motion at a limit; or a `Trigger` of an edge or a level of a signal.
+        before, after : float, optional
+            Times before and after the trigger, s; together less than the last minute.
+        repeat : bool, optional
+            Whether it begins again once it is complete.
+
+        Returns
+        -------
+        AsyncCapture
+            The capture, which waits for its trigger from now on; it takes the place of the last
+            one of this client.
+
+        Raises
+        ------
+        RequestRefused
+            There is no such signal or trigger.
+        """
+        fields = capturing.order(signals, trigger, before, after, repeat)
+        await self.link.order("capture", **fields)
+        return AsyncCapture(self)
 
     # What the verbs need
 
@@ -287,7 +349,7 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
         fields = _orders.order(name, given, self.place)
         if KINDS[name].replaces:
             fields["replace"] = replace
-        jog = name == "jog" and given[1] != 0.0
+        jog = name == "jog" and given[1] != 0.0 and len(given) == 2  # else its caller renews it
         words = KINDS[name].words(given, self.place) if KINDS[name].motion else name
         return await self._begin(name, fields, words, wait=wait, jog=jog)
 

@@ -5,14 +5,17 @@ from __future__ import annotations
 import asyncio
 import os
 import threading
-from collections.abc import Coroutine, Iterator, Mapping
+from collections.abc import Callable, Coroutine, Iterator, Mapping, Sequence
 from typing import Any, Self, TypeVar
 
 from macromicro.place import Place
 from macromicro.remote._state import State, Traces
 from macromicro.remote._verbs import Verbs
 from macromicro.remote.asynchronous import AsyncMachine, AsyncMotion
+from macromicro.remote.capturing import Capture
 from macromicro.remote.failures import ConnectionLost
+from macromicro.remote.following import AsyncStream, Stream
+from macromicro.serve.capturing import NOW, Trigger
 from macromicro.serve.hosts import HOST, WEB_PORT
 
 T = TypeVar("T")
@@ -153,6 +156,61 @@ class Machine(Verbs[Motion, None]):
         """
         return self.run(self._inner.save_recording(path))
 
+    def follow(self, stage: str = "", *, hold: float = 0.1) -> Stream:
+        """Stream set points for the machine to follow within its limits.
+
+        Parameters
+        ----------
+        stage : str, optional
+            What follows; by default the only stage, the macro-stage, or all axes.
+        hold : float, optional
+            Longest time without a set point, s, 0.01 to 1: the machine comes to rest after it,
+            and the motion ends as "lost".
+
+        Returns
+        -------
+        Stream
+            A context manager with `put`; at its end the machine rests at the last set point.
+        """
+        return Stream(self, AsyncStream(self._inner, stage, hold))
+
+    def capture(
+        self,
+        signals: str | Sequence[str],
+        trigger: str | Trigger = NOW,
+        *,
+        before: float = 0.0,
+        after: float = 1.0,
+        repeat: bool = False,
+    ) -> Capture:
+        """Capture signals around an event, at the loop's rate.
+
+        Parameters
+        ----------
+        signals : str | Sequence[str]
+            Names of telemetry columns, at most 8; `about["signals"]` lists them with their units.
+        trigger : str | Trigger, optional
+            "now"; "begin" or "end" of a motion; "fault"; "limit", a limit switch or the end of a
+            motion at a limit; or a `Trigger` of an edge or a level of a signal.
+        before, after : float, optional
+            Times before and after the trigger, s; together less than the last minute.
+        repeat : bool, optional
+            Whether it begins again once it is complete.
+
+        Returns
+        -------
+        Capture
+            The capture, which waits for its trigger from now on; it takes the place of the last
+            one of this client.
+
+        Raises
+        ------
+        RequestRefused
+            There is no such signal or trigger.
+        """
+        begun = self._inner.capture(signals, trigger, before=before, after=after, repeat=repeat)
+        return Capture(self, self.run(begun))
+
     def close(self) -> None:
         """Stop what this client moves, wait for rest, give control back, disconnect. Does nothing
         where that was done.
@@ -201,6 +259,18 @@ class Machine(Verbs[Motion, None]):
         except BaseException:
             future.cancel()
             raise
+
+    def soon(self, what: Callable[..., Any], *given: Any) -> None:
+        """Call something in the thread of the connection, without waiting for it.
+
+        Parameters
+        ----------
+        what : Callable[..., Any]
+            What to call.
+        *given : Any
+            Its arguments.
+        """
+        self._loop.call_soon_threadsafe(what, *given)
 
     def _end(self) -> None:
         self._loop.call_soon_threadsafe(self._loop.stop)

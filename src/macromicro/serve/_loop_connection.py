@@ -20,13 +20,14 @@ from macromicro.errors import MacromicroError
 from macromicro.serve import _safing, _sending, _watching, faults, link, persist
 from macromicro.serve._launching import Child, launch
 from macromicro.serve._ledger import Ledger
+from macromicro.serve._machine import Point
 from macromicro.serve._position_store import Place, PositionStore
 from macromicro.serve._pulse import silence
 from macromicro.serve._sending import Allowed, Sender, Stops
 from macromicro.serve._trail import LOG, Trail
 from macromicro.serve.choosing import AnySettings
 from macromicro.serve.loop_spec import Spec
-from macromicro.serve.shared import HEARTBEAT, LEAVE, WRITTEN, Shared
+from macromicro.serve.shared import HEARTBEAT, LEAVE, RENEWED, WRITTEN, Shared
 from macromicro.serve.snapshot import Trouble
 
 END_S = 3.0
@@ -174,6 +175,21 @@ class LoopConnection:
         """See `Station.emergency`."""
         sender = self._sender
         return sender.emergency(client) if sender and self.running else math.nan
+
+    def renew(self) -> None:
+        """Keep a jog under way."""
+        if self.shared is not None:
+            self.shared.cells[RENEWED] += 1
+
+    def point(self, point: Point, at: int) -> None:
+        """Show the loop a streamed set point."""
+        if self.shared is not None:
+            self.shared.set_point(point, at)
+
+    def under_way(self, motion: int) -> bool:
+        """Whether this motion is under way."""
+        shared = self.shared
+        return bool(motion and self.running and shared and shared.motion() == motion)
 
     # What comes by itself
 

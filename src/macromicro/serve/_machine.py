@@ -33,6 +33,9 @@ class View(NamedTuple):
     target: float = math.nan  # NaN while it has none
 
 
+Point = tuple[tuple[float, float], ...]  # position, m, and velocity, m/s, of each stage
+
+
 class Second(NamedTuple):
     """What the telemetry shows of the second axis."""
 
@@ -67,6 +70,12 @@ class Machine(Protocol):
     def step(self, sample: Sample, dt: float) -> tuple[Command, Outputs, tuple[Notice, ...]]: ...
 
     def accept(self, request: Any) -> tuple[Reply, tuple[Notice, ...]]: ...
+
+    def heard(self, point: Point, age: float) -> tuple[Notice, ...]:
+        """Take a streamed set point that is `age` seconds old."""
+
+    def renew(self) -> None:
+        """Note that the client of a jog is alive."""
 
     def refusal(self, request: Any) -> Refused | None:
         """Why this request would be refused now."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from macromicro.control.live.messages import MODES, Event, Finished
 from macromicro.serve import _watching
+from macromicro.serve._captures import Captures
 from macromicro.serve._holders import Holders
 from macromicro.serve._loop_connection import LoopConnection
 from macromicro.serve._recording import Recordings
@@ -32,6 +33,7 @@ class Observed:
         attributes["modes"] = ", ".join(MODES)
         self._names = tuple(c.name for c in shown(settings.live.place, settings.law_columns)[0])
         self._recordings = Recordings(self._connection, settings, attributes)
+        self.captures = Captures(self._connection, settings)
 
     @property
     def holder(self) -> str:

@@ -5,13 +5,13 @@ from typing import Any
 
 from macromicro.control import macro, outside
 from macromicro.control.calibration import Calibration
-from macromicro.control.live import accept, machine, state
+from macromicro.control.live import accept, following, machine, state
 from macromicro.control.live.accept import Answer
 from macromicro.control.live.messages import STAGES, Notice, Refused, Reply, SetGains
 from macromicro.control.live.parameters import LiveParameters, prepare
 from macromicro.control.live.surveying import Surveying
 from macromicro.nominal import PERIOD
-from macromicro.serve._machine import View
+from macromicro.serve._machine import Point, View
 from macromicro.serve.persist import Restored
 from macromicro.serve.settings import LiveSettings
 from macromicro.types import Command, Outputs, Sample
@@ -56,6 +56,14 @@ class Live:
             self._p, self._s, words, evidence, position_lost=position_lost
         )
         return notices
+
+    def heard(self, point: Point, age: float) -> tuple[Notice, ...]:
+        position, velocity = point[0]
+        self._s, notices = following.heard(self._p, self._s, position, velocity, age)
+        return notices
+
+    def renew(self) -> None:
+        self._s = following.renewed(self._s)
 
     def refusal(self, request: Any) -> Refused | None:
         _, reply, _ = self._answered(request)

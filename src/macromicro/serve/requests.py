@@ -26,6 +26,7 @@ class Field(NamedTuple):
     key: str = "value"  # name in JSON
     ends: str = ""  # soft limits that may be given by name: "whole", "macro", "micro"
     choices: tuple[str, ...] = ()
+    default: float | None = None  # what is meant where it is left out; None: it is needed
 
 
 class RequestType(NamedTuple):
@@ -44,7 +45,7 @@ class RequestType(NamedTuple):
     def words(self, values: tuple[Any, ...], place: Place = LENGTH) -> str:
         """A motion with its target: "move to 12 mm"."""
         shown = [
-            _shown(f.unit, v, place) for f, v in zip(self.fields, values, strict=True) if f.unit
+            _shown(f.unit, v, place) for f, v in zip(self.fields, values, strict=False) if f.unit
         ]
         return " ".join((self.motion, *shown))
 
@@ -197,13 +198,36 @@ REQUESTS: tuple[RequestType, ...] = (
         "jog",
         m.Jog,
         "JOG:{stage}",
-        "Move the {stage} at a speed until the next JOG; 0 ends it. *OPC? waits only for its "
+        "Move the {stage} at a speed until the next JOG; 0 ends it. With a hold time it ends as "
+        "lost unless another JOG renews it within that time. *OPC? waits only for its "
         "deceleration.",
         (
             Field("stage", key="stage", choices=(*m.STAGES, *m.AXES)),
             Field("speed", "m/s", -1.0, 1.0, key="speed"),
+            Field("hold", "s", 0.0, m.JOG_HOLD, key="hold", default=0.0),
         ),
         effect=MOVES,  # unless its speed is 0
+    ),
+    RequestType(
+        "follow",
+        m.Follow,
+        "FOLLow:{stage}",
+        "Follow set points of FOLLow:POINt with the {stage} until FOLLow:END, a stop or another "
+        "motion; without a set point for the hold time it comes to rest, and the motion ends as "
+        "lost.",
+        (
+            Field("stage", key="stage", choices=(*m.STAGES, *m.AXES, m.ALL)),
+            Field("hold", "s", m.SHORTEST_HOLD, m.LONGEST_HOLD, key="hold"),
+        ),
+        effect=MOVES,
+        motion="follow",
+    ),
+    RequestType(
+        "end follow",
+        m.EndFollow,
+        "FOLLow:END",
+        "Come to rest on the last set point; the motion ends as done.",
+        effect=ENDS,
     ),
     RequestType(
         "home",
@@ -253,6 +277,33 @@ REQUESTS: tuple[RequestType, ...] = (
         "Reset the soft limits to those at the machine's start.",
     ),
 )
+# Set points: they cost no reply, no queue and no file. The machine follows the newest one.
+STREAMED: tuple[RequestType, ...] = (
+    RequestType(
+        "point",
+        m.SetPoint,
+        "FOLLow:POINt",
+        "Set point of a FOLLow, which goes on with the velocity (0 unless given) until the next "
+        "one; beyond the soft limits it is clipped.",
+        (
+            Field("position", "m", -10.0, 10.0),
+            Field("velocity", "m/s", -1e3, 1e3, key="velocity", default=0.0),
+        ),
+    ),
+    RequestType(
+        "points",
+        m.SetPoints,
+        "FOLLow:POINt:ALL",
+        "Set point of a FOLLow:ALL: both axes, and their velocities.",
+        (
+            Field("x", "m", -10.0, 10.0, key="x"),
+            Field("y", "m", -10.0, 10.0, key="y"),
+            Field("x velocity", "m/s", -1e3, 1e3, key="x_velocity", default=0.0),
+            Field("y velocity", "m/s", -1e3, 1e3, key="y_velocity", default=0.0),
+        ),
+    ),
+)
+POINTS = {each.name: each for each in STREAMED}
 KINDS = {each.name: each for each in REQUESTS}
 _EFFECTS = {each.message: each.effect for each in REQUESTS} | {m.LinkLost: ENDS}
 
@@ -271,6 +322,12 @@ def moves(request: Any) -> bool:
 def begins(request: Any) -> bool:
     """Whether something moves, or could from then on."""
     return moves(request) or _EFFECTS.get(type(request)) == WAKES
+
+
+def place(point: m.SetPoint | m.SetPoints) -> tuple[tuple[float, float], ...]:
+    """Position and velocity of each stage at a set point."""
+    half = len(point) // 2
+    return tuple(zip(point[:half], point[half:], strict=True))
 
 
 _AGAIN = "ask again if still needed"

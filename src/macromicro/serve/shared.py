@@ -121,7 +121,11 @@ INDEX = {name: k for k, name in enumerate(NAMES)}
     COMMANDS,  # serving process: messages sent so far
     HEARTBEAT,  # serving process: counts up while it lives
     LEAVE,  # serving process: 1 orders the loop to go safe and end
-) = range(9)
+    RENEWED,  # serving process: counts up while the client of a jog is alive
+    POINT,  # serving process: counts streamed set points twice, odd while one is written
+) = range(11)
+# Serving process: time of the newest set point, stages, then position and velocity of each.
+_POINT, POINT_STAGES = 16, 8
 BINS, BIN_S = 5000, 1e-6  # of the histograms; the last bin takes all that is longer
 _CELLS = 64
 _ROW, _SHORT = packed(len(COLUMNS)), packed(_SHARED)
@@ -184,6 +188,7 @@ class Shared:
             os.ftruncate(fd, size)
         memory = np.frombuffer(mmap.mmap(fd, size), np.int64)
         self.cells = memory[:_CELLS]
+        self._point = memory.view(np.float64)[_POINT + 2 : _POINT + 2 + 2 * POINT_STAGES]
         self._turns = memory.data[:_CELLS]  # the same, quicker to count up
         floats = memory.view(np.float64)
         self._status = floats[_CELLS : _CELLS + status]
@@ -244,6 +249,27 @@ class Shared:
         """The newest row with its number, and the status of that instant; None before the first."""
         written, row, status = self._steady()
         return None if row is None else (written, row, status)
+
+    def set_point(self, point: Sequence[tuple[float, float]], at: int) -> None:
+        """Replace the streamed set point (serving process only); `at` is its time."""
+        cells = self.cells
+        cells[POINT] += 1
+        cells[_POINT], cells[_POINT + 1] = at, len(point)
+        self._point[: 2 * len(point)] = np.ravel(point)
+        cells[POINT] += 1
+
+    def point(self, turn: int) -> tuple[tuple[tuple[float, float], ...], int] | None:
+        """The streamed set point of this `turn` and its time, or None while another is written."""
+        at, stages = self.cells[_POINT : _POINT + 2].tolist()
+        values = self._point[: 2 * stages].tolist()
+        if turn % 2 or turn != self.cells[POINT]:
+            return None
+        return tuple(zip(values[::2], values[1::2], strict=True)), at
+
+    def motion(self) -> int:
+        """Number of the motion under way, 0 for none."""
+        written = int(self.cells[WRITTEN])
+        return int(self.ring[INDEX["motion"], (written - 1) % self.rows]) if written else 0
 
     def status(self) -> Status:
         return self._steady()[2]

@@ -16,6 +16,7 @@ from macromicro.serve import unconfirmed
 from macromicro.serve._observed import Observed
 from macromicro.serve._returning import Returning
 from macromicro.serve._sending import SILENT, Stops
+from macromicro.serve._stream import Stream
 from macromicro.serve._trail import Trail
 from macromicro.serve.choosing import AnySettings
 from macromicro.serve.loop_spec import LIVE
@@ -47,6 +48,7 @@ class Station(Observed):
         self._minder: threading.Thread | None = None
         self._returning = Returning(self._connection)
         self._ended = threading.Event()
+        self._following, self._stream = threading.Lock(), Stream()
 
     @property
     def trail(self) -> Trail:
@@ -109,6 +111,7 @@ class Station(Observed):
         """Remove the client; a holder of control counts as lost."""
         if client in self._holders.clients:
             self.trail.client("client", client, "disconnected")
+        self.captures.end(client)
         with self._connection.turn:
             if self._holders.disconnect(client):
                 self._lost(client, "disconnected")
@@ -166,12 +169,38 @@ class Station(Observed):
             refusal = self._holders.refusal(client)
             if refusal is not None:
                 return refusal
-            return self._connection.ask(
+            reply = self._connection.ask(
                 request._replace(client=client), lambda: self._holders.refusal(client), since
             )
+            if isinstance(request, m.Follow) and isinstance(reply, Accepted):
+                with self._following:
+                    self._stream = Stream(reply.id, 2 if request.stage == m.ALL else 1)
+            return reply
         self._holders.heartbeat(client)
         reply = self._connection.ask(request._replace(client=client))
         return unconfirmed.SILENT if reply is SILENT else reply
+
+    def renew(self, client: str) -> None:
+        """Keep the jog of this client under way."""
+        if self._holders.refusal(client) is None:
+            self._connection.renew()
+
+    def point(
+        self, client: str, point: m.SetPoint | m.SetPoints, stamp: float = math.nan
+    ) -> Refused | None:
+        """Show the machine a streamed set point; why it is not followed, or None.
+
+        `stamp` is its time on any clock [s]: delays on the way that vary are then made up for.
+        """
+        refusal = self._holders.refusal(client)
+        if refusal is None:
+            with self._following:
+                refusal = self._stream.take(self._connection, point, stamp)
+        return refusal
+
+    def streams(self, client: str) -> bool:
+        """Whether a motion follows the set points of this client."""
+        return self.holder == client and self._connection.under_way(self._stream.motion)
 
     def emergency(self, client: str = "") -> float:
         """Emergency stop past every queue: s until outputs were safe, NaN if unconfirmed."""
@@ -202,12 +231,13 @@ class Station(Observed):
     # What goes on by itself
 
     def _mind(self) -> None:
-        """Look after lost clients and the position file."""
+        """Look after lost clients, captures and the position file."""
         while not self._ended.wait(0.05):
             with self._connection.turn:
                 lost = self._holders.lost()
                 if lost:
                     self._lost(lost, f"silent for {self._serve.client_timeout:g} s")
+            self.captures.look()
             self._guarded(self._connection.keep)
         self._guarded(self._connection.keep)
 

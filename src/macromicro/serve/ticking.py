@@ -28,8 +28,8 @@ from macromicro.serve.requests import Order
 from macromicro.serve.settings import ServeSettings
 from macromicro.serve.shared import (
     EMERGENCY,
-    LEAVE,
     NO_LINES,
+    POINT,
     SAFE_SINCE,
     SEEN,
     Shared,
@@ -71,7 +71,7 @@ class Loop:
         told = getattr(rig, "own", None) or getattr(machine, "own", None)
         self._own: Callable[[], Sequence[float] | None] = told or (lambda: None)
         self._laser = Silence("laser" in rig.channels)
-        self._emergency = self._commands = self._heartbeat = 0
+        self._emergency = self._commands = self._heartbeat = self._renewed = self._point = 0
         self._heard = time.monotonic()
         self.silence = 0.0  # s, of the serving process, where that was the end
         self._fault = (0.0, 0.0, 0.0, 0.0)
@@ -121,12 +121,12 @@ class Loop:
         self._halt(0)
 
     def _flags(self) -> list[int]:
-        flags: list[int] = self._cells[EMERGENCY : LEAVE + 1].tolist()
+        flags: list[int] = self._cells[EMERGENCY : POINT + 1].tolist()
         return flags
 
     def _tick(self, sample: Sample) -> str:
         """One period; why it was the last, or ""."""
-        emergency, commands, heartbeat, leave = self._flags()
+        emergency, commands, heartbeat, leave, renewed, point = self._flags()
         halted = emergency != self._emergency
         if halted:
             self._halt(emergency)
@@ -141,6 +141,11 @@ class Loop:
         while commands != self._commands:
             self._commands += 1
             self._take()
+        if renewed != self._renewed:
+            self._renewed = renewed
+            self._machine.renew()
+        if point != self._point:
+            self._follow(point)
         self._now = sample.t
         command, requested, notices = self._machine.step(sample, self._dt)
         self._rig.expect(command)
@@ -186,6 +191,15 @@ class Loop:
             ended = isinstance(notice, Finished)
             told = notice._replace(time=self._now) if ended else notice
             self._outbox.send(("notice", told))
+
+    def _follow(self, turn: int) -> None:
+        """Hand the newest streamed set point to the machine."""
+        found = self._shared.point(turn)
+        if found is not None:
+            self._point = turn
+            point, at = found
+            age = 1e-9 * (time.monotonic_ns() - at)
+            self._report(self._machine.heard(point, age))
 
     def _take(self) -> None:
         order = self._outbox.receive()

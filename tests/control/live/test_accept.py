@@ -25,7 +25,8 @@ REQUESTS: dict[str, Any] = {
     "enable": m.Enable(), "disable": m.Disable(), "home": m.Home(), "move to": m.MoveTo(0.01),
     "move by": m.MoveBy(0.001), "move macro": m.MoveMacro(100), "move micro": m.MoveMicro(1e-3),
     "macro by": m.MoveMacroBy(3), "micro by": m.MoveMicroBy(1e-4),
-    "jog": m.Jog("macro", 0.01), "stop": m.Stop(), "emergency": m.EmergencyStop(),
+    "jog": m.Jog("macro", 0.01), "follow": m.Follow("macro", 0.1), "end follow": m.EndFollow(),
+    "stop": m.Stop(), "emergency": m.EmergencyStop(),
     "speed": m.SetSpeed("macro", 0.01), "zero": m.Zero(),
     "fan": m.Fan(True), "programme": m.Programme(PLAN),
     "gains": m.SetGains((("pd_tuned.now", 0.013),)), "clear": m.ClearFault(True),
@@ -35,7 +36,7 @@ REQUESTS: dict[str, Any] = {
 }  # fmt: skip
 ALWAYS = {"disable", "stop", "emergency", "lost"}
 MOTIONS = {"home", "move to", "move by", "move macro", "move micro", "macro by", "micro by", "jog"}
-MOTIONS |= {"programme"}
+MOTIONS |= {"programme", "follow"}
 QUIET = {"fan", "zero", "gains", "limits"}
 ACCEPTED = {
     "disabled": ALWAYS | QUIET | {"enable"},

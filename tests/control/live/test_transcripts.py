@@ -182,7 +182,7 @@ def replaced() -> Scripted:
 
 def macro_jogs() -> Scripted:
     f = ready(live=LIVE._replace(limits=LIVE.limits._replace(macro_low=-40.0, macro_high=45.0)))
-    f.ask(m.Jog("macro", 0.05, "a"))
+    f.ask(m.Jog("macro", 0.05, client="a"))
     f.run(0.03)
     f.ask(m.Jog("macro", 0.02))
     f.run(0.03)
@@ -207,7 +207,7 @@ def micro_jogs() -> Scripted:
     f = ready(live=LIVE._replace(limits=limits, jogging=jogging))
     f.ask(m.MoveMicro(0.55e-3))
     f.end()
-    f.ask(m.Jog("micro", 1e-3, "a"))
+    f.ask(m.Jog("micro", 1e-3, client="a"))
     f.run(0.02)
     f.ask(m.Jog("micro", -5e-4))
     f.run(0.02)

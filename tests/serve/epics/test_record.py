@@ -316,11 +316,11 @@ def test_a_jog_goes_on_as_long_as_its_field_is_1(field: str, sign: float) -> Non
         await put(found, "whole.JVEL", 5.0)
         jog = asyncio.create_task(put(found, f"whole.{field}", 1))
         await until(lambda: fake.motion)
-        assert fake.requests[-1] == m.Jog("macro", sign * 0.005, "epics")
+        assert fake.requests[-1] == m.Jog("macro", sign * 0.005, client="epics")
         assert (value(found, f"whole.{field}"), value(found, "whole.DMOV")) == (1, 0)
         await put(found, f"whole.{field}", 0)
         await jog
-        assert fake.requests[-1] == m.Jog("macro", 0.0, "epics") and not fake.motion
+        assert fake.requests[-1] == m.Jog("macro", 0.0, client="epics") and not fake.motion
         for name, wanted in ((field, 0), ("DMOV", 1), ("LVIO", 0)):
             assert value(found, f"whole.{name}") == wanted
         assert value(found, "whole.TDIR") == int(sign > 0.0)

@@ -27,6 +27,21 @@ def orders() -> Iterator[dict[str, Any]]:
                 yield {"do": what, "value": value, "unit": unit}
         yield {"do": "move macro", "value": value}
         yield {"do": "jog", "stage": "micro", "speed": value}
+        yield {
+            "do": "jog",
+            "stage": "micro",
+            "speed": 1e-4,
+            "hold": value if value is not True else 0,
+        }
+        yield {"do": "follow", "stage": value, "hold": 0.1}
+        yield {"do": "follow", "stage": "macro", "hold": value}
+        yield {"do": "point", "value": value, "velocity": value, "unit": "mm", "time": value}
+        yield {"do": "points", "x": value, "y": 0.0, "unit": value}
+        yield {"do": "capture", "signals": value}
+        yield {"do": "capture", "signals": [value], "trigger": value}
+        yield {"do": "capture", "signals": ["t"], "trigger": {"kind": value, "threshold": value}}
+        yield {"do": "capture", "signals": ["t"], "before": value, "repeat": value}
+        yield {"do": "captured", "seen": value}
         yield {"do": "jog", "stage": value, "speed": 0.0}
         yield {"do": "fan", "on": value if value is not True else 1}
         yield {"do": "programme", "name": value}

@@ -186,14 +186,36 @@ def test_a_page_that_does_not_come_back_is_lost(serve: Serve, fake: Station) -> 
     assert fake.ended[1].outcome == "lost"
 
 
-def test_a_jog_ends_when_its_button_is_no_longer_told_of(client: Make, fake: Station) -> None:
+def test_the_loop_ends_a_jog_whose_button_is_no_longer_told_of(client: Make, fake: Station) -> None:
+    viewer = client(bounds=Bounds(jog=0.3))
+    viewer.order("take")
+    viewer.put(do="keep")  # nothing jogs yet
+    assert viewer.order("jog", stage="macro", speed=0.01)["ok"]
+    assert viewer.order("jog", stage="macro", speed=0.01, hold=1.5)["ok"] is False  # it moves
+    assert [r.hold for r in fake.requests if isinstance(r, m.Jog)] == [0.3, 1.5]
+    assert fake.renewed == []
+    viewer.put(do="keep")
+    until(lambda: fake.renewed == [viewer.welcome["client"]])
+
+
+def test_set_points_are_shown_to_the_machine_without_an_answer(client: Make, fake: Station) -> None:
     viewer = client()
     viewer.order("take")
-    assert viewer.order("jog", stage="macro", speed=0.01)["ok"]
-    until(lambda: (viewer.put(do="keep"), viewer.read(), len(viewer.frames) > 25)[-1])
-    assert [r.speed for r in fake.requests] == [0.01]  # for much longer than a jog's patience
-    until(lambda: [r.speed for r in fake.requests] == [0.01, 0.0])
-    assert fake.requests[-1].stage == "macro"
+    early = viewer.order("point", value=1.0, unit="mm")
+    assert not early["ok"] and early["remedy"] == "begin with follow"
+    assert viewer.order("follow", stage="macro", hold=0.1)["ok"]
+    for k in range(1000):  # many more than of other messages are accepted
+        viewer.put(do="point", value=k, velocity=0.5, unit="um", time=0.001 * k)
+    until(lambda: len(fake.points) == 1000)
+    assert fake.points[7] == (m.SetPoint(pytest.approx(7e-6), 0.5), 0.007)
+    assert viewer.order("point", value=2.0, unit="mm")["ok"]
+    assert not viewer.order("point", value=2.0)["ok"]
+    assert not viewer.order("point", value=2.0, unit="mm", speed=1.0)["ok"]
+    assert not viewer.order("points", x=2.0, y="a", unit="mm")["ok"]
+    assert fake.points[-1] == (
+        m.SetPoint(pytest.approx(2e-3), 0.0),
+        pytest.approx(math.nan, nan_ok=True),
+    )
 
 
 def test_an_order_with_an_unknown_key_does_nothing_but_a_stop_is_heard(
@@ -215,7 +237,7 @@ def test_a_jog_ends_with_its_connection(client: Make, fake: Station) -> None:
     viewer.order("take")
     viewer.order("jog", stage="micro", speed=1e-4)
     viewer.close()
-    until(lambda: fake.requests[-1] == m.Jog("micro", 0.0, viewer.welcome["client"]))
+    until(lambda: fake.requests[-1] == m.Jog("micro", 0.0, client=viewer.welcome["client"]))
 
 
 def test_a_token_is_needed_for_orders_but_not_for_stops(client: Make, fake: Station) -> None:

@@ -6,7 +6,7 @@ import math
 
 from macromicro.control import arrival
 from macromicro.control.arrival import TICK
-from macromicro.control.live import _moves, brake
+from macromicro.control.live import _moves, brake, following
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live._effort import Efforts, fine_efforts, limited, macro_effort, observe
@@ -25,17 +25,19 @@ from macromicro.types import Sample
 
 
 def start_macro(
-    p: LiveParameters, s: LiveState, motion: Motion, speed: float
+    p: LiveParameters, s: LiveState, motion: Motion, speed: float, hold: float
 ) -> tuple[LiveState, tuple[Notice, ...]]:
     found = {"speed_m_per_s": speed}
     here = motion._replace(coarse=s.seen.encoder)
     s, notices = _moves.start_macro(s, here, t.MACRO_JOG, found)
     settle = Settle(s.time, s.seen.encoder, EMPTY)
-    work = Jogged(speed / p.settings.pitch, 0.0, 0.0, settle)
+    work = Jogged(speed / p.settings.pitch, 0.0, 0.0, settle, hold, s.time)
     return s._replace(work=work, target=NOWHERE), notices
 
 
-def start_micro(s: LiveState, motion: Motion, speed: float) -> tuple[LiveState, tuple[Notice, ...]]:
+def start_micro(
+    s: LiveState, motion: Motion, speed: float, hold: float
+) -> tuple[LiveState, tuple[Notice, ...]]:
     holding = s.mode in (m.HOLDING, m.MOVING_MICRO)
     here = s.drive.micro_reference if holding else s.seen.fine
     s, notices = _moves.start_micro(
@@ -43,13 +45,19 @@ def start_micro(s: LiveState, motion: Motion, speed: float) -> tuple[LiveState, 
     )
     settle = Settle(s.time, s.seen.encoder, EMPTY)
     target = s.target._replace(micro=math.nan)
-    return s._replace(work=Jogged(speed, 0.0, 0.0, settle), target=target), notices
+    work = Jogged(speed, 0.0, 0.0, settle, hold, s.time)
+    return s._replace(work=work, target=target), notices
 
 
 def step(
     p: LiveParameters, s: LiveState, motion: Motion, work: Jogged, sample: Sample, dt: float
 ) -> tuple[LiveState, Efforts]:
-    if s.mode == m.MOVING_MACRO:
+    coarse = s.mode == m.MOVING_MACRO
+    if following.lapsed(s):
+        end = brake.start if coarse else _moves.stay
+        s, notices = end(p, s, m.LOST, t.LAPSED, following.facts(work))
+        return s, Efforts(notices=notices)
+    if coarse:
         return macro(p, s, work, sample, dt)
     return micro(p, s, work, sample, dt)
 
@@ -83,7 +91,7 @@ def macro(
     if held_back >= q.jogging.patience - TICK:
         s, notices = brake.start(p, s, m.STALLED, t.STALLED)
         return s, Efforts(notices=notices)
-    s = driven(s, drive, Jogged(work.goal, speed, held_back, work.settle))
+    s = driven(s, drive, work._replace(speed=speed, held_back=held_back))
     arrived = arrival.within(s.laws.sequence, reference - sample.encoder)
     if limit == 0.0 and arrived and s.seen.standing >= q.brake.rest - TICK:
         s, notices = brake.start(p, s, m.LIMIT, t.LIMIT)
@@ -109,7 +117,7 @@ def micro(
         settle = Settle(s.time, settle.base, EMPTY)
     window = observe(q.fine, settle.window, sample.hall, reference - s.seen.fine, dt)
     settle = Settle(settle.entered, settle.base, window, settle.witness)
-    s = driven(s, s.drive, Jogged(work.goal, work.speed, work.held_back, settle))
+    s = driven(s, s.drive, work._replace(settle=settle))
     if at_limit and window.held >= q.fine.dwell - TICK:
         found = {"micro_mm": reference * 1e3, "error_mm": window.mean * 1e3}
         s, notices = t.conclude(p, s, m.HOLDING, (m.LIMIT, t.LIMIT), found)

@@ -183,9 +183,9 @@ def hold(s: LiveState, sample: Sample, dt: float) -> tuple[LiveState, Efforts]:
 
 
 def stay(
-    p: LiveParameters, s: LiveState, outcome: str, cause: str
+    p: LiveParameters, s: LiveState, outcome: str, cause: str, found: Evidence | None = None
 ) -> tuple[LiveState, tuple[Notice, ...]]:
     """End a motion of the micro-stage and hold it where it is, even beyond the soft limits."""
     here = max(s.seen.fine, 0.0)
     s = s._replace(drive=s.drive._replace(micro_reference=here))
-    return t.conclude(p, s, m.HOLDING, (outcome, cause), {"micro_mm": here * 1e3})
+    return t.conclude(p, s, m.HOLDING, (outcome, cause), {"micro_mm": here * 1e3, **(found or {})})

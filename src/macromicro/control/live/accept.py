@@ -26,7 +26,14 @@ from macromicro.control.live import transitions as t
 from macromicro.control.live.messages import Accepted, Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.plain import among, shown
-from macromicro.control.live.state import Jogged, LiveState, Motion, carriage
+from macromicro.control.live.state import (
+    NOWHERE,
+    Followed,
+    Jogged,
+    LiveState,
+    Motion,
+    carriage,
+)
 
 Answer = tuple[LiveState, Reply, tuple[Notice, ...]]
 
@@ -280,7 +287,7 @@ def _contraction(p: LiveParameters, s: LiveState, position: Any, replace: Any) -
 def _jog(p: LiveParameters, s: LiveState, request: m.Jog) -> Answer:
     stage = request.stage if among(request.stage, m.STAGES) else ""
     refusal = _obstacle(p, s, f"jog {stage}")
-    motion = refusal or targets.jog(p, s, request.stage, request.speed)
+    motion = refusal or targets.jog(p, s, request.stage, request.speed, request.hold)
     if isinstance(motion, Refused):
         return s, motion, ()
     under_way = s.motion if isinstance(s.work, Jogged) else None
@@ -293,22 +300,49 @@ def _jog(p: LiveParameters, s: LiveState, request: m.Jog) -> Answer:
 
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
         if request.stage == m.MACRO:
-            return jog.start_macro(p, s, motion, request.speed)
-        return jog.start_micro(s, motion, request.speed)
+            return jog.start_macro(p, s, motion, request.speed, request.hold)
+        return jog.start_micro(s, motion, request.speed, request.hold)
 
     return begin(p, s, motion, start)
 
 
 def _other_speed(p: LiveParameters, s: LiveState, motion: Motion, request: m.Jog) -> Answer:
-    fine = request.stage == m.MICRO
+    fine = among(request.stage, (m.MICRO,))
     if request.speed == 0.0:
         end = _moves.stay if fine else brake.start
         s, notices = end(p, s, m.STOPPED_BY_REQUEST, t.JOG_ENDED)
         return s, Accepted(motion.id), notices
     if isinstance(s.work, Jogged):
         goal = request.speed if fine else request.speed / p.settings.pitch
-        s = s._replace(work=s.work._replace(goal=goal))
+        s = s._replace(work=s.work._replace(goal=goal, hold=request.hold, renewed=s.time))
     return s, Accepted(motion.id), ()
+
+
+def _follow(p: LiveParameters, s: LiveState, request: m.Follow) -> Answer:
+    refusal = unready(p, s, False)
+    fine = among(request.stage, (m.MICRO,))
+    if refusal is None and fine and not _rests(s):
+        refusal = Refused("the carriage is moving", "stop it first")
+
+    def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
+        found = {"hold_s": request.hold}
+        if fine:
+            s, notices = _moves.start_micro(
+                s, motion._replace(fine=s.seen.fine), t.MICRO_FOLLOW, found
+            )
+        else:
+            here = motion._replace(coarse=s.seen.encoder)
+            s, notices = _moves.start_macro(s, here, t.MACRO_FOLLOW, found)
+        target = s.target._replace(micro=math.nan) if fine else NOWHERE
+        return s._replace(work=Followed(float(request.hold), s.time), target=target), notices
+
+    return begin(p, s, refusal or targets.follow(s, request.stage, request.hold), start)
+
+
+def _end_follow(p: LiveParameters, s: LiveState, request: m.EndFollow) -> Answer:
+    if not isinstance(s.work, Followed) or s.motion is None:
+        return s, NOT_FOLLOWING, ()
+    return s._replace(work=s.work._replace(ending=True)), Accepted(s.motion.id), ()
 
 
 def _programme(p: LiveParameters, s: LiveState, request: m.Programme) -> Answer:
@@ -322,6 +356,7 @@ def _programme(p: LiveParameters, s: LiveState, request: m.Programme) -> Answer:
 
 _FAULT = Refused("a fault is latched", "remove its cause and clear it first")
 BUSY = Refused("a motion is under way", "wait for its end, or stop it")
+NOT_FOLLOWING = Refused("no set points are followed", "begin with follow")
 _NO_SPEED = Refused("the law sets the speed of this machine's moves", "change its settings")
 _NO_SAMPLE = Refused("the sensors have not answered yet", "try again")
 
@@ -336,6 +371,8 @@ _HANDLERS: dict[type, Callable[[LiveParameters, LiveState, Any], Answer]] = {
     m.MoveMacroBy: _move_macro_by,
     m.MoveMicroBy: _move_micro_by,
     m.Jog: _jog,
+    m.Follow: _follow,
+    m.EndFollow: _end_follow,
     m.Stop: _stop,
     m.EmergencyStop: _emergency,
     m.Zero: _zero,

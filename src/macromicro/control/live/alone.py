@@ -15,6 +15,7 @@ from macromicro.control.supervisor import Plan
 SENSORS = {m.MACRO: "encoder", m.MICRO: "hall", **{axis: f"{axis}_count" for axis in m.AXES}}
 # Of a machine with one place.
 _ONE = (*m.ONE_MOVES, m.Zero, m.Fan, m.SetLimits)
+_BY_STAGE = (m.Jog, m.SetSpeed, m.Follow)
 _AXES_ONLY = Refused("this machine has no axes x and y", "use the stage that it has")
 _POINT = Refused("this machine has two axes", "name a point, or one of them")
 _NEEDS: dict[type, str] = {
@@ -36,10 +37,10 @@ def stages(channels: Iterable[str]) -> tuple[str, ...]:
 
 def refusal(stages: tuple[str, ...], request: Any) -> Refused | None:
     """Why a machine of these stages cannot do this, whatever its mode."""
-    named = request.stage if isinstance(request, m.Jog | m.SetSpeed) else ""
+    named = request.stage if isinstance(request, _BY_STAGE) else ""
     if stages == m.AXES:
         return _POINT if isinstance(request, _ONE) or among(named, m.STAGES) else None
-    if isinstance(request, m.AXES_MOVES) or among(named, m.AXES):
+    if isinstance(request, m.AXES_MOVES) or among(named, (*m.AXES, m.ALL)):
         return _AXES_ONLY
     for stage in m.STAGES:
         if stage not in stages and stage in _needed(request):
@@ -55,7 +56,7 @@ def _needed(request: Any) -> frozenset[str]:
     kind = type(request)
     if kind in _NEEDS:
         return frozenset({_NEEDS[kind]})
-    if isinstance(request, m.Jog | m.SetSpeed) and among(request.stage, m.STAGES):
+    if isinstance(request, _BY_STAGE) and among(request.stage, m.STAGES):
         return frozenset({request.stage})
     if kind is m.Programme and isinstance(request.plan, Plan):
         return frozenset(s for k, s in enumerate(m.STAGES) if (request.plan.stage == k).any())

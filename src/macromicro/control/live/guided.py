@@ -11,7 +11,7 @@ from typing import Any
 
 from macromicro.control import arrival
 from macromicro.control.arrival import TICK
-from macromicro.control.live import _seeking, _touching, brake, survey
+from macromicro.control.live import _seeking, _touching, brake, following, survey
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.leading import (
@@ -247,6 +247,9 @@ def jog(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: 
     work = s.work
     assert isinstance(work, Jogged)
     pitch, aim = p.settings.pitch, at(g.aim, dt)
+    if following.lapsed(s):
+        s, notices = brake.start(p, s, m.LOST, t.LAPSED, following.facts(work))
+        return s, g._replace(aim=ramped(q, aim, 0.0, dt)), notices
     goal = work.goal * pitch
     if g.off_low or g.off_high:
         goal = math.copysign(min(abs(goal), q.leave), goal)

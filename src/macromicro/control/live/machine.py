@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from macromicro.control import calibration
 from macromicro.control.arrival import TICK
-from macromicro.control.live import _homing, _jog, _moves, _programme, brake, survey
+from macromicro.control.live import _follow, _homing, _jog, _moves, _programme, brake, survey
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live._effort import NONE, Efforts, rested
@@ -17,6 +17,7 @@ from macromicro.control.live.parameters import Edges, LiveParameters
 from macromicro.control.live.state import (
     Approach,
     Braking,
+    Followed,
     Jogged,
     LiveState,
     Running,
@@ -78,6 +79,7 @@ _WORKS: dict[type, Callable[..., tuple[LiveState, Efforts]]] = {
     Settle: _moves.fine,
     Approach: _moves.coarse,
     Jogged: _jog.step,
+    Followed: _follow.step,
     Running: _programme.step,
     Search: _homing.step,
     Braking: brake.step,

@@ -45,6 +45,7 @@ OUTCOMES = (DONE, STOPPED_BY_REQUEST, EMERGENCY, FAULTED, LIMIT, STALLED, LOST, 
 STAGES = parameters.STAGES
 MACRO, MICRO = STAGES
 AXES = ("x", "y")  # stages of a machine of two axes
+ALL = "all"  # of its axes
 
 Evidence = dict[str, Any]  # numbers and words by name; the unit is in the name ("error_mm")
 
@@ -163,7 +164,39 @@ class Jog(NamedTuple):
 
     stage: str  # "macro" or "micro", or one of `AXES`
     speed: float  # m/s
+    hold: float = 0.0  # it ends unless it is renewed within this time, s; 0: it goes on
     client: str = ""
+
+
+class Follow(NamedTuple):
+    """Follow set points that the client streams, until another request or until none comes."""
+
+    stage: str  # "macro" or "micro", one of `AXES`, or `ALL` axes
+    hold: float  # longest time without a set point, s: the motion ends as "lost" after it
+    client: str = ""
+
+
+class EndFollow(NamedTuple):
+    """Come to rest on the last set point; the motion ends as "done"."""
+
+    client: str = ""
+
+
+class SetPoint(NamedTuple):
+    """A streamed set point. It takes a shorter way than requests, and has no reply."""
+
+    position: float  # m; of the macro-stage that of the carriage, of the micro-stage contraction
+    velocity: float = 0.0  # with which the set point goes on until the next one, m/s
+
+
+class SetPoints(NamedTuple):
+    """A streamed set point of all axes."""
+
+    # x, y: m; their velocities: m/s
+    x: float
+    y: float
+    x_velocity: float = 0.0
+    y_velocity: float = 0.0
 
 
 class Stop(NamedTuple):
@@ -239,6 +272,9 @@ class LinkLost(NamedTuple):
 ONE_MOVES = (MoveTo, MoveBy, MoveMacro, MoveMacroBy, MoveMicro, MoveMicroBy)
 AXES_MOVES = (MovePoint, MovePointBy, MoveAxis, MoveAxisBy)
 
+LONGEST_HOLD, SHORTEST_HOLD = 1.0, 0.01  # s, of streamed set points
+JOG_HOLD = 10.0  # s, at most
+
 Request = (
     Enable
     | Disable
@@ -254,6 +290,8 @@ Request = (
     | MoveAxis
     | MoveAxisBy
     | Jog
+    | Follow
+    | EndFollow
     | Stop
     | EmergencyStop
     | Zero

@@ -7,7 +7,7 @@ from macromicro.control.live import messages as m
 _ALWAYS = frozenset({m.Stop, m.EmergencyStop, m.Disable, m.SetGains})
 _AXES = frozenset(m.AXES_MOVES)
 _ONE = frozenset({*m.ONE_MOVES, m.Zero, m.Fan, m.SetLimits})
-_MOTIONS = frozenset({*m.ONE_MOVES, m.Programme})
+_MOTIONS = frozenset({*m.ONE_MOVES, m.Programme, m.Follow})
 
 
 def possible(
@@ -35,6 +35,8 @@ def possible(
         found |= _MOTIONS if trusted else set()
     if not moving:
         found |= {m.Home}
+    elif mode in (m.MOVING_MACRO, m.MOVING_MICRO):
+        found |= {m.EndFollow}
     if mode in (m.MOVING_MACRO, m.SETTLING) or m.MICRO not in stages:
         found -= {m.MoveMicro, m.MoveMicroBy}
     if m.MACRO not in stages:

@@ -114,6 +114,24 @@ class Jogged(NamedTuple):
     speed: float  # speed of the reference at present, in the same unit
     held_back: float  # for how long the carriage has held the reference back, s
     settle: Settle  # the micro-stage's arrival at its limit
+    hold: float = 0.0  # for how long it goes on unless it is renewed, s; 0: without end
+    renewed: float = NAN  # when it was, s
+
+
+class Followed(NamedTuple):
+    """Set points that a client streams."""
+
+    hold: float  # longest time without one, s
+    heard: float  # when the last one came, s
+    place: float = NAN  # the last one, m of the homed frame; NaN: none yet
+    speed: float = 0.0  # m/s
+    since: float = 0.0  # when the set point was there, s
+    track: Any = None  # `tracking.Track`: the way of the stage's set point
+    points: int = 0
+    clipped: int = 0  # how many of them were beyond the soft limits
+    settle: Settle = Settle(NAN, NAN, EMPTY)  # the arrival at the last one, once it is
+    ending: bool = False  # whether it ends at the last one
+    held_back: float = 0.0  # as of `Jogged`
 
 
 class Braking(NamedTuple):
@@ -146,7 +164,7 @@ class Played(NamedTuple):
     cut_off: Evidence | None  # what the first move cut off lacked, if any
 
 
-Work = Approach | Settle | Search | Jogged | Braking | Running | Played
+Work = Approach | Settle | Search | Jogged | Followed | Braking | Running | Played
 
 
 class Trouble(NamedTuple):

@@ -147,13 +147,31 @@ def contraction(s: LiveState, position: Any) -> Motion | Refused:
     return refusal or _motion(s, "move micro", NAN, NAN, float(position))
 
 
-def jog(p: LiveParameters, s: LiveState, stage: Any, speed: Any) -> Motion | Refused:
+def follow(s: LiveState, stage: Any, hold: Any) -> Motion | Refused:
+    """A motion that follows streamed set points."""
+    if not among(stage, m.STAGES):
+        return Refused(f"{shown(stage)} is not a stage", 'name "macro" or "micro"')
+    refusal = _held(hold, m.SHORTEST_HOLD, m.LONGEST_HOLD)
+    return refusal or _motion(s, f"follow {stage}", NAN, NAN, NAN)
+
+
+def _held(hold: Any, least: float, most: float) -> Refused | None:
+    """Refuse what is no hold time."""
+    if finite(hold) and least <= hold <= most:
+        return None
+    return Refused(f"{shown(hold)} s is not a hold time", f"from {least:g} to {most:g} s", True)
+
+
+def jog(
+    p: LiveParameters, s: LiveState, stage: Any, speed: Any, hold: Any = 0.0
+) -> Motion | Refused:
     """A jog; an untrusted carriage may only creep."""
     q, limits = p.settings.jogging, s.limits
     if not among(stage, m.STAGES):
         return Refused(f"{shown(stage)} is not a stage", 'name "macro" or "micro"')
     most = q.micro if stage == m.MICRO else q.macro if s.frame.trusted else q.slow
     refusal = number(speed, "speed", p.settings.place.named("m/s"))
+    refusal = refusal or _held(hold, 0.0, m.JOG_HOLD)
     if refusal:
         return refusal
     if abs(speed) > most:

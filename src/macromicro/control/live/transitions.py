@@ -3,12 +3,14 @@
 `TRANSITIONS` is complete: (from, to, cause).
 
     disabled        enable -> ready
-    ready, stopped, home -> homing; macro move, macro jog, programme -> moving-macro;
-      holding       micro move, micro jog -> moving-micro
+    ready, stopped, home -> homing; macro move, macro jog, macro follow, programme ->
+      holding       moving-macro; micro move, micro jog, micro follow -> moving-micro
     homing          homed -> ready
-    moving-macro    arrived -> settling; limit reached, jog ended -> stopped
+    moving-macro    arrived -> settling; limit reached, jog ended, hold time over ->
+                    stopped
     settling        settled -> moving-micro, or ready after a macro move; drifted -> moving-macro
-    moving-micro    on target, limit reached, jog ended, stop, link lost -> holding;
+    moving-micro    on target, limit reached, jog ended, hold time over, stop, link lost
+                    -> holding;
                     stalled, link lost -> stopped
     holding         link lost -> stopped
     in a programme  next move: among moving-macro, settling, moving-micro; programme done -> ready
@@ -49,6 +51,7 @@ STOP, LINK_LOST, JOG_ENDED = "stop", "link lost", "jog ended"
 HOME, HOMED, STALLED, LIMIT = "home", "homed", "stalled", "limit reached"
 MACRO_MOVE, MICRO_MOVE = "macro move", "micro move"
 MACRO_JOG, MICRO_JOG, PROGRAMME = "macro jog", "micro jog", "programme"
+MACRO_FOLLOW, MICRO_FOLLOW, LAPSED = "macro follow", "micro follow", "hold time over"
 ARRIVED, SETTLED, DRIFTED, ON_TARGET = "arrived", "settled", "drifted", "on target"
 NEXT_MOVE, PROGRAMME_DONE = "next move", "programme done"
 
@@ -59,17 +62,19 @@ def _table() -> tuple[tuple[int, int, str], ...]:
     rows += [(a, m.DISABLED, cause) for a in _ON for cause in (DISABLE, EMERGENCY)]
     rows += [(a, m.HOMING, HOME) for a in _AT_REST]
     for a in _STARTS:
-        rows += [(a, m.MOVING_MACRO, cause) for cause in (MACRO_MOVE, MACRO_JOG, PROGRAMME)]
+        rows += [
+            (a, m.MOVING_MACRO, cause) for cause in (MACRO_MOVE, MACRO_JOG, MACRO_FOLLOW, PROGRAMME)
+        ]
     for a in (*_AT_REST, m.MOVING_MICRO):
-        rows += [(a, m.MOVING_MICRO, cause) for cause in (MICRO_MOVE, MICRO_JOG)]
+        rows += [(a, m.MOVING_MICRO, cause) for cause in (MICRO_MOVE, MICRO_JOG, MICRO_FOLLOW)]
     for a in _ENDS_BY_BRAKING:
         rows += [(a, m.STOPPED, cause) for cause in (STOP, LINK_LOST, STALLED)]
-    rows += [(m.MOVING_MACRO, m.STOPPED, cause) for cause in (JOG_ENDED, LIMIT)]
+    rows += [(m.MOVING_MACRO, m.STOPPED, cause) for cause in (JOG_ENDED, LAPSED, LIMIT)]
     rows += [(m.HOMING, m.READY, HOMED), (m.SETTLING, m.READY, SETTLED)]
     rows += [(m.MOVING_MACRO, m.SETTLING, ARRIVED), (m.SETTLING, m.MOVING_MACRO, DRIFTED)]
     rows += [(m.SETTLING, m.MOVING_MICRO, SETTLED)]
     rows += [(m.MOVING_MICRO, m.HOLDING, ON_TARGET)]
-    rows += [(m.MOVING_MICRO, m.HOLDING, c) for c in (STOP, LINK_LOST, JOG_ENDED, LIMIT)]
+    rows += [(m.MOVING_MICRO, m.HOLDING, c) for c in (STOP, LINK_LOST, JOG_ENDED, LAPSED, LIMIT)]
     rows += [(m.MOVING_MICRO, m.STOPPED, cause) for cause in (LINK_LOST, STALLED)]
     rows += [(m.HOLDING, m.STOPPED, LINK_LOST)]
     rows += [(a, m.MOVING_MICRO, NEXT_MOVE) for a in (m.MOVING_MACRO, m.SETTLING)]

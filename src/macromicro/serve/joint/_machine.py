@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from macromicro.control.live import alone
 from macromicro.control.live import messages as m
+from macromicro.control.live.accept import NOT_FOLLOWING
 from macromicro.control.live.leading import Course
 from macromicro.control.live.messages import (
     AXES,
@@ -23,7 +24,7 @@ from macromicro.control.live.plain import among, shown
 from macromicro.control.live.state import Braking, LiveState, Played
 from macromicro.machines.sequence import Plan
 from macromicro.schema.par import finite
-from macromicro.serve._machine import Second, View
+from macromicro.serve._machine import Point, Second, View
 from macromicro.serve.joint._together import Together, straight
 from macromicro.serve.persist import Restored
 from macromicro.serve.stage._machine import Led
@@ -34,13 +35,14 @@ _FIRST = (m.FAULT, m.DISABLED, m.HOMING, m.MOVING_MACRO, m.SETTLING, m.STOPPED, 
 _BUSY = Refused("a motion is under way", "wait for its end, or stop it")
 _NO_PLAN = Refused("no programme of two axes is loaded", "load one first")
 _POINTS, _ALONE = (m.MovePoint, m.MovePointBy), (m.MoveAxis, m.MoveAxisBy)
-_MOTIONS = (*_POINTS, *_ALONE, m.Jog, m.Home, m.Programme)
+_MOTIONS = (*_POINTS, *_ALONE, m.Jog, m.Follow, m.Home, m.Programme)
 _KINDS: dict[type, str] = {
     m.MovePoint: "move to point",
     m.MovePointBy: "move point by",
     m.MoveAxis: "move axis",
     m.MoveAxisBy: "move axis by",
     m.Jog: "jog",
+    m.Follow: "follow",
     m.Home: "home",
 }
 _ENDINGS = (m.Stop, m.EmergencyStop, m.Disable, m.LinkLost)
@@ -120,6 +122,17 @@ class Pair:
         reply = self._do(request, parts, told)
         return reply, (*told, *self._joined())
 
+    def heard(self, point: Point, age: float) -> tuple[Notice, ...]:
+        axes = () if self._motion is None else self._motion.axes
+        told: list[Notice] = []
+        for k, own in zip(axes, point, strict=False):
+            told += self._heard(k, self._leds[k].heard((own,), age))
+        return tuple(told)
+
+    def renew(self) -> None:
+        for led in self._leds:
+            led.renew()
+
     def refusal(self, request: Any) -> Refused | None:
         absent = alone.refusal(AXES, request)
         if absent is not None:
@@ -143,9 +156,12 @@ class Pair:
             parts = _of_axis(request.axis, None)
             if not isinstance(parts, Refused):
                 parts = [(k, self._by(k, request.distance)) for k, _ in parts]
-        elif isinstance(request, m.Jog):
-            parts = _of_axis(request.stage, m.Jog(m.MACRO, request.speed))
-        elif isinstance(request, m.SetSpeed):
+        elif isinstance(request, m.Follow):
+            parts = _followed(request)
+        elif isinstance(request, m.EndFollow):
+            axes = () if self._motion is None else self._motion.axes
+            parts = [(k, request) for k in axes] or NOT_FOLLOWING
+        elif isinstance(request, m.Jog | m.SetSpeed):
             parts = _of_axis(request.stage, request._replace(stage=m.MACRO))
         elif isinstance(request, m.Home):
             parts = [(k, request) for k in self._searching()]
@@ -248,9 +264,9 @@ class Pair:
             self._begin(Motion(self._given + 1, "programme", (0, 1), plans), begin, told)
         elif isinstance(request, m.SetGains):
             return self._retune(parts, told)
-        elif isinstance(request, m.Jog) and self._motion is not None:
-            self._ask(parts, told)  # it goes on at another speed, or ends
-        elif isinstance(request, m.Jog | m.Home):
+        elif isinstance(request, m.Jog | m.EndFollow) and self._motion is not None:
+            self._ask(parts, told)  # a jog goes on at another speed, or ends
+        elif isinstance(request, m.Jog | m.Follow | m.Home):
             self._start(Motion(self._given + 1, _KINDS[type(request)], _axes(parts)), parts, told)
             self._jogs = request.stage if isinstance(request, m.Jog) else ""
         else:
@@ -418,6 +434,15 @@ def _of_axis(name: Any, part: Any) -> Parts | Refused:
     if not among(name, AXES):
         return Refused(f"{shown(name)} is not an axis", 'name "x" or "y"')
     return [(AXES.index(name), part)]
+
+
+def _followed(request: m.Follow) -> Parts | Refused:
+    """The axes that follow, each by itself."""
+    part = request._replace(stage=m.MACRO)
+    if among(request.stage, (m.ALL,)):
+        return [(k, part) for k in range(len(AXES))]
+    parts = _of_axis(request.stage, part)
+    return parts._replace(remedy='name "x", "y" or "all"') if isinstance(parts, Refused) else parts
 
 
 def _played(plans: Any) -> Parts | Refused:

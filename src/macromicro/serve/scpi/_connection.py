@@ -17,6 +17,7 @@ from macromicro.serve.scpi._session import Session
 from macromicro.serve.scpi.errors import ScpiError
 from macromicro.serve.scpi.tree import tree
 
+STREAMED = 0.1  # of the cost of other commands: set points of a motion that follows them
 _UNIT_BYTES = 256  # memory of a parsed command
 _LONG, _PER_BYTE = 4096, 1 / 2000  # answer from which on its bytes cost, and how much
 
@@ -42,9 +43,11 @@ class ScpiConnection(Connection[_Rest]):
         peer = writer.get_extra_info("peername")
         self.session = Session(instrument, f"scpi {peer[0]}:{peer[1]}", str(peer[0]))
         super().__init__(self.session, GRAMMAR, monitor, writer, dispatcher, bounds)
-        self._intake = Intake(
-            bounds, lambda: dispatcher.price(self.session), tree(instrument.place)
-        )
+        self._intake = Intake(bounds, lambda: self._price(dispatcher), tree(instrument.place))
+
+    def _price(self, dispatcher: Dispatcher) -> float:
+        streams = self.session.station.streams(self.session.name)
+        return dispatcher.price(self.session) * (STREAMED if streams else 1.0)
 
     @property
     def _unfinished(self) -> bool:
@@ -59,7 +62,10 @@ class ScpiConnection(Connection[_Rest]):
             urgent, rest = message.parted()
             for unit in urgent:
                 await self._dispatcher.overtake(self.session, self._now, unit)
-            if rest or message.error is not None:
+            if rest and all(unit.command.streamed for unit in rest) and not self._waiting.busy:
+                for unit in rest:
+                    self._now(unit)
+            elif rest or message.error is not None:
                 size = length + _UNIT_BYTES * len(rest)
                 await self._waiting.put(_Rest(message, rest), size)
             await self._intake.pay(len(urgent))

@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from macromicro.control.live.messages import STAGES, Enable, Refused
+from macromicro.control.live.messages import ALL, STAGES, Enable, Refused
 from macromicro.serve import unconfirmed
-from macromicro.serve.requests import KINDS, Field, RequestType, ends
+from macromicro.serve.requests import KINDS, POINTS, Field, RequestType, ends
 from macromicro.serve.scpi._answers import number
 from macromicro.serve.scpi._parameters import Flag, Number, Parameter, Word
 from macromicro.serve.scpi._session import Session
@@ -25,7 +25,7 @@ def commands(
     name: str, act: Handler | None = None, parameters: tuple[Parameter, ...] | None = None
 ) -> Iterator[Command]:
     """The SCPI commands of a request type, one for each choice in its header."""
-    kind = KINDS[name]
+    kind = (KINDS | POINTS)[name]
     by_header = "{" in kind.header
     for choice in kind.fields[0].choices if by_header else (None,):
         fixed = () if choice is None else (choice,)
@@ -38,10 +38,13 @@ def commands(
             kind.text.format(stage=_named(choice)),
             taken if parameters is None else parameters,
             access=kind.access,
+            streamed=kind.name in POINTS,
         )
 
 
 def _named(choice: str | None) -> str:
+    if choice == ALL:
+        return "two axes"
     return f"{choice}-stage" if choice in STAGES else f"axis {choice}"
 
 
@@ -60,11 +63,14 @@ def _parameter(field: Field) -> Parameter:
         field.hi,
         whole=field.unit == "counts",
         instead=_ENDS if field.ends else (),
+        optional=field.default is not None,
     )
 
 
 def _value(session: Session, field: Field, given: Any) -> Any:
-    """The given value, or the limit in force."""
+    """The given value, what is meant where none is, or the limit in force."""
+    if given is None:
+        return field.default
     if isinstance(given, str):
         return session.instrument.limit(field.ends, given)
     return given
@@ -83,6 +89,23 @@ def _ordering(kind: RequestType, fields: tuple[Field, ...], fixed: tuple[str, ..
             session.began(motion, kind.words(values, session.instrument.place))
         elif ends(request):
             session.ends(motion)
+        return None
+
+    return act
+
+
+def _point(name: str) -> Handler:
+    """Show the machine a streamed set point."""
+    kind = POINTS[name]
+
+    def act(call: Call) -> Answer:
+        session = call.session
+        given = zip(kind.fields, call.values, strict=True)
+        point = kind.message(*(_value(session, field, value) for field, value in given))
+        refused = session.station.point(session.name, point)
+        if refused is not None:
+            held = session.station.holder == session.name
+            raise ScpiError(-221 if held else -203, f"{refused.reason}; {refused.remedy}")
         return None
 
     return act
@@ -199,6 +222,9 @@ COMMANDS = (
     *commands("stop", stop),
     *commands("emergency", _abort),
     *commands("jog"),
+    *commands("follow"),
+    *commands("end follow"),
+    *(command for name in POINTS for command in commands(name, _point(name))),
     *commands("set speed"),
     *_speeds(),
     *commands("home"),

@@ -10,6 +10,7 @@ from macromicro.control.live.messages import DONE, FAULTED, LIMIT, STALLED, Fini
 from macromicro.control.supervisor import Plan
 from macromicro.place import LENGTH, Place
 from macromicro.serve._instrument import Instrument
+from macromicro.serve.capturing import Wanted
 from macromicro.serve.client import Client, Entry
 from macromicro.serve.scpi import status
 from macromicro.serve.scpi.errors import (
@@ -42,6 +43,7 @@ class Session(Client):
         self.format: tuple[str, int] = ("ASC", 0)
         self.swapped: bool = False
         self.programme: tuple[str, Plan] | None = None
+        self.wanted = Wanted(())  # the capture that CAPTure:STARt begins
         self.running = 0
         self.failed = 0  # errors so far
         self.entry: Entry[Any] | None = None  # the message under way, as it waited

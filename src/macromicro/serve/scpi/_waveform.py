@@ -12,6 +12,7 @@ from macromicro.errors import MacromicroError
 from macromicro.serve.requests import CONTROL
 from macromicro.serve.scpi._answers import block, flag, number
 from macromicro.serve.scpi._parameters import Flag, Number, Text, Word
+from macromicro.serve.scpi._session import Session
 from macromicro.serve.scpi.command import Answer, Call, Command
 from macromicro.serve.scpi.errors import ScpiError, quoted
 from macromicro.serve.shared import OWN, RING_S, columns
@@ -67,11 +68,15 @@ def _data(call: Call) -> Answer:
         raise ScpiError(-224, f"{column[:40]}; accepted: a name that WAVeform:CATalog? lists")
     instrument = call.session.instrument
     rows = instrument.newest(round(seconds / instrument.period))
-    values = rows[k] * float(scales[k, 0])
-    kind, length = call.session.format
+    return shown(call.session, rows[k] * float(scales[k, 0]))
+
+
+def shown(session: Session, values: Array) -> Answer:
+    """Numbers as the format of a client says."""
+    kind, length = session.format
     if kind == "ASC":
         return ",".join(number(x) for x in values.tolist()) or '""'
-    order = "<" if call.session.swapped else ">"
+    order = "<" if session.swapped else ">"
     return block(np.asarray(values, dtype=f"{order}f{length // 8}").tobytes())
 
 

@@ -33,6 +33,7 @@ class Command(NamedTuple):
     access: str = EVERYONE
     waits: bool = False  # until all motions of this client have ended
     cost: int = 1  # in simple commands, for the rate limit
+    streamed: bool = False  # done at once where no earlier command waits
 
     @property
     def query(self) -> bool:

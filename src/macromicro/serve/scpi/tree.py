@@ -6,7 +6,15 @@ from functools import cache
 
 from macromicro.place import ANGLE, Place
 from macromicro.serve.requests import REQUESTS
-from macromicro.serve.scpi import _common, _motion, _queries, _setting, _system, _waveform
+from macromicro.serve.scpi import (
+    _capture,
+    _common,
+    _motion,
+    _queries,
+    _setting,
+    _system,
+    _waveform,
+)
 from macromicro.serve.scpi._header import Tree
 from macromicro.serve.scpi._parameters import Number, Parameter
 from macromicro.serve.scpi.command import Command
@@ -18,6 +26,7 @@ _LISTED: tuple[Command, ...] = (
     *_queries.COMMANDS,
     *_setting.COMMANDS,
     *_waveform.COMMANDS,
+    *_capture.COMMANDS,
     *_common.STATUS,
 )
 _HEADERS = {command.header for command in _LISTED}

@@ -10,7 +10,7 @@ from macromicro.control.live.leading import Course, Guide, Guided
 from macromicro.control.live.messages import Accepted, Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.plain import shown
-from macromicro.control.live.state import LiveState, Motion, Played
+from macromicro.control.live.state import Followed, LiveState, Motion, Played
 from macromicro.control.live.surveying import Surveying
 from macromicro.machines import correcting
 from macromicro.machines import tree as trees
@@ -18,10 +18,10 @@ from macromicro.machines.parts import START
 from macromicro.serve._machine import View
 from macromicro.serve.live import Live
 from macromicro.serve.persist import Restored
-from macromicro.serve.stage import _playing
+from macromicro.serve.stage import _following, _playing
 from macromicro.types import QUIET, SAFE, Command, Lines, Outputs, Sample
 
-_WORKS = {**guided.WORKS, Played: _playing.step}
+_WORKS = {**guided.WORKS, Played: _playing.step, Followed: _following.step}
 _ABSOLUTE = Refused(
     "this machine's place is known: by an absolute sensor, or from where it was switched on",
     "move it",

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-import time
 from typing import Any
 
 from websockets.asyncio.server import ServerConnection
@@ -19,7 +18,7 @@ from macromicro.serve import _capacity
 from macromicro.serve.bucket import Bucket
 from macromicro.serve.client import Entry, Waiting
 from macromicro.serve.guesses import WRONG
-from macromicro.serve.requests import OVERTAKEN
+from macromicro.serve.requests import OVERTAKEN, POINTS
 from macromicro.serve.web._context import Context
 from macromicro.serve.web._handler import OrderHandler
 from macromicro.serve.web._orders import Refusal, read, surplus
@@ -27,6 +26,7 @@ from macromicro.serve.web._sessions import Session
 from macromicro.serve.web._streaming import Stream
 
 TAKEN_OVER, POLICY, FULL = 4000, 1008, 1013
+STREAMED = 0.98  # share of a message's cost that a set point is given back
 _FULL = Refused("too many orders wait", "wait for replies")
 
 
@@ -108,7 +108,7 @@ class PageConnection:
         try:
             welcome = self._welcome(session, problem)
             await self._send(json.dumps({"welcome": welcome}, allow_nan=False))
-            shown = self._stream.run(self._send, self._reply, self._end_stale_jog)
+            shown = self._stream.run(self._send, self._reply)
             work = self._waiting.work(lambda entry: self._do(entry, session))
             tasks = [asyncio.create_task(shown), asyncio.create_task(work)]
             for task in tasks:
@@ -134,8 +134,8 @@ class PageConnection:
         await asyncio.gather(*tasks, return_exceptions=True)
 
     async def _end_jog(self, session: Session) -> None:
-        if session.jog is not None:
-            stage, session.jog = session.jog[0], None
+        if session.jog:
+            stage, session.jog = session.jog, ""
             await self._context.dispatcher.run(session, session.request, m.Jog(stage, 0.0))
 
     def _failed(self, task: asyncio.Task[None]) -> None:
@@ -164,8 +164,10 @@ class PageConnection:
             if "id" in order:  # it measures the way to here and back
                 self._later(self._reply(order, Accepted()))
         elif what == "keep":
-            if session.jog is not None:
-                session.jog = (session.jog[0], time.monotonic() + self._bounds.jog)
+            if session.jog:
+                session.station.renew(session.name)
+        elif isinstance(what, str) and what in POINTS:
+            self._point(order, session)
         elif (refused := surplus(order)) is not None:
             self._later(self._reply(order, refused))
         elif what == "view":
@@ -174,6 +176,19 @@ class PageConnection:
                 self._later(self._reply(before, Accepted()))
         elif not (self._looked(order, session) or waiting.offer(order)):
             self._later(self._reply(order, _FULL))
+
+    def _point(self, order: dict[str, Any], session: Session) -> None:
+        """Pass on a streamed set point; only one with a number is answered."""
+        try:
+            reply = surplus(order) or session.station.point(
+                session.name, *self._context.orders.point(order)
+            )
+        except Refusal as refusal:
+            reply = Refused(refusal.reason, refusal.remedy)
+        if reply is None:
+            self._bucket.spend(-STREAMED)
+        if "id" in order:
+            self._later(self._reply(order, reply or Accepted()))
 
     def _later(self, what: Any) -> None:
         task = asyncio.ensure_future(what)
@@ -241,11 +256,6 @@ class PageConnection:
             "wrong": problem == WRONG,
             "view": self._stream.view._asdict(),
         }
-
-    async def _end_stale_jog(self) -> None:
-        session = self._session
-        if session is not None and session.jog is not None and time.monotonic() > session.jog[1]:
-            await self._end_jog(session)
 
     async def _reply(
         self, order: dict[str, Any], reply: Reply, more: dict[str, Any] | None = None

@@ -49,6 +49,7 @@ class Context:
             "programmes": list(self.instrument.programmes()),
             "channels": [*bins.channels(station.stages), *(c.name for c in law)],
             "law": [{"name": c.name, "unit": c.unit, "meaning": c.meaning} for c in law],
+            "signals": [[c.name, c.unit, c.meaning] for c in station.captures.signals],
             "spans": list(bins.SPANS),
             "period": self.instrument.period,
             "jog_s": bounds.jog,

@@ -8,6 +8,8 @@ import time
 from collections.abc import Awaitable, Callable
 from typing import Any
 
+import numpy as np
+
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Reply
 from macromicro.schema.text import plain
@@ -32,6 +34,9 @@ class OrderHandler:
             "record": self._record,
             "end recording": self._end_recording,
             "upload": self._upload,
+            "capture": self._capture,
+            "captured": self._captured,
+            "end capture": self._end_capture,
             "settings": self._settings,
         }
 
@@ -85,6 +90,34 @@ class OrderHandler:
         state = await context.dispatcher.run(session, context.recordings.end, session.name)
         return Accepted(), {"rows": state.rows}
 
+    async def _capture(self, order: dict[str, Any], session: Session) -> Done:
+        context = self._context
+        begin, wanted = context.station.captures.begin, context.orders.capture(order)
+        await context.dispatcher.run(session, begin, session.name, wanted)
+        return Accepted(), {}
+
+    async def _captured(self, order: dict[str, Any], session: Session) -> Done:
+        """The state of the capture, and its rows unless they were seen, as a piece."""
+        capture = self._context.station.captures.of(session.name)
+        if capture is None:
+            raise Refusal("nothing is being captured", "begin a capture")
+        found, state = capture.captured, capture.state
+        told = {"state": state, "captured": 0 if found is None else found.number}
+        if found is None or found.number <= number({"seen": 0, **order}, "seen"):
+            return Accepted(), told
+        data = np.ascontiguousarray(found.values, "<f8").tobytes()
+        await self._send(_PIECE.pack(2, _id(order), len(data), 0, len(data)) + data)
+        return Accepted(), {
+            **told,
+            "names": found.names,
+            "units": found.units,
+            "time_s": found.time,
+        }
+
+    async def _end_capture(self, order: dict[str, Any], session: Session) -> Done:
+        self._context.station.captures.end(session.name)
+        return Accepted(), {}
+
     async def _upload(self, order: dict[str, Any], session: Session) -> Done:
         context = self._context
         take, load = session.upload.take, context.orders.programme
@@ -103,11 +136,12 @@ class OrderHandler:
             request: m.Request = m.Programme(session.upload.plan)
         else:
             request = await context.dispatcher.run(session, context.orders.request, order)
+        if isinstance(request, m.Jog) and "hold" not in order:
+            request = request._replace(hold=context.bounds.jog)
         reply = await context.dispatcher.run(session, session.request, request, entry)
         if isinstance(reply, Accepted):
             if isinstance(request, m.Jog):
-                until = time.monotonic() + context.bounds.jog
-                session.jog = (request.stage, until) if request.speed != 0.0 else None
+                session.jog = request.stage if request.speed != 0.0 else ""
             if isinstance(request, m.SetGains):
                 await self._in_force(request)
         return reply
@@ -126,6 +160,10 @@ class OrderHandler:
         context = self._context
         piece = context.recordings.piece
         data, size = await context.dispatcher.run(session, piece, name, offset)
-        head = _PIECE.pack(2, int(number(order, "id")) & 0xFFFFFFFF, len(data), 0, size)
+        head = _PIECE.pack(2, _id(order), len(data), 0, size)
         await self._send(head + data)
         return Accepted(), {}
+
+
+def _id(order: dict[str, Any]) -> int:
+    return int(number(order, "id")) & 0xFFFFFFFF

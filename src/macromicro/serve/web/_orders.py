@@ -16,7 +16,8 @@ from macromicro.schema.par import entries, finite
 from macromicro.serve import telling
 from macromicro.serve._instrument import Instrument
 from macromicro.serve._programmes import Planned
-from macromicro.serve.requests import KINDS, STOPS, Field, RequestType
+from macromicro.serve.capturing import Trigger, Wanted
+from macromicro.serve.requests import KINDS, POINTS, STOPS, Field, RequestType
 from macromicro.units import size
 
 
@@ -90,11 +91,15 @@ def _keys(kind: RequestType) -> tuple[str, ...]:
 # Of every order that may be refused: a stop, an emergency stop and signs of life never are.
 KEYS: dict[str, tuple[str, ...]] = {
     **{name: _keys(kind) for name, kind in KINDS.items() if kind.access != STOPS},
+    **{name: (*_keys(kind), "time") for name, kind in POINTS.items()},
     "gains": ("changes",),
     "limits": ("values",),
     "programme": ("name", "uploaded"),
     "download": ("name", "offset"),
     "upload": ("name", "offset", "text", "last"),
+    "capture": ("signals", "trigger", "before", "after", "repeat"),
+    "captured": ("seen",),
+    "end capture": (),
     "record": (),
     "end recording": (),
     "settings": (),
@@ -139,6 +144,27 @@ class Orders:
         if what in self._own:
             return self._own[what](order)
         return _read(KINDS[what], order, self._instrument.place)
+
+    def point(self, order: dict[str, Any]) -> tuple[m.SetPoint | m.SetPoints, float]:
+        """A streamed set point, and its time on the client's clock [s] or NaN."""
+        kind, place = POINTS[order["do"]], self._instrument.place
+        values = [_value_of(field, order, place) for field in kind.fields]
+        return kind.message(*values), number(order, "time") if "time" in order else math.nan
+
+    def capture(self, order: dict[str, Any]) -> Wanted:
+        """What is to be captured; its values are judged elsewhere."""
+        signals, trigger = order.get("signals"), order.get("trigger", {})
+        if not isinstance(signals, list) or not all(isinstance(name, str) for name in signals):
+            raise Refusal("signals are not a list of names", "give the names of columns")
+        known = ", ".join(Trigger._fields)
+        if not isinstance(trigger, dict) or not set(trigger) <= set(Trigger._fields):
+            raise Refusal(f"trigger {trigger!r:.60} is unknown", f"give {known}")
+        words: dict[str, Any] = {key: text(trigger, key) for key in trigger if key != "threshold"}
+        if "threshold" in trigger:
+            words["threshold"] = number(trigger, "threshold")
+        repeat = _flag(order, "repeat") if "repeat" in order else False
+        before, after = (number({"before": 0.0, **order}, key) for key in ("before", "after"))
+        return Wanted(tuple(signals), Trigger(**words), before, after, repeat)
 
     def _shipped(self, order: dict[str, Any]) -> m.Request:
         name, known = text(order, "name"), self._instrument.programmes()
@@ -196,6 +222,8 @@ def _read(kind: RequestType, order: dict[str, Any], place: Place) -> m.Request:
 
 
 def _value_of(field: Field, order: dict[str, Any], place: Place) -> float | bool | str:
+    if field.default is not None and field.key not in order:
+        return field.default
     if field.choices:
         return text(order, field.key)
     if field.unit == "m":

@@ -38,7 +38,7 @@ class Session(Client):
         self.listed = False
         self.listing = asyncio.Lock()
         self.returns = True
-        self.jog: tuple[str, float] | None = None
+        self.jog = ""  # the stage of a jog of this page
         self.upload = Upload()
 
 

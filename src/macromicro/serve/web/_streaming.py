@@ -46,8 +46,8 @@ class Stream:
         before, self._wanted = self._wanted, order
         return before
 
-    async def run(self, send: Send, answer: Answer, each: Callable[[], Awaitable[None]]) -> None:
-        """Stream until the viewer leaves; `each` runs every turn."""
+    async def run(self, send: Send, answer: Answer) -> None:
+        """Stream until the viewer leaves."""
         hub, period = self._context.hub, 1.0 / self._bounds.frames
         turn, seen, control = -1, 0, None
         due = time.monotonic()
@@ -66,7 +66,6 @@ class Stream:
                 if hub.control is not control:
                     control = hub.control
                     await send(hub.gains())
-                await each()
                 due = max(due + period, time.monotonic())
                 await asyncio.sleep(due - time.monotonic())
         except ConnectionClosed:

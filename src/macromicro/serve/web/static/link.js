@@ -81,7 +81,7 @@ export class Link {
   }
 
   // Sends a message that has no reply.
-  tell(what) { if (this.ready) this.put({ do: what }); }
+  tell(what, fields = {}) { if (this.ready) this.put({ ...fields, do: what }); }
 
   text(message) {
     if ("state" in message) {

@@ -2,6 +2,7 @@
 
 import { Alarms } from "./alarms.js";
 import { SoftLimits, Upload, saveSettings } from "./files.js";
+import { Drag } from "./follow.js";
 import { Gains } from "./gains.js";
 import { chooseUnit, length } from "./length.js";
 import { Link } from "./link.js";
@@ -10,7 +11,7 @@ import { News, outcome } from "./news.js";
 import { Orders } from "./orders.js";
 import { drawPlane } from "./plane.js";
 import { Recordings } from "./recordings.js";
-import { Ruler } from "./ruler.js";
+import { Ruler, valueAt } from "./ruler.js";
 import { Points, Steps } from "./steps.js";
 import { Plot, Ring } from "./traces.js";
 import { FIRST, Plane } from "./xy.js";
@@ -32,10 +33,20 @@ const plots = [
   new Plot($("plots"), "Effort of y", [], 1, "y"),
   new Plot($("plots"), "Wire temperature, estimated", [[6, "two", "estimate", "degC", 1]], 5, "micro"),
 ];
+const link = new Link({ welcome, state, news: tidings, gains: (g) => gains.show(g), frame, closed }, newView);
+const dragged = (event) => {
+  const scale = ruler.scaleAt(event); // as it was when the pointer went down
+  return scale ? (later) => ["point", { value: valueAt(scale, later) * length.scale, unit: length.base }] : null;
+};
+const pointed = () => (later) => {
+  const [x, y] = bothAxes.under(later).point;
+  return ["points", { x, y, unit: length.base }];
+};
+new Drag($("ruler"), $("drag-follows"), { link, page, begin: dragged, stage: () => link.welcome.stages[0] });
+new Drag($("plane-xy"), $("drag-follows-xy"), { link, page, begin: pointed, stage: () => "all" });
 const ruler = new Ruler($("ruler"), pick), news = new News($("events"));
 let laws = 0, channels = FIRST, period = 1e-3, ring = null, view = 0, newest = null, pending = false, lost = false, replayed = true, heard = -Infinity;
 
-const link = new Link({ welcome, state, news: tidings, gains: (g) => gains.show(g), frame, closed }, newView);
 const orders = new Orders(link, page), gains = new Gains(orders);
 const warnings = new Alarms(), recordings = new Recordings(link, page);
 const upload = new Upload(link, page), softLimits = new SoftLimits(orders, page);

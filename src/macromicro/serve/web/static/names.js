@@ -27,6 +27,6 @@ export const names = {
 export function said(words) {
   return length.said(!names.own ? words : words
     .replace(/\bmoving-macro\b/g, "moving")
-    .replace(/\b(jog|move) macro\b/g, "$1").replace(/\bmacro (jog|move)\b/g, "$1")
+    .replace(/\b(jog|move|follow) macro\b/g, "$1").replace(/\bmacro (jog|move|follow)\b/g, "$1")
     .replace(/\bmacro-stage\b/g, names.stages.macro ?? "axis"));
 }

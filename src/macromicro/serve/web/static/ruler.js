@@ -10,6 +10,9 @@ export function spans(travel) {
   return travel > 2 * SPANS[1] ? SPANS : [null, travel / 5, travel / 50, travel / 500];
 }
 
+// The value [mm] at a place of a scale.
+export function valueAt(scale, event) { return scale.from + ((event.offsetX - scale.left) / scale.inner) * scale.span; }
+
 export class Ruler {
   // pick(position [mm], the scale's resolution [mm]): somebody clicked there.
   constructor(canvas, pick) {
@@ -18,13 +21,15 @@ export class Ruler {
     this.scales = [];
     this.proposed = NaN;
     canvas.addEventListener("click", (event) => {
-      const scale = this.scales.findLast((s) => event.offsetY >= s.top);
+      const scale = this.scaleAt(event);
       if (!scale) return;
-      const value = scale.from + ((event.offsetX - scale.left) / scale.inner) * scale.span;
+      const value = valueAt(scale, event);
       const step = 10 ** Math.floor(Math.log10(scale.span / scale.inner));
       if (value >= scale.from && value <= scale.from + scale.span) pick(Math.round(value / step) * step, step);
     });
   }
+
+  scaleAt(event) { return this.scales.findLast((s) => event.offsetY >= s.top); }
 
   // place: {position, macro, micro} mm, uncertainty um, target mm or NaN; live: is it known and
   // of this moment? unit: {factor [m], name} of the labels. Of a machine that turns deg for mm.

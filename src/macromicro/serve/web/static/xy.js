@@ -55,10 +55,15 @@ export class Plane {
     };
   }
 
+  // The point [m] under the pointer, and the scale of the picture.
+  under(event) {
+    const canvas = $("plane-xy"), at = this.scale(canvas.clientWidth, canvas.clientHeight);
+    return { at, point: at.back(event.offsetX, event.offsetY) };
+  }
+
   pick(event) {
     if (!this.there) return;
-    const canvas = $("plane-xy"), at = this.scale(canvas.clientWidth, canvas.clientHeight);
-    const point = at.back(event.offsetX, event.offsetY);
+    const { at, point } = this.under(event);
     if (point.some((m, k) => m < this.axes[k].low || m > this.axes[k].high)) return;
     const step = 10 ** Math.floor(Math.log10(1 / at.unit)); // m; what a pixel can tell
     const digits = Math.max(0, Math.round(Math.log10(length.factor / step)));

@@ -1,0 +1,168 @@
+"""Leads a set point after a moving target, within limits of speed, acceleration, jerk and place.
+
+Each period ends in a state from which a stop within all limits is known; where the law's wish would
+leave no such stop, the known one is begun. So the set point keeps the limits whatever the target
+does.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from macromicro.control.live.leading import Aim, Piece, at
+from macromicro.motion import Segment
+
+PACE = 0.35  # of a radian in a period: how fast an error of the set point decays
+EASE = 0.7  # of acceleration and jerk: what an approach over a long way uses
+_NEAR = 1e-9  # of a limit: rounding
+_STILL = 1e-6  # of a limit: it rests
+
+
+class Limits(NamedTuple):
+    # velocity, acceleration, jerk: m/s and so on; low, high: m
+    velocity: float
+    acceleration: float
+    jerk: float
+    low: float
+    high: float
+
+
+class Track(NamedTuple):
+    """The set point at the begin of a period, and a stop from there that keeps all limits."""
+
+    aim: Aim
+    stop: tuple[Segment, ...]
+
+
+def stop(q: Limits, aim: Aim) -> tuple[Segment, ...]:
+    """The quickest way to rest from a set point, within acceleration and jerk."""
+    p, v, a, _ = aim
+    j, most = q.jerk, q.acceleration
+    left = v + a * abs(a) / (2.0 * j)  # the speed once the acceleration is ramped to 0
+    way = 1.0 if left >= 0.0 else -1.0
+    v, a = way * v, way * a
+    peak = math.sqrt(max(j * v + 0.5 * a * a, 0.0))
+    held = 0.0
+    if peak > most:
+        peak, held = most, (v + a * a / (2.0 * j) - most * most / j) / most
+    pieces, here = [], Aim(p, way * v, way * a, 0.0)
+    for duration, jerk in (((a + peak) / j, -j), (held, 0.0), (peak / j, j)):
+        if duration > 0.0:
+            here = here._replace(jerk=way * jerk)
+            pieces.append(Segment(duration, *here))
+            here = at(here, duration)
+    return tuple(pieces)
+
+
+def _kept(q: Limits, pieces: tuple[Segment, ...]) -> bool:
+    """Whether positions and speeds stay within the limits on these pieces."""
+    span = max(q.high - q.low, abs(q.low), abs(q.high)) if math.isfinite(q.high - q.low) else 0.0
+    low, high = q.low - _NEAR * span, q.high + _NEAR * span
+    fastest, hardest = q.velocity * (1.0 + _NEAR), q.acceleration * (1.0 + _NEAR)
+    for duration, p, v, a, j in pieces:
+        aim, times = Aim(p, v, a, j), [duration]
+        if j != 0.0:
+            times.append(-a / j)  # where the speed is extreme
+            under = a * a - 2.0 * j * v
+            if under >= 0.0:  # where it turns
+                root = math.sqrt(under)
+                times += [(-a - root) / j, (-a + root) / j]
+        elif a != 0.0:
+            times.append(-v / a)
+        for time in times:
+            if 0.0 < time <= duration:
+                then = at(aim, time)
+                if not low <= then.position <= high or abs(then.velocity) > fastest:
+                    return False
+                if abs(then.acceleration) > hardest:
+                    return False
+    return True
+
+
+def start(q: Limits, aim: Aim) -> Track:
+    """Begin at a set point; one that moves already may need more than the limits to stop."""
+    return Track(aim._replace(jerk=0.0), stop(q, aim))
+
+
+def _approach(q: Limits, way: float, pace: float) -> tuple[float, float]:
+    """The speed towards a target at rest, and by how much it falls per metre of the way.
+
+    Proportional near the target; from farther away as fast as acceleration and jerk can brake.
+    """
+    most, jerk = EASE * q.acceleration, EASE * q.jerk
+    close = most / (pace * pace)  # where the proportional speed falls as fast as one brakes
+    if way <= close:
+        return pace * way, pace
+    way -= 0.5 * close
+    ramp = most * most / (2.0 * jerk)
+    root = math.sqrt(ramp * ramp + 2.0 * most * way)
+    short, far = (way * way * jerk) ** (1.0 / 3.0), root - ramp
+    speed = min(short, far, q.velocity)
+    if speed == short:
+        return speed, 2.0 / 3.0 * short / way
+    return speed, most / root if speed == far else 0.0
+
+
+def wished(q: Limits, aim: Aim, target: Aim, dt: float) -> float:
+    """The jerk that a follower would like: linear near the target, less for large errors."""
+    pace = PACE / dt
+    error = target.position - aim.position
+    speed, fall = _approach(q, abs(error), 0.5 * pace)
+    wanted = target.velocity + math.copysign(speed, error)
+    wanted = min(max(wanted, -q.velocity), q.velocity)
+    off = wanted - aim.velocity
+    change = math.copysign(min(0.5 * pace * abs(off), math.sqrt(EASE * q.jerk * abs(off))), off)
+    change += target.acceleration + fall * (target.velocity - aim.velocity)
+    change = min(max(change, -q.acceleration), q.acceleration)
+    return min(max(3.0 * pace * (change - aim.acceleration), -q.jerk), q.jerk)
+
+
+def _there(q: Limits, aim: Aim, target: Aim, dt: float) -> bool:
+    """Whether it rests on the target, but for rounding."""
+    off = abs(target.position - aim.position)
+    return (
+        target.velocity == 0.0
+        and off <= _STILL * q.velocity * dt
+        and abs(aim.velocity) <= _STILL * q.velocity
+        and abs(aim.acceleration) <= _STILL * q.acceleration
+    )
+
+
+def step(q: Limits, track: Track, target: Aim, dt: float) -> tuple[Track, Aim, tuple[Piece, ...]]:
+    """The set point of this period, where its polynomial changes, and the state behind it."""
+    here = track.aim
+    if _there(q, here, target, dt):
+        rest = Aim(target.position, 0.0, 0.0, 0.0)
+        return Track(rest, ()), rest, ()
+    ease = min(max(-here.acceleration / dt, -q.jerk), q.jerk)
+    for jerk in (wished(q, here, target, dt), ease):
+        aim = here._replace(jerk=jerk)
+        after = at(aim, dt)
+        way = stop(q, after)
+        if _kept(q, (Segment(dt, *aim), *way)):
+            return Track(after._replace(jerk=0.0), way), aim, ()
+    return stopping(track, dt)
+
+
+def stopping(track: Track, dt: float) -> tuple[Track, Aim, tuple[Piece, ...]]:
+    """One period of the known stop."""
+    rest = Aim(track.aim.position, 0.0, 0.0, 0.0)
+    if not track.stop:
+        return track._replace(aim=rest), rest, ()
+    first, begin, later = Aim(*track.stop[0][1:]), 0.0, []
+    left: list[Segment] = []
+    for piece in track.stop:
+        end = begin + piece.duration
+        if 0.0 < begin < dt:
+            later.append((begin, Aim(*piece[1:])))
+        if end > dt:
+            since = max(dt - begin, 0.0)
+            left.append(Segment(end - max(begin, dt), *at(Aim(*piece[1:]), since)))
+        begin = end
+    last = track.stop[-1]
+    over = at(Aim(*last[1:]), last.duration)._replace(velocity=0.0, acceleration=0.0, jerk=0.0)
+    if begin < dt:
+        later.append((begin, over))
+    then = Aim(*left[0][1:]) if left else over
+    return Track(then._replace(jerk=0.0), tuple(left)), first, tuple(later)

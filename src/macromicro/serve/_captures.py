@@ -1,0 +1,64 @@
+"""Captures of the clients, one each."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+
+from macromicro.arrays import Array
+from macromicro.columns import Column
+from macromicro.errors import ProblemError
+from macromicro.serve import capturing
+from macromicro.serve._loop_connection import LoopConnection
+from macromicro.serve.capturing import Capture, Wanted
+from macromicro.serve.choosing import AnySettings
+from macromicro.serve.shared import WRITTEN, columns, shown
+
+
+class Captures:
+    """Looks at the telemetry for all of them; thread-safe."""
+
+    def __init__(self, connection: LoopConnection, settings: AnySettings) -> None:
+        self._connection, self._settings = connection, settings
+        self._lock = threading.Lock()
+        self._captures: dict[str, Capture] = {}
+
+    @property
+    def signals(self) -> tuple[Column, ...]:
+        """The columns that can be captured."""
+        every, _ = self._columns
+        kept = columns(self._connection.channels, self._settings.law_columns)
+        return tuple(every[k] for k in kept)
+
+    @property
+    def _columns(self) -> tuple[Sequence[Column], Array]:
+        return shown(self._settings.live.place, self._settings.law_columns)
+
+    def begin(self, client: str, wanted: Wanted) -> Capture:
+        """Begin a capture, in place of the client's last one; raises InputError."""
+        shared, period = self._connection.shared, self._settings.period
+        capturing.checked(wanted, self.signals, period)
+        if shared is None or not self._connection.running:
+            raise ProblemError("capture", "the loop process is not running", "Start it again.")
+        capture = Capture(wanted, *self._columns, period, int(shared.cells[WRITTEN]))
+        with self._lock:
+            self._captures[client] = capture
+        return capture
+
+    def of(self, client: str) -> Capture | None:
+        """The client's capture."""
+        return self._captures.get(client)
+
+    def end(self, client: str) -> None:
+        with self._lock:
+            self._captures.pop(client, None)
+
+    def look(self) -> None:
+        """Look at the rows that have come; to be called periodically."""
+        shared, ledger = self._connection.shared, self._connection.ledger
+        if shared is None:
+            return
+        with self._lock:
+            waiting = list(self._captures.values())
+        for capture in waiting:
+            capture.look(shared, lambda motion: ledger.finished(motion, 0.0))
