@@ -1,4 +1,4 @@
-"""The Channel Access server with its own thread and event loop."""
+"""The Channel Access server."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from macromicro.extras import require
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.guesses import Token
 from macromicro.serve.hosts import HOST, guarded
-from macromicro.serve.threaded import Threaded
+from macromicro.serve.listening import Listener
 
 if TYPE_CHECKING:
     from macromicro.serve.station import Station
@@ -33,7 +33,7 @@ def checked(prefix: str) -> str:
     return prefix.rstrip(":")
 
 
-class EpicsServer(Threaded):
+class EpicsServer(Listener):
     """Serves the machine as channels named `prefix`...; a context manager.
 
     Address and port: EPICS_CAS_INTF_ADDR_LIST (default 127.0.0.1) and EPICS_CA_SERVER_PORT.
@@ -62,7 +62,7 @@ class EpicsServer(Threaded):
 
         channels = Channels(self._instrument)
         context: Any = Circuits(channels.named(self.prefix), self._interfaces, channels.left)
-        await asyncio.to_thread(channels.client.connect)
+        channels.client.connect()
 
         async def look(_: object) -> None:
             await channels.look()
