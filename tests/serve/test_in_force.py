@@ -7,6 +7,9 @@ from typing import Any
 
 from macromicro.control.live import messages as m
 from macromicro.serve._in_force import InForce
+from macromicro.serve._ledger import EVENTS, Ledger
+from macromicro.serve._trail import Trail
+from macromicro.serve.settings import LiveSettings
 
 
 def test_speeds_are_those_last_set_until_the_loop_begins_anew() -> None:
@@ -29,3 +32,14 @@ def test_speeds_are_those_last_set_until_the_loop_begins_anew() -> None:
     for base in ("m", "rad"):
         event = told("speed", "set speed", **{f"speed_{base}_per_s": 0.5})
         assert speeds({"macro": 1.0}, event) == {"macro": 0.5}
+
+
+def test_gains_stay_in_force_however_many_events_follow() -> None:
+    """Events are kept up to a number; what they have changed is not forgotten with them."""
+    settings = LiveSettings()
+    ledger = Ledger(Trail(), InForce(settings))
+    ledger.event(m.Event(0.0, "gains", "", "", "set gains", {"dead_zone": {"new": 2.5}}))
+    for _ in range(EVENTS):
+        ledger.event(m.Event(0.0, "fan", "", "", "fan", {"on": True}))
+    assert all(event.kind == "fan" for event in ledger.events(-1)[1])
+    assert ledger.in_force.control.dead_zone == 2.5

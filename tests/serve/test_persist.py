@@ -152,6 +152,20 @@ def test_a_failed_write_leaves_the_old_text(
     assert persist.load(path) == KEPT
 
 
+def test_a_motion_waits_for_the_disk_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, synced, sync = tmp_path / "position.json", [], os.fsync
+    persist.save(path, KEPT)
+
+    def noted(number: int) -> None:
+        synced.append(number)
+        sync(number)
+
+    monkeypatch.setattr(persist.os, "fsync", noted)
+    persist.save(path, KEPT._replace(moving=True))
+    assert len(synced) == 1
+    assert persist.load(path) == KEPT._replace(moving=True)
+
+
 def test_the_lock_names_who_has_it(tmp_path: Path) -> None:
     path = tmp_path / "position.json"
     one, two = Lock(path), Lock(path)

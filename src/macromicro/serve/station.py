@@ -66,6 +66,7 @@ class Station(Observed):
             return
         self.stop()  # what is left of a loop that died
         self._connection.start()
+        self._ended = asyncio.Event()
         self._attending = _background.submit(self._attend())
         deadline = time.monotonic() + FIRST_S  # a rig may be silent: the snapshot says so
         while not self.snapshot().pace.periods and time.monotonic() < deadline:
@@ -216,7 +217,6 @@ class Station(Observed):
     # What goes on by itself
 
     async def _attend(self) -> None:
-        self._ended.clear()
         await asyncio.gather(self._mind(), self._keep(), self._reopen())
 
     async def _mind(self) -> None:
