@@ -38,7 +38,7 @@ class Listener(ABC):
             self._bound.set_result(None)
 
     def start(self) -> None:
-        """Listen."""
+        """Listen. What takes its time, such as imports, is done before: not in the event loop."""
         if self._task is not None:
             raise MacromicroError(f"the {self._kind} server runs already")
         self._bound, self.failure = Future(), None

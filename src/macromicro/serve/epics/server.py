@@ -50,17 +50,23 @@ class EpicsServer(Listener):
         super().__init__("EPICS", self._interfaces[0], 0)
         self._instrument = Instrument(station, token=token)
 
-    async def _serve(self) -> None:
+    def start(self) -> None:
         if self._interfaces == [HOST]:
             for name, value in _QUIET.items():
                 os.environ.setdefault(name, value)
         logging.getLogger("caproto").addHandler(logging.NullHandler())
         for name in ("caproto", "caproto.ctx", "caproto.circ", "caproto.bcast", "caproto.ch"):
             logging.getLogger(name).setLevel(logging.CRITICAL)  # a refused put is no news
-        from macromicro.serve.epics._circuits import Circuits
+        from macromicro.serve.epics import _circuits  # noqa: F401 - needed by `_serve`
         from macromicro.serve.epics._machine import Channels
 
-        channels = Channels(self._instrument)
+        self._channels = Channels(self._instrument)
+        super().start()
+
+    async def _serve(self) -> None:
+        from macromicro.serve.epics._circuits import Circuits
+
+        channels = self._channels
         context: Any = Circuits(channels.named(self.prefix), self._interfaces, channels.left)
         channels.client.connect()
 

@@ -61,6 +61,12 @@ class WebServer(Listener):
         return url(*self.address)
 
     def start(self) -> None:
+        from websockets.asyncio import server  # noqa: F401 - needed by `_listen`
+
+        from macromicro.serve.web import _connection  # noqa: F401 - needed by `_view`
+        from macromicro.serve.web._context import Context
+
+        self._context = Context(self._station, self._token, self._folder, self._table, self._bounds)
         if not is_loopback(self._where[0]):
             name = socket.gethostname()
             self._gate.answer_to(name)
@@ -75,9 +81,7 @@ class WebServer(Listener):
             self._gate.answer_to(full)
 
     async def _serve(self) -> None:
-        from macromicro.serve.web._context import Context
-
-        context = Context(self._station, self._token, self._folder, self._table, self._bounds)
+        context = self._context
         try:
             await context.look()
             server = await self._listen(context)
