@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 import threading
 from pathlib import Path
@@ -15,6 +16,7 @@ from macromicro.control.live import messages as m
 from macromicro.errors import MacromicroError
 from macromicro.serve import requests
 from macromicro.serve._captures import Captures
+from macromicro.serve._in_force import InForce
 from macromicro.serve._trail import Trail
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import NAMES
@@ -153,6 +155,22 @@ class FakeStation:
                 facts = {path: {"old": 0, "new": new} for path, new in request.changes}
                 self.told.append(m.Event(0.0, "gains", self.mode, self.mode, "set gains", facts))
             return m.Accepted()
+
+    async def order(self, client: str, request: Any, since: Any = None) -> m.Reply:
+        return self.request(client, request, since)
+
+    async def emergency_stop(self, client: str = "") -> float:
+        return self.emergency(client)
+
+    async def news(self) -> None:
+        await asyncio.sleep(0.005)  # the test may have changed something
+
+    @property
+    def in_force(self) -> InForce:
+        found = InForce(self.settings)
+        for event in self.told:
+            found.follow(event)
+        return found
 
     def beyond(self, request: Any) -> bool:
         q, wanted = self.s.limits, []

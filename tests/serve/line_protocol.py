@@ -15,12 +15,13 @@ from typing import Any
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused, Reply
+from macromicro.serve._capacity import Capacity
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.bucket import Bucket
-from macromicro.serve.client import Client, Dispatcher, Entry, Waiting
+from macromicro.serve.client import Client, Entry, Waiting
 from macromicro.serve.guesses import TRIES, Token
+from macromicro.serve.listening import Listener
 from macromicro.serve.requests import KINDS, OVERTAKEN, STOPS
-from macromicro.serve.threaded import Threaded
 
 CLIENTS, SILENT, WAITING = 4, 8, 16
 RATE, BURST = 100.0, 100.0  # lines a second, and at once
@@ -35,16 +36,15 @@ class LineConnection:
     def __init__(
         self,
         instrument: Instrument,
-        dispatcher: Dispatcher,
+        capacity: Capacity,
         reader: asyncio.StreamReader,
         writer: asyncio.StreamWriter,
     ) -> None:
         address, port = writer.get_extra_info("peername")[:2]
-        self.client = Client(instrument, f"line {address}:{port}", address)
-        self._dispatcher, self._reader, self._writer = dispatcher, reader, writer
+        self.client = Client(instrument, f"line {address}:{port}", address, capacity)
+        self._reader, self._writer = reader, writer
         self._waiting: Waiting[list[str]] = Waiting(self.client, WAITING)
         self._bucket = Bucket(RATE, BURST)
-        self._loop = asyncio.get_running_loop()
         self.heard = time.monotonic()
 
     @property
@@ -57,7 +57,7 @@ class LineConnection:
     def beat(self) -> None:
         if not self.client.beat(time.monotonic() - max(self.heard, self._waiting.rested)):
             lost = Refused("control lost: silent for longer than the watchdog", "TAKE")
-            self._loop.call_soon_threadsafe(self._answer, lost)
+            self._answer(lost)
 
     async def run(self) -> None:
         tasks = [asyncio.create_task(self._read())]
@@ -65,7 +65,7 @@ class LineConnection:
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            await self._dispatcher.overtake(self.client, self.client.close)
+            self.client.close()
             for task in tasks:
                 task.cancel()
             self._writer.transport.abort()
@@ -73,8 +73,8 @@ class LineConnection:
     async def _read(self) -> None:
         with contextlib.suppress(ValueError, OSError):  # a line without an end; a reset
             line = await self._reader.readline()
-            if line and self._dispatcher.capacity.claim(self):
-                await self._dispatcher.overtake(self.client, self.client.connect)
+            if line and self.client.capacity.claim(self):
+                self.client.connect()
                 while line:
                     await self._hear(line)
                     line = await self._reader.readline()
@@ -82,22 +82,22 @@ class LineConnection:
     async def _hear(self, line: bytes) -> None:
         """Stops are done here; the rest waits for its turn."""
         self.heard = time.monotonic()
-        await self._bucket.take(self._dispatcher.price(self.client))
+        await self._bucket.take(self.client.price)
         words = line.decode("ascii", "replace").lower().split()
         kind = KINDS.get(" ".join(words))
         if kind is not None and kind.access == STOPS:
             for _ in self._waiting.drop():
                 self._answer(OVERTAKEN)
             act = self._stop if kind.message is m.Stop else self._emergency
-            self._answer(await self._dispatcher.overtake(self.client, act))
+            self._answer(await act())
         elif not self._waiting.offer(words):
             self._answer(Refused("too many lines wait", "wait for answers"))
 
-    def _stop(self) -> Reply:
-        return self.client.stop()
+    async def _stop(self) -> Reply:
+        return await self.client.stop()
 
-    def _emergency(self) -> Reply:
-        silent = math.isnan(self.client.emergency())
+    async def _emergency(self) -> Reply:
+        silent = math.isnan(await self.client.emergency())
         return Refused("the loop did not answer", "the supply") if silent else Accepted()
 
     async def _do(self, entry: Entry[list[str]]) -> bool:
@@ -106,13 +106,12 @@ class LineConnection:
             self._say(f"ok {now.position_m * 1e3:.4f} mm, {'' if now.trusted else 'not '}trusted")
             return True
         try:
-            self._answer(await self._dispatcher.run(self.client, self._order, entry))
+            self._answer(await self._order(entry))
         except ValueError:
             self._answer(_UNKNOWN)
         return self.client.failures < TRIES
 
-    def _order(self, entry: Entry[list[str]]) -> Reply:
-        """In a thread, as the station may take its time."""
+    async def _order(self, entry: Entry[list[str]]) -> Reply:
         client, (word, *given) = self.client, [*entry.order, ""]
         if word == "token":
             problem = client.authenticate(given[0])
@@ -123,11 +122,12 @@ class LineConnection:
         if not client.authenticated:
             return _NO_TOKEN
         if word == "take":
-            return client.station.acquire(client.name)
+            return client.take()
         if word == "move":
-            return client.request(m.MoveTo(_number(given[0]) * 1e-3), entry)
+            return await client.request(m.MoveTo(_number(given[0]) * 1e-3), entry)
         kind = KINDS.get(" ".join(entry.order))
-        return _UNKNOWN if kind is None or kind.fields else client.request(kind.message(), entry)
+        known = kind is not None and not kind.fields
+        return await client.request(kind.message(), entry) if known else _UNKNOWN
 
     def _answer(self, reply: Reply) -> None:
         if isinstance(reply, Accepted):
@@ -147,7 +147,7 @@ def _number(text: str) -> float:
     return found
 
 
-class LineServer(Threaded):
+class LineServer(Listener):
     """The protocol at a port."""
 
     def __init__(self, station: Any, token: str | None = None) -> None:
@@ -155,16 +155,16 @@ class LineServer(Threaded):
         self._instrument = Instrument(station, token=Token(token))
 
     async def _serve(self) -> None:
-        dispatcher = Dispatcher("line", CLIENTS, SILENT, yielding=True)
+        capacity = Capacity(CLIENTS, SILENT, yielding=True)
         living: dict[LineConnection, asyncio.Task[None] | None] = {}
 
         async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-            connection = LineConnection(self._instrument, dispatcher, reader, writer)
-            dispatcher.capacity.arrive(connection)
+            connection = LineConnection(self._instrument, capacity, reader, writer)
+            capacity.arrive(connection)
             living[connection] = asyncio.current_task()
             with contextlib.suppress(asyncio.CancelledError):  # the server ends
                 await connection.run()
-            dispatcher.capacity.leave(connection)
+            capacity.leave(connection)
             del living[connection]
 
         server = await asyncio.start_server(serve, *self._where, limit=256)
@@ -172,12 +172,11 @@ class LineServer(Threaded):
         try:
             while True:
                 await asyncio.sleep(BEAT_S)
-                await dispatcher.beat(living)
-        except asyncio.CancelledError:
+                for connection in living:
+                    connection.beat()
+        finally:
             server.close()
             tasks = [task for task in living.values() if task is not None]
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
-        finally:
-            dispatcher.close()

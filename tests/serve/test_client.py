@@ -29,6 +29,9 @@ class Station(FakeStation):
         self.open.set()
         self.entered = 0
 
+    async def order(self, client: str, request: Any, since: Any = None) -> m.Reply:
+        return await asyncio.to_thread(self.request, client, request, since)
+
     def request(self, client: str, request: Any, since: Any = None) -> m.Reply:
         self.entered += 1
         if not isinstance(request, m.Stop):
@@ -243,7 +246,7 @@ def test_an_order_from_before_a_stop_does_not_reach_the_station(station: Station
     client = Client(Instrument(station), "a")  # type: ignore[arg-type]
     station.acquire("a")
     entry = Entry("fan", client.stops, station.stops, 0)
-    assert client.request(m.Fan(True), entry) == m.Accepted()
-    client.stop()
-    assert client.request(m.Fan(True), entry) == OVERTAKEN
+    assert asyncio.run(client.request(m.Fan(True), entry)) == m.Accepted()
+    asyncio.run(client.stop())
+    assert asyncio.run(client.request(m.Fan(True), entry)) == OVERTAKEN
     assert [type(r) for r in station.requests] == [m.Fan, m.Stop]

@@ -13,6 +13,7 @@ import pytest
 from macromicro.errors import MacromicroError
 from macromicro.schema.config import overridden
 from macromicro.serve import _position_store, persist
+from macromicro.serve._background import call
 from macromicro.serve._position_store import Place, PositionStore
 from macromicro.serve.persist import Evident, Kept, Lock
 from macromicro.serve.settings import LiveSettings
@@ -151,6 +152,20 @@ def test_a_failed_write_leaves_the_old_text(
     assert persist.load(path) == KEPT
 
 
+def test_a_motion_waits_for_the_disk_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, synced, sync = tmp_path / "position.json", [], os.fsync
+    persist.save(path, KEPT)
+
+    def noted(number: int) -> None:
+        synced.append(number)
+        sync(number)
+
+    monkeypatch.setattr(persist.os, "fsync", noted)
+    persist.save(path, KEPT._replace(moving=True))
+    assert len(synced) == 1
+    assert persist.load(path) == KEPT._replace(moving=True)
+
+
 def test_the_lock_names_who_has_it(tmp_path: Path) -> None:
     path = tmp_path / "position.json"
     one, two = Lock(path), Lock(path)
@@ -187,7 +202,7 @@ class Scene:
         self, row: int, count: float, moving: bool, trusted: bool = True, why: str = "homed"
     ) -> Kept | str:
         self.place = Place(row, count, 0.0, trusted, why, moving, -0.0021)
-        self.store.update()
+        call(self.store.update())
         return persist.load(self.path)
 
 
@@ -198,7 +213,7 @@ def test_moving_is_in_the_file_before_anything_moves(tmp_path: Path) -> None:
         offset=0.0,
         saved=persist.load(scene.path).saved,  # type: ignore[union-attr]
     )
-    scene.store.begin_motion()
+    call(scene.store.begin_motion())
     assert persist.load(scene.path).moving  # type: ignore[union-attr]
     # The loop has not answered, and then rows of before the motion still show rest.
     assert scene.show(11, 5.0, False).moving  # type: ignore[union-attr]
@@ -228,7 +243,7 @@ def test_where_nothing_can_be_written_the_file_goes(
 
     monkeypatch.setattr(_position_store, "RETRY_S", 0.0)
     monkeypatch.setattr(persist.os, "fsync", full)
-    scene.store.begin_motion()
+    call(scene.store.begin_motion())
     assert persist.load(scene.path) == "no position was saved"
     assert "No space left" in scene.reports[0]
 
@@ -239,7 +254,7 @@ def test_where_nothing_can_be_written_the_file_goes(
     scene.show(5, 5.0, False)
     monkeypatch.setattr(Path, "unlink", locked)
     with pytest.raises(MacromicroError, match="and this file cannot be removed"):
-        scene.store.begin_motion()
+        call(scene.store.begin_motion())
 
 
 def test_once_there_is_room_again_the_file_is_written(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -77,7 +78,7 @@ def test_a_new_request_is_one_line_of_the_table(
     session = Session(instrument, "test")
     (unit,) = parse(Tree(_motion.commands("park")), b"PARK 5 MM, ON").units
     assert unit.command.access == CONTROL
-    attempt(session, unit, session.stops, session.failed)
+    asyncio.run(attempt(session, unit, session.stops, session.failed))
     assert station.requests == [Park(0.005, True, "test")]
     order = {"do": "park", "value": 5, "unit": "mm", "fan": True}
     assert Orders(instrument).request(order) == Park(pytest.approx(0.005), True)  # type: ignore[comparison-overlap]

@@ -15,7 +15,7 @@ from serve_parts import FAIL_AT, MOTOR, PID, STEPS, UNPLUGGED, begun, causes, ou
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
-from macromicro.serve import _returning, faults, persist
+from macromicro.serve import faults, persist
 from macromicro.serve.station import Station
 
 Make = Callable[..., Station]
@@ -25,7 +25,7 @@ FIRST_S = 0.1  # between two tries
 @pytest.fixture(autouse=True)
 def soon(monkeypatch: pytest.MonkeyPatch) -> None:
     """A rig is tried again after a moment."""
-    monkeypatch.setattr(_returning, "FIRST_S", FIRST_S)
+    monkeypatch.setattr("macromicro.serve.station.REOPEN_S", FIRST_S)
 
 
 @pytest.fixture

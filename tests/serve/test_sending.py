@@ -26,7 +26,7 @@ Make = Callable[..., Station]
 
 def sender(shared: Shared, alive: Callable[[], bool]) -> Sender:
     none: Any = None
-    return Sender(none, shared, none, none, threading.RLock(), 1.0, alive, print)
+    return Sender(none, shared, none, none, 1.0, alive, print)
 
 
 def test_an_emergency_stop_has_succeeded_though_another_one_follows() -> None:

@@ -15,6 +15,7 @@ from serve_parts import LEFT, MOTOR, Running, begun, causes, outcome, until
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
 from macromicro.errors import MacromicroError
+from macromicro.serve import persist
 from macromicro.serve.station import Station
 
 Make = Callable[..., Station]
@@ -128,6 +129,27 @@ def test_a_lost_client_is_acted_upon_as_configured(action: str, gone: str, stati
     assert causes(machine, "link") == [action]
     assert "client lost" in causes(machine, "control")
     assert isinstance(machine.acquire("other"), Accepted)
+
+
+def test_a_lost_client_is_noticed_while_the_disk_is_slow(
+    station: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    writing, go_on, real = threading.Event(), threading.Event(), persist.save
+
+    def slow(path: Path, kept: persist.Kept) -> None:
+        writing.set()
+        go_on.wait(60.0)
+        real(path, kept)
+
+    monkeypatch.setattr(persist, "save", slow)
+    machine = station(client_timeout=0.2)
+    machine.start()
+    try:
+        assert writing.wait(60.0)
+        machine.acquire("test")
+        until(lambda: "client lost" in causes(machine, "control"), 20.0)
+    finally:
+        go_on.set()
 
 
 def test_events_and_telemetry_come_once(running: Running) -> None:

@@ -15,7 +15,7 @@ from serve_parts import until
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
 from macromicro.recording import Recording
-from macromicro.serve import persist
+from macromicro.serve import _background, persist
 from macromicro.serve.persist import Kept
 from macromicro.serve.station import Station
 from tests.serve.quick import quick
@@ -95,7 +95,7 @@ def coasting(tmp_path: Path) -> Iterator[Station]:
         until(lambda: station.snapshot().macro_count > AT_SPEED)
         ask(station, m.Disable())
         until(lambda: station.snapshot().mode == "disabled")
-        station._connection.keep()  # which goes on by itself, too, now and then
+        _background.call(station._connection.keep())  # which goes on by itself, too, now and then
         yield station
 
 

@@ -18,8 +18,8 @@ from macromicro.commands.signals import Signals
 from macromicro.serve.hosts import FOLDER, HOST, SCPI_PORT, WEB_PORT
 
 if TYPE_CHECKING:
+    from macromicro.serve.listening import Listener
     from macromicro.serve.station import Station
-    from macromicro.serve.threaded import Threaded
 
 TOKEN = "MACROMICRO_TOKEN"
 SWITCH_S = 0.001  # after which a thread that computes lets the others on: stops do not wait
@@ -205,12 +205,12 @@ def _serve(station: Station, doors: _Doors, record: Path | None, signals: Signal
                     raise server.failure
 
 
-def _open(station: Station, doors: _Doors, folder: Path, stack: ExitStack) -> list[Threaded]:
+def _open(station: Station, doors: _Doors, folder: Path, stack: ExitStack) -> list[Listener]:
     """Open the servers; those opened before one that fails are closed again."""
     from macromicro.serve import hosts
     from macromicro.serve.guesses import Token
 
-    servers: list[Threaded] = []
+    servers: list[Listener] = []
     token = Token(doors.token)
     if doors.scpi >= 0:
         from macromicro.serve.scpi.server import Server

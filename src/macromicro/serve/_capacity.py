@@ -1,21 +1,28 @@
-"""Places for clients, with priority for those who may command."""
+"""The clients of one server: places, prices and threads, with priority for who may command."""
 
 from __future__ import annotations
 
-from typing import Protocol
+import asyncio
+from collections.abc import Callable
+from typing import Protocol, TypeVar
 
+from macromicro.serve._background import in_thread
 from macromicro.serve.hosts import is_loopback
 
 # Who takes whose place: a higher rank that of the oldest one of the lowest.
 REMOTE, LOCAL, ADMITTED, HOLDER = range(4)
+OTHERS = 2  # threads for all clients that may not command
+T = TypeVar("T")
 
 
-class Member(Protocol):
-    """A connection, as its capacity needs it."""
-
+class Ranked(Protocol):
     @property
     def rank(self) -> int:
         """REMOTE, LOCAL (this computer), ADMITTED (may command) or HOLDER (of control)."""
+
+
+class Member(Ranked, Protocol):
+    """A connection, as its capacity needs it."""
 
     @property
     def heard(self) -> float:
@@ -26,12 +33,17 @@ class Member(Protocol):
 
 
 class Capacity:
-    """Places for `most` active and `silent` silent connections; `yielding` ones make room."""
+    """Places for `most` active and `silent` silent connections; `yielding` ones make room.
 
-    def __init__(self, most: int, silent: int, *, yielding: bool = False) -> None:
+    Beyond `crowd` of them, clients that may not command pay more, and share a few threads.
+    """
+
+    def __init__(self, most: int, silent: int, crowd: int = 1, *, yielding: bool = False) -> None:
         self._most, self._silent, self._yielding = most, silent, yielding
+        self._crowd = crowd
         self._arrived: list[Member] = []
         self._members: list[Member] = []
+        self._others = asyncio.Semaphore(OTHERS)
 
     @property
     def crowd(self) -> int:
@@ -65,6 +77,19 @@ class Capacity:
     def _order(self, member: Member) -> tuple[int, float]:
         """Within a rank, by arrival or by the last sign of life."""
         return member.rank, member.heard if self._yielding else 0.0
+
+    def price(self, client: Ranked) -> float:
+        """Cost factor of a client: higher in a crowd, if it may not command."""
+        if client.rank >= ADMITTED:
+            return 1.0
+        return max(1.0, self.crowd / self._crowd)
+
+    async def in_thread(self, client: Ranked, act: Callable[..., T], *given: object) -> T:
+        """Run what may block on a thread."""
+        if client.rank >= ADMITTED:
+            return await in_thread(act, *given)
+        async with self._others:
+            return await in_thread(act, *given)
 
 
 def unadmitted(address: str) -> int:

@@ -61,4 +61,4 @@ class Captures:
         with self._lock:
             waiting = list(self._captures.values())
         for capture in waiting:
-            capture.look(shared, lambda motion: ledger.finished(motion, 0.0))
+            capture.look(shared, ledger.finished)

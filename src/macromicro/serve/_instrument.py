@@ -14,12 +14,10 @@ from numpy.typing import NDArray
 
 from macromicro.columns import Column
 from macromicro.control.live import messages as m
-from macromicro.control.live.messages import Event
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.live.targets import reach
 from macromicro.errors import InputError
 from macromicro.place import Place
-from macromicro.schema.par import entries, replaced
 from macromicro.serve._programmes import Planned, called
 from macromicro.serve.guesses import Token
 from macromicro.serve.shared import OWN
@@ -32,7 +30,7 @@ SPARE = 1000  # rows: for clocks that differ
 
 
 class Instrument:
-    """The station, the token and the settings in force according to its events; thread-safe."""
+    """The station, its token, limits, programmes and newest telemetry; thread-safe."""
 
     def __init__(self, station: Station, folder: Path = Path(), token: Token | None = None) -> None:
         self.station = station
@@ -40,9 +38,6 @@ class Instrument:
         self.folder = folder
         self.token = token or Token(None)
         self._lock = threading.Lock()
-        self._control: Any = self.settings.controller
-        self._speeds: dict[str, float] = self.settings.speeds
-        self._seen = -1  # number of the last event
         self._newest = -1, 0.0  # number of the last row of telemetry, and when it was looked at
 
     def admission(self, given: object, name: str, address: str, *, known: bool = False) -> str:
@@ -67,23 +62,14 @@ class Instrument:
         """Telemetry columns of the law's memory."""
         return self.settings.law_columns[:OWN]
 
-    def _follow(self) -> None:
-        self._seen, events = self.station.events(self._seen)
-        for event in events:
-            self._control = gains_after(event, self._control, self.settings.controller)
-            self._speeds = speeds_after(event, self._speeds, self.settings.speeds)
-
+    @property
     def control(self) -> Any:
         """The controller's settings in force."""
-        with self._lock:
-            self._follow()
-            return self._control
+        return self.station.in_force.control
 
     def speed(self, stage: str) -> float:
         """Maximum speed of moves of a stage [m/s]; NaN if its law sets the speed."""
-        with self._lock:
-            self._follow()
-            return self._speeds.get(stage, math.nan)
+        return self.station.in_force.speed(stage)
 
     def limit(self, kind: str, which: str) -> float:
         """The lower ("MIN") or upper ("MAX") limit in force: m, or counts of the macro-stage."""
@@ -100,7 +86,7 @@ class Instrument:
                 min(max(counts * self.settings.live.pitch, limits.whole_low), limits.whole_high)
             )
         if kind == "whole":
-            tolerance = self.control().sequence.tolerance
+            tolerance = self.control.sequence.tolerance
             return reach(self.settings.live, limits, tolerance)[which == "MAX"]
         return float(getattr(limits, f"{kind}_{'low' if which == 'MIN' else 'high'}"))
 
@@ -143,28 +129,3 @@ class Instrument:
                 last, rows, _ = self.station.telemetry()
             self._newest = last, now
         return rows[:, rows.shape[1] - min(count, rows.shape[1]) :]
-
-
-def gains_after(event: Event, control: Any, own: Any) -> Any:
-    """The controller's settings after an event."""
-    if event.kind == "loop" and event.cause == "started":
-        return own
-    if event.kind == "gains":
-        known = {e.path for e in entries(control)}
-        for path, change in event.evidence.items():
-            if path in known:
-                control = replaced(control, path, change["new"])
-    return control
-
-
-def speeds_after(event: Event, speeds: dict[str, float], own: dict[str, float]) -> dict[str, float]:
-    """The maximum move speeds of each stage after an event."""
-    if event.kind == "loop" and event.cause == "started":
-        return own
-    if event.kind != "speed":
-        return speeds
-    found = {}
-    for stage, before in speeds.items():
-        keys = [f"{'' if stage == m.MACRO else f'{stage}_'}speed_{b}_per_s" for b in ("m", "rad")]
-        found[stage] = next((event.evidence[key] for key in keys if key in event.evidence), before)
-    return found

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import math
 import os
 import socket
 import subprocess
-import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -17,12 +17,14 @@ from macromicro.control.live import alone
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Event, Finished, Reply
 from macromicro.errors import MacromicroError
-from macromicro.serve import _safing, _sending, _watching, faults, link, persist
+from macromicro.serve import _background, _safing, _sending, _watching, faults, link, persist
+from macromicro.serve._background import in_thread
+from macromicro.serve._in_force import InForce
 from macromicro.serve._launching import Child, launch
 from macromicro.serve._ledger import Ledger
 from macromicro.serve._machine import Point
 from macromicro.serve._position_store import Place, PositionStore
-from macromicro.serve._pulse import silence
+from macromicro.serve._pulse import Pulse
 from macromicro.serve._sending import Allowed, Sender, Stops
 from macromicro.serve._trail import LOG, Trail
 from macromicro.serve.choosing import AnySettings
@@ -34,7 +36,7 @@ END_S = 3.0
 
 
 class LoopConnection:
-    """The serving process' side; thread-safe except `start` and `stop`."""
+    """The serving process' side. `start`, `stop` and `reopen` block: not for the event loop."""
 
     def __init__(
         self, rig: str, seed: int, settings: AnySettings, state: Path | None, machine: str
@@ -43,13 +45,13 @@ class LoopConnection:
         self._rig, self._seed, self._settings, self._machine = rig, seed, settings, machine
         self.shared: Shared | None = None
         self.trail = Trail(settings.controller)
-        self.ledger = Ledger(self.trail)
+        self.ledger = Ledger(self.trail, InForce(settings))
         self.trouble: Trouble | None = None
         self.trust = "not started"
         self.realtime = ""
         self.running = False
         self.switched_off = True  # was that the last order to the rig, and did it return?
-        self.ended: Callable[[str], None] = lambda reason: None  # called once it has ended
+        self.ended: Callable[[str], None] = lambda reason: None  # called in a thread at the end
         self._leaving = False
         self._left: str | None = None  # what became of the rig's stop, by the loop process
         self._how = ""  # how a loop that did not end by itself was ended
@@ -58,10 +60,8 @@ class LoopConnection:
         self._child: Child | None = None
         self._store: PositionStore | None = None
         self._lock: persist.Lock | None = None
-        self.turn = threading.RLock()  # for sending and for changes of control; held briefly
         self._sender: Sender | None = None
-        self._threads: list[threading.Thread] = []
-        self._watcher: threading.Thread | None = None
+        self._attending: asyncio.Task[None] | None = None
 
     # Start and end
 
@@ -89,29 +89,24 @@ class LoopConnection:
         self._store = PositionStore(
             self._path, settings.kept_as(self._rig), self._place, self._report
         )
+        _background.call(self._begin(child, shared))
+
+    async def _begin(self, child: Child, shared: Shared) -> None:
+        serve, outbox = self._settings.serve, link.Outbox(child.end)
+        assert self._store is not None
         self._sender = Sender(
             child,
             shared,
             self._store,
-            self.ledger,
-            self.turn,
-            settings.serve.reply_timeout,
+            outbox,
+            serve.reply_timeout,
             lambda: self.running,
             self._report,
         )
         self.ledger.open()
         self.tell("loop", "started", {"process": child.process.pid, "realtime": self.realtime})
         self.running = True
-        self._threads = [
-            threading.Thread(target=self._listen, args=(child,), name="listener", daemon=True),
-            threading.Thread(target=self._beat, args=(shared,), name="heartbeat", daemon=True),
-        ]
-        self._watcher = threading.Thread(
-            target=self._watch, args=(child, shared), name="pulse", daemon=True
-        )
-        self._threads.append(self._watcher)
-        for thread in self._threads:
-            thread.start()
+        self._attending = asyncio.create_task(self._attend(child, shared, outbox))
 
     def stop(self) -> None:
         """End the loop process with outputs safe, or kill it."""
@@ -123,13 +118,16 @@ class LoopConnection:
             child.process.wait(END_S)
         except subprocess.TimeoutExpired:
             self._how = f"it did not end within {END_S:g} s; {_safing.end(child.process)}"
-        for thread in self._threads:
-            thread.join()
-        child.end.close()
+        _background.call(self._attended())
         shared.close()
         if self._lock is not None:
             self._lock.drop()
-        self._child, self._lock, self._threads = None, None, []
+        self._child, self._lock = None, None
+
+    async def _attended(self) -> None:
+        """Wait until all is done about the end of the loop process."""
+        if self._attending is not None:
+            await asyncio.wait([self._attending])
 
     @property
     def rig_failed(self) -> bool:
@@ -138,8 +136,7 @@ class LoopConnection:
 
     def reopen(self) -> None:
         """Start again after a failure of the rig, if its `stop` works again."""
-        for thread in self._threads:  # `_over` sees to the rig first
-            thread.join()
+        _background.call(self._attended())  # `_over` sees to the rig first
         self.stop()
         if not _safing.stop(self._settings.rigs(self._rig), self._seed).done:
             return
@@ -150,12 +147,13 @@ class LoopConnection:
         else:
             self.tell("loop", "rig back", {"rig": self._rig})
 
-    def ask(
+    async def ask(
         self, request: Any, allowed: Allowed = _sending.anybody, since: Stops | None = None
     ) -> Reply:
         """See `Sender.ask`."""
-        sender = self._sender
-        return sender.ask(request, allowed, since) if sender and self.running else _sending.OFF
+        if self._sender is None or not self.running:
+            return _sending.OFF
+        return await self._sender.ask(request, allowed, since)
 
     def post(self, request: Any) -> None:
         """Send a request without waiting for its reply."""
@@ -175,6 +173,11 @@ class LoopConnection:
         """See `Station.emergency`."""
         sender = self._sender
         return sender.emergency(client) if sender and self.running else math.nan
+
+    async def emergency_stop(self, client: str) -> float:
+        """The same within the event loop."""
+        sender = self._sender
+        return await sender.emergency_stop(client) if sender and self.running else math.nan
 
     def renew(self) -> None:
         """Keep a jog under way."""
@@ -199,10 +202,10 @@ class LoopConnection:
         place = self._place()
         return self.running and place is not None and place.moving
 
-    def keep(self) -> None:
+    async def keep(self) -> None:
         """Update the position file."""
         if self._store is not None and self.running:
-            self._store.update()
+            await self._store.update()
 
     def tell(self, kind: str, cause: str, evidence: dict[str, Any]) -> None:
         """Report an event of the server at the machine's time."""
@@ -224,53 +227,84 @@ class LoopConnection:
             else None
         )
 
-    def _beat(self, shared: Shared) -> None:
-        pause = min(self._settings.serve.parent_timeout / 10.0, 0.05)
-        while self.running:
-            shared.cells[HEARTBEAT] += 1
-            time.sleep(pause)
+    async def _attend(self, child: Child, shared: Shared, outbox: link.Outbox) -> None:
+        """Beat, watch and listen until the loop process has ended; then see to what is left."""
+        beat = asyncio.create_task(self._beat(shared, outbox))
+        watch = asyncio.create_task(self._watch(child, shared))
+        said = await self._listen(child, outbox)
+        self.running = False
+        beat.cancel()
+        if self.trouble and self.trouble.code == faults.LOOP_SILENT:
+            await watch  # which is ending it
+        else:
+            watch.cancel()
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                await in_thread(child.process.wait, END_S)
+        child.end.close()
+        await self._over(child, shared, said)
 
-    def _watch(self, child: Child, shared: Shared) -> None:
+    async def _listen(self, child: Child, outbox: link.Outbox) -> str:
+        """Hear the loop's messages until it has ended; what it has said about its end."""
+        loop, ended, said = asyncio.get_running_loop(), asyncio.Event(), ""
+
+        def hear() -> None:
+            nonlocal said
+            while (message := outbox.receive()) is not None:
+                kind, *rest = message
+                said = self._hear(kind, rest) or said
+            if outbox.ended:
+                loop.remove_reader(child.end)
+                ended.set()
+
+        loop.add_reader(child.end, hear)
+        await ended.wait()
+        return said
+
+    async def _beat(self, shared: Shared, outbox: link.Outbox) -> None:
+        pause = min(self._settings.serve.parent_timeout / 10.0, 0.05)
+        while True:
+            shared.cells[HEARTBEAT] += 1
+            outbox.flush()
+            await asyncio.sleep(pause)
+
+    async def _watch(self, child: Child, shared: Shared) -> None:
         """End a loop process that shows no period."""
         allowed = self._settings.serve.loop_timeout
-        silent = silence(
-            lambda: int(shared.cells[WRITTEN]),
-            lambda: self.running and not shared.cells[LEAVE],
-            lambda: END_S if self._leaving else allowed,
-            allowed,
-        )
-        if silent:
-            self._silent(child, silent, allowed)
+        pulse = Pulse(allowed, int(shared.cells[WRITTEN]), time.monotonic())
+        while not shared.cells[LEAVE]:
+            silent = pulse.look(int(shared.cells[WRITTEN]), time.monotonic())
+            if silent > (END_S if self._leaving else allowed):
+                await self._silent(child, silent, allowed)
+                with contextlib.suppress(OSError):  # one that does not end keeps its end open
+                    child.end.shutdown(socket.SHUT_RDWR)
+                return
+            await asyncio.sleep(pulse.pause)
 
-    def _silent(self, child: Child, silent: float, allowed: float) -> None:
+    async def _silent(self, child: Child, silent: float, allowed: float) -> None:
         last = _watching.last_written(self.shared)
         text = f"no period for {silent:.2f} s, allowed {allowed:g} s; {last}"
         self._fault(faults.failed(faults.LOOP_SILENT, text))
         self.trust = "the loop does not respond"
         self.running = False
-        self.ledger.close(m.FAULTED, text)
-        self._how = _safing.end(child.process)
-        with contextlib.suppress(OSError):  # one that does not end keeps its end open
-            child.end.shutdown(socket.SHUT_RDWR)
+        self._close(m.FAULTED, text)
+        self._how = await in_thread(_safing.end, child.process)
+
+    def _close(self, outcome: str, evidence: str) -> None:
+        """End the motion under way and answer what waits."""
+        self.ledger.close(outcome, evidence)
+        if self._sender is not None:
+            self._sender.close()
 
     def _fault(self, trouble: Trouble) -> None:
         self.trouble = trouble
         self.tell("fault", trouble.name, {"evidence": trouble.evidence})
 
-    def _listen(self, child: Child) -> None:
-        """Process the loop's messages until it has ended."""
-        said = ""
-        try:
-            while True:
-                kind, *rest = link.receive(child.end)
-                said = self._hear(kind, rest) or said
-        except (EOFError, OSError):
-            pass
-        self._over(child, said)
-
     def _hear(self, kind: str, rest: list[Any]) -> str:
         if kind == "reply":
-            self.ledger.reply(*rest)
+            serial, reply = rest
+            self.ledger.replied(reply)
+            if self._sender is not None:
+                self._sender.reply(serial, reply)
         elif kind == "notice":
             notice = self._sender.signed(rest[0]) if self._sender else rest[0]
             if isinstance(notice, Finished):
@@ -294,23 +328,15 @@ class LoopConnection:
             return str(rest[0])
         return ""
 
-    def _over(self, child: Child, said: str) -> None:
+    async def _over(self, child: Child, shared: Shared, said: str) -> None:
         """Report the end of the loop process and see to the rig."""
-        shared = self.shared
-        assert shared is not None
-        self.running = False
-        if self._watcher is not None and self.trouble and self.trouble.code == faults.LOOP_SILENT:
-            self._watcher.join()  # which is ending it
-        else:
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                child.process.wait(END_S)
         if child.process.poll() is None and not self._how:
-            self._how = _safing.end(child.process)
+            self._how = await in_thread(_safing.end, child.process)
         status = child.process.poll() or 0
         if shared.cells[LEAVE] and self._left == "":
             self.switched_off, self.trust = True, "the server was stopped"
-            self.ledger.close(m.STOPPED_BY_REQUEST, "the server was stopped")
-            self.ended("the server was stopped")
+            self._close(m.STOPPED_BY_REQUEST, "the server was stopped")
+            await in_thread(self.ended, "the server was stopped")
             self.tell("loop", "stopped", {"status": status})
             return
         how = said or (f"signal {-status}" if status < 0 else f"exit status {status}")
@@ -321,13 +347,13 @@ class LoopConnection:
             self._fault(trouble)
         self.trust = trouble.name
         outcome = m.LOST if trouble.code == faults.LOOP_DIED else m.FAULTED
-        self.ledger.close(outcome, trouble.evidence)
+        self._close(outcome, trouble.evidence)
         self.tell("trust", self.trust, {"trusted": False})
-        self._see_to_rig(trouble)
-        self.ended((self.trouble or trouble).evidence)
+        await self._see_to_rig(trouble)
+        await in_thread(self.ended, (self.trouble or trouble).evidence)
         self.tell("loop", "died", {"status": status})
 
-    def _see_to_rig(self, trouble: Trouble) -> None:
+    async def _see_to_rig(self, trouble: Trouble) -> None:
         """Add the state of the outputs to the evidence; stop the rig if the loop did not."""
         words = "the rig's stop returned; nothing read the outputs back"
         evidence = f"{trouble.evidence}; {self._how}" if self._how else trouble.evidence
@@ -336,12 +362,12 @@ class LoopConnection:
             left = "" if self.switched_off else "the loop ended without closing its rig: "
             with contextlib.suppress(MacromicroError):
                 if self._store is not None:
-                    self._store.lose(f"{left}{trouble.name}")
+                    await self._store.lose(f"{left}{trouble.name}")
         if not self.switched_off:
             before = f"{self._left}; " if self._left else ""
             now = "a fresh process is stopping the rig"
             self.trouble = trouble._replace(evidence=f"{evidence}; {before}{now}")
-            safed = _safing.stop(self._settings.rigs(self._rig), self._seed)
+            safed = await in_thread(_safing.stop, self._settings.rigs(self._rig), self._seed)
             self.switched_off, words = safed.done, before + safed.words
         self.trouble = trouble._replace(evidence=f"{evidence}; {words}")
         self.tell("loop", f"rig {'' if self.switched_off else 'not '}stopped", {"evidence": words})

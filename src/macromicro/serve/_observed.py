@@ -12,6 +12,7 @@ from macromicro.control.live.messages import MODES, Event, Finished
 from macromicro.serve import _watching
 from macromicro.serve._captures import Captures
 from macromicro.serve._holders import Holders
+from macromicro.serve._in_force import InForce
 from macromicro.serve._loop_connection import LoopConnection
 from macromicro.serve._recording import Recordings
 from macromicro.serve.choosing import AnySettings
@@ -47,6 +48,11 @@ class Observed:
     def channels(self) -> tuple[str, ...]:
         return self._connection.channels
 
+    @property
+    def in_force(self) -> InForce:
+        """Gains and speed limits in force."""
+        return self._connection.ledger.in_force
+
     def snapshot(self) -> Snapshot:
         connection = self._connection
         return _watching.snapshot(
@@ -80,5 +86,13 @@ class Observed:
         return self._connection.ledger.events(since)
 
     def finished(self, motion: int, timeout: float | None = None) -> Finished | None:
-        """How a motion ended, waiting up to `timeout`; None while it is under way or unknown."""
-        return self._connection.ledger.finished(motion, timeout)
+        """How a motion ended, waiting up to `timeout`; None while it is under way or unknown.
+
+        Within the event loop only with a timeout of 0.
+        """
+        ledger = self._connection.ledger
+        return ledger.finished(motion) if timeout == 0.0 else ledger.awaited(motion, timeout)
+
+    async def news(self) -> None:
+        """Wait for the next event, end of a motion or client that leaves."""
+        await self._connection.ledger.news()

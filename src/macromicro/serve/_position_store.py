@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
-import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from macromicro.errors import MacromicroError
 from macromicro.serve import persist
+from macromicro.serve._background import in_thread
 from macromicro.serve.persist import Kept
 
 FLICKER = 1.0  # counts: a carriage at rest may stand on an encoder's edge
@@ -32,14 +33,14 @@ class Place(NamedTuple):
 
 
 class PositionStore:
-    """Writes the position file; thread-safe. `begin_motion` precedes every request that moves."""
+    """Writes the position file; `begin_motion` precedes every request that moves."""
 
     def __init__(
         self, path: Path, rig: str, look: Callable[[], Place | None], report: Callable[[str], None]
     ) -> None:
         self._path, self._rig = path, rig
         self._look, self._report = look, report
-        self._lock = threading.Lock()
+        self._writing = asyncio.Lock()
         self._pending = 0
         self._barrier = -1
         self._moving = False
@@ -51,17 +52,17 @@ class PositionStore:
     def moving(self) -> bool:
         return self._moving
 
-    def begin_motion(self) -> None:
+    async def begin_motion(self) -> None:
         """Mark the file as moving, or remove it; raises MacromicroError if neither works."""
-        with self._lock:
-            self._pending += 1
+        self._pending += 1
+        async with self._writing:
             if self._moving:
                 return
             place = self._look()
             nan = math.nan
             known = place or Place(0, nan, nan, False, "not known", True)
             try:
-                self._save(known._replace(moving=True))
+                await self._save(known._replace(moving=True))
             except MacromicroError:
                 self._pending -= 1
                 raise
@@ -69,13 +70,12 @@ class PositionStore:
 
     def answered(self, row: int) -> None:
         """Note the loop's answer, which rows after number `row` reflect."""
-        with self._lock:
-            self._pending -= 1
-            self._barrier = max(self._barrier, row)
+        self._pending -= 1
+        self._barrier = max(self._barrier, row)
 
-    def update(self) -> None:
+    async def update(self) -> None:
         """Write the position if the machine rests and the file differs, or trust has changed."""
-        with self._lock:
+        async with self._writing:
             place = self._look()
             if place is None or not math.isfinite(place.encoder):
                 return
@@ -83,16 +83,16 @@ class PositionStore:
                 return
             if time.monotonic() - self._failed < RETRY_S:
                 return
-            self._save(place)
+            await self._save(place)
             self._moving = place.moving
 
-    def lose(self, why: str) -> None:
+    async def lose(self, why: str) -> None:
         """Mark the position as unknown after the loop has died: the next start must home."""
-        with self._lock:
+        async with self._writing:
             place = self._look()
             if self._moving or place is None:  # "moving" says so already
                 return
-            self._save(place._replace(trusted=False, why=why))
+            await self._save(place._replace(trusted=False, why=why))
 
     def _says(self, place: Place) -> bool:
         saved = self._saved
@@ -104,7 +104,7 @@ class PositionStore:
         near = near and (place.moving or _equal(saved.second, place.second, FLICKER))
         return near and (same or not (saved.trusted or place.trusted))
 
-    def _save(self, place: Place) -> None:
+    async def _save(self, place: Place) -> None:
         kept = Kept(
             self._rig,
             place.encoder,
@@ -119,7 +119,7 @@ class PositionStore:
         )
         self._saved = None
         try:
-            persist.save(self._path, kept)
+            await in_thread(persist.save, self._path, kept)
             self._saved, self._failed, self._told = kept, -math.inf, False
         except OSError as error:
             self._failed = time.monotonic()

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-
 LOOKS = 10  # in the time that is allowed
 
 
@@ -23,19 +20,3 @@ class Pulse:
         self.silent = self.silent + passed if count == self._count else 0.0
         self._count = count
         return self.silent
-
-
-def silence(
-    count: Callable[[], int],
-    going: Callable[[], bool],
-    most: Callable[[], float],
-    allowed: float,
-) -> float:
-    """Watch while `going` until the count has stood for `most` seconds; the silence, or 0."""
-    pulse = Pulse(allowed, count(), time.monotonic())
-    while going():
-        silent = pulse.look(count(), time.monotonic())
-        if silent > most():
-            return silent
-        time.sleep(pulse.pause)
-    return 0.0

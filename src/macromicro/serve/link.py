@@ -12,7 +12,6 @@ from typing import Any
 LARGEST = 150_000  # bytes; what a socket's buffer takes at once
 
 _LENGTH = struct.Struct("<I")  # before each message
-_DONT_WAIT = getattr(socket, "MSG_DONTWAIT", 0)
 _PIECE = 1 << 16
 
 
@@ -27,12 +26,6 @@ def pair() -> tuple[socket.socket, socket.socket]:
 def packed(message: Any) -> bytes:
     data = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
     return _LENGTH.pack(len(data)) + data
-
-
-def offer(end: socket.socket, data: bytes) -> None:
-    """Send a packed message; BlockingIOError if the other process has not read earlier ones."""
-    sent = end.send(data, _DONT_WAIT)
-    end.sendall(data[sent:])
 
 
 def receive(end: socket.socket) -> Any:
@@ -59,16 +52,26 @@ def _piece(end: socket.socket, most: int) -> bytes:
 
 
 class Outbox:
-    """The loop's end, which never blocks."""
+    """An end that never blocks."""
 
     def __init__(self, end: socket.socket) -> None:
         end.setblocking(False)
         self._end = end
         self._waiting: deque[bytes] = deque()
         self._arrived = b""
+        self.ended = False  # has the other process ended?
+
+    @property
+    def busy(self) -> bool:
+        """Whether the other process has left too much unread to take more."""
+        return bool(self._waiting)
 
     def send(self, message: Any) -> None:
-        self._waiting.append(packed(message))
+        self.put(packed(message))
+
+    def put(self, data: bytes) -> None:
+        """Send a packed message."""
+        self._waiting.append(data)
         self.flush()
 
     def flush(self) -> None:
@@ -99,7 +102,10 @@ class Outbox:
         while (message := self._whole()) is None:
             try:
                 self._arrived += _piece(self._end, _PIECE)
-            except (BlockingIOError, EOFError):
+            except BlockingIOError:
+                return None
+            except EOFError:
+                self.ended = True
                 return None
         return pickle.loads(message)
 

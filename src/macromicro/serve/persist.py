@@ -1,4 +1,4 @@
-"""The position file: what is known of the position while nothing runs; replaced atomically.
+"""The position file: what is known of the position while nothing runs.
 
 It says `moving` from before a motion begins until the machine is at rest, so a killed process
 leaves a file that the next start does not trust.
@@ -71,14 +71,17 @@ def default_path(rig: str) -> Path:
 
 
 def save(path: Path, kept: Kept) -> None:
-    """Replace the file atomically."""
-    text = json.dumps({"format": FORMAT, **kept._asdict()}, indent=1)
-    part = path.with_name(f"{path.name}.part")
+    """Replace the file atomically; that it moves is written in place, which is quicker.
+
+    A file that was torn there is not trusted either.
+    """
+    text = json.dumps({"format": FORMAT, **kept._asdict()}, indent=1) + "\n"
     path.parent.mkdir(parents=True, exist_ok=True)
-    with part.open("w", encoding="utf-8") as file:
-        file.write(text + "\n")
-        file.flush()
-        os.fsync(file.fileno())
+    if kept.moving:
+        _write(path, text)
+        return
+    part = path.with_name(f"{path.name}.part")
+    _write(part, text)
     os.replace(part, path)
     if hasattr(os, "O_DIRECTORY"):  # Windows opens no folders
         folder = os.open(path.parent, os.O_RDONLY)
@@ -86,6 +89,13 @@ def save(path: Path, kept: Kept) -> None:
             os.fsync(folder)
         finally:
             os.close(folder)
+
+
+def _write(path: Path, text: str) -> None:
+    with path.open("w", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def load(path: Path) -> Kept | str:

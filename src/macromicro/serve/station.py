@@ -1,9 +1,9 @@
 from __future__ import annotations
 
+import asyncio
 import math
-import threading
 import time
-from collections.abc import Callable
+from concurrent.futures import Future
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -12,9 +12,9 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused, Reply
 from macromicro.errors import MacromicroError
 from macromicro.rig.opening import TWIN
-from macromicro.serve import unconfirmed
+from macromicro.serve import _background, unconfirmed
+from macromicro.serve._background import in_thread, on_loop
 from macromicro.serve._observed import Observed
-from macromicro.serve._returning import Returning
 from macromicro.serve._sending import SILENT, Stops
 from macromicro.serve._stream import Stream
 from macromicro.serve._trail import Trail
@@ -25,12 +25,16 @@ from macromicro.serve.snapshot import RecordingState
 
 REST_S = 5.0  # longest wait for rest at the end
 FIRST_S = 1.0  # longest wait for the first period
+LOOK_S = 0.05  # between looks at lost clients, and at the position
+REOPEN_S, REOPEN_MOST_S = 1.0, 5.0  # between two tries to open a failed rig again
+LASTED_S = 30.0  # a rig that ran for so long failed by something new
 
 
 class Station(Observed):
-    """Starts the loop process and speaks with it; thread-safe, a context manager.
+    """Starts the loop process and speaks with it; a context manager.
 
     One client at a time holds control; all may watch and stop. Nothing moves on `start`.
+    Coroutines belong to the servers' event loop, everything else may be called from any thread.
     `machine` is the MODULE:FUNCTION that makes what the loop drives.
     """
 
@@ -45,10 +49,9 @@ class Station(Observed):
     ) -> None:
         super().__init__(rig, seed, settings or LiveSettings(), state, machine)
         self._serve = self.settings.serve
-        self._minder: threading.Thread | None = None
-        self._returning = Returning(self._connection)
-        self._ended = threading.Event()
-        self._following, self._stream = threading.Lock(), Stream()
+        self._attending: Future[Any] | None = None
+        self._ended = asyncio.Event()
+        self._stream = Stream()
 
     @property
     def trail(self) -> Trail:
@@ -65,26 +68,24 @@ class Station(Observed):
             return
         self.stop()  # what is left of a loop that died
         self._connection.start()
-        self._ended.clear()
-        self._minder = threading.Thread(target=self._mind, name="minder", daemon=True)
-        self._minder.start()
-        self._returning.start()
+        self._ended = asyncio.Event()
+        self._attending = _background.submit(self._attend())
         deadline = time.monotonic() + FIRST_S  # a rig may be silent: the snapshot says so
         while not self.snapshot().pace.periods and time.monotonic() < deadline:
             time.sleep(1e-3)
 
     def stop(self) -> None:
         """Decelerate, make the outputs safe, end the loop process and the recording."""
-        self._returning.stop()
+        if self._attending is not None:
+            _background.call_soon(self._ended.set)
+            self._attending.result()
+            self._attending = None
         if self._connection.running:
-            self._connection.ask(m.Stop(client="shutdown"))
+            _background.call(self._connection.ask(m.Stop(client="shutdown")))
             deadline = time.monotonic() + REST_S
             while time.monotonic() < deadline and self._connection.moving:
                 time.sleep(0.01)
-        self._ended.set()
-        if self._minder is not None and self._minder is not threading.current_thread():
-            self._minder.join()
-            self._minder = None
+            _background.call(self._update())
         self._connection.stop()
         self.end_recording()
 
@@ -102,82 +103,93 @@ class Station(Observed):
 
     # Clients
 
+    @on_loop
     def connect(self, client: str) -> None:
         """List the client as one that watches."""
         self._holders.connect(client)
         self.trail.client("client", client, "connected")
 
+    @on_loop
     def disconnect(self, client: str) -> None:
         """Remove the client; a holder of control counts as lost."""
         if client in self._holders.clients:
             self.trail.client("client", client, "disconnected")
         self.captures.end(client)
-        with self._connection.turn:
-            if self._holders.disconnect(client):
-                self._lost(client, "disconnected")
+        if self._holders.disconnect(client):
+            self._lost(client, "disconnected")
+        self._connection.ledger.wake()
 
+    @on_loop
     def acquire(self, client: str) -> Reply:
         """Give control to the client, unless another one holds it."""
-        with self._connection.turn:
-            before = self._holders.holder
-            reply = self._holders.acquire(client)
-            if isinstance(reply, Accepted) and before != client:
-                self._tell("control", "acquired", {"client": client})
+        before = self._holders.holder
+        reply = self._holders.acquire(client)
+        if isinstance(reply, Accepted) and before != client:
+            self._tell("control", "acquired", {"client": client})
         return reply
 
+    @on_loop
     def release(self, client: str) -> Reply:
         """Give control back, which ends a jog but no other motion."""
-        with self._connection.turn:
-            reply = self._holders.release(client)
-            if isinstance(reply, Accepted):
-                self._tell("control", "released", {"client": client})
-                self._connection.released()
+        reply = self._holders.release(client)
+        if isinstance(reply, Accepted):
+            self._tell("control", "released", {"client": client})
+            self._connection.released()
         return reply
 
+    @on_loop
     def heartbeat(self, client: str) -> None:
         """Note that the client is alive."""
         self._holders.heartbeat(client)
+
+    @on_loop
+    def refusal(self, client: str) -> Refused | None:
+        """Why this client may not change anything now, or None."""
+        return self._holders.refusal(client)
 
     # Orders
 
     @property
     def stops(self) -> Stops:
-        """Counts of stops so far, for `request`."""
+        """Counts of stops so far, for `order`."""
         return self._connection.stops
 
-    def request(self, client: str, request: Any, since: Stops | None = None) -> Reply:
+    async def order(self, client: str, request: Any, since: Stops | None = None) -> Reply:
         """Pass a request to the machine and wait for its reply; a client's mistake never raises.
 
         It is refused without control, without a loop, or after a later stop. Stop and EmergencyStop
         need no control; they, Disable and the end of a jog never expire.
         """
-        reply = self._request(client, request, since)
+        reply = await self._order(client, request, since)
         if isinstance(request, m.Request):
             self.trail.order(self._connection.time, client, request, reply)
         return reply
 
-    def _request(self, client: str, request: Any, since: Stops | None) -> Reply:
+    def request(self, client: str, request: Any, since: Stops | None = None) -> Reply:
+        """As `order`, from another thread."""
+        return _background.call(self.order(client, request, since))
+
+    async def _order(self, client: str, request: Any, since: Stops | None) -> Reply:
         since = self._connection.stops if since is None else since
         if not isinstance(request, m.Request) or isinstance(request, m.LinkLost):
             found = type(request).__name__
             return Refused(f"{found} is not a request of a client", "a request of control.live")
         if isinstance(request, m.EmergencyStop):
-            if math.isnan(self._connection.emergency(client)):
+            if math.isnan(await self._connection.emergency_stop(client)):
                 return unconfirmed.SILENT
             return Accepted()
         if not isinstance(request, m.Stop):
             refusal = self._holders.refusal(client)
             if refusal is not None:
                 return refusal
-            reply = self._connection.ask(
+            reply = await self._connection.ask(
                 request._replace(client=client), lambda: self._holders.refusal(client), since
             )
             if isinstance(request, m.Follow) and isinstance(reply, Accepted):
-                with self._following:
-                    self._stream = Stream(reply.id, 2 if request.stage == m.ALL else 1)
+                self._stream = Stream(reply.id, 2 if request.stage == m.ALL else 1)
             return reply
         self._holders.heartbeat(client)
-        reply = self._connection.ask(request._replace(client=client))
+        reply = await self._connection.ask(request._replace(client=client))
         return unconfirmed.SILENT if reply is SILENT else reply
 
     def renew(self, client: str) -> None:
@@ -194,8 +206,7 @@ class Station(Observed):
         """
         refusal = self._holders.refusal(client)
         if refusal is None:
-            with self._following:
-                refusal = self._stream.take(self._connection, point, stamp)
+            refusal = self._stream.take(self._connection, point, stamp)
         return refusal
 
     def streams(self, client: str) -> bool:
@@ -204,16 +215,18 @@ class Station(Observed):
 
     def emergency(self, client: str = "") -> float:
         """Emergency stop past every queue: s until outputs were safe, NaN if unconfirmed."""
-        took = self._connection.emergency(client)
+        return self._pressed(client, self._connection.emergency(client))
+
+    async def emergency_stop(self, client: str = "") -> float:
+        """As `emergency`, within the event loop."""
+        return self._pressed(client, await self._connection.emergency_stop(client))
+
+    def _pressed(self, client: str, took: float) -> float:
         reply = unconfirmed.SILENT if math.isnan(took) else Accepted()
         self.trail.order(self._connection.time, client, m.EmergencyStop(), reply)
         return took
 
-    # Recording
-
-    def refusal(self, client: str) -> Refused | None:
-        """Why this client may not change anything now, or None."""
-        return self._holders.refusal(client)
+    # Recording: these wait for the disk
 
     @property
     def recorded(self) -> tuple[Path, ...]:
@@ -230,27 +243,50 @@ class Station(Observed):
 
     # What goes on by itself
 
-    def _mind(self) -> None:
-        """Look after lost clients, captures and the position file."""
-        while not self._ended.wait(0.05):
-            with self._connection.turn:
-                lost = self._holders.lost()
-                if lost:
-                    self._lost(lost, f"silent for {self._serve.client_timeout:g} s")
+    async def _attend(self) -> None:
+        await asyncio.gather(self._mind(), self._keep(), self._reopen())
+
+    async def _mind(self) -> None:
+        """Look after lost clients and captures."""
+        while not await self._ends_within(LOOK_S):
+            lost = self._holders.lost()
+            if lost:
+                self._lost(lost, f"silent for {self._serve.client_timeout:g} s")
             self.captures.look()
-            self._guarded(self._connection.keep)
-        self._guarded(self._connection.keep)
+
+    async def _keep(self) -> None:
+        """Keep the position file true."""
+        while not await self._ends_within(LOOK_S):
+            await self._update()
+
+    async def _reopen(self) -> None:
+        """Open a failed rig again once it answers; the loop then begins disabled, not homed."""
+        pause, opened = REOPEN_S, time.monotonic()
+        while not await self._ends_within(pause):
+            if self._connection.rig_failed:
+                lasted = time.monotonic() - opened > LASTED_S
+                pause = REOPEN_S if lasted else min(2.0 * pause, REOPEN_MOST_S)
+                await in_thread(self._connection.reopen)
+                opened = time.monotonic()
+
+    async def _ends_within(self, pause: float) -> bool:
+        """Wait for a moment; True once the station is being stopped."""
+        try:
+            async with asyncio.timeout(pause):
+                return await self._ended.wait()
+        except TimeoutError:
+            return False
+
+    async def _update(self) -> None:
+        try:
+            await self._connection.keep()
+        except MacromicroError as error:
+            self._tell("position", "not kept", {"reason": str(error)})
 
     def _lost(self, client: str, cause: str) -> None:
         action = self._serve.lost_client
         self._tell("control", "client lost", {"client": client, "why": cause, "action": action})
         self._connection.post(m.LinkLost(action, client))
-
-    def _guarded(self, do: Callable[[], None]) -> None:
-        try:
-            do()
-        except MacromicroError as error:
-            self._tell("position", "not kept", {"reason": str(error)})
 
     def _tell(self, kind: str, cause: str, evidence: dict[str, Any]) -> None:
         self._connection.tell(kind, cause, evidence)

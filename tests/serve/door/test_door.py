@@ -24,8 +24,8 @@ from macromicro.serve.epics.server import EpicsServer
 from macromicro.serve.gcs import GcsServer
 from macromicro.serve.gcs._connection import BOUNDS
 from macromicro.serve.hosts import LEAST_TOKEN
+from macromicro.serve.listening import Listener
 from macromicro.serve.scpi import Server
-from macromicro.serve.threaded import Threaded
 from macromicro.serve.web import WebServer
 
 TOKEN = "open sesame, open sesame"
@@ -35,7 +35,7 @@ class Protocol(NamedTuple):
     """`who`: a query, answered by a line that begins with `answer`; `control`, `move`, `stop`,
     `token`: lines that take control (a GCS client moves), move, stop, and give a token."""
 
-    serve: Callable[..., Threaded]
+    serve: Callable[..., Listener]
     who: str
     answer: str
     control: str

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from macromicro.serve.scpi.tree import TREE
 from .client import Client
 
 Ask = Callable[..., str]
+LOOP = asyncio.new_event_loop()
 
 
 class Bench:
@@ -32,17 +34,20 @@ class Bench:
 
     def send(self, message: str | bytes) -> bytes:
         """The answers of a message, separated by semicolons; it never waits."""
+        return LOOP.run_until_complete(self._send(message))
+
+    async def _send(self, message: str | bytes) -> bytes:
         data = message.encode() if isinstance(message, str) else message
         found = parse(TREE, data)
         urgent, rest = found.parted()
         session = self.session
         for unit in urgent:
-            attempt(session, unit, session.stops, session.failed)
+            await attempt(session, unit, session.stops, session.failed)
         if found.error is not None:
             session.fail(found.error)
         stops, failed, answers = session.stops, session.failed, []
         for unit in rest:
-            answer = attempt(session, unit, stops, failed)
+            answer = await attempt(session, unit, stops, failed)
             if answer is not None:
                 answers.append(answer.encode() if isinstance(answer, str) else answer)
                 session.answered = True

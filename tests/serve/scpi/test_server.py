@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import os
 import signal
@@ -19,7 +18,7 @@ from macromicro.errors import InputError
 from macromicro.serve.door import _connection, _monitor
 from macromicro.serve.guesses import Token
 from macromicro.serve.hosts import is_loopback
-from macromicro.serve.scpi import Bounds, Server, serve
+from macromicro.serve.scpi import Bounds, Server
 
 from .client import WAIT, Client, until
 
@@ -388,21 +387,6 @@ def test_start_and_stop_again(station) -> None:
         client.close()
         assert station.holder == "" and station.connected == []
     server.stop()
-
-
-def test_in_the_event_loop_of_the_caller(station) -> None:
-    async def main() -> bytes:
-        where: asyncio.Future[tuple[str, int]] = asyncio.get_running_loop().create_future()
-        task = asyncio.create_task(serve(station, port=0, ready=lambda *a: where.set_result(a)))
-        reader, writer = await asyncio.open_connection(*await where)
-        writer.write(b"*IDN?\n")
-        answer = await reader.readline()
-        task.cancel()
-        await asyncio.gather(task, return_exceptions=True)
-        writer.close()
-        return answer
-
-    assert asyncio.run(main()).startswith(b"macromicro,")
 
 
 def test_loopback() -> None:

@@ -13,7 +13,7 @@ import pytest
 
 from macromicro.control.live import messages as m
 from macromicro.recording import Recording
-from macromicro.serve import _returning, faults
+from macromicro.serve import faults
 from macromicro.serve.choosing import load as chosen
 from macromicro.serve.station import Station
 
@@ -116,7 +116,7 @@ def test_its_traceback_is_in_the_log_and_the_rig_is_not_opened_again(
     monkeypatch: pytest.MonkeyPatch,
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    monkeypatch.setattr(_returning, "FIRST_S", 0.1)  # between two tries
+    monkeypatch.setattr("macromicro.serve.station.REOPEN_S", 0.1)  # between two tries
     with caplog.at_level(logging.ERROR):
         station = failed(tmp_path, text, rig, monkeypatch)
         found = ended(station, tmp_path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import threading
 import time
@@ -42,6 +43,9 @@ class Station(FakeStation):
         self.written = 5000
         self.grow = 33
         self.recorded: tuple[Path, ...] = ()
+
+    async def order(self, client: str, request: Any, since: Any = None) -> m.Reply:
+        return await asyncio.to_thread(self.request, client, request, since)
 
     def request(self, client: str, request: Any, since: Any = None) -> m.Reply:
         self.entered.append(type(request).__name__)

@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from typing import Generic, TypeVar
 
 from macromicro.serve.bucket import Bucket
-from macromicro.serve.client import POLL_S, Client, Dispatcher, Entry, Waiting
+from macromicro.serve.client import Client, Entry, Waiting
 from macromicro.serve.door._bounds import Bounds
 from macromicro.serve.door._first_line import FirstLine, ForeignProtocol, Grammar
 from macromicro.serve.door._monitor import SocketMonitor, prepare
@@ -30,12 +30,11 @@ class Connection(ABC, Generic[T]):
         grammar: Grammar,
         monitor: SocketMonitor,
         writer: asyncio.StreamWriter,
-        dispatcher: Dispatcher,
         bounds: Bounds,
     ) -> None:
         self.client = client
         self._grammar, self._monitor, self._writer = grammar, monitor, writer
-        self._dispatcher, self._bounds = dispatcher, bounds
+        self._bounds = bounds
         self._bucket = Bucket(bounds.rate, bounds.burst)
         self._waiting: Waiting[T] = Waiting(client, bounds.messages, bounds.waiting)
         self._patience: float = client.instrument.settings.serve.client_timeout
@@ -84,32 +83,30 @@ class Connection(ABC, Generic[T]):
         tasks = worker, reading, ended
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-            await self._dispatcher.overtake(self.client, self.client.close)
+            self.client.close()
             if not worker.done() and not self._monitor.reset:
                 # What came before the end: stops are done and queries answered.
                 with contextlib.suppress(TimeoutError, OSError):
                     async with asyncio.timeout(GRACE):
                         await self._finish(reading, worker)
         finally:
-            self.client.gone.set()
+            self.client.close()
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
             self._writer.transport.abort()
-            while self.client.calls:
-                await asyncio.sleep(POLL_S)
 
     def watch(self) -> None:
-        """Disconnect a client that has closed, cannot be followed or left a block incomplete."""
+        """Disconnect a client that has closed, cannot be followed or left a block incomplete.
+
+        Of any other one send the heartbeat, or lose it after its watchdog has expired.
+        """
         monitor, now = self._monitor, time.monotonic()
         monitor.look(self._writer.get_extra_info("socket"))
         stalled = monitor.stalled_since is not None and now - monitor.stalled_since > self._patience
         stuck = self._unfinished and now - monitor.heard > self._bounds.unread
         if stalled or (stuck and not self._behind):
             self.dismiss()
-
-    def beat(self) -> None:
-        """Send the heartbeat, or lose the client after its watchdog has expired."""
         if not self._monitor.ended.is_set() and not self.client.beat(self._silence()):
             self._silenced()
 
@@ -149,9 +146,9 @@ class Connection(ABC, Generic[T]):
             if not data:
                 return b""
             found = line.take(data)
-        if not self._dispatcher.capacity.claim(self):
+        if not self.client.capacity.claim(self):
             return b""
-        await self._dispatcher.overtake(self.client, self.client.connect)
+        self.client.connect()
         return found
 
     # For `_do`

@@ -7,6 +7,7 @@ from collections.abc import Awaitable, Callable
 from typing import Any
 
 from caproto.asyncio.server import Context
+from caproto.asyncio.utils import _TransportWrapper
 
 from macromicro.serve.door._bounds import Bounds
 from macromicro.serve.door._monitor import prepare
@@ -55,12 +56,23 @@ class Circuits(Context):  # type: ignore[misc]
         super().__init__(channels, interfaces)
         self._left = left
 
+    async def server_accept_loop(self, sock: Any) -> None:
+        """Accept circuits until cancelled; caproto's own one leaves its server open."""
+
+        def accept(*streams: Any) -> None:
+            stream = _TransportWrapper(*streams)
+            self.server_tasks.create(self.tcp_handler(stream, stream.getpeername()))
+
+        async with await asyncio.start_server(accept, sock=sock) as server:
+            await server.serve_forever()
+
     async def tcp_handler(self, client: Any, addr: Any) -> None:
-        if len(self.circuits) >= MOST:
+        try:
+            if len(self.circuits) < MOST:
+                prepare(client.writer.get_extra_info("socket"))
+                await super().tcp_handler(_Checked(client), addr)
+        finally:
             client.close()
-            return
-        prepare(client.writer.get_extra_info("socket"))
-        await super().tcp_handler(_Checked(client), addr)
 
     async def circuit_disconnected(self, circuit: Any) -> None:
         await super().circuit_disconnected(circuit)

@@ -14,7 +14,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import DONE, Refused
 from macromicro.serve import unconfirmed
 from macromicro.serve._instrument import Instrument
-from macromicro.serve.client import POLL_S, Client
+from macromicro.serve.client import Client
 from macromicro.serve.epics._channels import WRITER, Address, channel, show
 from macromicro.serve.epics._gathering import Gathering
 from macromicro.serve.epics._record import Axis, MoveError, Now, Record
@@ -24,6 +24,7 @@ from macromicro.serve.web import bins
 NAME = "epics"
 TRACE_S, TRACE_ROWS = 10.0, 1000  # of the traces
 DIGITS = 5
+POLL_S = 0.02  # between looks at a jog's button, and at the snapshot
 _SHOWN_BY = 200  # looks at the snapshot until it shows that a motion has ended
 _OFF = (m.MODES[m.DISABLED], m.MODES[m.FAULT], "off")
 
@@ -40,6 +41,7 @@ class Channels:
         self._asked, self._stopped = 0, 0  # moves and stops so far; the last stop's number
         self._owners: set[Address | None] = set()  # circuits that have ordered something
         self._movers: Counter[Address | None] = Counter()  # motions under way, of each circuit
+        self._changed = asyncio.Event()  # set for a moment as a move ends or is dropped
         self._gathering = Gathering(self._ask, self._in_turn)
         writable = self.client.authenticated  # Channel Access carries no token
         self._live = instrument.settings.live
@@ -165,15 +167,11 @@ class Channels:
         """Pass a request on; the number of the motion, or 0. Raises `MoveError`."""
         self._owners.add(WRITER.get())
 
-        def ask() -> m.Reply:
-            station, client = self._station, self.client
-            if station.holder != client.name:
-                taken = station.acquire(client.name)
-                if isinstance(taken, Refused):
-                    return taken
-            return client.request(request)
-
-        reply = await asyncio.to_thread(ask)
+        reply: m.Reply = m.Accepted()
+        if self._station.holder != self.client.name:
+            reply = self.client.take()
+        if not isinstance(reply, Refused):
+            reply = await self.client.request(request)
         if isinstance(reply, Refused):
             await self._fail(f"{reply.reason}; {reply.remedy}")
         return reply.id if isinstance(reply, m.Accepted) else 0
@@ -215,14 +213,14 @@ class Channels:
             return
         self._drop()
         if self._station.holder == self.client.name:
-            await asyncio.to_thread(self.client.lose)
+            self.client.lose()
 
     async def _to_end(self, motion: int, *fine: str) -> None:
         """Wait for a motion's end. Raises `MoveError` unless it is "done" or `fine`."""
         while (end := self._station.finished(motion, 0.0)) is None:
             if not self._station.snapshot().running:
                 await self._fail("the loop process has ended")
-            await asyncio.sleep(POLL_S)
+            await self._station.news()
         # Who waited for its end sees the machine as it is then. The end is told before the snapshot
         # shows it: a DMOV that came later would be taken for the end of the client's next move.
         for _ in range(_SHOWN_BY):
@@ -243,7 +241,7 @@ class Channels:
         if self._stopped > mine:
             await self._fail("it was stopped before it began")
         while self._under_way and self._turn != name:
-            await asyncio.sleep(POLL_S)
+            await self._changed.wait()
             if self._stopped > mine:
                 await self._fail("it was stopped before it began")
         self._turn = name
@@ -252,6 +250,12 @@ class Channels:
             await self._go(request)
         finally:
             self._under_way -= 1
+            self._wake()
+
+    def _wake(self) -> None:
+        """Let the moves look that wait for their turn."""
+        self._changed.set()
+        self._changed.clear()
 
     async def _fail(self, words: str) -> None:
         await show(self._shown["failure"], words)
@@ -261,6 +265,7 @@ class Channels:
         """Cancel pending moves."""
         self._stopped = self._ask()
         self._gathering.close()
+        self._wake()
 
     def _forget(self) -> None:
         """Cancel paused moves."""
@@ -270,19 +275,19 @@ class Channels:
 
     async def _halt(self) -> None:
         self._drop()
-        await asyncio.to_thread(self.client.stop)
+        await self.client.stop()
 
     async def _stop(self) -> None:
         self._forget()
-        await asyncio.to_thread(self.client.stop)
+        await self.client.stop()
 
     async def _emergency(self) -> None:
         self._forget()
-        if math.isnan(await asyncio.to_thread(self.client.emergency)):
+        if math.isnan(await self.client.emergency()):
             await self._fail(unconfirmed.words(unconfirmed.EMERGENCY_STOP))
 
     async def _release(self) -> None:
-        await asyncio.to_thread(self._station.release, self.client.name)
+        self._station.release(self.client.name)
 
     def _if(self, act: Callable[[], Awaitable[Any]]) -> Any:
         async def put(value: Any) -> None:

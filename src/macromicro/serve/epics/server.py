@@ -1,4 +1,4 @@
-"""The Channel Access server with its own thread and event loop."""
+"""The Channel Access server."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from macromicro.extras import require
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.guesses import Token
 from macromicro.serve.hosts import HOST, guarded
-from macromicro.serve.threaded import Threaded
+from macromicro.serve.listening import Listener
 
 if TYPE_CHECKING:
     from macromicro.serve.station import Station
@@ -33,7 +33,7 @@ def checked(prefix: str) -> str:
     return prefix.rstrip(":")
 
 
-class EpicsServer(Threaded):
+class EpicsServer(Listener):
     """Serves the machine as channels named `prefix`...; a context manager.
 
     Address and port: EPICS_CAS_INTF_ADDR_LIST (default 127.0.0.1) and EPICS_CA_SERVER_PORT.
@@ -50,19 +50,25 @@ class EpicsServer(Threaded):
         super().__init__("EPICS", self._interfaces[0], 0)
         self._instrument = Instrument(station, token=token)
 
-    async def _serve(self) -> None:
+    def start(self) -> None:
         if self._interfaces == [HOST]:
             for name, value in _QUIET.items():
                 os.environ.setdefault(name, value)
         logging.getLogger("caproto").addHandler(logging.NullHandler())
         for name in ("caproto", "caproto.ctx", "caproto.circ", "caproto.bcast", "caproto.ch"):
             logging.getLogger(name).setLevel(logging.CRITICAL)  # a refused put is no news
-        from macromicro.serve.epics._circuits import Circuits
+        from macromicro.serve.epics import _circuits  # noqa: F401 - needed by `_serve`
         from macromicro.serve.epics._machine import Channels
 
-        channels = Channels(self._instrument)
+        self._channels = Channels(self._instrument)
+        super().start()
+
+    async def _serve(self) -> None:
+        from macromicro.serve.epics._circuits import Circuits
+
+        channels = self._channels
         context: Any = Circuits(channels.named(self.prefix), self._interfaces, channels.left)
-        await asyncio.to_thread(channels.client.connect)
+        channels.client.connect()
 
         async def look(_: object) -> None:
             await channels.look()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from typing import Any, NamedTuple
 
 from macromicro import __version__
@@ -29,8 +29,9 @@ class Call(NamedTuple):
 class Command(NamedTuple):
     """One command; `act` returns the answer, or None."""
 
-    act: Callable[[Call], Answer]
+    act: Callable[[Call], Answer | Awaitable[Answer]]  # what orders is a coroutine
     text: str
+    blocks: bool = False  # it computes for long: `act` runs on a thread
 
 
 def number(word: str) -> float:
@@ -98,44 +99,44 @@ def _referenced(session: Session, axis: str) -> bool:
     return now.trusted and now.mode != m.MODES[m.HOMING]
 
 
-def _move(call: Call, one: Any, point: Any, axis: Any) -> Answer:
+async def _move(call: Call, one: Any, point: Any, axis: Any) -> Answer:
     """The move requests for the given values."""
     session = call.session
     per = session.instrument.place.per
     found = {axis: value / per for axis, value in _pairs(call).items()}
     if session.axes == ("1",):
-        session.move(one(found["1"], replace=True), call.entry)
+        await session.move(one(found["1"], replace=True), call.entry)
     elif len(found) == len(session.axes):
-        session.move(point(*(found[each] for each in session.axes)), call.entry)
+        await session.move(point(*(found[each] for each in session.axes)), call.entry)
     else:
         ((name, value),) = found.items()
-        session.move(axis(name.lower(), value), call.entry)
+        await session.move(axis(name.lower(), value), call.entry)
     return None
 
 
-def _mov(call: Call) -> Answer:
-    return _move(call, m.MoveTo, m.MovePoint, m.MoveAxis)
+async def _mov(call: Call) -> Answer:
+    return await _move(call, m.MoveTo, m.MovePoint, m.MoveAxis)
 
 
-def _mvr(call: Call) -> Answer:
-    return _move(call, m.MoveBy, m.MovePointBy, m.MoveAxisBy)
+async def _mvr(call: Call) -> Answer:
+    return await _move(call, m.MoveBy, m.MovePointBy, m.MoveAxisBy)
 
 
-def _svo(call: Call) -> Answer:
+async def _svo(call: Call) -> Answer:
     states = set(_pairs(call).values())
     if len(states) > 1 or not states <= {0.0, 1.0}:
         raise GcsError(_errors.OUT_OF_RANGE)
     wanted = states == {1.0}
     if wanted != call.session.servo:
-        call.session.order(m.Enable() if wanted else m.Disable(), call.entry)
+        await call.session.order(m.Enable() if wanted else m.Disable(), call.entry)
     return None
 
 
-def _frf(call: Call) -> Answer:
+async def _frf(call: Call) -> Answer:
     _axes(call)
     session = call.session
     try:
-        session.move(m.Home(), call.entry)
+        await session.move(m.Home(), call.entry)
     except GcsError:
         if not (session.servo and _referenced(session, "")):  # an absolute sensor needs none
             raise
@@ -153,7 +154,7 @@ def _velocity(session: Session, axis: str) -> float:
     return session.instrument.settings.live.jogging.macro if math.isnan(own) else own
 
 
-def _vel(call: Call) -> Answer:
+async def _vel(call: Call) -> Answer:
     session = call.session
     per, most = session.instrument.place.per, session.instrument.settings.speeds
     pairs = {axis: value / per for axis, value in _pairs(call).items()}
@@ -165,7 +166,7 @@ def _vel(call: Call) -> Answer:
             raise GcsError(_errors.OUT_OF_RANGE, f"at most {most[stage] * per:g}")
     for axis, value in pairs.items():
         if _stage(axis) in most and value != _velocity(session, axis):
-            session.order(m.SetSpeed(_stage(axis), value), call.entry)
+            await session.order(m.SetSpeed(_stage(axis), value), call.entry)
     return None
 
 
@@ -243,7 +244,7 @@ COMMANDS: dict[str, Command] = {
     "CCL": Command(_ccl, "<level> [<password>] set command level; the password is the token"),
     "CSV?": Command(lambda call: "2.0", "get current syntax version"),
     "DRL?": Command(_drl, "[{<table>}] get number of recorded points"),
-    "DRR?": Command(_drr, "<offset> <count> [{<table>}] get recorded data values"),
+    "DRR?": Command(_drr, "<offset> <count> [{<table>}] get recorded data values", blocks=True),
     "ERR?": Command(lambda call: str(call.session.error()), "get error number"),
     "FRF": Command(_frf, f"{_ASKED} reference: home the machine"),
     "FRF?": Command(_flags(_referenced), f"{_ASKED} get referencing result"),

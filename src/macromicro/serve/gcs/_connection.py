@@ -1,10 +1,12 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 from typing import Any
 
+from macromicro.serve._capacity import Capacity
 from macromicro.serve._instrument import Instrument
-from macromicro.serve.client import Dispatcher, Entry
+from macromicro.serve.client import Entry
 from macromicro.serve.door._bounds import STOP_COST, Bounds
 from macromicro.serve.door._connection import Connection
 from macromicro.serve.door._monitor import SocketMonitor
@@ -28,12 +30,12 @@ class GcsConnection(Connection[list[str]]):
         instrument: Instrument,
         monitor: SocketMonitor,
         writer: asyncio.StreamWriter,
-        dispatcher: Dispatcher,
+        capacity: Capacity,
         bounds: Bounds,
     ) -> None:
         address, port = writer.get_extra_info("peername")[:2]
-        self.session = Session(instrument, f"gcs {address}:{port}", address)
-        super().__init__(self.session, GRAMMAR, monitor, writer, dispatcher, bounds)
+        self.session = Session(instrument, f"gcs {address}:{port}", address, capacity)
+        super().__init__(self.session, GRAMMAR, monitor, writer, bounds)
         self._line = b""
 
     async def _hear(self, data: bytes) -> bool:
@@ -67,28 +69,32 @@ class GcsConnection(Connection[list[str]]):
         if not words:
             return
         if words[0].upper() in _STOPS:
-            await self._dispatcher.overtake(self.session, self.session.halt)
+            await self.session.halt()
             await self._pay(STOP_COST)
         else:
             await self._pay()
             await self._waiting.put(words, len(line))
 
     async def _pay(self, cost: float = 1.0) -> None:
-        await self._bucket.take(cost * self._dispatcher.price(self.session))
+        await self._bucket.take(cost * self.session.price)
 
     async def _do(self, entry: Entry[list[str]]) -> bool:
-        answer = await self._dispatcher.run(self.session, self._act, entry)
+        answer = await self._act(entry)
         if not await self._admissible():
             return False
         return answer is None or await self._send(f"{answer}\n".encode(CODEPAGE, "replace"))
 
-    def _act(self, entry: Entry[list[str]]) -> Any:
+    async def _act(self, entry: Entry[list[str]]) -> Any:
         name, *words = entry.order
         command = COMMANDS.get(name.upper())
         try:
             if command is None:
                 raise GcsError(_errors.UNKNOWN, name[:40])
-            return command.act(Call(self.session, words, entry))
+            call = Call(self.session, words, entry)
+            if command.blocks:
+                return await self.session.in_thread(command.act, call)
+            answer = command.act(call)
+            return await answer if inspect.isawaitable(answer) else answer
         except GcsError as error:
             self.session.fail(error.number)
         return None

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import threading
 from typing import Any
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import DONE, Refused
+from macromicro.serve._capacity import Capacity
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.client import Client, Entry
 from macromicro.serve.gcs import _errors
@@ -20,28 +20,26 @@ _OFF = (m.MODES[m.DISABLED], m.MODES[m.FAULT], "off")
 class Session(Client):
     """State of one connection; `axes` are "1", or "X" and "Y"."""
 
-    def __init__(self, instrument: Instrument, name: str, address: str = "127.0.0.1") -> None:
-        super().__init__(instrument, name, address)
+    def __init__(self, instrument: Instrument, name: str, address: str, capacity: Capacity) -> None:
+        super().__init__(instrument, name, address, capacity)
         two = set(m.AXES) <= set(self.station.stages)
         self.axes: tuple[str, ...] = tuple(a.upper() for a in m.AXES) if two else ("1",)
         self.motion, self.homing, self.arrived = 0, False, True
         self._stopping = False  # it is being stopped by this client
         self.began = -1  # row of telemetry at which the traces begin
         self.rate = 1  # rows of telemetry for each of a table
-        self._error, self._noting = 0, threading.Lock()
+        self._error = 0
 
     # Errors
 
     def fail(self, number: int) -> None:
         """Keep the first error until ERR? reads it."""
-        with self._noting:
-            self._error = self._error or number
+        self._error = self._error or number
 
     def error(self) -> int:
         """Read and clear the error."""
         self.poll()
-        with self._noting:
-            found, self._error = self._error, 0
+        found, self._error = self._error, 0
         return found
 
     # Motions
@@ -61,10 +59,10 @@ class Session(Client):
             self.fail(_errors.ended(outcome, homing=self.homing))
         return False
 
-    def halt(self) -> None:
+    async def halt(self) -> None:
         """Stop at once; GCS reports this as an error of its own."""
         self._stopping = True
-        self.stop()
+        await self.stop()
         self.fail(_errors.STOPPED)
 
     def on_target(self) -> bool:
@@ -77,23 +75,23 @@ class Session(Client):
     def servo(self) -> bool:
         return self.station.snapshot().mode not in _OFF
 
-    def order(self, request: m.Request, entry: Entry[Any]) -> int:
+    async def order(self, request: m.Request, entry: Entry[Any]) -> int:
         """Pass a request on, taking control if it is free; the number of the motion, or 0."""
         if not self.authenticated:
             raise GcsError(_errors.PASSWORD, "the token is missing: CCL 1 TOKEN")
         reply: m.Reply = m.Accepted()
         if self.station.holder != self.name:
-            reply = self.station.acquire(self.name)
+            reply = self.take()
         if not isinstance(reply, Refused):
-            reply = self.request(request, entry)
+            reply = await self.request(request, entry)
         if isinstance(reply, Refused):
             raise _errors.refused(reply, self.station.snapshot(), self.name)
         return reply.id
 
-    def move(self, request: m.Request, entry: Entry[Any]) -> None:
+    async def move(self, request: m.Request, entry: Entry[Any]) -> None:
         """Begin a motion and its traces."""
         began = self._newest()
-        motion = self.order(request, entry)
+        motion = await self.order(request, entry)
         # One that it supersedes ends as this client wants it to.
         self.motion, self.arrived, self.began = motion, not motion, began
         self._stopping = False

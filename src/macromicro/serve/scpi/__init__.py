@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from macromicro.serve.door._bounds import Bounds
-from macromicro.serve.scpi.server import Server, serve
+from macromicro.serve.scpi.server import Server
 
-__all__ = ["Bounds", "Server", "serve"]
+__all__ = ["Bounds", "Server"]

@@ -20,14 +20,14 @@ def _idn(call: Call) -> Answer:
     return f"macromicro,{call.session.instrument.settings.model},0,{macromicro.__version__}"
 
 
-def _rst(call: Call) -> Answer:
+async def _rst(call: Call) -> Answer:
     session = call.session
-    session.order(Disable())
+    await session.order(Disable())
     session.completing = False
     session.programme, session.format, session.swapped = None, ("ASC", 0), False
-    session.order(SetLimits(None))
+    await session.order(SetLimits(None))
     if session.snapshot().fault is None:
-        session.order(Fan(False))
+        await session.order(Fan(False))
     return None
 
 

@@ -1,11 +1,13 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import time
 from typing import NamedTuple
 
+from macromicro.serve._capacity import Capacity
 from macromicro.serve._instrument import Instrument
-from macromicro.serve.client import POLL_S, Dispatcher, Entry
+from macromicro.serve.client import Entry
 from macromicro.serve.door._bounds import Bounds
 from macromicro.serve.door._connection import Connection
 from macromicro.serve.door._monitor import SocketMonitor
@@ -37,17 +39,18 @@ class ScpiConnection(Connection[_Rest]):
         instrument: Instrument,
         monitor: SocketMonitor,
         writer: asyncio.StreamWriter,
-        dispatcher: Dispatcher,
+        capacity: Capacity,
         bounds: Bounds,
     ) -> None:
-        peer = writer.get_extra_info("peername")
-        self.session = Session(instrument, f"scpi {peer[0]}:{peer[1]}", str(peer[0]))
-        super().__init__(self.session, GRAMMAR, monitor, writer, dispatcher, bounds)
-        self._intake = Intake(bounds, lambda: self._price(dispatcher), tree(instrument.place))
+        address, port = writer.get_extra_info("peername")[:2]
+        self.session = Session(instrument, f"scpi {address}:{port}", address, capacity)
+        super().__init__(self.session, GRAMMAR, monitor, writer, bounds)
+        self._intake = Intake(bounds, self._price, tree(instrument.place))
+        self._response = b""  # to the message under way, as far as it is not sent
 
-    def _price(self, dispatcher: Dispatcher) -> float:
+    def _price(self) -> float:
         streams = self.session.station.streams(self.session.name)
-        return dispatcher.price(self.session) * (STREAMED if streams else 1.0)
+        return self.session.price * (STREAMED if streams else 1.0)
 
     @property
     def _unfinished(self) -> bool:
@@ -61,60 +64,65 @@ class ScpiConnection(Connection[_Rest]):
         async for message, length in self._intake.messages(data):
             urgent, rest = message.parted()
             for unit in urgent:
-                await self._dispatcher.overtake(self.session, self._now, unit)
+                await self._at_once(unit)
             if rest and all(unit.command.streamed for unit in rest) and not self._waiting.busy:
                 for unit in rest:
-                    self._now(unit)
+                    await self._at_once(unit)
             elif rest or message.error is not None:
                 size = length + _UNIT_BYTES * len(rest)
                 await self._waiting.put(_Rest(message, rest), size)
             await self._intake.pay(len(urgent))
         return not self._intake.broken
 
-    def _now(self, unit: Unit) -> None:
-        attempt(self.session, unit, self.session.stops, self.session.failed)
+    async def _at_once(self, unit: Unit) -> None:
+        await attempt(self.session, unit, self.session.stops, self.session.failed)
 
     async def _do(self, entry: Entry[_Rest]) -> bool:
         """Execute the commands of a message; False if the connection must end."""
         session, (message, units) = self.session, entry.order
         session.entry = entry
-        await self._bucket.take(message.cost * self._dispatcher.price(session))
+        await self._bucket.take(message.cost * session.price)
         if message.error is not None:
             session.fail(message.error)
         session.answered = False
         failed = session.failed
         for unit in units:
-            if unit.command.waits and not await self._rest():
-                continue
-            answer = await self._dispatcher.run(
-                session, attempt, session, unit, entry.stops, failed
-            )
+            if unit.command.waits:
+                if not await self._flush():
+                    return False
+                if not await self._rest():
+                    continue
+            answer = await attempt(session, unit, entry.stops, failed)
             if not await self._admissible():
                 return False
             if answer is not None and not await self._answer(answer):
                 return False
         if session.answered:
             session.answered = False
-            return await self._send(b"\n")
+            return await self._flush(b"\n")
         return True
 
     async def _answer(self, answer: str | bytes) -> bool:
-        """Send a query's response; False if the client does not read it."""
-        session = self.session
+        """Add to the response; False if the client does not read it."""
         data = answer.encode("ascii", "replace") if isinstance(answer, str) else answer
-        part = b";" + data if session.answered else data
-        session.answered = True
-        if not await self._send(part):
-            return False
-        if len(data) > _LONG:
-            await self._bucket.take(len(data) * _PER_BYTE)
-        return True
+        self._response += b";" + data if self.session.answered else data
+        self.session.answered = True
+        if len(data) <= _LONG:
+            return True
+        sent = await self._flush()
+        await self._bucket.take(len(data) * _PER_BYTE)
+        return sent
+
+    async def _flush(self, end: bytes = b"") -> bool:
+        response, self._response = self._response + end, b""
+        return not response or await self._send(response)
 
     async def _rest(self) -> bool:
         """Wait for this client's motions; False if it leaves meanwhile."""
-        while not await self._dispatcher.run(self.session, self.session.poll):
-            if self.session.gone.is_set():
+        while not self.session.poll():
+            if self.session.gone:
                 return False
-            self._waiting.rested = time.monotonic()  # it waits for us: this is no silence
-            await asyncio.sleep(POLL_S)
+            self._waiting.rested = math.inf  # it waits for us: this is no silence
+            await self.session.station.news()
+        self._waiting.rested = time.monotonic()
         return True

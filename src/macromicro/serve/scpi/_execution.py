@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+
 from macromicro.errors import InputError, MacromicroError
 from macromicro.serve.requests import CONTROL, EVERYONE, STOPS
 from macromicro.serve.scpi._message import Unit
@@ -10,7 +12,7 @@ from macromicro.serve.scpi.command import Answer, Call
 from macromicro.serve.scpi.errors import ScpiError
 
 
-def attempt(session: Session, unit: Unit, stops: int, failed: int) -> Answer:
+async def attempt(session: Session, unit: Unit, stops: int, failed: int) -> Answer:
     """Execute one command: its response, or None; an error goes to the session's queue."""
     command = unit.command
     try:
@@ -19,27 +21,27 @@ def attempt(session: Session, unit: Unit, stops: int, failed: int) -> Answer:
                 raise ScpiError(-200, f"{command.header} not done: it came before a stop")
             if session.failed != failed:
                 raise ScpiError(-200, f"{command.header} not done: error before it")
-        if command.access in (EVERYONE, STOPS):
-            return _run(session, unit)
-        if session.gone.is_set():
+        if command.access not in (EVERYONE, STOPS) and session.gone:
             raise ScpiError(-200, f"{command.header} not done: the client is gone")
-        answer = _run(session, unit)
-        if session.gone.is_set():  # it went while it was given control, perhaps
-            session.station.disconnect(session.name)
-        return answer
+        return await _run(session, unit)
     except ScpiError as error:
         session.fail(error)
         return None
 
 
-def _run(session: Session, unit: Unit) -> Answer:
+async def _run(session: Session, unit: Unit) -> Answer:
     command = unit.command
     try:
         if command.access != STOPS:  # a stop waits for nothing
             session.poll()
         if command.access not in (EVERYONE, STOPS) and not session.authenticated:
             raise ScpiError(-203, "SYSTem:AUTHenticate first")
-        return command.act(Call(session, unit.values, unit.suffixes))
+        call = Call(session, unit.values, unit.suffixes)
+        if command.blocks:
+            answer = await session.in_thread(command.act, call)
+        else:
+            answer = command.act(call)
+        return await answer if inspect.isawaitable(answer) else answer
     except ScpiError:
         raise
     except InputError as error:

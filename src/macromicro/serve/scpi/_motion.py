@@ -77,14 +77,14 @@ def _value(session: Session, field: Field, given: Any) -> Any:
 
 
 def _ordering(kind: RequestType, fields: tuple[Field, ...], fixed: tuple[str, ...]) -> Handler:
-    def act(call: Call) -> Answer:
+    async def act(call: Call) -> Answer:
         session = call.session
         given = zip(fields, call.values, strict=False)
         values = (*fixed, *(_value(session, field, value) for field, value in given))
         request = kind.message(*values)
         if kind.replaces and call.values[-1]:
             request = request._replace(replace=True)
-        motion = session.order(request)
+        motion = await session.order(request)
         if kind.motion:
             session.began(motion, kind.words(values, session.instrument.place))
         elif ends(request):
@@ -123,26 +123,26 @@ def _asked(kind: str, unit: str, target: Callable[[Session], float]) -> Handler:
     return act
 
 
-def stop(call: Call) -> Answer:
+async def stop(call: Call) -> Answer:
     """Decelerate all motion."""
     session = call.session
-    reply = session.stop()
+    reply = await session.stop()
     if isinstance(reply, Refused):
         raise ScpiError(-221, f"{reply.reason}; {reply.remedy}")
     session.ends(session.station.snapshot().motion)
     return None
 
 
-def _abort(call: Call) -> Answer:
-    if math.isnan(call.session.emergency()):
+async def _abort(call: Call) -> Answer:
+    if math.isnan(await call.session.emergency()):
         raise ScpiError(-240, unconfirmed.words(unconfirmed.EMERGENCY_STOP))
     return None
 
 
-def _enable(call: Call) -> Answer:
+async def _enable(call: Call) -> Answer:
     session = call.session
     try:
-        session.order(Enable())
+        await session.order(Enable())
     except ScpiError as refused:
         if refused.number != -221 or session.snapshot().mode in OFF:
             raise

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import threading
 from typing import Any
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import DONE, FAULTED, LIMIT, STALLED, Finished, Refused
 from macromicro.control.supervisor import Plan
 from macromicro.place import LENGTH, Place
+from macromicro.serve._capacity import Capacity
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.capturing import Wanted
 from macromicro.serve.client import Client, Entry
@@ -29,8 +29,14 @@ _HARDWARE = (FAULTED, LIMIT, STALLED)
 class Session(Client):
     """State of one connection: its errors, status registers, format and programme memory."""
 
-    def __init__(self, instrument: Instrument, name: str, address: str = "127.0.0.1") -> None:
-        super().__init__(instrument, name, address)
+    def __init__(
+        self,
+        instrument: Instrument,
+        name: str,
+        address: str = "127.0.0.1",
+        capacity: Capacity | None = None,
+    ) -> None:
+        super().__init__(instrument, name, address, capacity)
         self.errors: ErrorQueue = ErrorQueue()
         self.events: int = POWER_ON  # standard event status register
         self.event_enable: int = 0
@@ -47,7 +53,6 @@ class Session(Client):
         self.running = 0
         self.failed = 0  # errors so far
         self.entry: Entry[Any] | None = None  # the message under way, as it waited
-        self._noting = threading.Lock()
         self._told, _ = self.station.events(-1)
         self.event_place = self._told
 
@@ -55,22 +60,20 @@ class Session(Client):
 
     def fail(self, error: ScpiError) -> None:
         """Queue an error and set its bit of the standard event status register."""
-        with self._noting:
-            self.failed += 1
-            queued = self.errors.put(error)
-            self.events |= event_bit(error.number) | event_bit(queued)
+        self.failed += 1
+        queued = self.errors.put(error)
+        self.events |= event_bit(error.number) | event_bit(queued)
 
     def snapshot(self) -> Snapshot:
         """The machine now, also seen by the status registers."""
         now = self.station.snapshot()
         self._told, events = self.station.events(self._told)
-        with self._noting:
-            recording = self.operation.condition & (1 << 12)
-            for event in events:  # modes that came and went between two looks
-                if event.kind == "mode":
-                    self.operation.see(status.of_mode(event.to_mode) | recording)
-            self.operation.see(status.operation(now))
-            self.questionable.see(status.questionable(now))
+        recording = self.operation.condition & (1 << 12)
+        for event in events:  # modes that came and went between two looks
+            if event.kind == "mode":
+                self.operation.see(status.of_mode(event.to_mode) | recording)
+        self.operation.see(status.operation(now))
+        self.questionable.see(status.questionable(now))
         return now
 
     def status_byte(self) -> int:
@@ -100,7 +103,7 @@ class Session(Client):
             end = self.station.finished(motion, 0.0)
             if end is None and self.station.snapshot().running:
                 continue
-            words = self.pending.pop(motion, "")  # another thread may have reported it
+            words = self.pending.pop(motion)
             if not words:
                 continue
             if end is None:
@@ -114,9 +117,9 @@ class Session(Client):
 
     # Orders
 
-    def order(self, request: m.Request) -> int:
+    async def order(self, request: m.Request) -> int:
         """Pass a request on; the motion's number, or 0. Raises ScpiError -203, -221, -222, -240."""
-        reply = self.request(request, self.entry)
+        reply = await self.request(request, self.entry)
         if not isinstance(reply, Refused):
             return reply.id
         now = self.station.snapshot()

@@ -27,7 +27,7 @@ _TEXTS = {
 
 
 def _set_limits(kind: str) -> Handler:
-    def act(call: Call) -> Answer:
+    async def act(call: Call) -> Answer:
         session = call.session
         own = session.instrument.settings.live.limits
         new = {}
@@ -35,7 +35,7 @@ def _set_limits(kind: str) -> Handler:
             place = {"MIN": "low", "MAX": "high"}.get(value, end)
             machine = getattr(own, f"{kind}_{place}")
             new[f"{kind}_{end}"] = machine if isinstance(value, str) else round(value, 12)
-        session.order(SetLimits(session.snapshot().limits._replace(**new)))
+        await session.order(SetLimits(session.snapshot().limits._replace(**new)))
         return None
 
     return act
@@ -79,14 +79,14 @@ def _limit_commands() -> tuple[Command, ...]:
     return tuple(found)
 
 
-def _default_limits(call: Call) -> Answer:
-    call.session.order(SetLimits(None))
+async def _default_limits(call: Call) -> Answer:
+    await call.session.order(SetLimits(None))
     return None
 
 
 def _entry(call: Call) -> Entry:
     path = call.values[0]
-    for entry in entries(call.session.instrument.control()):
+    for entry in entries(call.session.instrument.control):
         if entry.path == path.lower():
             return entry
     raise ScpiError(-224, f"{path[:60]}; accepted: a name that GAIN:CATalog? lists")
@@ -107,10 +107,10 @@ def _bounds(call: Call) -> Answer:
 
 
 def _gains(call: Call) -> Answer:
-    return ",".join(quoted(e.path) for e in entries(call.session.instrument.control()))
+    return ",".join(quoted(e.path) for e in entries(call.session.instrument.control))
 
 
-def _set_gain(call: Call) -> Answer:
+async def _set_gain(call: Call) -> Answer:
     session, entry, value = call.session, _entry(call), call.values[1]
     if isinstance(value, str) and not isinstance(entry.value, str):
         raise ScpiError(-104, f"{entry.path}: a number in {entry.par.read_in or 'no unit'}")
@@ -119,17 +119,17 @@ def _set_gain(call: Call) -> Answer:
     except InputError as error:
         code = -224 if isinstance(entry.value, str) else -222
         raise ScpiError(code, f"{entry.path}: {error.value}; accepted: {error.accepted}") from None
-    session.order(SetGains(((entry.path, value),)))
+    await session.order(SetGains(((entry.path, value),)))
     return None
 
 
-def _default_gains(call: Call) -> Answer:
+async def _default_gains(call: Call) -> Answer:
     session = call.session
     own = {e.path: e.value for e in entries(session.instrument.settings.controller)}
-    now = {e.path: e.value for e in entries(session.instrument.control())}
+    now = {e.path: e.value for e in entries(session.instrument.control)}
     changes = tuple((path, value) for path, value in own.items() if now[path] != value)
     if changes:
-        session.order(SetGains(changes))
+        await session.order(SetGains(changes))
     return None
 
 
@@ -149,12 +149,12 @@ def _load(call: Call) -> Answer:
     return None
 
 
-def _run(call: Call) -> Answer:
+async def _run(call: Call) -> Answer:
     session = call.session
     if session.programme is None:
         raise ScpiError(-282, "no programme is loaded; PROGram:LOAD")
     name, plan = session.programme
-    motion = session.order(Programme(plan))
+    motion = await session.order(Programme(plan))
     session.running = motion
     session.began(motion, f"programme {name}")
     return None
@@ -206,6 +206,7 @@ COMMANDS = (
         (NameOrBlock("programme"),),
         access=TOKEN,
         cost=100,
+        blocks=True,
     ),
     Command(
         "PROGram:NAME?",

@@ -24,7 +24,7 @@ def _all_errors(call: Call) -> Answer:
 
 def _request(call: Call) -> Answer:
     session = call.session
-    reply = session.station.acquire(session.name)
+    reply = session.take()
     if isinstance(reply, Refused):
         session.fail(ScpiError(-203, f"{reply.reason}; {reply.remedy}"))
         return "0"

@@ -154,6 +154,7 @@ COMMANDS = (
         (Text("column", 40, bare=True), Number("duration", "s", 0.0, RING_S)),
         answer="numbers, or a block of given length, as FORMat says",
         cost=50,
+        blocks=True,
     ),
     Command(
         "RECord[:STATe]",
@@ -162,6 +163,7 @@ COMMANDS = (
         "named by date and time), or end it.",
         (Flag("state"), Text("name", optional=True)),
         access=CONTROL,
+        blocks=True,
     ),
     Command(
         "RECord[:STATe]?",

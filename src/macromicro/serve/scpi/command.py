@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Any, NamedTuple
 
 from macromicro.serve.requests import EVERYONE
@@ -19,7 +19,7 @@ class Call(NamedTuple):
 
 
 Answer = str | bytes | None
-Handler = Callable[[Call], Answer]
+Handler = Callable[[Call], Answer | Awaitable[Answer]]  # what orders is a coroutine
 
 
 class Command(NamedTuple):
@@ -34,6 +34,7 @@ class Command(NamedTuple):
     waits: bool = False  # until all motions of this client have ended
     cost: int = 1  # in simple commands, for the rate limit
     streamed: bool = False  # done at once where no earlier command waits
+    blocks: bool = False  # it waits for a disk or computes for long: `act` runs on a thread
 
     @property
     def query(self) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import json
 from typing import Any
 
@@ -98,12 +97,12 @@ class PageConnection:
             session.authenticated = False
         self._session = session
         self._waiting = Waiting(session, self._bounds.waiting)
-        if not context.dispatcher.capacity.claim(self, session.connection):
+        if not context.capacity.claim(self, session.connection):
             await self._socket.close(FULL, "too many viewers")
             return
         if problem:
             await asyncio.sleep(self._bounds.pause)
-        await context.sessions.attach(session, self)
+        context.sessions.attach(session, self)
         tasks: list[asyncio.Task[None]] = []
         try:
             welcome = self._welcome(session, problem)
@@ -127,16 +126,15 @@ class PageConnection:
         for task in tasks:
             task.cancel()
         sessions = self._context.sessions
-        with contextlib.suppress(RuntimeError):  # the server is ending: it stops by itself
-            if sessions.detach(session, self):
-                await self._end_jog(session)
-                await sessions.clear(session)
+        if sessions.detach(session, self):
+            await self._end_jog(session)
+            sessions.clear(session)
         await asyncio.gather(*tasks, return_exceptions=True)
 
     async def _end_jog(self, session: Session) -> None:
         if session.jog:
             stage, session.jog = session.jog, ""
-            await self._context.dispatcher.run(session, session.request, m.Jog(stage, 0.0))
+            await session.request(m.Jog(stage, 0.0))
 
     def _failed(self, task: asyncio.Task[None]) -> None:
         """End the connection when one of its tasks has ended."""

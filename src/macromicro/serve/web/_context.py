@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from macromicro import __version__
 from macromicro.hysteresis.table import FodTable
+from macromicro.serve._background import in_thread
+from macromicro.serve._capacity import Capacity
 from macromicro.serve._instrument import Instrument
-from macromicro.serve.client import Dispatcher
 from macromicro.serve.guesses import Token
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.web import _reporting, bins
@@ -29,8 +30,8 @@ class Context:
         self.station, self.bounds = station, bounds
         self.instrument = Instrument(station, folder, token)
         self.hub = Hub(self.instrument, table)
-        self.dispatcher = Dispatcher("web", bounds.viewers, bounds.silent)
-        self.sessions = Sessions(self.instrument, self.dispatcher)
+        self.capacity = Capacity(bounds.viewers, bounds.silent)
+        self.sessions = Sessions(self.instrument, self.capacity)
         self.orders = Orders(self.instrument)
         self.recordings = Downloads(station, folder)
         law = self.instrument.law_columns
@@ -56,10 +57,6 @@ class Context:
             "largest": bounds.largest,
         }
 
-    def look(self) -> None:
+    async def look(self) -> None:
         """Update what all viewers see."""
-        self.hub.look({"recordings": self.recordings.listed()})
-
-    def close(self) -> None:
-        self.sessions.close()
-        self.dispatcher.close()
+        self.hub.look({"recordings": await in_thread(self.recordings.listed)})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import struct
 import time
 from collections.abc import Awaitable, Callable
@@ -13,12 +14,11 @@ import numpy as np
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Reply
 from macromicro.schema.text import plain
-from macromicro.serve.client import POLL_S, Entry
+from macromicro.serve.client import Entry
 from macromicro.serve.web._context import Context
 from macromicro.serve.web._orders import Refusal, number, text
 from macromicro.serve.web._sessions import Session
 
-TOLD_S = 0.5  # longest wait for the event behind an accepted order
 UNKNOWN_S = 2.0  # after which a number that is not under way is none
 _PIECE = struct.Struct("<4Id")  # kind 2, id, size of the piece, 0; size of the file
 Done = tuple[Reply, dict[str, Any]]
@@ -47,9 +47,10 @@ class OrderHandler:
         handle = self._files.get(what) if isinstance(what, str) else None
         if handle is not None:
             return await handle(order, session)
-        if what in ("take", "release"):
-            give = context.station.acquire if what == "take" else context.station.release
-            return await context.dispatcher.run(session, give, session.name), {}
+        if what == "take":
+            return session.take(), {}
+        if what == "release":
+            return context.station.release(session.name), {}
         if not context.orders.knows(what):
             raise Refusal(f"{what!r:.60} is not an order", "see the page")
         return await self._request(entry, session), {}
@@ -58,7 +59,7 @@ class OrderHandler:
         """The state now ("state"), or the end of a motion ("wait"); needs no token."""
         context = self._context
         if order["do"] == "state":
-            return Accepted(), {"state": await context.dispatcher.run(session, context.hub.now)}
+            return Accepted(), {"state": context.hub.now()}
         motion, seen = int(number(order, "motion")), time.monotonic()
         while session.connection is not None:
             now = context.station.snapshot()  # before its end, which may come behind
@@ -70,7 +71,9 @@ class OrderHandler:
             seen = time.monotonic() if now.motion == motion else seen
             if time.monotonic() - seen > UNKNOWN_S:
                 raise Refusal(f"there is no motion {motion}", "a number that a reply had")
-            await asyncio.sleep(POLL_S)
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(0.25 * UNKNOWN_S):
+                    await context.station.news()
         raise Refusal("the viewer is gone")
 
     async def _record(self, order: dict[str, Any], session: Session) -> Done:
@@ -78,22 +81,20 @@ class OrderHandler:
         refusal = context.station.refusal(session.name)
         if refusal is not None:
             return refusal, {}
-        return Accepted(), {
-            "name": await context.dispatcher.run(session, context.recordings.begin, session.name)
-        }
+        return Accepted(), {"name": await session.in_thread(context.recordings.begin, session.name)}
 
     async def _end_recording(self, order: dict[str, Any], session: Session) -> Done:
         context = self._context
         refusal = context.station.refusal(session.name)
         if refusal is not None:
             return refusal, {}
-        state = await context.dispatcher.run(session, context.recordings.end, session.name)
+        state = await session.in_thread(context.recordings.end, session.name)
         return Accepted(), {"rows": state.rows}
 
     async def _capture(self, order: dict[str, Any], session: Session) -> Done:
         context = self._context
         begin, wanted = context.station.captures.begin, context.orders.capture(order)
-        await context.dispatcher.run(session, begin, session.name, wanted)
+        begin(session.name, wanted)
         return Accepted(), {}
 
     async def _captured(self, order: dict[str, Any], session: Session) -> Done:
@@ -121,45 +122,36 @@ class OrderHandler:
     async def _upload(self, order: dict[str, Any], session: Session) -> Done:
         context = self._context
         take, load = session.upload.take, context.orders.programme
-        return Accepted(), await context.dispatcher.run(session, take, order, load)
+        return Accepted(), await session.in_thread(take, order, load)
 
     async def _settings(self, order: dict[str, Any], session: Session) -> Done:
-        return Accepted(), {
-            "text": await self._context.dispatcher.run(session, self._context.hub.as_toml)
-        }
+        return Accepted(), {"text": self._context.hub.as_toml()}
 
     async def _request(self, entry: Entry[dict[str, Any]], session: Session) -> Reply:
         context, order = self._context, entry.order
-        if order.get("do") == "programme" and order.get("uploaded") is True:
-            if session.upload.plan is None:
-                raise Refusal("no programme was uploaded", "choose a file first")
-            request: m.Request = m.Programme(session.upload.plan)
+        if order.get("do") != "programme":
+            request = context.orders.request(order)
+        elif order.get("uploaded") is not True:
+            request = await session.in_thread(context.orders.request, order)
+        elif session.upload.plan is None:
+            raise Refusal("no programme was uploaded", "choose a file first")
         else:
-            request = await context.dispatcher.run(session, context.orders.request, order)
+            request = m.Programme(session.upload.plan)
         if isinstance(request, m.Jog) and "hold" not in order:
             request = request._replace(hold=context.bounds.jog)
-        reply = await context.dispatcher.run(session, session.request, request, entry)
+        reply = await session.request(request, entry)
         if isinstance(reply, Accepted):
             if isinstance(request, m.Jog):
                 session.jog = request.stage if request.speed != 0.0 else ""
             if isinstance(request, m.SetGains):
-                await self._in_force(request)
+                context.hub.follow()  # the page asks for them next
         return reply
-
-    async def _in_force(self, request: m.SetGains) -> None:
-        """Wait until the hub knows the new gains."""
-        hub, deadline = self._context.hub, time.monotonic() + TOLD_S
-        while time.monotonic() < deadline:
-            hub.follow()
-            if all(hub.has(path, value) for path, value in request.changes):
-                return
-            await asyncio.sleep(0.002)
 
     async def _piece(self, order: dict[str, Any], session: Session) -> Done:
         name, offset = text(order, "name"), number(order, "offset")
         context = self._context
         piece = context.recordings.piece
-        data, size = await context.dispatcher.run(session, piece, name, offset)
+        data, size = await session.in_thread(piece, name, offset)
         head = _PIECE.pack(2, _id(order), len(data), 0, size)
         await self._send(head + data)
         return Accepted(), {}

@@ -11,7 +11,6 @@ import numpy as np
 
 from macromicro.control.live.messages import Finished
 from macromicro.hysteresis.table import FodTable
-from macromicro.schema.par import entries
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.web import _reporting
 from macromicro.serve.web._plane import Plane
@@ -69,10 +68,6 @@ class Hub:
         items = ", ".join(text for number, text in self.news if number > seen)
         return self._newest, f'{{"news": [{items}]}}'
 
-    def has(self, path: str, value: float | int | str) -> bool:
-        """Whether this setting is in force."""
-        return {e.path: e.value for e in entries(self.control)}.get(path) == value
-
     def follow(self) -> None:
         """Process new events and the gains in force."""
         ends = self._ends(math.inf)
@@ -87,7 +82,7 @@ class Hub:
             self._note(_reporting.event(self._newest + 1, event, self.control))
         for end in ends:
             self._end(end)
-        self.control = self._instrument.control()
+        self.control = self._instrument.control
 
     def _ends(self, latest: float) -> list[Finished]:
         """Ends of motions up to this time."""

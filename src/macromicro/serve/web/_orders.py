@@ -131,7 +131,7 @@ class Orders:
     def __init__(self, instrument: Instrument) -> None:
         self._instrument = instrument
         self._own: dict[str, Callable[[dict[str, Any]], m.Request]] = {
-            "gains": lambda order: gains(order, instrument.control()),
+            "gains": lambda order: gains(order, instrument.control),
             "limits": self._limits,
             "programme": self._shipped,
         }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import itertools
 import math
 import secrets
@@ -11,8 +10,9 @@ from typing import Protocol
 
 from macromicro.control.live.messages import Accepted, Reply
 from macromicro.serve import unconfirmed
+from macromicro.serve._capacity import Capacity
 from macromicro.serve._instrument import Instrument
-from macromicro.serve.client import Client, Dispatcher
+from macromicro.serve.client import Client
 from macromicro.serve.web._uploads import Upload
 
 GRACE_S = 10.0  # longest time for which a page that is gone may come back
@@ -30,21 +30,20 @@ class Attached(Protocol):
 class Session(Client):
     """One page, which may come back after a reload."""
 
-    def __init__(self, instrument: Instrument, name: str, address: str) -> None:
-        super().__init__(instrument, name, address)
+    def __init__(self, instrument: Instrument, name: str, address: str, capacity: Capacity) -> None:
+        super().__init__(instrument, name, address, capacity)
         self.key = secrets.token_urlsafe(24)
         self.connection: Attached | None = None
         self.left = 0.0
         self.listed = False
-        self.listing = asyncio.Lock()
         self.returns = True
         self.jog = ""  # the stage of a jog of this page
         self.upload = Upload()
 
 
 class Sessions:
-    def __init__(self, instrument: Instrument, dispatcher: Dispatcher) -> None:
-        self._instrument, self._dispatcher = instrument, dispatcher
+    def __init__(self, instrument: Instrument, capacity: Capacity) -> None:
+        self._instrument, self._capacity = instrument, capacity
         self._sessions: dict[str, Session] = {}
         self._grace = min(instrument.settings.serve.client_timeout, GRACE_S)
 
@@ -52,20 +51,20 @@ class Sessions:
         """The session with this key, else a new one."""
         session = self._sessions.get(key) if isinstance(key, str) else None
         if session is None:
-            return Session(self._instrument, f"web {address} #{next(_numbers)}", address)
+            name = f"web {address} #{next(_numbers)}"
+            return Session(self._instrument, name, address, self._capacity)
         session.address = address
         return session
 
-    async def attach(self, session: Session, connection: Attached) -> None:
+    def attach(self, session: Session, connection: Attached) -> None:
         """Attach a connection and have the station list the page."""
         if session.connection is not None:
             session.connection.leave()
         self._sessions[session.key] = session
         session.connection = connection
-        async with session.listing:
-            if not session.listed:
-                session.listed = True
-                await self._dispatcher.run(session, session.connect)
+        if not session.listed:
+            session.listed = True
+            session.connect()
 
     def detach(self, session: Session, connection: Attached) -> bool:
         """Detach an ended connection; True if no other one has the session."""
@@ -74,36 +73,34 @@ class Sessions:
         session.connection, session.left = None, time.monotonic()
         return True
 
-    async def clear(self, session: Session) -> None:
-        """Remove sessions that are gone and hold nothing; programs at once."""
-        async with session.listing:
-            stays = session.returns and session.station.holder == session.name
-            if session.connection is None and not stays:
-                await self._unlist(session)
+    def clear(self, session: Session) -> None:
+        """Remove a session that is gone and holds nothing; programs at once."""
+        stays = session.returns and session.station.holder == session.name
+        if session.connection is None and not stays:
+            self._unlist(session)
 
-    async def tidy(self) -> None:
+    def tidy(self) -> None:
         """Disconnect pages that did not come back."""
         now = time.monotonic()
         for session in list(self._sessions.values()):
             if session.connection is None and now - session.left > self._grace:
                 del self._sessions[session.key]
-                async with session.listing:
-                    await self._unlist(session)
+                self._unlist(session)
 
-    async def _unlist(self, session: Session) -> None:
+    def _unlist(self, session: Session) -> None:
         if session.listed:
             session.listed = False
-            await self._dispatcher.run(session, session.station.disconnect, session.name)
+            session.station.disconnect(session.name)
 
     async def stop(self, session: Session) -> Reply:
         """Stop now and refuse all waiting orders."""
         self._drop_waiting()
-        return await self._dispatcher.overtake(session, session.stop)
+        return await session.stop()
 
     async def emergency(self, session: Session) -> tuple[Reply, float]:
         """Emergency stop; the reply and its duration."""
         self._drop_waiting()
-        took = await self._dispatcher.overtake(session, session.emergency)
+        took = await session.emergency()
         if math.isnan(took):
             return unconfirmed.SILENT, took
         return Accepted(), took
@@ -115,6 +112,5 @@ class Sessions:
 
     def close(self) -> None:
         for session in self._sessions.values():
-            if session.listed:
-                session.station.disconnect(session.name)
+            self._unlist(session)
         self._sessions.clear()

@@ -13,7 +13,7 @@ from macromicro.serve.door._monitor import prepare
 from macromicro.serve.guesses import Guesses, Token
 from macromicro.serve.hosts import HOST, guarded, is_loopback, url
 from macromicro.serve.hosts import WEB_PORT as PORT
-from macromicro.serve.threaded import Threaded, check_port, refused
+from macromicro.serve.listening import Listener, check_port, refused
 from macromicro.serve.web._bounds import Bounds
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ _LOG.addHandler(logging.NullHandler())
 _LOG.propagate = False
 
 
-class WebServer(Threaded):
+class WebServer(Listener):
     """The web page of a station; a context manager. `url` is where to look."""
 
     def __init__(
@@ -61,6 +61,12 @@ class WebServer(Threaded):
         return url(*self.address)
 
     def start(self) -> None:
+        from websockets.asyncio import server  # noqa: F401 - needed by `_listen`
+
+        from macromicro.serve.web import _connection  # noqa: F401 - needed by `_view`
+        from macromicro.serve.web._context import Context
+
+        self._context = Context(self._station, self._token, self._folder, self._table, self._bounds)
         if not is_loopback(self._where[0]):
             name = socket.gethostname()
             self._gate.answer_to(name)
@@ -75,23 +81,21 @@ class WebServer(Threaded):
             self._gate.answer_to(full)
 
     async def _serve(self) -> None:
-        from macromicro.serve.web._context import Context
-
-        context = Context(self._station, self._token, self._folder, self._table, self._bounds)
+        context = self._context
         try:
-            context.look()
+            await context.look()
             server = await self._listen(context)
             bound = server.sockets[0].getsockname()
             self._listening(bound[0], bound[1])
             with contextlib.suppress(asyncio.CancelledError):
                 while True:
                     await asyncio.sleep(LOOK_S)
-                    context.look()
-                    await context.sessions.tidy()
+                    await context.look()
+                    context.sessions.tidy()
             server.close()
             await server.wait_closed()
         finally:
-            context.close()
+            context.sessions.close()
 
     async def _listen(self, context: Context) -> Server:
         from websockets.asyncio.server import serve
@@ -126,8 +130,8 @@ class WebServer(Threaded):
 
         prepare(opened.transport.get_extra_info("socket"))
         connection = PageConnection(context, opened)
-        context.dispatcher.capacity.arrive(connection)
+        context.capacity.arrive(connection)
         try:
             await connection.run()
         finally:
-            context.dispatcher.capacity.leave(connection)
+            context.capacity.leave(connection)

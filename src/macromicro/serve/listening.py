@@ -1,31 +1,31 @@
-"""A server with its own event loop and thread."""
+"""A server in the event loop of all servers."""
 
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import errno
 import socket
 import threading
 from abc import ABC, abstractmethod
+from concurrent.futures import Future
 from typing import Self
 
 from macromicro.errors import InputError, MacromicroError, ProblemError
+from macromicro.serve import _background
 
 ADDRESS = "an address of this computer, such as 127.0.0.1"
 
 
-class Threaded(ABC):
-    """Runs a server in a thread; a context manager. `address` is the true one once it listens."""
+class Listener(ABC):
+    """Runs a server in the background; a context manager. `address` is known once it listens."""
 
     def __init__(self, kind: str, host: str, port: int) -> None:
         self._kind = kind
         self._where = self.address = host, port
-        self._thread: threading.Thread | None = None
-        self._bound = threading.Event()
-        self._failures: list[BaseException] = []
-        self._loop: asyncio.AbstractEventLoop | None = None
+        self._bound: Future[None] = Future()
+        self._ended = threading.Event()
         self._task: asyncio.Task[None] | None = None
+        self.failure: BaseException | None = None  # why it ended by itself
 
     @abstractmethod
     async def _serve(self) -> None:
@@ -34,37 +34,28 @@ class Threaded(ABC):
     def _listening(self, host: str, port: int) -> None:
         """Let `start` return."""
         self.address = host, port
-        self._bound.set()
-
-    @property
-    def failure(self) -> BaseException | None:
-        """Why it ended by itself, or None."""
-        return self._failures[0] if self._failures else None
+        if not self._bound.done():
+            self._bound.set_result(None)
 
     def start(self) -> None:
-        """Listen."""
-        if self._thread is not None:
+        """Listen. What takes its time, such as imports, is done before: not in the event loop."""
+        if self._task is not None:
             raise MacromicroError(f"the {self._kind} server runs already")
-        self._bound.clear()
-        self._failures.clear()
-        self._thread = threading.Thread(target=self._run, name=self._kind.lower(), daemon=True)
-        self._thread.start()
-        self._bound.wait()
-        if self._failures:
-            self._thread.join()
-            self._thread = None
-            raise self._failures[0]
+        self._bound, self.failure = Future(), None
+        self._ended.clear()
+        _background.submit(self._run())
+        try:
+            self._bound.result()
+        except BaseException:
+            self.stop()
+            raise
 
     def stop(self) -> None:
         """End all connections."""
-        thread, loop, task = self._thread, self._loop, self._task
-        if thread is None:
-            return
-        if loop is not None and task is not None:
-            with contextlib.suppress(RuntimeError):  # it has ended by itself
-                loop.call_soon_threadsafe(task.cancel)
-        thread.join()
-        self._thread = None
+        if self._task is not None:
+            _background.call_soon(self._task.cancel)
+            self._ended.wait()
+            self._task = None
 
     def __enter__(self) -> Self:
         self.start()
@@ -73,17 +64,18 @@ class Threaded(ABC):
     def __exit__(self, *_: object) -> None:
         self.stop()
 
-    def _run(self) -> None:
+    async def _run(self) -> None:
+        self._task = asyncio.current_task()
         try:
-            asyncio.run(self._main())
+            await self._serve()
+        except asyncio.CancelledError:
+            pass
         except BaseException as error:
-            self._failures.append(error)
+            self.failure = error
+            if not self._bound.done():
+                self._bound.set_exception(error)
         finally:
-            self._bound.set()
-
-    async def _main(self) -> None:
-        self._loop, self._task = asyncio.get_running_loop(), asyncio.current_task()
-        await self._serve()
+            self._ended.set()
 
 
 def check_port(port: int) -> None:
