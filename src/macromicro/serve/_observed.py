@@ -14,7 +14,7 @@ from macromicro.serve._holders import Holders
 from macromicro.serve._loop_connection import LoopConnection
 from macromicro.serve._recording import Recordings
 from macromicro.serve.choosing import AnySettings
-from macromicro.serve.shared import BINS, shown
+from macromicro.serve.shared import BINS
 from macromicro.serve.snapshot import Snapshot
 
 
@@ -30,7 +30,7 @@ class Observed:
         self._connection = LoopConnection(rig, seed, settings, state, machine)
         attributes: dict[str, str | int | float] = {"rig": rig, "seed": seed}
         attributes["modes"] = ", ".join(MODES)
-        self._names = tuple(c.name for c in shown(settings.live.place, settings.law_columns)[0])
+        self._names = settings.telemetry.names
         self._recordings = Recordings(self._connection, settings, attributes)
 
     @property

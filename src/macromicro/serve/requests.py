@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any, NamedTuple
 
 from macromicro.control.live import messages as m
@@ -14,6 +15,7 @@ CONTROL = "control"  # the holder of control
 STOPS = "all, at once"  # any connected client, past every queue
 
 MOVES, WAKES, ENDS = "moves", "wakes", "ends"
+_POINTS = (m.MovePoint, m.MovePointBy)
 
 
 class Field(NamedTuple):
@@ -41,10 +43,24 @@ class RequestType(NamedTuple):
     replaces: bool = False  # may replace a motion under way
     motion: str = ""  # name of the motion, before its target
 
+    @property
+    def is_point(self) -> bool:
+        """Whether its fields are coordinates, some of which may be left out."""
+        return self.message in _POINTS
+
+    def request(self, *values: Any, **given: Any) -> Any:
+        """The message of some values, one for each field; None: not of this stage of a point."""
+        if self.is_point:
+            each = zip(self.fields, values, strict=True)
+            values = ({field.name: value for field, value in each if value is not None},)
+        return self.message(*values, **given)
+
     def words(self, values: tuple[Any, ...], place: Place = LENGTH) -> str:
         """A motion with its target: "move to 12 mm"."""
         shown = [
-            _shown(f.unit, v, place) for f, v in zip(self.fields, values, strict=True) if f.unit
+            _shown(f.unit, v, place)
+            for f, v in zip(self.fields, values, strict=True)
+            if f.unit and v is not None
         ]
         return " ".join((self.motion, *shown))
 
@@ -126,7 +142,7 @@ REQUESTS: tuple[RequestType, ...] = (
         "move point",
         m.MovePoint,
         "MOVE:POINt",
-        "Move both axes of a two-axis machine to a point on a straight line.",
+        "Move all stages of a machine of several to a point on a straight line, in their order.",
         (
             Field("x", "m", -10.0, 10.0, key="x", ends="x"),
             Field("y", "m", -10.0, 10.0, key="y", ends="y"),
@@ -139,7 +155,7 @@ REQUESTS: tuple[RequestType, ...] = (
         "move point by",
         m.MovePointBy,
         "MOVE:POINt:RELative",
-        "Move both axes of a two-axis machine by a distance on a straight line, each from the "
+        "Move all stages of a machine of several by distances on a straight line, each from the "
         "target that it holds, else from its position.",
         (
             Field("x", "m", -10.0, 10.0, key="x"),
@@ -153,7 +169,7 @@ REQUESTS: tuple[RequestType, ...] = (
         "move axis",
         m.MoveAxis,
         "MOVE:{stage}",
-        "Move the {stage} of a two-axis machine alone.",
+        "Move the {stage} of a machine of several stages alone.",
         (
             Field("axis", key="axis", choices=m.AXES),
             Field("position", "m", -10.0, 10.0, ends="{stage}"),
@@ -166,8 +182,8 @@ REQUESTS: tuple[RequestType, ...] = (
         "move axis by",
         m.MoveAxisBy,
         "MOVE:{stage}:RELative",
-        "Move the {stage} of a two-axis machine alone by a distance from the target that it holds, "
-        "else from its position.",
+        "Move the {stage} of a machine of several stages alone by a distance from the target that "
+        "it holds, else from its position.",
         (
             Field("axis", key="axis", choices=m.AXES),
             Field("distance", "m", -10.0, 10.0),
@@ -253,7 +269,34 @@ REQUESTS: tuple[RequestType, ...] = (
         "Reset the soft limits to those at the machine's start.",
     ),
 )
-KINDS = {each.name: each for each in REQUESTS}
+
+
+def of_axes(axes: tuple[str, ...]) -> dict[str, RequestType]:
+    """The requests of a machine of these stages; of one without named stages those of `AXES`."""
+    return _of(axes or m.AXES)
+
+
+@cache
+def _of(axes: tuple[str, ...]) -> dict[str, RequestType]:
+    return {each.name: _with_axes(each, axes) for each in REQUESTS}
+
+
+def _with_axes(kind: RequestType, axes: tuple[str, ...]) -> RequestType:
+    if kind.is_point:
+        like = kind.fields[0]
+        each = ((axis, axis if like.ends else "") for axis in axes)
+        fields = tuple(like._replace(name=axis, key=axis, ends=ends) for axis, ends in each)
+        return kind._replace(fields=fields)
+    fields = tuple(
+        field._replace(choices=(*(c for c in field.choices if c not in m.AXES), *axes))
+        if set(m.AXES) <= set(field.choices)
+        else field
+        for field in kind.fields
+    )
+    return kind._replace(fields=fields)
+
+
+KINDS = of_axes(m.AXES)
 _EFFECTS = {each.message: each.effect for each in REQUESTS} | {m.LinkLost: ENDS}
 
 

@@ -102,7 +102,7 @@ def test_axes_that_are_set_together_move_at_once() -> None:
         found = channels(fake)
         moves = [asyncio.create_task(put(found, axis, v)) for axis, v in (("y", 30.0), ("x", 20.0))]
         await until(lambda: fake.motion == 1)
-        assert fake.requests == [m.MovePoint(0.02, 0.03, "epics")]
+        assert fake.requests == [m.MovePoint({"x": 0.02, "y": 0.03}, "epics")]
         late = asyncio.create_task(put(found, "x", 25.0))
         await asyncio.sleep(0.15)
         assert fake.given == 1 and value(found, "x.DMOV") == value(found, "y.DMOV") == 0

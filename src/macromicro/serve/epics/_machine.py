@@ -129,8 +129,8 @@ class Channels:
 
             return moved(name, f"axis {name}", go)
 
-        if set(m.AXES) <= set(stages):
-            return [alone(name) for name in m.AXES]
+        if self._instrument.axes:
+            return [alone(name) for name in self._instrument.axes]
         whole = axis("whole", "position", lambda v: m.MoveTo(v / per, replace=True))
         if set(stages) != set(m.STAGES):
             return [whole]
@@ -150,7 +150,7 @@ class Channels:
         elif name == "micro":
             place = now.micro_m
         elif name != "whole":
-            own = now.axes[m.AXES.index(name)] if now.axes else None
+            own = next((each for each in now.axes if each.name == name), None)
             place, target = (own.position_m, own.target_m) if own else (math.nan, math.nan)
         low, high = (end * scale for end in ends)
         enabled, fault = now.mode not in _OFF, now.fault is not None

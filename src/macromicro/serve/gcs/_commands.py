@@ -105,8 +105,8 @@ def _move(call: Call, one: Any, point: Any, axis: Any) -> Answer:
     found = {axis: value / per for axis, value in _pairs(call).items()}
     if session.axes == ("1",):
         session.move(one(found["1"], replace=True), call.entry)
-    elif len(found) == len(session.axes):
-        session.move(point(*(found[each] for each in session.axes)), call.entry)
+    elif len(found) > 1:
+        session.move(point({name.lower(): value for name, value in found.items()}), call.entry)
     else:
         ((name, value),) = found.items()
         session.move(axis(name.lower(), value), call.entry)

@@ -43,7 +43,7 @@ class ScpiConnection(Connection[_Rest]):
         self.session = Session(instrument, f"scpi {peer[0]}:{peer[1]}", str(peer[0]))
         super().__init__(self.session, GRAMMAR, monitor, writer, dispatcher, bounds)
         self._intake = Intake(
-            bounds, lambda: dispatcher.price(self.session), tree(instrument.place)
+            bounds, lambda: dispatcher.price(self.session), tree(instrument.place, instrument.axes)
         )
 
     @property

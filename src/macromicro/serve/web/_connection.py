@@ -166,7 +166,7 @@ class PageConnection:
         elif what == "keep":
             if session.jog is not None:
                 session.jog = (session.jog[0], time.monotonic() + self._bounds.jog)
-        elif (refused := surplus(order)) is not None:
+        elif (refused := surplus(order, self._context.instrument.axes)) is not None:
             self._later(self._reply(order, refused))
         elif what == "view":
             before = self._stream.want(order)
