@@ -43,22 +43,15 @@ class Channels:
         self._gathering = Gathering(self._ask, self._in_turn)
         writable = self.client.authenticated  # Channel Access carries no token
         self._live = instrument.settings.live
-        jogging = self._live.jogging
-        speed = jogging.macro * self._per
-        near = self._live.pitch * self._per
         unit = instrument.place.unit
-        self._records = {
-            axis.name: Record(
-                axis,
-                unit,
-                DIGITS,
-                speed,
-                (jogging.micro if axis.name == m.MICRO else jogging.slow) * self._per,
-                near,
-                writable=writable,
-            )
-            for axis in self._axes()
-        }
+
+        def record(axis: Axis) -> Record:
+            live = dict(instrument.settings.axes).get(axis.name, self._live)
+            slow = live.jogging.micro if axis.name == m.MICRO else live.jogging.slow
+            speeds = (live.jogging.macro * self._per, slow * self._per)
+            return Record(axis, unit, DIGITS, *speeds, live.pitch * self._per, writable=writable)
+
+        self._records = {axis.name: record(axis) for axis in self._axes()}
 
         def put(act: Callable[[Any], Awaitable[None]]) -> Any:
             return act if writable else None
