@@ -123,8 +123,8 @@ def test_a_machine_of_a_file_is_moved_within_its_travel() -> None:
     assert len(set(places)) == 4 and min(places) > 0.0 and max(places) < 0.04
     points = measuring.moves(choosing.load(examples / "xy-plotter.toml"))
     assert {type(point) for point in points} == {m.MovePoint}
-    assert max(p.x for p in points) > max(p.y for p in points) > 0.02
-    assert all(0.0 < p.x < 0.2 and 0.0 < p.y < 0.07 for p in points)
+    assert max(p.to["x"] for p in points) > max(p.to["y"] for p in points) > 0.02
+    assert all(0.0 < p.to["x"] < 0.2 and 0.0 < p.to["y"] < 0.07 for p in points)
     assert measuring.moves(LiveSettings())[0] == m.MoveTo(20.4e-3)
 
 

@@ -51,9 +51,9 @@ def test_every_request_of_the_table_is_a_verb() -> None:
         ("move_micro", ("0.1 mm",), m.MoveMicro(1e-4)),
         ("move_macro_by", (3,), m.MoveMacroBy(3)),
         ("move_micro_by", ("0.1 mm",), m.MoveMicroBy(1e-4)),
-        ("move_point", ("1 mm", 0.002), m.MovePoint(0.001, 0.002)),
+        ("move_point", ("1 mm", 0.002), m.MovePoint({"x": 0.001, "y": 0.002})),
         ("move_axis", ("y", "4 mm"), m.MoveAxis("y", 0.004)),
-        ("move_point_by", ("1 mm", -0.002), m.MovePointBy(0.001, -0.002)),
+        ("move_point_by", ("1 mm", -0.002), m.MovePointBy({"x": 0.001, "y": -0.002})),
         ("move_axis_by", ("y", "-4 mm"), m.MoveAxisBy("y", -0.004)),
         ("home", (), m.Home()),
         ("jog", ("macro", "5 mm/s"), m.Jog("macro", 0.005, 0.4)),  # as long as the client lives

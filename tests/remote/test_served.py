@@ -8,6 +8,7 @@ from urllib.parse import urlsplit
 import pytest
 from tests.serve.stage.test_served import example, served
 
+from macromicro.errors import InputError
 from macromicro.remote.failures import MotionFailed, RequestRefused
 from macromicro.remote.machine import connect
 
@@ -55,3 +56,29 @@ def test_two_axes_move_to_points(tmp_path: Path) -> None:
             stage.stop()
             with pytest.raises(MotionFailed, match="as stopped"):
                 motion.wait()
+
+
+@pytest.mark.slow
+def test_two_axes_and_a_piezo_move_to_points_by_name(tmp_path: Path) -> None:
+    with served(tmp_path, example("xyz")) as terminal:
+        address = urlsplit(terminal.page)
+        with connect(str(address.hostname), int(address.port or 0)) as stage:
+            stage.enable()
+            stage.home()
+            stage.move_point("20 mm", 0.03, "40 um")
+            stage.move_point(z="10 um", x="30 mm")
+            stage.move_point_by(z="5 um")
+            stage.move_axis("y", "25 mm")
+            assert [axis.name for axis in stage.state.axes] == ["x", "y", "z"]
+            places = [axis.position_m for axis in stage.state.axes]
+            assert places == pytest.approx([0.03, 0.025, 15e-6], abs=3e-5)
+            assert places[2] == pytest.approx(15e-6, abs=1e-7)
+            for wrong in ({"w": 0.1}, {"x": 0.1, "y": 0.1, "z": 0.0, "w": 0.0}):
+                with pytest.raises(InputError, match="x, y, z"):
+                    stage.move_point(**wrong)
+            with pytest.raises(InputError, match="x, y, z"):
+                stage.move_point(0.1, 0.1)
+            with pytest.raises(InputError, match="x, y, z"):
+                stage.move_axis("w", 0.1)
+            with pytest.raises(RequestRefused, match="z: position"):
+                stage.move_axis("z", 0.1)

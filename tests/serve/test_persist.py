@@ -80,11 +80,11 @@ def test_a_position_of_other_stops_pitch_or_homing_is_not_trusted(
     assert "another rig, lab two_stage" in elsewhere.why
 
 
-def test_a_position_of_an_older_version_is_not_trusted(tmp_path: Path) -> None:
-    """It does not say which settings it depends on."""
+@pytest.mark.parametrize("older", persist._OLDER)
+def test_a_position_of_an_older_version_is_not_trusted(tmp_path: Path, older: str) -> None:
     path = tmp_path / "position.json"
     persist.save(path, KEPT)
-    path.write_text(path.read_text().replace(persist.FORMAT, "macromicro position 1"))
+    path.write_text(path.read_text().replace(persist.FORMAT, older))
     assert "older version" in str(persist.load(path))
 
 
@@ -298,15 +298,15 @@ def test_the_file_follows_why_the_place_is_not_known(tmp_path: Path) -> None:
     assert found.why == "emergency stop on the way"  # type: ignore[union-attr]
 
 
-def test_both_axes_of_two_must_stand_where_they_were_left(tmp_path: Path) -> None:
-    both = KEPT._replace(second=-700.0, second_offset=11.0)
+def test_every_stage_must_stand_where_it_was_left(tmp_path: Path) -> None:
+    three = KEPT._replace(others=((-700.0, 11.0), (5.0, -2.0)))
     path = tmp_path / "position.json"
-    persist.save(path, both)
-    assert persist.load(path) == both
-    found = persist.restore(both, "twin", 1400.0, COUNTED, -701.0)
-    assert found.trusted and found.offset == 3.0 and found.second_offset == 11.0
-    for second in (-690.0, math.nan):
-        found = persist.restore(both, "twin", 1400.0, COUNTED, second)
+    persist.save(path, three)
+    assert persist.load(path) == three
+    found = persist.restore(three, "twin", 1400.0, COUNTED, (-701.0, 6.0))
+    assert found.trusted and found.offset == 3.0 and found.others == (11.0, -2.0)
+    for others in ((-690.0, 5.0), (-700.0, math.nan)):
+        found = persist.restore(three, "twin", 1400.0, COUNTED, others)
         assert not found.trusted and math.isnan(found.offset) and "moved" in found.why
-    # What was kept of one axis says nothing of two.
-    assert not persist.restore(KEPT, "twin", 1400.0, COUNTED, 5.0).trusted
+    # What was kept of one stage says nothing of three.
+    assert not persist.restore(KEPT, "twin", 1400.0, COUNTED, (5.0, 5.0)).trusted

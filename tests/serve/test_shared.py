@@ -6,10 +6,19 @@ import os
 import threading
 from typing import Any
 
+import numpy as np
 import pytest
 
-from macromicro.serve import shared as module
-from macromicro.serve.shared import COLUMNS, STATUS_TURN, WRITTEN, Shared, Status
+from macromicro.place import LENGTH
+from macromicro.serve.shared import (
+    COLUMNS,
+    STATUS_TURN,
+    WRITTEN,
+    Shared,
+    StageStatus,
+    Status,
+    published,
+)
 
 
 def fill(shared: Shared, first: int, count: int) -> None:
@@ -54,36 +63,41 @@ def test_a_count_from_an_earlier_memory_gives_nothing() -> None:
 
 
 def test_two_mappings_are_the_same_memory() -> None:
-    one = Shared.create(50)
-    other = Shared(os.dup(one.fd), 50)
+    form = published((LENGTH,) * 3, ("x", "y", "z"))
+    one = Shared.create(50, form)
+    other = Shared(os.dup(one.fd), 50, form)
     fill(one, 0, 3)
-    told = Status(3.0, fault=7.0, offset=-12.0, target=0.5, second_target=0.25)
-    one.set_status(told)
+    stages = (StageStatus(-12.0, 0.5), StageStatus(3.0, 0.25, 5.0), StageStatus())
+    told = Status(3.0, fault=7.0, offset=-12.0, target=0.5)
+    one.set_status([*told[:-1], *(value for stage in stages for value in stage)])
     one.close()
-    assert other.since(0)[1] == 3
-    assert other.status() == told
+    lost, count, block = other.since(0)
+    assert (lost, count, len(block)) == (0, 3, len(form.columns))
+    assert np.isnan(block[len(COLUMNS) :]).all()  # of which the rows had nothing
+    found = other.status()
+    assert found._replace(stages=()) == told
+    assert found.stages[:2] == stages[:2] and np.isnan(found.stages[2][:2]).all()
 
 
 def test_a_status_half_written_by_a_killed_loop_is_shown_all_the_same() -> None:
     shared = Shared.create(50)
-    shared.set_status(Status(periods=3.0))
+    shared.set_status(Status(periods=3.0)[:-1])
     shared.cells[STATUS_TURN] += 1
     assert shared.status().periods == 3.0
 
 
 def test_a_row_shows_only_once_it_is_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     shared = Shared.create(50)
-    seen = []
+    seen, row = [], shared._row
 
     class Watched:
-        size = module._ROW.size
+        size = row.size
 
         def pack_into(self, *what: Any) -> None:
             row.pack_into(*what)
             seen.append(int(shared.cells[WRITTEN]))
 
-    row = module._ROW
-    monkeypatch.setattr(module, "_ROW", Watched())
+    monkeypatch.setattr(shared, "_row", Watched())
     fill(shared, 0, 2)
     assert seen == [0, 1]
 
@@ -97,7 +111,7 @@ def test_row_and_status_are_of_one_instant() -> None:
         k = 0.0
         while not enough.is_set():
             k += 1.0
-            shared.show([k] * len(COLUMNS), Status(periods=k))
+            shared.show([k] * len(COLUMNS), Status(periods=k)[:-1])
 
     writer = threading.Thread(target=write)
     writer.start()

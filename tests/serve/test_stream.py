@@ -48,7 +48,7 @@ def test_delays_on_the_way_that_vary_are_made_up_for(now: list[float]) -> None:
 
 def test_a_point_without_a_time_is_as_it_comes(now: list[float]) -> None:
     shown, stream = Shown(), Stream(3, 2)
-    assert stream.take(shown, m.SetPoints(0.1, 0.2, 0.3, 0.4)) is None
+    assert stream.take(shown, m.SetPoints(((0.1, 0.3), (0.2, 0.4)))) is None
     assert shown.points == [(((0.1, 0.3), (0.2, 0.4)), 100 * 10**9)]
 
 
@@ -57,7 +57,7 @@ def test_a_point_without_a_time_is_as_it_comes(now: list[float]) -> None:
     [
         (Stream(3), m.SetPoint(math.nan), "give finite numbers"),
         (Stream(3), m.SetPoint(0.1, math.inf), "give finite numbers"),
-        (Stream(3), m.SetPoints(0.1, 0.1), "give the positions of those that follow"),
+        (Stream(3), m.SetPoints(((0.1, 0.0), (0.1, 0.0))), "give the positions of those that follow"),
         (Stream(4), m.SetPoint(0.1), NOT_FOLLOWING.remedy),
     ],
 )

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
 from macromicro.control.live import messages as m
 from macromicro.nominal import PERIOD
 from macromicro.serve import _watching
-from macromicro.serve.shared import INDEX, Shared, Status
+from macromicro.serve.settings import LiveSettings
+from macromicro.serve.shared import INDEX, PLAIN, Shared, Status
 
 STOOD = round(_watching.STOOD_S / PERIOD)
 
@@ -18,7 +22,7 @@ def shown(counts: list[float], mode: int = m.DISABLED) -> Shared:
     for count in counts:
         row = np.zeros(len(INDEX))
         row[INDEX["macro_position"]], row[INDEX["mode"]] = count, mode
-        shared.show(row, Status())
+        shared.show(row, Status()[:-1])
     return shared
 
 
@@ -34,24 +38,25 @@ def shown(counts: list[float], mode: int = m.DISABLED) -> Shared:
     ],
 )
 def test_a_carriage_that_coasts_is_moving(counts: list[float], moving: bool) -> None:
-    place = _watching.place(shown(counts), "homed", PERIOD)
+    place = _watching.place(shown(counts), "homed", LiveSettings())
     assert place is not None
     assert place.moving is moving
     assert (place.row, place.encoder) == (len(counts), counts[-1])
 
 
 def test_a_motion_is_moving_where_nothing_counts() -> None:
-    place = _watching.place(shown([5.0] * 2 * STOOD, m.MOVING_MICRO), "homed", PERIOD)
+    place = _watching.place(shown([5.0] * 2 * STOOD, m.MOVING_MICRO), "homed", LiveSettings())
     assert place is not None
     assert place.moving
 
 
 @pytest.mark.parametrize(("period", "moving"), [(PERIOD, True), (2.0 * PERIOD, False)])
 def test_how_long_it_has_stood_goes_by_the_loops_period(period: float, moving: bool) -> None:
-    place = _watching.place(shown([0.0, 95.0, *[101.0] * (STOOD // 2)]), "homed", period)
+    settings: Any = SimpleNamespace(period=period, homing=(0,), telemetry=PLAIN)
+    place = _watching.place(shown([0.0, 95.0, *[101.0] * (STOOD // 2)]), "homed", settings)
     assert place is not None
     assert place.moving is moving
 
 
 def test_before_the_first_row_there_is_no_place() -> None:
-    assert _watching.place(Shared.create(5000), "", PERIOD) is None
+    assert _watching.place(Shared.create(5000), "", LiveSettings()) is None

@@ -16,11 +16,11 @@ from macromicro.types import SAFE
 
 
 class Home(NamedTuple):
-    """Where a machine without a fault finds its place. `offset`, `second`: counts at coordinate 0;
+    """Where a machine without a fault finds its place. `offset`, `others`: counts at coordinate 0;
     `zero`: true place there, m; `seconds` that it took."""
 
     offset: float = math.nan
-    second: float = math.nan
+    others: tuple[float, ...] = ()
     zero: float = 0.0
     seconds: float = 0.0
 
@@ -47,7 +47,7 @@ class Bed:
         self.led = opened.guarded(Session(opened.rig, self.dt))
         self.led.__enter__()
         self.home = home or Home()
-        known = Restored(True, self.home.offset, "known", self.home.second)
+        known = Restored(True, self.home.offset, "known", self.home.others)
         restored = known if home is not None else Restored(False, math.nan, "not known")
         first = self.led.read()
         self.machine.begin(first, restored)
@@ -148,8 +148,8 @@ def homed(made: Made) -> Home:
         assert bed.ends[-1].outcome == m.DONE, bed.ends[-1]
     else:
         last = [*bed.run(0.1)][-1]
-    second = getattr(bed.machine, "second", None)
+    views = getattr(bed.machine, "views", tuple)
     offset = bed.machine.view().offset
+    others = tuple(each.offset for each in views()[1:])
     bed.close()
-    other = second().offset if second is not None else math.nan
-    return Home(offset, other, last.true - last.told if bed.searches else 0.0, last.t)
+    return Home(offset, others, last.true - last.told if bed.searches else 0.0, last.t)

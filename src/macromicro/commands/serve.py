@@ -125,7 +125,8 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
             persist.default_path(chosen.place(rig)), "state folder (--state, XDG_STATE_HOME):"
         )
     if record is not None:
-        storage.make_folder(record, round(chosen.serve.recorder_capacity / chosen.period))
+        rows = round(chosen.serve.recorder_capacity / chosen.period)
+        storage.make_folder(record, rows, columns=chosen.telemetry.columns)
     with Log(log), Signals() as signals:
         signals.later(_EARLY)
         from macromicro.serve import warming

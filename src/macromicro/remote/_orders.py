@@ -7,7 +7,7 @@ from typing import Any
 from macromicro.errors import InputError
 from macromicro.place import LENGTH, PLACES, Place
 from macromicro.schema.par import finite
-from macromicro.serve.requests import KINDS, POINTS, Field
+from macromicro.serve.requests import Field, RequestType
 from macromicro.units import quantity, remedy
 
 
@@ -16,12 +16,30 @@ def place_of(about: dict[str, Any]) -> Place:
     return next((place for place in PLACES if place.base == base), LENGTH)
 
 
-def checked(name: str, values: tuple[Any, ...], place: Place) -> tuple[Any, ...]:
-    """The values of a request in base units."""
+def axes_of(about: dict[str, Any]) -> tuple[str, ...]:
+    return tuple(axis["name"] for axis in about["axes"])
+
+
+def checked(kind: RequestType, values: tuple[Any, ...], place: Place) -> tuple[Any, ...]:
+    """The values of a request in base units; None of a coordinate that is left out."""
+    if kind.is_point:
+        values = _point(kind, *values)
     return tuple(
-        _value(f"{name}, {field.name}", field, value, place)
-        for field, value in zip((KINDS | POINTS)[name].fields, values, strict=False)
+        None if value is None else _value(f"{kind.name}, {field.name}", field, value, place)
+        for field, value in zip(kind.fields, values, strict=False)
     )
+
+
+def _point(kind: RequestType, *values: Any) -> tuple[Any, ...]:
+    """Coordinates in their order, of which the last value names further ones."""
+    *given, named = values
+    names = [field.name for field in kind.fields]
+    found = dict(zip(names, given, strict=False))
+    twice = [name for name in named if name in found or name not in names]
+    if twice or len(given) > len(names) or not (named or len(given) == len(names)):
+        value = twice[0] if twice else f"{len(given)} coordinates"
+        raise InputError(kind.name, value, f"{', '.join(names)}, each once")
+    return tuple((found | named).get(name) for name in names)
 
 
 def _value(where: str, field: Field, value: Any, place: Place) -> Any:
@@ -41,7 +59,8 @@ def _value(where: str, field: Field, value: Any, place: Place) -> Any:
     return float(value)
 
 
-def order(name: str, values: tuple[Any, ...], place: Place) -> dict[str, Any]:
-    fields = (KINDS | POINTS)[name].fields if values else ()
-    found = {field.key: value for field, value in zip(fields, values, strict=False)}
+def order(kind: RequestType, values: tuple[Any, ...], place: Place) -> dict[str, Any]:
+    fields = kind.fields if values else ()
+    each = zip(fields, values, strict=False)
+    found = {field.key: value for field, value in each if value is not None}
     return found | ({"unit": place.base} if any(f.unit == "m" for f in fields) else {})

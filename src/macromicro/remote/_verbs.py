@@ -65,27 +65,27 @@ class Verbs(ABC, Generic[Begun, Told]):
         return self._motion("move micro by", (distance,), wait=wait, replace=replace)
 
     def move_point(
-        self, x: Quantity, y: Quantity, *, replace: bool = False, wait: bool = True
+        self, *place: Quantity, replace: bool = False, wait: bool = True, **named: Quantity
     ) -> Begun:
-        """Move both axes on a straight line."""
-        return self._motion("move point", (x, y), wait=wait, replace=replace)
+        """Move all stages of a machine of several on a straight line, or those that are named."""
+        return self._motion("move point", (*place, named), wait=wait, replace=replace)
 
     def move_point_by(
-        self, x: Quantity, y: Quantity, *, replace: bool = False, wait: bool = True
+        self, *way: Quantity, replace: bool = False, wait: bool = True, **named: Quantity
     ) -> Begun:
-        """Move both axes by a distance on a straight line."""
-        return self._motion("move point by", (x, y), wait=wait, replace=replace)
+        """Move all stages by distances on a straight line, or those that are named."""
+        return self._motion("move point by", (*way, named), wait=wait, replace=replace)
 
     def move_axis(
         self, axis: str, position: Quantity, *, replace: bool = False, wait: bool = True
     ) -> Begun:
-        """Move one axis of two."""
+        """Move one of several stages."""
         return self._motion("move axis", (axis, position), wait=wait, replace=replace)
 
     def move_axis_by(
         self, axis: str, distance: Quantity, *, replace: bool = False, wait: bool = True
     ) -> Begun:
-        """Move one axis of two by a distance from the target that it holds."""
+        """Move one of several stages by a distance from the target that it holds."""
         return self._motion("move axis by", (axis, distance), wait=wait, replace=replace)
 
     def home(self, *, wait: bool = True) -> Begun:

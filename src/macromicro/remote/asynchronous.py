@@ -19,7 +19,7 @@ from macromicro.remote.following import AsyncStream
 from macromicro.schema.text import read_text
 from macromicro.serve.capturing import NOW, Trigger
 from macromicro.serve.hosts import HOST, WEB_PORT, url
-from macromicro.serve.requests import KINDS
+from macromicro.serve.requests import RequestType, of_axes
 from macromicro.serve.web.bins import HEADER
 
 TOKEN = "MACROMICRO_TOKEN"
@@ -325,6 +325,9 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
         """
         self._under_way.discard(motion)
 
+    def _kind(self, name: str) -> RequestType:
+        return of_axes(_orders.axes_of(self.about))[name]
+
     async def _rest(self) -> None:
         while (await self.state()).motion:
             await asyncio.sleep(0.02)
@@ -332,8 +335,12 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
     async def _order(
         self, name: str, values: tuple[Any, ...] = (), own: dict[str, Any] | None = None
     ) -> dict[str, Any]:
-        given = _orders.checked(name, values, self.place) if values else ()
-        fields = _orders.order(name, given, self.place) | (own or {})
+        fields = own or {}
+        if values:
+            kind = self._kind(name)
+            fields = fields | _orders.order(
+                kind, _orders.checked(kind, values, self.place), self.place
+            )
         found = await self.link.order(name, **fields)
         self._recording = found["name"] if name == "record" else self._recording
         if name in ("take", "release"):
@@ -345,12 +352,13 @@ class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, d
     async def _motion(
         self, name: str, values: tuple[Any, ...] = (), *, wait: bool, replace: bool = False
     ) -> AsyncMotion:
-        given = _orders.checked(name, values, self.place)
-        fields = _orders.order(name, given, self.place)
-        if KINDS[name].replaces:
+        kind = self._kind(name)
+        given = _orders.checked(kind, values, self.place)
+        fields = _orders.order(kind, given, self.place)
+        if kind.replaces:
             fields["replace"] = replace
         jog = name == "jog" and given[1] != 0.0 and len(given) == 2  # else its caller renews it
-        words = KINDS[name].words(given, self.place) if KINDS[name].motion else name
+        words = kind.words(given, self.place) if kind.motion else name
         return await self._begin(name, fields, words, wait=wait, jog=jog)
 
     async def _begin(

@@ -8,9 +8,10 @@ import time
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
-from macromicro.control.live.messages import ALL, AXES
+from macromicro.control.live.messages import ALL
 from macromicro.remote import _orders
 from macromicro.remote.failures import RequestError, RequestRefused
+from macromicro.serve.requests import streamed
 
 if TYPE_CHECKING:
     from macromicro.remote.asynchronous import AsyncMachine, AsyncMotion
@@ -35,7 +36,7 @@ class AsyncStream:
     def __init__(self, machine: AsyncMachine, stage: str, hold: float) -> None:
         self._machine, self._hold = machine, hold
         stages = machine.about["stages"]
-        self._stage = stage or (ALL if AXES[0] in stages else stages[0])
+        self._stage = stage or (ALL if _orders.axes_of(machine.about) else stages[0])
         self._newest: dict[str, Any] | None = None
         self._wake = asyncio.Event()
         self._tasks: list[asyncio.Task[Any]] = []
@@ -114,8 +115,9 @@ class AsyncStream:
         speeds = velocity if isinstance(velocity, tuple) else (velocity,)
         if velocity is not None:
             values = (*values, *speeds)
-        place = self._machine.place
-        order = _orders.order(name, _orders.checked(name, values, place), place)
+        place, about = self._machine.place, self._machine.about
+        kind = streamed(_orders.axes_of(about))[name]
+        order = _orders.order(kind, _orders.checked(kind, values, place), place)
         return {"do": name, "time": time.monotonic(), **order}
 
     def take(self, message: dict[str, Any]) -> None:

@@ -1,18 +1,17 @@
-"""Joins simultaneous moves of two axes into one motion."""
+"""Joins simultaneous moves of several stages into one motion."""
 
 from __future__ import annotations
 
 import threading
 import time
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
-from macromicro.control.live.messages import AXES
 from macromicro.errors import MacromicroError
 from macromicro.remote.machine import Machine, Motion
 
-GATHER_S = 0.05  # s within which a scan that moves both axes has set both
+GATHER_S = 0.05  # s within which a scan that moves several stages has set them
 POLL_S = 0.02
 
 
@@ -34,7 +33,7 @@ class _Batch:
 
 
 class Gathering:
-    """Moves of the axes of a two-axis machine, from any threads."""
+    """Moves of the stages of a machine of several, from any threads."""
 
     def __init__(self, machine: Machine) -> None:
         self.lock = threading.Lock()  # behind a stop that holds it nothing begins
@@ -42,7 +41,7 @@ class Gathering:
         self._batch: _Batch | None = None
 
     def begin(self, axis: str, goal: float, check: Callable[[], None]) -> Motion:
-        """Begin a move once all rest, together with one of the other axis within `GATHER_S`."""
+        """Begin a move once all rest, together with those of others within `GATHER_S`."""
         with self.lock:
             batch = self._batch
             first = batch is None or axis in batch.parts
@@ -70,12 +69,12 @@ class Gathering:
                         part.check()
                     except MacromicroError as error:
                         batch.failures[axis] = error
-                wanted = {a: p.goal for a, p in parts.items() if a not in batch.failures}
+                well = {a: p for a, p in parts.items() if a not in batch.failures}
+                wanted: dict[str, Any] = {a: p.goal for a, p in well.items()}
                 if wanted and moving:
                     return False
-                if len(wanted) == len(AXES):
-                    goals = (wanted[axis] for axis in AXES)
-                    batch.motion = self._machine.move_point(*goals, wait=False)
+                if len(wanted) > 1:
+                    batch.motion = self._machine.move_point(**wanted, wait=False)
                 for axis, goal in wanted.items() if len(wanted) == 1 else ():
                     batch.motion = self._machine.move_axis(axis, goal, wait=False)
             except BaseException as error:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
 
-from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.errors import ProblemError
 from macromicro.serve import capturing
 from macromicro.serve._loop_connection import LoopConnection
 from macromicro.serve.capturing import Capture, Wanted
 from macromicro.serve.choosing import AnySettings
-from macromicro.serve.shared import WRITTEN, columns, shown
+from macromicro.serve.shared import WRITTEN
 
 
 class Captures:
@@ -26,13 +24,8 @@ class Captures:
     @property
     def signals(self) -> tuple[Column, ...]:
         """The columns that can be captured."""
-        every, _ = self._columns
-        kept = columns(self._connection.channels, self._settings.law_columns)
-        return tuple(every[k] for k in kept)
-
-    @property
-    def _columns(self) -> tuple[Sequence[Column], Array]:
-        return shown(self._settings.live.place, self._settings.law_columns)
+        form = self._settings.telemetry
+        return tuple(form.columns[k] for k in form.kept(self._connection.channels))
 
     def begin(self, client: str, wanted: Wanted) -> Capture:
         """Begin a capture, in place of the client's last one; raises InputError."""
@@ -40,7 +33,8 @@ class Captures:
         capturing.checked(wanted, self.signals, period)
         if shared is None or not self._connection.running:
             raise ProblemError("capture", "the loop process is not running", "Start it again.")
-        capture = Capture(wanted, *self._columns, period, int(shared.cells[WRITTEN]))
+        form = self._settings.telemetry
+        capture = Capture(wanted, form.columns, form.scales, period, int(shared.cells[WRITTEN]))
         with self._lock:
             self._captures[client] = capture
         return capture

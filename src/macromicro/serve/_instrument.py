@@ -18,9 +18,9 @@ from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.live.targets import reach
 from macromicro.errors import InputError
 from macromicro.place import Place
+from macromicro.serve import telling
 from macromicro.serve._programmes import Planned, called
 from macromicro.serve.guesses import Token
-from macromicro.serve.shared import OWN
 
 if TYPE_CHECKING:
     from macromicro.serve.choosing import AnySettings
@@ -54,13 +54,18 @@ class Instrument:
         return self.settings.live.place
 
     @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the stages of a machine of several."""
+        return tuple(name for name, _ in self.settings.axes)
+
+    @property
     def period(self) -> float:
         return self.settings.period
 
     @property
     def law_columns(self) -> tuple[Column, ...]:
         """Telemetry columns of the law's memory."""
-        return self.settings.law_columns[:OWN]
+        return self.settings.law_columns
 
     @property
     def control(self) -> Any:
@@ -73,12 +78,9 @@ class Instrument:
 
     def limit(self, kind: str, which: str) -> float:
         """The lower ("MIN") or upper ("MAX") limit in force: m, or counts of the macro-stage."""
-        if kind in m.AXES:
-            axes = self.station.snapshot().axes
-            if not axes:
-                return math.nan
-            own = axes[m.AXES.index(kind)]
-            return own.high_m if which == "MAX" else own.low_m
+        if kind not in telling.PARTS:  # a named stage
+            axes = (a for a in self.station.snapshot().axes if a.name == kind)
+            return next((a.high_m if which == "MAX" else a.low_m for a in axes), math.nan)
         limits = self.limits
         if kind == "whole" and self.station.stages == (m.MACRO,):
             counts = limits.macro_high if which == "MAX" else limits.macro_low

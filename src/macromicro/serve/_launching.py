@@ -72,14 +72,17 @@ def _given(
     return process
 
 
-def taken(arguments: list[str]) -> tuple[socket.socket, Shared]:
-    """The loop's end of the link and the memory, in the started process."""
+def taken(arguments: list[str]) -> tuple[socket.socket, Spec, Shared]:
+    """The loop's end of the link, what it runs and the memory, in the started process."""
     if len(arguments) == 1:
         text = sys.stdin.buffer.read()
-        end = socket.fromshare(text)  # type: ignore[attr-defined]
-        return end, Shared(os.open(arguments[0], READ_WRITE))
-    ends, memory, _lock = map(int, arguments)
-    return socket.socket(fileno=ends), Shared(memory)
+        end: socket.socket = socket.fromshare(text)  # type: ignore[attr-defined]
+        memory = os.open(arguments[0], READ_WRITE)
+    else:
+        ends, memory, _lock = map(int, arguments)
+        end = socket.socket(fileno=ends)
+    spec: Spec = link.receive(end)
+    return end, spec, Shared(memory, form=spec.settings.telemetry)
 
 
 def _greeting(process: subprocess.Popen[bytes], ours: socket.socket) -> tuple[Any, Any]:

@@ -71,8 +71,9 @@ class LoopConnection:
         lock.take()
         shared = None
         try:
-            shared = Shared.create()
-            kept, settings = persist.load(self._path), self._settings
+            settings = self._settings
+            shared = Shared.create(form=settings.telemetry)
+            kept = persist.load(self._path)
             spec = Spec(self._rig, self._seed, settings, kept, self._machine, os.getpid())
             child = launch(spec, shared, lock.fd)
         except BaseException:
@@ -102,6 +103,7 @@ class LoopConnection:
             serve.reply_timeout,
             lambda: self.running,
             self._report,
+            self.stages,
         )
         self.ledger.open()
         self.tell("loop", "started", {"process": child.process.pid, "realtime": self.realtime})
@@ -222,7 +224,7 @@ class LoopConnection:
 
     def _place(self) -> Place | None:
         return (
-            _watching.place(self.shared, self.trust, self._settings.period)
+            _watching.place(self.shared, self.trust, self._settings)
             if self.shared is not None
             else None
         )

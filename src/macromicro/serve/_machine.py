@@ -6,7 +6,7 @@ import math
 from types import TracebackType
 from typing import Annotated, Any, NamedTuple, Protocol, Self
 
-from macromicro.columns import Quantity
+from macromicro.columns import Column, Quantity
 from macromicro.control.live.messages import Notice, Refused, Reply
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.serve.persist import Restored
@@ -36,29 +36,37 @@ class View(NamedTuple):
 Point = tuple[tuple[float, float], ...]  # position, m, and velocity, m/s, of each stage
 
 
-class Second(NamedTuple):
-    """What the telemetry shows of the second axis."""
+class StageView(NamedTuple):
+    """What telemetry and status show of one of several stages."""
 
-    counts: Annotated[float, Quantity("count", "encoder of the axis y", column="y_count")]
-    reference: Annotated[float, Quantity("count", "set point of the axis y", column="y_reference")]
-    motor: Annotated[float, Quantity("V", "effort of the axis y", column="y_motor")]
-    position: Annotated[
-        float, Quantity("mm", "position of the axis y", column="y_position", scale=1e3)
-    ]
-    uncertainty: Annotated[
-        float,
-        Quantity(
-            "um",
-            "half width of the interval that holds the position of the axis y",
-            column="y_uncertainty",
-            scale=1e6,
-        ),
-    ]
+    counts: float
+    reference: float  # counts
+    motor: float  # V
+    position: float
+    uncertainty: float
     offset: float  # encoder counts at coordinate 0
-    target: float = math.nan
+    target: float  # NaN while it has none
+
+    def row(self) -> tuple[float, ...]:
+        """Its values for `stage_columns`."""
+        fine = self.uncertainty * 1e6
+        return self.counts, self.reference, self.motor, self.position * 1e3, fine
 
 
-SECONDLY = Second(*[math.nan] * 6)
+def stage_columns(name: str) -> tuple[Column, ...]:
+    """The telemetry of a stage after the first."""
+    of = f"of the axis {name}"
+    return (
+        Column(f"{name}_count", "count", f"encoder {of}"),
+        Column(f"{name}_reference", "count", f"set point {of}"),
+        Column(f"{name}_motor", "V", f"effort {of}"),
+        Column(f"{name}_position", "mm", f"position {of}"),
+        Column(
+            f"{name}_uncertainty",
+            "um",
+            f"half width of the interval that holds the position {of}",
+        ),
+    )
 
 
 class Machine(Protocol):

@@ -16,7 +16,7 @@ from macromicro.serve._in_force import InForce
 from macromicro.serve._loop_connection import LoopConnection
 from macromicro.serve._recording import Recordings
 from macromicro.serve.choosing import AnySettings
-from macromicro.serve.shared import BINS, shown
+from macromicro.serve.shared import BINS
 from macromicro.serve.snapshot import Snapshot
 
 
@@ -32,7 +32,7 @@ class Observed:
         self._connection = LoopConnection(rig, seed, settings, state, machine)
         attributes: dict[str, str | int | float] = {"rig": rig, "seed": seed}
         attributes["modes"] = ", ".join(MODES)
-        self._names = tuple(c.name for c in shown(settings.live.place, settings.law_columns)[0])
+        self._names = settings.telemetry.names
         self._recordings = Recordings(self._connection, settings, attributes)
         self.captures = Captures(self._connection, settings)
 

@@ -28,8 +28,7 @@ class Place(NamedTuple):
     why: str
     moving: bool
     laser: float = math.nan
-    second: float = math.nan  # counts
-    second_offset: float = math.nan
+    others: tuple[tuple[float, float], ...] = ()  # counts and offset of each further stage
 
 
 class PositionStore:
@@ -99,9 +98,10 @@ class PositionStore:
         if saved is None or saved.moving != place.moving or saved.why != place.why:
             return False
         same = saved.trusted == place.trusted and saved.offset == place.offset
-        same = same and _equal(saved.second_offset, place.second_offset, 0.0)
         near = place.moving or abs(saved.encoder - place.encoder) <= FLICKER
-        near = near and (place.moving or _equal(saved.second, place.second, FLICKER))
+        for (left, before), (count, offset) in zip(saved.others, place.others, strict=True):
+            same = same and _equal(before, offset, 0.0)
+            near = near and (place.moving or _equal(left, count, FLICKER))
         return near and (same or not (saved.trusted or place.trusted))
 
     async def _save(self, place: Place) -> None:
@@ -114,8 +114,7 @@ class PositionStore:
             place.moving,
             time.time(),
             place.laser,
-            place.second,
-            place.second_offset,
+            place.others,
         )
         self._saved = None
         try:

@@ -9,11 +9,10 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from macromicro.columns import Column, whole
+from macromicro.columns import whole
 from macromicro.control.live.messages import Stop
 from macromicro.errors import MacromicroError
 from macromicro.nominal import PERIOD
-from macromicro.place import LENGTH, Place
 from macromicro.recorder import Recorder
 from macromicro.recording_format import Attribute
 from macromicro.rig.faults import ended
@@ -22,8 +21,7 @@ from macromicro.serve._trail import Trail
 from macromicro.serve._watching import NO_RECORDING, latched
 from macromicro.serve.choosing import AnySettings
 from macromicro.serve.settings import STOP
-from macromicro.serve.shared import WRITTEN, Shared, columns
-from macromicro.serve.shared import shown as told
+from macromicro.serve.shared import PLAIN, WRITTEN, Shared, Telemetry
 from macromicro.serve.snapshot import RecordingState, Trouble
 from macromicro.serve.storage import make_folder
 
@@ -33,10 +31,9 @@ EVERY, FLUSHED = 0.1, 1.0  # s between looks at the ring; until rows are forced 
 
 
 class Means(NamedTuple):
-    """Units, law columns, period and present fault of a recording."""
+    """Columns, period and present fault of a recording."""
 
-    place: Place = LENGTH
-    law: tuple[Column, ...] = ()
+    telemetry: Telemetry = PLAIN
     period: float = PERIOD
     fault: Callable[[], Trouble | None] = lambda: None
 
@@ -63,10 +60,10 @@ class Recording:
         self._fault = means.fault
         self._met: Trouble | None = None  # the last one
         self._shared, self._trail = shared, trail
-        self._kept = columns(channels, means.law)
+        self._kept = means.telemetry.kept(channels)
         self._count = int(shared.cells[WRITTEN])
-        every, self._scales = told(means.place, means.law)
-        self._columns = tuple(every[k] for k in self._kept)
+        self._scales = means.telemetry.scales
+        self._columns = tuple(means.telemetry.columns[k] for k in self._kept)
         self._recorder = Recorder(
             path,
             self._columns,
@@ -137,7 +134,7 @@ class Recordings:
         attributes: Mapping[str, Attribute],
     ) -> None:
         self._connection, self._settings, self._attributes = connection, settings.serve, attributes
-        self._means = Means(settings.live.place, settings.law_columns, settings.period)
+        self._machine, self._means = settings, Means(settings.telemetry, settings.period)
         self._lock = threading.Lock()
         self._recording: Recording | None = None
         self._begun: deque[Path] = deque(maxlen=KEPT)
@@ -163,7 +160,7 @@ class Recordings:
                 found = self.state.path
                 raise MacromicroError(f"a recording is under way, into {found}; end it first")
             capacity = round(self._settings.recorder_capacity / self._means.period)
-            make_folder(path.parent, capacity, "recording into")
+            make_folder(path.parent, capacity, "recording into", self._means.telemetry.columns)
             self._recording = Recording(
                 shared,
                 self._connection.trail,
@@ -196,7 +193,7 @@ class Recordings:
         return state
 
     def _now(self, shared: Shared) -> Trouble | None:
-        return self._connection.trouble or latched(shared, self._means.place)
+        return self._connection.trouble or latched(shared, self._machine)
 
     def _loop_ended(self, reason: str) -> None:
         """Complete the file: no more rows come."""

@@ -49,7 +49,9 @@ class Sender:
         wait: float,
         alive: Callable[[], bool],
         report: Callable[[str], None],
+        stages: tuple[str, ...] = m.STAGES,
     ) -> None:
+        self._stages = stages
         self._stops = self._emergencies = self._releases = self._serial = 0
         self._child, self._shared = child, shared
         self._store, self._outbox, self._wait = store, outbox, wait
@@ -110,7 +112,7 @@ class Sender:
     def released(self) -> None:
         """Void pending requests and end a jog: nobody holds control."""
         self._releases += 1
-        for stage in (*m.STAGES, *m.AXES):  # the stage that does not jog refuses it
+        for stage in self._stages:  # the stage that does not jog refuses it
             self.post(m.Jog(stage, 0.0))
 
     async def _exchange(

@@ -4,22 +4,32 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterator, Sequence
+from itertools import repeat
 
 import numpy as np
 
-from macromicro.control.live.messages import AXES, DISABLED, MODES, MOVING
-from macromicro.control.live.parameters import Live, SoftLimits
-from macromicro.place import Place as Units
+from macromicro.control.live.messages import DISABLED, MODES, MOVING
+from macromicro.control.live.parameters import SoftLimits
 from macromicro.serve import _lamps, faults
 from macromicro.serve._position_store import FLICKER, Place
 from macromicro.serve.choosing import AnySettings
-from macromicro.serve.shared import ALIVE, EMERGENCY, INDEX, SAFE_SINCE, SEEN, Shared
+from macromicro.serve.shared import (
+    ALIVE,
+    EMERGENCY,
+    INDEX,
+    SAFE_SINCE,
+    SEEN,
+    Shared,
+    StageStatus,
+    Status,
+)
 from macromicro.serve.snapshot import AxisNow, Pace, RecordingState, Snapshot, Trouble
 
 NO_RECORDING = RecordingState(False, "", 0, 0, "")
 STALE_S = 0.5  # age of the newest period from which on it says nothing of the present
 STOOD_S = 0.2  # without a new count, after which a carriage stands
-_NOTHING = np.full(len(INDEX), math.nan)
+_UNKNOWN = repeat(StageStatus())
 
 
 def snapshot(
@@ -36,20 +46,20 @@ def snapshot(
     """The machine now; without a loop, or with a silent one, the position is unknown."""
     now = shared.now() if shared is not None else None
     live = settings.live
-    limits = live.limits
+    limits, columns = live.limits, settings.telemetry.names
     if shared is None or now is None:
-        row, pace, age, offset, fault = _NOTHING, Pace(0, 0, 0.0, 0.0, 0.0), math.nan, 0.0, None
-        lit, targets = 0.0, (math.nan, math.nan)
+        row, pace, age = np.full(len(columns), math.nan), Pace(0, 0, 0.0, 0.0, 0.0), math.nan
+        offset, fault = 0.0, None
+        status = Status()
     else:
         _, row, status = now
         pace = Pace(
             int(status.periods), int(status.missed), status.share, status.latest, status.longest
         )
         age = (time.monotonic_ns() - int(shared.cells[ALIVE])) * 1e-9
-        lit, targets = status.lamps, (status.target, status.second_target)
-        offset, fault = status.offset, faults.trouble(status, live.place)
+        offset, fault = status.offset, faults.trouble(status, live.place, settings.axes)
         limits = SoftLimits(*(getattr(status, name) for name in SoftLimits._fields))
-    value = dict(zip(INDEX, row.tolist(), strict=True))
+    value = dict(zip(columns, row.tolist(), strict=True))
     stale = not running or not age <= STALE_S
     outputs = dict.fromkeys(("motor", "ctrl", "fan"), 0.0 if switched_off else math.nan)
     if running:
@@ -80,52 +90,46 @@ def snapshot(
         holder=holder,
         clients=clients,
         emergency_s=emergency_time(shared),
-        lines=_lines(value, lit) if running else (),
-        axes=_axes(value, getattr(settings, "lives", ()), stale, running, targets),
-        target_m=targets[0] if running else math.nan,
+        lines=_lines(settings, status) if running else (),
+        axes=tuple(_axes(settings, value, status, stale, running)),
+        target_m=status.target if running else math.nan,
     )
 
 
-def latched(shared: Shared, units: Units) -> Trouble | None:
+def latched(shared: Shared, settings: AnySettings) -> Trouble | None:
     """The latched fault of the loop's status."""
     now = shared.now()
-    return None if now is None else faults.trouble(now[2], units)
+    return None if now is None else faults.trouble(now[2], settings.live.place, settings.axes)
 
 
-def _lines(value: dict[str, float], lit: float) -> tuple[tuple[str, bool], ...]:
-    """Lines of one axis (columns) or of both (status)."""
-    if lit:
-        return _lamps.told(lit)
-    return tuple((name, value[name] != 0.0) for name in _lamps.NAMES if not math.isnan(value[name]))
+def _lines(settings: AnySettings, status: Status) -> tuple[tuple[str, bool], ...]:
+    each = zip(settings.telemetry.stages, status.stages, strict=False)
+    return tuple(line for name, own in each for line in _lamps.told(own.lamps, name))
+
+
+def _counts(settings: AnySettings) -> list[str]:
+    """The column of each stage's encoder."""
+    further = settings.telemetry.stages[1:]
+    return ["macro_position", *(f"{name}_count" for name in further)]
 
 
 def _axes(
-    value: dict[str, float],
-    lives: tuple[Live, ...],
-    stale: bool,
-    running: bool,
-    targets: tuple[float, float],
-) -> tuple[AxisNow, ...]:
-    columns = (
-        ("position", "uncertainty", "macro_reference", "macro_position", "motor"),
-        ("y_position", "y_uncertainty", "y_reference", "y_count", "y_motor"),
-    )
-    found = []
-    for name, live, names, target in zip(AXES, lives, columns, targets, strict=False):
-        place, half, reference, count, motor = (value[each] for each in names)
-        found.append(
-            AxisNow(
-                name,
-                place * 1e-3,
-                math.inf if stale else half * 1e-6,
-                place * 1e-3 + (reference - count) * live.pitch,
-                motor if running else 0.0,
-                live.limits.whole_low,
-                live.limits.whole_high,
-                target if running else math.nan,
-            )
+    settings: AnySettings, value: dict[str, float], status: Status, stale: bool, running: bool
+) -> Iterator[AxisNow]:
+    own = zip(settings.axes, _counts(settings), status.stages or _UNKNOWN, strict=False)
+    for k, ((name, live), counts, stage) in enumerate(own):
+        before, aim = (f"{name}_", f"{name}_reference") if k else ("", "macro_reference")
+        place = value[f"{before}position"] * 1e-3
+        yield AxisNow(
+            name,
+            place,
+            math.inf if stale else value[f"{before}uncertainty"] * 1e-6,
+            place + (value[aim] - value[counts]) * live.pitch,
+            value[f"{before}motor"] if running else 0.0,
+            live.limits.whole_low,
+            live.limits.whole_high,
+            stage.target if running else math.nan,
         )
-    return tuple(found)
 
 
 def last_written(shared: Shared | None) -> str:
@@ -146,32 +150,33 @@ def emergency_time(shared: Shared | None) -> float:
     return (safe - stamp) * 1e-9 if stamp and stamp == int(shared.cells[EMERGENCY]) else math.nan
 
 
-def place(shared: Shared, why: str, period: float) -> Place | None:
+def place(shared: Shared, why: str, settings: AnySettings) -> Place | None:
     """What the position file should say; None before the first row."""
     now = shared.now()
     if now is None:
         return None
     written, row, status = now
+    names = shared.form.names
+    encoders = [names.index(name) for name in _counts(settings)]
     moving = int(row[INDEX["mode"]]) in MOVING or bool(row[INDEX["motion"]] > 0.0)
+    offsets = [each.offset for each in status.stages] or [status.offset]
+    found = [(float(row[encoders[k]]), offsets[k]) for k in settings.homing]
     return Place(
         written,
-        float(row[INDEX["macro_position"]]),
-        status.offset,
+        *found[0],
         bool(row[INDEX["trusted"]] > 0.5),
         why,
-        moving or not _stands(shared, written, period),
+        moving or not _stands(shared, written, settings.period, encoders),
         float(row[INDEX["laser"]] * 1e-6 - row[INDEX["hall_position"]] * 1e-3),
-        float(row[INDEX["y_count"]]),
-        status.second_offset,
+        tuple(found[1:]),
     )
 
 
-def _stands(shared: Shared, written: int, period: float) -> bool:
-    """Whether the carriage has moved no more than one flickering count in `STOOD_S`."""
+def _stands(shared: Shared, written: int, period: float, encoders: Sequence[int]) -> bool:
+    """Whether no stage has moved by more than one flickering count in `STOOD_S`."""
     _, _, block = shared.since(max(written - round(STOOD_S / period), 0))
-    for name in ("macro_position", "y_count"):
-        counts = block[INDEX[name]]
-        counts = counts[np.isfinite(counts)]
-        if counts.size and np.ptp(counts) > FLICKER:
+    for counts in block[encoders]:
+        known = counts[np.isfinite(counts)]
+        if known.size and np.ptp(known) > FLICKER:
             return False
     return True

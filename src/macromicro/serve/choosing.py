@@ -6,11 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from macromicro.errors import ProblemError
 from macromicro.machines import compositions
 from macromicro.machines.composition import ONE, STEP, TURNS
-from macromicro.machines.machine import JOINT
-from macromicro.schema.text import printable
 from macromicro.serve import settings
 from macromicro.serve.joint import settings as joint
 from macromicro.serve.joint.settings import JointSettings
@@ -29,7 +26,4 @@ _BY_FAMILY: dict[str, Callable[[Any, str | None], AnySettings]] = {
 def load(path: Path | None, law: str | None = None) -> AnySettings:
     """The settings of the machine that the file names; without a file the two-stage machine's."""
     whole = compositions.chosen(path)
-    if whole.family == STEP and whole.name != JOINT:
-        remedy = "Serve one stage: `macromicro config show --axis NAME` prints its file."
-        raise ProblemError(printable(path, 300), "this machine has no live controller", remedy)
     return _BY_FAMILY[whole.family](path, law)

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from macromicro.control.live.messages import AXES
+from collections.abc import Sequence
+
+from macromicro.control.live.parameters import Live
 from macromicro.machines import guarding
+from macromicro.machines.stage_trees import all_of
 from macromicro.place import LENGTH, Place
 from macromicro.rig import codes, faults, guard
 from macromicro.rig.faults import SWITCHED_OFF
 from macromicro.serve.shared import Status
 from macromicro.serve.snapshot import Trouble
 
+Axes = Sequence[tuple[str, Live]]
 STAGE = 200  # codes of a machine of one stage: its guard's, and so much
-AXIS = (300, 400)  # the same of each axis of two
+AXIS = 300  # the same of the first of several stages, and a hundred more of each further one
 LATE, RIG_FAILED, CONTROL_FAILED, LOOP_DIED, LOST_COUNTS, LOOP_SILENT = range(100, 106)
 _NAMES = {
     LATE: "control periods missed",
@@ -95,24 +99,23 @@ def of_stage(
     return Trouble(int(code), found.name, found.message, found.evidence, found.remedy)
 
 
-def of_axis(code: float, value: float, limit: float, time: float) -> Trouble:
-    """A fault of the guard of one of two axes, whose codes begin at `AXIS`."""
-    k = int(code >= AXIS[1])
-    found = of_stage(code - AXIS[k] + STAGE, value, limit, time)
-    both = found.evidence.replace(SWITCHED_OFF, f"both axes: {SWITCHED_OFF}")
-    message = f"Axis {AXES[k]}: {found.message}"
-    return found._replace(
-        code=int(code), name=f"{AXES[k]}: {found.name}", message=message, evidence=both
-    )
+def of_axis(code: float, value: float, limit: float, time: float, axes: Axes) -> Trouble:
+    """A fault of the guard of one of several stages, whose codes begin at `AXIS`."""
+    k, own = divmod(int(code) - AXIS, 100)
+    name, live = axes[k]
+    found = of_stage(STAGE + own, value, limit, time, live.place)
+    evidence = found.evidence.replace(SWITCHED_OFF, f"{all_of(len(axes))}: {SWITCHED_OFF}")
+    message = f"Axis {name}: {found.message}"
+    return Trouble(int(code), f"{name}: {found.name}", message, evidence, found.remedy)
 
 
-def trouble(status: Status, place: Place = LENGTH) -> Trouble | None:
+def trouble(status: Status, place: Place = LENGTH, axes: Axes = ()) -> Trouble | None:
     """The latched fault in the loop's status, or None."""
     code = int(status.fault)
     if code == codes.OK:
         return None
-    if code > AXIS[0]:
-        return of_axis(status.fault, status.value, status.limit, status.time)
+    if code > AXIS:
+        return of_axis(status.fault, status.value, status.limit, status.time, axes)
     if code > STAGE:
         return of_stage(status.fault, status.value, status.limit, status.time, place)
     if code == LATE:

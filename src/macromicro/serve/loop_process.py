@@ -35,7 +35,7 @@ from macromicro.serve import _pacing, faults
 from macromicro.serve._launching import taken
 from macromicro.serve._machine import Guard, Machine
 from macromicro.serve.joint.settings import JointSettings
-from macromicro.serve.link import Outbox, receive
+from macromicro.serve.link import Outbox
 from macromicro.serve.live import Live
 from macromicro.serve.loop_spec import Spec
 from macromicro.serve.persist import Evident, Kept
@@ -103,8 +103,7 @@ class Opened(NamedTuple):
 def main() -> None:
     """Run the loop process; the arguments are those of `_launching`."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    end, shared = taken(sys.argv[1:])
-    spec: Spec = receive(end)
+    end, spec, shared = taken(sys.argv[1:])
     outbox = Outbox(end)
     try:
         opened = open_machine(spec)

@@ -15,7 +15,6 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.control.live import messages as m
 from macromicro.serve.choosing import AnySettings
-from macromicro.serve.joint.settings import JointSettings
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import INDEX
 from macromicro.serve.snapshot import Trouble
@@ -45,12 +44,12 @@ def moves(settings: AnySettings) -> tuple[m.Request, ...]:
     """Targets of the measurement's moves."""
     if isinstance(settings, LiveSettings):
         return tuple(map(m.MoveTo, _PLACES_M))
-    lives = settings.lives if isinstance(settings, JointSettings) else (settings.live,)
-    ways = [(live.limits.whole_low, live.limits.whole_high) for live in lives]
-    places = [[low + share * (high - low) for low, high in ways] for share in _SHARES]
-    if len(ways) == 1:
-        return tuple(m.MoveTo(place) for (place,) in places)
-    return tuple(m.MovePoint(x, y) for x, y in places)
+    axes = settings.axes or (("", settings.live),)
+    ways = {n: (live.limits.whole_low, live.limits.whole_high) for n, live in axes}
+    places = [{n: low + s * (high - low) for n, (low, high) in ways.items()} for s in _SHARES]
+    if not settings.axes:
+        return tuple(m.MoveTo(place[""]) for place in places)
+    return tuple(map(m.MovePoint, places))
 
 
 def measure(settings: AnySettings, seconds: float, progress: Callable[[float], bool]) -> Latency:

@@ -11,7 +11,7 @@ import json
 import math
 import os
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,8 +19,8 @@ from macromicro import portable
 from macromicro.errors import MacromicroError
 from macromicro.schema.text import printable
 
-FORMAT = "macromicro position 2"
-_OLDER = ("macromicro position 1",)
+FORMAT = "macromicro position 3"
+_OLDER = ("macromicro position 1", "macromicro position 2")
 SAME = 50e-6  # m by which the laser may differ at the same position
 TELLING = 1e-3  # m: nearer to 0 a laser may just have been switched on
 NEAR = 2.0  # counts by which the encoder may differ at the same position
@@ -37,8 +37,7 @@ class Kept(NamedTuple):
     moving: bool
     saved: float  # s since 1970
     laser: float = math.nan  # carriage position by the laser
-    second: float = math.nan  # encoder counts of a second axis
-    second_offset: float = math.nan
+    others: tuple[tuple[float, float], ...] = ()  # counts and offset of each further stage
 
 
 def identity(rig: str, machine: str, settings: Mapping[str, Any]) -> str:
@@ -60,7 +59,7 @@ class Restored(NamedTuple):
     trusted: bool
     offset: float  # encoder counts at coordinate 0; NaN: unknown
     why: str
-    second_offset: float = math.nan
+    others: tuple[float, ...] = ()  # offsets of the further stages
 
 
 def default_path(rig: str) -> Path:
@@ -108,50 +107,54 @@ def load(path: Path) -> Kept | str:
         return f"{path}: the saved position cannot be read ({printable(error, 80)})"
     try:
         if (written := found.pop("format")) in _OLDER:
-            return f"{path}: an older version saved the position, without its settings"
+            return f"{path}: an older version saved the position"
         if written != FORMAT:
             raise ValueError
         kept = Kept(**found)
-        places = (kept.encoder, kept.offset, kept.second, kept.second_offset)
+        others = tuple((count, offset) for count, offset in kept.others)
+        places = (kept.encoder, kept.offset, *(x for pair in others for x in pair))
         numbers = (*places, kept.saved, kept.laser)
         flags = (kept.trusted, kept.moving)
         if not all(isinstance(x, int | float) and not isinstance(x, bool) for x in numbers):
             raise ValueError
         if not all(isinstance(x, bool) for x in flags) or not isinstance(kept.why, str):
             raise ValueError
-        encoder, offset, second, second_offset, saved, laser = (
-            math.nan if math.isnan(x) else float(x) for x in numbers
+        encoder, offset, saved, laser = (
+            math.nan if math.isnan(x) else float(x)
+            for x in (kept.encoder, kept.offset, kept.saved, kept.laser)
         )
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
         return f"{path}: the saved position cannot be read (not written by this version)"
     kept = kept._replace(encoder=encoder, offset=offset, saved=saved, laser=laser)
-    return kept._replace(second=second, second_offset=second_offset)
+    return kept._replace(others=tuple((float(count), float(offset)) for count, offset in others))
 
 
 def restore(
-    kept: Kept | str, rig: str, count: float, evident: Evident, second: float = math.nan
+    kept: Kept | str, rig: str, count: float, evident: Evident, others: Sequence[float] = ()
 ) -> Restored:
     """Whether the saved position may be trusted.
 
-    Only if it was known, at rest, on the same rig, with the same reading, and a witness confirms
-    it: a counter that restarts at 0, or a laser near 0, proves nothing.
+    Only if it was known, at rest, on the same rig, with the same reading of every stage, and a
+    witness confirms it: a counter that restarts at 0, or a laser near 0, proves nothing.
     """
     if isinstance(kept, str):
         return Restored(False, math.nan, kept)
     why = _void(kept, rig, count)
-    if not why and not (math.isnan(second) and math.isnan(kept.second)):
-        why = _moved(second, kept.second)
+    if not why and len(others) != len(kept.others):
+        why = "the saved position is that of other stages"
+    for seen, (left, _) in zip(others, kept.others, strict=False):
+        why = why or _moved(seen, left)
     if why:
         return Restored(False, math.nan, why)
-    other = kept.second_offset
+    offsets = tuple(offset for _, offset in kept.others)
     if evident.counted:
-        return Restored(True, kept.offset, "restored; the encoder's reading is unchanged", other)
+        why = "restored; the encoder's reading is unchanged"
+        return Restored(True, kept.offset, why, offsets)
     if abs(evident.laser - kept.laser) <= SAME and abs(kept.laser) >= TELLING:
-        return Restored(
-            True, kept.offset, "restored; the readings of encoder and laser are unchanged", other
-        )
+        why = "restored; the readings of encoder and laser are unchanged"
+        return Restored(True, kept.offset, why, offsets)
     found = "the encoder's reading is unchanged, but nothing else confirms it; home"
-    return Restored(False, kept.offset, f"unconfirmed: {found}", other)
+    return Restored(False, kept.offset, f"unconfirmed: {found}", offsets)
 
 
 def _void(kept: Kept, rig: str, count: float) -> str:

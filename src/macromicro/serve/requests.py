@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any, NamedTuple
 
 from macromicro.control.live import messages as m
@@ -14,6 +15,7 @@ CONTROL = "control"  # the holder of control
 STOPS = "all, at once"  # any connected client, past every queue
 
 MOVES, WAKES, ENDS = "moves", "wakes", "ends"
+_POINTS = (m.MovePoint, m.MovePointBy)
 
 
 class Field(NamedTuple):
@@ -42,10 +44,27 @@ class RequestType(NamedTuple):
     replaces: bool = False  # may replace a motion under way
     motion: str = ""  # name of the motion, before its target
 
+    @property
+    def is_point(self) -> bool:
+        """Whether its fields are coordinates, some of which may be left out."""
+        return self.message in _POINTS
+
+    def request(self, *values: Any, **given: Any) -> Any:
+        """The message of some values, one for each field; None: not of this stage of a point."""
+        if self.is_point:
+            each = zip(self.fields, values, strict=True)
+            values = ({field.name: value for field, value in each if value is not None},)
+        elif self.message is m.SetPoints:
+            half = len(values) // 2
+            values = (tuple(zip(values[:half], values[half:], strict=True)),)
+        return self.message(*values, **given)
+
     def words(self, values: tuple[Any, ...], place: Place = LENGTH) -> str:
         """A motion with its target: "move to 12 mm"."""
         shown = [
-            _shown(f.unit, v, place) for f, v in zip(self.fields, values, strict=False) if f.unit
+            _shown(f.unit, v, place)
+            for f, v in zip(self.fields, values, strict=False)
+            if f.unit and v is not None
         ]
         return " ".join((self.motion, *shown))
 
@@ -127,7 +146,7 @@ REQUESTS: tuple[RequestType, ...] = (
         "move point",
         m.MovePoint,
         "MOVE:POINt",
-        "Move both axes of a two-axis machine to a point on a straight line.",
+        "Move all stages of a machine of several to a point on a straight line, in their order.",
         (
             Field("x", "m", -10.0, 10.0, key="x", ends="x"),
             Field("y", "m", -10.0, 10.0, key="y", ends="y"),
@@ -140,7 +159,7 @@ REQUESTS: tuple[RequestType, ...] = (
         "move point by",
         m.MovePointBy,
         "MOVE:POINt:RELative",
-        "Move both axes of a two-axis machine by a distance on a straight line, each from the "
+        "Move all stages of a machine of several by distances on a straight line, each from the "
         "target that it holds, else from its position.",
         (
             Field("x", "m", -10.0, 10.0, key="x"),
@@ -154,7 +173,7 @@ REQUESTS: tuple[RequestType, ...] = (
         "move axis",
         m.MoveAxis,
         "MOVE:{stage}",
-        "Move the {stage} of a two-axis machine alone.",
+        "Move the {stage} of a machine of several stages alone.",
         (
             Field("axis", key="axis", choices=m.AXES),
             Field("position", "m", -10.0, 10.0, ends="{stage}"),
@@ -167,8 +186,8 @@ REQUESTS: tuple[RequestType, ...] = (
         "move axis by",
         m.MoveAxisBy,
         "MOVE:{stage}:RELative",
-        "Move the {stage} of a two-axis machine alone by a distance from the target that it holds, "
-        "else from its position.",
+        "Move the {stage} of a machine of several stages alone by a distance from the target that "
+        "it holds, else from its position.",
         (
             Field("axis", key="axis", choices=m.AXES),
             Field("distance", "m", -10.0, 10.0),
@@ -294,7 +313,7 @@ STREAMED: tuple[RequestType, ...] = (
         "points",
         m.SetPoints,
         "FOLLow:POINt:ALL",
-        "Set point of a FOLLow:ALL: both axes, and their velocities.",
+        "Set point of a FOLLow:ALL: all stages, and their velocities.",
         (
             Field("x", "m", -10.0, 10.0, key="x"),
             Field("y", "m", -10.0, 10.0, key="y"),
@@ -303,8 +322,51 @@ STREAMED: tuple[RequestType, ...] = (
         ),
     ),
 )
-POINTS = {each.name: each for each in STREAMED}
-KINDS = {each.name: each for each in REQUESTS}
+
+
+def of_axes(axes: tuple[str, ...]) -> dict[str, RequestType]:
+    """The requests of a machine of these stages; of one without named stages those of `AXES`."""
+    return _of(REQUESTS, axes or m.AXES)
+
+
+def streamed(axes: tuple[str, ...]) -> dict[str, RequestType]:
+    """The set points of a machine of these stages."""
+    return _of(STREAMED, axes or m.AXES)
+
+
+@cache
+def _of(kinds: tuple[RequestType, ...], axes: tuple[str, ...]) -> dict[str, RequestType]:
+    return {each.name: _with_axes(each, axes) for each in kinds}
+
+
+def _with_axes(kind: RequestType, axes: tuple[str, ...]) -> RequestType:
+    if kind.is_point:
+        like = kind.fields[0]
+        each = ((axis, axis if like.ends else "") for axis in axes)
+        fields = tuple(like._replace(name=axis, key=axis, ends=ends) for axis, ends in each)
+        return kind._replace(fields=fields)
+    if kind.message is m.SetPoints:
+        place, speed = kind.fields[0], kind.fields[-1]
+        places = tuple(place._replace(name=axis, key=axis) for axis in axes)
+        speeds = (speed._replace(name=f"{a} velocity", key=f"{a}_velocity") for a in axes)
+        return kind._replace(fields=(*places, *speeds))
+    fields = tuple(
+        field._replace(choices=_named(field.choices, axes))
+        if set(m.AXES) <= set(field.choices)
+        else field
+        for field in kind.fields
+    )
+    return kind._replace(fields=fields)
+
+
+def _named(choices: tuple[str, ...], axes: tuple[str, ...]) -> tuple[str, ...]:
+    """Choices among stages, with these instead of `AXES`."""
+    others = tuple(choice for choice in choices if choice not in (*m.AXES, m.ALL))
+    return (*others, *axes, *((m.ALL,) if m.ALL in choices else ()))
+
+
+KINDS = of_axes(m.AXES)
+POINTS = streamed(m.AXES)
 _EFFECTS = {each.message: each.effect for each in REQUESTS} | {m.LinkLost: ENDS}
 
 
@@ -326,8 +388,7 @@ def begins(request: Any) -> bool:
 
 def place(point: m.SetPoint | m.SetPoints) -> tuple[tuple[float, float], ...]:
     """Position and velocity of each stage at a set point."""
-    half = len(point) // 2
-    return tuple(zip(point[:half], point[half:], strict=True))
+    return point.each if isinstance(point, m.SetPoints) else ((point.position, point.velocity),)
 
 
 _AGAIN = "ask again if still needed"

@@ -22,6 +22,7 @@ from macromicro.schema.par import Given, Par, entries
 from macromicro.serve import telling
 from macromicro.serve._programmes import TwoStage
 from macromicro.serve.persist import identity
+from macromicro.serve.shared import Telemetry, published
 from macromicro.settings import chosen
 
 CHOICE = "service choice"
@@ -202,6 +203,25 @@ class LiveSettings(NamedTuple):
     def law_columns(self) -> tuple[Column, ...]:
         own = self.controller.own
         return outside.columns((own,)) if outside.of(own) else ()
+
+    @property
+    def telemetry(self) -> Telemetry:
+        return published((self.live.place,), law=self.law_columns)
+
+    @property
+    def axes(self) -> tuple[tuple[str, Live], ...]:
+        """The named stages of a machine of several."""
+        return ()
+
+    @property
+    def plane(self) -> bool:
+        """Whether two stages move in a plane."""
+        return False
+
+    @property
+    def homing(self) -> tuple[int, ...]:
+        """The stages whose position is known by homing, or the first."""
+        return (0,)
 
     @property
     def speeds(self) -> dict[str, float]:

@@ -23,10 +23,9 @@ from numpy.typing import NDArray
 
 from macromicro.arrays import Array, packed
 from macromicro.columns import Column, Quantity, layout
-from macromicro.control.live.alone import SENSORS
 from macromicro.machines import pace
-from macromicro.place import Place
-from macromicro.serve._machine import SECONDLY, Second, View
+from macromicro.place import LENGTH, Place
+from macromicro.serve._machine import View, stage_columns
 from macromicro.types import Command, Enable, Lines, Outputs, Sample
 from macromicro.units import size
 
@@ -45,14 +44,12 @@ class Vitals(NamedTuple):
     work: Annotated[float, Quantity("us", "time the period before took to compute", scale=1e6)]
 
 
-_COLUMNS, _PARTS = layout(Sample, Command, Outputs, View, Vitals, Lines, Enable, Second)
-OWN = 12  # columns that a law may have of its own, at most
-COLUMNS = (*_COLUMNS, *(Column(f"law_{k}", "1", "of the law") for k in range(1, OWN + 1)))
-_SHARED = len(_COLUMNS)
-_ALWAYS = len(layout(Sample, Command, Outputs, View, Vitals).columns)
-_LINED = len(layout(Sample, Command, Outputs, View, Vitals, Lines, Enable).columns)
-NO_LINES = (math.nan,) * (_LINED - _ALWAYS)
-_NOTHING = (math.nan,) * OWN
+COLUMNS, _PARTS = layout(Sample, Command, Outputs, View, Vitals)  # of every machine
+NAMES = tuple(c.name for c in COLUMNS)
+INDEX = {name: k for k, name in enumerate(NAMES)}
+_LINED = layout(Lines, Enable).columns
+LINES = tuple(c.name for c in _LINED)
+NO_LINES = (math.nan,) * len(LINES)
 _FLAT_ROWS = np.concatenate([part.rows for part in _PARTS])
 _recorded = itemgetter(*np.flatnonzero(_FLAT_ROWS >= 0).tolist())
 _SCALED = [
@@ -64,51 +61,52 @@ _SCALED = [
 
 
 def telemetry(
-    sample: Sample,
-    command: Command,
-    given: Outputs,
-    view: View,
-    vitals: Vitals,
-    lines: tuple[float, ...] = NO_LINES,
-    second: Second = SECONDLY,
-    own: Sequence[float] | None = None,
+    sample: Sample, command: Command, given: Outputs, view: View, vitals: Vitals
 ) -> list[float]:
-    """One period as a row of telemetry, as `COLUMNS` say; `own` are the law's columns."""
-    row = list(_recorded((*sample, *command, *given, *view, *vitals, *lines, *second)))
+    """One period as the row of `COLUMNS`; what else a machine shows comes behind them."""
+    row = list(_recorded((*sample, *command, *given, *view, *vitals)))
     for k, scale in _SCALED:
         row[k] *= scale
-    if own is not None:
-        row.extend(own[:OWN])
-        row.extend(_NOTHING[len(own) :])
     return row
 
 
-def columns(channels: Sequence[str], own: Sequence[Column] = ()) -> list[int]:
-    """The columns of a machine with these channels, this second axis and the law's `own`."""
-    two = SENSORS["y"] in channels
-    found = [
-        k
-        for k, c in enumerate(_COLUMNS)
-        if k < _ALWAYS or (two if k >= _LINED else c.name in channels)
-    ]
-    return [*found, *range(_SHARED, _SHARED + len(own[:OWN]))]
+class Telemetry(NamedTuple):
+    """The columns that a machine publishes, as they are recorded, and its named stages."""
+
+    columns: tuple[Column, ...]
+    scales: Array  # of the columns against the ring: float64[columns, 1]
+    stages: tuple[str, ...] = ()  # that have a status of their own; "" is the only one
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(c.name for c in self.columns)
+
+    def kept(self, channels: Sequence[str]) -> list[int]:
+        """The columns of a rig with these channels: not of the lines that it lacks."""
+        each = enumerate(self.columns)
+        return [k for k, c in each if c.name not in LINES or c.name in channels]
 
 
 @cache
-def shown(place: Place, own: tuple[Column, ...] = ()) -> tuple[tuple[Column, ...], Array]:
-    """The columns in display units, and their scale against the ring: float64[columns, 1]."""
-    columns = tuple(c._replace(unit=place.named(c.unit)) for c in _COLUMNS)
+def published(
+    places: tuple[Place, ...] = (LENGTH,),
+    stages: tuple[str, ...] = (),
+    law: tuple[Column, ...] = (),
+) -> Telemetry:
+    """The columns of a machine: those of all machines, the lines of its only stage or the columns
+    of each stage after the first, and those of its laws."""
+    groups = [(places[0], (*COLUMNS, *_LINED) if stages == ("",) else COLUMNS)]
+    groups += [(p, stage_columns(n)) for n, p in zip(stages[1:], places[1:], strict=True)]
+    plain = [column for _, own in groups for column in own]
+    columns = [c._replace(unit=place.named(c.unit)) for place, own in groups for c in own]
     scales = [
         1.0 if made.unit == was.unit else size(was.unit) / size(made.unit)
-        for was, made in zip(_COLUMNS, columns, strict=True)
+        for was, made in zip(plain, columns, strict=True)
     ]
-    every = (*columns, *own[:OWN], *COLUMNS[_SHARED + len(own) :])
-    return every, np.array([*scales, *[1.0] * OWN])[:, None]
+    return Telemetry((*columns, *law), np.array([*scales, *[1.0] * len(law)])[:, None], stages)
 
 
-NAMES = tuple(c.name for c in COLUMNS)
-LINES = NAMES[_ALWAYS:_LINED]
-INDEX = {name: k for k, name in enumerate(NAMES)}
+PLAIN = published()
 
 # Cells, and who writes each.
 (
@@ -128,7 +126,6 @@ INDEX = {name: k for k, name in enumerate(NAMES)}
 _POINT, POINT_STAGES = 16, 8
 BINS, BIN_S = 5000, 1e-6  # of the histograms; the last bin takes all that is longer
 _CELLS = 64
-_ROW, _SHORT = packed(len(COLUMNS)), packed(_SHARED)
 _LOOKS, _LOOK_S = 200, 5e-5
 
 
@@ -151,13 +148,19 @@ class Status(NamedTuple):
     micro_high: float = 0.0
     whole_low: float = 0.0
     whole_high: float = 0.0
-    second_offset: float = 0.0
-    lamps: float = 0.0  # lines of two axes, as `lamps.packed`
     target: float = math.nan
-    second_target: float = math.nan
+    stages: tuple[StageStatus, ...] = ()  # of a machine of one or several stages
 
 
-_STATUS = packed(len(Status._fields))
+class StageStatus(NamedTuple):
+    """What the loop reports of a stage beside the telemetry."""
+
+    offset: float = math.nan  # encoder counts at coordinate 0
+    target: float = math.nan
+    lamps: float = 0.0  # its lines, as `lamps.packed`
+
+
+_FIXED, _EACH = len(Status._fields) - 1, len(StageStatus._fields)
 
 
 _turn = threading.Lock()
@@ -178,12 +181,12 @@ def fence() -> None:
 class Shared:
     """The shared memory, mapped from `fd`: cells, ring of telemetry and timing histograms."""
 
-    def __init__(self, fd: int, rows: int = ROWS) -> None:
-        self.fd = fd
+    def __init__(self, fd: int, rows: int = ROWS, form: Telemetry = PLAIN) -> None:
+        self.fd, self.rows, self.form = fd, rows, form
         self.path = ""
-        self.rows = rows
-        status = len(Status._fields)
-        size = 8 * (2 * _CELLS + 2 * BINS + len(COLUMNS) * rows)
+        width, status = len(form.columns), _FIXED + _EACH * len(form.stages)
+        start = _CELLS + status + 2 * BINS
+        size = 8 * (start + width * rows)
         if os.fstat(fd).st_size != size:
             os.ftruncate(fd, size)
         memory = np.frombuffer(mmap.mmap(fd, size), np.int64)
@@ -191,21 +194,22 @@ class Shared:
         self._point = memory.view(np.float64)[_POINT + 2 : _POINT + 2 + 2 * POINT_STAGES]
         self._turns = memory.data[:_CELLS]  # the same, quicker to count up
         floats = memory.view(np.float64)
+        self._row, self._state = packed(width), packed(status)
+        self._nothing = (math.nan,) * width
         self._status = floats[_CELLS : _CELLS + status]
         self._told = memory.data[_CELLS : _CELLS + status].cast("B")
-        start = 2 * _CELLS + 2 * BINS
-        self.histograms = memory[2 * _CELLS : start].reshape(2, BINS)
+        self.histograms = memory[start - 2 * BINS : start].reshape(2, BINS)
         # A row lies in one piece, so that writing it costs one copy.
         self._rows = memory.data[start:].cast("B")
-        self.ring: NDArray[np.float64] = floats[start:].reshape(rows, len(COLUMNS)).T
+        self.ring: NDArray[np.float64] = floats[start:].reshape(rows, width).T
 
     @classmethod
-    def create(cls, rows: int = ROWS) -> Shared:
+    def create(cls, rows: int = ROWS, form: Telemetry = PLAIN) -> Shared:
         """Anonymous memory, or a temporary file on systems without it."""
         if hasattr(os, "memfd_create"):
-            return cls(os.memfd_create("macromicro"), rows)
+            return cls(os.memfd_create("macromicro"), rows, form)
         fd, path = tempfile.mkstemp(prefix="macromicro-")
-        shared = cls(fd, rows)
+        shared = cls(fd, rows, form)
         if os.name == "nt":  # no process inherits the file: it is opened by its name
             shared.path = path
         else:
@@ -222,18 +226,21 @@ class Shared:
                 os.unlink(self.path)
 
     def put(self, row: Sequence[float]) -> None:
-        cells = self._turns
+        """Append a row; what it lacks at its end is NaN."""
+        cells, form = self._turns, self._row
         written = cells[WRITTEN]
-        form = _SHORT if len(row) == _SHARED else _ROW
-        form.pack_into(self._rows, written % self.rows * _ROW.size, *row)
+        form.pack_into(
+            self._rows, written % self.rows * form.size, *row, *self._nothing[len(row) :]
+        )
         cells[ALIVE] = time.monotonic_ns()
         fence()
         cells[WRITTEN] = written + 1
 
     def set_status(self, status: Sequence[float]) -> None:
+        """Replace the status: the fields of `Status`, then those of each stage."""
         self.cells[STATUS_TURN] += 1
         fence()
-        _STATUS.pack_into(self._told, 0, *status)
+        self._state.pack_into(self._told, 0, *status)
         fence()
         self.cells[STATUS_TURN] += 1
 
@@ -241,7 +248,7 @@ class Shared:
         """Append a row and replace the status together (loop process only)."""
         self._turns[STATUS_TURN] += 1
         self.put(row)  # with a fence
-        _STATUS.pack_into(self._told, 0, *status)
+        self._state.pack_into(self._told, 0, *status)
         fence()
         self._turns[STATUS_TURN] += 1
 
@@ -283,7 +290,9 @@ class Shared:
             if turn % 2 == 0 and turn == int(self.cells[STATUS_TURN]):
                 break
             time.sleep(_LOOK_S)
-        return written, row, Status(*values)
+        own = values[_FIXED:]
+        each = (StageStatus(*own[k : k + _EACH]) for k in range(0, len(own), _EACH))
+        return written, row, Status(*values[:_FIXED])._replace(stages=tuple(each))
 
     def since(self, count: int) -> tuple[int, int, NDArray[np.float64]]:
         """Rows after the first `count`: (lost, new count, copy float64[columns, rows])."""
@@ -306,7 +315,7 @@ class Shared:
     def _block(self, first: int, stop: int) -> NDArray[np.float64]:
         start, end = first % self.rows, stop % self.rows
         if first >= stop:
-            return np.empty((len(COLUMNS), 0))
+            return np.empty((len(self.form.columns), 0))
         if start < end:
             return self.ring[:, start:end].copy()
         return np.concatenate([self.ring[:, start:], self.ring[:, :end]], axis=1)

@@ -37,7 +37,7 @@ class RecordingState(NamedTuple):
 
 
 class AxisNow(NamedTuple):
-    """One axis of a two-axis machine."""
+    """One of several stages."""
 
     name: str
     position_m: float
@@ -76,6 +76,6 @@ class Snapshot(NamedTuple):
     holder: str  # client in control, or ""
     clients: tuple[str, ...]
     emergency_s: float  # duration of the last emergency stop
-    lines: tuple[tuple[str, bool], ...] = ()  # "x_" or "y_" in front for two axes
-    axes: tuple[AxisNow, ...] = ()  # of a two-axis machine
+    lines: tuple[tuple[str, bool], ...] = ()  # with the stage in front where there are several
+    axes: tuple[AxisNow, ...] = ()  # of a machine of several
     target_m: float = math.nan

@@ -186,7 +186,7 @@ class Station(Observed):
                 request._replace(client=client), lambda: self._holders.refusal(client), since
             )
             if isinstance(request, m.Follow) and isinstance(reply, Accepted):
-                self._stream = Stream(reply.id, 2 if request.stage == m.ALL else 1)
+                self._stream = Stream(reply.id, len(self.stages) if request.stage == m.ALL else 1)
             return reply
         self._holders.heartbeat(client)
         reply = await self._connection.ask(request._replace(client=client))

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import stat
+from collections.abc import Sequence
 from pathlib import Path
 
 from macromicro import portable
+from macromicro.columns import Column
 from macromicro.errors import InputError, ProblemError
 from macromicro.recorder import check_space
 from macromicro.recording_format import needed_bytes
@@ -42,7 +44,9 @@ def kind(path: Path) -> str:
     return "" if stat.S_ISREG(mode) else "a folder" if stat.S_ISDIR(mode) else "no regular file"
 
 
-def make_folder(path: Path, rows: int, option: str = "--record") -> None:
+def make_folder(
+    path: Path, rows: int, option: str = "--record", columns: Sequence[Column] = COLUMNS
+) -> None:
     """Make the folder for recordings, with space for one of `rows`."""
     where = f"{option} {printable(path, 300)}"
     try:
@@ -52,6 +56,6 @@ def make_folder(path: Path, rows: int, option: str = "--record") -> None:
     except OSError as error:
         raise ProblemError(where, error.strerror or str(error), _FOLDER) from None
     try:
-        check_space(path, needed_bytes(COLUMNS, rows))
+        check_space(path, needed_bytes(columns, rows))
     except InputError as error:
         raise error.at(where) from None

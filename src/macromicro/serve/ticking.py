@@ -19,7 +19,7 @@ from macromicro.control.live.messages import (
     Reply,
 )
 from macromicro.serve import faults, requests
-from macromicro.serve._machine import SECONDLY, Guard, Machine, Second, View
+from macromicro.serve._machine import Guard, Machine, StageView, View
 from macromicro.serve._pacing import Pacer
 from macromicro.serve._silence import Silence
 from macromicro.serve.link import Outbox
@@ -28,7 +28,6 @@ from macromicro.serve.requests import Order
 from macromicro.serve.settings import ServeSettings
 from macromicro.serve.shared import (
     EMERGENCY,
-    NO_LINES,
     POINT,
     SAFE_SINCE,
     SEEN,
@@ -64,12 +63,12 @@ class Loop:
         self._outbox = outbox
         self._settings = settings
         self._dt, self._paced, self._timed = dt, paced, timed
-        self._lines: Callable[[], tuple[float, ...]] = getattr(rig, "lines", lambda: NO_LINES)
-        self._lamps: Callable[[], float] = getattr(rig, "lamps", lambda: 0.0)
-        self._second: Callable[[], Second] = getattr(machine, "second", lambda: SECONDLY)
+        self._lines: Callable[[], Sequence[float]] = getattr(rig, "lines", _nothing)
+        self._lamps: Callable[[], Sequence[float]] = getattr(rig, "lamps", _nothing)
+        self._views: Callable[[], Sequence[StageView]] = getattr(machine, "views", _nothing)
         # A law that runs beside the rig tells itself what it remembers, before one of the machine.
         told = getattr(rig, "own", None) or getattr(machine, "own", None)
-        self._own: Callable[[], Sequence[float] | None] = told or (lambda: None)
+        self._own: Callable[[], Sequence[float] | None] = told or _nothing
         self._laser = Silence("laser" in rig.channels)
         self._emergency = self._commands = self._heartbeat = self._renewed = self._point = 0
         self._heard = time.monotonic()
@@ -81,9 +80,9 @@ class Loop:
     def run(self, kept: Kept | str, rig_name: str, witness: Witness) -> str:
         """Loop until ordered to leave or until the serving process is dead; which of them."""
         first = self._rig.read()
-        second = getattr(self._rig, "second", None)
-        other = math.nan if second is None else second.encoder
-        restored = restore(kept, rig_name, first.encoder, witness(first), other)
+        readings = getattr(self._machine, "readings", lambda: (first.encoder,))
+        count, *others = readings()
+        restored = restore(kept, rig_name, count, witness(first), others)
         self._machine.begin(first, restored)
         self._outbox.send(("begun", restored))
         self.pacer.start()
@@ -249,7 +248,7 @@ class Loop:
         self._rig.stop()
         now = float(self._rig.clock.now())
         self._fault = (float(faults.LATE), share, limit, now)
-        self._shared.set_status(self._status(self._machine.view()))
+        self._shared.set_status(self._status(self._machine.view(), self._views()))
         trouble = faults.late(share, limit, now)
         self._report(self._machine.fail(trouble.name, {"evidence": trouble.evidence}, False))
 
@@ -257,14 +256,17 @@ class Loop:
         """Telemetry and status of this period."""
         rig, pacer, view = self._rig, self.pacer, self._machine.view()
         vitals = Vitals(rig.temperature, self._fault[0], pacer.late, pacer.worked)
-        second = self._second()
-        own = self._own()
-        row = telemetry(sample, command, rig.given, view, vitals, self._lines(), second, own)
-        self._shared.show(row, self._status(view))
+        views = self._views()
+        row = telemetry(sample, command, rig.given, view, vitals)
+        row.extend(self._lines())
+        for each in views[1:]:
+            row.extend(each.row())
+        row.extend(self._own() or ())
+        self._shared.show(row, self._status(view, views))
 
-    def _status(self, view: View) -> tuple[float, ...]:
-        pacer, second = self.pacer, self._second()
-        return (
+    def _status(self, view: View, views: Sequence[StageView]) -> list[float]:
+        pacer = self.pacer
+        status = [
             pacer.periods,
             pacer.missed,
             pacer.share,
@@ -273,11 +275,16 @@ class Loop:
             *self._fault,
             view.offset,
             *view.limits,
-            second.offset,
-            self._lamps(),
             view.target,
-            second.target,
-        )
+        ]
+        stages: Sequence[Any] = views or (view,)
+        for each, lamps in zip(stages, self._lamps(), strict=False):
+            status += (each.offset, each.target, lamps)
+        return status
+
+
+def _nothing() -> tuple[Any, ...]:
+    return ()
 
 
 def _defect(error: Exception) -> Refused:

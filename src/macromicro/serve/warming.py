@@ -126,7 +126,7 @@ def _drive(
     settings: LiveSettings,
     asked: tuple[tuple[Any, int], ...],
 ) -> None:
-    shared = Shared.create(256)
+    shared = Shared.create(256, settings.telemetry)
     ours, theirs = pair()
     try:
         rig = CompiledGuarded(twin, limits, settings.period)

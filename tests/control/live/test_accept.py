@@ -31,8 +31,8 @@ REQUESTS: dict[str, Any] = {
     "fan": m.Fan(True), "programme": m.Programme(PLAN),
     "gains": m.SetGains((("pd_tuned.now", 0.013),)), "clear": m.ClearFault(True),
     "lost": m.LinkLost("stop"), "limits": m.SetLimits(),
-    "move point": m.MovePoint(0.01, 0.01), "move axis": m.MoveAxis("x", 0.01),
-    "move point by": m.MovePointBy(0.01, 0.01), "move axis by": m.MoveAxisBy("x", 0.01),
+    "move point": m.MovePoint({"x": 0.01, "y": 0.01}), "move axis": m.MoveAxis("x", 0.01),
+    "move point by": m.MovePointBy({"x": 0.01, "y": 0.01}), "move axis by": m.MoveAxisBy("x", 0.01),
 }  # fmt: skip
 ALWAYS = {"disable", "stop", "emergency", "lost"}
 MOTIONS = {"home", "move to", "move by", "move macro", "move micro", "macro by", "micro by", "jog"}

@@ -18,6 +18,7 @@ from fake_station import FakeStation
 from virtual_time import run
 
 from macromicro.control.live import messages as m
+from macromicro.serve import choosing
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.epics._channels import WRITER
 from macromicro.serve.epics._machine import Channels
@@ -88,21 +89,41 @@ def test_a_stop_leaves_nothing_that_waits_to_begin(stop: str) -> None:
     run(main())
 
 
-class Two(FakeStation):
-    """Of two axes."""
+MACHINES = Path(__file__).parents[3] / "examples" / "machines"
 
-    stages = m.AXES
+
+class Several(FakeStation):
+    """Of several stages."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self.settings: Any = choosing.load(MACHINES / f"{name}.toml")
+        self.stages = self.settings.stages
+
+
+def test_some_of_three_stages_that_are_set_together_move_at_once() -> None:
+    async def main() -> None:
+        fake = Several("xyz")
+        found = channels(fake)
+        assert value(found, "z.VMAX") < 0.1 * value(found, "x.VMAX")  # each as its stage can
+        moves = [asyncio.create_task(put(found, axis, v)) for axis, v in (("z", 0.03), ("x", 20.0))]
+        await until(lambda: fake.motion == 1)
+        assert fake.requests == [m.MovePoint({"z": pytest.approx(30e-6), "x": 0.02}, "epics")]
+        fake.end("done")
+        await asyncio.gather(*moves)
+
+    run(main())
 
 
 def test_axes_that_are_set_together_move_at_once() -> None:
     """On one straight line, and both are done at its end; one that comes later waits."""
 
     async def main() -> None:
-        fake = Two()
+        fake = Several("xy-plotter")
         found = channels(fake)
         moves = [asyncio.create_task(put(found, axis, v)) for axis, v in (("y", 30.0), ("x", 20.0))]
         await until(lambda: fake.motion == 1)
-        assert fake.requests == [m.MovePoint(0.02, 0.03, "epics")]
+        assert fake.requests == [m.MovePoint({"x": 0.02, "y": 0.03}, "epics")]
         late = asyncio.create_task(put(found, "x", 25.0))
         await asyncio.sleep(0.15)
         assert fake.given == 1 and value(found, "x.DMOV") == value(found, "y.DMOV") == 0
@@ -120,7 +141,7 @@ def test_axes_that_are_set_together_move_at_once() -> None:
 
 def test_both_have_failed_where_their_move_has() -> None:
     async def main() -> None:
-        fake = Two()
+        fake = Several("xy-plotter")
         found = channels(fake)
         moves = [asyncio.create_task(put(found, axis, 20.0)) for axis in m.AXES]
         await until(lambda: fake.motion)
@@ -135,7 +156,7 @@ def test_both_have_failed_where_their_move_has() -> None:
 
 def test_a_stop_ends_what_is_being_gathered_and_nothing_that_follows() -> None:
     async def main() -> None:
-        fake = Two()
+        fake = Several("xy-plotter")
         found = channels(fake)
         stopped = asyncio.create_task(put(found, "x", 20.0))
         await until(lambda: value(found, "x.DMOV") == 0)

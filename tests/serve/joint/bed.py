@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from macromicro.control.live import messages as m
-from macromicro.machines.joint.settings import of
 from macromicro.machines.rig import CompiledTwin
 from macromicro.serve.joint import _opening, settings
 from macromicro.serve.persist import Restored
@@ -33,16 +32,17 @@ class Bed:
         self.twins = [
             twin(axis.kind, own, k)
             for k, ((_, axis), own) in enumerate(
-                zip(found.machine.stages, of(found.tree), strict=True)
+                zip(found.machine.stages, found.machine.trees(found.tree), strict=True)
             )
         ]
         self.rig: Any = _opening.real(found, self.twins) if real else _opening.simulated(found, 0)
-        self.pair = _opening.paired(found, self.rig)
+        self.pair = _opening.grouped(found, self.rig)
         offset = 0.0 if known else math.nan
-        self.pair.begin(self.rig.read(), Restored(known, offset, "known", offset))
+        others = (offset,) * (len(self.twins) - 1)
+        self.pair.begin(self.rig.read(), Restored(known, offset, "known", others))
         self.notices: list[Any] = []
-        self.places: list[tuple[float, float]] = []
-        self.aims: list[tuple[float, float]] = []
+        self.places: list[tuple[float, ...]] = []
+        self.aims: list[tuple[float, ...]] = []
         self.run(2)
         assert self.ask(m.Enable()) == m.Accepted(0)
         self.run(2)
@@ -54,8 +54,7 @@ class Bed:
                 return k
             seen = self.rig.read()
             self.notices += self.pair.step(seen, self.settings.period)[2]
-            x, y = self.pair.courses
-            self.aims.append((x.aim.position, y.aim.position))
+            self.aims.append(tuple(course.aim.position for course in self.pair.courses))
             self.places.append(self.place)
             self.rig.clock.wait(self.settings.period)
             if self.rig.control.tripped:
@@ -63,10 +62,9 @@ class Bed:
         return periods
 
     @property
-    def place(self) -> tuple[float, float]:
+    def place(self) -> tuple[float, ...]:
         """By the encoders' counts, m."""
-        x, y = (led.state.seen.position for led in self.pair._leds)
-        return x, y
+        return tuple(led.state.seen.position for led in self.pair._leds)
 
     @property
     def mode(self) -> str:

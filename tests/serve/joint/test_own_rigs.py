@@ -202,7 +202,7 @@ def test_a_fault_of_one_takes_the_effort_off_both(
 ) -> None:
     there = station(lab.rigs(y="y_blind"))
     assert done(there, m.Home()).outcome == m.DONE
-    reply = there.request("a test", m.MovePoint(0.06, 0.04))
+    reply = there.request("a test", m.MovePoint({"x": 0.06, "y": 0.04}))
     assert isinstance(reply, Accepted)
     until(lambda: all(lab.noted(VOLTS)))
     lab.breaks()

@@ -38,8 +38,8 @@ def test_rigs_are_moved_as_the_simulated_pair(tmp_path: Path) -> None:
     rigs, pair = Bed(real=True), Bed()
     assert rigs.rig.control.number == pair.rig.control.number == 4
     for bed in (rigs, pair):
-        assert bed.done(m.MovePoint(0.05, 0.03)).outcome == m.DONE
-        assert isinstance(bed.ask(m.MovePoint(0.15, 0.01)), m.Accepted)
+        assert bed.done(m.MovePoint({"x": 0.05, "y": 0.03})).outcome == m.DONE
+        assert isinstance(bed.ask(m.MovePoint({"x": 0.15, "y": 0.01})), m.Accepted)
         bed.run(150)
         bed.ask(m.Stop())
         bed.run(2000, to_end=True)
@@ -67,10 +67,10 @@ def test_lines_are_read_guarded_and_homed_on(tmp_path: Path) -> None:
     x, y = bed.twins
     assert bed.done(m.Home()).outcome == m.DONE
     assert bed.pair._leds[0].state.frame.offset == 0.0  # the index pulse is where 0 is
-    end = bed.done(m.MovePoint(0.05, 0.03))
+    end = bed.done(m.MovePoint({"x": 0.05, "y": 0.03}))
     assert end.outcome == m.DONE and bed.place == pytest.approx((0.05, 0.03), abs=1e-4)
     assert bed.rig.lines[0].enabled == 1.0 and bed.rig.lines[1].enabled == 1.0
-    assert isinstance(bed.ask(m.MovePoint(0.1, 0.06)), m.Accepted)
+    assert isinstance(bed.ask(m.MovePoint({"x": 0.1, "y": 0.06})), m.Accepted)
     bed.run(60)
     assert x._outputs.motor != 0.0 and y._outputs.motor != 0.0
     x.injected["drive_fault"] = 1.0
@@ -96,11 +96,11 @@ class Later(CompiledTwin):
 def test_time_begins_with_the_first_reading_of_each() -> None:
     bed = Bed(real=True, twin=Later)
     assert [twin.began for twin in bed.twins] == [1000.0, 2000.0]
-    assert bed.done(m.MovePoint(0.05, 0.03)).outcome == m.DONE
+    assert bed.done(m.MovePoint({"x": 0.05, "y": 0.03})).outcome == m.DONE
     seen = bed.rig.read()
     assert seen.t == bed.rig.shown[1].t == pytest.approx(bed.twins[0].tick * bed.twins[0].dt)
     bed.twins[1].pitch = -1.0  # it counts the wrong way
-    assert isinstance(bed.ask(m.MovePoint(0.02, 0.02)), m.Accepted)
+    assert isinstance(bed.ask(m.MovePoint({"x": 0.02, "y": 0.02})), m.Accepted)
     bed.run(500)
     assert bed.rig.control.tripped and bed.rig.control.faulty == 1
     assert seen.t < bed.rig.control.watches[1].time <= bed.rig.read().t
@@ -108,7 +108,7 @@ def test_time_begins_with_the_first_reading_of_each() -> None:
 
 def test_soft_limits_of_each_hold() -> None:
     bed = Bed(real=True)
-    refused = bed.ask(m.MovePoint(0.05, 0.09))
+    refused = bed.ask(m.MovePoint({"x": 0.05, "y": 0.09}))
     assert isinstance(refused, m.Refused) and refused.reason.startswith("y: position 90")
 
 
@@ -118,7 +118,7 @@ class Stuck(OSError):
 
 def test_both_are_stopped_and_left_whatever_the_first_does() -> None:
     bed = Bed(real=True)
-    assert isinstance(bed.ask(m.MovePoint(0.05, 0.03)), m.Accepted)
+    assert isinstance(bed.ask(m.MovePoint({"x": 0.05, "y": 0.03})), m.Accepted)
     x, y = bed.twins
     left = []
     with pytest.raises(Stuck), bed.rig:

@@ -1,14 +1,16 @@
-"""A real server of a machine of two axes, and a socket that gives it orders."""
+"""A real server of a machine of several stages, and a socket that gives it orders."""
 
 from __future__ import annotations
 
 import json
+import re
+import socket
 import time
 from pathlib import Path
 
 import pytest
 from tests.serve.joint.bed import PLOTTER
-from tests.serve.stage.test_served import Served, block, served
+from tests.serve.stage.test_served import Served, block, example, served
 from tests.serve.web.web_parts import Client as Page
 
 from macromicro.recording import Recording
@@ -101,7 +103,8 @@ def test_a_recording_and_the_position_file_have_both_axes(tmp_path: Path) -> Non
     kept = json.loads((tmp_path / "position.json").read_text())
     assert kept["trusted"] and not kept["moving"]
     assert kept["encoder"] - kept["offset"] == pytest.approx(60000, abs=8)
-    assert kept["second"] - kept["second_offset"] == pytest.approx(40000, abs=8)
+    ((count, offset),) = kept["others"]
+    assert count - offset == pytest.approx(40000, abs=8)
     file = next(tmp_path.rglob("*.h5"))
     recording = Recording.load(file)
     assert recording["position"][-1] == pytest.approx(30.0, abs=COUNTS)
@@ -125,3 +128,46 @@ def test_a_fault_of_one_axis_is_told_as_its_own_and_stops_both(tmp_path: Path) -
         assert float(client.ask("POS:X?").split(",")[3]) == 0.0
         client.send("FAUL:CLE")
         assert client.ask("FAUL?").startswith("0,") and client.ask("MODE?") == '"disabled"'
+
+
+def test_two_axes_and_a_piezo_home_move_and_run_programmes(tmp_path: Path) -> None:
+    with served(tmp_path, example("xyz"), "--gcs", "0") as client:
+        assert client.ask("*IDN?").startswith("macromicro,x_y_z own,0,")
+        assert client.ask("SYST:LOCK:REQ?;:ENAB;:HOME;*OPC?") == "1;1"
+        assert client.ask("MOVE:POIN 50 MM,30 MM,20 UM;*OPC?") == "1"
+        places = [float(each) for each in client.ask("POS:POIN?").split(",")]
+        assert places == pytest.approx([50.0, 30.0, 0.020, 1.0], abs=0.02)
+        assert places[2] == pytest.approx(0.020, abs=1e-4)
+        assert client.ask("MOVE:Z MAX;*OPC?;:MOVE:Z:REL -10 UM;*OPC?") == "1;1"
+        assert float(client.ask("POS:Z?").split(",")[0]) == pytest.approx(0.090, abs=1e-4)
+        client.send("JOG:Z -10 UM/S;:JOG:Z 0 UM/S")
+        assert client.ask("*OPC?") == "1"
+        client.fine()
+        for order, words in (
+            ("MOVE:POIN 50 MM,30 MM", "-109"),
+            ("MOVE:POIN 50 MM,30 MM,1 MM", "z: position 1"),
+            ("MOVE:ABS 10 MM", "3 stages"),
+            ("MOVE:W 1 MM", "-113"),
+        ):
+            client.send(order)
+            assert words in client.ask("SYST:ERR?"), order
+        assert '"z.integral"' in client.ask("GAIN:CAT?")
+        client.send('PROG:LOAD "usual"')
+        assert client.ask("PROG:RUN;*OPC?") == "1"
+        client.fine()
+        with socket.create_connection(("127.0.0.1", gcs_port(client))) as other:
+            file = other.makefile("rw", newline="\n")
+            client.send("SYST:LOCK:REL")
+            file.write("MOV X 10 Z 0.03\nSAI?\n")
+            file.flush()
+            assert [file.readline().strip() for _ in range(3)] == ["X", "Y", "Z"]
+            while client.ask("MOVE:NUMB?") != "0":
+                time.sleep(0.05)
+        places = [float(each) for each in client.ask("POS:POIN?").split(",")]
+        assert places == pytest.approx([10.0, 0.0, 0.030, 1.0], abs=0.03)
+
+
+def gcs_port(client: Served) -> int:
+    found = re.search(r"GCS.* port (\d+)", client.said)
+    assert found
+    return int(found[1])

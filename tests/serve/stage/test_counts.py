@@ -43,7 +43,7 @@ def test_of_two_rigs_each_in_its_own(tmp_path: Path) -> None:
     bed = Both(tmp_path / "xy.toml", real=True)
     x, y = bed.settings.lives
     assert x.pitch < 0.5 * y.pitch
-    assert bed.done(m.MovePoint(0.05, 0.03)).outcome == m.DONE
+    assert bed.done(m.MovePoint({"x": 0.05, "y": 0.03})).outcome == m.DONE
     assert bed.place == pytest.approx((0.05, 0.03), abs=3.0 * y.pitch)
     x_twin, y_twin = (twin._measured(0.0) for twin in bed.twins)
     assert (x_twin, y_twin) == pytest.approx((0.05, 0.03), abs=3.0 * y.pitch)

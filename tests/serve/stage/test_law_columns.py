@@ -6,7 +6,6 @@ import math
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from macromicro.columns import Column
 from macromicro.control import outside
@@ -14,14 +13,13 @@ from macromicro.control.live.leading import REST, Course
 from macromicro.control.settings import Control
 from macromicro.machines import machine as machines
 from macromicro.machines.period import Stages, law_columns
-from macromicro.place import LENGTH
 from macromicro.recording import Recording as Recorded
-from macromicro.serve import choosing, shared
+from macromicro.serve import choosing
 from macromicro.serve._machine import View
 from macromicro.serve._recording import Means, Recording
 from macromicro.serve._trail import Trail
 from macromicro.serve.settings import LiveSettings
-from macromicro.serve.shared import COLUMNS, OWN, Shared, Vitals, telemetry
+from macromicro.serve.shared import COLUMNS, Shared, Vitals, published, telemetry
 from macromicro.serve.stage import settings
 from macromicro.serve.stage.rig import Led, Simulated
 from macromicro.serve.web import bins
@@ -50,9 +48,8 @@ def served(folder: Path) -> settings.StageSettings:
 def row(own: list[float]) -> list[float]:
     nothing = (math.nan,) * 6
     view = View(0, 0, *nothing[:6])
-    return telemetry(
-        Sample(*nothing), Command(*nothing[:5]), SAFE, view, Vitals(0, 0, 0, 0), own=own
-    )
+    made = telemetry(Sample(*nothing), Command(*nothing[:5]), SAFE, view, Vitals(0, 0, 0, 0))
+    return [*made, *own]
 
 
 def test_a_stage_tells_what_its_own_law_remembers(tmp_path: Path, monkeypatch) -> None:
@@ -107,23 +104,19 @@ def test_of_two_axes_each_has_its_letter() -> None:
     assert [c.name for c in found] == ["x_law_speed", "y_law_speed"]
 
 
-def test_they_come_last_in_a_row_and_no_more_of_them_than_there_is_room_for() -> None:
-    made = row([7.0, 8.0])
-    assert len(made) == len(COLUMNS) and made[-OWN : -OWN + 2] == [7.0, 8.0]
-    assert all(math.isnan(x) for x in made[-OWN + 2 :])
-    assert len(row([1.0] * (OWN + 3))) == len(COLUMNS)
-    plain = shared.columns(("encoder",))
-    assert shared.columns(("encoder",), (SPEED,)) == [*plain, len(COLUMNS) - OWN]
-    every, scales = shared.shown(LENGTH, (SPEED,))
-    assert every[-OWN] == SPEED and len(every) == len(COLUMNS) == len(scales)
-    assert len(shared.shown(LENGTH, (SPEED,) * (OWN + 3))[0]) == len(COLUMNS)
+def test_they_come_last() -> None:
+    form = published(stages=("",), law=(SPEED,))
+    assert form.columns[-1] == SPEED and form.columns[: len(COLUMNS)] == COLUMNS
+    kept = form.kept(("encoder",))
+    assert [form.columns[k] for k in kept] == [*COLUMNS, SPEED]
 
 
 def test_a_record_has_their_names_units_and_values(tmp_path: Path) -> None:
-    memory = Shared.create(1000)
+    form = published(law=(SPEED,))
+    memory = Shared.create(1000, form)
     recording = Recording(
         memory, Trail(), tmp_path / "a.h5", 10, {}, print, channels=("encoder",),
-        means=Means(LENGTH, (SPEED,)),
+        means=Means(form),
     )  # fmt: skip
     for k in range(5):
         memory.put(row([float(k)]))
@@ -134,12 +127,7 @@ def test_a_record_has_their_names_units_and_values(tmp_path: Path) -> None:
 
 
 def test_viewers_get_them_behind_all_others() -> None:
-    names = [c.name for c in shared.shown(LENGTH, (SPEED,))[0]]
+    names = published(law=(SPEED,)).names
     block = np.array([row([float(k)]) for k in range(4)]).T
     made = bins.traces(block, names, 1.0, own=["law_speed"])
     assert len(made) == len(bins.CHANNELS) + 1 and made[-1].tolist() == [0.0, 1.0, 2.0, 3.0]
-
-
-@pytest.mark.parametrize("name", ["x_law_speed", "law_speed"])
-def test_no_other_column_has_such_a_name(name: str) -> None:
-    assert name not in shared.INDEX

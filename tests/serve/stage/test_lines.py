@@ -16,6 +16,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted
 from macromicro.errors import InputError
 from macromicro.nominal import PERIOD
+from macromicro.place import LENGTH
 from macromicro.serve import shared
 from macromicro.serve.shared import LINES
 from macromicro.serve.stage import settings
@@ -204,17 +205,15 @@ def test_a_drive_that_trips_is_a_fault_with_its_words_until_it_has_cooled(tmp_pa
 
 
 def test_telemetry_and_records_have_the_lines_that_there_are(tmp_path: Path) -> None:
-    assert [shared.COLUMNS[k].name for k in shared.columns(("encoder", "home", "enable"))][-2:] == [
-        "home",
-        "enable",
+    one = shared.published(stages=("",))
+    found = [one.names[k] for k in one.kept(("encoder", "home", "enable"))]
+    assert found == [*shared.NAMES, "home", "enable"]
+    assert [one.names[k] for k in one.kept(("encoder",))] == [*shared.NAMES]
+    several = shared.published((LENGTH,) * 3, ("x", "y", "z"))
+    assert not set(LINES) & set(several.names)
+    assert [n for n in several.names if n.startswith("z_")] == [
+        *("z_count", "z_reference", "z_motor", "z_position", "z_uncertainty")
     ]
-    plain = shared.columns(("encoder",))
-    second = {c.name for c in shared.COLUMNS if c.name.startswith("y_")}
-    without = len(LINES) + len(second) + shared.OWN
-    assert len(second) == 5 and len(plain) == len(shared.COLUMNS) - without
-    assert not (set(LINES) | second) & {shared.COLUMNS[k].name for k in plain}
-    two = {shared.COLUMNS[k].name for k in shared.columns(("x_count", "y_count"))}
-    assert second < two and not set(LINES) & two
     bed = Bed(written(tmp_path, "home+index", more='[climate]\nstart = "23 degC"\nsensor = 1\n'))
     assert len(bed.led.lines()) == len(LINES)
     seen = dict(zip(LINES, bed.led.lines(), strict=True))

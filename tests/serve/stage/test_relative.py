@@ -39,25 +39,27 @@ def test_steps_add_up(name: str, to: float, by: float) -> None:
     )
 
 
-@pytest.mark.parametrize("request_", [m.MovePointBy(17.3e-6, -17.3e-6), m.MoveAxisBy("x", 17.3e-6)])
+@pytest.mark.parametrize(
+    "request_", [m.MovePointBy({"x": 17.3e-6, "y": -17.3e-6}), m.MoveAxisBy("x", 17.3e-6)]
+)
 def test_steps_of_two_axes_add_up(request_: Any) -> None:
     bed = Two()
-    bed.done(m.MovePoint(0.03, 0.04))
+    bed.done(m.MovePoint({"x": 0.03, "y": 0.04}))
     for _ in range(STEPS):
         bed.done(request_)
     assert bed.pair.view().target == pytest.approx(0.03 + STEPS * 17.3e-6, abs=1e-12)
     moved = isinstance(request_, m.MovePointBy)
-    assert bed.pair.second().target == pytest.approx(0.04 - moved * STEPS * 17.3e-6, abs=1e-12)
+    assert bed.pair.views()[1].target == pytest.approx(0.04 - moved * STEPS * 17.3e-6, abs=1e-12)
 
 
 def test_one_of_two_axes_that_replaces_another_adds_to_it() -> None:
     """Whose target is known while the first one is still being slowed down."""
     bed = Two()
-    bed.done(m.MovePoint(0.03, 0.04))
-    bed.ask(m.MovePointBy(0.01, 0.01))
+    bed.done(m.MovePoint({"x": 0.03, "y": 0.04}))
+    bed.ask(m.MovePointBy({"x": 0.01, "y": 0.01}))
     bed.run(100)
-    assert isinstance(bed.ask(m.MovePointBy(0.01, 0.0, replace=True)), m.Accepted)
+    assert isinstance(bed.ask(m.MovePointBy({"x": 0.01, "y": 0.0}, replace=True)), m.Accepted)
     for _ in range(2):
         assert bed.pair.view().target == pytest.approx(0.05, abs=1e-12)
-        assert bed.pair.second().target == pytest.approx(0.05, abs=1e-12)
+        assert bed.pair.views()[1].target == pytest.approx(0.05, abs=1e-12)
         bed.run(60000, to_end=True)

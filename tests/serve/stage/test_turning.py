@@ -106,12 +106,12 @@ def test_words_are_in_degrees() -> None:
 
 
 def test_telemetry_is_shown_in_degrees() -> None:
-    columns, scales = shared.shown(ANGLE)
+    columns, scales, _ = shared.published((ANGLE,))
     units = {c.name: c.unit for c in columns}
     assert (units["position"], units["uncertainty"], units["motor"]) == ("deg", "mdeg", "V")
     k = shared.INDEX["position"]
     assert scales[k, 0] == pytest.approx(1e-3 / DEG) and scales[shared.INDEX["t"], 0] == 1.0
-    plain, ones = shared.shown(LENGTH)
+    plain, ones, _ = shared.published((LENGTH,))
     assert plain == shared.COLUMNS and np.all(ones == 1.0)
 
 

@@ -11,7 +11,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.settings import Control
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.settings import LiveSettings
-from macromicro.serve.web._orders import KEYS, Orders, Refusal, read, surplus
+from macromicro.serve.web._orders import Orders, Refusal, keys, read, surplus
 
 ORDERS = Orders(Instrument(Station()))  # type: ignore[arg-type]
 
@@ -147,14 +147,14 @@ def test_a_programme_is_held_to_the_limits_in_force() -> None:
         orders.request({"do": "programme", "name": "thesis"})
 
 
-@pytest.mark.parametrize("what", sorted(KEYS))
+@pytest.mark.parametrize("what", sorted(keys()))
 def test_keys_that_an_order_does_not_know_are_refused_by_name(what: str) -> None:
     """Numbers beside instead of within `values` say that something else was meant."""
-    known = dict.fromkeys(("do", "id", *KEYS[what]), 1) | {"do": what}
+    known = dict.fromkeys(("do", "id", *keys()[what]), 1) | {"do": what}
     assert surplus(known) is None
     refused = surplus({**known, "macro_low": 600, "hi": 2})
     assert refused is not None and "macro_low, hi" in refused.reason
-    assert all(key in refused.remedy for key in KEYS[what])
+    assert all(key in refused.remedy for key in keys()[what])
 
 
 @pytest.mark.parametrize("what", ["nonsense", 7, None])

@@ -40,18 +40,17 @@ DRIVE = "[y.amplifier]\n", '[y.amplifier]\nenable = "line"\n'
 LAMPS = "return [...document.querySelectorAll('#lines .badge')].map(e => e.textContent)"
 
 
-@pytest.fixture(scope="module")
-def plotter(driver: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    with opened(driver, FILE, tmp_path_factory.mktemp("plotter")) as page:
+@pytest.fixture
+def plotter(driver: Any, tmp_path: Path) -> Iterator[Page]:
+    with opened(driver, FILE, tmp_path) as page:
         yield page
 
 
-@pytest.fixture(scope="module")
-def equipped(driver: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    folder = tmp_path_factory.mktemp("equipped")
-    file = folder / FILE.name
+@pytest.fixture
+def equipped(driver: Any, tmp_path: Path) -> Iterator[Page]:
+    file = tmp_path / FILE.name
     file.write_text(FILE.read_text(encoding="utf-8").replace(*DRIVE) + LINES, encoding="utf-8")
-    with opened(driver, file, folder) as page:
+    with opened(driver, file, tmp_path) as page:
         yield page
 
 
@@ -105,3 +104,37 @@ def test_switches_and_lines_of_both_axes_are_shown(equipped: Page) -> None:
     page.take()
     page.click("[data-do=enable]")
     until(lambda: page.run(LAMPS)[-2:] == ["y drive on", "y enable line on"])
+
+
+@pytest.fixture
+def three(driver: Any, tmp_path: Path) -> Iterator[Page]:
+    with opened(driver, FILE.with_name("xyz.toml"), tmp_path) as page:
+        yield page
+
+
+def test_a_machine_of_three_stages_has_a_ruler_a_field_and_buttons_of_each(three: Page) -> None:
+    page, station = three, three.station
+    assert page.run(SHOWN, "#axis-rulers .ruler, #point-fields input, #axis-jogs .jog") == 9
+    assert page.run(SHOWN, "#plane-xy, #ruler, #move-form") == 0
+    until(lambda: "z 0 to 0.1" in page.text("#travels"))
+    page.take()
+    page.click("[data-do=enable]")
+    until(lambda: station.snapshot().mode == "ready")
+    page.click("[data-do=home]")
+    until(lambda: station.snapshot().trusted and station.snapshot().motion == 0)
+    for field, text in (("#point-x", "40"), ("#point-z", "500")):
+        page.find(field).send_keys(text)
+    page.click("#move-point")
+    assert page.text("#point-problem").startswith("z: 500 is outside ")
+    page.find("#point-z").clear()
+    page.find("#point-z").send_keys("0.05")
+    page.click("#move-point")
+    until(lambda: station.snapshot().motion == 0 and station.snapshot().axes[2].position_m > 49e-6)
+    x, y, z = (axis.position_m for axis in station.snapshot().axes)
+    assert (x, y, z) == pytest.approx((0.04, 0.0, 50e-6), abs=3e-5)
+    page.run("document.querySelector('#step').value = '0.000001'")
+    page.click(".jog[data-stage=z] .step-button[data-sign='-1']")
+    until(lambda: station.snapshot().axes[2].position_m < z - 0.9e-6)
+    plots = page.text("#plots")
+    assert all(f"Axis {n}" in plots and f"Effort of {n}" in plots for n in "xyz")
+    assert [entry["message"] for entry in page.driver.get_log("browser")] == []

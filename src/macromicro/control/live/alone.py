@@ -12,12 +12,12 @@ from macromicro.control.live.plain import among
 from macromicro.control.settings import Control
 from macromicro.control.supervisor import Plan
 
-SENSORS = {m.MACRO: "encoder", m.MICRO: "hall", **{axis: f"{axis}_count" for axis in m.AXES}}
+SENSORS = {m.MACRO: "encoder", m.MICRO: "hall"}
+_COUNT = "_count"  # behind the name of each of several stages: the channel of its encoder
 # Of a machine with one place.
 _ONE = (*m.ONE_MOVES, m.Zero, m.Fan, m.SetLimits)
 _BY_STAGE = (m.Jog, m.SetSpeed, m.Follow)
 _AXES_ONLY = Refused("this machine has no axes x and y", "use the stage that it has")
-_POINT = Refused("this machine has two axes", "name a point, or one of them")
 _NEEDS: dict[type, str] = {
     m.Home: m.MACRO,
     m.MoveMacro: m.MACRO,
@@ -30,16 +30,30 @@ _FINE = ("micro_law", "ctrl_limit", "p", "pi", "pi_antiwindup", "fine")
 _ALL = Control._fields
 
 
+def channel(stage: str) -> str:
+    """The channel of the encoder of one of several stages."""
+    return stage + _COUNT
+
+
 def stages(channels: Iterable[str]) -> tuple[str, ...]:
     there = tuple(channels)
-    return tuple(stage for stage, sensor in SENSORS.items() if sensor in there)
+    alone = tuple(stage for stage, sensor in SENSORS.items() if sensor in there)
+    return alone or tuple(c.removesuffix(_COUNT) for c in there if c.endswith(_COUNT))
+
+
+def several(stages: tuple[str, ...]) -> bool:
+    """Whether they are named stages that move together."""
+    return not set(stages) <= set(m.STAGES)
 
 
 def refusal(stages: tuple[str, ...], request: Any) -> Refused | None:
     """Why a machine of these stages cannot do this, whatever its mode."""
     named = request.stage if isinstance(request, _BY_STAGE) else ""
-    if stages == m.AXES:
-        return _POINT if isinstance(request, _ONE) or among(named, m.STAGES) else None
+    if several(stages):
+        if isinstance(request, _ONE) or among(named, m.STAGES):
+            has = "two axes" if len(stages) == len(m.AXES) else f"{len(stages)} stages"
+            return Refused(f"this machine has {has}", "name a point, or one of them")
+        return None
     if isinstance(request, m.AXES_MOVES) or among(named, (*m.AXES, m.ALL)):
         return _AXES_ONLY
     for stage in m.STAGES:

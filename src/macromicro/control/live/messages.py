@@ -44,8 +44,8 @@ OUTCOMES = (DONE, STOPPED_BY_REQUEST, EMERGENCY, FAULTED, LIMIT, STALLED, LOST, 
 
 STAGES = parameters.STAGES
 MACRO, MICRO = STAGES
-AXES = ("x", "y")  # stages of a machine of two axes
-ALL = "all"  # of its axes
+AXES = ("x", "y")  # stages of the machine `xy`; of others of several stages their own names
+ALL = "all"  # of them
 
 Evidence = dict[str, Any]  # numbers and words by name; the unit is in the name ("error_mm")
 
@@ -120,11 +120,9 @@ class MoveMicroBy(NamedTuple):
 
 
 class MovePoint(NamedTuple):
-    """Move both axes to a point on a straight line."""
+    """Move several stages to a point on a straight line."""
 
-    # x, y: m
-    x: float
-    y: float
+    to: dict[str, float]  # position of each named stage, m or rad; the others stand
     client: str = ""
     # here and in other moves of axes: a motion under way (no homing, no braking) ends as
     # "superseded", comes to rest on its line or path, and this one begins there
@@ -132,28 +130,26 @@ class MovePoint(NamedTuple):
 
 
 class MovePointBy(NamedTuple):
-    """Move both axes by a distance on a straight line, each from its target or position."""
+    """Move several stages by distances on a straight line, each from its target or position."""
 
-    # x, y: m
-    x: float
-    y: float
+    by: dict[str, float]  # distance of each named stage, m or rad
     client: str = ""
     replace: bool = False  # as for `MovePoint`
 
 
 class MoveAxis(NamedTuple):
-    """Move one axis of two."""
+    """Move one of several stages."""
 
-    axis: str  # one of `AXES`
+    axis: str  # name of the stage
     position: float  # m
     client: str = ""
     replace: bool = False  # as for `MovePoint`
 
 
 class MoveAxisBy(NamedTuple):
-    """Move one axis of two by a distance from its target or position."""
+    """Move one of several stages by a distance from its target or position."""
 
-    axis: str  # one of `AXES`
+    axis: str  # name of the stage
     distance: float  # m
     client: str = ""
     replace: bool = False  # as for `MovePoint`
@@ -162,7 +158,7 @@ class MoveAxisBy(NamedTuple):
 class Jog(NamedTuple):
     """Move one stage at a speed until another request; 0 ends it."""
 
-    stage: str  # "macro" or "micro", or one of `AXES`
+    stage: str  # "macro" or "micro", or the name of one of several
     speed: float  # m/s
     hold: float = 0.0  # it ends unless it is renewed within this time, s; 0: it goes on
     client: str = ""
@@ -171,7 +167,7 @@ class Jog(NamedTuple):
 class Follow(NamedTuple):
     """Follow set points that the client streams, until another request or until none comes."""
 
-    stage: str  # "macro" or "micro", one of `AXES`, or `ALL` axes
+    stage: str  # "macro" or "micro", the name of one of several, or `ALL`
     hold: float  # longest time without a set point, s: the motion ends as "lost" after it
     client: str = ""
 
@@ -190,13 +186,9 @@ class SetPoint(NamedTuple):
 
 
 class SetPoints(NamedTuple):
-    """A streamed set point of all axes."""
+    """A streamed set point of all of several stages."""
 
-    # x, y: m; their velocities: m/s
-    x: float
-    y: float
-    x_velocity: float = 0.0
-    y_velocity: float = 0.0
+    each: tuple[tuple[float, float], ...]  # position, m, and velocity, m/s
 
 
 class Stop(NamedTuple):
@@ -224,8 +216,8 @@ class Fan(NamedTuple):
 
 class Programme(NamedTuple):
     # of the two-stage machine `supervisor.Plan`, macro targets in counts of the homed frame, micro
-    # targets in m; of a machine of one stage `machines.sequence.Plan`, in m of that frame; of two
-    # axes a pair of these
+    # targets in m; of a machine of one stage `machines.sequence.Plan`, in m of that frame; of
+    # several stages one of these each
     plan: Any
     client: str = ""
 
@@ -241,7 +233,7 @@ class SetGains(NamedTuple):
 class SetSpeed(NamedTuple):
     """Maximum speed of moves led by set points, from the next one on."""
 
-    stage: str  # "macro", or one of `AXES`
+    stage: str  # "macro", or the name of one of several
     speed: float  # m/s, up to that of the machine's settings
     client: str = ""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from macromicro.control.live import alone
 from macromicro.control.live import messages as m
 
 _ALWAYS = frozenset({m.Stop, m.EmergencyStop, m.Disable, m.SetGains})
@@ -18,7 +19,7 @@ def possible(
     supersede: bool = False,
     stages: tuple[str, ...] = m.STAGES,
 ) -> frozenset[type]:
-    if stages == m.AXES:
+    if alone.several(stages):
         one = possible(mode, moving=moving, trusted=trusted)
         replaces = supersede and trusted and mode in (m.MOVING_MACRO, m.SETTLING)
         return (one - _ONE) | (_AXES if m.MoveTo in one or replaces else frozenset())

@@ -1,4 +1,4 @@
-"""Joins simultaneous moves of two axes into one straight line."""
+"""Joins simultaneous moves of several stages into one straight line."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from collections.abc import Awaitable, Callable
 
 from macromicro.control.live import messages as m
 
-GATHER_S = 0.05  # s within which a scan that moves both axes has set both
+GATHER_S = 0.05  # s within which a scan that moves several stages has set them
 Move = Callable[[str, m.Request, int], Awaitable[None]]
 
 
 class Gathering:
-    """Combines moves of two axes that arrive within a moment into one straight-line move."""
+    """Combines moves of stages that arrive within a moment into one straight-line move."""
 
     def __init__(self, asked: Callable[[], int], move: Move) -> None:
         self._asked, self._move = asked, move
@@ -36,9 +36,8 @@ class Gathering:
         await asyncio.sleep(GATHER_S)
         if self._goals is goals:
             self.close()
-        if len(goals) == len(m.AXES):
-            x, y = (goals[axis] for axis in m.AXES)
-            await self._move("both", m.MovePoint(x, y), asked)
+        if len(goals) > 1:
+            await self._move("together", m.MovePoint(goals), asked)
             return
         ((axis, goal),) = goals.items()
         await self._move(axis, m.MoveAxis(axis, goal), asked)

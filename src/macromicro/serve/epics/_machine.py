@@ -45,22 +45,15 @@ class Channels:
         self._gathering = Gathering(self._ask, self._in_turn)
         writable = self.client.authenticated  # Channel Access carries no token
         self._live = instrument.settings.live
-        jogging = self._live.jogging
-        speed = jogging.macro * self._per
-        near = self._live.pitch * self._per
         unit = instrument.place.unit
-        self._records = {
-            axis.name: Record(
-                axis,
-                unit,
-                DIGITS,
-                speed,
-                (jogging.micro if axis.name == m.MICRO else jogging.slow) * self._per,
-                near,
-                writable=writable,
-            )
-            for axis in self._axes()
-        }
+
+        def record(axis: Axis) -> Record:
+            live = dict(instrument.settings.axes).get(axis.name, self._live)
+            slow = live.jogging.micro if axis.name == m.MICRO else live.jogging.slow
+            speeds = (live.jogging.macro * self._per, slow * self._per)
+            return Record(axis, unit, DIGITS, *speeds, live.pitch * self._per, writable=writable)
+
+        self._records = {axis.name: record(axis) for axis in self._axes()}
 
         def put(act: Callable[[Any], Awaitable[None]]) -> Any:
             return act if writable else None
@@ -131,8 +124,8 @@ class Channels:
 
             return moved(name, f"axis {name}", go)
 
-        if set(m.AXES) <= set(stages):
-            return [alone(name) for name in m.AXES]
+        if self._instrument.axes:
+            return [alone(name) for name in self._instrument.axes]
         whole = axis("whole", "position", lambda v: m.MoveTo(v / per, replace=True))
         if set(stages) != set(m.STAGES):
             return [whole]
@@ -152,7 +145,7 @@ class Channels:
         elif name == "micro":
             place = now.micro_m
         elif name != "whole":
-            own = now.axes[m.AXES.index(name)] if now.axes else None
+            own = next((each for each in now.axes if each.name == name), None)
             place, target = (own.position_m, own.target_m) if own else (math.nan, math.nan)
         low, high = (end * scale for end in ends)
         enabled, fault = now.mode not in _OFF, now.fault is not None

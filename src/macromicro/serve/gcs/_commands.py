@@ -106,8 +106,9 @@ async def _move(call: Call, one: Any, point: Any, axis: Any) -> Answer:
     found = {axis: value / per for axis, value in _pairs(call).items()}
     if session.axes == ("1",):
         await session.move(one(found["1"], replace=True), call.entry)
-    elif len(found) == len(session.axes):
-        await session.move(point(*(found[each] for each in session.axes)), call.entry)
+    elif len(found) > 1:
+        places = {name.lower(): value for name, value in found.items()}
+        await session.move(point(places), call.entry)
     else:
         ((name, value),) = found.items()
         await session.move(axis(name.lower(), value), call.entry)

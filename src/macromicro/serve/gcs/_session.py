@@ -18,12 +18,11 @@ _OFF = (m.MODES[m.DISABLED], m.MODES[m.FAULT], "off")
 
 
 class Session(Client):
-    """State of one connection; `axes` are "1", or "X" and "Y"."""
+    """State of one connection; `axes` are "1", or the names of several stages in capitals."""
 
     def __init__(self, instrument: Instrument, name: str, address: str, capacity: Capacity) -> None:
         super().__init__(instrument, name, address, capacity)
-        two = set(m.AXES) <= set(self.station.stages)
-        self.axes: tuple[str, ...] = tuple(a.upper() for a in m.AXES) if two else ("1",)
+        self.axes: tuple[str, ...] = tuple(a.upper() for a in instrument.axes) or ("1",)
         self.motion, self.homing, self.arrived = 0, False, True
         self._stopping = False  # it is being stopped by this client
         self.began = -1  # row of telemetry at which the traces begin

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from macromicro.arrays import Array
@@ -14,20 +13,18 @@ from macromicro.serve.web import bins
 def names(session: Session) -> tuple[str, ...]:
     """Names of the tables 1, 2, ... with their units."""
     place = session.instrument.place
-    units = {"motor": "V", "CTRL": "V", "temperature": "degC", "y motor": "V"}
-    shown = bins.channels(session.station.stages)
-    return tuple(f"{name} [{units.get(name, place.unit)}]" for name in shown)
+    units = {"motor": "V", "CTRL": "V", "temperature": "degC"}
+    shown = bins.channels(session.instrument.settings.axes)
+    return tuple(f"{name} [{units.get(name.split()[-1], place.unit)}]" for name in shown)
 
 
 def rows(session: Session) -> Array:
     """All tables since the last motion began: float64[tables, values]."""
     settings = session.instrument.settings
-    lives = getattr(settings, "lives", ())
-    second = lives[1].pitch if lives else math.nan
     _, block, columns = session.station.telemetry(session.began)
     shown = block[:, :: session.rate][:, :MOST]
     place = session.instrument.place
-    return bins.traces(shown, columns, settings.live.pitch, place, second)
+    return bins.traces(shown, columns, settings.live.pitch, place, settings.axes)
 
 
 def array(session: Session, first: int, count: int, tables: Sequence[int]) -> str:

@@ -1,10 +1,11 @@
-"""The live machine of two axes: two single-stage machines and their coordination."""
+"""The live machine of several stages: a live machine of each stage, and their coordination."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 from macromicro.control.live import alone
@@ -12,7 +13,6 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.accept import NOT_FOLLOWING
 from macromicro.control.live.leading import Course
 from macromicro.control.live.messages import (
-    AXES,
     Accepted,
     Event,
     Finished,
@@ -20,22 +20,22 @@ from macromicro.control.live.messages import (
     Refused,
     Reply,
 )
-from macromicro.control.live.plain import among, shown
+from macromicro.control.live.plain import among, listed, shown
 from macromicro.control.live.state import Braking, LiveState, Played
 from macromicro.machines.sequence import Plan
+from macromicro.place import Place
 from macromicro.schema.par import finite
-from macromicro.serve._machine import Point, Second, View
-from macromicro.serve.joint._together import Together, straight
+from macromicro.serve._machine import Point, StageView, View
+from macromicro.serve.joint._together import Together
 from macromicro.serve.persist import Restored
 from macromicro.serve.stage._machine import Led
 from macromicro.types import SAFE, Command, Outputs, Sample
 
-# The mode of both is the first of these that an axis is in; that of rest is the last motion's.
+# The mode of all is the first of these that a stage is in; that of rest is the last motion's.
 _FIRST = (m.FAULT, m.DISABLED, m.HOMING, m.MOVING_MACRO, m.SETTLING, m.STOPPED, m.READY)
 _BUSY = Refused("a motion is under way", "wait for its end, or stop it")
-_NO_PLAN = Refused("no programme of two axes is loaded", "load one first")
-_POINTS, _ALONE = (m.MovePoint, m.MovePointBy), (m.MoveAxis, m.MoveAxisBy)
-_MOTIONS = (*_POINTS, *_ALONE, m.Jog, m.Follow, m.Home, m.Programme)
+_NO_PLAN = Refused("no programme of this machine is loaded", "load one first")
+_MOTIONS = (*m.AXES_MOVES, m.Jog, m.Follow, m.Home, m.Programme)
 _KINDS: dict[type, str] = {
     m.MovePoint: "move to point",
     m.MovePointBy: "move point by",
@@ -46,11 +46,11 @@ _KINDS: dict[type, str] = {
     m.Home: "home",
 }
 _ENDINGS = (m.Stop, m.EmergencyStop, m.Disable, m.LinkLost)
-Parts = list[tuple[int, Any]]  # request to each axis, by its index
+Parts = list[tuple[int, Any]]  # request to each stage, by its index
 
 
 class Motion(NamedTuple):
-    """A motion of one or both axes."""
+    """A motion of one or several stages."""
 
     number: int
     kind: str
@@ -58,51 +58,68 @@ class Motion(NamedTuple):
     plans: Any = None
     ends: tuple[tuple[int, Finished], ...] = ()
     stopping: bool = False
-    parts: Any = None
+    parts: Any = None  # of the motion that replaces this one
+    later: tuple[tuple[int, Any], ...] = ()  # of stages that move in turn
 
 
-class Pair:
-    """A `serve.machine.Machine` of two axes, each a live single-stage machine."""
+class StageGroup:
+    """A `serve.machine.Machine` of named stages, each a live single-stage machine.
 
-    def __init__(self, leds: tuple[Led, Led], tree: Any, together: Together) -> None:
-        self._leds, self._tree, self._together = leds, tree, together
-        self._guides = (leds[0].guide, leds[1].guide)
-        self.other: Callable[[], Sample] = lambda: Sample(0.0, *[math.nan] * 5)
-        self.effort: Callable[[], float] = lambda: 0.0
+    `samples` and `efforts` give the readings and the efforts of all stages.
+    """
+
+    def __init__(
+        self,
+        leds: Mapping[str, Led],
+        together: Together,
+        samples: Callable[[], Sequence[Sample]],
+        efforts: Callable[[], Sequence[float]],
+        *,
+        in_turn: bool = False,
+    ) -> None:
+        self._names, self._leds = tuple(leds), tuple(leds.values())
+        self._together, self._in_turn = together, in_turn
+        self._samples, self._efforts = samples, efforts
+        self._guides = [led.guide for led in self._leds]
         self._given, self._dt = 0, 0.0
         self._motion: Motion | None = None
         self._jogs = ""  # the axis of a jog
         self._well = True  # did the last motion end as done?
         self._mode = m.DISABLED
         self._why: tuple[str, dict[str, Any]] = ("", {})
-        for k, led in enumerate(leds):
+        for k, led in enumerate(self._leds):
             own = {Played: partial(together.step, k), Braking: partial(together.brake, k)}
             led.works = {**led.works, **own}
 
     # As the loop asks for it
 
     def begin(self, sample: Sample, restored: Restored) -> None:
-        other = restored._replace(offset=restored.second_offset)
-        for led, seen, known in zip(
-            self._leds, (sample, self.other()), (restored, other), strict=True
-        ):
-            led.begin(seen, known)
+        offsets = iter((restored.offset, *restored.others))
+        for led, seen in zip(self._leds, (sample, *self._samples()[1:]), strict=True):
+            offset = next(offsets, math.nan) if led.searches else math.nan
+            led.begin(seen, restored._replace(offset=offset))
         self._motion, self._given, self._mode = None, 0, m.DISABLED
 
     @property
     def searches(self) -> bool:
-        """Whether an axis must home before its position is known."""
+        """Whether a stage must home before its position is known."""
         return any(led.searches for led in self._leds)
 
     @property
-    def courses(self) -> tuple[Course, Course]:
-        return self._leds[0].course, self._leds[1].course
+    def courses(self) -> tuple[Course, ...]:
+        return tuple(led.course for led in self._leds)
+
+    def readings(self) -> tuple[float, ...]:
+        """Counts of the stages whose position is known by homing, or of the first."""
+        each = zip(self._leds, self._samples(), strict=True)
+        homed = tuple(seen.encoder for led, seen in each if led.searches)
+        return homed or (self._samples()[0].encoder,)
 
     def step(self, sample: Sample, dt: float) -> tuple[Command, Outputs, tuple[Notice, ...]]:
         self._dt = dt
         told: list[Notice] = []
-        samples = (sample, self.other())
-        self._together.places = tuple(  # type: ignore[assignment]
+        samples = (sample, *self._samples()[1:])
+        self._together.places = tuple(
             (seen.encoder if math.isfinite(seen.encoder) else led.state.seen.encoder) * led.pitch
             for led, seen in zip(self._leds, samples, strict=True)
         )
@@ -134,7 +151,7 @@ class Pair:
             led.renew()
 
     def refusal(self, request: Any) -> Refused | None:
-        absent = alone.refusal(AXES, request)
+        absent = alone.refusal(self._names, request)
         if absent is not None:
             return absent
         parts = self._parts(request)
@@ -144,37 +161,35 @@ class Pair:
         return (self._busy(request) if waits else None) or self._any(parts)
 
     def _parts(self, request: Any) -> Parts | Refused:
-        """The request to each axis, or the reason why there is none."""
-        parts: Parts | Refused = [(0, request), (1, request)]
+        """The request to each stage, or the reason why there is none."""
+        parts: Parts | Refused = [(k, request) for k in range(len(self._leds))]
         if isinstance(request, m.MovePoint):
-            parts = [(k, m.MoveTo(p, "", True)) for k, p in enumerate(request[:2])]
+            parts = self._each(request.to, lambda k, p: m.MoveTo(p, "", True))
         elif isinstance(request, m.MovePointBy):
-            parts = [(k, self._by(k, d)) for k, d in enumerate(request[:2])]
+            parts = self._each(request.by, self._by)
         elif isinstance(request, m.MoveAxis):
-            parts = _of_axis(request.axis, m.MoveTo(request.position, "", True))
+            parts = self._one(request.axis, lambda k: m.MoveTo(request.position, "", True))
         elif isinstance(request, m.MoveAxisBy):
-            parts = _of_axis(request.axis, None)
-            if not isinstance(parts, Refused):
-                parts = [(k, self._by(k, request.distance)) for k, _ in parts]
+            parts = self._one(request.axis, lambda k: self._by(k, request.distance))
         elif isinstance(request, m.Follow):
-            parts = _followed(request)
+            parts = self._followed(request)
         elif isinstance(request, m.EndFollow):
             axes = () if self._motion is None else self._motion.axes
             parts = [(k, request) for k in axes] or NOT_FOLLOWING
         elif isinstance(request, m.Jog | m.SetSpeed):
-            parts = _of_axis(request.stage, request._replace(stage=m.MACRO))
+            parts = self._one(request.stage, lambda k: request._replace(stage=m.MACRO))
         elif isinstance(request, m.Home):
             parts = [(k, request) for k in self._searching()]
         elif isinstance(request, m.Programme):
-            parts = _played(request.plan)
+            parts = self._played(request.plan)
         elif isinstance(request, m.SetGains):
-            parts = _changes(request.changes)
+            parts = self._changes(request.changes)
         elif not isinstance(request, m.Request):
             parts = Refused(f"{type(request).__name__} is not a request", "see the messages")
         return parts
 
     def fail(self, words: str, evidence: dict[str, Any], position_lost: bool) -> tuple[Notice, ...]:
-        """Latch a fault of both axes."""
+        """Latch a fault of all stages."""
         return self._all(led.fail(words, evidence, position_lost) for led in self._leds)
 
     def lose(self, words: str) -> tuple[Notice, ...]:
@@ -189,25 +204,40 @@ class Pair:
         return None
 
     def view(self) -> View:
-        """The state of the first axis, with mode and trust of both."""
-        trusted = self._leds[0].view().trusted * self._leds[1].view().trusted
+        """The state of the first stage, with mode and trust of all."""
+        seen = self._seen = [led.view() for led in self._leds]
+        trusted = math.prod(each.trusted for each in seen)
         number = 0 if self._motion is None else self._motion.number
-        first = self._leds[0].view()._replace(target=self._target(0))
+        first = seen[0]._replace(target=self._target(0, seen[0]))
         return first._replace(mode=self._mode, motion=number, trusted=trusted)
 
-    def second(self) -> Second:
-        led, seen = self._leds[1], self._leds[1].view()
-        return Second(
-            led.state.seen.encoder,
-            led.course.aim.position / led.pitch,
-            self.effort(),
-            seen.position,
-            seen.uncertainty,
-            seen.offset,
-            self._target(1),
-        )
+    def views(self) -> list[StageView]:
+        """Each stage at the last `view`."""
+        each = enumerate(zip(self._leds, self._seen, self._efforts(), strict=True))
+        return [
+            StageView(
+                led.state.seen.encoder,
+                led.course.aim.position / led.pitch,
+                effort,
+                seen.position,
+                seen.uncertainty,
+                seen.offset,
+                self._target(k, seen),
+            )
+            for k, (led, seen, effort) in each
+        ]
 
     # What joins them
+
+    def _followed(self, request: m.Follow) -> Parts | Refused:
+        """The stages that follow, each by itself."""
+        part = request._replace(stage=m.MACRO)
+        if among(request.stage, (m.ALL,)):
+            return [(k, part) for k in range(len(self._leds))]
+        parts = self._one(request.stage, lambda k: part)
+        if isinstance(parts, Refused):
+            return parts._replace(remedy=f'{parts.remedy}, or "{m.ALL}"')
+        return parts
 
     def _busy(self, request: Any = None) -> Refused | None:
         """Whether another motion is under way; a jog may change its speed."""
@@ -221,33 +251,34 @@ class Pair:
         return None if replaces and self._mode != m.HOMING else _BUSY
 
     def _by(self, k: int, distance: Any) -> Any:
-        """A relative move of an axis as an absolute one."""
+        """A relative move of a stage as an absolute one."""
         if not finite(distance):
             return m.MoveBy(distance)  # its refusal says what is accepted
         target = self._target(k)
         here = self._leds[k].state.seen.position if math.isnan(target) else target
         return m.MoveTo(here + float(distance), "", True)
 
-    def _target(self, k: int) -> float:
-        """Target of an axis: of the pending, present or last move, or NaN."""
-        waiting = () if self._motion is None else self._motion.parts or ()
-        for axis, part in waiting:
-            if axis == k and isinstance(part, m.MoveTo):
+    def _target(self, k: int, seen: View | None = None) -> float:
+        """Target of a stage: of the pending, present or last move, or NaN."""
+        motion = self._motion
+        waiting = () if motion is None else (*(motion.parts or ()), *motion.later)
+        for stage, part in waiting:
+            if stage == k and isinstance(part, m.MoveTo):
                 return float(part.position)
-        return self._leds[k].view().target
+        return (seen or self._leds[k].view()).target
 
     def _any(self, parts: Iterable[tuple[int, Any]]) -> Refused | None:
-        """The first refusal of an axis."""
+        """The first refusal of a stage."""
         for k, part in parts:
             refused = self._leds[k].refusal(part)
             if refused is not None:
-                return refused._replace(reason=f"{AXES[k]}: {refused.reason}")
+                return refused._replace(reason=f"{self._names[k]}: {refused.reason}")
         return None
 
     def _searching(self) -> tuple[int, ...]:
-        """Axes that home, or all."""
+        """Stages that home, or all."""
         found = tuple(k for k, led in enumerate(self._leds) if led.searches)
-        return found or (0, 1)
+        return found or tuple(range(len(self._leds)))
 
     def _do(self, request: Any, parts: Parts, told: list[Notice]) -> Reply:
         """Carry out an accepted request."""
@@ -261,7 +292,7 @@ class Pair:
         elif isinstance(request, m.Programme):
             plans = tuple(part.plan for _, part in parts)
             begin = [(k, m.MoveTo(float(p.origin))) for k, p in enumerate(plans)]
-            self._begin(Motion(self._given + 1, "programme", (0, 1), plans), begin, told)
+            self._begin(Motion(self._given + 1, "programme", _axes(begin), plans), begin, told)
         elif isinstance(request, m.SetGains):
             return self._retune(parts, told)
         elif isinstance(request, m.Jog | m.EndFollow) and self._motion is not None:
@@ -271,7 +302,7 @@ class Pair:
             self._jogs = request.stage if isinstance(request, m.Jog) else ""
         else:
             if isinstance(request, _ENDINGS) and self._motion is not None:
-                self._motion = self._motion._replace(parts=None)
+                self._motion = self._motion._replace(parts=None, later=())
             if isinstance(request, m.Stop) and self._playing():
                 self._together.hold(self._dt)
             self._ask(parts, told)
@@ -293,7 +324,7 @@ class Pair:
             reply, notices = self._leds[k].accept(part)
             told += self._heard(k, notices)
             if isinstance(reply, Accepted):
-                done += [c._replace(path=f"{AXES[k]}.{c.path}") for c in reply.changes]
+                done += [c._replace(path=f"{self._names[k]}.{c.path}") for c in reply.changes]
         return Accepted(0, tuple(done))
 
     def _supersede(self, old: Motion, kind: str, parts: Parts, told: list[Notice]) -> None:
@@ -309,26 +340,32 @@ class Pair:
         self._ask([(k, m.Stop()) for k in axes], told)
 
     def _begin(self, motion: Motion, parts: Parts, told: list[Notice]) -> None:
-        """Begin a move of one axis, or of both on a straight line from their set points."""
-        here = [led.aim for led in self._leds]
+        """Begin a move of one stage, or of several on a straight line from their set points."""
+        moving = [self._leds[k] for k, _ in parts]
+        here = [led.aim for led in moving]
         self._start(motion, parts, told)
-        if len(parts) < len(AXES):
+        if len(parts) < 2:
             return
-        ends = [led.goal for led in self._leds]
-        first, second = self._leds
-        guides = straight(
-            self._tree,
-            self._guides,
-            (here[0], here[1]),
-            (ends[0], ends[1]),
-            (first.speed, second.speed),
-        )
-        for led, guide in zip(self._leds, guides, strict=True):
-            led.guide = guide
-        facts = {f"target_{AXES[k]}_mm": float(part.position) * 1e3 for k, part in parts}
+        if not self._in_turn:
+            ends, speeds = [led.goal for led in moving], [led.speed for led in moving]
+            guides = [self._guides[k] for k, _ in parts]
+            line = self._together.straight(guides, here, ends, speeds)
+            for led, guide in zip(moving, line, strict=True):
+                led.guide = guide
+        facts = {}
+        for k, part in parts:
+            place = self._place(k)
+            facts[f"target_{self._names[k]}_{place.unit}"] = float(part.position) * place.per
         self._why = "programme" if motion.plans is not None else "point move", facts
 
     def _start(self, motion: Motion, parts: Parts, told: list[Notice]) -> None:
+        """Ask the stages; where they move in turn, the next once the one before has arrived."""
+        if self._in_turn:
+            parts, later = parts[:1], tuple(parts[1:])
+            motion = motion._replace(axes=_axes(parts), later=later)
+        self._go(motion, parts, told)
+
+    def _go(self, motion: Motion, parts: Parts, told: list[Notice]) -> None:
         self._motion, self._given = motion, motion.number
         self._together.free()
         for k, _ in parts:
@@ -342,33 +379,34 @@ class Pair:
         return (*told, *self._joined())
 
     def _heard(self, k: int, notices: Iterable[Notice]) -> list[Notice]:
-        """Turn modes and ends of an axis into those of both."""
+        """Turn modes and ends of a stage into those of all."""
         told: list[Notice] = []
         for notice in notices:
             if isinstance(notice, Finished):
                 if self._motion is not None and k in self._motion.axes:
                     self._motion = self._motion._replace(ends=(*self._motion.ends, (k, notice)))
             elif notice.kind == "mode":
-                self._why = notice.cause, _of(k, notice.evidence)
+                self._why = notice.cause, self._of(k, notice.evidence)
             elif notice.kind == "trust":
-                words = notice.cause if self._trusted() else f"{AXES[k]}: {notice.cause}"
-                facts = {**notice.evidence, "trusted": self._trusted(), "axis": AXES[k]}
+                name, trusted = self._names[k], self._trusted()
+                words = notice.cause if trusted else f"{name}: {notice.cause}"
+                facts = {**notice.evidence, "trusted": trusted, "axis": name}
                 told.append(notice._replace(cause=words, evidence=facts))
             else:
                 dot = "." if notice.kind == "gains" else "_"
-                told.append(notice._replace(evidence=_of(k, notice.evidence, dot)))
+                told.append(notice._replace(evidence=self._of(k, notice.evidence, dot)))
         return told
 
     def _trusted(self) -> bool:
         return all(led.state.frame.trusted for led in self._leds)
 
     def _joined(self) -> list[Notice]:
-        """Ends and mode of both after each axis' step."""
+        """Ends and mode of all after each stage's step."""
         told: list[Notice] = []
         self._end(told)
         mode = next(each for each in _FIRST if any(s.mode == each for s in self._states()))
         if mode == m.STOPPED and self._motion is None and self._well:
-            mode = m.READY  # only the other axis was stopped, before
+            mode = m.READY  # only another stage was stopped, before
         if mode != self._mode:
             cause, evidence = self._why
             was, self._mode = m.MODES[self._mode], mode
@@ -388,6 +426,11 @@ class Pair:
                     told += self._heard(k, self._leds[k].accept(m.Stop())[1])
                 self._end(told)
             return
+        if motion.later and not failed:
+            part, *later = motion.later
+            axes = (*motion.axes, part[0])
+            self._go(motion._replace(axes=axes, later=tuple(later)), [part], told)
+            return
         if motion.plans is not None and not failed:
             self._play(motion, told)
             return
@@ -400,27 +443,73 @@ class Pair:
                 return
             facts["refused"] = refused.reason
         for k, end in motion.ends:
-            facts |= _of(k, end.evidence)
-        facts |= {
-            f"{n}_mm": s.seen.position * 1e3 for n, s in zip(AXES, self._states(), strict=True)
-        }
+            facts |= self._of(k, end.evidence)
+        for k, (name, s) in enumerate(zip(self._names, self._states(), strict=True)):
+            facts[f"{name}_{self._place(k).unit}"] = s.seen.position * self._place(k).per
         half = max(led.view().uncertainty for led in self._leds)
         outcome = failed[0].outcome if failed else m.DONE
         self._motion, self._jogs, self._well = None, "", not failed
         told.append(Finished(motion.number, outcome, math.nan, half, facts))
 
     def _play(self, motion: Motion, told: list[Notice]) -> None:
-        """Begin the programme once both are at its start."""
+        """Begin the programme once all are at its start."""
         plans = motion.plans
         offsets = tuple(
             s.frame.offset * led.pitch for s, led in zip(self._states(), self._leds, strict=True)
         )
-        self._together.start(plans, offsets)  # type: ignore[arg-type]
+        self._together.start(plans, offsets)
         parts: Parts = [(k, m.Programme(plan)) for k, plan in enumerate(plans)]
-        self._start(motion._replace(plans=None, ends=()), parts, told)
+        self._go(motion._replace(axes=_axes(parts), plans=None, ends=()), parts, told)
 
-    def _states(self) -> tuple[LiveState, LiveState]:
-        return self._leds[0].state, self._leds[1].state
+    def _states(self) -> list[LiveState]:
+        return [led.state for led in self._leds]
+
+    def _place(self, k: int) -> Place:
+        return self._leds[k].place
+
+    def _one(self, name: Any, part: Callable[[int], Any]) -> Parts | Refused:
+        """The request to the stage of this name."""
+        if not among(name, self._names):
+            return Refused(f"{shown(name)} is not an axis", f"name {listed(self._names)}")
+        k = self._names.index(name)
+        return [(k, part(k))]
+
+    def _each(self, values: Any, part: Callable[[int, Any], Any]) -> Parts | Refused:
+        """The requests to the stages of a point."""
+        if not isinstance(values, dict) or not values:
+            return Refused(f"{shown(values)} is not a point", f"name {listed(self._names)}")
+        parts: Parts = []
+        for name, value in values.items():
+            one = self._one(name, lambda k, value=value: part(k, value))  # type: ignore[misc]
+            if isinstance(one, Refused):
+                return one
+            parts += one
+        return sorted(parts, key=itemgetter(0))
+
+    def _played(self, plans: Any) -> Parts | Refused:
+        """A programme of each stage."""
+        if not isinstance(plans, tuple) or len(plans) != len(self._leds):
+            return _NO_PLAN
+        if not all(isinstance(plan, Plan) for plan in plans):
+            return _NO_PLAN
+        return [(k, m.Programme(plan)) for k, plan in enumerate(plans)]
+
+    def _changes(self, pairs: Any) -> Parts | Refused:
+        """The changed gains of each stage."""
+        found: dict[int, list[Any]] = {}
+        for pair in pairs if isinstance(pairs, tuple) else (None,):
+            path = pair[0] if isinstance(pair, tuple) and len(pair) == 2 else None
+            name, _, rest = path.partition(".") if isinstance(path, str) else ("", "", "")
+            if name not in self._names or not rest:
+                such = f'a path such as "{self._names[0]}.position"'
+                return Refused(f"{shown(path)} is not a gain of this machine", such)
+            found.setdefault(self._names.index(name), []).append((rest, *pair[1:]))
+        return [(k, m.SetGains(tuple(own))) for k, own in found.items()]
+
+    def _of(self, k: int, evidence: dict[str, Any], dot: str = "_") -> dict[str, Any]:
+        """Evidence with the stage in front of each name."""
+        name = self._names[k]
+        return {n if n == "client" else f"{name}{dot}{n}": v for n, v in evidence.items()}
 
     def _now(self) -> float:
         return self._leds[0].state.time
@@ -430,46 +519,8 @@ def _axes(parts: Parts) -> tuple[int, ...]:
     return tuple(k for k, _ in parts)
 
 
-def _of_axis(name: Any, part: Any) -> Parts | Refused:
-    if not among(name, AXES):
-        return Refused(f"{shown(name)} is not an axis", 'name "x" or "y"')
-    return [(AXES.index(name), part)]
-
-
-def _followed(request: m.Follow) -> Parts | Refused:
-    """The axes that follow, each by itself."""
-    part = request._replace(stage=m.MACRO)
-    if among(request.stage, (m.ALL,)):
-        return [(k, part) for k in range(len(AXES))]
-    parts = _of_axis(request.stage, part)
-    return parts._replace(remedy='name "x", "y" or "all"') if isinstance(parts, Refused) else parts
-
-
-def _played(plans: Any) -> Parts | Refused:
-    """A programme of each axis."""
-    if not isinstance(plans, tuple) or len(plans) != len(AXES):
-        return _NO_PLAN
-    if not all(isinstance(plan, Plan) for plan in plans):
-        return _NO_PLAN
-    return [(k, m.Programme(plan)) for k, plan in enumerate(plans)]
-
-
-def _changes(pairs: Any) -> Parts | Refused:
-    """The changed gains of each axis."""
-    found: dict[int, list[Any]] = {}
-    for pair in pairs if isinstance(pairs, tuple) else (None,):
-        path = pair[0] if isinstance(pair, tuple) and len(pair) == 2 else None
-        axis, _, rest = path.partition(".") if isinstance(path, str) else ("", "", "")
-        if axis not in AXES or not rest:
-            return Refused(
-                f"{shown(path)} is not a gain of this machine", 'a path such as "x.position"'
-            )
-        found.setdefault(AXES.index(axis), []).append((rest, *pair[1:]))
-    return [(k, m.SetGains(tuple(own))) for k, own in found.items()]
-
-
 def _merged(told: list[Notice]) -> list[Notice]:
-    """Events that both axes report alike, once."""
+    """Events that several stages report alike, once."""
     found: list[Notice] = []
     for notice in told:
         last = found[-1] if found else None
@@ -478,8 +529,3 @@ def _merged(told: list[Notice]) -> list[Notice]:
         else:
             found.append(notice)
     return found
-
-
-def _of(k: int, evidence: dict[str, Any], dot: str = "_") -> dict[str, Any]:
-    """Evidence with the axis in front of each name."""
-    return {n if n == "client" else f"{AXES[k]}{dot}{n}": v for n, v in evidence.items()}

@@ -1,4 +1,4 @@
-"""Opens a two-axis machine for the loop process and warms it up."""
+"""Opens a machine of several stages for the loop process and warms it up."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from macromicro.control.live.messages import (
     Stop,
 )
 from macromicro.machines import guarding, on_rig
-from macromicro.machines.joint import course, planning
-from macromicro.machines.joint.settings import of
+from macromicro.machines.composite import IN_TURN
+from macromicro.machines.stage_trees import all_of
 from macromicro.rig.session import Session
 from macromicro.rig.twin import VirtualClock
-from macromicro.serve.joint._machine import Pair
+from macromicro.serve.joint._machine import StageGroup
 from macromicro.serve.joint._rig import Led
 from macromicro.serve.joint._together import Together
 from macromicro.serve.joint.settings import JointSettings
@@ -30,6 +30,7 @@ from macromicro.serve.loop_spec import Spec
 from macromicro.serve.persist import Evident
 from macromicro.serve.stage import _machine as live
 from macromicro.serve.stage import guide
+from macromicro.serve.stage._programmes import USUAL
 from macromicro.serve.stage.opening import REST, Like, needed, rehearsed
 from macromicro.serve.stage.rig import Real, Simulated
 from macromicro.types import ENABLE, Sample
@@ -39,7 +40,7 @@ class Opened(NamedTuple):
     """As `loop_process.Opened`."""
 
     rig: Simulated | Real
-    made: Pair
+    made: StageGroup
     settings: JointSettings
     paced: bool = False
     counted: bool = False
@@ -47,30 +48,32 @@ class Opened(NamedTuple):
     def witness(self, sample: Sample) -> Evident:
         return Evident(self.counted, math.nan)
 
-    def machine(self) -> Pair:
+    def machine(self) -> StageGroup:
         return self.made
 
     def guarded(self, session: Session) -> Led:
-        return Led(session, self.rig)
+        return Led(session, self.rig, self.settings.axes)
 
     def warm(self) -> None:
         settings = self.settings
         rig: Simulated | Real = simulated(settings, 0)
         if isinstance(self.rig, Real):
             rig = _like(settings, self.rig)
-        machine, led = paired(settings, rig), Led(Session(rig, settings.period), rig)
-        x, y = (0.5 * (own.travel.low + own.travel.high) for own in of(settings.tree))
-        plans = planning.plan(course.usual(settings.tree), settings.tree).plans
-        slow = settings.live.jogging.slow
+        machine = grouped(settings, rig)
+        led = Led(Session(rig, settings.period), rig, settings.axes)
+        ends = {name: live.limits for name, live in settings.axes}
+        middle = {name: 0.5 * (end.whole_low + end.whole_high) for name, end in ends.items()}
+        plans = settings.programmes.named(USUAL, settings.live.limits).plan
+        first, slow = settings.stages[0], settings.live.jogging.slow
         requests = (
             (Stop(), 2),  # nothing is enabled before the first sample, which is seen behind it
             (Enable(), 10),
-            (MovePoint(x, y), 40),  # first: homing takes the trust, and then moves are refused
+            (MovePoint(middle), 40),  # first: homing takes the trust, and then moves are refused
             (Stop(), REST),
             (Programme(plans), 40),
             (Stop(), REST),
-            (Jog("x", slow), 40),
-            (Jog("x", 0.0), REST),
+            (Jog(first, slow), 40),
+            (Jog(first, 0.0), REST),
             (Home(), 40),
             (EmergencyStop(), 10),
             (ClearFault(), 10),
@@ -80,46 +83,48 @@ class Opened(NamedTuple):
 
 
 def opened(spec: Spec) -> Opened:
-    """The two-axis machine of `spec`; nothing is switched on."""
+    """The machine of several stages of `spec`; nothing is switched on."""
     settings = spec.settings
     assert isinstance(settings, JointSettings)
-    tree, stages = settings.tree, settings.machine.stages
-    found = on_rig.found(spec.rig, settings.machine, tree, spec.seed, "serving both axes")
+    trees, stages = settings.machine.trees(settings.tree), settings.machine.stages
+    what = f"serving {all_of(len(stages))}"
+    found = on_rig.found(spec.rig, settings.machine, settings.tree, spec.seed, what)
     if found is None:
         twin = simulated(settings, spec.seed)
-        return Opened(twin, paired(settings, twin), settings)
-    for (name, axis), own, fixture in zip(stages, of(tree), found, strict=True):
+        return Opened(twin, grouped(settings, twin), settings)
+    for (name, axis), own, fixture in zip(stages, trees, found, strict=True):
         needed(axis, own, fixture, f"{name}.")
     made = [fixture.make(spec.seed + k) for k, fixture in enumerate(found)]
     paced = any(not isinstance(each.clock, VirtualClock) for each in made)
     counted = all(fixture.counted for fixture in found)
     rig = real(settings, made)
-    return Opened(rig, paired(settings, rig), settings, paced, counted)
+    return Opened(rig, grouped(settings, rig), settings, paced, counted)
 
 
 def real(settings: JointSettings, rigs: Sequence[Any]) -> Real:
-    sessions = [
-        Session(each, own.timing.period) for each, own in zip(rigs, of(settings.tree), strict=True)
-    ]
+    trees = settings.machine.trees(settings.tree)
+    sessions = [Session(each, own.timing.period) for each, own in zip(rigs, trees, strict=True)]
     group = on_rig.Rigs(sessions)
     group.together = True
     return Real(settings.machine, settings.tree, group.members)
 
 
 def _like(settings: JointSettings, rig: Real) -> Real:
-    each = zip(settings.machine.stages, of(settings.tree), rig.rigs, strict=True)
+    trees = settings.machine.trees(settings.tree)
+    each = zip(settings.machine.stages, trees, rig.rigs, strict=True)
     return real(settings, [Like(a, own, h.channels, h.outputs) for (_, a), own, h in each])
 
 
 def simulated(settings: JointSettings, seed: int) -> Simulated:
-    first, second = (each.pitch for each in settings.lives)
-    return Simulated(settings.machine, settings.tree, (first, second), seed)
+    pitches = [live.pitch for live in settings.lives]
+    return Simulated(settings.machine, settings.tree, pitches, seed)
 
 
-def paired(settings: JointSettings, rig: Simulated | Real) -> Pair:
-    tree = settings.tree
-    leds = []
-    for k, ((_, axis), own) in enumerate(zip(settings.machine.stages, of(tree), strict=True)):
+def grouped(settings: JointSettings, rig: Simulated | Real) -> StageGroup:
+    """The live machine on such a rig, which asks it for the set points."""
+    machine, tree = settings.machine, settings.tree
+    trees, leds = machine.trees(tree), {}
+    for k, ((name, axis), own) in enumerate(zip(machine.stages, trees, strict=True)):
         lead = guide.guide(axis, own, switched=ENABLE in rig.kinds[k].lines)
 
         def take(tree: object, k: int = k) -> None:
@@ -129,9 +134,15 @@ def paired(settings: JointSettings, rig: Simulated | Real) -> Pair:
         led.lines = lambda k=k: rig.lines[k]  # type: ignore[misc]
         led.degrees = lambda k=k: rig.lines[k].temperature  # type: ignore[misc]
         led.leaning = lambda k=k: guarding.leaning(rig.control.watches[k])  # type: ignore[misc]
-        leds.append(led)
-    made = Pair((leds[0], leds[1]), tree, Together(tree))
-    made.other = lambda: rig.shown[1]
-    made.effort = lambda: rig.control.efforts[1]
+        leds[name] = led
+    path = (tree.path.speed, tree.path.acceleration) if machine.has_plane else ()
+    in_turn = machine.order == IN_TURN
+    made = StageGroup(
+        leds,
+        Together(trees, *path),
+        lambda: rig.shown,
+        lambda: rig.control.efforts,
+        in_turn=in_turn,
+    )
     rig.source = lambda: made.courses
     return made

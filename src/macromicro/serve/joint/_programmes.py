@@ -1,4 +1,4 @@
-"""Programmes of clients for a machine of two axes."""
+"""Programmes of clients for a machine of several stages."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from macromicro.control.live.parameters import SoftLimits
+from macromicro.machines import moves
+from macromicro.machines.composite import Composite
 from macromicro.machines.joint import course, planning
 from macromicro.machines.moves import Course
 from macromicro.nominal import PERIOD
@@ -13,20 +15,28 @@ from macromicro.serve._programmes import Planned
 from macromicro.serve.stage._programmes import USUAL
 
 
-class TwoAxes(NamedTuple):
-    """`Programmes` of a two-axis machine with settings `tree`."""
+class SeveralStages(NamedTuple):
+    """`Programmes` of a machine of several stages with settings `tree`."""
 
+    machine: Composite
     tree: Any
 
     def names(self) -> tuple[str, ...]:
         return (USUAL,)
 
     def named(self, name: str, soft: SoftLimits) -> Planned:
-        return self._planned(course.usual(self.tree))
+        if self.machine.has_plane:
+            return self._planned(course.usual(self.tree))
+        return self._planned(moves.usual(self.machine, self.tree))
 
     def read(self, path: Path, soft: SoftLimits) -> Planned:
-        return self._planned(course.load(path))
+        if self.machine.has_plane:
+            return self._planned(course.load(path))
+        return self._planned(moves.load(path, self.machine, self.tree))
 
     def _planned(self, found: Course) -> Planned:
-        plan = planning.plan(found, self.tree, step=PERIOD)  # messages to the loop are short
+        if self.machine.has_plane:  # messages to the loop are short
+            plan = planning.plan(found, self.tree, step=PERIOD)
+        else:
+            plan = moves.plan(self.machine, self.tree, found)
         return Planned(found.title, plan.plans, len(plan.legs))

@@ -1,8 +1,9 @@
-"""Coordination of both axes: straight lines and programmes."""
+"""Coordination of several stages: straight lines and programmes."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from macromicro.control.live.guided import Step, slow_down
@@ -11,42 +12,12 @@ from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import LiveState, Played
 from macromicro.control.stage_law import Sample, Target
 from macromicro.machines import sequence
-from macromicro.machines.joint import planning
-from macromicro.machines.joint.settings import of
 from macromicro.machines.sequence import Arrival, Plan, Progress, begin
 from macromicro.machines.stage import Loop
-from macromicro.motion.path import line
 from macromicro.serve.stage import _playing
 
-Point = tuple[float, float]
+Point = Sequence[float]
 _LEAST = 0.25  # of the acceleration is always left for a stop: a path may use all of it
-
-
-def straight(
-    tree: Any,
-    guides: tuple[Guide, Guide],
-    here: Point,
-    goal: Point,
-    speeds: Point = (math.inf, math.inf),
-) -> list[Guide]:
-    """Guides of both axes on a straight line, synchronized within the limits of axes and path."""
-    if here == goal:
-        return list(guides)
-    piece = line(here, goal)
-    shares = abs(piece.ux), abs(piece.uy)
-    own = min(v / share for v, share in zip(speeds, shares, strict=True) if share > 0.0)
-    most = planning.limits(piece, tree, own)
-    made = []
-    for alone, share in zip(guides, shares, strict=True):
-        if share == 0.0:
-            made.append(alone)
-            continue
-        speed, acceleration, jerk = (share * each for each in most)
-        made.append(alone._replace(velocity=speed, acceleration=acceleration, jerk=jerk))
-    return made
-
-
-_OUTSIDE = (math.nan, math.nan)  # neither axis is within its tolerance
 
 
 def _aim(plan: Plan, progress: Progress, t: float) -> Target:
@@ -58,16 +29,16 @@ class Slowing(NamedTuple):
     time: float  # of the programme's clock, s
     rate: float  # how fast that goes: 1 before the stop, 0 at rest
     at: float  # when this was so, s
-    aims: tuple[Aim, Aim]  # the set points of both axes there
+    aims: tuple[Aim, ...]  # the set points of all stages there
 
 
 def slower(
-    plans: tuple[Plan, Plan], progress: Progress, s: Slowing, most: Point, dt: float
+    plans: Sequence[Plan], progress: Progress, s: Slowing, most: Point, dt: float
 ) -> Slowing:
     """A stop along a path, one period later.
 
     The path runs on a clock t of falling rate r: the speed of q(t) is q' r, its acceleration
-    q'' r^2 + q' r', with r' as negative as both axes allow.
+    q'' r^2 + q' r', with r' as negative as all stages allow.
     """
     found = [_aim(plan, progress, s.time) for plan in plans]
     r = s.rate
@@ -77,46 +48,75 @@ def slower(
         if t.velocity != 0.0
     ]
     if r <= 0.0 or not moving:
-        first, second = (REST._replace(position=t.position) for t in found)
-        return s._replace(rate=0.0, aims=(first, second))
-    # |q'' r^2 - q' fall| at most a, of each axis; `bent` is q'' as it quickens the axis.
+        rests = tuple(REST._replace(position=t.position) for t in found)
+        return s._replace(rate=0.0, aims=rests)
+    # |q'' r^2 - q' fall| at most a, of each stage; `bent` is q'' as it quickens the axis.
     fall = min(max(a + bent * r * r, _LEAST * a) / speed for speed, bent, a in moving)
     fall = min(fall, r / dt)
-    first, second = (
+    aims = tuple(
         Aim(t.position, t.velocity * r, t.acceleration * r * r - t.velocity * fall, 0.0)
         for t in found
     )
     after = r - fall * dt
-    return s._replace(time=s.time + 0.5 * dt * (r + after), rate=after, aims=(first, second))
+    return s._replace(time=s.time + 0.5 * dt * (r + after), rate=after, aims=aims)
 
 
 class Together:
-    """A programme of both axes: moves begin once both have arrived; stops stay on the path."""
+    """Lines and programmes of all stages, whose stops stay on the path.
 
-    def __init__(self, tree: Any) -> None:
-        self._arrivals = tuple(Arrival(*own.arrival) for own in of(tree))
-        path = tree.path.acceleration
-        first, second = (min(own.motion.acceleration, path) for own in of(tree))
-        self._most: Point = (first, second)
+    The next move begins once all have arrived.
+
+    `speed` and `acceleration` are limits along the path of a machine that has a plane.
+    """
+
+    def __init__(
+        self, trees: Sequence[Any], speed: float = math.inf, acceleration: float = math.inf
+    ) -> None:
+        self._arrivals = tuple(Arrival(*own.arrival) for own in trees)
+        self._fastest, self._quickest = speed, acceleration
+        self._most = tuple(min(own.motion.acceleration, acceleration) for own in trees)
         self._now = 0.0
         self._slowing: Slowing | None = None
-        self.places: Point = (math.nan, math.nan)
-        self._plans: tuple[Plan, Plan] | None = None
-        self._progress, self._inside = begin(), _OUTSIDE
-        self._targets: tuple[Target, Target] | None = None
-        self._offsets = (0.0, 0.0)
+        self.places: Point = (math.nan,) * len(trees)
+        self._plans: tuple[Plan, ...] | None = None
+        self._outside = (math.nan,) * len(trees)  # no stage is within its tolerance
+        self._progress, self._inside = begin(), self._outside
+        self._targets: tuple[Target, ...] | None = None
+        self._offsets: Point = (0.0,) * len(trees)
+        self._step = sequence.together(len(trees))
 
-    def start(self, plans: tuple[Plan, Plan], offsets: Point) -> None:
+    def straight(
+        self, guides: Sequence[Guide], here: Point, goal: Point, speeds: Point
+    ) -> list[Guide]:
+        """Guides of some stages on a straight line, synchronized within all limits."""
+        length = math.dist(here, goal)
+        if length == 0.0:
+            return list(guides)
+        shares = [abs(b - a) / length for a, b in zip(here, goal, strict=True)]
+        moving = [each for each in zip(guides, shares, speeds, strict=True) if each[1] > 0.0]
+        speed = min(self._fastest, *(min(g.velocity, v) / share for g, share, v in moving))
+        acceleration = min(self._quickest, *(g.acceleration / share for g, share, _ in moving))
+        jerk = min(g.jerk / share for g, share, _ in moving)
+        return [
+            guide._replace(
+                velocity=share * speed, acceleration=share * acceleration, jerk=share * jerk
+            )
+            if share > 0.0
+            else guide
+            for guide, share in zip(guides, shares, strict=True)
+        ]
+
+    def start(self, plans: tuple[Plan, ...], offsets: Point) -> None:
         """Begin a programme; `offsets` are the encoders' readings at 0."""
         self._plans, self._offsets, self._slowing = plans, offsets, None
-        self._progress, self._inside = begin(), _OUTSIDE
+        self._progress, self._inside = begin(), self._outside
 
     def hold(self, dt: float) -> None:
         """Bring the programme to rest on its path from the next period on."""
-        self._slowing = Slowing(self._now + dt, 1.0, math.nan, (REST, REST))
+        self._slowing = Slowing(self._now + dt, 1.0, math.nan, (REST,) * len(self._most))
 
     def free(self) -> None:
-        """Let each axis brake by itself."""
+        """Let each stage brake by itself."""
         self._slowing = None
 
     def brake(
@@ -129,11 +129,11 @@ class Together:
         place: float,
         dt: float,
     ) -> Step:
-        """`guided.slow_down` of one axis, on the path if both follow one."""
+        """`guided.slow_down` of one stage, on the path if all follow one."""
         slowing, plans = self._slowing, self._plans
         if slowing is None or plans is None:
             return slow_down(p, q, s, g, place, dt)
-        if s.time != slowing.at:  # once for both
+        if s.time != slowing.at:  # once for all
             slowing = slower(plans, self._progress, slowing, self._most, dt)
             self._slowing = slowing = slowing._replace(at=s.time)
         aim, over = slowing.aims[axis], all(each[1:] == REST[1:] for each in slowing.aims)
@@ -150,7 +150,7 @@ class Together:
         place: float,
         dt: float,
     ) -> Step:
-        """`playing.step` of one axis, the first one first."""
+        """`playing.step` of one stage, the first one first."""
         work = s.work
         assert isinstance(work, Played)
         if math.isnan(work.start):
@@ -169,14 +169,14 @@ class Together:
     def _follow(self, now: float) -> None:
         assert self._plans is not None
         self._now = now
-        first, second = (
+        loops = tuple(
             Loop(None, None, arrival, plan)  # type: ignore[arg-type]
             for arrival, plan in zip(self._arrivals, self._plans, strict=True)
         )
-        a, b = (
+        samples = tuple(
             Sample(now, place - offset)
             for place, offset in zip(self.places, self._offsets, strict=True)
         )
-        self._progress, self._inside, self._targets = sequence.together(2)(
-            (first, second), self._progress, self._inside, (a, b)
+        self._progress, self._inside, self._targets = self._step(
+            loops, self._progress, self._inside, samples
         )

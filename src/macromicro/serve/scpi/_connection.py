@@ -45,7 +45,7 @@ class ScpiConnection(Connection[_Rest]):
         address, port = writer.get_extra_info("peername")[:2]
         self.session = Session(instrument, f"scpi {address}:{port}", address, capacity)
         super().__init__(self.session, GRAMMAR, monitor, writer, bounds)
-        self._intake = Intake(bounds, self._price, tree(instrument.place))
+        self._intake = Intake(bounds, self._price, tree(instrument.place, instrument.axes))
         self._response = b""  # to the message under way, as far as it is not sent
 
     def _price(self) -> float:

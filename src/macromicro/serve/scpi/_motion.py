@@ -6,13 +6,13 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from macromicro.control.live.messages import ALL, STAGES, Enable, Refused
+from macromicro.control.live.messages import ALL, AXES, STAGES, Enable, Refused
 from macromicro.serve import unconfirmed
-from macromicro.serve.requests import KINDS, POINTS, Field, RequestType, ends
+from macromicro.serve.requests import POINTS, Field, RequestType, ends, of_axes, streamed
 from macromicro.serve.scpi._answers import number
 from macromicro.serve.scpi._parameters import Flag, Number, Parameter, Word
 from macromicro.serve.scpi._session import Session
-from macromicro.serve.scpi.command import Answer, Call, Command, Handler
+from macromicro.serve.scpi.command import Answer, Call, Command, Handler, mnemonic
 from macromicro.serve.scpi.errors import ScpiError, quoted
 from macromicro.serve.scpi.status import OFF
 
@@ -22,14 +22,17 @@ _WHICH = Word("end", _ENDS, optional=True)
 
 
 def commands(
-    name: str, act: Handler | None = None, parameters: tuple[Parameter, ...] | None = None
+    name: str,
+    act: Handler | None = None,
+    parameters: tuple[Parameter, ...] | None = None,
+    axes: tuple[str, ...] = AXES,
 ) -> Iterator[Command]:
     """The SCPI commands of a request type, one for each choice in its header."""
-    kind = (KINDS | POINTS)[name]
+    kind = (of_axes(axes) | streamed(axes))[name]
     by_header = "{" in kind.header
     for choice in kind.fields[0].choices if by_header else (None,):
         fixed = () if choice is None else (choice,)
-        node = "" if choice is None else f"{choice[:4].upper()}{choice[4:]}"
+        node = "" if choice is None else mnemonic(choice)
         fields = tuple(_of(field, choice) for field in kind.fields[len(fixed) :])
         taken = (*map(_parameter, fields), *([_WAY] if kind.replaces else []))
         yield Command(
@@ -81,7 +84,7 @@ def _ordering(kind: RequestType, fields: tuple[Field, ...], fixed: tuple[str, ..
         session = call.session
         given = zip(fields, call.values, strict=False)
         values = (*fixed, *(_value(session, field, value) for field, value in given))
-        request = kind.message(*values)
+        request = kind.request(*values)
         if kind.replaces and call.values[-1]:
             request = request._replace(replace=True)
         motion = await session.order(request)
@@ -94,14 +97,14 @@ def _ordering(kind: RequestType, fields: tuple[Field, ...], fixed: tuple[str, ..
     return act
 
 
-def _point(name: str) -> Handler:
+def _point(name: str, axes: tuple[str, ...] = AXES) -> Handler:
     """Show the machine a streamed set point."""
-    kind = POINTS[name]
+    kind = streamed(axes)[name]
 
     def act(call: Call) -> Answer:
         session = call.session
         given = zip(kind.fields, call.values, strict=True)
-        point = kind.message(*(_value(session, field, value) for field, value in given))
+        point = kind.request(*(_value(session, field, value) for field, value in given))
         refused = session.station.point(session.name, point)
         if refused is not None:
             held = session.station.holder == session.name
@@ -159,11 +162,10 @@ def _outcome(call: Call) -> Answer:
     return f"{quoted(end.outcome)},{where},{quoted(facts[:1000])}"
 
 
-def _speeds() -> Iterator[Command]:
-    """The `SPEed` commands of each stage."""
-    for command, stage in zip(
-        commands("set speed"), KINDS["set speed"].fields[0].choices, strict=True
-    ):
+def _speeds(axes: tuple[str, ...] = AXES) -> Iterator[Command]:
+    """The `SPEed` queries of each stage."""
+    stages = of_axes(axes)["set speed"].fields[0].choices
+    for command, stage in zip(commands("set speed", axes=axes), stages, strict=True):
 
         def act(call: Call, stage: str = stage) -> Answer:
             instrument = call.session.instrument
@@ -175,6 +177,20 @@ def _speeds() -> Iterator[Command]:
             f"Maximum speed of moves of the {_named(stage)}.",
             answer="speed mm/s; 9.91E37 if the law sets it",
         )
+
+
+_BY_AXES = (
+    *("move point", "move point by", "move axis", "move axis by"),
+    *("jog", "follow", "set speed"),
+)
+
+
+def of_stages(axes: tuple[str, ...]) -> Iterator[Command]:
+    """The commands of a machine of several stages that name its stages."""
+    for name in _BY_AXES:
+        yield from commands(name, axes=axes)
+    yield from commands("points", _point("points", axes), axes=axes)
+    yield from _speeds(axes)
 
 
 COMMANDS = (

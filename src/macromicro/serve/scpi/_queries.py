@@ -1,11 +1,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 from macromicro.control.live.messages import AXES
 from macromicro.serve import telling
 from macromicro.serve.scpi._answers import flag, number, numbers
-from macromicro.serve.scpi.command import Answer, Call, Command, Handler
+from macromicro.serve.scpi.command import Answer, Call, Command, Handler, mnemonic
 from macromicro.serve.scpi.errors import quoted
 from macromicro.serve.scpi.status import OFF
 
@@ -18,12 +19,12 @@ def _position(call: Call) -> Answer:
     return f"{numbers(now.position_m * per, now.uncertainty_m * per)},{flag(now.trusted)}"
 
 
-def _axis(k: int) -> Handler:
-    """Position of one of two axes, or NaN."""
+def _axis(name: str) -> Handler:
+    """Position of one of several stages, or NaN."""
 
     def act(call: Call) -> Answer:
         axes, per = call.session.snapshot().axes, call.session.instrument.place.per
-        own = axes[k] if axes else None
+        own = next((each for each in axes if each.name == name), None)
         if own is None:
             return numbers(math.nan, math.nan, math.nan, math.nan)
         shown = (own.position_m, own.uncertainty_m, own.reference_m)
@@ -34,8 +35,8 @@ def _axis(k: int) -> Handler:
 
 def _point(call: Call) -> Answer:
     now, per = call.session.snapshot(), call.session.instrument.place.per
-    x, y = (each.position_m for each in now.axes) if now.axes else (math.nan, math.nan)
-    return f"{numbers(x * per, y * per)},{flag(now.trusted)}"
+    places = [each.position_m * per for each in now.axes] or [math.nan] * len(AXES)
+    return f"{numbers(*places)},{flag(now.trusted)}"
 
 
 def _trust(call: Call) -> Answer:
@@ -79,6 +80,17 @@ def _pace(call: Call) -> Answer:
     return f"{pace.periods},{pace.missed},{shares}"
 
 
+def of_stages(axes: tuple[str, ...]) -> Iterator[Command]:
+    """The queries of a machine of several stages that name its stages."""
+    for axis in axes:
+        yield Command(
+            f"POSition:{mnemonic(axis)}?",
+            _axis(axis),
+            f"The axis {axis} of a machine of several stages.",
+            answer="position mm, uncertainty mm (half width), set point mm, effort V at the D/A",
+        )
+
+
 COMMANDS = (
     Command(
         "MODE?",
@@ -96,18 +108,10 @@ COMMANDS = (
     Command(
         "POSition:POINt?",
         _point,
-        "Positions of both axes of a two-axis machine.",
-        answer="x mm, y mm, 1 if both are trusted else 0; 9.91E37 without such axes",
+        "Positions of all stages of a machine of several, in their order.",
+        answer="x mm, y mm, ..., 1 if all are trusted else 0; 9.91E37 without such stages",
     ),
-    *(
-        Command(
-            f"POSition:{axis.upper()}?",
-            _axis(k),
-            f"The axis {axis} of a two-axis machine.",
-            answer="position mm, uncertainty mm (half width), set point mm, effort V at the D/A",
-        )
-        for k, axis in enumerate(AXES)
-    ),
+    *of_stages(AXES),
     Command(
         "POSition:TRUSt?",
         _trust,

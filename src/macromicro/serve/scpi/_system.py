@@ -70,11 +70,11 @@ def _events(call: Call) -> Answer:
 
 
 def _headers(call: Call) -> Answer:
-    from macromicro.serve.scpi.tree import COMMANDS
+    from macromicro.serve.scpi.tree import commands
 
-    headers = {c.header for c in COMMANDS}
-    lines = []
-    for header in (c.header for c in COMMANDS):
+    known = [c.header for c in commands(call.session.instrument.axes)]
+    headers, lines = set(known), []
+    for header in known:
         plain = header.removesuffix("?")
         if plain == header:
             lines.append(header if f"{header}?" in headers else f"{header}/nquery/")

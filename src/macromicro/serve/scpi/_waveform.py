@@ -15,25 +15,16 @@ from macromicro.serve.scpi._parameters import Flag, Number, Text, Word
 from macromicro.serve.scpi._session import Session
 from macromicro.serve.scpi.command import Answer, Call, Command
 from macromicro.serve.scpi.errors import ScpiError, quoted
-from macromicro.serve.shared import OWN, RING_S, columns
-from macromicro.serve.shared import shown as told
+from macromicro.serve.shared import RING_S
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 
 
 def _columns(call: Call) -> list[Column]:
     """The columns that this machine has."""
-    return [_every(call)[0][k] for k in _there(call)]
-
-
-def _there(call: Call) -> list[int]:
+    telemetry = call.session.instrument.settings.telemetry
     channels = getattr(call.session.station, "channels", ())
-    return columns(channels, call.session.instrument.law_columns)
-
-
-def _every(call: Call) -> tuple[tuple[Column, ...], Array]:
-    instrument = call.session.instrument
-    return told(instrument.place, instrument.law_columns)
+    return [telemetry.columns[k] for k in telemetry.kept(channels)]
 
 
 def _format(call: Call) -> Answer:
@@ -61,14 +52,14 @@ def _border(call: Call) -> Answer:
 
 def _data(call: Call) -> Answer:
     column, seconds = call.values
-    every, scales = _every(call)
-    index = {c.name.lower(): k for k, c in enumerate(every)}
+    telemetry = call.session.instrument.settings.telemetry
+    index = {c.name.lower(): k for k, c in enumerate(telemetry.columns)}
     k = index.get(column.lower(), -1)
-    if k < 0 or (k >= len(every) - OWN and k not in _there(call)):
+    if k < 0:
         raise ScpiError(-224, f"{column[:40]}; accepted: a name that WAVeform:CATalog? lists")
     instrument = call.session.instrument
     rows = instrument.newest(round(seconds / instrument.period))
-    return shown(call.session, rows[k] * float(scales[k, 0]))
+    return shown(call.session, rows[k] * float(telemetry.scales[k, 0]))
 
 
 def shown(session: Session, values: Array) -> Answer:

@@ -39,3 +39,8 @@ class Command(NamedTuple):
     @property
     def query(self) -> bool:
         return self.header.endswith("?")
+
+
+def mnemonic(name: str) -> str:
+    """The name of a stage as a node of a header, with its short form in capitals."""
+    return f"{name[:4].upper()}{name[4:]}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
+from macromicro.control.live.messages import AXES
 from macromicro.place import ANGLE, Place
 from macromicro.serve.requests import REQUESTS
 from macromicro.serve.scpi import (
@@ -57,6 +58,20 @@ TREE = Tree(COMMANDS)
 
 
 @cache
-def tree(place: Place) -> Tree:
-    """The commands of a machine with positions in `place`."""
-    return Tree(tuple(map(turned, COMMANDS))) if place.turns else TREE
+def commands(axes: tuple[str, ...] = ()) -> tuple[Command, ...]:
+    """The commands of a machine of these named stages."""
+    if axes in ((), AXES):
+        return COMMANDS
+    named = {command.header for command in _of_stages(AXES)}
+    return (*(c for c in COMMANDS if c.header not in named), *_of_stages(axes))
+
+
+def _of_stages(axes: tuple[str, ...]) -> tuple[Command, ...]:
+    return (*_motion.of_stages(axes), *_queries.of_stages(axes))
+
+
+@cache
+def tree(place: Place, axes: tuple[str, ...] = ()) -> Tree:
+    """The commands of a machine of these named stages, with positions in `place`."""
+    own = commands(axes)
+    return Tree(map(turned, own) if place.turns else own)

@@ -15,6 +15,7 @@ from macromicro.control.live.surveying import Surveying
 from macromicro.machines import correcting
 from macromicro.machines import tree as trees
 from macromicro.machines.parts import START
+from macromicro.place import Place
 from macromicro.serve._machine import View
 from macromicro.serve.live import Live
 from macromicro.serve.persist import Restored
@@ -74,6 +75,11 @@ class Led(Live):
     def pitch(self) -> float:
         """Travel per count."""
         return float(self._p.settings.pitch)
+
+    @property
+    def place(self) -> Place:
+        """Its units."""
+        return self._p.settings.place
 
     @property
     def aim(self) -> float:

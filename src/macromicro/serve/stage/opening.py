@@ -84,12 +84,13 @@ class Opened(NamedTuple):
 
 def rehearsed(led: Guard, machine: Any, settings: AnySettings, requests: Any) -> None:
     """Requests, each with the periods after it."""
-    shared = Shared.create(256)
+    shared = Shared.create(256, settings.telemetry)
     ours, theirs = pair()
     try:
         loop = Loop(led, machine, shared, Outbox(theirs), settings.serve, settings.period, False)
+        zeros = (0.0,) * len(settings.axes)
         with led:
-            machine.begin(led.read(), Restored(True, 0.0, "warming", 0.0))
+            machine.begin(led.read(), Restored(True, 0.0, "warming", zeros))
             loop.rehearse(requests)
             if machine.searches:  # else it is trusted whatever is known from before
                 machine.begin(led.read(), Restored(False, math.nan, "warming"))

@@ -10,7 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from macromicro.control.live.alone import SENSORS
+from macromicro.control.live import alone
 from macromicro.control.live.leading import Course
 from macromicro.kernel import compiled
 from macromicro.machines import composite, guarding, lines, open_rig, pace
@@ -19,7 +19,7 @@ from macromicro.machines.guarding import Watch
 from macromicro.machines.signals import Sample
 from macromicro.rig.session import Session
 from macromicro.rig.twin import VirtualClock, noise_source
-from macromicro.serve import faults
+from macromicro.serve import _lamps, faults
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.stage import guide
 from macromicro.serve.stage._control import Control
@@ -109,11 +109,11 @@ class Simulated(Entered):
         self.control.efforts = [0.0 for _ in self.kinds]
 
 
-def _channels(machine: AnyMachine, alone: tuple[str, ...]) -> tuple[str, ...]:
+def _channels(machine: AnyMachine, only: tuple[str, ...]) -> tuple[str, ...]:
     """Those of the only stage, or the encoder of each of several."""
     if not isinstance(machine, Composite):
-        return alone
-    return tuple(SENSORS[name] for name in composite.names(machine))
+        return only
+    return tuple(map(alone.channel, composite.names(machine)))
 
 
 class Real:
@@ -126,8 +126,8 @@ class Real:
         self.kinds = stages.kinds
         self.source = _off(len(self.rigs))
         self.timed = bool(getattr(rigs[0], "timed", False))
-        alone = tuple(dict.fromkeys((*rigs[0].channels, *self.kinds[0].lines)))
-        self.channels = _channels(machine, alone)
+        only = tuple(dict.fromkeys((*rigs[0].channels, *self.kinds[0].lines)))
+        self.channels = _channels(machine, only)
         self.lines = [QUIET for _ in self.rigs]
         self.shown = [Shown(0.0, *[math.nan] * 5) for _ in self.rigs]
         self._read: list[Any] = list(self.shown)
@@ -245,6 +245,16 @@ class Led:
         rig, there = self._rig, self._rig.kinds[0].lines
         enable = self._control.enable if ENABLE in there else math.nan
         return (*lines.shown(rig.lines[0], there), enable)
+
+    def lamps(self) -> list[float]:
+        """The lines of each stage and its enable line, packed."""
+        rig, enable = self._rig, {ENABLE: self._control.enable}
+        return [
+            _lamps.packed({n: v for n, v in (said._asdict() | enable).items() if n in kind.lines})
+            if kind.lines
+            else 0.0
+            for kind, said in zip(rig.kinds, rig.lines, strict=True)
+        ]
 
     def own(self) -> list[float] | None:
         """The law's memory for the telemetry; [] while it is off, None if it shows nothing."""

@@ -20,6 +20,7 @@ from macromicro.schema.par import entries
 from macromicro.schema.text import printable
 from macromicro.serve.persist import identity
 from macromicro.serve.settings import ServeSettings, kept
+from macromicro.serve.shared import Telemetry, published
 from macromicro.serve.stage import guide
 from macromicro.serve.stage._programmes import OneStage
 
@@ -71,6 +72,24 @@ class StageSettings(NamedTuple):
     @property
     def law_columns(self) -> tuple[Column, ...]:
         return law_columns(composite.stages(self.machine))
+
+    @property
+    def telemetry(self) -> Telemetry:
+        return published((self.live.place,), ("",), self.law_columns)
+
+    @property
+    def axes(self) -> tuple[tuple[str, Live], ...]:
+        return ()
+
+    @property
+    def plane(self) -> bool:
+        """Whether two stages move in a plane."""
+        return False
+
+    @property
+    def homing(self) -> tuple[int, ...]:
+        """The stages whose position is known by homing, or the first."""
+        return (0,)
 
     @property
     def speeds(self) -> dict[str, float]:

@@ -166,7 +166,7 @@ class PageConnection:
                 session.station.renew(session.name)
         elif isinstance(what, str) and what in POINTS:
             self._point(order, session)
-        elif (refused := surplus(order)) is not None:
+        elif (refused := surplus(order, self._context.instrument.axes)) is not None:
             self._later(self._reply(order, refused))
         elif what == "view":
             before = self._stream.want(order)

@@ -25,8 +25,6 @@ class Hub:
         self._instrument, self.station = instrument, instrument.station
         self.settings = instrument.settings
         self.pitch = self.settings.live.pitch
-        lives = getattr(self.settings, "lives", ())
-        self.second = lives[1].pitch if lives else math.nan
         self.control: Any = self.settings.controller
         self.news: deque[tuple[int, str]] = deque(maxlen=KEPT)
         self.state = "{}"

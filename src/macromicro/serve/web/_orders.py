@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from macromicro.control.live import messages as m
@@ -17,7 +18,7 @@ from macromicro.serve import telling
 from macromicro.serve._instrument import Instrument
 from macromicro.serve._programmes import Planned
 from macromicro.serve.capturing import Trigger, Wanted
-from macromicro.serve.requests import KINDS, POINTS, STOPS, Field, RequestType
+from macromicro.serve.requests import KINDS, STOPS, Field, RequestType, of_axes, streamed
 from macromicro.units import size
 
 
@@ -89,9 +90,7 @@ def _keys(kind: RequestType) -> tuple[str, ...]:
 
 
 # Of every order that may be refused: a stop, an emergency stop and signs of life never are.
-KEYS: dict[str, tuple[str, ...]] = {
-    **{name: _keys(kind) for name, kind in KINDS.items() if kind.access != STOPS},
-    **{name: (*_keys(kind), "time") for name, kind in POINTS.items()},
+_OWN: dict[str, tuple[str, ...]] = {
     "gains": ("changes",),
     "limits": ("values",),
     "programme": ("name", "uploaded"),
@@ -112,12 +111,20 @@ KEYS: dict[str, tuple[str, ...]] = {
 }
 
 
-def surplus(order: dict[str, Any]) -> Refused | None:
+@cache
+def keys(axes: tuple[str, ...] = ()) -> dict[str, tuple[str, ...]]:
+    """Keys of each order for a machine of these named stages."""
+    kinds, points = of_axes(axes).items(), streamed(axes).items()
+    found = {name: _keys(kind) for name, kind in kinds if kind.access != STOPS}
+    return found | {name: (*_keys(kind), "time") for name, kind in points} | _OWN
+
+
+def surplus(order: dict[str, Any], axes: tuple[str, ...] = ()) -> Refused | None:
     """The refusal of an order with unknown keys."""
-    what = order.get("do")
-    if not isinstance(what, str) or what not in KEYS:
+    what, every = order.get("do"), keys(axes)
+    if not isinstance(what, str) or what not in every:
         return None  # it is no order, which is said elsewhere
-    known = KEYS[what]
+    known = every[what]
     unknown = [key for key in order if key not in ("do", "id", *known)]
     if not unknown:
         return None
@@ -143,13 +150,13 @@ class Orders:
         what = order["do"]
         if what in self._own:
             return self._own[what](order)
-        return _read(KINDS[what], order, self._instrument.place)
+        return _read(of_axes(self._instrument.axes)[what], order, self._instrument.place)
 
     def point(self, order: dict[str, Any]) -> tuple[m.SetPoint | m.SetPoints, float]:
         """A streamed set point, and its time on the client's clock [s] or NaN."""
-        kind, place = POINTS[order["do"]], self._instrument.place
+        kind, place = streamed(self._instrument.axes)[order["do"]], self._instrument.place
         values = [_value_of(field, order, place) for field in kind.fields]
-        return kind.message(*values), number(order, "time") if "time" in order else math.nan
+        return kind.request(*values), number(order, "time") if "time" in order else math.nan
 
     def capture(self, order: dict[str, Any]) -> Wanted:
         """What is to be captured; its values are judged elsewhere."""
@@ -215,9 +222,15 @@ def _flag(order: dict[str, Any], key: str) -> bool:
 
 def _read(kind: RequestType, order: dict[str, Any], place: Place) -> m.Request:
     """A request made of the values of its fields."""
-    values = [_value_of(field, order, place) for field in kind.fields]
+    named = {field.key for field in kind.fields} & set(order)
+    values = [
+        None
+        if kind.is_point and named and field.key not in order
+        else _value_of(field, order, place)
+        for field in kind.fields
+    ]
     given = {"replace": _replace(order)} if kind.replaces else {}
-    request: m.Request = kind.message(*values, **given)
+    request: m.Request = kind.request(*values, **given)
     return request
 
 

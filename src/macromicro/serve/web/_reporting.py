@@ -102,7 +102,6 @@ def _words(par: Par, value: Any) -> dict[str, Any]:
 
 def axes(settings: AnySettings) -> list[dict[str, Any]]:
     """Name, travel [m] and jog speeds [m/s] of each axis."""
-    lives = getattr(settings, "lives", ())
     return [
         {
             "name": name,
@@ -111,7 +110,7 @@ def axes(settings: AnySettings) -> list[dict[str, Any]]:
             "jog": live.jogging.macro,
             "jog_slow": live.jogging.slow,
         }
-        for name, live in zip(m.AXES, lives, strict=False)
+        for name, live in settings.axes
     ]
 
 

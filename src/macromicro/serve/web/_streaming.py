@@ -94,7 +94,7 @@ class Stream:
         shown, context = block[:, -view.rows :], self._context
         hub, place = context.hub, context.instrument.place
         own = [column.name for column in context.instrument.law_columns]
-        data = bins.frame(view, last, shown, names, hub.pitch, place, hub.second, own)
+        data = bins.frame(view, last, shown, names, hub.pitch, place, hub.settings.axes, own)
         # The bin that is being filled is sent again, whole.
         self._since = last // view.width * view.width - 1 if data else self._since
         return data

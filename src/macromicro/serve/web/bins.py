@@ -6,7 +6,6 @@ those that were still incomplete.
 
 from __future__ import annotations
 
-import math
 import struct
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -15,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from macromicro.arrays import Array
-from macromicro.control.live.messages import AXES
+from macromicro.control.live.parameters import Live
 from macromicro.nominal import PERIOD
 from macromicro.place import LENGTH, Place
 from macromicro.serve.shared import RING_S
@@ -30,7 +29,7 @@ CHANNELS = (
     "temperature",  # degC, estimated
     "position",  # mm, whole
 )
-SECOND = ("y reference", "y position", "y motor")  # mm and V, of a machine of two axes
+OF_STAGE = ("reference", "position", "motor")  # mm and V, behind the name of a further stage
 SPANS = (2.0, 10.0, 60.0)  # s
 LEAST, MOST = 16, 1200  # columns
 KIND = 1
@@ -39,8 +38,11 @@ KIND = 1
 HEADER = struct.Struct("<4I8d")
 
 
-def channels(stages: Sequence[str]) -> tuple[str, ...]:
-    return (*CHANNELS, *SECOND) if AXES[1] in stages else CHANNELS
+Axes = Sequence[tuple[str, Live]]
+
+
+def channels(axes: Axes = ()) -> tuple[str, ...]:
+    return (*CHANNELS, *(f"{name} {what}" for name, _ in axes[1:] for what in OF_STAGE))
 
 
 class View(NamedTuple):
@@ -68,7 +70,7 @@ def traces(
     names: Sequence[str],
     pitch: float,
     place: Place = LENGTH,
-    second: float = math.nan,
+    axes: Axes = (),
     own: Sequence[str] = (),
 ) -> Array:
     """The displayed channels of telemetry, float64[channels, rows], in the homed frame."""
@@ -77,11 +79,11 @@ def traces(
     position, fine = column["position"] * share, column["hall_position"] * share
     macro = position - fine
     ahead = (column["macro_reference"] - column["macro_position"]) * pitch * place.per
-    both: list[Array] = []
-    if not math.isnan(second):
-        off = (column["y_reference"] - column["y_count"]) * second * place.per
-        here = column["y_position"] * share
-        both = [here + off, here, column["y_motor"]]
+    further: list[Array] = []
+    for name, live in axes[1:]:
+        off = (column[f"{name}_reference"] - column[f"{name}_count"]) * live.pitch * place.per
+        here = column[f"{name}_position"] * share
+        further += [here + off, here, column[f"{name}_motor"]]
     return np.stack(
         [
             macro + ahead,
@@ -92,7 +94,7 @@ def traces(
             column["ctrl"],
             column["temperature_estimate"],
             position,
-            *both,
+            *further,
             *(column[name] for name in own),
         ]
     )
@@ -118,14 +120,14 @@ def frame(
     names: Sequence[str],
     pitch: float,
     place: Place = LENGTH,
-    second: float = math.nan,
+    axes: Axes = (),
     own: Sequence[str] = (),
 ) -> bytes:
     """A frame of the rows `block` up to row number `last`; b"" if there are none."""
     rows = block.shape[1]
     if rows == 0:
         return b""
-    values = traces(block, names, pitch, place, second, own)
+    values = traces(block, names, pitch, place, axes, own)
     first = last - rows + 1
     bins = binned(values, first, view.width)
     time = float(block[names.index("t"), -1])

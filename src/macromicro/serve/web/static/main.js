@@ -14,7 +14,7 @@ import { Recordings } from "./recordings.js";
 import { Ruler, valueAt } from "./ruler.js";
 import { Points, Steps } from "./steps.js";
 import { Plot, Ring } from "./traces.js";
-import { FIRST, Plane } from "./xy.js";
+import { FIRST, Stages } from "./xy.js";
 
 const $ = (id) => document.getElementById(id);
 const FEWEST = 16, MOST = 1200, SPAN = "10";
@@ -28,9 +28,7 @@ window.macromicro = { frames: 0, drawn: 0, emergencyMs: 0, state: () => page.sta
 const plots = [
   new Plot($("plots"), "Position", [[0, "two", "reference", , 1], [1, "one", "position", , 1]], 0.5),
   new Plot($("plots"), "Micro-stage", [[2, "two", "reference", , 0], [3, "one", "by Hall sensor", , 0]], 0.02, "micro"),
-  new Plot($("plots"), "Axis y", [[8, "two", "reference", , 1], [9, "one", "position", , 1]], 0.5, "y"),
   new Plot($("plots"), "Effort", [], 1),
-  new Plot($("plots"), "Effort of y", [], 1, "y"),
   new Plot($("plots"), "Wire temperature, estimated", [[6, "two", "estimate", "degC", 1]], 5, "micro"),
 ];
 const link = new Link({ welcome, state, news: tidings, gains: (g) => gains.show(g), frame, closed }, newView);
@@ -39,8 +37,7 @@ const dragged = (event) => {
   return scale ? (later) => ["point", { value: valueAt(scale, later) * length.scale, unit: length.base }] : null;
 };
 const pointed = () => (later) => {
-  const [x, y] = bothAxes.under(later).point;
-  return ["points", { x, y, unit: length.base }];
+  return ["points", { ...stages.followed(later, page.state), unit: length.base }];
 };
 new Drag($("ruler"), $("drag-follows"), { link, page, begin: dragged, stage: () => link.welcome.stages[0] });
 new Drag($("plane-xy"), $("drag-follows-xy"), { link, page, begin: pointed, stage: () => "all" });
@@ -50,8 +47,8 @@ let laws = 0, channels = FIRST, period = 1e-3, ring = null, view = 0, newest = n
 const orders = new Orders(link, page), gains = new Gains(orders);
 const warnings = new Alarms(), recordings = new Recordings(link, page);
 const upload = new Upload(link, page), softLimits = new SoftLimits(orders, page);
-const bothAxes = new Plane(orders, page);
-page.step = (name, distance) => bothAxes.step(name, distance);
+page.marks = () => news.marks;
+const stages = new Stages(orders, page);
 const steps = new Steps(orders, page), points = new Points(orders, page);
 
 // Which view of the plots is shown; begins a new ring for it.
@@ -121,15 +118,15 @@ function suit(server) {
   if (page.alone) {
     for (const option of document.querySelectorAll("[data-one]")) option.textContent = option.dataset.one;
   }
-  bothAxes.open(server.axes);
+  stages.open(server.axes, server.plane, server.efforts);
   $("jog-macro").textContent = names.own ? names.title("macro") : "Macro";
-  plots[0].show(bothAxes.there ? "Axis x" : names.title("macro"));
+  const [first] = server.axes;
+  plots[0].show(first ? `Axis ${first.name}` : names.title("macro"));
   const volts = (stage, channel, colour) => {
     const [label, unit] = server.efforts[stage] ?? [];
     return label ? [[channel, colour, label, unit, 2]] : [];
   };
-  plots[3].show(bothAxes.there ? "Effort of x" : "Effort", [...volts(server.stages[0], 4, "two"), ...volts("micro", 5, "one")]);
-  plots[4].show("Effort of y", volts("y", 10, "two"));
+  plots[2].show(first ? `Effort of ${first.name}` : "Effort", [...volts(server.stages[0], 4, "two"), ...volts("micro", 5, "one")]);
   $("programme-form").hidden = !server.programmes.length;
   $("points-save").hidden = !server.programmes.length;
 }
@@ -176,8 +173,8 @@ function draw() {
   pending = false;
   window.macromicro.drawn += 1;
   for (const plot of plots) plot.draw(ring, news.marks);
-  bothAxes.draw(ring, page.state, trusting() === "");
-  if (bothAxes.there) return;
+  stages.draw(ring, page.state, trusting() === "");
+  if (stages.there) return;
   const target = page.state.target_m;
   if (newest) ruler.draw({ ...newest, target: target == null ? NaN : target / length.scale, live: trusting() === "", unit: length });
 }
@@ -197,7 +194,7 @@ function state(now) {
   pace(now);
   recordings.show(now);
   drawPlane($("plane"), now.plane);
-  if (ring) for (const plot of plots) plot.words(ring);
+  if (ring) for (const plot of [...plots, ...stages.plots]) plot.words(ring);
 }
 
 // Switches and lines of the drive: what each says when it is off and on, and the badge when it is on.
@@ -216,7 +213,8 @@ function lamps(lines) {
   place.dataset.said = said;
   place.hidden = lines.length === 0;
   place.replaceChildren(...lines.flatMap(([name, on]) => {
-    const [, axis, line] = /^([xy])_(.*)/.exec(name) || ["", "", name];
+    const axis = page.axes.map((each) => each.name).find((own) => name.startsWith(`${own}_`)) ?? "";
+    const line = axis ? name.slice(axis.length + 1) : name;
     const [title, off, yes, badge] = LINES[line];
     const lamp = document.createElement("span");
     lamp.className = on ? `badge ${badge}` : "badge";
@@ -230,8 +228,8 @@ function words(now) {
   if (now.motion) page.ordered = -Infinity;
   set("mode", said(now.mode) + (now.motion ? `, motion ${now.motion}` : ""));
   $("mode").className = bad ? "badge bad" : now.mode === "disabled" ? "badge warn" : "badge good";
-  if (bothAxes.there) set("travels", bothAxes.limits());
-  set("position", bothAxes.there ? bothAxes.words(now) : length.words(now.position_m));
+  if (stages.there) set("travels", stages.limits());
+  set("position", stages.there ? stages.words(now) : length.words(now.position_m));
   set("target", length.words(now.target_m));
   set("to-go", now.target_m == null || now.position_m == null ? "-" : length.words(now.target_m - now.position_m));
   set("macro", now.macro_count == null ? "-" : `${length.words(now.macro_count * page.limits.pitch, 1)}, ${now.macro_count.toFixed(0)} counts`);
@@ -255,7 +253,7 @@ function trusting() {
   const why = old ? "stale" : now.trusted ? "" : "untrusted";
   $("reading").className = `reading ${why}`;
   set("uncertainty", old ? "OLD: not the present position" : !now.trusted ? "not known: home first"
-    : `within ${bothAxes.there ? bothAxes.within(now) : length.words(now.uncertainty_m)} either way`);
+    : `within ${stages.there ? stages.within(now) : length.words(now.uncertainty_m)} either way`);
   set("trust", !link.welcome ? "" : old ? "position old" : now.trusted ? "position trusted" : "position not trusted");
   $("trust").className = why === "" ? "badge good" : old ? "badge bad" : "badge warn";
   return why;

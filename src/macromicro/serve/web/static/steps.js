@@ -31,7 +31,6 @@ export class Steps {
   step(stage, distance) {
     const give = (what, fields) => this.orders.give(what, fields, "Step");
     if (stage === "whole" || stage === "macro" && this.page.alone) return give("move by", { value: distance, unit: length.base });
-    if (stage === "x" || stage === "y") return this.page.step(stage, distance);
     if (stage === "macro") {
       const counts = distance / this.page.limits.pitch;
       if (Math.abs(counts) < 1) return this.page.say(`Step: refused. A step of ${length.words(Math.abs(distance))} is less ` +

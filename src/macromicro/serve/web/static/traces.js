@@ -57,7 +57,10 @@ export class Plot {
     this.show(title, lines);
     figure.append(this.caption, this.canvas);
     parent.append(figure);
+    this.figure = figure;
   }
+
+  remove() { this.figure.remove(); }
 
   show(title, lines = this.lines) {
     this.lines = lines;
