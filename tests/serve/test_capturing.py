@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 
 from macromicro.control.live.messages import Finished
 from macromicro.errors import InputError
-from macromicro.place import LENGTH
 from macromicro.serve import shared
 from macromicro.serve.capturing import (
     COMPLETE,
@@ -25,7 +24,7 @@ from macromicro.serve.capturing import (
     checked,
 )
 
-COLUMNS, SCALES = shared.shown(LENGTH)
+COLUMNS, SCALES, _ = shared.PLAIN
 DT = 1e-3
 
 
