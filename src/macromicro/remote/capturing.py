@@ -101,7 +101,7 @@ class AsyncCapture:
             "waiting", "triggered" or "complete".
         """
         found = await self._machine.link.order("captured", seen=2**31)
-        return str(found["state"])
+        return str(found["phase"])
 
     async def wait(self) -> Curves:
         """Wait for the next curves; of a repeated capture again and again.

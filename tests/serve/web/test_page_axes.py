@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from page_parts import Page, opened
+from selenium.webdriver.common.action_chains import ActionChains
 from web_parts import until
 
 from macromicro.control.live import messages as m
@@ -92,6 +93,24 @@ def test_both_axes_are_homed_and_moved_to_a_point_from_the_page(plotter: Page) -
     assert station.request(station.snapshot().holder, m.Disable()) == m.Accepted()
     until(lambda: "disabled" in page.text("#mode"))
     assert [entry["message"] for entry in page.driver.get_log("browser")] == []
+
+
+@pytest.mark.slow
+def test_both_axes_follow_a_drag_in_their_picture(plotter: Page) -> None:
+    page, station = plotter, plotter.station
+    page.take()
+    client = station.snapshot().holder
+    station.request(client, m.Enable())
+    if not station.snapshot().trusted:
+        reply = station.request(client, m.Home())
+        assert isinstance(reply, m.Accepted) and page.outcome(reply.id) == m.DONE
+    page.click("#drag-follows-xy")
+    drag = ActionChains(page.driver).move_to_element(page.find("#plane-xy")).click_and_hold()
+    drag.pause(1.5).move_by_offset(20, 5).pause(1.0).release().perform()
+    page.click("#drag-follows-xy")
+    until(lambda: "follow" in page.text("#events") and station.snapshot().motion == 0)
+    assert page.text("#status").endswith("arrived and settled."), page.text("#events")
+    assert min(axis.position_m for axis in station.snapshot().axes) > 0.02
 
 
 @pytest.mark.slow

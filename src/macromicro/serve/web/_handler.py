@@ -103,7 +103,7 @@ class OrderHandler:
         if capture is None:
             raise Refusal("nothing is being captured", "begin a capture")
         found, state = capture.captured, capture.state
-        told = {"state": state, "captured": 0 if found is None else found.number}
+        told = {"phase": state, "captured": 0 if found is None else found.number}
         if found is None or found.number <= number({"seen": 0, **order}, "seen"):
             return Accepted(), told
         data = np.ascontiguousarray(found.values, "<f8").tobytes()

@@ -3,6 +3,7 @@
 import { capital } from "./orders.js";
 
 const AGAIN_MS = 50; // a pointer that rests is told of as well: it holds the motion
+const HOLD_S = 1; // without a word the stage rests at the last point, which has no velocity
 
 export class Drag {
   // begin(event): a function of later events that gives the fields of a set point, or null where the
@@ -24,7 +25,7 @@ export class Drag {
     this.canvas.setPointerCapture(event.pointerId);
     const held = { event, place, timer: 0 };
     this.held = held;
-    const reply = await this.link.order("follow", { stage: this.stage(), hold: this.link.welcome.jog_s });
+    const reply = await this.link.order("follow", { stage: this.stage(), hold: HOLD_S });
     if (!reply.ok) {
       if (this.held === held) this.held = null;
       this.page.say(`Follow: refused. ${reply.reason}. ${capital(reply.remedy)}`, true);

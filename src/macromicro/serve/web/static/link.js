@@ -128,18 +128,24 @@ export class Link {
     });
   }
 
+  // The data that came with a reply.
+  taken(reply) {
+    const piece = this.pieces.get(reply);
+    this.pieces.delete(reply);
+    return piece.data;
+  }
+
   // A whole file, piece by piece, as an array of them.
   async download(name, progress) {
     const parts = [];
     for (let offset = 0, size = 1; offset < size;) {
       const reply = await this.order("download", { name, offset });
       if (!reply.ok) throw new Error(reply.reason);
-      const piece = this.pieces.get(reply.reply);
-      this.pieces.delete(reply.reply);
-      if (!piece.data.length) break;
-      parts.push(new Blob([piece.data]));
-      offset += piece.data.length;
-      size = piece.size;
+      size = this.pieces.get(reply.reply).size;
+      const data = this.taken(reply.reply);
+      if (!data.length) break;
+      parts.push(new Blob([data]));
+      offset += data.length;
       progress(offset / size);
     }
     return new Blob(parts, { type: "application/x-hdf5" });

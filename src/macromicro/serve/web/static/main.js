@@ -4,6 +4,7 @@ import { Alarms } from "./alarms.js";
 import { SoftLimits, Upload, saveSettings } from "./files.js";
 import { Drag } from "./follow.js";
 import { Gains } from "./gains.js";
+import { Capture } from "./capture.js";
 import { chooseUnit, length } from "./length.js";
 import { Link } from "./link.js";
 import { names, said } from "./names.js";
@@ -45,7 +46,7 @@ const ruler = new Ruler($("ruler"), pick), news = new News($("events"));
 let laws = 0, channels = FIRST, period = 1e-3, ring = null, view = 0, newest = null, pending = false, lost = false, replayed = true, heard = -Infinity;
 
 const orders = new Orders(link, page), gains = new Gains(orders);
-const warnings = new Alarms(), recordings = new Recordings(link, page);
+const captures = new Capture(link, page), warnings = new Alarms(), recordings = new Recordings(link, page);
 const upload = new Upload(link, page), softLimits = new SoftLimits(orders, page);
 page.marks = () => news.marks;
 const stages = new Stages(orders, page);
@@ -76,6 +77,7 @@ function welcome(server) {
   $("rig").textContent = `${server.model} ${server.rig === "twin" ? `(${simulated})` : server.rig}`.trim();
   $("login").hidden = server.admitted;
   names.open(server);
+  captures.open(server.signals);
   suit(server);
   own(server);
   if (channels !== server.channels.length || period !== server.period) {
