@@ -213,33 +213,31 @@ def _open(station: Station, doors: _Doors, folder: Path, stack: ExitStack) -> li
 
     servers: list[Listener] = []
     token = Token(doors.token)
+
+    def opened(server: Listener) -> tuple[str, int]:
+        servers.append(stack.enter_context(server))
+        bound, port = server.address
+        return hosts.reached(doors.host, bound), port
+
     if doors.scpi >= 0:
         from macromicro.serve.scpi.server import Server
 
-        server = Server(station, doors.host, doors.scpi, token=token, folder=folder)
-        servers.append(stack.enter_context(server))
-        bound, port = server.address
-        print(f"SCPI: {hosts.reached(doors.host, bound)} port {port}")
+        host, port = opened(Server(station, doors.host, doors.scpi, token=token, folder=folder))
+        print(f"SCPI: {host} port {port}")
     if doors.gcs >= 0:
         from macromicro.serve.gcs.server import GcsServer
 
-        controller = GcsServer(station, doors.host, doors.gcs, token=token)
-        servers.append(stack.enter_context(controller))
-        bound, port = controller.address
-        print(f"GCS: {hosts.reached(doors.host, bound)} port {port}")
+        host, port = opened(GcsServer(station, doors.host, doors.gcs, token=token))
+        print(f"GCS: {host} port {port}")
     if doors.epics is not None:
         from macromicro.serve.epics.server import EpicsServer
 
         records = EpicsServer(station, doors.epics, token)
-        servers.append(stack.enter_context(records))
-        bound, port = records.address
-        print(f"EPICS: {records.prefix} at {bound} port {port}")
-    if doors.web < 0:
-        return servers
-    from macromicro.serve.web.server import WebServer
+        opened(records)
+        print(f"EPICS: {records.prefix} at {records.address[0]} port {records.address[1]}")
+    if doors.web >= 0:
+        from macromicro.serve.web.server import WebServer
 
-    page = WebServer(station, doors.host, doors.web, token, folder=folder, names=doors.names)
-    servers.append(stack.enter_context(page))
-    bound, port = page.address
-    print(f"page: {hosts.url(hosts.reached(doors.host, bound), port)}")
+        page = WebServer(station, doors.host, doors.web, token, folder=folder, names=doors.names)
+        print(f"page: {hosts.url(*opened(page))}")
     return servers

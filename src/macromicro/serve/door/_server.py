@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from abc import abstractmethod
+from collections.abc import Callable
 from typing import Any
 
 from macromicro.serve._capacity import Capacity
@@ -28,19 +28,19 @@ def token(host: str, given: str | Token | None) -> Token:
 
 
 class LineServer(Listener):
-    """The server of a protocol of lines, at a TCP port."""
+    """The server of a protocol of lines, at a TCP port; `made` makes a client's connection."""
 
     def __init__(
-        self, kind: str, host: str, port: int, instrument: Instrument, bounds: Bounds
+        self,
+        kind: str,
+        host: str,
+        port: int,
+        made: Callable[..., Connection[Any]],
+        instrument: Instrument,
+        bounds: Bounds,
     ) -> None:
         super().__init__(kind, host, port)
-        self._instrument, self._bounds = instrument, bounds
-
-    @abstractmethod
-    def _connection(
-        self, monitor: SocketMonitor, writer: asyncio.StreamWriter, capacity: Capacity
-    ) -> Connection[Any]:
-        """Makes the connection of a client."""
+        self._made, self._instrument, self._bounds = made, instrument, bounds
 
     async def _serve(self) -> None:
         bounds = self._bounds
@@ -59,7 +59,7 @@ class LineServer(Listener):
             if len(connections) >= most or writer.get_extra_info("peername") is None:
                 writer.transport.abort()
                 return
-            connection = self._connection(monitor, writer, capacity)
+            connection = self._made(self._instrument, monitor, writer, capacity, bounds)
             capacity.arrive(connection)
             connections[connection] = asyncio.create_task(run(connection))
 

@@ -1,13 +1,10 @@
 from __future__ import annotations
 
-import asyncio
 from typing import TYPE_CHECKING
 
-from macromicro.serve._capacity import Capacity
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.door import _server as door
 from macromicro.serve.door._bounds import Bounds
-from macromicro.serve.door._monitor import SocketMonitor
 from macromicro.serve.gcs._connection import BOUNDS, GcsConnection
 from macromicro.serve.guesses import Token
 from macromicro.serve.hosts import HOST
@@ -29,9 +26,4 @@ class GcsServer(door.LineServer):
         bounds: Bounds = BOUNDS,
     ) -> None:
         instrument = Instrument(station, token=door.token(host, token))
-        super().__init__("GCS", host, port, instrument, bounds)
-
-    def _connection(
-        self, monitor: SocketMonitor, writer: asyncio.StreamWriter, capacity: Capacity
-    ) -> GcsConnection:
-        return GcsConnection(self._instrument, monitor, writer, capacity, self._bounds)
+        super().__init__("GCS", host, port, GcsConnection, instrument, bounds)

@@ -1,14 +1,11 @@
 from __future__ import annotations
 
-import asyncio
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from macromicro.serve._capacity import Capacity
 from macromicro.serve._instrument import Instrument
 from macromicro.serve.door import _server as door
 from macromicro.serve.door._bounds import Bounds
-from macromicro.serve.door._monitor import SocketMonitor
 from macromicro.serve.guesses import Token
 from macromicro.serve.hosts import HOST
 from macromicro.serve.hosts import SCPI_PORT as PORT
@@ -32,9 +29,4 @@ class Server(door.LineServer):
         bounds: Bounds | None = None,
     ) -> None:
         instrument = Instrument(station, folder, door.token(host, token))
-        super().__init__("SCPI", host, port, instrument, bounds or Bounds())
-
-    def _connection(
-        self, monitor: SocketMonitor, writer: asyncio.StreamWriter, capacity: Capacity
-    ) -> ScpiConnection:
-        return ScpiConnection(self._instrument, monitor, writer, capacity, self._bounds)
+        super().__init__("SCPI", host, port, ScpiConnection, instrument, bounds or Bounds())
