@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from macromicro.control.live.messages import Finished
 from macromicro.errors import InputError
+from macromicro.place import LENGTH
 from macromicro.serve import shared
 from macromicro.serve.capturing import (
     COMPLETE,
@@ -24,7 +25,9 @@ from macromicro.serve.capturing import (
     checked,
 )
 
-COLUMNS, SCALES, _ = shared.PLAIN
+FORM = shared.published((LENGTH,), ("",))  # a stage with lines
+COLUMNS, SCALES, _ = FORM
+INDEX = {name: k for k, name in enumerate(FORM.names)}
 DT = 1e-3
 
 
@@ -32,16 +35,16 @@ class Ring:
     """A ring in which a test writes rows; "position" rises by 1 um a row from -1 mm on."""
 
     def __init__(self, **columns: Callable[[int], float]) -> None:
-        self.shared = shared.Shared.create(6000)
+        self.shared = shared.Shared.create(6000, FORM)
         self.columns = {"t": lambda n: n * DT, "position": lambda n: n * 1e-3 - 1.0, **columns}
         self.written = 0
         self.ended: dict[int, Finished] = {}
 
     def write(self, rows: int) -> None:
         for _ in range(rows):
-            row = [0.0] * len(shared.NAMES)
+            row = [0.0] * len(COLUMNS)
             for name, value in self.columns.items():
-                row[shared.INDEX[name]] = value(self.written)
+                row[INDEX[name]] = value(self.written)
             self.shared.put(row)
             self.written += 1
 

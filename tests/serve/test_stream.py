@@ -57,7 +57,11 @@ def test_a_point_without_a_time_is_as_it_comes(now: list[float]) -> None:
     [
         (Stream(3), m.SetPoint(math.nan), "give finite numbers"),
         (Stream(3), m.SetPoint(0.1, math.inf), "give finite numbers"),
-        (Stream(3), m.SetPoints(((0.1, 0.0), (0.1, 0.0))), "give the positions of those that follow"),
+        (
+            Stream(3),
+            m.SetPoints(((0.1, 0.0), (0.1, 0.0))),
+            "give the positions of those that follow",
+        ),
         (Stream(4), m.SetPoint(0.1), NOT_FOLLOWING.remedy),
     ],
 )

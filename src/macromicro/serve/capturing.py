@@ -14,7 +14,7 @@ from macromicro.columns import Column
 from macromicro.control.live.messages import LIMIT, Finished
 from macromicro.errors import InputError
 from macromicro.schema.par import finite
-from macromicro.serve.shared import INDEX, ROWS
+from macromicro.serve.shared import ROWS
 
 NOW, EDGE, LEVEL, BEGIN, END, FAULT, AT_LIMIT = (
     "now", "edge", "level", "begin", "end", "fault", "limit",
@@ -24,7 +24,7 @@ RISING, FALLING, EITHER = SLOPES = ("rising", "falling", "either")
 WAITING, TRIGGERED, COMPLETE = STATES = ("waiting", "triggered", "complete")
 MOST_SIGNALS = 8
 SPARE = 4000  # rows of the ring that may be written until a capture is fetched
-_SWITCHES = [k for name, k in INDEX.items() if name.endswith(("limit_low", "limit_high"))]
+_SWITCHES = ("limit_low", "limit_high")
 
 
 class Trigger(NamedTuple):
@@ -111,6 +111,7 @@ class Capture:
         self.state, self.number = WAITING, 0
         self.captured: Captured | None = None
         self._index = {column.name: k for k, column in enumerate(columns)}
+        self._switches = [k for name, k in self._index.items() if name in _SWITCHES]
         self._columns, self._scales = columns, scales
         self._before = round(wanted.before / period)
         self._after = round(wanted.after / period)
@@ -189,7 +190,8 @@ class Capture:
 
     def _limit(self, rows: Array, ends: Ends) -> int | None:
         """A limit switch that trips, or the end of a motion at a limit."""
-        tripped = ((rows[_SWITCHES, :-1] == 0.0) & (rows[_SWITCHES, 1:] > 0.0)).any(axis=0)
+        switches = rows[self._switches]
+        tripped = ((switches[:, :-1] == 0.0) & (switches[:, 1:] > 0.0)).any(axis=0)
         hits = np.flatnonzero(tripped | self._event(rows, END))
         for k in hits.tolist():
             if tripped[k]:

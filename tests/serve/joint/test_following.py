@@ -28,7 +28,7 @@ def ended(bed: Bed, number: int) -> Finished:
 @pytest.fixture
 def bed() -> Bed:
     bed = Bed()
-    bed.done(m.MovePoint(0.05, 0.05))
+    bed.done(m.MovePoint({"x": 0.05, "y": 0.05}))
     return bed
 
 

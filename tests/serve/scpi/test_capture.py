@@ -83,7 +83,7 @@ def test_set_points_are_streamed_while_a_motion_follows_them(bench: Bench) -> No
     assert bench.errors() == []
     assert [tuple(p) for p, _ in bench.station.points] == [(0.012, 0.005), (0.013, 0.0)]
     bench.send("FOLL:POIN:ALL 1 MM,2 MM,3 MM/S,4 MM/S")
-    assert tuple(bench.station.points[-1][0]) == (0.001, 0.002, 0.003, 0.004)
+    assert bench.station.points[-1][0].each == ((0.001, 0.003), (0.002, 0.004))
     bench.send("FOLL:POIN 12 MM,fast")
     assert bench.errors() == [-104]
     bench.send("FOLL:MACR 2 S")

@@ -551,7 +551,8 @@ def test_nothing_not_declared_answers(bench) -> None:
         "GAIN:BOUNds?": ' "p.kp"',
         "WAVeform:DATA?": " t,0.01",
     }
-    for command in COMMANDS:
+    needs_a_capture = {"CAPTure:DATA?", "CAPTure:UNITs?", "CAPTure:TIME?"}
+    for command in (c for c in COMMANDS if c.header not in needs_a_capture):
         header = command.header.replace("[", "").replace("]", "").replace("<n=1..2>", "")
         if command.query:
             answer = bench.ask(header + given.get(command.header, ""))
