@@ -61,23 +61,28 @@ def _kept(q: Limits, pieces: tuple[Segment, ...]) -> bool:
     low, high = q.low - _NEAR * span, q.high + _NEAR * span
     fastest, hardest = q.velocity * (1.0 + _NEAR), q.acceleration * (1.0 + _NEAR)
     for duration, p, v, a, j in pieces:
-        aim, times = Aim(p, v, a, j), [duration]
-        if j != 0.0:
-            times.append(-a / j)  # where the speed is extreme
-            under = a * a - 2.0 * j * v
-            if under >= 0.0:  # where it turns
-                root = math.sqrt(under)
-                times += [(-a - root) / j, (-a + root) / j]
-        elif a != 0.0:
-            times.append(-v / a)
-        for time in times:
-            if 0.0 < time <= duration:
-                then = at(aim, time)
-                if not low <= then.position <= high or abs(then.velocity) > fastest:
+        times = [duration]
+        if v * (v + duration * (a + 0.5 * duration * j)) <= 0.0 or a * (a + duration * j) < 0.0:
+            times += _extremes(v, a, j)
+        for h in times:
+            if 0.0 < h <= duration:
+                place = p + h * (v + h * (0.5 * a + h * j / 6.0))
+                if not low <= place <= high or abs(v + h * (a + 0.5 * h * j)) > fastest:
                     return False
-                if abs(then.acceleration) > hardest:
+                if abs(a + h * j) > hardest:
                     return False
     return True
+
+
+def _extremes(v: float, a: float, j: float) -> list[float]:
+    """When a piece may be fastest, and when it may turn."""
+    if j == 0.0:
+        return [-v / a] if a != 0.0 else []
+    under = a * a - 2.0 * j * v
+    if under < 0.0:
+        return [-a / j]
+    root = math.sqrt(under)
+    return [-a / j, (-a - root) / j, (-a + root) / j]
 
 
 def start(q: Limits, aim: Aim) -> Track:
