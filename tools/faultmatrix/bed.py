@@ -113,12 +113,15 @@ class Bed:
         return Period(self.now, true, view.position, view.uncertainty, trusted, outputs)
 
     def _worked(self) -> float:
-        led, machine = self.led, self.machine
+        led: Any = self.led
+        machine = self.machine
         sample = led.read()
         true: float = float(self.cells[faulty.STAGE]) - self.home.zero
         command, outputs, notices = machine.step(sample, self.dt)
-        led.expect(command)
-        led.write(SAFE if self.fault else outputs)
+        driving = hasattr(led, "drive")
+        if not driving:
+            led.expect(command)
+            led.write(SAFE if self.fault else outputs)
         if machine.found() is not None and not self.fault:
             self.fault = "lost counts"
         if led.tripped and not self.fault:
@@ -129,7 +132,10 @@ class Bed:
         if self.fault and (why := led.overlooked()):
             notices += machine.lose(why)
         self._note(notices)
-        led.clock.wait(self.dt)
+        if driving:
+            led.drive(machine.courses)
+        else:
+            led.clock.wait(self.dt)
         return true
 
     def _note(self, notices: Any) -> None:

@@ -219,6 +219,11 @@ class Session:
         self._rig.clock.wait(dt)
         self._sample = None
 
+    def driven(self) -> None:
+        """Begin a period after the rig was driven beside this session."""
+        self.unstopped = "its stop was not called"
+        self._sample = None
+
     @property
     def put_out(self) -> Outputs | None:
         """What a rig that closes the loop itself puts out, as it says; None of any other."""

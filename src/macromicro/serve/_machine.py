@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from types import TracebackType
 from typing import Annotated, Any, NamedTuple, Protocol, Self
 
 from macromicro.columns import Column, Quantity
+from macromicro.control.live.leading import Course
 from macromicro.control.live.messages import Notice, Refused, Reply
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.serve.persist import Restored
@@ -72,6 +74,10 @@ def stage_columns(name: str) -> tuple[Column, ...]:
 class Machine(Protocol):
     """A live machine with its state; it never waits and uses no clock or file."""
 
+    @property
+    def courses(self) -> Sequence[Course]:
+        """What the laws of the stages are given for the coming period; nothing without such."""
+
     def begin(self, sample: Sample, restored: Restored) -> None:
         """Start with the first sample and the saved position."""
 
@@ -104,7 +110,7 @@ class Machine(Protocol):
 
 
 class Guard(Protocol):
-    """The opened rig under its guard."""
+    """The opened rig under its guard, in one of the two kinds below."""
 
     @property
     def channels(self) -> tuple[str, ...]: ...
@@ -129,12 +135,6 @@ class Guard(Protocol):
 
     def read(self) -> Sample: ...
 
-    def expect(self, command: Command) -> None:
-        """Announce what the machine commands in this period."""
-
-    def write(self, outputs: Outputs) -> None:
-        """Write outputs if they pass."""
-
     def stop(self) -> None: ...
 
     def evidence(self) -> tuple[float, float, float, float]:
@@ -156,6 +156,27 @@ class Guard(Protocol):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None: ...
+
+
+class Direct(Guard, Protocol):
+    """A guard of a machine that gives the outputs itself, once a period."""
+
+    def expect(self, command: Command) -> None:
+        """Announce what the machine commands in this period."""
+
+    def write(self, outputs: Outputs) -> None:
+        """Write outputs if they pass."""
+
+
+class Driving(Guard, Protocol):
+    """Guards of stages whose laws follow set points."""
+
+    @property
+    def inner(self) -> int:
+        """Control periods of the laws in one period of the loop."""
+
+    def drive(self, courses: Sequence[Course]) -> None:
+        """Pass the period: laws and guards on these set points for `inner` control periods."""
 
 
 class Explained(Protocol):

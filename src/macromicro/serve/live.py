@@ -7,6 +7,7 @@ from macromicro.control import macro, outside
 from macromicro.control.calibration import Calibration
 from macromicro.control.live import accept, following, machine, state
 from macromicro.control.live.accept import Answer
+from macromicro.control.live.leading import Course
 from macromicro.control.live.messages import STAGES, Notice, Refused, Reply, SetGains
 from macromicro.control.live.parameters import LiveParameters, prepare
 from macromicro.control.live.surveying import Surveying
@@ -26,6 +27,7 @@ class Live:
     """The two-stage `serve.machine.Machine`: parameters and state of `control.live`."""
 
     own_gains = False
+    courses: tuple[Course, ...] = ()  # its laws give the outputs
 
     def __init__(self, parameters: LiveParameters) -> None:
         self._p = parameters

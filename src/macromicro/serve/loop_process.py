@@ -16,7 +16,6 @@ import signal
 import sys
 import traceback
 from collections.abc import Callable
-from pathlib import Path
 from types import FrameType
 from typing import Any, NamedTuple, Protocol
 
@@ -26,6 +25,7 @@ from macromicro.control.live import alone
 from macromicro.control.live.messages import MICRO, STAGES
 from macromicro.errors import InputError, MacromicroError, ProblemError
 from macromicro.rig import guard
+from macromicro.rig import session as sessions
 from macromicro.rig.guarded import CompiledGuarded
 from macromicro.rig.opening import TWIN, open_rig
 from macromicro.rig.session import BENCH, Session
@@ -33,7 +33,7 @@ from macromicro.rig.twin import CompiledTwin, Twin, VirtualClock
 from macromicro.schema.text import printable
 from macromicro.serve import _pacing, faults
 from macromicro.serve._launching import taken
-from macromicro.serve._machine import Guard, Machine
+from macromicro.serve._machine import Direct, Driving, Machine
 from macromicro.serve.joint.settings import JointSettings
 from macromicro.serve.link import Outbox
 from macromicro.serve.live import Live
@@ -47,6 +47,7 @@ from macromicro.serve.warming import others_beside, warm
 from macromicro.types import Sample
 
 _PR_SET_PDEATHSIG = 1
+_SESSION = sessions.__file__
 FRAMES = 8  # innermost ones, of a traceback in the log
 
 
@@ -65,7 +66,7 @@ class Drivable(Protocol):
 
     def machine(self) -> Machine: ...
 
-    def guarded(self, session: Session) -> Guard: ...
+    def guarded(self, session: Session) -> Direct | Driving: ...
 
     def warm(self) -> None:
         """Run everything of a period once."""
@@ -234,24 +235,10 @@ def _interrupted(number: int, frame: FrameType | None) -> None:
     raise KeyboardInterrupt
 
 
-# Who is on the inner side of these files, in a traceback: the rig, or the law. The loop reaches any
-# rig through a session; a machine of one stage or of two axes runs its laws while a session waits,
-# and its law's loop reaches the rig through `open_rig`.
-_INNER = {
-    "rig/session.py": True,
-    "serve/stage/_control.py": False,
-    "serve/joint/_control.py": False,
-    "machines/open_rig.py": True,
-}
-
-
 def _inside_rig(error: Exception) -> bool:
-    """Whether the rig raised the error, and not the law."""
-    within = False
-    for frame, _ in traceback.walk_tb(error.__traceback__):
-        place = Path(frame.f_code.co_filename).as_posix()
-        within = next((rig for name, rig in _INNER.items() if place.endswith(name)), within)
-    return within
+    """Whether the rig raised the error, which is reached through a session; else the law."""
+    frames = (frame for frame, _ in traceback.walk_tb(error.__traceback__))
+    return any(frame.f_code.co_filename == _SESSION for frame in frames)
 
 
 def _die_with(parent: int, loop: Loop, patience: float) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import Any, cast
 
 from macromicro.control.live.messages import (
     MODES,
@@ -19,7 +19,7 @@ from macromicro.control.live.messages import (
     Reply,
 )
 from macromicro.serve import faults, requests
-from macromicro.serve._machine import Guard, Machine, StageView, View
+from macromicro.serve._machine import Direct, Driving, Machine, StageView, View
 from macromicro.serve._pacing import Pacer
 from macromicro.serve._silence import Silence
 from macromicro.serve.link import Outbox
@@ -47,7 +47,7 @@ class Loop:
 
     def __init__(
         self,
-        rig: Guard,
+        rig: Direct | Driving,
         machine: Machine,
         shared: Shared,
         outbox: Outbox,
@@ -69,6 +69,8 @@ class Loop:
         # A law that runs beside the rig tells itself what it remembers, before one of the machine.
         told = getattr(rig, "own", None) or getattr(machine, "own", None)
         self._own: Callable[[], Sequence[float] | None] = told or _nothing
+        self._driving = cast("Driving", rig) if hasattr(rig, "drive") else None
+        self._direct = None if self._driving else cast("Direct", rig)
         self._laser = Silence("laser" in rig.channels)
         self._emergency = self._commands = self._heartbeat = self._renewed = self._point = 0
         self._heard = time.monotonic()
@@ -97,12 +99,12 @@ class Loop:
             sample = None
             if self._paced:
                 done = time.monotonic()
-                self._rig.clock.wait(self._dt)
+                self._pass()
                 now = self._rig.clock.now() if self._timed else math.nan
                 missed = self.pacer.begun(done, now - began)
                 began = now
             else:
-                self._rig.clock.wait(self._dt)
+                self._pass()
                 missed = self.pacer.wait()
             if missed:
                 self._judge()
@@ -115,9 +117,16 @@ class Loop:
             self._handle(order)
             for _ in range(periods):
                 self._tick(self._rig.read())
-                self._rig.clock.wait(self._dt)
+                self._pass()
                 self._heard = time.monotonic()
         self._halt(0)
+
+    def _pass(self) -> None:
+        """The rest of the period: laws and guards on the set points, or the rig's clock alone."""
+        if self._driving is None:
+            self._rig.clock.wait(self._dt)
+        else:
+            self._driving.drive(self._machine.courses)
 
     def _flags(self) -> list[int]:
         flags: list[int] = self._cells[EMERGENCY : POINT + 1].tolist()
@@ -147,8 +156,9 @@ class Loop:
             self._follow(point)
         self._now = sample.t
         command, requested, notices = self._machine.step(sample, self._dt)
-        self._rig.expect(command)
-        self._rig.write(SAFE if halted or self._fault[0] else requested)
+        if self._direct is not None:
+            self._direct.expect(command)
+            self._direct.write(SAFE if halted or self._fault[0] else requested)
         found = self._machine.found()
         if found is not None and not self._fault[0]:
             self._fault = (float(faults.LOST_COUNTS), *found, sample.t)

@@ -10,6 +10,7 @@ from macromicro.control.live import messages as m
 from macromicro.machines.rig import CompiledTwin
 from macromicro.serve.joint import _opening, settings
 from macromicro.serve.persist import Restored
+from macromicro.serve.stage.rig import Real
 
 PLOTTER = Path(__file__).parents[3] / "examples" / "machines" / "xy-plotter.toml"
 
@@ -35,7 +36,9 @@ class Bed:
                 zip(found.machine.stages, found.machine.trees(found.tree), strict=True)
             )
         ]
-        self.rig: Any = _opening.real(found, self.twins) if real else _opening.simulated(found, 0)
+        self.rig: Any = (
+            Real(found.machine, found.tree, self.twins) if real else _opening.simulated(found, 0)
+        )
         self.pair = _opening.grouped(found, self.rig)
         offset = 0.0 if known else math.nan
         others = (offset,) * (len(self.twins) - 1)
@@ -56,7 +59,7 @@ class Bed:
             self.notices += self.pair.step(seen, self.settings.period)[2]
             self.aims.append(tuple(course.aim.position for course in self.pair.courses))
             self.places.append(self.place)
-            self.rig.clock.wait(self.settings.period)
+            self.rig.drive(self.pair.courses)
             if self.rig.control.tripped:
                 return k
         return periods

@@ -40,14 +40,13 @@ class Bed:
         for _ in range(periods):
             sample = self.led.read()
             self.rows.append(self.led.lines())
-            _, outputs, notices = self.machine.step(sample, self.period)
+            notices = self.machine.step(sample, self.period)[2]
             self.notices += notices
             if self.led.tripped and self.fault is None:
                 self.fault, blind = self.led.fault()
                 words = {"evidence": self.fault.evidence}
                 self.notices += self.machine.fail(self.fault.name, words, blind)
-            self.led.write(outputs)
-            self.led.clock.wait(self.period)
+            self.led.drive(self.machine.courses)
 
     def ask(self, request: Any) -> Any:
         reply, notices = self.machine.accept(request)

@@ -62,9 +62,8 @@ class Driven:
         self.control = One(self.rig.control)
 
     def run(self, course: Course, seconds: float) -> float:
-        self.rig.source = lambda: (course,)
         for _ in range(round(seconds / 1e-3)):
-            self.rig.clock.wait(1e-3)
+            self.rig.drive((course,))
         return self.rig.read().encoder * self.rig.pitches[0]
 
 

@@ -66,18 +66,16 @@ def test_a_stage_tells_what_its_own_law_remembers(tmp_path: Path, monkeypatch) -
     led = Led(Session(), rig)  # type: ignore[arg-type]
     assert led.own() == []
     course = Course(True, REST._replace(position=0.7e-3), restart=1)
-    rig.source = lambda: (course,)
     fastest = 0.0
     for _ in range(200):
-        rig.clock.wait(1e-3)
+        rig.drive((course,))
         if led.tripped:
             break
         (speed,) = led.own()
         assert speed == 1e3 * rig.control._memory[0].speed
         fastest = max(fastest, speed)
     assert fastest > 0.1
-    rig.source = lambda: (Course(),)
-    rig.clock.wait(1e-3)
+    rig.drive((Course(),))
     assert led.own() == []
 
 

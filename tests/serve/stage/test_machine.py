@@ -34,7 +34,6 @@ class Machine:
             tree,
             self.rig.control.take,
         )
-        self.rig.source = lambda: (self.led.course,)
         self.led.begin(self.rig.read(), Restored(True, 0.0, "known"))
         self.notices: list[Any] = []
         self.run(2)
@@ -44,7 +43,7 @@ class Machine:
     def run(self, periods: int) -> None:
         for _ in range(periods):
             self.notices += self.led.step(self.rig.read(), 1e-3)[2]
-            self.rig.clock.wait(1e-3)
+            self.rig.drive(self.led.courses)
 
     def ask(self, request: Any) -> m.Reply:
         reply, notices = self.led.accept(request)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from macromicro.control.live.messages import (
     ClearFault,
@@ -97,22 +96,15 @@ def opened(spec: Spec) -> Opened:
     made = [fixture.make(spec.seed + k) for k, fixture in enumerate(found)]
     paced = any(not isinstance(each.clock, VirtualClock) for each in made)
     counted = all(fixture.counted for fixture in found)
-    rig = real(settings, made)
+    rig = Real(settings.machine, settings.tree, made)
     return Opened(rig, grouped(settings, rig), settings, paced, counted)
-
-
-def real(settings: JointSettings, rigs: Sequence[Any]) -> Real:
-    trees = settings.machine.trees(settings.tree)
-    sessions = [Session(each, own.timing.period) for each, own in zip(rigs, trees, strict=True)]
-    group = on_rig.Rigs(sessions)
-    group.together = True
-    return Real(settings.machine, settings.tree, group.members)
 
 
 def _like(settings: JointSettings, rig: Real) -> Real:
     trees = settings.machine.trees(settings.tree)
     each = zip(settings.machine.stages, trees, rig.rigs, strict=True)
-    return real(settings, [Like(a, own, h.channels, h.outputs) for (_, a), own, h in each])
+    likes = [Like(a, own, h.channels, h.outputs) for (_, a), own, h in each]
+    return Real(settings.machine, settings.tree, likes)
 
 
 def simulated(settings: JointSettings, seed: int) -> Simulated:
@@ -137,12 +129,10 @@ def grouped(settings: JointSettings, rig: Simulated | Real) -> StageGroup:
         leds[name] = led
     path = (tree.path.speed, tree.path.acceleration) if machine.has_plane else ()
     in_turn = machine.order == IN_TURN
-    made = StageGroup(
+    return StageGroup(
         leds,
         Together(trees, *path),
         lambda: rig.shown,
         lambda: rig.control.efforts,
         in_turn=in_turn,
     )
-    rig.source = lambda: made.courses
-    return made

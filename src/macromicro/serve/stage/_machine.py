@@ -68,6 +68,10 @@ class Led(Live):
         self._losable(False)
 
     @property
+    def courses(self) -> tuple[Course, ...]:  # type: ignore[override]
+        return (self.course,)
+
+    @property
     def state(self) -> LiveState:
         return self._s
 

@@ -21,7 +21,7 @@ from macromicro.machines import rig as machine_rig
 from macromicro.machines.machine import Machine
 from macromicro.rig.session import Fixture, Session
 from macromicro.rig.twin import VirtualClock
-from macromicro.serve._machine import Guard
+from macromicro.serve._machine import Driving
 from macromicro.serve.choosing import AnySettings
 from macromicro.serve.link import Outbox, pair
 from macromicro.serve.loop_spec import Spec
@@ -82,7 +82,7 @@ class Opened(NamedTuple):
         rehearsed(led, _live(settings, rig), settings, requests)
 
 
-def rehearsed(led: Guard, machine: Any, settings: AnySettings, requests: Any) -> None:
+def rehearsed(led: Driving, machine: Any, settings: AnySettings, requests: Any) -> None:
     """Requests, each with the periods after it."""
     shared = Shared.create(256, settings.telemetry)
     ours, theirs = pair()
@@ -156,7 +156,6 @@ def _live(settings: StageSettings, rig: stage_rig.Simulated | stage_rig.Real) ->
     machine, tree = settings.machine, settings.tree
     q = guide.guide(machine, tree, switched=ENABLE in rig.kinds[0].lines)
     made = live.Led(guide.parameters(machine, tree), q, settings.period, tree, rig.control.take)
-    rig.source = lambda: (made.course,)
     made.lines = lambda: rig.lines[0]
     made.degrees = lambda: rig.lines[0].temperature
     made.leaning = lambda: guarding.leaning(rig.control.watch)

@@ -1,9 +1,12 @@
-"""The stages of a machine with their laws as the loop's rig, and their guards as its guard."""
+"""The stages of a machine as the loop's rig, with their laws and guards as its guard.
+
+Each period of the loop has one or several control periods of the laws, which `drive` passes.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from types import TracebackType
 from typing import Any, Self
@@ -13,33 +16,25 @@ import numpy as np
 from macromicro.control.live import alone
 from macromicro.control.live.leading import Course
 from macromicro.kernel import compiled
-from macromicro.machines import composite, guarding, lines, open_rig, pace
+from macromicro.machines import composite, guarding, lines, on_rig, open_rig, pace
 from macromicro.machines.composite import AnyMachine, Composite
 from macromicro.machines.guarding import Watch
 from macromicro.machines.signals import Sample
 from macromicro.rig.session import Session
-from macromicro.rig.twin import VirtualClock, noise_source
+from macromicro.rig.twin import noise_source
 from macromicro.serve import _lamps, faults
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.stage import guide
 from macromicro.serve.stage._control import Control
 from macromicro.serve.stage._counts import counted, shared_out, with_pulse
-from macromicro.types import ENABLE, QUIET, SAFE, Clock, Command, Outputs, Rig
+from macromicro.types import ENABLE, QUIET, SAFE, Outputs, Rig
 from macromicro.types import Sample as Shown
 
 MISSED = "the position sensor failed while a fault was latched"
-Source = Callable[[], Sequence[Course]]
-
-
-def _off(count: int) -> Source:
-    return lambda: (Course(),) * count
 
 
 class Entered:
     """A simulated rig that stops whenever it is left."""
-
-    def write(self, outputs: Outputs) -> None:
-        """The law gives the effort."""
 
     def stop(self) -> None: ...
 
@@ -66,8 +61,7 @@ class Simulated(Entered):
         self.dt, self.tick, self.pitches = pace.period(trees[0]), 0, tuple(pitches)
         each = zip(trees, self.pitches, strict=True)
         self._shares = [float(own.encoder.pitch) / pitch for own, pitch in each]
-        self.clock = VirtualClock(self)
-        self.source = _off(len(trees))
+        self.clock = self
         self._measure = [compiled(kind.measure) for kind in self.kinds]
         self._sense = [compiled(k.sense) if k.lines else k.sense for k in self.kinds]
         self._bench = composite.bench(machine, tree)
@@ -99,9 +93,13 @@ class Simulated(Entered):
             self.shown[k] = counted(seen[k].t, position / pitch)
         return self.shown[0]
 
-    def advance(self) -> None:
+    def now(self) -> float:
+        return self.tick * self.dt
+
+    def drive(self, courses: Sequence[Course]) -> None:
+        """Pass one period of the loop with laws and guards on these set points."""
         seen = self._seen()
-        self._states = self.control.run(self.source(), self._bench, self._states, seen, self._noise)
+        self._states = self.control.run(courses, self._bench, self._states, seen, self._noise)
         self.tick += 1
         self._draw()
 
@@ -117,15 +115,18 @@ def _channels(machine: AnyMachine, only: tuple[str, ...]) -> tuple[str, ...]:
 
 
 class Real:
-    """Users' rigs with an encoder, one a stage, driven by a machine's laws."""
+    """Users' rigs with an encoder, one a stage, driven in step by a machine's laws."""
 
     def __init__(self, machine: AnyMachine, tree: Any, rigs: Sequence[Any]) -> None:
-        self.rigs, self._trees = tuple(rigs), machine.trees(tree)
+        self._trees = machine.trees(tree)
+        each = zip(rigs, self._trees, strict=True)
+        group = on_rig.Rigs([Session(rig, own.timing.period) for rig, own in each])
+        group.together = True
+        self.rigs = group.members
+        self.timed = all(getattr(rig, "timed", False) for rig in rigs)
         stages = open_rig.stages(composite.stages(machine), self.rigs)
         self.control = Control(machine, tree, stages)
         self.kinds = stages.kinds
-        self.source = _off(len(self.rigs))
-        self.timed = bool(getattr(rigs[0], "timed", False))
         only = tuple(dict.fromkeys((*rigs[0].channels, *self.kinds[0].lines)))
         self.channels = _channels(machine, only)
         self.lines = [QUIET for _ in self.rigs]
@@ -134,7 +135,7 @@ class Real:
         self._shares = [float(own.encoder.pitch) / guide.count(own) for own in self._trees]
         self._noise = tuple(np.empty((self.control.number, 0)) for _ in self.rigs)
         self._left = ExitStack()
-        self.clock: Clock = self
+        self.clock = self
 
     def read(self) -> Shown:
         for k, rig in enumerate(self.rigs):
@@ -162,19 +163,16 @@ class Real:
     def _warm(self) -> list[float]:
         return [float(getattr(seen, "temperature", math.nan)) for seen in self._read]
 
-    def write(self, outputs: Outputs) -> None:
-        """The laws give the efforts."""
-
     def now(self) -> float:
         return float(self.rigs[0].clock.now())
 
-    def wait(self, dt: float) -> None:
-        """Give the laws' efforts and wait for the next period."""
+    def drive(self, courses: Sequence[Course]) -> None:
+        """Pass one period of the loop with laws and guards on these set points."""
         samples = self._samples()
         read = [Read(rig, seen) for rig, seen in zip(self.rigs, self._read, strict=True)]
         bench = open_rig.bench(self._trees, read)
         states = (0.0,) * len(read)
-        self.control.run(self.source(), bench, states, samples, self._noise)
+        self.control.run(courses, bench, states, samples, self._noise)
 
     def stop(self) -> None:
         """Set all outputs to safe values, whatever one of the rigs raises."""
@@ -219,7 +217,7 @@ def doubtful(watch: Watch) -> bool:
 
 
 class Led:
-    """A session with one of these and its machine's guard."""
+    """A session with one of these, its machine's laws and guards."""
 
     doubt = ""
     temperature = math.nan
@@ -261,11 +259,14 @@ class Led:
         found: list[float] | None = self._control.own if self._control.own_rows else None
         return found
 
-    def expect(self, command: Command) -> None:
-        """The law follows the course."""
+    @property
+    def inner(self) -> int:
+        return int(self._control.number)
 
-    def write(self, outputs: Outputs) -> None:
-        self._session.write(outputs)
+    def drive(self, courses: Sequence[Course]) -> None:
+        """Pass the period: laws and guards on these set points for `inner` control periods."""
+        self._rig.drive(courses)
+        self._session.driven()
 
     def stop(self) -> None:
         self._session.stop()
