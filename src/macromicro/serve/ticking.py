@@ -146,14 +146,7 @@ class Loop:
             return ORPHANED
         if leave or self.orphaned:
             return ORDERED if leave else ORPHANED
-        while commands != self._commands:
-            self._commands += 1
-            self._take()
-        if renewed != self._renewed:
-            self._renewed = renewed
-            self._machine.renew()
-        if point != self._point:
-            self._follow(point)
+        self._hear(commands, renewed, point)
         self._now = sample.t
         command, requested, notices = self._machine.step(sample, self._dt)
         if self._direct is not None:
@@ -179,6 +172,17 @@ class Loop:
         self._replies.clear()
         self._outbox.flush()
         return ""
+
+    def _hear(self, commands: int, renewed: int, point: int) -> None:
+        """Take the orders, signs of life and set points that have come."""
+        while commands != self._commands:
+            self._commands += 1
+            self._take()
+        if renewed != self._renewed:
+            self._renewed = renewed
+            self._machine.renew()
+        if point != self._point:
+            self._follow(point)
 
     def _halt(self, stamp: int) -> None:
         """Emergency stop: outputs safe first."""
