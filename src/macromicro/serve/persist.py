@@ -70,17 +70,26 @@ def default_path(rig: str) -> Path:
 
 
 def save(path: Path, kept: Kept) -> None:
-    """Replace the file atomically; that it moves is written in place, which is quicker.
+    """Replace the file atomically; that it moves is written in place, which waits for less.
 
-    A file that was torn there is not trusted either.
+    A file that is torn by that is not trusted either.
     """
     text = json.dumps({"format": FORMAT, **kept._asdict()}, indent=1) + "\n"
     path.parent.mkdir(parents=True, exist_ok=True)
     if kept.moving:
-        _write(path, text)
+        fd = os.open(path, portable.READ_WRITE, 0o644)
+        try:
+            # In one piece, over all of it: whoever reads it meanwhile finds a whole text.
+            portable.write_at(fd, text.encode().ljust(os.fstat(fd).st_size), 0)
+            os.fsync(fd)
+        finally:
+            os.close(fd)
         return
     part = path.with_name(f"{path.name}.part")
-    _write(part, text)
+    with part.open("w", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
     os.replace(part, path)
     if hasattr(os, "O_DIRECTORY"):  # Windows opens no folders
         folder = os.open(path.parent, os.O_RDONLY)
@@ -88,13 +97,6 @@ def save(path: Path, kept: Kept) -> None:
             os.fsync(folder)
         finally:
             os.close(folder)
-
-
-def _write(path: Path, text: str) -> None:
-    with path.open("w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
 
 
 def load(path: Path) -> Kept | str:
