@@ -118,7 +118,7 @@ def write(out: Path, found: Calibration, kinds: Iterable[str] = drawings.DEFAULT
         page = filled(
             _TEMPLATE,
             machine=machine.title,
-            reference=found.request.reference.title,
+            reference=found.reference,
             remarks=found.remarks,
             rows=rows(found),
             errors=errors(found),
@@ -149,7 +149,7 @@ def corrections(found: Calibration | Own) -> str:
 
 
 def _reference(found: Calibration | Own) -> str:
-    return "none" if isinstance(found, Own) else found.request.reference.title
+    return "none" if isinstance(found, Own) else found.reference
 
 
 def write_own(out: Path, found: Own) -> None:
@@ -195,7 +195,7 @@ def as_json(found: Calibration) -> str:
     content = {
         "version": macromicro.__version__,
         "machine": found.request.machine.name,
-        "reference": found.request.reference.title,
+        "reference": found.reference,
         "seed": found.request.seed,
         "table": [row._asdict() for row in rows(found)],
         "errors": [line._asdict() for line in errors(found)],

@@ -75,6 +75,13 @@ class Calibration(NamedTuple):
     remarks: tuple[str, ...]
     ripple: tuple[Ripple, ...] = ()
 
+    @property
+    def reference(self) -> str:
+        """What the positions were compared with, in words."""
+        if self.measured is self.before:
+            return "readings of another instrument"
+        return self.request.reference.title if self.request.rigs is None else "channel of the rig"
+
 
 def calibrate(request: Request, tell: Tell = lambda title: None) -> Calibration:
     """Measure, fit and verify a machine."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 from macromicro import derived, rules
 from macromicro.columns import Column
@@ -211,6 +211,11 @@ class LiveSettings(NamedTuple):
     @property
     def axes(self) -> tuple[tuple[str, Live], ...]:
         """The named stages of a machine of several."""
+        return ()
+
+    @property
+    def trees(self) -> tuple[tuple[str, Any], ...]:
+        """Settings of each stage that a calibration may correct, under its name."""
         return ()
 
     @property

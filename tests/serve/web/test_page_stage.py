@@ -130,6 +130,10 @@ enable = "line"
 fault = "line"
 [homing]
 on = "home"
+[correction]
+made = "2026-11-01"
+cold = "19 degC"
+hot = "21 degC"
 """
 
 
@@ -193,6 +197,12 @@ def test_a_column_of_a_law_is_plotted_with_its_words_and_unit(axis: Page) -> Non
 
 
 @pytest.mark.slow
+def test_the_age_of_a_calibration_is_shown(axis: Page) -> None:
+    told = axis.text("#calibrations")
+    age = r"Calibrated on 2026-11-01, \d+ days ago, at 20\.0 \u00b0C \(19\.0 to 21\.0\)"
+    assert re.fullmatch(age, told)
+
+
 def test_the_plots_go_by_the_loops_own_period(axis: Page) -> None:
     page = axis
     # One look: the page begins another ring whenever its width or what is plotted changes.

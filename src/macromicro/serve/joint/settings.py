@@ -62,6 +62,10 @@ class JointSettings(NamedTuple):
         return tuple(zip(self.stages, self.lives, strict=True))
 
     @property
+    def trees(self) -> tuple[tuple[str, Any], ...]:
+        return tuple(zip(self.stages, self.machine.trees(self.tree), strict=True))
+
+    @property
     def live(self) -> Live:
         return self.lives[0]
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 from macromicro.control.live.messages import AXES
 from macromicro.serve import telling
+from macromicro.serve.calibrated import calibrations
 from macromicro.serve.scpi._answers import flag, number, numbers
 from macromicro.serve.scpi.command import Answer, Call, Command, Handler, mnemonic
 from macromicro.serve.scpi.errors import quoted
@@ -72,6 +73,16 @@ def _fault(call: Call) -> Answer:
 def _lines(call: Call) -> Answer:
     lines = call.session.snapshot().lines
     return ",".join(f"{quoted(name)},{flag(on)}" for name, on in lines) or '"",0'
+
+
+def _calibrations(call: Call) -> Answer:
+    found = calibrations(call.session.instrument.settings)
+    each = (
+        f"{quoted(c['stage'])},{quoted(c['made'])},"
+        + numbers(c["temperature"], c["cold"], c["hot"])
+        for c in found
+    )
+    return ",".join(each) or '"","",9.91E37,9.91E37,9.91E37'
 
 
 def _pace(call: Call) -> Answer:
@@ -158,6 +169,13 @@ COMMANDS = (
         "Existing limit and home switches and drive lines.",
         answer='"limit_low", "limit_high", "home", "drive_fault", "enabled" or "enable" and 1 if '
         'it is on or tripped else 0, for each; "",0 for none',
+    ),
+    Command(
+        "CALibration?",
+        _calibrations,
+        "The calibration of each calibrated stage: when it was measured, and its temperatures.",
+        answer='"stage", "date", mean, lowest and highest deg C, for each; "","",9.91E37,9.91E37,'
+        "9.91E37 for none",
     ),
     Command(
         "DIAGnostic:PACE?",

@@ -82,6 +82,10 @@ class StageSettings(NamedTuple):
         return ()
 
     @property
+    def trees(self) -> tuple[tuple[str, Any], ...]:
+        return (("", self.tree),)
+
+    @property
     def plane(self) -> bool:
         """Whether two stages move in a plane."""
         return False

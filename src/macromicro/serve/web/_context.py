@@ -10,6 +10,7 @@ from macromicro.hysteresis.table import FodTable
 from macromicro.serve._background import in_thread
 from macromicro.serve._capacity import Capacity
 from macromicro.serve._instrument import Instrument
+from macromicro.serve.calibrated import calibrations
 from macromicro.serve.guesses import Token
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.web import _reporting, bins
@@ -45,6 +46,7 @@ class Context:
             "names": station.settings.names,
             "efforts": station.settings.efforts,
             "axes": _reporting.axes(station.settings),
+            "calibrations": calibrations(station.settings),
             "plane": station.settings.plane,
             "limits": _reporting.limits(station.settings),
             "units": list(units(station.settings.live.place)),

@@ -78,6 +78,7 @@ function welcome(server) {
   $("login").hidden = server.admitted;
   names.open(server);
   captures.open(server.signals);
+  calibrated(server.calibrations);
   suit(server);
   own(server);
   if (channels !== server.channels.length || period !== server.period) {
@@ -98,6 +99,18 @@ function welcome(server) {
   }
   $("link").className = "badge good";
   $("link").textContent = "connected";
+}
+
+// Age and temperature of each stage's calibration.
+function calibrated(calibrations) {
+  const one = ({ stage, made, temperature, cold, hot }) => {
+    const days = Math.floor((Date.now() - Date.parse(made)) / 864e5);
+    const age = days < 1 ? "today" : days === 1 ? "yesterday" : `${days} days ago`;
+    const when = Number.isNaN(days) ? "at an unknown date" : `on ${made}, ${age}`;
+    return `${stage ? `Axis ${stage} calibrated` : "Calibrated"} ${when}, at ${temperature.toFixed(1)} \u00b0C (${cold.toFixed(1)} to ${hot.toFixed(1)})`;
+  };
+  $("calibrations").hidden = !calibrations.length;
+  $("calibrations").textContent = calibrations.map(one).join("; ");
 }
 
 // A plot for each column of the law; the last channels are theirs.
