@@ -25,7 +25,6 @@ def compiling() -> Iterator[None]:
         yield
 
 
-for family in ("stage.opening", "joint._opening"):
-    importlib.import_module(f"macromicro.serve.{family}")
+importlib.import_module("macromicro.serve.stage.opening")
 with compiling():
     loop_process.open_machine(Spec(TWIN, 0, LiveSettings(), "warm", LIVE, 0)).warm()

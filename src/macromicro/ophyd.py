@@ -57,13 +57,13 @@ class Positioner(PositionerBase):  # type: ignore[misc]
     name : str, optional
         Of the device; its readings have it.
     axis : str, optional
-        "x" or "y" of a machine of two axes, "" for the whole position.
+        Name of one of several stages, such as "x"; "" for the whole position.
     token : str | None, optional
         The server's token.
     config : str | None, optional
         Settings file of the virtual machine.
     machine : Machine | None, optional
-        A client that is connected already: two axes of one machine share it.
+        A client that is connected already: the stages of one machine share it.
     """
 
     def __init__(
@@ -248,8 +248,8 @@ class Positioner(PositionerBase):  # type: ignore[misc]
         self._run_subs(sub_type=self.SUB_DONE)
 
     def _begin(self, target: float, stops: int) -> Motion:
-        """Begin the move, unless a stop came since; one of two axes once nothing else moves, with
-        the other one's where that is asked for at the same time."""
+        """Begin the move, unless a stop came since; that of one of several stages once nothing
+        else moves, with those of others that are asked for at the same time."""
 
         def check() -> None:
             if self._stops != stops:

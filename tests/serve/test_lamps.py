@@ -7,9 +7,10 @@ from pathlib import Path
 
 from macromicro.rig.session import Session
 from macromicro.serve import _lamps
-from macromicro.serve.joint import _opening, settings
-from macromicro.serve.joint._rig import Led
+from macromicro.serve.joint import settings
 from macromicro.serve.shared import LINES
+from macromicro.serve.stage import opening
+from macromicro.serve.stage.rig import Guarded
 
 PLOTTER = Path(__file__).parents[2] / "examples" / "machines" / "xy-plotter.toml"
 SWITCHES = """
@@ -41,9 +42,9 @@ def test_each_stage_tells_the_lines_that_its_settings_name(tmp_path: Path) -> No
         PLOTTER.read_text(encoding="utf-8").replace(*DRIVE) + SWITCHES, encoding="utf-8"
     )
     found = settings.load(file)
-    rig = _opening.simulated(found, 0)
+    rig = opening.simulated(found, 0)
     rig.read()
-    led = Led(Session(rig, found.period), rig, found.axes)
+    led = Guarded(Session(rig, found.period), rig, found.axes)
     x, y = (dict(_lamps.told(number)) for number in led.lamps())
     assert x == {"limit_low": False} and list(y) == ["home", "enabled", "enable"]
     assert not y["enable"]

@@ -97,6 +97,8 @@ class PositionStore:
         saved = self._saved
         if saved is None or saved.moving != place.moving or saved.why != place.why:
             return False
+        if len(saved.others) != len(place.others):  # written before the first period
+            return False
         same = saved.trusted == place.trusted and saved.offset == place.offset
         near = place.moving or abs(saved.encoder - place.encoder) <= FLICKER
         for (left, before), (count, offset) in zip(saved.others, place.others, strict=True):

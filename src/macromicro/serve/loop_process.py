@@ -131,14 +131,10 @@ def main() -> None:
 def open_machine(spec: Spec) -> Drivable:
     """The rig of `spec`; nothing is switched on."""
     settings = spec.settings
-    if isinstance(settings, StageSettings):
+    if isinstance(settings, StageSettings | JointSettings):
         from macromicro.serve.stage.opening import opened
 
         return opened(spec)
-    if isinstance(settings, JointSettings):
-        from macromicro.serve.joint import _opening as joint
-
-        return joint.opened(spec)
     maker, _, function = spec.machine.partition(":")
     make = getattr(importlib.import_module(maker), function)
     if spec.rig == TWIN:

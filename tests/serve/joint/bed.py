@@ -8,8 +8,9 @@ from typing import Any
 
 from macromicro.control.live import messages as m
 from macromicro.machines.rig import CompiledTwin
-from macromicro.serve.joint import _opening, settings
+from macromicro.serve.joint import settings
 from macromicro.serve.persist import Restored
+from macromicro.serve.stage import opening
 from macromicro.serve.stage.rig import Real
 
 PLOTTER = Path(__file__).parents[3] / "examples" / "machines" / "xy-plotter.toml"
@@ -37,9 +38,9 @@ class Bed:
             )
         ]
         self.rig: Any = (
-            Real(found.machine, found.tree, self.twins) if real else _opening.simulated(found, 0)
+            Real(found.machine, found.tree, self.twins) if real else opening.simulated(found, 0)
         )
-        self.pair = _opening.grouped(found, self.rig)
+        self.pair: Any = opening.live(found, self.rig)
         offset = 0.0 if known else math.nan
         others = (offset,) * (len(self.twins) - 1)
         self.pair.begin(self.rig.read(), Restored(known, offset, "known", others))

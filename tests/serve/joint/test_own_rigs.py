@@ -17,8 +17,9 @@ from tests.serve.stage.test_served import PATIENT, served
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted
 from macromicro.errors import InputError
-from macromicro.serve.joint import _opening, settings
+from macromicro.serve.joint import settings
 from macromicro.serve.loop_spec import LIVE, Spec
+from macromicro.serve.stage import opening
 from macromicro.serve.station import Station
 
 TEXT = """machine = "xy"
@@ -261,7 +262,7 @@ def test_one_that_hangs_stops_both(lab: Lab, station: Callable[..., Station]) ->
 )
 def test_both_counters_confirm_the_place(lab: Lab, x: str, y: str, known: int) -> None:
     found = settings.load(Path("own.toml"))
-    made = _opening.opened(Spec(lab.rigs(x, y), 0, found, "", LIVE, os.getpid()))
+    made = opening.opened(Spec(lab.rigs(x, y), 0, found, "", LIVE, os.getpid()))
     assert made.witness(made.rig.read()).counted == bool(known)
     assert not made.paced  # both rigs' time is computed: somebody else has to wait
 
@@ -302,6 +303,6 @@ def test_what_two_rigs_cannot_do_is_said(
     name = lab.rigs(*rigs) if rigs[1] else f"{lab.module}:x"
     spec = Spec(name, 0, found._replace(tree=found.tree.with_(changes)), "", LIVE, os.getpid())
     with pytest.raises(InputError) as error:
-        _opening.opened(spec)
+        opening.opened(spec)
     said = str(error.value)
     assert where in said and accepted in said

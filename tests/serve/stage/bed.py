@@ -24,11 +24,11 @@ class Bed:
         assert found is not None
         self.tree, self.pitch, self.period = found.tree, found.live.pitch, found.period
         self.twin = CompiledTwin(found.machine.kind, found.tree, seed)
-        self.rig: Any = opening._simulated(found, seed)
+        self.rig: Any = opening.simulated(found, seed)
         if real:
             self.rig = stage_rig.Real(found.machine, found.tree, (self.twin,))
-        self.machine = opening._live(found, self.rig)
-        self.led = stage_rig.Led(Session(self.rig, self.period), self.rig)
+        self.machine: Any = opening.live(found, self.rig)
+        self.led = stage_rig.Guarded(Session(self.rig, self.period), self.rig)
         self.led.__enter__()
         self.machine.begin(self.led.read(), Restored(False, math.nan, "no"))
         self.notices: list[Any] = []

@@ -21,7 +21,7 @@ from macromicro.serve._trail import Trail
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import COLUMNS, Shared, Vitals, published, telemetry
 from macromicro.serve.stage import settings
-from macromicro.serve.stage.rig import Led, Simulated
+from macromicro.serve.stage.rig import Guarded, Simulated
 from macromicro.serve.web import bins
 from macromicro.types import SAFE, Command, Sample
 
@@ -63,7 +63,7 @@ def test_a_stage_tells_what_its_own_law_remembers(tmp_path: Path, monkeypatch) -
     class Session:
         channels, clock = rig.channels, rig.clock
 
-    led = Led(Session(), rig)  # type: ignore[arg-type]
+    led = Guarded(Session(), rig)  # type: ignore[arg-type]
     assert led.own() == []
     course = Course(True, REST._replace(position=0.7e-3), restart=1)
     fastest = 0.0

@@ -42,7 +42,7 @@ class JointSettings(NamedTuple):
 
     model: str
     described: str | dict[str, Any]  # the machine, as its file names or describes it
-    machine: Composite
+    whole: Composite  # that machine, whatever laws and lines the settings choose
     tree: Any
     lives: tuple[Live, ...]
     serve: ServeSettings = ServeSettings()
@@ -55,7 +55,12 @@ class JointSettings(NamedTuple):
 
     @property
     def stages(self) -> tuple[str, ...]:
-        return composite.names(self.machine)
+        return composite.names(self.whole)
+
+    @property
+    def machine(self) -> Composite:
+        made: Composite = composite.under(self.whole, self.tree)
+        return made
 
     @property
     def axes(self) -> tuple[tuple[str, Live], ...]:
@@ -72,7 +77,7 @@ class JointSettings(NamedTuple):
     @property
     def controller(self) -> Any:
         """Gains of all laws for clients, by stage."""
-        trees = self.machine.trees(self.tree)
+        trees = self.whole.trees(self.tree)
         return gains_of(self.stages)(*map(live_gains, trees))
 
     @property
@@ -89,7 +94,7 @@ class JointSettings(NamedTuple):
 
     @property
     def period(self) -> float:
-        return pace.period(self.machine.trees(self.tree)[0])
+        return pace.period(self.whole.trees(self.tree)[0])
 
     @property
     def law_columns(self) -> tuple[Column, ...]:
@@ -102,18 +107,18 @@ class JointSettings(NamedTuple):
 
     @property
     def plane(self) -> bool:
-        return self.machine.has_plane
+        return self.whole.has_plane
 
     @property
     def homing(self) -> tuple[int, ...]:
         """The stages whose position is known by homing, or the first."""
-        each = zip(self.machine.stages, self.machine.trees(self.tree), strict=True)
+        each = zip(self.machine.stages, self.whole.trees(self.tree), strict=True)
         found = (k for k, ((_, one), own) in enumerate(each) if guide.guide(one, own).touch)
         return tuple(found) or (0,)
 
     @property
     def speeds(self) -> dict[str, float]:
-        trees = self.machine.trees(self.tree)
+        trees = self.whole.trees(self.tree)
         return {n: own.motion.velocity for n, own in zip(self.stages, trees, strict=True)}
 
     @property
@@ -122,19 +127,19 @@ class JointSettings(NamedTuple):
 
     def kept_as(self, rig: str) -> str:
         known: dict[str, Any] = {}
-        each = zip(self.machine.stages, self.machine.trees(self.tree), strict=True)
+        each = zip(self.machine.stages, self.whole.trees(self.tree), strict=True)
         for (name, axis), tree in each:
             known |= of_position(axis, tree, f"{name}.")
-        return identity(rig, self.machine.name, known)
+        return identity(rig, self.whole.name, known)
 
     def rigs(self, name: str) -> tuple[str, ...]:
         return (name,) if name == TWIN else tuple(on_rig.named(name, self.stages))
 
     def place(self, rig: str) -> str:
-        return f"{rig}-{self.machine.name}"
+        return f"{rig}-{self.whole.name}"
 
     def as_toml(self, control: Any, limits: SoftLimits) -> str:
-        own = zip(self.stages, self.machine.trees(self.tree), control, strict=True)
+        own = zip(self.stages, self.whole.trees(self.tree), control, strict=True)
         made = {name: with_live_gains(tree, law) for name, tree, law in own}
         return as_toml(self.machine, self.tree._replace(**made))
 
@@ -161,7 +166,7 @@ def load(path: Path, law: str | None = None) -> JointSettings:
     stages = zip(machine.stages, trees, strict=True)
     lives = tuple(guide.live(axis, own) for (_, axis), own in stages)
     model = f"{machine.name} {printable(Path(path).stem, 60)}".replace(",", " ")
-    return JointSettings(model, described, machine, tree, lives, serve)
+    return JointSettings(model, described, whole, tree, lives, serve)
 
 
 def _described(described: str | dict[str, Any], where: str) -> Composite:
@@ -179,7 +184,7 @@ def _made(
 ) -> JointSettings:
     whole = _described(described, KEY)
     tree = whole.settings._replace(**parts)
-    return JointSettings(model, described, composite.under(whole, tree), tree, lives, serve)
+    return JointSettings(model, described, whole, tree, lives, serve)
 
 
 def _served(machine: Composite, file: str) -> None:

@@ -1,8 +1,9 @@
-"""Opens a single-stage machine for the loop process and warms it up."""
+"""Opens a machine of one or several stages for the loop process and warms it up."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from macromicro.control.live.messages import (
@@ -12,88 +13,102 @@ from macromicro.control.live.messages import (
     Enable,
     Home,
     Jog,
+    MovePoint,
     MoveTo,
+    Programme,
     Stop,
 )
 from macromicro.errors import ProblemError
 from macromicro.machines import guarding, lines, on_rig
 from macromicro.machines import rig as machine_rig
+from macromicro.machines.composite import IN_TURN, Composite
 from macromicro.machines.machine import Machine
+from macromicro.machines.stage_trees import all_of
 from macromicro.rig.session import Fixture, Session
 from macromicro.rig.twin import VirtualClock
 from macromicro.serve._machine import Driving
 from macromicro.serve.choosing import AnySettings
+from macromicro.serve.joint._machine import StageGroup
+from macromicro.serve.joint._together import Together
+from macromicro.serve.joint.settings import JointSettings
 from macromicro.serve.link import Outbox, pair
 from macromicro.serve.loop_spec import Spec
 from macromicro.serve.persist import Evident, Restored
 from macromicro.serve.shared import Shared
-from macromicro.serve.stage import _machine as live
 from macromicro.serve.stage import guide
-from macromicro.serve.stage import rig as stage_rig
+from macromicro.serve.stage._machine import Led
+from macromicro.serve.stage._programmes import USUAL
+from macromicro.serve.stage.rig import Guarded, Real, Simulated
 from macromicro.serve.stage.settings import StageSettings
 from macromicro.serve.ticking import Loop
 from macromicro.types import ENABLE, QUIET, Sample
 
 REST = 100  # periods within which a set point is braked and the stage stands
+Settings = StageSettings | JointSettings
 
 
 class Opened(NamedTuple):
     """As `loop_process.Opened`."""
 
-    rig: stage_rig.Simulated | stage_rig.Real
-    made: live.Led
-    paced: bool
-    counted: bool
-    settings: StageSettings
+    rig: Simulated | Real
+    made: Led | StageGroup
+    settings: Settings
+    paced: bool = False
+    counted: bool = False
 
     def witness(self, sample: Sample) -> Evident:
         return Evident(self.counted, math.nan)
 
-    def machine(self) -> live.Led:
+    def machine(self) -> Led | StageGroup:
         return self.made
 
-    def guarded(self, session: Session) -> stage_rig.Led:
-        return stage_rig.Led(session, self.rig)
+    def guarded(self, session: Session) -> Guarded:
+        return Guarded(session, self.rig, self.settings.axes)
 
     def warm(self) -> None:
         settings = self.settings
-        twin = _simulated(settings, 0)
-        rig: stage_rig.Simulated | stage_rig.Real = twin
-        if isinstance(self.rig, stage_rig.Real):
-            machine, tree = settings.machine, settings.tree
-            (own,) = self.rig.rigs
-            outputs = tuple(getattr(own, "outputs", ()))
-            like = Like(machine, tree, self.rig.channels, outputs)
-            rig = stage_rig.Real(machine, tree, (like,))
-        middle = 0.5 * (settings.tree.travel.low + settings.tree.travel.high)
-        requests = (
-            (Stop(), 2),  # nothing is enabled before the first sample, which is seen behind it
-            (Enable(), 10),
-            (MoveTo(middle), 40),  # first: homing takes the trust, and then moves are refused
-            (Stop(), REST),
-            (Jog("macro", settings.live.jogging.slow), 40),
-            (Jog("macro", 0.0), REST),
-            (Home(), 40),
-            (EmergencyStop(), 10),
-            (ClearFault(), 10),
-            (Disable(), 10),
-        )
-        led = stage_rig.Led(Session(rig, settings.period), rig)
-        rehearsed(led, _live(settings, rig), settings, requests)
+        rig: Simulated | Real = simulated(settings, 0)
+        if isinstance(self.rig, Real):
+            rig = _like(settings, self.rig)
+        guarded = Guarded(Session(rig, settings.period), rig, settings.axes)
+        rehearsed(guarded, live(settings, rig), settings)
 
 
-def rehearsed(led: Driving, machine: Any, settings: AnySettings, requests: Any) -> None:
-    """Requests, each with the periods after it."""
+def _requests(settings: Settings) -> Iterator[tuple[Any, int]]:
+    """What is rehearsed, each request with the periods after it."""
+    ends = {name: own.limits for name, own in settings.axes or (("macro", settings.live),)}
+    middle = {name: 0.5 * (end.whole_low + end.whole_high) for name, end in ends.items()}
+    first = next(iter(middle))
+    yield Stop(), 2  # nothing is enabled before the first sample, which is seen behind it
+    yield Enable(), 10
+    # First: homing takes the trust, and then moves are refused.
+    yield MovePoint(middle) if settings.axes else MoveTo(middle[first]), 40
+    yield Stop(), REST
+    if settings.axes:
+        yield Programme(settings.programmes.named(USUAL, settings.live.limits).plan), 40
+        yield Stop(), REST
+    yield Jog(first, settings.live.jogging.slow), 40
+    yield Jog(first, 0.0), REST
+    yield Home(), 40
+    yield EmergencyStop(), 10
+    yield ClearFault(), 10
+    yield Disable(), 10
+
+
+def rehearsed(guarded: Driving, machine: Led | StageGroup, settings: Settings) -> None:
+    """Run everything of a period once."""
     shared = Shared.create(256, settings.telemetry)
     ours, theirs = pair()
+    requests, zeros = tuple(_requests(settings)), (0.0,) * len(settings.axes)
     try:
-        loop = Loop(led, machine, shared, Outbox(theirs), settings.serve, settings.period, False)
-        zeros = (0.0,) * len(settings.axes)
-        with led:
-            machine.begin(led.read(), Restored(True, 0.0, "warming", zeros))
+        loop = Loop(
+            guarded, machine, shared, Outbox(theirs), settings.serve, settings.period, False
+        )
+        with guarded:
+            machine.begin(guarded.read(), Restored(True, 0.0, "warming", zeros))
             loop.rehearse(requests)
             if machine.searches:  # else it is trusted whatever is known from before
-                machine.begin(led.read(), Restored(False, math.nan, "warming"))
+                machine.begin(guarded.read(), Restored(False, math.nan, "warming"))
                 loop.rehearse(requests)
     finally:
         ours.close()
@@ -104,11 +119,9 @@ def rehearsed(led: Driving, machine: Any, settings: AnySettings, requests: Any) 
 class Like(machine_rig.Twin):
     """A twin with the channels and outputs of another rig; missing lines stay quiet."""
 
-    def __init__(
-        self, machine: Machine, tree: Any, channels: tuple[str, ...], outputs: tuple[str, ...]
-    ) -> None:
+    def __init__(self, machine: Machine, tree: Any, other: Any) -> None:
         super().__init__(machine.kind, tree)
-        self.channels, self.outputs = channels, outputs
+        self.channels, self.outputs = tuple(other.channels), tuple(other.outputs)
 
     def read(self) -> Any:
         shown = super().read()
@@ -118,19 +131,22 @@ class Like(machine_rig.Twin):
 
 
 def opened(spec: Spec) -> Opened:
-    """The single-stage machine of `spec`; nothing is switched on."""
-    settings = spec.settings
-    assert isinstance(settings, StageSettings)
-    found = on_rig.found(spec.rig, settings.machine, settings.tree, spec.seed, "serving")
+    """The machine of `spec`; nothing is switched on."""
+    settings: AnySettings = spec.settings
+    assert isinstance(settings, Settings)
+    machine, tree = settings.machine, settings.tree
+    what = f"serving {all_of(len(settings.axes))}" if settings.axes else "serving"
+    found = on_rig.found(spec.rig, machine, tree, spec.seed, what)
     if found is None:
-        twin = _simulated(settings, spec.seed)
-        return Opened(twin, _live(settings, twin), False, False, settings)
-    (fixture,) = found
-    needed(settings.machine, settings.tree, fixture)
-    made = fixture.make(spec.seed)
-    paced = not isinstance(made.clock, VirtualClock)
-    real = stage_rig.Real(settings.machine, settings.tree, (made,))
-    return Opened(real, _live(settings, real), paced, fixture.counted, settings)
+        twin = simulated(settings, spec.seed)
+        return Opened(twin, live(settings, twin), settings)
+    for (name, stage), own, fixture in zip(machine.stages, machine.trees(tree), found, strict=True):
+        needed(stage, own, fixture, f"{name}." if name else "")
+    made = [fixture.make(spec.seed + k) for k, fixture in enumerate(found)]
+    paced = any(not isinstance(each.clock, VirtualClock) for each in made)
+    counted = all(fixture.counted for fixture in found)
+    rig = Real(machine, tree, made)
+    return Opened(rig, live(settings, rig), settings, paced, counted)
 
 
 def needed(machine: Machine, tree: Any, fixture: Fixture, where: str = "") -> None:
@@ -147,16 +163,40 @@ def needed(machine: Machine, tree: Any, fixture: Fixture, where: str = "") -> No
         raise ProblemError(f"--rig {fixture.name}, channels", problem, remedy)
 
 
-def _simulated(settings: StageSettings, seed: int) -> stage_rig.Simulated:
-    machine, tree = settings.machine, settings.tree
-    return stage_rig.Simulated(machine, tree, (settings.live.pitch,), seed)
+def _like(settings: Settings, rig: Real) -> Real:
+    machine, trees = settings.machine, settings.machine.trees(settings.tree)
+    each = zip(machine.stages, trees, rig.rigs, strict=True)
+    likes = [Like(stage, own, other) for (_, stage), own, other in each]
+    return Real(machine, settings.tree, likes)
 
 
-def _live(settings: StageSettings, rig: stage_rig.Simulated | stage_rig.Real) -> live.Led:
+def simulated(settings: Settings, seed: int) -> Simulated:
+    pitches = [own.pitch for _, own in settings.axes] or [settings.live.pitch]
+    return Simulated(settings.machine, settings.tree, pitches, seed)
+
+
+def live(settings: Settings, rig: Simulated | Real) -> Led | StageGroup:
+    """The live machine on such a rig."""
     machine, tree = settings.machine, settings.tree
-    q = guide.guide(machine, tree, switched=ENABLE in rig.kinds[0].lines)
-    made = live.Led(guide.parameters(machine, tree), q, settings.period, tree, rig.control.take)
-    made.lines = lambda: rig.lines[0]
-    made.degrees = lambda: rig.lines[0].temperature
-    made.leaning = lambda: guarding.leaning(rig.control.watch)
-    return made
+    trees, leds = machine.trees(tree), {}
+    for k, ((name, stage), own) in enumerate(zip(machine.stages, trees, strict=True)):
+        lead = guide.guide(stage, own, switched=ENABLE in rig.kinds[k].lines)
+
+        def take(tree: object, k: int = k) -> None:
+            rig.control.take(tree, k)
+
+        led = Led(guide.parameters(stage, own), lead, settings.period, own, take)
+        led.lines = lambda k=k: rig.lines[k]  # type: ignore[misc]
+        led.degrees = lambda k=k: rig.lines[k].temperature  # type: ignore[misc]
+        led.leaning = lambda k=k: guarding.leaning(rig.control.watches[k])  # type: ignore[misc]
+        leds[name] = led
+    if not isinstance(machine, Composite):
+        return leds[""]
+    path = (tree.path.speed, tree.path.acceleration) if machine.has_plane else ()
+    return StageGroup(
+        leds,
+        Together(trees, *path),
+        lambda: rig.shown,
+        lambda: rig.control.efforts,
+        in_turn=machine.order == IN_TURN,
+    )

@@ -216,14 +216,18 @@ def doubtful(watch: Watch) -> bool:
     return bool(watch.missed) or guarding.blind(watch)
 
 
-class Led:
-    """A session with one of these, its machine's laws and guards."""
+class Guarded:
+    """A session with one of these, its machine's laws and guards.
+
+    `axes` are the named stages of a machine of several.
+    """
 
     doubt = ""
     temperature = math.nan
 
-    def __init__(self, session: Session, rig: Any) -> None:
+    def __init__(self, session: Session, rig: Simulated | Real, axes: faults.Axes = ()) -> None:
         self._session, self._rig, self._control = session, rig, rig.control
+        self._axes = axes
         self.channels, self.clock = session.channels, session.clock
 
     @property
@@ -239,7 +243,9 @@ class Led:
         return found
 
     def lines(self) -> tuple[float, ...]:
-        """State of the lines and of the enable line; NaN where it has none."""
+        """State of the only stage's lines and enable line; NaN where it has none."""
+        if self._axes:
+            return ()
         rig, there = self._rig, self._rig.kinds[0].lines
         enable = self._control.enable if ENABLE in there else math.nan
         return (*lines.shown(rig.lines[0], there), enable)
@@ -272,12 +278,18 @@ class Led:
         self._session.stop()
 
     def evidence(self) -> tuple[float, float, float, float]:
-        watch = self._control.watch
-        return float(faults.STAGE + watch.fault), watch.value, watch.limit, watch.time
+        control = self._control
+        k = control.faulty if control.tripped else 0
+        watch, begin = control.watches[k], faults.AXIS + 100 * k if self._axes else faults.STAGE
+        return float(begin + watch.fault), watch.value, watch.limit, watch.time
 
     def fault(self) -> tuple[Trouble, bool]:
         """The latched fault, and whether counts may have been missed."""
-        found = faults.of_stage(*self.evidence(), self._control.places[0])
+        evidence = self.evidence()
+        if self._axes:
+            found = faults.of_axis(*evidence, self._axes)
+        else:
+            found = faults.of_stage(*evidence, self._control.places[0])
         return found, guarding.blind(self._control.watch)
 
     def renew(self) -> None:
@@ -285,7 +297,7 @@ class Led:
 
     def overlooked(self) -> str:
         """Why the position may be wrong despite the latched fault, or ""."""
-        return MISSED if doubtful(self._control.watch) else ""
+        return MISSED if any(map(doubtful, self._control.watches)) else ""
 
     def __enter__(self) -> Self:
         self._session.__enter__()
