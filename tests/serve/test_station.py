@@ -15,7 +15,7 @@ from serve_parts import LEFT, MOTOR, Running, begun, causes, outcome, until
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
 from macromicro.errors import MacromicroError
-from macromicro.serve import persist
+from macromicro.serve import _background, persist
 from macromicro.serve.station import Station
 
 Make = Callable[..., Station]
@@ -150,6 +150,28 @@ def test_a_lost_client_is_noticed_while_the_disk_is_slow(
         until(lambda: "client lost" in causes(machine, "control"), 20.0)
     finally:
         go_on.set()
+
+
+def test_an_emergency_stop_needs_no_event_loop(station: Make) -> None:
+    machine, go_on = station(), threading.Event()
+    machine.start()
+    _background.call_soon(lambda: go_on.wait(60.0))
+    try:
+        assert not math.isnan(machine.emergency("test"))
+    finally:
+        go_on.set()
+
+
+def test_a_server_that_hangs_counts_as_silent(station: Make, log: Any) -> None:
+    machine, go_on = station(parent_timeout=0.3), threading.Event()
+    machine.start()
+    _background.call_soon(lambda: go_on.wait(60.0))
+    try:
+        until(lambda: log[LEFT] == 1.0)
+    finally:
+        go_on.set()
+    until(lambda: machine.snapshot().fault is not None)
+    assert "the server was silent" in machine.snapshot().fault.evidence  # type: ignore[union-attr]
 
 
 def test_events_and_telemetry_come_once(running: Running) -> None:

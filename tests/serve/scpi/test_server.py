@@ -33,6 +33,13 @@ def test_question_and_answer(connect) -> None:
     assert client.ask("SYST:ERR?").startswith("-113,")
 
 
+def test_an_answer_comes_in_one_segment(connect) -> None:
+    client = connect()
+    for _ in range(20):
+        client.send("*IDN?;:MODE?")
+        assert client.socket.recv(1 << 16).endswith(b"\n")
+
+
 def test_one_holds_control_others_watch(connect, station) -> None:
     first, second = connect(), connect()
     assert first.ask("SYST:LOCK:REQ?") == "1"
