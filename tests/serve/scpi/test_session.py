@@ -12,7 +12,7 @@ import macromicro
 from macromicro.control.live import messages as m
 from macromicro.control.live.targets import reach
 from macromicro.serve.settings import LiveSettings
-from macromicro.serve.shared import NAMES
+from macromicro.serve.shared import NAMES, Shared
 from macromicro.serve.snapshot import Trouble
 
 OWN = LiveSettings().live.limits
@@ -550,9 +550,13 @@ def test_nothing_not_declared_answers(bench) -> None:
         "GAIN?": ' "p.kp"',
         "GAIN:BOUNds?": ' "p.kp"',
         "WAVeform:DATA?": " t,0.01",
+        "CAPTure:DATA?": " t",
     }
-    needs_a_capture = {"CAPTure:DATA?", "CAPTure:UNITs?", "CAPTure:TIME?"}
-    for command in (c for c in COMMANDS if c.header not in needs_a_capture):
+    ring = bench.station.loop.shared = Shared.create(100)
+    bench.ask('CAPT:SIGN "position";AFT 0;STAR')
+    ring.put([0.0] * len(NAMES))
+    bench.station.captures.look()
+    for command in COMMANDS:
         header = command.header.replace("[", "").replace("]", "").replace("<n=1..2>", "")
         if command.query:
             answer = bench.ask(header + given.get(command.header, ""))
