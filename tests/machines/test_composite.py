@@ -12,7 +12,6 @@ from macromicro.export import catalogue
 from macromicro.machines import composite, compositions, programmes, results, runs
 from macromicro.machines import machine as machines
 from macromicro.place import ANGLE, LENGTH
-from macromicro.serve import choosing
 
 EXAMPLE = Path(__file__).parents[2] / "examples/machines/xyz.toml"
 PROGRAMME = """
@@ -167,11 +166,9 @@ def test_it_runs_and_each_move_waits_for_every_stage(three, tmp_path, monkeypatc
     assert (tmp_path / "out/axes.png").is_file()
 
 
-def test_what_takes_one_stage_or_two_axes_says_so(three):
+def test_what_takes_one_stage_says_so(three):
     with pytest.raises(MacromicroError, match=r"--axis x"):
         machines.chosen(EXAMPLE)
-    with pytest.raises(MacromicroError, match=r"no live controller.*--axis NAME"):
-        choosing.load(EXAMPLE)
 
 
 def test_lengths_and_angles_at_rest_are_not_added():
