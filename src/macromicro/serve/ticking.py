@@ -175,14 +175,14 @@ class Loop:
 
     def _hear(self, commands: int, renewed: int, point: int) -> None:
         """Take the orders, signs of life and set points that have come."""
-        while commands != self._commands:
-            self._commands += 1
-            self._take()
         if renewed != self._renewed:
             self._renewed = renewed
             self._machine.renew()
-        if point != self._point:
+        if point != self._point:  # before orders: the last one of a motion comes before its end
             self._follow(point)
+        while commands != self._commands:
+            self._commands += 1
+            self._take()
 
     def _halt(self, stamp: int) -> None:
         """Emergency stop: outputs safe first."""

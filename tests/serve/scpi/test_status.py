@@ -12,7 +12,7 @@ from macromicro.serve.scpi.status import bit_of
 TIME, TEMPERATURE, STAGE, MICRO = 2, 4, 9, 10
 
 
-@pytest.mark.parametrize("machine", [faults.STAGE, *faults.AXIS])
+@pytest.mark.parametrize("machine", [faults.STAGE, faults.AXIS, faults.AXIS + 200])
 @pytest.mark.parametrize("code", guard_words.TEXTS)
 def test_faults_of_a_stage(machine: int, code: int) -> None:
     """None of them says that a micro-stage failed, as their numbers below 100 would."""
