@@ -229,6 +229,8 @@ class Guarded:
         self._session, self._rig, self._control = session, rig, rig.control
         self._axes = axes
         self.channels, self.clock = session.channels, session.clock
+        self._lined = any(kind.lines for kind in rig.kinds)
+        self._dark = [0.0 for _ in rig.kinds]
 
     @property
     def given(self) -> Outputs:
@@ -252,7 +254,10 @@ class Guarded:
 
     def lamps(self) -> list[float]:
         """The lines of each stage and its enable line, packed."""
-        rig, enable = self._rig, {ENABLE: self._control.enable}
+        rig = self._rig
+        if not self._lined:
+            return self._dark
+        enable = {ENABLE: self._control.enable}
         return [
             _lamps.packed({n: v for n, v in (said._asdict() | enable).items() if n in kind.lines})
             if kind.lines
