@@ -10,9 +10,10 @@ from loop_parts import Scene
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.accept import NOT_FOLLOWING
+from macromicro.place import LENGTH
 from macromicro.serve import _stream
 from macromicro.serve._stream import Stream
-from macromicro.serve.shared import POINT, RENEWED, Shared
+from macromicro.serve.shared import POINT, RENEWED, Shared, published
 
 
 class Shown:
@@ -73,7 +74,7 @@ def test_what_nothing_follows_is_refused(stream: Stream, point: Any, said: str) 
 
 
 def test_a_point_that_is_being_written_is_not_read() -> None:
-    shared = Shared.create(10)
+    shared = Shared.create(10, published((LENGTH, LENGTH), ("x", "y")))
     shared.set_point(((0.1, 0.2), (0.3, 0.4)), 77)
     assert shared.point(2) == (((0.1, 0.2), (0.3, 0.4)), 77)
     shared.cells[POINT] += 1

@@ -122,8 +122,7 @@ PLAIN = published()
     RENEWED,  # serving process: counts up while the client of a jog is alive
     POINT,  # serving process: counts streamed set points twice, odd while one is written
 ) = range(11)
-# Serving process: time of the newest set point, stages, then position and velocity of each.
-_POINT, POINT_STAGES = 16, 8
+_POINT = 16  # serving process: time of the newest set point, then the number of its stages
 BINS, BIN_S = 5000, 1e-6  # of the histograms; the last bin takes all that is longer
 _CELLS = 64
 _LOOKS, _LOOK_S = 200, 5e-5
@@ -185,19 +184,20 @@ class Shared:
         self.fd, self.rows, self.form = fd, rows, form
         self.path = ""
         width, status = len(form.columns), _FIXED + _EACH * len(form.stages)
-        start = _CELLS + status + 2 * BINS
+        point = 2 * max(len(form.stages), 1)  # position and velocity of each stage
+        start = _CELLS + status + point + 2 * BINS
         size = 8 * (start + width * rows)
         if os.fstat(fd).st_size != size:
             os.ftruncate(fd, size)
         memory = np.frombuffer(mmap.mmap(fd, size), np.int64)
         self.cells = memory[:_CELLS]
-        self._point = memory.view(np.float64)[_POINT + 2 : _POINT + 2 + 2 * POINT_STAGES]
         self._turns = memory.data[:_CELLS]  # the same, quicker to count up
         floats = memory.view(np.float64)
         self._row, self._state = packed(width), packed(status)
         self._nothing = (math.nan,) * width
         self._status = floats[_CELLS : _CELLS + status]
         self._told = memory.data[_CELLS : _CELLS + status].cast("B")
+        self._point = floats[_CELLS + status : _CELLS + status + point]
         self.histograms = memory[start - 2 * BINS : start].reshape(2, BINS)
         # A row lies in one piece, so that writing it costs one copy.
         self._rows = memory.data[start:].cast("B")
@@ -261,14 +261,18 @@ class Shared:
         """Replace the streamed set point (serving process only); `at` is its time."""
         cells = self.cells
         cells[POINT] += 1
+        fence()
         cells[_POINT], cells[_POINT + 1] = at, len(point)
         self._point[: 2 * len(point)] = np.ravel(point)
+        fence()
         cells[POINT] += 1
 
     def point(self, turn: int) -> tuple[tuple[tuple[float, float], ...], int] | None:
         """The streamed set point of this `turn` and its time, or None while another is written."""
+        fence()
         at, stages = self.cells[_POINT : _POINT + 2].tolist()
         values = self._point[: 2 * stages].tolist()
+        fence()
         if turn % 2 or turn != self.cells[POINT]:
             return None
         return tuple(zip(values[::2], values[1::2], strict=True)), at
