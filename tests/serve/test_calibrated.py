@@ -1,4 +1,4 @@
-"""What clients are told of a machine's calibrations."""
+"""Facts about a machine's calibrations, for its clients."""
 
 from __future__ import annotations
 

@@ -187,5 +187,5 @@ def order(
     """The fields of an order that begins a capture."""
     names = [signals] if isinstance(signals, str) else list(signals)
     given = Trigger(trigger) if isinstance(trigger, str) else trigger
-    told = {key: value for key, value in given._asdict().items() if value != ""}
-    return {"signals": names, "trigger": told, "before": before, "after": after, "repeat": repeat}
+    words = {key: value for key, value in given._asdict().items() if value != ""}
+    return {"signals": names, "trigger": words, "before": before, "after": after, "repeat": repeat}

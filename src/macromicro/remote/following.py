@@ -36,7 +36,9 @@ class AsyncStream:
     def __init__(self, machine: AsyncMachine, stage: str, hold: float) -> None:
         self._machine, self._hold = machine, hold
         stages = machine.about["stages"]
-        self._stage = stage or (ALL if _orders.axes_of(machine.about) else stages[0])
+        axes = _orders.axes_of(machine.about)
+        self._stage = stage or (ALL if axes else stages[0])
+        self._kind = streamed(axes)["points" if self._stage == ALL else "point"]
         self._newest: dict[str, Any] | None = None
         self._wake = asyncio.Event()
         self._tasks: list[asyncio.Task[Any]] = []
@@ -89,45 +91,24 @@ class AsyncStream:
         InputError
             It is no position.
         """
-        self.take(self.message(position, velocity))
+        self._take(self._message(position, velocity))
 
-    def message(self, position: Values, velocity: Values | None = None) -> dict[str, Any]:
-        """The message of a set point; see `put`.
-
-        Parameters
-        ----------
-        position : Values
-            Its position.
-        velocity : Values | None, optional
-            Its velocity.
-
-        Returns
-        -------
-        dict[str, Any]
-            The set point with its time.
-        """
+    def _message(self, position: Values, velocity: Values | None = None) -> dict[str, Any]:
+        """A set point with its time."""
         over = self._tasks[0]
         if over.done():
             over.result()
             raise RequestRefused("the motion has ended", "follow again")
-        name = "points" if self._stage == ALL else "point"
         values = position if isinstance(position, tuple) else (position,)
         speeds = velocity if isinstance(velocity, tuple) else (velocity,)
         if velocity is not None:
             values = (*values, *speeds)
-        place, about = self._machine.place, self._machine.about
-        kind = streamed(_orders.axes_of(about))[name]
+        kind, place = self._kind, self._machine.place
         order = _orders.order(kind, _orders.checked(kind, values, place), place)
-        return {"do": name, "time": time.monotonic(), **order}
+        return {"do": kind.name, "time": time.monotonic(), **order}
 
-    def take(self, message: dict[str, Any]) -> None:
-        """Send a message as soon as the link is free.
-
-        Parameters
-        ----------
-        message : dict[str, Any]
-            One of `message`.
-        """
+    def _take(self, message: dict[str, Any]) -> None:
+        """Send a message as soon as the link is free."""
         self._newest = message
         self._wake.set()
 
@@ -193,5 +174,5 @@ class Stream:
         InputError
             It is no position.
         """
-        message = self._inner.message(position, velocity)
-        self._machine.soon(self._inner.take, message)
+        message = self._inner._message(position, velocity)
+        self._machine._soon(self._inner._take, message)

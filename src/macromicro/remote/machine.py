@@ -260,16 +260,8 @@ class Machine(Verbs[Motion, None]):
             future.cancel()
             raise
 
-    def soon(self, what: Callable[..., Any], *given: Any) -> None:
-        """Call something in the thread of the connection, without waiting for it.
-
-        Parameters
-        ----------
-        what : Callable[..., Any]
-            What to call.
-        *given : Any
-            Its arguments.
-        """
+    def _soon(self, what: Callable[..., Any], *given: Any) -> None:
+        """Call something in the thread of the connection, without waiting for it."""
         self._loop.call_soon_threadsafe(what, *given)
 
     def _end(self) -> None:

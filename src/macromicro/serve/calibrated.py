@@ -1,4 +1,4 @@
-"""What clients are told of the calibrations of a machine."""
+"""Facts about the calibrations of a machine, for its clients."""
 
 from __future__ import annotations
 

@@ -129,7 +129,7 @@ class Capture:
             first = count - block.shape[1]
             found = self._trigger(np.column_stack([self._last, block]), ends)
             if found is None:
-                return  # an end is not told yet: look again
+                return  # how a motion has ended is not reported yet: look again
             if found < 0:
                 self._seen = count
                 if block.shape[1]:

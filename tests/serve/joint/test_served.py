@@ -157,7 +157,7 @@ def test_two_axes_and_a_piezo_home_move_and_run_programmes(tmp_path: Path) -> No
         client.fine()
         with socket.create_connection(("127.0.0.1", gcs_port(client))) as other:
             file = other.makefile("rw", newline="\n")
-            client.send("SYST:LOCK:REL")
+            assert client.ask("SYST:LOCK:REL;*OPC?") == "1"  # before the other one asks for it
             file.write("MOV X 10 Z 0.03\nSAI?\n")
             file.flush()
             assert [file.readline().strip() for _ in range(3)] == ["X", "Y", "Z"]

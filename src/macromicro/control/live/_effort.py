@@ -8,7 +8,7 @@ from typing import NamedTuple
 from macromicro.control import macro, micro
 from macromicro.control.arrival import TICK
 from macromicro.control.live.messages import Notice
-from macromicro.control.live.parameters import Fine
+from macromicro.control.live.parameters import Fine, LiveParameters
 from macromicro.control.live.state import EMPTY, Drive, LiveState, Window, driven
 from macromicro.control.stage_law import Sample as StageSample
 from macromicro.control.stage_law import Target
@@ -39,6 +39,29 @@ def macro_effort(s: LiveState, encoder: float, reference: float, dt: float) -> t
         dt,
     )
     return Drive(reference, d.micro_reference, memory, d.integral, d.reset, d.fine), motor
+
+
+class CarriageStep(NamedTuple):
+    """The carriage behind a reference in raw counts."""
+
+    reference: float  # no farther ahead than `homing.lead`
+    ahead: float  # how far it was before
+    drive: Drive
+    motor: float  # V
+    stuck: bool  # whether the motor pushes and the carriage stands
+
+
+def lead_carriage(
+    p: LiveParameters, s: LiveState, encoder: float, reference: float, dt: float
+) -> CarriageStep:
+    """Lead the carriage gently: a jog or set points, with what homing may push at most."""
+    homing, ahead = p.settings.homing, reference - encoder
+    if not math.isnan(ahead):
+        reference = encoder + limited(ahead, homing.lead)
+    drive, motor = macro_effort(s, encoder, reference, dt)
+    motor = limited(motor, homing.volts)
+    leans = abs(ahead) >= homing.lead or abs(motor) >= p.settings.jogging.lean
+    return CarriageStep(reference, ahead, drive, motor, leans and s.seen.standing > 0.0)
 
 
 def micro_effort(s: LiveState, hall: float, reference: float, dt: float) -> tuple[Drive, float]:

@@ -9,7 +9,7 @@ from macromicro.control.arrival import TICK
 from macromicro.control.live import _moves, brake, following, tracking
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
-from macromicro.control.live._effort import Efforts, fine_efforts, limited, macro_effort, observe
+from macromicro.control.live._effort import Efforts, fine_efforts, lead_carriage, limited, observe
 from macromicro.control.live.leading import REST, Aim
 from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import LiveParameters
@@ -58,15 +58,10 @@ def _macro(
 ) -> tuple[LiveState, Efforts]:
     q = p.settings
     reference = work.track.aim.position / q.pitch + s.frame.offset
-    ahead = reference - sample.encoder
-    if not math.isnan(ahead):
-        reference = sample.encoder + limited(ahead, q.homing.lead)
-    drive, motor = macro_effort(s, sample.encoder, reference, dt)
-    motor = limited(motor, q.homing.volts)
+    carriage = lead_carriage(p, s, sample.encoder, reference, dt)
     if not math.isnan(sample.encoder):
-        leans = abs(ahead) >= q.homing.lead or abs(motor) >= q.jogging.lean
-        stands = leans and s.seen.standing > 0.0 and not arrival.within(s.laws.sequence, ahead)
-        work = work._replace(held_back=work.held_back + dt if stands else 0.0)
+        stuck = carriage.stuck and not arrival.within(s.laws.sequence, carriage.ahead)
+        work = work._replace(held_back=work.held_back + dt if stuck else 0.0)
     if work.held_back >= q.jogging.patience - TICK:
         s, notices = brake.start(p, s, m.STALLED, t.STALLED, following.facts(work))
         return s, Efforts(notices=notices)
@@ -83,7 +78,7 @@ def _macro(
         if s.time - entered >= s.laws.sequence.patience - TICK:
             s, notices = brake.start(p, s, m.STALLED, t.STALLED, found)
             return s, Efforts(notices=notices)
-    return driven(s, drive, work), Efforts(motor, 0.0, 1.0)
+    return driven(s, carriage.drive, work), Efforts(carriage.motor, 0.0, 1.0)
 
 
 def _micro(

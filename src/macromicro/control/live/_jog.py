@@ -9,7 +9,7 @@ from macromicro.control.arrival import TICK
 from macromicro.control.live import _moves, brake, following
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
-from macromicro.control.live._effort import Efforts, fine_efforts, limited, macro_effort, observe
+from macromicro.control.live._effort import Efforts, fine_efforts, lead_carriage, limited, observe
 from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import (
@@ -79,24 +79,18 @@ def macro(
         limit = 0.0
     else:
         reference += speed * dt
-    lead = q.homing.lead
-    held_back, ahead = work.held_back, reference - sample.encoder
-    if not math.isnan(ahead):
-        reference = sample.encoder + limited(ahead, lead)
-    drive, motor = macro_effort(s, sample.encoder, reference, dt)
-    motor = limited(motor, q.homing.volts)
+    carriage, held_back = lead_carriage(p, s, sample.encoder, reference, dt), work.held_back
     if not math.isnan(sample.encoder):
-        leans = abs(ahead) >= lead or abs(motor) >= q.jogging.lean
-        held_back = held_back + dt if leans and s.seen.standing > 0.0 else 0.0
+        held_back = held_back + dt if carriage.stuck else 0.0
     if held_back >= q.jogging.patience - TICK:
         s, notices = brake.start(p, s, m.STALLED, t.STALLED)
         return s, Efforts(notices=notices)
-    s = driven(s, drive, work._replace(speed=speed, held_back=held_back))
-    arrived = arrival.within(s.laws.sequence, reference - sample.encoder)
+    s = driven(s, carriage.drive, work._replace(speed=speed, held_back=held_back))
+    arrived = arrival.within(s.laws.sequence, carriage.reference - sample.encoder)
     if limit == 0.0 and arrived and s.seen.standing >= q.brake.rest - TICK:
         s, notices = brake.start(p, s, m.LIMIT, t.LIMIT)
         return s, Efforts(notices=notices)
-    return s, Efforts(motor, 0.0, 1.0)
+    return s, Efforts(carriage.motor, 0.0, 1.0)
 
 
 def micro(

@@ -45,8 +45,8 @@ def heard(
         return s, ()
     place = p.settings.place
     names = (f"position_{place.unit}", f"low_{place.unit}", f"high_{place.unit}")
-    told = (each * place.per for each in (position, low, high))
-    facts: Evidence = dict(zip(names, told, strict=True))
+    values = (each * place.per for each in (position, low, high))
+    facts: Evidence = dict(zip(names, values, strict=True))
     return s, (t.reported(s, "follow", "set point clipped to the soft limits", facts),)
 
 

@@ -68,7 +68,7 @@ class JointSettings(NamedTuple):
 
     @property
     def trees(self) -> tuple[tuple[str, Any], ...]:
-        return tuple(zip(self.stages, self.machine.trees(self.tree), strict=True))
+        return tuple(zip(self.stages, self.whole.trees(self.tree), strict=True))
 
     @property
     def live(self) -> Live:
@@ -77,8 +77,7 @@ class JointSettings(NamedTuple):
     @property
     def controller(self) -> Any:
         """Gains of all laws for clients, by stage."""
-        trees = self.whole.trees(self.tree)
-        return gains_of(self.stages)(*map(live_gains, trees))
+        return gains_of(self.stages)(*(live_gains(own) for _, own in self.trees))
 
     @property
     def names(self) -> dict[str, str]:
@@ -112,14 +111,13 @@ class JointSettings(NamedTuple):
     @property
     def homing(self) -> tuple[int, ...]:
         """The stages whose position is known by homing, or the first."""
-        each = zip(self.machine.stages, self.whole.trees(self.tree), strict=True)
-        found = (k for k, ((_, one), own) in enumerate(each) if guide.guide(one, own).touch)
+        each = zip(self.machine.stages, self.trees, strict=True)
+        found = (k for k, ((_, one), (_, own)) in enumerate(each) if guide.guide(one, own).touch)
         return tuple(found) or (0,)
 
     @property
     def speeds(self) -> dict[str, float]:
-        trees = self.whole.trees(self.tree)
-        return {n: own.motion.velocity for n, own in zip(self.stages, trees, strict=True)}
+        return {name: own.motion.velocity for name, own in self.trees}
 
     @property
     def programmes(self) -> SeveralStages:
@@ -127,8 +125,7 @@ class JointSettings(NamedTuple):
 
     def kept_as(self, rig: str) -> str:
         known: dict[str, Any] = {}
-        each = zip(self.machine.stages, self.whole.trees(self.tree), strict=True)
-        for (name, axis), tree in each:
+        for (_, axis), (name, tree) in zip(self.machine.stages, self.trees, strict=True):
             known |= of_position(axis, tree, f"{name}.")
         return identity(rig, self.whole.name, known)
 
@@ -139,8 +136,8 @@ class JointSettings(NamedTuple):
         return f"{rig}-{self.whole.name}"
 
     def as_toml(self, control: Any, limits: SoftLimits) -> str:
-        own = zip(self.stages, self.whole.trees(self.tree), control, strict=True)
-        made = {name: with_live_gains(tree, law) for name, tree, law in own}
+        each = zip(self.trees, control, strict=True)
+        made = {name: with_live_gains(tree, law) for (name, tree), law in each}
         return as_toml(self.machine, self.tree._replace(**made))
 
 

@@ -18,7 +18,7 @@ _SLOPES = dict(zip(("POS", "NEG", "EITH"), SLOPES, strict=True))
 
 def _setting(
     header: str, field: str, text: str, parameter: Parameter, answer: str,
-    words: dict[str, str] | None = None, told: Callable[[Any], str] = number,
+    words: dict[str, str] | None = None, formatted: Callable[[Any], str] = number,
 ) -> Iterator[Command]:  # fmt: skip
     """A setting of the trigger or of the capture, and its query."""
     trigger = header.startswith("TRIGger")
@@ -37,7 +37,7 @@ def _setting(
         value = getattr(wanted.trigger if trigger else wanted, field)
         if words:
             return next(word for word, meant in words.items() if meant == value)
-        return told(value)
+        return formatted(value)
 
     yield Command(header, put, text, (parameter,))
     yield Command(f"{header}?", get, "The setting.", answer=answer)
@@ -110,7 +110,7 @@ COMMANDS = (
     ),
     *_setting(
         "CAPTure:REPeat", "repeat", "Whether a capture begins again once it is complete.",
-        Flag("state"), "1 or 0", told=flag,
+        Flag("state"), "1 or 0", formatted=flag,
     ),
     *_setting(
         "TRIGger:SOURce", "kind",
@@ -121,7 +121,7 @@ COMMANDS = (
     ),
     *_setting(
         "TRIGger:SIGNal", "signal", "Column of an edge or a level.",
-        Text("name", 40, bare=True), '"name"', told=quoted,
+        Text("name", 40, bare=True), '"name"', formatted=quoted,
     ),
     *_setting(
         "TRIGger:SLOPe", "slope", "Direction of an edge; a level is at least (POSitive) or at most "

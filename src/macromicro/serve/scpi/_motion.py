@@ -47,7 +47,7 @@ def commands(
 
 def _named(choice: str | None) -> str:
     if choice == ALL:
-        return "two axes"
+        return "stages together"
     return f"{choice}-stage" if choice in STAGES else f"axis {choice}"
 
 

@@ -93,8 +93,7 @@ class OrderHandler:
 
     async def _capture(self, order: dict[str, Any], session: Session) -> Done:
         context = self._context
-        begin, wanted = context.station.captures.begin, context.orders.capture(order)
-        begin(session.name, wanted)
+        context.station.captures.begin(session.name, context.orders.capture(order))
         return Accepted(), {}
 
     async def _captured(self, order: dict[str, Any], session: Session) -> Done:
@@ -102,14 +101,14 @@ class OrderHandler:
         capture = self._context.station.captures.of(session.name)
         if capture is None:
             raise Refusal("nothing is being captured", "begin a capture")
-        found, state = capture.captured, capture.state
-        told = {"phase": state, "captured": 0 if found is None else found.number}
+        found = capture.captured
+        state = {"phase": capture.state, "captured": 0 if found is None else found.number}
         if found is None or found.number <= number({"seen": 0, **order}, "seen"):
-            return Accepted(), told
+            return Accepted(), state
         data = np.ascontiguousarray(found.values, "<f8").tobytes()
         await self._send(_PIECE.pack(2, _id(order), len(data), 0, len(data)) + data)
         return Accepted(), {
-            **told,
+            **state,
             "names": found.names,
             "units": found.units,
             "time_s": found.time,
