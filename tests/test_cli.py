@@ -161,10 +161,11 @@ def test_interrupted_run_keeps_its_recording(
     assert [path.name for path in (tmp_path / "o").iterdir()] == [RECORDING]
 
 
-def test_interrupted_while_compiling_leaves_nothing(short: Path, tmp_path: Path) -> None:
+def test_interrupted_while_compiling_leaves_nothing(tmp_path: Path) -> None:
+    (tmp_path / "long.toml").write_text(LONG)
     process = started(
         "run",
-        short,
+        "long.toml",
         "--out",
         "o",
         cwd=tmp_path,

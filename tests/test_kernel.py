@@ -186,17 +186,11 @@ def test_cache_folder_depends_on_the_code_of_every_source(copy: Path) -> None:
 
 
 def test_cache_folder_ignores_what_no_kernel_is_made_of(copy: Path) -> None:
-    """Notes, docstrings, comments, and rooms without kernels."""
-    part = copy / "plant" / "part.py"
-    part.write_text("def gain():\n    return 2.0\n")
     first = run(WHERE, copy)
     (copy / "notes.txt").write_text("x")
     (copy / "serve").mkdir()
     (copy / "serve" / "page.py").write_text("TITLE = 'page'\n")
-    part.write_text('"""A part."""\n\n\ndef gain():\n    """V."""\n    return 2.0  # measured\n')
     assert run(WHERE, copy) == first
-    part.write_text('"""A part."""\n\n\ndef gain():\n    """V."""\n    return 2.5  # measured\n')
-    assert run(WHERE, copy) != first
 
 
 EVERY_KERNEL = """
@@ -225,15 +219,6 @@ def test_no_kernel_is_made_of_what_the_cache_ignores() -> None:
     rooms = run(EVERY_KERNEL).split()
     assert {"plant", "control", "machines"} <= set(rooms)
     assert not set(rooms) & set(room._NO_KERNELS)
-
-
-def test_what_is_known_of_the_sources_may_be_spoiled(copy: Path, tmp_path: Path) -> None:
-    place = {"MACROMICRO_CACHE": str(tmp_path / "cache")}
-    first = run(WHERE, copy, **place)
-    (index,) = (tmp_path / "cache").glob("sources-*.json")
-    for text in ("{", "[]", "{}"):
-        index.write_text(text)
-        assert run(WHERE, copy, **place) == first
 
 
 def test_cache_folder_can_be_moved(
@@ -335,6 +320,28 @@ def test_another_compiler_has_another_cache(copy: Path, package: str) -> None:
         f"metadata.version = lambda name: '0.1' if name == {package!r} else true(name)\n"
     )
     assert run(script + WHERE, copy) != run(WHERE, copy)
+
+
+SOON = """
+from macromicro import kernel
+from macromicro.root import root
+print(kernel.sooner_interpreted(root, 10.0, 2.0), kernel.compiled(root).signatures)
+"""
+
+
+def test_what_is_cached_is_not_interpreted(copy: Path, tmp_path: Path) -> None:
+    """By numba's cache of a function, which has no public door: if this fails after an upgrade,
+    see in numba's caching.py what tells whether a signature is cached."""
+    cache = str(tmp_path / "cache")
+    (copy / "root.py").write_text(ROOT)
+    (copy / "leaf.py").write_text(LEAF.format(gain="2.0"))
+    assert run(SOON, copy, MACROMICRO_CACHE=cache) == "True []"
+    run(CALL, copy, MACROMICRO_CACHE=cache)
+    assert run(SOON, copy, MACROMICRO_CACHE=cache) == "False []"
+    other = SOON.replace("2.0)", "2)")
+    assert run(other, copy, MACROMICRO_CACHE=cache) == "True []"  # of integers there is none
+    many = SOON.replace("10.0", "20_000")
+    assert run(many, copy, MACROMICRO_CACHE=str(tmp_path / "none")) == "False []"
 
 
 def test_numba_still_knows_the_private_option_nrt() -> None:

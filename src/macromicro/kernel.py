@@ -6,13 +6,13 @@ so that they give the same bits interpreted.
 
 from __future__ import annotations
 
-import ast
 import contextlib
 import hashlib
-import json
+import math
 import os
 import shutil
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import cache
 from importlib import metadata
@@ -26,6 +26,8 @@ R = TypeVar("R")
 _waiting: list[Callable[..., Any]] = []
 _marked: WeakSet[Callable[..., Any]] = WeakSet()
 _chosen: list[tuple[Callable[..., Any], Callable[..., Any]]] = []  # see `by_type`
+SHORT = 10_000  # control periods: interpreted in seconds; their loop compiles in 5 to 15
+_interpreted: Counter[Callable[..., Any]] = Counter()  # control periods, see `sooner_interpreted`
 _joined: dict[str, str] = {}  # laws of other packages: name, digest of their sources
 _register: Callable[[Callable[..., Any]], Any] | None = None
 # Parameter sets have up to a hundred fields, which a call would copy one by one: inlined
@@ -166,8 +168,8 @@ def cache_folder(joined: bool = True) -> Path:
     numba notices a change only in the file of the outermost function. An edit or an
     upgrade of a kernel that it calls would leave stale machine code behind, and two
     versions of numba would overwrite each other's index for ever; so the folder's name is
-    a digest of what kernels are made of and of what compiles them. Docstrings, comments and
-    the rooms of `_NO_KERNELS` do not count. ``MACROMICRO_CACHE`` moves its parent.
+    a digest of what kernels are made of and of what compiles them. The rooms of `_NO_KERNELS`
+    do not count. ``MACROMICRO_CACHE`` moves its parent.
 
     Parameters
     ----------
@@ -182,7 +184,7 @@ def cache_folder(joined: bool = True) -> Path:
     named = os.environ.get("MACROMICRO_CACHE")
     home = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     parent = Path(named) if named else Path(home) / "macromicro"
-    digest = hashlib.sha256(_own_sources(parent).encode())
+    digest = hashlib.sha256(_own_sources())
     digest.update(f"{sys.implementation.cache_tag} {sys.version}".encode())
     for distribution in ("numba", "llvmlite", "numpy"):
         try:
@@ -195,43 +197,17 @@ def cache_folder(joined: bool = True) -> Path:
 
 
 @cache
-def _own_sources(parent: Path) -> str:
-    """Digest of this package's code that kernels may use, cached in a file of `parent`."""
-    package = Path(__file__).parent
-    place = hashlib.sha256(str(package).encode()).hexdigest()[:16]
-    index = parent / f"sources-{place}.json"
-    known = _kept(index)
-    found: dict[str, list[Any]] = {}
-    for source in _sources(package):
-        stat = source.stat()
-        name, stamp = str(source.relative_to(package)), [stat.st_mtime_ns, stat.st_size]
-        before = known.get(name)
-        found[name] = before if before and before[:2] == stamp else [*stamp, _code_of(source)]
-    if found != known:
-        _keep(index, found)
-    listing = "\n".join(f"{name} {entry[2]}" for name, entry in sorted(found.items()))
-    return hashlib.sha256(listing.encode()).hexdigest()
-
-
-def _sources(package: Path) -> Iterator[Path]:
-    """Files that may hold kernels, or what they are made of."""
+def _own_sources() -> bytes:
+    """Digest of this package's files that kernels may be made of."""
+    package, digest = Path(__file__).parent, hashlib.sha256()
     for folder, within, names in os.walk(package):
         if Path(folder) == package:
             within[:] = [name for name in within if name not in _NO_KERNELS]
-        yield from (Path(folder) / name for name in names if name.endswith(".py"))
-
-
-def _code_of(source: Path) -> str:
-    """Digest of a file's syntax tree without docstrings."""
-    tree = ast.parse(source.read_bytes())
-    documented: list[ast.Module | ast.ClassDef | ast.FunctionDef] = [tree]
-    while documented:  # walking the whole tree takes three times as long
-        node = documented.pop()
-        match node.body:
-            case [ast.Expr(ast.Constant(str())), *rest]:
-                node.body = rest
-        documented += [n for n in node.body if isinstance(n, ast.ClassDef | ast.FunctionDef)]
-    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()
+        within.sort()
+        for source in (Path(folder) / name for name in sorted(names) if name.endswith(".py")):
+            digest.update(str(source.relative_to(package)).encode())
+            digest.update(hashlib.sha256(source.read_bytes()).digest())
+    return digest.digest()
 
 
 @contextlib.contextmanager
@@ -273,27 +249,6 @@ def counting(report: Callable[[int], None]) -> Iterator[None]:
 
     with event.install_listener("numba:compile", Listener()):
         yield
-
-
-def _kept(index: Path) -> dict[str, list[Any]]:
-    """The cached digests; empty if unreadable."""
-    try:
-        known = json.loads(index.read_text("utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return known if isinstance(known, dict) else {}
-
-
-def _keep(index: Path, found: dict[str, list[Any]]) -> None:
-    """Write atomically: other processes read it meanwhile."""
-    fresh = index.with_name(f"{index.name}.{os.getpid()}")
-    try:
-        index.parent.mkdir(parents=True, exist_ok=True)
-        fresh.write_text(json.dumps(found), "utf-8")
-        fresh.replace(index)
-    except OSError:  # a read-only home: the sources are read again at the next start
-        with contextlib.suppress(OSError):
-            fresh.unlink(missing_ok=True)
 
 
 def _size(folder: Path) -> int:
@@ -348,6 +303,23 @@ def _overload(function: Callable[..., Any], choose: Callable[..., Any]) -> None:
     overload(function, jit_options=_INLINED, strict=False)(choose)
 
 
+def _fill(folder: Path) -> None:
+    """Link this package's compiled kernels into the new folder of a joined law.
+
+    A law brings types of its own, so it adds machine code and changes none; and the compiler
+    replaces files as a whole, so the links of one folder do not reach the other.
+    """
+    own = cache_folder(joined=False)
+    if own == folder:
+        return
+    for place, _, names in os.walk(own):
+        beside = folder / Path(place).relative_to(own)
+        beside.mkdir(exist_ok=True)
+        for name in names:
+            with contextlib.suppress(OSError):  # gone meanwhile, or no links here: it is compiled
+                os.link(Path(place) / name, beside / name)
+
+
 def _point(numba: Any) -> None:
     """Set the cache folder of later compilations."""
     try:
@@ -356,6 +328,7 @@ def _point(numba: Any) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         os.utime(folder)
         if new:
+            _fill(folder)
             _drop_old_caches(folder)
         numba.config.CACHE_DIR = str(folder)
     except OSError:
@@ -396,6 +369,31 @@ def _compiled(function: Callable[P, R], joined: tuple[str, ...]) -> Callable[P, 
         dispatcher = numba.njit(**options)(function)
     result: Callable[P, R] = dispatcher
     return result
+
+
+def sooner_interpreted(loop: Callable[..., Any], periods: float, *arguments: Any) -> bool:
+    """Whether a run of so many control periods is over before its loop would be compiled.
+
+    So few of this loop in this process that they take some seconds, and no machine code at hand
+    for such arguments.
+    """
+    if _interpreted[loop] + periods > SHORT or _at_hand(loop, arguments):
+        return False
+    _interpreted[loop] += math.ceil(periods)
+    return True
+
+
+def _at_hand(function: Callable[..., Any], arguments: tuple[Any, ...]) -> bool:
+    """Whether machine code of a kernel for such arguments is loaded, or cached on disk."""
+    dispatcher: Any = compiled(function)
+    types = tuple(map(dispatcher.typeof_pyval, arguments))
+    if types in dispatcher.overloads:
+        return True
+    stem = Path(function.__code__.co_filename).stem
+    if not any(Path(dispatcher.stats.cache_path).glob(f"{stem}.*.nbi")):
+        return False  # said without the second that a compiler needs to begin
+    # tests/test_kernel.py says what to do in the version of numba that has another cache.
+    return dispatcher._cache.load_overload(types, dispatcher.targetctx) is not None
 
 
 def choice(function: object) -> Callable[..., Any] | None:

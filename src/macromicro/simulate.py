@@ -9,12 +9,12 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from macromicro import hall_table, loop, recorded
+from macromicro import arrays, hall_table, loop, recorded
 from macromicro.control import calibration, supervisor
 from macromicro.control import settings as control_settings
 from macromicro.control.supervisor import Plan, Progress, Supervisor
 from macromicro.control.two_stage import TwoStage
-from macromicro.kernel import cache_folder, compiled
+from macromicro.kernel import SHORT, cache_folder, compiled, sooner_interpreted
 from macromicro.loop import PERIOD, Run
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Plant, Truth
@@ -29,6 +29,7 @@ from macromicro.settings import Settings
 from macromicro.types import SAFE, Command, Outputs, Sample
 
 CHUNK = 5000
+_USUAL_MOVE = 0.9  # s, until the arrival of a move of the carriage is declared
 
 
 class Sink(Protocol):
@@ -115,6 +116,21 @@ def longest(settings: Settings, programme: Programme) -> float:
     rounding = 2.0 * PERIOD * len(programme.hold)
     waits = macro_moves * (sequence.patience + sequence.wait)
     return float(programme.hold.sum()) + waits + rounding + 1.0
+
+
+def expected(settings: Settings, programme: Programme) -> float:
+    """Usual duration of a programme, s."""
+    if programme.scheduled:
+        return programme.end
+    each = _USUAL_MOVE + settings.controller.sequence.wait
+    return float(programme.hold.sum()) + each * int(
+        (programme.waiting & (programme.stage == moves.MACRO)).sum()
+    )
+
+
+def is_short(settings: Settings, programme: Programme) -> bool:
+    """Whether a run is over before the bench would be compiled."""
+    return expected(settings, programme) / PERIOD <= SHORT
 
 
 def _switched_off(
@@ -205,17 +221,19 @@ def simulate(
     rolled = prepare(settings, programme, fan)
     if not rolled.control.compiles:
         return _interpreted(rolled, sink, seed, progress, longest(settings, programme))
-    advance, rows = compiled(loop.rollout), len(recorded.columns(rolled.control))
+    advance, rows = loop.rollout, len(recorded.columns(rolled.control))
     random = noise_source(seed)
-    run = rolled.run
+    run = arrays.own(rolled.run)
+    periods = expected(settings, programme) / PERIOD
     limit = round(longest(settings, programme) / PERIOD)
     began = time.perf_counter()
     while run.tick < limit:
         noise = random.standard_normal((CHUNK, NOISES))
         block = np.empty((rows, CHUNK))
-        run, written = advance(
-            rolled.plant, rolled.control, rolled.watchdog, rolled.plan, run, noise, block, PERIOD
-        )
+        given = (*rolled._replace(run=run), noise, block, PERIOD)
+        if run.tick == 0 and not sooner_interpreted(advance, periods, *given):
+            advance = compiled(advance)
+        run, written = advance(*given)
         sink.append(block[:, :written])
         if progress is not None:
             try:

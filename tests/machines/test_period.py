@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from macromicro.kernel import compiled
+from macromicro import kernel
+from macromicro.kernel import compiled, counting
 from macromicro.machines import composite, guarding, period, planning, results, runs
 from macromicro.machines import machine as machines
 from macromicro.machines.guard_words import OTHER_AXIS
@@ -54,6 +55,30 @@ def test_interpreted_and_compiled_give_the_same_bits(machine):
     efforts = [k for k, name in enumerate(names) if name.endswith("effort")]
     assert np.array_equal(looked_at[efforts], blocks[0][efforts, : ends[0]])
     assert np.isnan(looked_at[names.index("t")]).all()
+
+
+def test_few_periods_are_interpreted_until_there_is_machine_code(monkeypatch, tmp_path):
+    """The first ones of a machine: a run of them is over before its loop would be compiled."""
+    monkeypatch.setenv("MACROMICRO_CACHE", str(tmp_path))
+    settings, plan = short(AXIS)
+    dt, counts = settings.timing.period, []
+    stages = composite.stages(AXIS)._replace(names=("first",))
+    bench, loops = composite.bench(AXIS, settings), runs.loops(AXIS, settings, plan)
+    start = period.beginning(stages, bench, loops)
+    noise = (np.random.default_rng(1).standard_normal((300, AXIS.kind.noises)),)
+    blocks = []
+    with counting(counts.append):
+        for expected, compilations in ((6000, 0), (4000, 0), (1, 1), (1, 1)):
+            block = np.zeros((len(period.columns(stages)), 300))
+            period.soonest(stages, expected)(bench, loops, start, noise, block, dt)
+            assert bool(counts) == bool(compilations), expected
+            blocks.append(block)
+    before = len(counts)
+    assert all(np.array_equal(block, blocks[0]) for block in blocks)
+    with counting(counts.append):  # loaded code is used, however few periods there are
+        kernel._interpreted.clear()
+        period.soonest(stages, 1)(bench, loops, start, noise, block, dt)
+    assert len(counts) == before and not kernel._interpreted
 
 
 @pytest.mark.parametrize("name", AXES)

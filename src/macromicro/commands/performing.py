@@ -26,7 +26,7 @@ def bench(request: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals) 
 
     def prepare() -> None:
         tell(job.settings.controller)
-        if job.source is None:
+        if job.source is None and not simulate.is_short(job.settings, job.programme):
             with compiling(simulate.is_compiled()):
                 simulate.compile_bench(job.settings, job.programme, job.request.fan)
         if job.recalibrate:
@@ -49,7 +49,8 @@ def machine(request: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals
     asking.before_one(job, yes)
 
     def prepare() -> None:
-        if job.source is None:  # on a rig the same period runs interpreted
+        short = runs.is_short(job.machine, job.settings, job.plan)
+        if job.source is None and not short:  # on a rig the same period runs interpreted
             with compiling(runs.is_compiled()):
                 runs.compile_machine(job.machine, job.settings, job.plan)
 

@@ -13,7 +13,7 @@ import numpy as np
 import macromicro
 from macromicro.arrays import Array
 from macromicro.columns import Column, whole
-from macromicro.kernel import cache_folder
+from macromicro.kernel import SHORT, cache_folder
 from macromicro.machines import (
     composite,
     correcting,
@@ -128,6 +128,12 @@ def expected(machine: AnyMachine, settings: Any, planned: Planned) -> float:
     return float(plan.length.sum() + plan.hold.sum()) + float(each) * len(plan.target)
 
 
+def is_short(machine: AnyMachine, settings: Any, planned: Planned) -> bool:
+    """Whether a run is over before its machine would be compiled."""
+    periods = expected(machine, settings, planned) / composite.period(machine, settings)
+    return periods <= SHORT
+
+
 def is_compiled() -> bool:
     """Whether the compiler's cache seems to hold a machine already."""
     return any(cache_folder().rglob("period.period*.nbi"))
@@ -180,7 +186,7 @@ def perform(
             params, chunk, period = (
                 composite.bench(machine, settings if bench is None else bench),
                 CHUNK,
-                clocked.fastest(stages),
+                clocked.soonest(stages, expected(machine, settings, planned) / dt),
             )
         else:
             for rig in rigs(on):

@@ -21,7 +21,7 @@ from macromicro.design.vibration import Vibration, vibration
 from macromicro.drawing import files
 from macromicro.errors import InputError
 from macromicro.loop import PERIOD
-from macromicro.programme import MACRO, Programme
+from macromicro.programme import Programme
 from macromicro.programme.travel import limits
 from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording, needed_bytes
@@ -36,9 +36,6 @@ from macromicro.schema import keys
 from macromicro.settings import Settings, chosen
 
 DEFAULT = "thesis"
-# What a macro move usually takes until its arrival is declared [s]; only a progress bar
-# relies on it.
-_USUAL_MOVE = 0.9
 
 
 class Request(NamedTuple):
@@ -122,7 +119,7 @@ def check(request: Request) -> Job:
         per_cycle=len(single.target),
         overrides=programmed.overridden(settings),
         out=out,
-        expected=_expected(settings, programme),
+        expected=simulate.expected(settings, programme),
         recalibrate=not isinstance(source, Fixture) and hall_table.needed(settings),
         source=source,
     )
@@ -142,16 +139,7 @@ def place(rig: str, seed: int, settings: Settings | None = None) -> Place:
 def _capacity(settings: Settings, programme: Programme) -> int:
     """Rows to reserve: the usual duration and a margin; a longer run makes the file grow."""
     longest = simulate.longest(settings, programme)
-    return round(min(longest, 1.05 * _expected(settings, programme) + 5.0) / PERIOD)
-
-
-def _expected(settings: Settings, programme: Programme) -> float:
-    if programme.scheduled:
-        return programme.end
-    each = _USUAL_MOVE + settings.controller.sequence.wait
-    return float(programme.hold.sum()) + each * int(
-        (programme.waiting & (programme.stage == MACRO)).sum()
-    )
+    return round(min(longest, 1.05 * simulate.expected(settings, programme) + 5.0) / PERIOD)
 
 
 def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> Ended:
