@@ -30,6 +30,7 @@ AXIS, ROTARY = machine.MACHINES[0], machine.MACHINES[3]
 DEG = math.pi / 180.0
 
 
+@pytest.mark.slow  # test_endless.py looks at the same kind
 def test_it_keeps_what_every_machine_must():
     assert ROTARY.name == "rotary" and ROTARY.kind.place is ANGLE
     assert contract.broken(ROTARY) == []

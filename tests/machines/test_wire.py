@@ -140,10 +140,8 @@ def test_thicker_wires_are_stronger_and_slower():
 @pytest.mark.parametrize(
     "changes",
     [
-        {"hidden.capacity": 1.3, "hidden.latent": 1.2},
-        {"hidden.cooling": 0.8},
-        {"air.ambient": "30 degC"},
-        {"hidden.scatter": "8 K"},
+        {"hidden.capacity": 1.3, "hidden.cooling": 0.8, "hidden.scatter": "8 K"},
+        {"hidden.latent": 1.2, "air.ambient": "30 degC"},
     ],
 )
 def test_a_wire_that_is_off_its_sheet_arrives_too(changes):

@@ -38,8 +38,7 @@ def bench(
     return b
 
 
-@pytest.mark.parametrize("stiffness", [0.0, 5e7])
-@pytest.mark.parametrize("friction", [0.4, pytest.param(1.0, marks=pytest.mark.slow), 1.08])
+@pytest.mark.parametrize(("friction", "stiffness"), [(0.4, 5e7), (1.08, 0.0)])
 def test_homing_from_the_stop_and_beside_it(friction: float, stiffness: float) -> None:
     """Pressed against it or some millimetres away, rubber or rigid: the guard is content."""
     for seed, place in enumerate((0.0 if stiffness else -5e-5, 1e-4, 5e-3)):
@@ -54,7 +53,7 @@ def test_homing_from_the_stop_and_beside_it(friction: float, stiffness: float) -
     assert b.wait(20.0).outcome == "done"
 
 
-@pytest.mark.parametrize("after", [1.2, 1.4, 1.6, 2.0])
+@pytest.mark.parametrize("after", [1.2, 1.6])
 def test_homing_again_from_the_push_against_the_stop(after: float) -> None:
     b = bench(5e-3)
     b.ask(m.Home())
@@ -65,7 +64,7 @@ def test_homing_again_from_the_push_against_the_stop(after: float) -> None:
     assert (b.wait(20.0).outcome, b.watch.fault) == ("done", OK)
 
 
-@pytest.mark.parametrize("friction", [1.1, 1.3, 1.6])
+@pytest.mark.parametrize("friction", [1.1, 1.6])
 def test_a_carriage_that_cannot_be_moved_is_never_homed(friction: float) -> None:
     """The push cannot break it away; nor can it be backed off then."""
     for seed, place in enumerate((0.0, 5e-3)):

@@ -66,7 +66,7 @@ def test_a_carriage_that_does_not_follow_has_stalled() -> None:
         assert machine.see(0.0).motor <= QUICK.homing.volts
 
 
-@pytest.mark.parametrize("speed", [1e-4, 1e-3, 1e-2, 5e-2])
+@pytest.mark.parametrize("speed", [1e-3, 5e-2])
 def test_a_jog_into_a_stop_has_stalled_before_the_guard_finds_it_stuck(speed: float) -> None:
     b = Bench(0.02, settings=Settings(guard=LIVE), coordinate=2985.0, trusted=True)  # it is not
     b.twin.state = b.twin.state._replace(
@@ -84,7 +84,7 @@ def test_a_jog_into_a_stop_has_stalled_before_the_guard_finds_it_stuck(speed: fl
 
 @pytest.mark.parametrize(
     ("speed", "friction"),
-    [(1e-4, 0.7), (1e-4, 1.0), (1e-4, 1.05), (-1e-3, 0.7), (-1e-3, 1.05), (1e-2, 1.05)],
+    [(1e-4, 1.05), (-1e-3, 0.7), (1e-2, 1.05)],
 )
 def test_a_sticky_carriage_that_moves_has_not_stalled(speed: float, friction: float) -> None:
     q = Settings()

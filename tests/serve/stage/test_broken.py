@@ -77,8 +77,10 @@ def ready(name: str) -> Broken:
     return bed
 
 
-@pytest.mark.parametrize("name", ["printer", "servo", "screw", "stage"])
-@pytest.mark.parametrize("dead", ["encoder", "motor"])
+@pytest.mark.parametrize(
+    ("name", "dead"),
+    [("printer", "encoder"), ("servo", "motor"), ("screw", "encoder"), ("stage", "motor")],
+)
 def test_a_homing_without_encoder_or_motor_ends_soon_with_the_reason(name: str, dead: str) -> None:
     """Nor is the stage driven to its other end, which it would lean on for minutes."""
     bed = Broken(MACHINES / f"{name}.toml")
@@ -95,7 +97,7 @@ def test_a_homing_without_encoder_or_motor_ends_soon_with_the_reason(name: str, 
     assert abs(bed.moved - start) < 0.25 * way
 
 
-@pytest.mark.parametrize("name", ["printer", "screw", "servo"])
+@pytest.mark.parametrize("name", ["printer", "servo"])
 def test_a_slow_jog_without_encoder_ends_soon(name: str) -> None:
     bed = Broken(MACHINES / f"{name}.toml")
     bed.per_count = 0.0
@@ -127,7 +129,7 @@ def test_a_stop_behind_a_dead_encoder_does_not_drive_the_carriage_on(sign: float
     assert bed.end(m.Home()).outcome == m.DONE and bed.trusted
 
 
-@pytest.mark.parametrize("name", ["printer", "screw", "servo", "emps"])
+@pytest.mark.parametrize("name", ["printer", "servo"])
 def test_a_stop_without_a_fault_ends_no_trust(name: str) -> None:
     bed = ready(name)
     travel = bed.tree.travel
@@ -139,8 +141,7 @@ def test_a_stop_without_a_fault_ends_no_trust(name: str) -> None:
         assert bed.machine.view().motion == 0 and bed.trusted
 
 
-@pytest.mark.parametrize("enabled", [True, False])
-@pytest.mark.parametrize("name", ["printer", "screw", "servo"])
+@pytest.mark.parametrize(("name", "enabled"), [("printer", True), ("screw", False), ("servo", True)])
 def test_a_jump_at_rest_ends_trust_until_it_is_homed(name: str, enabled: bool) -> None:
     bed = ready(name)
     before = bed.off
@@ -179,9 +180,8 @@ def test_a_silent_encoder_ends_trust_in_every_mode(mode: str) -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        "printer", "servo", "disc",
-        pytest.param("stage", marks=pytest.mark.slow),
-        pytest.param("emps", marks=pytest.mark.slow),
+        "printer", "disc",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("servo", "stage", "emps")),
     ],
 )  # fmt: skip
 def test_a_count_of_dither_keeps_no_axis_from_its_stop(name: str) -> None:
