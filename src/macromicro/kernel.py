@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import math
 import os
 import shutil
 import sys
-from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import cache
 from importlib import metadata
@@ -26,8 +24,7 @@ R = TypeVar("R")
 _waiting: list[Callable[..., Any]] = []
 _marked: WeakSet[Callable[..., Any]] = WeakSet()
 _chosen: list[tuple[Callable[..., Any], Callable[..., Any]]] = []  # see `by_type`
-SHORT = 10_000  # control periods: interpreted in seconds; their loop compiles in 5 to 15
-_interpreted: Counter[Callable[..., Any]] = Counter()  # control periods, see `sooner_interpreted`
+FEW = 30_000  # control periods: interpreted in 4 to 15 s, as long as their loop compiles
 _joined: dict[str, str] = {}  # laws of other packages: name, digest of their sources
 _register: Callable[[Callable[..., Any]], Any] | None = None
 # Parameter sets have up to a hundred fields, which a call would copy one by one: inlined
@@ -312,7 +309,8 @@ def _fill(folder: Path) -> None:
     own = cache_folder(joined=False)
     if own == folder:
         return
-    for place, _, names in os.walk(own):
+    for place, within, names in os.walk(own):
+        within[:] = [name for name in within if name != "interpreted"]
         beside = folder / Path(place).relative_to(own)
         beside.mkdir(exist_ok=True)
         for name in names:
@@ -372,28 +370,42 @@ def _compiled(function: Callable[P, R], joined: tuple[str, ...]) -> Callable[P, 
 
 
 def sooner_interpreted(loop: Callable[..., Any], periods: float, *arguments: Any) -> bool:
-    """Whether a run of so many control periods is over before its loop would be compiled.
+    """Whether so many control periods are over before their loop would be compiled.
 
-    So few of this loop in this process that they take some seconds, and no machine code at hand
-    for such arguments.
+    There is no machine code for such arguments yet, and with all that were interpreted before
+    they are `FEW`: whoever runs a machine again and again has it compiled.
     """
-    if _interpreted[loop] + periods > SHORT or _at_hand(loop, arguments):
-        return False
-    _interpreted[loop] += math.ceil(periods)
-    return True
-
-
-def _at_hand(function: Callable[..., Any], arguments: tuple[Any, ...]) -> bool:
-    """Whether machine code of a kernel for such arguments is loaded, or cached on disk."""
-    dispatcher: Any = compiled(function)
+    dispatcher: Any = compiled(loop)
     types = tuple(map(dispatcher.typeof_pyval, arguments))
-    if types in dispatcher.overloads:
-        return True
-    stem = Path(function.__code__.co_filename).stem
+    if types in dispatcher.overloads or _interpreted_before(loop, types) + periods > FEW:
+        return False
+    stem = Path(loop.__code__.co_filename).stem
     if not any(Path(dispatcher.stats.cache_path).glob(f"{stem}.*.nbi")):
-        return False  # said without the second that a compiler needs to begin
+        return True  # said without the second that a compiler needs to begin
     # tests/test_kernel.py says what to do in the version of numba that has another cache.
-    return dispatcher._cache.load_overload(types, dispatcher.targetctx) is not None
+    return dispatcher._cache.load_overload(types, dispatcher.targetctx) is None
+
+
+def interpreted(loop: Callable[..., Any], periods: float, *arguments: Any) -> None:
+    """Keep in the cache that so many control periods of a loop were interpreted."""
+    dispatcher: Any = compiled(loop)
+    types = tuple(map(dispatcher.typeof_pyval, arguments))
+    note, total = _note(loop, types), _interpreted_before(loop, types) + periods
+    with contextlib.suppress(OSError):  # a read-only home: none is known of
+        note.parent.mkdir(parents=True, exist_ok=True)
+        note.write_text(f"{total:.0f}", "utf-8")
+
+
+def _interpreted_before(loop: Callable[..., Any], types: tuple[Any, ...]) -> float:
+    try:
+        return float(_note(loop, types).read_text("utf-8"))
+    except (OSError, ValueError):
+        return 0.0
+
+
+def _note(loop: Callable[..., Any], types: tuple[Any, ...]) -> Path:
+    name = f"{loop.__module__}.{loop.__qualname__} {types}"
+    return cache_folder() / "interpreted" / hashlib.sha256(name.encode()).hexdigest()[:16]
 
 
 def choice(function: object) -> Callable[..., Any] | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ from macromicro.control import calibration, supervisor
 from macromicro.control import settings as control_settings
 from macromicro.control.supervisor import Plan, Progress, Supervisor
 from macromicro.control.two_stage import TwoStage
-from macromicro.kernel import SHORT, cache_folder, compiled, sooner_interpreted
+from macromicro.kernel import cache_folder, compiled, interpreted, sooner_interpreted
 from macromicro.loop import PERIOD, Run
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Plant, Truth
@@ -98,12 +98,24 @@ def is_compiled() -> bool:
 def compile_bench(settings: Settings, programme: Programme, fan: bool = False) -> None:
     """Compile the bench, or load it from the cache, so that a run need not wait for it."""
     rolled = prepare(settings, programme, fan)
-    if not rolled.control.compiles:
+    if rolled.control.compiles:
+        compiled(loop.rollout)(*_given(rolled, 0))
+    else:
         CompiledTwin(rolled.plant, 0)
-        return
+
+
+def is_soon(settings: Settings, programme: Programme, fan: bool = False) -> bool:
+    """Whether a run is over before the bench would be compiled."""
+    rolled, periods = prepare(settings, programme, fan), expected(settings, programme) / PERIOD
+    if not rolled.control.compiles:
+        return False
+    return sooner_interpreted(loop.rollout, periods, *_given(rolled, 0))
+
+
+def _given(rolled: Rolled, count: int) -> tuple[Any, ...]:
+    """What the loop is given for so many periods, without noise yet."""
     rows = len(recorded.columns(rolled.control))
-    nothing, block = np.empty((0, NOISES)), np.empty((rows, 0))
-    compiled(loop.rollout)(*rolled, nothing, block, PERIOD)
+    return *rolled, np.empty((count, NOISES)), np.empty((rows, count)), PERIOD
 
 
 def longest(settings: Settings, programme: Programme) -> float:
@@ -126,11 +138,6 @@ def expected(settings: Settings, programme: Programme) -> float:
     return float(programme.hold.sum()) + each * int(
         (programme.waiting & (programme.stage == moves.MACRO)).sum()
     )
-
-
-def is_short(settings: Settings, programme: Programme) -> bool:
-    """Whether a run is over before the bench would be compiled."""
-    return expected(settings, programme) / PERIOD <= SHORT
 
 
 def _switched_off(
@@ -221,19 +228,22 @@ def simulate(
     rolled = prepare(settings, programme, fan)
     if not rolled.control.compiles:
         return _interpreted(rolled, sink, seed, progress, longest(settings, programme))
-    advance, rows = loop.rollout, len(recorded.columns(rolled.control))
+    given, periods = _given(rolled, 0), expected(settings, programme) / PERIOD
+    advance: Callable[..., Any]
+    if sooner_interpreted(loop.rollout, periods, *given):
+        advance = loop.rollout
+        interpreted(loop.rollout, periods, *given)
+    else:
+        advance = compiled(loop.rollout)
     random = noise_source(seed)
     run = arrays.own(rolled.run)
-    periods = expected(settings, programme) / PERIOD
     limit = round(longest(settings, programme) / PERIOD)
     began = time.perf_counter()
     while run.tick < limit:
-        noise = random.standard_normal((CHUNK, NOISES))
-        block = np.empty((rows, CHUNK))
-        given = (*rolled._replace(run=run), noise, block, PERIOD)
-        if run.tick == 0 and not sooner_interpreted(advance, periods, *given):
-            advance = compiled(advance)
-        run, written = advance(*given)
+        now = _given(rolled._replace(run=run), CHUNK)
+        noise, block = now[-3:-1]
+        random.standard_normal(out=noise)
+        run, written = advance(*now)
         sink.append(block[:, :written])
         if progress is not None:
             try:

@@ -26,9 +26,10 @@ def bench(request: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals) 
 
     def prepare() -> None:
         tell(job.settings.controller)
-        if job.source is None and not simulate.is_short(job.settings, job.programme):
+        asked = (job.settings, job.programme, job.request.fan)
+        if job.source is None and not simulate.is_soon(*asked):
             with compiling(simulate.is_compiled()):
-                simulate.compile_bench(job.settings, job.programme, job.request.fan)
+                simulate.compile_bench(*asked)
         if job.recalibrate:
             print("another Hall sensor: calibrating it on this bench first", file=sys.stderr)
 
@@ -49,10 +50,11 @@ def machine(request: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals
     asking.before_one(job, yes)
 
     def prepare() -> None:
-        short = runs.is_short(job.machine, job.settings, job.plan)
-        if job.source is None and not short:  # on a rig the same period runs interpreted
+        asked = (job.machine, job.settings, job.plan)
+        # On a rig the same period runs interpreted.
+        if job.source is None and not runs.is_soon(*asked):
             with compiling(runs.is_compiled()):
-                runs.compile_machine(job.machine, job.settings, job.plan)
+                runs.compile_machine(*asked)
 
     _run(jobs.execute, job, prepare, as_json, signals)
 

@@ -13,7 +13,7 @@ import numpy as np
 import macromicro
 from macromicro.arrays import Array
 from macromicro.columns import Column, whole
-from macromicro.kernel import SHORT, cache_folder
+from macromicro.kernel import cache_folder, sooner_interpreted
 from macromicro.machines import (
     composite,
     correcting,
@@ -128,28 +128,37 @@ def expected(machine: AnyMachine, settings: Any, planned: Planned) -> float:
     return float(plan.length.sum() + plan.hold.sum()) + float(each) * len(plan.target)
 
 
-def is_short(machine: AnyMachine, settings: Any, planned: Planned) -> bool:
-    """Whether a run is over before its machine would be compiled."""
-    periods = expected(machine, settings, planned) / composite.period(machine, settings)
-    return periods <= SHORT
-
-
 def is_compiled() -> bool:
     """Whether the compiler's cache seems to hold a machine already."""
     return any(cache_folder().rglob("period.period*.nbi"))
 
 
+def is_soon(machine: AnyMachine, settings: Any, planned: Planned) -> bool:
+    """Whether a run is over before its machine would be compiled."""
+    stages, given = _begun(machine, settings, planned, 0)
+    if not all(map(compiles, stages.laws)):
+        return False
+    periods = expected(machine, settings, planned) / composite.period(machine, settings)
+    return sooner_interpreted(clocked.period(stages), periods, *given)
+
+
 def compile_machine(machine: AnyMachine, settings: Any, planned: Planned) -> None:
     """Compile a machine, or load it from the cache."""
+    # Interpreted, a period shows whether its kernels compile.
+    count = 0 if all(map(compiles, composite.stages(machine).laws)) else 1
+    stages, given = _begun(machine, settings, planned, count)
+    clocked.fastest(stages)(*given)
+
+
+def _begun(machine: AnyMachine, settings: Any, planned: Planned, count: int) -> Any:
+    """The stages of a machine, and what its loop is given at the start for so many periods."""
     stages, bench = composite.stages(machine), composite.bench(machine, settings)
     control = loops(machine, settings, planned)
-    # Interpreted, a period shows whether its kernels compile.
-    count = 0 if all(map(compiles, stages.laws)) else 1
     noise = tuple(np.zeros((count, kind.noises)) for kind in stages.kinds)
     block = np.empty((len(clocked.columns(stages)), count))
     begin = clocked.beginning(stages, bench, control)
     dt = composite.period(machine, settings)
-    clocked.fastest(stages)(bench, control, begin, noise, block, dt)
+    return stages, (bench, control, begin, noise, block, dt)
 
 
 def columns(machine: AnyMachine, on: Sequence[Rig] | Rig | None = None) -> tuple[Column, ...]:

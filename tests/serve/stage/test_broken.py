@@ -141,7 +141,9 @@ def test_a_stop_without_a_fault_ends_no_trust(name: str) -> None:
         assert bed.machine.view().motion == 0 and bed.trusted
 
 
-@pytest.mark.parametrize(("name", "enabled"), [("printer", True), ("screw", False), ("servo", True)])
+@pytest.mark.parametrize(
+    ("name", "enabled"), [("printer", True), ("screw", False), ("servo", True)]
+)
 def test_a_jump_at_rest_ends_trust_until_it_is_homed(name: str, enabled: bool) -> None:
     bed = ready(name)
     before = bed.off
